@@ -1,1 +1,48 @@
-"""."""
+"""The collision-detection core: arrays in, arrays out; no files, no logging, no pictures."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from cdcore.detectors import DETECTORS, create_detector
+    from cdcore.mesh import TriangleMesh
+    from cdcore.protocol import Body, Detection, Detector, FaceSets, Motion, Verdict, join
+
+_HOME = {
+    "DETECTORS": "cdcore.detectors",
+    "create_detector": "cdcore.detectors",
+    "TriangleMesh": "cdcore.mesh",
+    "Body": "cdcore.protocol",
+    "Detection": "cdcore.protocol",
+    "Detector": "cdcore.protocol",
+    "FaceSets": "cdcore.protocol",
+    "Motion": "cdcore.protocol",
+    "Verdict": "cdcore.protocol",
+    "join": "cdcore.protocol",
+}
+"""Public name -> module; loaded on first use, so that ``import cdcore`` costs nothing."""
+
+__all__ = [
+    "DETECTORS",
+    "Body",
+    "Detection",
+    "Detector",
+    "FaceSets",
+    "Motion",
+    "TriangleMesh",
+    "Verdict",
+    "create_detector",
+    "join",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'cdcore' has no attribute {name!r}; it has: {', '.join(__all__)}")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

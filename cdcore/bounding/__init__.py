@@ -1,0 +1,1 @@
+"""Volumes that hold a body: spheres and boxes, each conservative."""

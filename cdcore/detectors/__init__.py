@@ -1,0 +1,82 @@
+"""The table of detectors: a name leads to a class, imported when it is used and not before."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import Any, Final
+
+from numpy.typing import ArrayLike
+
+from cdcore.errors import InvalidPairError, InvalidSettingError, UnknownDetectorError
+from cdcore.protocol import Body, Detector, resolve_pairs
+
+DETECTORS: Final[dict[str, str]] = {
+    "sphere": "cdcore.detectors.sphere:SphereDetector",
+    "static": "cdcore.detectors.static:StaticDetector",
+    "discrete": "cdcore.detectors.discrete:DiscreteDetector",
+    "hybrid": "cdcore.detectors.hybrid:HybridDetector",
+}
+"""Name -> ``module:Class``. Rows from outside come in through the entry-point group below."""
+
+ENTRY_POINT_GROUP: Final = "vrlab_replay.detectors"
+
+
+def detector_names() -> list[str]:
+    """Every name that ``create_detector`` takes, the table's first, those of installed packages after them."""
+    outside = sorted(point.name for point in entry_points(group=ENTRY_POINT_GROUP))
+    return list(DETECTORS) + [name for name in outside if name not in DETECTORS]
+
+
+def load_detector(name: str) -> type[Any]:
+    """The class behind a name, or behind ``module:Class``.
+
+    Raises
+    ------
+    UnknownDetectorError
+        Lists the names there are.
+    """
+    entry = DETECTORS.get(name)
+    if entry is None and ":" in name:
+        entry = name
+    if entry is None:
+        for point in entry_points(group=ENTRY_POINT_GROUP, name=name):
+            loaded: type[Any] = point.load()
+            return loaded
+        raise UnknownDetectorError(f"no detector {name!r}; there are: {', '.join(detector_names())}")
+    module, _, attribute = entry.partition(":")
+    try:
+        found: type[Any] = getattr(import_module(module), attribute)
+    except (ImportError, AttributeError) as error:
+        raise UnknownDetectorError(f"detector {name!r} cannot be loaded: {error}") from error
+    return found
+
+
+def create_detector(
+    name: str, bodies: Sequence[Body], *, pairs: ArrayLike | None = None, **settings: object
+) -> Detector:
+    """Make a detector ready to run: its trees are built here, not in ``detect``.
+
+    Parameters
+    ----------
+    name : a row of ``DETECTORS``, an entry point, or ``module:Class``.
+    bodies : the bodies of the scene, names all different.
+    pairs : (P, 2) body numbers or names; ``None``: all i < j.
+    settings : fields of the detector's ``Settings``.
+
+    Raises
+    ------
+    UnknownDetectorError, InvalidSettingError, InvalidPairError
+    """
+    detector = load_detector(name)
+    if not bodies:
+        raise InvalidPairError("there are no bodies; a detector needs at least one")
+    known = [item.name for item in fields(detector.Settings)]
+    unknown = [key for key in settings if key not in known]
+    if unknown:
+        has = f"it has: {', '.join(known)}" if known else "it has none"
+        raise InvalidSettingError(f"detector {name!r} has no setting {unknown[0]!r}; {has}")
+    made: Detector = detector(bodies, resolve_pairs(bodies, pairs), detector.Settings(**settings))
+    return made

@@ -1,0 +1,50 @@
+"""Every error the collision core raises on purpose, in one tree; each message says what to do.
+
+::
+
+    CollisionCoreError
+    ├── InvalidMeshError          a mesh that is not one: empty, a bad index, a coordinate that is not finite
+    ├── InvalidTrianglesError     triangles handed to a predicate that are not finite or not (n, 2, 3, 3)
+    ├── InvalidPoseError          a pose that is not finite or not rigid; names frame and body
+    ├── InvalidPairError          a pair that names no body, or a body twice
+    ├── InvalidSettingError       a setting a detector does not have, or a value outside its range
+    ├── UnknownDetectorError      a name that is in no table
+    └── NotRecordedError          a result that was not asked for, such as face pairs without ``faces=True``
+"""
+
+from __future__ import annotations
+
+
+class CollisionCoreError(Exception):
+    """The root of the tree: catch it to catch everything the core raises on purpose."""
+
+
+class InvalidMeshError(CollisionCoreError, ValueError):
+    """A mesh is empty, has an index out of range or a coordinate that is not finite."""
+
+
+class InvalidTrianglesError(CollisionCoreError, ValueError):
+    """Triangles are not finite or do not have the shape the predicate asks for."""
+
+
+class InvalidPoseError(CollisionCoreError, ValueError):
+    """A pose is not finite or not rigid."""
+
+
+class InvalidPairError(CollisionCoreError, ValueError):
+    """A pair names a body that does not exist, or the same body twice."""
+
+
+class InvalidSettingError(CollisionCoreError, ValueError):
+    """A detector has no such setting, or the value is outside its range."""
+
+
+class UnknownDetectorError(CollisionCoreError, KeyError):
+    """No detector of this name is in the table."""
+
+    def __str__(self) -> str:
+        return str(self.args[0]) if self.args else ""
+
+
+class NotRecordedError(CollisionCoreError, LookupError):
+    """A result holds no such data because it was not asked for."""

@@ -1,0 +1,163 @@
+"""A triangle mesh that is valid by construction: finite vertices, faces that exist, nothing that can be changed."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cdcore.errors import InvalidMeshError
+from cdcore.numerics import FloatArray, readonly
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class TriangleMesh:
+    """The surface of a body, as triangles in the body's own frame.
+
+    Face order and face numbers are kept: they name the faces in every result. Duplicate, degenerate and unreferenced
+    parts are allowed, because real meshes have them.
+
+    Parameters
+    ----------
+    vertices : (v, 3) finite numbers, metres.
+    faces : (f, 3) integers in ``0..v-1``, f >= 1.
+
+    Raises
+    ------
+    InvalidMeshError
+        Says what is wrong and at which vertex or face.
+
+    Examples
+    --------
+    >>> TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]).is_closed
+    False
+    """
+
+    vertices: FloatArray
+    faces: NDArray[np.int32]
+
+    def __init__(self, vertices: ArrayLike, faces: ArrayLike) -> None:
+        object.__setattr__(self, "vertices", _vertices(vertices))
+        object.__setattr__(self, "faces", _faces(faces, len(self.vertices)))
+
+    def __repr__(self) -> str:
+        return f"TriangleMesh({len(self.vertices)} vertices, {len(self.faces)} faces)"
+
+    @cached_property
+    def triangles(self) -> FloatArray:
+        """Corners of every face, (f, 3, 3), body frame."""
+        corners = np.ascontiguousarray(self.vertices[self.faces])
+        readonly(corners)
+        return corners
+
+    @cached_property
+    def referenced_vertices(self) -> FloatArray:
+        """Vertices that a face uses, (r, 3): an unreferenced far vertex must not inflate a bounding volume."""
+        used = self.vertices[np.unique(self.faces)]
+        readonly(used)
+        return used
+
+    @cached_property
+    def is_closed(self) -> bool:
+        """Whether every edge belongs to an even number of faces, so that *inside* is well defined by parity.
+
+        Vertices count as one only when their coordinates are bitwise equal; faces with two equal corners have no
+        interior and are left out.
+        """
+        return _is_closed(self.merged_faces)
+
+    @cached_property
+    def merged_faces(self) -> NDArray[np.int64]:
+        """Faces over vertices merged where bitwise equal, (f, 3); -0.0 and 0.0 are one."""
+        _, inverse = np.unique(self.vertices + 0.0, axis=0, return_inverse=True)
+        merged: NDArray[np.int64] = inverse.reshape(-1)[self.faces].astype(np.int64)
+        return merged
+
+    @cached_property
+    def components(self) -> NDArray[np.int64]:
+        """Lowest face number of the connected component each face belongs to, (f,)."""
+        return _components(self.merged_faces)
+
+    @cached_property
+    def content_hash(self) -> str:
+        """SHA-256 of vertices and faces, the name under which trees are cached."""
+        digest = hashlib.sha256(np.int64(self.vertices.shape[0]).tobytes())
+        digest.update(self.vertices.astype("<f8").tobytes())
+        digest.update(self.faces.astype("<i4").tobytes())
+        return digest.hexdigest()
+
+
+def _vertices(vertices: ArrayLike) -> FloatArray:
+    try:
+        array = np.array(vertices, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise InvalidMeshError(
+            f"vertices are not an array of numbers ({error}); give an array of shape (v, 3)"
+        ) from None
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InvalidMeshError(f"vertices have shape {array.shape}; give (v, 3)")
+    finite = np.isfinite(array).all(axis=1)
+    if not finite.all():
+        where = int(np.flatnonzero(~finite)[0])
+        raise InvalidMeshError(f"vertex {where} is not finite: {array[where].tolist()}; repair or remove it")
+    readonly(array)
+    return array
+
+
+def _faces(faces: ArrayLike, vertex_count: int) -> NDArray[np.int32]:
+    try:
+        given = np.asarray(faces)
+    except ValueError as error:
+        raise InvalidMeshError(f"faces are not an array ({error}); give integers of shape (f, 3)") from None
+    if given.size == 0:
+        raise InvalidMeshError("the mesh is empty: it has no faces; give at least one triangle")
+    if given.dtype.kind not in "iu":
+        raise InvalidMeshError(f"faces are {given.dtype}, not integers; give vertex numbers of shape (f, 3)")
+    if given.ndim != 2 or given.shape[1] != 3:
+        raise InvalidMeshError(f"faces have shape {given.shape}; give (f, 3): triangles only")
+    outside = ((given < 0) | (given >= vertex_count)).any(axis=1)
+    if outside.any():
+        where = int(np.flatnonzero(outside)[0])
+        raise InvalidMeshError(
+            f"face {where} names vertices {given[where].tolist()}, but there are only vertices 0 to {vertex_count - 1}"
+        )
+    array = np.ascontiguousarray(given, dtype=np.int32)
+    if array is given or array.base is not None:
+        array = array.copy()
+    readonly(array)
+    return array
+
+
+def _proper(merged: NDArray[np.int64]) -> NDArray[np.bool_]:
+    a, b, c = merged.T
+    proper: NDArray[np.bool_] = (a != b) & (b != c) & (c != a)
+    return proper
+
+
+def _is_closed(merged: NDArray[np.int64]) -> bool:
+    proper = merged[_proper(merged)]
+    if len(proper) == 0:
+        return False
+    edges = np.sort(proper[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    _, counts = np.unique(edges, axis=0, return_counts=True)
+    return bool((counts % 2 == 0).all())
+
+
+def _components(merged: NDArray[np.int64]) -> NDArray[np.int64]:
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    # Faces and vertices as one bipartite graph: linear in the faces even where thousands of them share one vertex.
+    count = len(merged)
+    face = np.repeat(np.arange(count), 3)
+    size = count + int(merged.max()) + 1
+    graph = coo_array((np.ones(3 * count, dtype=np.int8), (face, count + merged.ravel())), shape=(size, size))
+    _, label = connected_components(graph, directed=False)
+    label = label[:count]
+    first = np.full(label.max() + 1, count, dtype=np.int64)
+    np.minimum.at(first, label, np.arange(count))
+    result: NDArray[np.int64] = first[label]
+    return result

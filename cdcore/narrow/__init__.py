@@ -1,0 +1,1 @@
+"""The narrow phase: which faces meet."""

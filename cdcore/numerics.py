@@ -1,0 +1,67 @@
+"""Where rounding is decided: the points that count, and the pads that cover their error.
+
+Every tolerance of the core has its name, its reason and its scale here or beside the algorithm it belongs to.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+EPS: Final = float(np.finfo(np.float64).eps)
+"""Spacing of float64 at 1, 2^-52."""
+
+PAD_ULPS: Final = 16.0
+"""Pad of the sphere stage in eps of a body's size.
+
+Placing a centre or a vertex rounds each coordinate by at most 4 sqrt(3) u (|p| + |t|), both bodies together by 6.9 eps
+of size; a renormalised rotation, the norm and the radii add less than 8 eps. Without the pad 27 % of exactly tangent
+pairs were missed at the origin and 50 % at 1 km; with it 0 of 16,000.
+"""
+
+ORTHONORMAL_KEEP: Final = 64.0 * EPS
+"""Rotations this close to orthonormal stay bit for bit as they are."""
+
+ORTHONORMAL_NOTE: Final = 1e-6
+"""Above this a rotation is projected and the motion notes it: six printed decimals reach 1.1e-6."""
+
+ORTHONORMAL_REJECT: Final = 1e-3
+"""Above this a matrix is not a rotation but a scale, a shear or an error."""
+
+QUATERNION_REJECT: Final = 1e-3
+"""Largest accepted distance of a quaternion's norm from 1."""
+
+
+def place_points(points: FloatArray, rotation: FloatArray, translation: FloatArray) -> FloatArray:
+    """Place body points in the world: *the points that count*.
+
+    ``x' = ((r00 x + r01 y) + r02 z) + t0`` in float64, in this order, without BLAS and without fused multiply-add, so
+    that every machine gets the same bits. Every confirmation of a contact uses these points; searches and trees may use
+    any other arithmetic with a bound that covers the difference.
+
+    Parameters
+    ----------
+    points : (..., n, 3) body coordinates, metres.
+    rotation : (..., 3, 3), body to world, column convention.
+    translation : (..., 3), metres.
+
+    Returns
+    -------
+    (..., n, 3) world coordinates.
+    """
+    x, y, z = points[..., 0], points[..., 1], points[..., 2]
+    rows = [
+        ((rotation[..., i, 0, None] * x + rotation[..., i, 1, None] * y) + rotation[..., i, 2, None] * z)
+        + translation[..., i, None]
+        for i in range(3)
+    ]
+    return np.stack(rows, axis=-1)
+
+
+def readonly(array: NDArray[np.generic]) -> None:
+    """Make an array refuse writing, so that frozen data is frozen."""
+    array.setflags(write=False)

@@ -1,0 +1,22 @@
+"""The vocabulary that detectors share: bodies, motions, verdicts, detections."""
+
+from cdcore.protocol.body import Body, resolve_pairs
+from cdcore.protocol.detection import DECIDED, Detection, join
+from cdcore.protocol.detector import Detector
+from cdcore.protocol.face_sets import FaceSets
+from cdcore.protocol.motion import Motion
+from cdcore.protocol.verdict import Verdict, counts_as_contact, is_undecided
+
+__all__ = [
+    "DECIDED",
+    "Body",
+    "Detection",
+    "Detector",
+    "FaceSets",
+    "Motion",
+    "Verdict",
+    "counts_as_contact",
+    "is_undecided",
+    "join",
+    "resolve_pairs",
+]

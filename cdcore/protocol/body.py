@@ -1,0 +1,80 @@
+"""A body is a name and a surface; where it is at a time is a motion's business."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cdcore.errors import InvalidPairError
+from cdcore.mesh import TriangleMesh
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """One rigid thing: its name, unique within a scene, and its surface in its own frame."""
+
+    name: str
+    mesh: TriangleMesh
+
+
+def resolve_pairs(bodies: Sequence[Body], pairs: ArrayLike | None) -> NDArray[np.int64]:
+    """Turn the pairs asked for into body numbers.
+
+    Parameters
+    ----------
+    bodies : N bodies with different names.
+    pairs : (P, 2) body numbers or names in any order; ``None`` for all i < j.
+
+    Returns
+    -------
+    (P, 2) int64, each row as given (i, j), the order of rows kept.
+
+    Raises
+    ------
+    InvalidPairError
+        An unknown body, a body paired with itself, or one pair twice.
+    """
+    names = [body.name for body in bodies]
+    repeated = {name for name in names if names.count(name) > 1} if len(set(names)) != len(names) else set()
+    if repeated:
+        raise InvalidPairError(f"body names must differ; used twice: {', '.join(sorted(repeated))}")
+    if pairs is None:
+        rows = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
+        return np.array(rows, dtype=np.int64).reshape(-1, 2)
+    number = {name: index for index, name in enumerate(names)}
+    resolved = [_resolve_pair(row, number) for row in _rows(pairs)]
+    unordered = [tuple(sorted(row)) for row in resolved]
+    if len(set(unordered)) != len(unordered):
+        twice = next(row for row in unordered if unordered.count(row) > 1)
+        raise InvalidPairError(f"pair {names[twice[0]]}-{names[twice[1]]} is asked for twice; name each pair once")
+    return np.array(resolved, dtype=np.int64).reshape(-1, 2)
+
+
+def _rows(pairs: ArrayLike) -> list[tuple[object, object]]:
+    given: Any = pairs.tolist() if isinstance(pairs, np.ndarray) else pairs
+    rows = []
+    for row in given:
+        ends = tuple(row)
+        if len(ends) != 2:
+            raise InvalidPairError(f"a pair has two bodies, not {len(ends)}: {ends}")
+        rows.append((ends[0], ends[1]))
+    return rows
+
+
+def _resolve_pair(row: tuple[object, object], number: dict[str, int]) -> tuple[int, int]:
+    i, j = (_resolve_body(end, number) for end in row)
+    if i == j:
+        raise InvalidPairError(f"body {row[0]!r} is paired with itself; a pair needs two bodies")
+    return i, j
+
+
+def _resolve_body(end: object, number: dict[str, int]) -> int:
+    if isinstance(end, str) and end in number:
+        return number[end]
+    if isinstance(end, (int, np.integer)) and 0 <= end < len(number):
+        return int(end)
+    raise InvalidPairError(f"no body {end!r}; there are: {', '.join(number)}")

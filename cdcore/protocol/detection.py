@@ -1,0 +1,224 @@
+"""What a detector found: a verdict for every frame and pair, on request the faces, the work and the time behind it."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import accumulate
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.errors import NotRecordedError
+from cdcore.numerics import FloatArray, readonly
+from cdcore.protocol.face_sets import FaceSets
+
+Covers = Literal["instants", "intervals"]
+SectionSource = Callable[[int, int, NDArray[np.int64]], FloatArray]
+"""``(frame, pair, faces) -> (k, 2, 3)``: computes intersection segments when somebody asks for them."""
+
+DECIDED = "decided"
+"""Word in ``Detection.containment`` for a pair whose containment was decided; others carry ``refused: <reason>``."""
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """The answer of one detector for T frames and P pairs.
+
+    Parameters
+    ----------
+    detector : the detector's name.
+    names : names of all N bodies.
+    pairs : (P, 2) int64 body numbers.
+    times : (T,) seconds.
+    verdict : (T, P) uint8, values of ``Verdict``.
+    covers : ``"instants"``: row t speaks of the pose at frame t; ``"intervals"``: of the closed interval from t-1 to t.
+    face_sets : the faces that meet, or ``None`` when they were not asked for.
+    containment : (P,) words: ``"decided"`` or ``"refused: <reason>"``.
+    work : counters: a total, or (T, P) uint32 where asked for.
+    seconds : time per stage: (T,) for online detectors, else one number for the call.
+    approximate : whether the answer is an estimate by nature (``image-space``).
+    reproducible : False for a budget in seconds; such a result has no digest.
+    reasons : why (frame, pair) is UNRESOLVED or INVALID.
+    toi : {(frame, pair): (low, high)} seconds, interval of the time of impact where ``covers`` is intervals.
+    """
+
+    detector: str
+    names: tuple[str, ...]
+    pairs: NDArray[np.int64]
+    times: FloatArray
+    verdict: NDArray[np.uint8]
+    covers: Covers = "instants"
+    face_sets: FaceSets | None = None
+    containment: tuple[str, ...] = ()
+    work: Mapping[str, int | NDArray[np.uint32]] = field(default_factory=dict)
+    seconds: Mapping[str, float | FloatArray] = field(default_factory=dict)
+    approximate: bool = False
+    reproducible: bool = True
+    reasons: Mapping[tuple[int, int], str] = field(default_factory=dict)
+    toi: Mapping[tuple[int, int], tuple[float, float]] = field(default_factory=dict)
+    section_source: SectionSource | None = None
+
+    def __post_init__(self) -> None:
+        readonly(self.verdict)
+
+    def __repr__(self) -> str:
+        frames, pairs = self.verdict.shape
+        return f"Detection({self.detector}: {frames} frames, {pairs} pairs, covers {self.covers})"
+
+    @property
+    def face_counts(self) -> NDArray[np.int64]:
+        """Number of face pairs, (T, P) int64.
+
+        Raises
+        ------
+        NotRecordedError
+            The detector was not asked for faces.
+        """
+        return self._faces_asked().counts(*self.verdict.shape)
+
+    def faces(self, frame: int, pair: int) -> NDArray[np.int64]:
+        """Face pairs of one frame and pair (column), (k, 2) int64, unique and sorted; k = 0 without contact."""
+        frame, pair = self._place(frame, pair)
+        return self._faces_asked().at(frame, pair)
+
+    def section(self, frame: int, pair: int) -> FloatArray:
+        """Intersection segments of the faces that meet, (k, 2, 3) world metres; degenerate ones have equal ends."""
+        frame, pair = self._place(frame, pair)
+        faces = self._faces_asked().at(frame, pair)
+        if self.section_source is None:
+            raise NotRecordedError(f"{self.detector} computes no intersection segments; ask a detector on meshes")
+        return self.section_source(frame, pair, faces)
+
+    @cached_property
+    def digest(self) -> str | None:
+        """SHA-256 of the verdicts, sorted by stamp and body names; ``None`` if the result is not reproducible."""
+        if not self.reproducible:
+            return None
+        return _verdict_digest(self)
+
+    @cached_property
+    def faces_digest(self) -> str | None:
+        """SHA-256 of all face pairs, sorted by stamp, body names and faces; ``None`` if not reproducible."""
+        if not self.reproducible:
+            return None
+        return _faces_digest(self, self._faces_asked())
+
+    def _faces_asked(self) -> FaceSets:
+        if self.face_sets is None:
+            raise NotRecordedError(f"{self.detector} was not asked for face pairs; call detect(motion, faces=True)")
+        return self.face_sets
+
+    def _place(self, frame: int, pair: int) -> tuple[int, int]:
+        frames, pairs = self.verdict.shape
+        if not (-frames <= frame < frames and -pairs <= pair < pairs):
+            raise IndexError(f"no frame {frame} and pair {pair}; there are {frames} frames and {pairs} pairs")
+        return frame % frames, pair % pairs
+
+
+def join(detections: Iterable[Detection]) -> Detection:
+    """Put the blocks of a stream together: the result equals ``detect`` on the whole motion.
+
+    Raises
+    ------
+    ValueError
+        There is no block.
+    """
+    parts = list(detections)
+    if not parts:
+        raise ValueError("there is no block to join; stream at least one motion")
+    head = parts[0]
+    first = [0, *accumulate(len(part.times) for part in parts)]
+    faces = None
+    if all(part.face_sets is not None for part in parts):
+        faces = FaceSets.join(
+            (start, part.face_sets) for start, part in zip(first, parts, strict=False) if part.face_sets
+        )
+    return Detection(
+        detector=head.detector,
+        names=head.names,
+        pairs=head.pairs,
+        times=np.concatenate([part.times for part in parts]),
+        verdict=np.concatenate([part.verdict for part in parts]),
+        covers=head.covers,
+        face_sets=faces,
+        containment=head.containment,
+        work=_added([part.work for part in parts]),
+        seconds=_added([part.seconds for part in parts]),
+        approximate=head.approximate,
+        reproducible=all(part.reproducible for part in parts),
+        reasons={
+            (t + start, p): why
+            for start, part in zip(first, parts, strict=False)
+            for (t, p), why in part.reasons.items()
+        },
+        toi={
+            (t + start, p): toi for start, part in zip(first, parts, strict=False) for (t, p), toi in part.toi.items()
+        },
+        section_source=_joined_sections(parts, first),
+    )
+
+
+def _joined_sections(parts: list[Detection], first: list[int]) -> SectionSource | None:
+    if any(part.section_source is None for part in parts):
+        return None
+
+    def section(frame: int, pair: int, faces: NDArray[np.int64]) -> FloatArray:
+        block = int(np.searchsorted(first, frame, side="right")) - 1
+        source = parts[block].section_source
+        assert source is not None
+        return source(frame - first[block], pair, faces)
+
+    return section
+
+
+def _added(tables: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Totals are added, arrays over frames put after each other."""
+    total: dict[str, Any] = {}
+    for name in dict.fromkeys(key for table in tables for key in table):
+        values = [table[name] for table in tables if name in table]
+        arrays = all(isinstance(value, np.ndarray) for value in values)
+        total[name] = np.concatenate(values) if arrays else sum(values)
+    return total
+
+
+def _canonical_order(detection: Detection) -> tuple[list[int], list[str]]:
+    """Columns sorted by their two sorted body names, and those names."""
+    keys = [tuple(sorted(detection.names[k] for k in row)) for row in detection.pairs.tolist()]
+    order = sorted(range(len(keys)), key=lambda column: keys[column])
+    return order, ["\x1f".join(keys[column]) for column in order]
+
+
+def _header(kind: str, detection: Detection, keys: list[str]) -> hashlib._Hash:
+    return hashlib.sha256("\x1e".join([kind, detection.covers, *keys]).encode())
+
+
+def _verdict_digest(detection: Detection) -> str:
+    order, keys = _canonical_order(detection)
+    digest = _header("verdicts/1", detection, keys)
+    stamps = detection.times.astype("<f8").view(np.uint8).reshape(-1, 8)
+    for start in range(0, len(stamps), 65536):
+        rows = slice(start, start + 65536)
+        digest.update(np.hstack([stamps[rows], detection.verdict[rows][:, order]]).tobytes())
+    return digest.hexdigest()
+
+
+def _faces_digest(detection: Detection, sets: FaceSets) -> str:
+    order, keys = _canonical_order(detection)
+    digest = _header("faces/1", detection, keys)
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    swapped = np.array([detection.names[i] > detection.names[j] for i, j in detection.pairs.tolist()], dtype=bool)
+    for entry in np.lexsort((rank[sets.pair], sets.frame)).tolist():
+        column = sets.pair[entry]
+        faces = sets.faces[sets.start[entry] : sets.stop[entry]]
+        if swapped[column]:
+            faces = faces[:, ::-1]
+            faces = faces[np.lexsort((faces[:, 1], faces[:, 0]))]
+        head = np.array([rank[column], len(faces)], dtype="<i8")
+        digest.update(detection.times[sets.frame[entry] : sets.frame[entry] + 1].astype("<f8").tobytes())
+        digest.update(head.tobytes() + faces.astype("<i4").tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,82 @@
+"""Face pairs of many frames in three arrays: nothing is stored per frame that the frame before already holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.numerics import readonly
+
+
+@dataclass(frozen=True, eq=False)
+class FaceSets:
+    """Which faces meet, for every frame and pair in contact.
+
+    Entry k says that in frame ``frame[k]`` pair ``pair[k]`` (a column of the detection) meets in
+    ``faces[start[k]:stop[k]]``; entries are sorted by frame, then pair. Equal sets of neighbouring frames may share
+    rows of ``faces`` (run-length storage), which is what keeps hours of resting contact small.
+
+    Parameters
+    ----------
+    frame, pair, start, stop : (K,) int64.
+    faces : (M, 2) int32, (face of the pair's first body, face of its second), each set unique and sorted.
+    """
+
+    frame: NDArray[np.int64]
+    pair: NDArray[np.int64]
+    start: NDArray[np.int64]
+    stop: NDArray[np.int64]
+    faces: NDArray[np.int32]
+
+    def __post_init__(self) -> None:
+        for array in (self.frame, self.pair, self.start, self.stop, self.faces):
+            readonly(array)
+
+    @classmethod
+    def empty(cls) -> FaceSets:
+        """No frame in contact."""
+        none = np.zeros(0, dtype=np.int64)
+        return cls(none, none.copy(), none.copy(), none.copy(), np.zeros((0, 2), dtype=np.int32))
+
+    @classmethod
+    def from_lists(cls, frame: Sequence[int], pair: Sequence[int], sets: Sequence[NDArray[np.integer]]) -> FaceSets:
+        """Build from one (k, 2) array per entry, entries in any order; each array sorted and unique."""
+        frames, pairs = np.array(frame, dtype=np.int64), np.array(pair, dtype=np.int64)
+        order = np.lexsort((pairs, frames))
+        sizes = np.array([len(sets[k]) for k in order], dtype=np.int64)
+        stop = np.cumsum(sizes)
+        rows = [np.asarray(sets[k], dtype=np.int32).reshape(-1, 2) for k in order]
+        faces = np.concatenate(rows) if rows else np.zeros((0, 2), dtype=np.int32)
+        return cls(frames[order], pairs[order], stop - sizes, stop, faces)
+
+    def at(self, frame: int, pair: int) -> NDArray[np.int64]:
+        """The face pairs of one frame and pair, (k, 2) int64; k = 0 where there is no contact."""
+        low, high = np.searchsorted(self.frame, [frame, frame + 1])
+        entry = low + int(np.searchsorted(self.pair[low:high], pair))
+        if entry >= high or self.pair[entry] != pair:
+            return np.zeros((0, 2), dtype=np.int64)
+        return self.faces[self.start[entry] : self.stop[entry]].astype(np.int64)
+
+    def counts(self, frames: int, pairs: int) -> NDArray[np.int64]:
+        """Number of face pairs for every frame and pair, (T, P)."""
+        counts = np.zeros((frames, pairs), dtype=np.int64)
+        counts[self.frame, self.pair] = self.stop - self.start
+        return counts
+
+    @classmethod
+    def join(cls, parts: Iterable[tuple[int, FaceSets]]) -> FaceSets:
+        """Put blocks after each other; each comes with the number of its first frame."""
+        blocks = list(parts)
+        if not blocks:
+            return cls.empty()
+        rows = np.cumsum([0] + [len(sets.faces) for _, sets in blocks])
+        return cls(
+            np.concatenate([sets.frame + first for first, sets in blocks]),
+            np.concatenate([sets.pair for _, sets in blocks]),
+            np.concatenate([sets.start + row for (_, sets), row in zip(blocks, rows, strict=False)]),
+            np.concatenate([sets.stop + row for (_, sets), row in zip(blocks, rows, strict=False)]),
+            np.concatenate([sets.faces for _, sets in blocks]),
+        )

@@ -1,0 +1,232 @@
+"""A motion is the poses of all bodies at all times: finite and rigid wherever it says a pose is valid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cdcore.errors import InvalidPoseError
+from cdcore.numerics import ORTHONORMAL_REJECT, QUATERNION_REJECT, FloatArray, readonly
+from cdcore.transforms.rigid import orthonormalised, orthonormality_error, rotation_from_quaternion
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class Motion:
+    """Poses of N bodies at T times, body to world, column convention.
+
+    Rotations within rounding of orthonormal keep their bits; up to 1e-3 off they are projected to the nearest rotation
+    (``renormalised`` counts them and ``worst_orthonormality`` keeps the largest error); beyond that they are refused.
+
+    Parameters
+    ----------
+    times : (T,) seconds, strictly increasing.
+    translations : (T, N, 3) metres.
+    rotations : (T, N, 3, 3).
+    valid : (T, N) bool; rows that are False are not looked at. ``None``: all valid.
+    linked : (T, N) bool; whether the path from the frame before is known (False after a gap or a teleport), which
+        detectors of intervals ask. ``None``: known wherever both ends are valid.
+    names : N body names, used in messages.
+
+    Raises
+    ------
+    InvalidPoseError
+        Names frame and body: not finite, not a rotation, a reflection; or times that do not increase.
+    """
+
+    times: FloatArray
+    translations: FloatArray
+    rotations: FloatArray
+    valid: NDArray[np.bool_]
+    linked: NDArray[np.bool_]
+    renormalised: int
+    worst_orthonormality: float
+
+    def __init__(
+        self,
+        times: ArrayLike,
+        translations: ArrayLike,
+        rotations: ArrayLike,
+        valid: ArrayLike | None = None,
+        *,
+        linked: ArrayLike | None = None,
+        names: Sequence[str] | None = None,
+    ) -> None:
+        clock = _times(times)
+        place = _array(translations, "translations", (len(clock), None, 3))
+        bodies = place.shape[1]
+        turn = _array(rotations, "rotations", (len(clock), bodies, 3, 3))
+        mask = _mask(valid, (len(clock), bodies), "valid")
+        error = _checked(place, turn, mask, clock, names)
+        place, turn = _blanked(place, turn, mask)
+        known = _mask(linked, mask.shape, "linked") & mask
+        known[1:] &= mask[:-1]
+        known[:1] = False
+        off = orthonormalised(turn, error)
+        changed = int((off is not turn) and (off != turn).any(axis=(-1, -2)).sum())
+        self._set(clock, place, off, mask, known, changed, float(error.max(initial=0.0)))
+
+    def _set(self, *values: object) -> None:
+        for field, value in zip(self.__dataclass_fields__, values, strict=True):
+            if isinstance(value, np.ndarray):
+                readonly(value)
+            object.__setattr__(self, field, value)
+
+    @classmethod
+    def from_quaternions(
+        cls,
+        times: ArrayLike,
+        translations: ArrayLike,
+        quaternions_xyzw: ArrayLike,
+        valid: ArrayLike | None = None,
+        *,
+        linked: ArrayLike | None = None,
+        names: Sequence[str] | None = None,
+    ) -> Motion:
+        """Build a motion from unit quaternions (T, N, 4), xyzw; norms up to 1e-3 off 1 are renormalised in float64.
+
+        Raises
+        ------
+        InvalidPoseError
+            A quaternion that is zero, not finite or further off; names frame and body.
+        """
+        clock = _times(times)
+        q = _array(quaternions_xyzw, "quaternions_xyzw", (len(clock), None, 4))
+        mask = _mask(valid, q.shape[:2], "valid")
+        with np.errstate(over="ignore", invalid="ignore"):
+            norm = np.sqrt((q * q).sum(axis=-1))
+        bad = mask & ~(np.abs(norm - 1.0) <= QUATERNION_REJECT)
+        if bad.any():
+            frame, body = (int(k) for k in np.argwhere(bad)[0])
+            what = f"quaternion {q[frame, body].tolist()} has norm {norm[frame, body]:.6g}, not 1"
+            raise InvalidPoseError(
+                _where(frame, body, clock, names) + what + "; flag the pose as not valid or repair it"
+            )
+        q = np.where(mask[..., None], q, [0.0, 0.0, 0.0, 1.0])
+        return cls(clock, translations, rotation_from_quaternion(q), mask, linked=linked, names=names)
+
+    @classmethod
+    def from_matrices(
+        cls,
+        times: ArrayLike,
+        poses: ArrayLike,
+        valid: ArrayLike | None = None,
+        *,
+        linked: ArrayLike | None = None,
+        names: Sequence[str] | None = None,
+    ) -> Motion:
+        """Build a motion from 4x4 matrices (T, N, 4, 4), column convention: the last row is 0 0 0 1."""
+        clock = _times(times)
+        matrices = _array(poses, "poses", (len(clock), None, 4, 4))
+        mask = _mask(valid, matrices.shape[:2], "valid")
+        bad = mask & ~(matrices[..., 3, :] == [0.0, 0.0, 0.0, 1.0]).all(axis=-1)
+        if bad.any():
+            frame, body = (int(k) for k in np.argwhere(bad)[0])
+            row = matrices[frame, body, 3].tolist()
+            raise InvalidPoseError(
+                _where(frame, body, clock, names) + f"last row is {row}, not 0 0 0 1; pass column-convention matrices"
+            )
+        return cls(clock, matrices[..., :3, 3], matrices[..., :3, :3], mask, linked=linked, names=names)
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    @property
+    def body_count(self) -> int:
+        """Number of bodies N."""
+        return int(self.translations.shape[1])
+
+    def frames(self, start: int, stop: int) -> Motion:
+        """The frames ``start <= t < stop`` as a motion; nothing is checked or rounded again."""
+        part = object.__new__(Motion)
+        arrays = (self.times, self.translations, self.rotations, self.valid, self.linked)
+        part._set(*(array[start:stop] for array in arrays), self.renormalised, self.worst_orthonormality)
+        return part
+
+    def take(self, frames: NDArray[np.int64]) -> Motion:
+        """The frames of these numbers, increasing, as a motion; paths across left-out frames are not linked."""
+        part = object.__new__(Motion)
+        linked = self.linked[frames].copy()
+        linked[1:][np.diff(frames) != 1] = False
+        part._set(
+            self.times[frames], self.translations[frames], self.rotations[frames], self.valid[frames], linked,
+            self.renormalised, self.worst_orthonormality,
+        )  # fmt: skip
+        return part
+
+    def blocks(self, frames: int) -> Iterator[Motion]:
+        """The motion in consecutive blocks of at most this many frames."""
+        for start in range(0, len(self), frames):
+            yield self.frames(start, min(start + frames, len(self)))
+
+
+def _times(times: ArrayLike) -> FloatArray:
+    clock = np.array(times, dtype=np.float64)
+    if clock.ndim != 1:
+        raise InvalidPoseError(f"times have shape {clock.shape}; give (T,) seconds")
+    if not np.isfinite(clock).all():
+        frame = int(np.flatnonzero(~np.isfinite(clock))[0])
+        raise InvalidPoseError(f"frame {frame}: time {clock[frame]} is not finite; drop the frame")
+    step = np.flatnonzero(np.diff(clock) <= 0)
+    if len(step):
+        frame = int(step[0]) + 1
+        raise InvalidPoseError(
+            f"frame {frame}: time {clock[frame]!r} s does not come after {clock[frame - 1]!r} s; "
+            "sort the frames and drop repeats"
+        )
+    return clock
+
+
+def _array(values: ArrayLike, what: str, shape: tuple[int | None, ...]) -> FloatArray:
+    array = np.array(values, dtype=np.float64, order="C")
+    fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
+    if not fits:
+        wanted = ", ".join("N" if size is None else str(size) for size in shape)
+        raise InvalidPoseError(f"{what} have shape {array.shape}; give ({wanted})")
+    return array
+
+
+def _mask(mask: ArrayLike | None, shape: tuple[int, ...], what: str) -> NDArray[np.bool_]:
+    if mask is None:
+        return np.ones(shape, dtype=np.bool_)
+    array = np.array(mask, dtype=np.bool_)
+    if array.shape != shape:
+        raise InvalidPoseError(f"{what} has shape {array.shape}; give {shape}, one flag per frame and body")
+    return array
+
+
+def _where(frame: int, body: int, clock: FloatArray, names: Sequence[str] | None) -> str:
+    name = names[body] if names is not None else str(body)
+    return f"frame {frame} ({clock[frame]:.6f} s), body {name}: "
+
+
+def _checked(
+    place: FloatArray, turn: FloatArray, mask: NDArray[np.bool_], clock: FloatArray, names: Sequence[str] | None
+) -> FloatArray:
+    """Orthonormality errors (T, N), 0 where not valid; raises on the first pose that is none."""
+    error = orthonormality_error(turn)
+    bad_place = mask & ~np.isfinite(place).all(axis=-1)
+    bad_turn = mask & ~(error <= ORTHONORMAL_REJECT)
+    bad = bad_place | bad_turn
+    if not bad.any():
+        error[~mask] = 0.0
+        return error
+    frame, body = (int(k) for k in np.argwhere(bad)[0])
+    if bad_place[frame, body]:
+        what = f"translation {place[frame, body].tolist()} is not finite"
+    elif not np.isfinite(turn[frame, body]).all():
+        what = "rotation is not finite"
+    elif np.isinf(error[frame, body]):
+        what = "matrix is a reflection, not a rotation (determinant below 0)"
+    else:
+        what = f"matrix is not a rotation (|R^T R - I| reaches {error[frame, body]:.3g}, at most 1e-3 is repaired)"
+    raise InvalidPoseError(_where(frame, body, clock, names) + what + "; flag the pose as not valid or repair it")
+
+
+def _blanked(place: FloatArray, turn: FloatArray, mask: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+    """Identity where no pose is valid, so that no number that nobody may look at can poison a whole-motion sum."""
+    if mask.all():
+        return place, turn
+    return np.where(mask[..., None], place, 0.0), np.where(mask[..., None, None], turn, np.eye(3))

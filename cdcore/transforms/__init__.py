@@ -1,0 +1,1 @@
+"""Rigid motions, the paper's matrices and the conventions of other systems."""
