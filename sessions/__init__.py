@@ -1,1 +1,30 @@
-"""."""
+"""Recorded sessions: their model, their file, where they come from, and whether they can be trusted."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+_HOME = {
+    "Event": "sessions.event",
+    "Frames": "sessions.frames",
+    "Interval": "sessions.event",
+    "MeshData": "sessions.mesh_data",
+    "Scene": "sessions.scene",
+    "Session": "sessions.session",
+    "Status": "sessions.frames",
+    "Track": "sessions.track",
+}
+"""Public name -> module; loaded on first use, so that ``import sessions`` costs nothing."""
+
+__all__ = list(_HOME)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'sessions' has no attribute {name!r}; it has: {', '.join(__all__)}")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,85 @@
+"""A scene says what is there: bodies with shapes, which pairs matter, which effects are called for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A rigid pose: position (x, y, z) in metres and quaternion xyzw, child to parent."""
+
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    quaternion_xyzw: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class SceneBody:
+    """One body as declared.
+
+    Parameters
+    ----------
+    id : the name its track has.
+    mesh : path of a mesh file relative to the scene, or ``""``.
+    shape : ``box``, ``sphere``, ``capsule`` or ``cylinder`` with its sizes in ``size``, or an instrument's name in
+        ``instrument``; one of mesh, shape and instrument, or none when the session carries the mesh.
+    size : sizes of the shape by name, metres.
+    scale : factor from the mesh file's unit to metres.
+    group : bodies of one group are never paired with each other.
+    parent : the body whose frame this one's pose is relative to (a joint), or ``""``.
+    offset : pose of the mesh in its tracker's frame.
+    fixed : pose of a body that has no track because it never moves (relative to ``parent`` or the world).
+    tags : words effects and pairs can refer to, for example ``glass``.
+    proxy : the mesh only stands in for the real one; every report says so.
+    extra : further keys that effects read (``mass``, ``cavity``, ...), as written.
+    """
+
+    id: str
+    mesh: str = ""
+    shape: str = ""
+    instrument: str = ""
+    size: Mapping[str, Any] = field(default_factory=dict)
+    scale: float = 1.0
+    group: str = ""
+    parent: str = ""
+    offset: Pose = field(default_factory=Pose)
+    fixed: Pose | None = None
+    tags: tuple[str, ...] = ()
+    proxy: bool = False
+    extra: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class SceneEffect:
+    """One effect as declared: its kind and its keys as written."""
+
+    kind: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What was declared, and the text it was read from.
+
+    Parameters
+    ----------
+    name : the scene's name.
+    bodies : declared bodies.
+    pairs : declared pairs of body names; ``None``: all with relative motion, minus groups and ``ignore``.
+    ignore : pairs of body names left out.
+    effects : declared effects; ``None`` when the scene has no effects table at all, ``()`` when it declares none.
+    text : the TOML it was read from, kept so that the file carries what the author wrote.
+    """
+
+    name: str = ""
+    bodies: tuple[SceneBody, ...] = ()
+    pairs: tuple[tuple[str, str], ...] | None = None
+    ignore: tuple[tuple[str, str], ...] = ()
+    effects: tuple[SceneEffect, ...] | None = None
+    text: str = ""
+
+    def body(self, name: str) -> SceneBody | None:
+        """The declaration of a body, or ``None``."""
+        return next((body for body in self.bodies if body.id == name), None)

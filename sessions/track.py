@@ -1,0 +1,73 @@
+"""The samples of one body on its own clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sessions.errors import SessionError
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class Track:
+    """One body's samples, on the device's own stamps.
+
+    Parameters
+    ----------
+    times_ns : (n,) integers, nanoseconds, strictly increasing.
+    positions : (n, 3) metres.
+    quaternions_xyzw : (n, 4).
+    valid : (n,) bool, False where the tracker had lost the body; ``None``: all valid.
+
+    Raises
+    ------
+    SessionError
+        Shapes that do not fit, or stamps that do not increase.
+    """
+
+    times_ns: NDArray[np.int64]
+    positions: NDArray[np.float64]
+    quaternions_xyzw: NDArray[np.float64]
+    valid: NDArray[np.bool_]
+
+    def __init__(
+        self, times_ns: ArrayLike, positions: ArrayLike, quaternions_xyzw: ArrayLike, valid: ArrayLike | None = None
+    ) -> None:
+        stamps = checked_stamps(times_ns, "a track")
+        count = len(stamps)
+        mask = np.ones(count, dtype=np.bool_) if valid is None else np.array(valid, dtype=np.bool_)
+        values = {
+            "times_ns": stamps,
+            "positions": np.array(positions, dtype=np.float64),
+            "quaternions_xyzw": np.array(quaternions_xyzw, dtype=np.float64),
+            "valid": mask,
+        }
+        shapes = {"times_ns": (count,), "positions": (count, 3), "quaternions_xyzw": (count, 4), "valid": (count,)}
+        for name, array in values.items():
+            if array.shape != shapes[name]:
+                raise SessionError(f"{name} of a track has shape {array.shape}; {count} stamps need {shapes[name]}")
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    def __len__(self) -> int:
+        return len(self.times_ns)
+
+
+def checked_stamps(times_ns: ArrayLike, what: str) -> NDArray[np.int64]:
+    """Integer nanoseconds that increase, as int64 (n,); one sentence where they are not."""
+    given = np.asarray(times_ns)
+    if given.size and given.dtype.kind not in "iu":
+        raise SessionError(f"the stamps of {what} are {given.dtype}, not integers; give nanoseconds as int64")
+    if given.ndim != 1:
+        raise SessionError(f"the stamps of {what} have shape {given.shape}; give (n,) nanoseconds")
+    stamps = given.astype(np.int64)
+    step = np.flatnonzero(np.diff(stamps) <= 0)
+    if len(step):
+        row = int(step[0]) + 1
+        raise SessionError(
+            f"sample {row} of {what} at {stamps[row]} ns does not come after {stamps[row - 1]} ns; "
+            "sort the samples and drop repeats"
+        )
+    return stamps
