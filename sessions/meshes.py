@@ -1,0 +1,271 @@
+"""Meshes in and out of files, and their unions: a mesh written as GLB and read again is the same mesh bit for bit.
+
+This is the one module of `sessions` that imports trimesh (and manifold3d), and it does so only when a function needs
+them.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import struct
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.errors import MeshFileError
+from sessions.mesh_data import MeshData, concatenated, is_closed
+
+if TYPE_CHECKING:
+    import trimesh
+
+__all__ = [
+    "FILE_TYPES",
+    "MeshData",
+    "load_mesh",
+    "mesh_from_bytes",
+    "mesh_to_glb",
+    "refined",
+    "simplified",
+    "subtracted",
+    "united",
+]
+
+FILE_TYPES = ("glb", "obj", "stl", "ply", "off")
+
+# Booleans of float32 coordinates leave crumbs at seams: edges of a few ulps. One micrometre removes them; it is a
+# thousandth of the thinnest glass wall here and half of the distance below which an audit calls a contact undecided
+# (2 um).
+SEAM_TOLERANCE = 1e-6
+
+_GLB_MAGIC, _GLB_JSON, _GLB_BINARY = 0x46546C67, 0x4E4F534A, 0x004E4942
+_FLOAT32, _UINT32, _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER, _TRIANGLES = 5126, 5125, 34962, 34963, 4
+
+
+def load_mesh(path: str | Path, scale: float = 1.0) -> MeshData:
+    """Read a mesh file (GLB, OBJ, STL, PLY or OFF) as one mesh; faces keep the order of the file.
+
+    Parts of a GLB scene are placed by their nodes and joined, in file order. Nothing is merged, repaired or dropped,
+    with one exception: the corners of an STL, which knows no shared vertices, are shared where they are
+    bit-identical.
+
+    Parameters
+    ----------
+    path
+        The file; its ending says its type.
+    scale
+        Metres per unit of the file (0.01 for a file in centimetres).
+
+    Raises
+    ------
+    MeshFileError
+        When the file is missing, empty, damaged, of an unknown type, or holds no triangle.
+    """
+    place = Path(path)
+    file_type = place.suffix.lower().removeprefix(".")
+    if file_type not in FILE_TYPES:
+        raise MeshFileError(
+            f"mesh file {place} is of no known type; use one of: {', '.join('.' + t for t in FILE_TYPES)}"
+        )
+    try:
+        data = place.read_bytes()
+    except FileNotFoundError:
+        raise MeshFileError(f"mesh file {place} does not exist; check the path") from None
+    except OSError as error:
+        raise MeshFileError(
+            f"mesh file {place} cannot be read ({error.strerror}); check what it is and who may read it"
+        ) from None
+    try:
+        return mesh_from_bytes(data, file_type, scale)
+    except MeshFileError as error:
+        raise MeshFileError(f"mesh file {place}: {error}") from None
+
+
+def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0) -> MeshData:
+    """Read one mesh from the bytes of a file; see `load_mesh`.
+
+    Raises
+    ------
+    MeshFileError
+        When the bytes are empty, damaged, of an unknown type, or hold no triangle.
+    """
+    kind = file_type.lower().removeprefix(".")
+    if kind not in FILE_TYPES:
+        raise MeshFileError(f"no mesh type {file_type!r}; there are: {', '.join(FILE_TYPES)}")
+    if not np.isfinite(scale) or scale <= 0:
+        raise MeshFileError(f"scale is {scale}; give the metres per unit of the file, a positive number")
+    if not data:
+        raise MeshFileError("the mesh file is empty; export it again")
+    try:
+        vertices, faces = _read_obj(data) if kind == "obj" else _read_with_trimesh(data, kind)
+    except MeshFileError:
+        raise
+    except Exception as error:  # a parser of foreign files raises whatever its author met; all of it means: damaged
+        raise MeshFileError(
+            f"this is no readable {kind.upper()} ({error or type(error).__name__}); export it again"
+        ) from error
+    if kind == "stl":
+        vertices, faces = _share_equal_vertices(vertices, faces)
+    return MeshData(vertices * scale, faces)
+
+
+def mesh_to_glb(mesh: MeshData, name: str) -> bytes:
+    """Return the mesh as a binary glTF 2.0 file with one node called ``name``; the same mesh and name give the same
+    bytes.
+
+    Positions are float32, which `MeshData` vertices already are in value, so the conversion is exact. There are no
+    normals: a viewer then shades each face flat, as the format asks for.
+
+    Source: Khronos glTF 2.0 specification, sections 3.7 (meshes) and 4.4 (GLB container).
+    """
+    positions = mesh.vertices.astype("<f4")
+    indices = mesh.faces.astype("<u4")
+    binary = positions.tobytes() + indices.tobytes()
+    tree = {
+        "asset": {"version": "2.0", "generator": "vrlab-replay"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"name": name, "mesh": 0}],
+        "meshes": [{"name": name, "primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "mode": _TRIANGLES}]}],
+        "accessors": [
+            {
+                "bufferView": 0,
+                "componentType": _FLOAT32,
+                "count": len(positions),
+                "type": "VEC3",
+                "min": positions.min(axis=0).tolist(),
+                "max": positions.max(axis=0).tolist(),
+            },
+            {"bufferView": 1, "componentType": _UINT32, "count": indices.size, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": positions.nbytes, "target": _ARRAY_BUFFER},
+            {
+                "buffer": 0,
+                "byteOffset": positions.nbytes,
+                "byteLength": indices.nbytes,
+                "target": _ELEMENT_ARRAY_BUFFER,
+            },
+        ],
+        "buffers": [{"byteLength": len(binary)}],
+    }
+    text = json.dumps(tree, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<II", len(text), _GLB_JSON) + text + struct.pack("<II", len(binary), _GLB_BINARY) + binary
+    return struct.pack("<III", _GLB_MAGIC, 2, 12 + len(chunks)) + chunks
+
+
+def united(meshes: Sequence[MeshData]) -> MeshData:
+    """Return the surface of the union of closed meshes, closed itself.
+
+    Raises
+    ------
+    MeshFileError
+        When one of the meshes is not closed.
+    """
+    return _boolean(meshes, lambda a, b: a + b)
+
+
+def subtracted(mesh: MeshData, others: Sequence[MeshData]) -> MeshData:
+    """Return the closed mesh ``mesh`` without the insides of the closed ``others``.
+
+    Raises
+    ------
+    MeshFileError
+        When one of the meshes is not closed.
+    """
+    return _boolean([mesh, *others], lambda a, b: a - b)
+
+
+def refined(mesh: MeshData, length: float) -> MeshData:
+    """Return the closed mesh with edges split to about ``length`` metres; the surface stays where it is."""
+    return _from_manifold(_to_manifold(mesh).refine_to_length(length))
+
+
+def simplified(mesh: MeshData, tolerance: float) -> MeshData:
+    """Return the closed mesh with fewer faces, its surface moved by less than ``tolerance`` metres."""
+    return _from_manifold(_to_manifold(mesh).simplify(tolerance))
+
+
+def _boolean(meshes: Sequence[MeshData], join: Callable[[Any, Any], Any]) -> MeshData:
+    result = _to_manifold(meshes[0])
+    for mesh in meshes[1:]:
+        result = join(result, _to_manifold(mesh))
+    return _from_manifold(result.simplify(SEAM_TOLERANCE))
+
+
+def _to_manifold(mesh: MeshData) -> Any:
+    from manifold3d import Manifold, Mesh
+
+    if not is_closed(mesh):
+        raise MeshFileError("a union needs closed meshes with consistent winding; close the mesh first")
+    return Manifold(Mesh(vert_properties=mesh.vertices.astype(np.float32), tri_verts=mesh.faces.astype(np.uint32)))
+
+
+def _from_manifold(solid: Any) -> MeshData:
+    mesh = solid.to_mesh()
+    return MeshData(mesh.vert_properties[:, :3], mesh.tri_verts.astype(np.int64))
+
+
+def _read_with_trimesh(data: bytes, kind: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    import trimesh
+
+    options: dict[str, Any] = {"skip_materials": True} if kind == "glb" else {}
+    scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False, **options)
+    parts = list(_placed_parts(scene))
+    if not parts:
+        raise MeshFileError("the file holds no triangle; export the surface as triangles")
+    whole = concatenated(parts)
+    return whole.vertices, whole.faces
+
+
+def _placed_parts(scene: trimesh.Scene) -> Iterable[MeshData]:
+    """Yield the meshes of a scene where its nodes put them, in an order that depends on the file alone.
+
+    Nodes of a GLB with several primitives get random names from trimesh, so names cannot order them: the place of
+    the geometry in the file does, then the numbers of the pose.
+    """
+    import trimesh
+
+    rank = {name: place for place, name in enumerate(scene.geometry)}
+    nodes = [scene.graph[node] for node in scene.graph.nodes_geometry]
+    for pose, name in sorted(nodes, key=lambda node: (rank[node[1]], np.asarray(node[0]).tolist())):
+        part = scene.geometry[name]
+        if isinstance(part, trimesh.Trimesh) and len(part.faces):
+            mesh = MeshData(part.vertices, part.faces)
+            yield mesh if np.array_equal(pose, np.eye(4)) else mesh.transformed(pose)
+
+
+def _read_obj(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Read ``v`` and ``f`` lines in file order; polygons become fans.
+
+    Not trimesh's reader: that one regroups faces by material and splits vertices at texture seams (5.2), and which
+    face is which matters here.
+    """
+    vertices: list[list[float]] = []
+    faces: list[list[int]] = []
+    text = data.decode("utf-8", errors="replace").replace("\r\n", "\n").replace("\\\n", " ")
+    for line in text.splitlines():
+        words = line.split("#", 1)[0].split()
+        if words[:1] == ["v"]:
+            vertices.append([float(word) for word in words[1:4]])
+        elif words[:1] == ["f"]:
+            corners = [int(word.split("/", 1)[0]) for word in words[1:]]
+            corners = [corner - 1 if corner > 0 else corner + len(vertices) for corner in corners]
+            faces.extend([corners[0], *corners[i : i + 2]] for i in range(1, len(corners) - 1))
+    if not faces:
+        raise MeshFileError("the file holds no triangle; export the surface as triangles")
+    return np.array(vertices, dtype=np.float64), np.array(faces, dtype=np.int64)
+
+
+def _share_equal_vertices(
+    vertices: NDArray[np.float64], faces: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    _, first, inverse = np.unique(vertices, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    new_index = np.empty_like(order)
+    new_index[order] = np.arange(len(order))
+    return vertices[first[order]], new_index[inverse.reshape(-1)[faces]]
