@@ -1,0 +1,101 @@
+"""The words of an audit: what one detector's verdict is worth beside an oracle's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Outcome(IntEnum):
+    """What comparing two verdicts on one pair-frame gives (stored as uint8)."""
+
+    NEITHER = 0
+    """No contact, and the detector says so."""
+    BOTH = 1
+    """Contact, and the detector says so."""
+    MISSED = 2
+    """Contact that the detector does not report: a false negative."""
+    INVENTED = 3
+    """A contact reported where there is none: a false positive."""
+    WITHIN_TOLERANCE = 4
+    """They disagree about less than tau: ill-posed, nobody's fault."""
+    BETWEEN_FRAMES = 5
+    """An interval detector's contact that no instant shows."""
+    LEFT_OUT = 6
+    """One of them did not decide (no pose, unresolved, invalid)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """One detector beside the oracle, pair-frame by pair-frame.
+
+    Parameters
+    ----------
+    subject, oracle : labels of the two detections.
+    outcome : (T, P) uint8, values of ``Outcome``.
+    """
+
+    subject: str
+    oracle: str
+    outcome: NDArray[np.uint8]
+
+    def count(self, outcome: Outcome) -> int:
+        """How many pair-frames ended so."""
+        return int((self.outcome == outcome).sum())
+
+
+@dataclass(frozen=True)
+class Episode:
+    """A maximal contact interval of one pair in one detection.
+
+    Parameters
+    ----------
+    pair : column of the pair.
+    first, last : first and last frame in contact (both included).
+    start, end : seconds of these frames on the session timeline.
+    """
+
+    pair: int
+    first: int
+    last: int
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
+class Miss:
+    """One numbered false negative: a stretch of an oracle's episode that the subject did not report.
+
+    The number is the same in the lane, the list, the flag in 3D, the tables and the report.
+
+    Parameters
+    ----------
+    number : 1, 2, ... in order of time.
+    pair : column of the pair; ``body_a`` and ``body_b`` are its names.
+    first, last : first and last missed frame (both included).
+    start, end : seconds of the missed stretch.
+    kind : ``never found`` (the whole episode) or ``found late`` or ``lost early`` or ``interrupted``.
+    episode : number of the oracle's episode it belongs to, from 1 in order of time.
+    deepest : the frame where the cut is longest; ``point`` (world metres) and ``normal`` are taken there.
+    face_pairs : number of face pairs there.
+    cut_length : length of the intersection curve there, metres.
+    """
+
+    number: int
+    pair: int
+    body_a: str
+    body_b: str
+    first: int
+    last: int
+    start: float
+    end: float
+    kind: str
+    episode: int
+    deepest: int
+    point: tuple[float, float, float]
+    normal: tuple[float, float, float]
+    face_pairs: int
+    cut_length: float

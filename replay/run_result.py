@@ -1,0 +1,43 @@
+"""What a run gives back: detections, the audit between them, effects, and a summary that JSON can hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from cdcore import Detection
+from replay.assembly import Assembly
+from replay.audit.outcome import Comparison, Episode, Miss
+from sessions import Session
+
+
+@dataclass(frozen=True, eq=False)
+class RunResult:
+    """The outcome of ``replay.run``.
+
+    Parameters
+    ----------
+    session : what was replayed.
+    assembly : bodies, motion and pairs that the detectors saw.
+    detections : label -> detection, in the order asked for; all on the frames of ``assembly``.
+    oracle : label of the detection the others are compared with, or ``""``.
+    comparisons : label -> comparison with the oracle.
+    episodes : label -> that detection's contact episodes.
+    misses : label -> numbered misses, in order of time.
+    effects : name -> series and events (empty until the scene declares some).
+    summary : settings, seeds, counts, digests, machine; everything JSON can hold.
+    out : the run folder, or ``None`` when nothing was written.
+    """
+
+    session: Session
+    assembly: Assembly
+    detections: Mapping[str, Detection]
+    oracle: str
+    comparisons: Mapping[str, Comparison]
+    episodes: Mapping[str, tuple[Episode, ...]]
+    misses: Mapping[str, tuple[Miss, ...]]
+    effects: Mapping[str, Any] = field(default_factory=dict)
+    summary: Mapping[str, Any] = field(default_factory=dict)
+    out: Path | None = None
