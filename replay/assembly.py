@@ -1,4 +1,4 @@
-"""What a session looks like to a detector: bodies, one motion, the pairs that matter, and where every pose came from."""
+"""What a session looks like to a detector: bodies, one motion, the pairs that matter, and where each pose came from."""
 
 from __future__ import annotations
 
