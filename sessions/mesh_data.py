@@ -1,4 +1,4 @@
-"""A triangle mesh as two read-only arrays whose vertices a float32 file holds without loss.
+"""A triangle mesh as two read-only arrays, kept bit for bit from the first moment to the file and back.
 
 Importing this module is light: it knows numpy and nothing else.
 """
@@ -17,15 +17,15 @@ from sessions.errors import MeshFileError
 class MeshData:
     """Vertices (v, 3) float64 in metres and faces (f, 3) int64; both are read-only copies.
 
-    A session file stores meshes as GLB, and GLB stores float32. So every coordinate is rounded to float32 **once**,
-    here, and kept as float64 from then on: what is written is what is read, bit for bit. The rounding is at most
-    6e-8 of the coordinate, 0.06 um at one metre. Negative zeros become zeros. Face ``i`` stays face ``i``
-    everywhere: nothing in `sessions` merges or reorders.
+    Every bit that is given is kept: a glass that rests exactly on a table in memory rests exactly on it after the
+    session was written and read. Negative zeros become zeros. Face ``i`` stays face ``i`` everywhere: nothing in
+    `sessions` merges or reorders.
 
     Raises
     ------
     MeshFileError
-        When the arrays are not a mesh: wrong shape, empty, a coordinate that float32 cannot hold, an index out of
+        When the arrays are not a mesh: wrong shape, empty, a coordinate that is not finite or that float32 cannot
+        reach (no viewer could draw it), an index out of
         range.
 
     Examples
@@ -90,13 +90,21 @@ def is_closed(mesh: MeshData) -> bool:
     return bool((np.diff(forward) > 0).all() and np.array_equal(forward, backward))
 
 
+def least_area(mesh: MeshData) -> float:
+    """Return the area of the smallest face in m2; 0 when a face is degenerate."""
+    corners = mesh.triangles
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return float(0.5 * np.linalg.norm(normals, axis=1).min())
+
+
 def _checked_vertices(vertices: ArrayLike) -> NDArray[np.float64]:
     given = np.asarray(vertices, dtype=np.float64)
     if given.ndim != 2 or given.shape[1:] != (3,) or not len(given):
         raise MeshFileError(f"vertices must be an array of shape (v, 3) with at least one row, not {given.shape}")
+    points = given + 0.0
     with np.errstate(over="ignore", invalid="ignore"):
-        points = given.astype(np.float32).astype(np.float64) + 0.0
-    bad = ~np.isfinite(points).all(axis=1)
+        drawable = np.isfinite(points.astype(np.float32))
+    bad = ~drawable.all(axis=1)
     if bad.any():
         row = int(np.flatnonzero(bad)[0])
         raise MeshFileError(f"vertex {row} is {given[row].tolist()}; coordinates must be finite and within float32")

@@ -1,0 +1,88 @@
+"""The GLB that a session file carries: any viewer draws it, and read again it is the same mesh bit for bit."""
+
+from __future__ import annotations
+
+import json
+import struct
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.mesh_data import MeshData
+
+_GLB_MAGIC, _GLB_JSON, _GLB_BINARY = 0x46546C67, 0x4E4F534A, 0x004E4942
+_FLOAT32, _UINT32, _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER, _TRIANGLES = 5126, 5125, 34962, 34963, 4
+_EXACT, _EXACT_SEARCHED = "vrlab_positions_float64", 4096
+_Block = tuple[NDArray[Any], int | None]
+
+
+def mesh_to_glb(mesh: MeshData, name: str) -> bytes:
+    """Return the mesh as a binary glTF 2.0 file with one node called ``name``; the same mesh and name give the same
+    bytes.
+
+    Positions are float32, as glTF demands. Where that loses bits, the float64 positions stand in a buffer view of their
+    own, named by the primitive's ``extras``: viewers pass over it, `read_exact_glb` reads it, so that no mesh changes
+    on its way through a file. There are no normals: a viewer then shades each face flat, as the format asks for.
+
+    Source: Khronos glTF 2.0 specification, sections 3.7 (meshes) and 4.4 (GLB container).
+    """
+    positions = mesh.vertices.astype("<f4")
+    indices = mesh.faces.astype("<u4")
+    blocks: list[_Block] = [(positions, _ARRAY_BUFFER), (indices, _ELEMENT_ARRAY_BUFFER)]
+    primitive: dict[str, Any] = {"attributes": {"POSITION": 0}, "indices": 1, "mode": _TRIANGLES}
+    if not np.array_equal(positions.astype(np.float64), mesh.vertices):
+        blocks.append((mesh.vertices.astype("<f8"), None))
+        primitive["extras"] = {_EXACT: 2}
+    tree = {
+        "asset": {"version": "2.0", "generator": "vrlab-replay"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"name": name, "mesh": 0}],
+        "meshes": [{"name": name, "primitives": [primitive]}],
+        "accessors": [
+            {
+                "bufferView": 0,
+                "componentType": _FLOAT32,
+                "count": len(positions),
+                "type": "VEC3",
+                "min": positions.min(axis=0).tolist(),
+                "max": positions.max(axis=0).tolist(),
+            },
+            {"bufferView": 1, "componentType": _UINT32, "count": indices.size, "type": "SCALAR"},
+        ],
+        "bufferViews": _buffer_views(blocks),
+        "buffers": [{"byteLength": sum(array.nbytes for array, _ in blocks)}],
+    }
+    binary = b"".join(array.tobytes() for array, _ in blocks)
+    text = json.dumps(tree, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<II", len(text), _GLB_JSON) + text + struct.pack("<II", len(binary), _GLB_BINARY) + binary
+    return struct.pack("<III", _GLB_MAGIC, 2, 12 + len(chunks)) + chunks
+
+
+def _buffer_views(blocks: list[_Block]) -> list[dict[str, int]]:
+    views, start = [], 0
+    for array, target in blocks:
+        view = {"buffer": 0, "byteOffset": start, "byteLength": array.nbytes}
+        views.append(view | ({"target": target} if target is not None else {}))
+        start += array.nbytes
+    return views
+
+
+def read_exact_glb(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:
+    """Read the float64 positions that `mesh_to_glb` put beside the float32 ones; ``None`` when there are none."""
+    if data[:4] != b"glTF" or _EXACT.encode() not in data[:_EXACT_SEARCHED]:
+        return None
+    length = struct.unpack_from("<I", data, 12)[0]
+    tree = json.loads(data[20 : 20 + length])
+    primitive = tree["meshes"][0]["primitives"][0]
+    if _EXACT not in primitive.get("extras", {}):
+        return None
+    binary = memoryview(data)[28 + length :]
+
+    def view(number: int, dtype: str) -> NDArray[Any]:
+        place = tree["bufferViews"][number]
+        return np.frombuffer(binary[place["byteOffset"] :][: place["byteLength"]], dtype=dtype).reshape(-1, 3)
+
+    return view(primitive["extras"][_EXACT], "<f8").astype(np.float64), view(1, "<u4").astype(np.int64)
