@@ -11,6 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+ByteArray = NDArray[np.uint8]
 
 EPS: Final = float(np.finfo(np.float64).eps)
 """Spacing of float64 at 1, 2^-52."""

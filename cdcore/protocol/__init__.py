@@ -1,5 +1,6 @@
 """The vocabulary that detectors share: bodies, motions, verdicts, detections."""
 
+from cdcore.protocol.blocks import blocks_in_order, ordered_by_name, pair_has_pose, require_bodies
 from cdcore.protocol.body import Body, resolve_pairs
 from cdcore.protocol.detection import DECIDED, Detection, join
 from cdcore.protocol.detector import Detector
@@ -15,8 +16,12 @@ __all__ = [
     "FaceSets",
     "Motion",
     "Verdict",
+    "blocks_in_order",
     "counts_as_contact",
     "is_undecided",
     "join",
+    "ordered_by_name",
+    "pair_has_pose",
+    "require_bodies",
     "resolve_pairs",
 ]

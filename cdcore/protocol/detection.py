@@ -109,7 +109,10 @@ class Detection:
 
     def _faces_asked(self) -> FaceSets:
         if self.face_sets is None:
-            raise NotRecordedError(f"{self.detector} was not asked for face pairs; call detect(motion, faces=True)")
+            raise NotRecordedError(
+                f"this result of {self.detector!r} holds no face pairs; "
+                "call detect(motion, faces=True) of a detector that works on meshes"
+            )
         return self.face_sets
 
     def _place(self, frame: int, pair: int) -> tuple[int, int]:

@@ -44,13 +44,26 @@ class FaceSets:
     @classmethod
     def from_lists(cls, frame: Sequence[int], pair: Sequence[int], sets: Sequence[NDArray[np.integer]]) -> FaceSets:
         """Build from one (k, 2) array per entry, entries in any order; each array sorted and unique."""
-        frames, pairs = np.array(frame, dtype=np.int64), np.array(pair, dtype=np.int64)
-        order = np.lexsort((pairs, frames))
-        sizes = np.array([len(sets[k]) for k in order], dtype=np.int64)
+        return cls.from_shared(np.array(frame), np.array(pair), np.arange(len(sets)), sets)
+
+    @classmethod
+    def from_shared(
+        cls,
+        frame: NDArray[np.integer],
+        pair: NDArray[np.integer],
+        which: NDArray[np.integer],
+        sets: Sequence[NDArray[np.integer]],
+    ) -> FaceSets:
+        """Build from distinct sets and, for each entry, which of them it is; entries without a face are left out."""
+        sizes = np.array([len(one) for one in sets], dtype=np.int64)
         stop = np.cumsum(sizes)
-        rows = [np.asarray(sets[k], dtype=np.int32).reshape(-1, 2) for k in order]
+        keep = np.flatnonzero(sizes[which]) if len(which) else np.zeros(0, dtype=np.int64)
+        order = keep[np.lexsort((pair[keep], frame[keep]))]
+        rows = [np.asarray(one, dtype=np.int32).reshape(-1, 2) for one in sets]
         faces = np.concatenate(rows) if rows else np.zeros((0, 2), dtype=np.int32)
-        return cls(frames[order], pairs[order], stop - sizes, stop, faces)
+        number = which[order].astype(np.int64)
+        start = (stop - sizes)[number]
+        return cls(frame[order].astype(np.int64), pair[order].astype(np.int64), start, stop[number], faces)
 
     def at(self, frame: int, pair: int) -> NDArray[np.int64]:
         """The face pairs of one frame and pair, (k, 2) int64; k = 0 where there is no contact."""

@@ -1,0 +1,67 @@
+"""Spheres only: the cheapest answer, and never a false negative."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
+from cdcore.broad.sphere_stage import SphereStage
+from cdcore.protocol import Body, Detection, Motion, blocks_in_order, require_bodies
+
+
+@dataclass(frozen=True, kw_only=True)
+class SphereSettings:
+    """``sphere``: "paper" for equation (21), "best" for the smallest ball known; ``skip``: leap over certain frames."""
+
+    sphere: str = "best"
+    skip: bool = True
+
+    def __post_init__(self) -> None:
+        require_sphere_mode(self.sphere)
+
+
+class SphereDetector:
+    """Says CANDIDATE where bounding spheres overlap, CLEAR where they do not, and cannot say CONTACT.
+
+    Choose it as the floor of cost: every contact of any other detector is among its candidates, and most candidates are
+    none. Source: equation (21) and the padding of ``cdcore.broad.sphere_stage``.
+    """
+
+    name: ClassVar[str] = "sphere"
+    online: ClassVar[bool] = False
+    Settings: ClassVar[type] = SphereSettings
+
+    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: SphereSettings) -> None:
+        self.bodies = tuple(bodies)
+        self.pairs = pairs
+        self.settings = settings
+        spheres = [sphere_in_mode(body.mesh, settings.sphere) for body in bodies]
+        self._spheres = SphereStage(spheres, pairs, skip=settings.skip)
+
+    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
+        """Answer for the whole motion; spheres know no faces, so ``faces`` changes nothing."""
+        del faces
+        require_bodies(motion, self.bodies)
+        start = perf_counter()
+        answer = self._spheres.candidates(motion)
+        return Detection(
+            detector=self.name,
+            names=tuple(body.name for body in self.bodies),
+            pairs=self.pairs,
+            times=motion.times,
+            verdict=answer.verdict,
+            containment=("refused: spheres alone cannot tell",) * len(self.pairs),
+            work={"sphere_tests": answer.tests, "skipped": answer.skipped},
+            seconds={"spheres": perf_counter() - start},
+        )
+
+    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
+        """Answer block by block; no state passes between blocks."""
+        for motion in blocks_in_order(motions):
+            yield self.detect(motion, faces=faces)

@@ -1,0 +1,199 @@
+"""One query per pair at load and after any change of a pose; between changes the answer is the cached one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.bounding.sphere import Sphere, sphere_best
+from cdcore.errors import InvalidSettingError
+from cdcore.narrow.containment import ContainmentStage
+from cdcore.narrow.mesh_stage import NO_FACES, MeshStage
+from cdcore.narrow.section_source import sections_of
+from cdcore.numerics import FloatArray
+from cdcore.protocol import Body, Detection, FaceSets, Motion, Verdict, blocks_in_order, pair_has_pose, require_bodies
+
+
+@dataclass(frozen=True, kw_only=True)
+class StaticSettings:
+    """Settings of ``static``.
+
+    ``epsilon``: metres; an answer stays while no point of one body has moved further than this relative to the other
+    since the last query. 0: while both poses are bit for bit those of the last query.
+    ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
+    """
+
+    epsilon: float = 0.0
+    containment: bool = True
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.epsilon < float("inf"):
+            raise InvalidSettingError(f"epsilon={self.epsilon!r} is no distance; give metres, 0 or more")
+
+
+@dataclass(eq=False)
+class _Memory:
+    """Per pair, the poses of its last query and what it answered; passes from block to block."""
+
+    poses: list[FloatArray | None]
+    verdict: NDArray[np.uint8]
+    faces: list[NDArray[np.int32]]
+
+
+class StaticDetector:
+    """Asks the meshes of a pair only when one of the two has moved: N frozen frames are one query.
+
+    Choose it for scenes that mostly stand still; it has no bounding volumes, so a pair that moves costs a mesh query
+    every frame. ``work``: ``queries`` done, ``cached`` pair-frames answered from the query before. With ``epsilon``
+    above 0 a cached answer can be wrong by that distance.
+
+    Source: the paper's row *static*, "suitable when objects are stationary and do not collide".
+    """
+
+    name: ClassVar[str] = "static"
+    online: ClassVar[bool] = False
+    Settings: ClassVar[type] = StaticSettings
+
+    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: StaticSettings) -> None:
+        self.bodies = tuple(bodies)
+        self.pairs = pairs
+        self.settings = settings
+        self._spheres = [sphere_best(body.mesh) for body in bodies]
+        self._meshes = MeshStage(bodies, pairs)
+        self._containment = ContainmentStage(bodies, pairs) if settings.containment else None
+
+    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
+        """Answer for every frame of the motion."""
+        return self._run(motion, self._fresh_memory(), faces)
+
+    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
+        """Answer block by block; the last poses and answers are carried on."""
+        memory = self._fresh_memory()
+        for motion in blocks_in_order(motions):
+            yield self._run(motion, memory, faces)
+
+    def _fresh_memory(self) -> _Memory:
+        count = len(self.pairs)
+        return _Memory([None] * count, np.full(count, Verdict.NO_POSE, dtype=np.uint8), [NO_FACES] * count)
+
+    def _run(self, motion: Motion, memory: _Memory, faces: bool) -> Detection:
+        require_bodies(motion, self.bodies)
+        start = perf_counter()
+        known = pair_has_pose(motion, self.pairs)
+        verdict = np.full(known.shape, Verdict.NO_POSE, dtype=np.uint8)
+        sets: list[NDArray[np.int32]] = list(memory.faces)
+        entries: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]] = []
+        queries = 0
+        for column in range(len(self.pairs)):
+            frames = np.flatnonzero(known[:, column])
+            fresh = self._fresh(motion, frames, column, memory)
+            asked = frames[fresh]
+            queries += len(asked)
+            answers, found = self._ask(motion, asked, column, faces)
+            number = np.cumsum(fresh)
+            verdict[frames, column] = np.concatenate([memory.verdict[[column]], answers])[number]
+            which = np.concatenate([[column], np.arange(len(found)) + len(sets)])
+            sets += found
+            if faces:
+                entries.append((frames, np.full(len(frames), column), which[number]))
+            if len(asked):
+                memory.verdict[column] = answers[-1]
+                memory.faces[column] = found[-1] if found else NO_FACES
+        return Detection(
+            detector=self.name,
+            names=tuple(body.name for body in self.bodies),
+            pairs=self.pairs,
+            times=motion.times,
+            verdict=verdict,
+            face_sets=_face_sets(entries, sets) if faces else None,
+            containment=self._containment_words(),
+            work={"queries": queries, "cached": int(known.sum()) - queries},
+            seconds={"meshes": perf_counter() - start},
+            section_source=sections_of(self.bodies, self.pairs, motion),
+        )
+
+    def _ask(
+        self, motion: Motion, frames: NDArray[np.int64], column: int, faces: bool
+    ) -> tuple[NDArray[np.uint8], list[NDArray[np.int32]]]:
+        """Verdicts of the frames asked about, and their faces if wanted, one set per frame."""
+        columns = np.full(len(frames), column)
+        answer = self._meshes.decide(motion, frames, columns, faces=faces)
+        verdicts = np.where(answer.hits, Verdict.CONTACT, Verdict.CLEAR).astype(np.uint8)
+        if self._containment is not None:
+            apart = np.flatnonzero(~answer.hits)
+            inside = self._containment.contained(motion, frames[apart], columns[apart])
+            verdicts[apart[inside]] = Verdict.CONTAINED
+        return verdicts, [answer.sets[k] for k in answer.which.tolist()]
+
+    def _fresh(self, motion: Motion, frames: NDArray[np.int64], column: int, memory: _Memory) -> NDArray[np.bool_]:
+        """Which frames need a query, (K,); remembers the poses of the last one."""
+        if not len(frames):
+            return np.zeros(0, dtype=np.bool_)
+        i, j = self.pairs[column].tolist()
+        poses = np.concatenate([_flat(motion, frames, i), _flat(motion, frames, j)], axis=1)
+        last = memory.poses[column]
+        if self.settings.epsilon == 0.0:
+            before = np.concatenate([poses[:1] * np.nan if last is None else last[None], poses[:-1]])
+            memory.poses[column] = poses[-1]
+            changed: NDArray[np.bool_] = (poses != before).any(axis=1)
+            return changed
+        fresh, memory.poses[column] = _moved(poses, last, self._spheres[i], self.settings.epsilon)
+        return fresh
+
+    def _containment_words(self) -> tuple[str, ...]:
+        if self._containment is None:
+            return ("refused: containment=False",) * len(self.pairs)
+        return self._containment.words
+
+
+def _flat(motion: Motion, frames: NDArray[np.int64], body: int) -> FloatArray:
+    """Poses as rows of twelve numbers, (K, 12): rotation, translation."""
+    turn = motion.rotations[frames, body].reshape(-1, 9)
+    return np.concatenate([turn, motion.translations[frames, body]], axis=1)
+
+
+def _moved(
+    poses: FloatArray, last: FloatArray | None, sphere: Sphere, epsilon: float
+) -> tuple[NDArray[np.bool_], FloatArray]:
+    """Which rows are further than ``epsilon`` from the pose asked about last, and the one asked about last of all.
+
+    Seen from j, the ball of i moves by at most ``|dR|_F d + |dc|``: Frobenius norm bounds the map, the centre goes
+    its own way. Each query sets the pose that the next rows are compared with, so errors do not add up.
+    """
+    turn_i, move_i, turn_j, move_j = poses[:, :9], poses[:, 9:12], poses[:, 12:21], poses[:, 21:]
+    back = turn_j.reshape(-1, 3, 3).transpose(0, 2, 1)
+    turn = back @ turn_i.reshape(-1, 3, 3)
+    centre = np.einsum("kab,kb->ka", turn, np.broadcast_to(sphere.centre, move_i.shape))
+    centre += np.einsum("kab,kb->ka", back, move_i - move_j)
+    fresh = np.zeros(len(poses), dtype=np.bool_)
+    reference = None if last is None else _moved_reference(last, sphere)
+    asked = last
+    for k in range(len(poses)):
+        if reference is not None:
+            way = np.linalg.norm(turn[k] - reference[0]) * sphere.radius + np.linalg.norm(centre[k] - reference[1])
+            if way <= epsilon:
+                continue
+        fresh[k] = True
+        reference, asked = (turn[k], centre[k]), poses[k]
+    assert asked is not None
+    return fresh, asked
+
+
+def _moved_reference(pose: FloatArray, sphere: Sphere) -> tuple[FloatArray, FloatArray]:
+    back = pose[12:21].reshape(3, 3).T
+    turn = back @ pose[:9].reshape(3, 3)
+    return turn, turn @ sphere.centre + back @ (pose[9:12] - pose[21:])
+
+
+def _face_sets(
+    entries: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]], sets: list[NDArray[np.int32]]
+) -> FaceSets:
+    if not entries:
+        return FaceSets.empty()
+    frames, columns, which = (np.concatenate(part) for part in zip(*entries, strict=True))
+    return FaceSets.from_shared(frames, columns, which, sets)

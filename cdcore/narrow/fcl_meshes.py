@@ -1,0 +1,154 @@
+"""Triangle meshes in FCL: complete and exact in general position, and the only module that imports ``fcl``.
+
+Every mesh is a ``BVHModel`` built explicitly, so that faces keep their numbers and a convex mesh stays a surface. A
+mesh inside another does not touch it: containment is another question.
+
+What FCL cannot do: faces that are points or segments (543 of 1,500 pairs missed; 2,090 of 3,357 on a mesh of zero
+area), needles, coordinates near 2^400, and ties within rounding in a rotated world (glass resting exactly on a table:
+433 missed and 681 invented of 7,018 face pairs). Choose the exact detector where these matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import fcl
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.errors import InvalidMeshError, InvalidPoseError
+from cdcore.mesh import TriangleMesh
+from cdcore.numerics import FloatArray
+
+EVERY_CONTACT: Final = 2**31 - 1
+"""FCL stops after ``num_max_contacts``, by default after one."""
+
+
+class _FacePairs:
+    """Stands in for ``fcl.CollisionResult``: keeps two numbers of each contact, not the contact with its arrays."""
+
+    __slots__ = ("contacts", "cost_sources", "first", "is_collision", "second")
+
+    def __init__(self) -> None:
+        self.is_collision = False
+        self.first: list[int] = []
+        self.second: list[int] = []
+        self.contacts = self
+        self.cost_sources: list[Any] = []
+
+    def append(self, contact: Any) -> None:
+        self.first.append(contact.b1)
+        self.second.append(contact.b2)
+
+
+@dataclass(frozen=True, eq=False)
+class _Placed:
+    thing: Any
+    turn: Callable[[FloatArray], None]
+    move: Callable[[FloatArray], None]
+
+
+class FclMeshes:
+    """Meshes that can be placed and asked whether, and in which faces, two of them meet.
+
+    Equal meshes (by content hash) share one tree.
+
+    Parameters
+    ----------
+    meshes : one per body; ``TriangleMesh`` is never empty and its indices exist, which FCL relies on without checking
+        (it ends the process otherwise).
+
+    Raises
+    ------
+    InvalidMeshError
+        FCL could not build the tree.
+    """
+
+    def __init__(self, meshes: Sequence[TriangleMesh]) -> None:
+        trees: dict[str, Any] = {}
+        for mesh in meshes:
+            if mesh.content_hash not in trees:
+                trees[mesh.content_hash] = _tree(mesh)
+        self._bodies = [_placed(trees[mesh.content_hash]) for mesh in meshes]
+        self._first = fcl.CollisionRequest(num_max_contacts=1, enable_contact=False)
+        # With enable_contact FCL lists some face pairs twice, and the indices come without it too.
+        self._all = fcl.CollisionRequest(num_max_contacts=EVERY_CONTACT, enable_contact=False)
+
+    def place(self, body: int, rotation: FloatArray, translation: FloatArray) -> None:
+        """Put a body at a pose of a ``Motion``: finite and rigid, which FCL does not check.
+
+        Raises
+        ------
+        InvalidPoseError
+            The pose is not finite; FCL would answer *contact*.
+        """
+        if not (np.isfinite(rotation).all() and np.isfinite(translation).all()):
+            raise InvalidPoseError(f"body {body}: the pose is not finite; flag it as not valid or repair it")
+        self._place(body, rotation, translation)
+
+    def touch(self, a: int, b: int) -> bool:
+        """Whether the surfaces of two placed bodies meet."""
+        return bool(fcl.collide(self._bodies[a].thing, self._bodies[b].thing, self._first, _FacePairs()))
+
+    def faces(self, a: int, b: int) -> NDArray[np.int32]:
+        """The face pairs of two placed bodies that meet, (k, 2), unique and sorted."""
+        found = _FacePairs()
+        if not fcl.collide(self._bodies[a].thing, self._bodies[b].thing, self._all, found):
+            return np.zeros((0, 2), dtype=np.int32)
+        keys = np.array(found.first, dtype=np.int64) << 32 | np.array(found.second, dtype=np.int64)
+        keys = np.unique(keys)
+        return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)
+
+    def _place(self, body: int, rotation: FloatArray, translation: FloatArray) -> None:
+        placed = self._bodies[body]
+        placed.turn(rotation)
+        placed.move(translation)
+
+    def touch_along(
+        self, a: int, b: int, poses_a: tuple[FloatArray, FloatArray], poses_b: tuple[FloatArray, FloatArray]
+    ) -> NDArray[np.bool_]:
+        """Whether two bodies meet at each of K pairs of poses, (K,); the poses come from a ``Motion``.
+
+        Parameters
+        ----------
+        poses_a, poses_b : rotations (K, 3, 3) and translations (K, 3).
+        """
+        hits = np.zeros(len(poses_a[0]), dtype=np.bool_)
+        one, other = self._bodies[a], self._bodies[b]
+        collide, request, found = fcl.collide, self._first, _FacePairs()
+        for k, (ra, ta, rb, tb) in enumerate(zip(*poses_a, *poses_b, strict=True)):
+            one.turn(ra)
+            one.move(ta)
+            other.turn(rb)
+            other.move(tb)
+            if collide(one.thing, other.thing, request, found):
+                hits[k] = True
+        return hits
+
+    def faces_along(
+        self, a: int, b: int, poses_a: tuple[FloatArray, FloatArray], poses_b: tuple[FloatArray, FloatArray]
+    ) -> list[NDArray[np.int32]]:
+        """The face pairs at each of K pairs of poses; arguments as for ``touch_along``."""
+        found = []
+        for ra, ta, rb, tb in zip(*poses_a, *poses_b, strict=True):
+            self._place(a, ra, ta)
+            self._place(b, rb, tb)
+            found.append(self.faces(a, b))
+        return found
+
+
+def _tree(mesh: TriangleMesh) -> Any:
+    tree = fcl.BVHModel()
+    # python-fcl names the arguments in this order; FCL allocates by them and grows where they are too small.
+    tree.beginModel(num_tris_=len(mesh.faces), num_vertices_=len(mesh.vertices))
+    tree.addSubModel(mesh.vertices, mesh.faces.tolist())
+    if tree.endModel() != 0:
+        raise InvalidMeshError(f"FCL cannot build a tree of {mesh!r}; repair the mesh or use another detector")
+    return tree
+
+
+def _placed(tree: Any) -> _Placed:
+    thing = fcl.CollisionObject(tree)
+    return _Placed(thing, thing.setRotation, thing.setTranslation)

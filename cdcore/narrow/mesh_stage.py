@@ -1,0 +1,105 @@
+"""The mesh stage: which of many pair-frames meet, and in which faces, each set of poses asked once.
+
+Where both poses of a pair are bit for bit those of its query before, the answer is that answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.narrow.fcl_meshes import FclMeshes
+from cdcore.numerics import FloatArray
+from cdcore.protocol import Body, FaceSets, Motion, ordered_by_name
+
+
+@dataclass(frozen=True, eq=False)
+class MeshAnswer:
+    """Which of K pair-frames are in contact (K,), in which faces if asked, mesh queries done and answers reused."""
+
+    hits: NDArray[np.bool_]
+    queries: int
+    reused: int
+    which: NDArray[np.int64]
+    """(K,) row of ``sets``, where faces were asked for."""
+    sets: list[NDArray[np.int32]]
+    """Distinct face sets, (k, 2) each, empty ones included; none where faces were not asked for."""
+
+    def face_sets(self, frames: NDArray[np.int64], columns: NDArray[np.int64]) -> FaceSets:
+        """The faces as a detection keeps them."""
+        return FaceSets.from_shared(frames, columns, self.which, self.sets)
+
+
+class MeshStage:
+    """Decides contact on triangles, pair after pair so that two trees stay in the cache.
+
+    Parameters
+    ----------
+    bodies : N bodies.
+    pairs : (P, 2) body numbers; each pair is asked in the order of its names, whatever order it has here.
+    """
+
+    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64]) -> None:
+        self._meshes = FclMeshes([body.mesh for body in bodies])
+        self._pairs, self._turned = ordered_by_name(bodies, pairs)
+
+    def decide(
+        self, motion: Motion, frames: NDArray[np.int64], columns: NDArray[np.int64], *, faces: bool = False
+    ) -> MeshAnswer:
+        """Answer for K pair-frames at which both bodies have a pose, sorted by column, then frame."""
+        hits = np.zeros(len(frames), dtype=np.bool_)
+        which = np.zeros(len(frames) if faces else 0, dtype=np.int64)
+        sets: list[NDArray[np.int32]] = []
+        queries = 0
+        for column in np.unique(columns).tolist():
+            rows = np.flatnonzero(columns == column)
+            a, b = self._pairs[column].tolist()
+            pose_a, pose_b = (_poses(motion, frames[rows], body) for body in (a, b))
+            fresh = _differs_from_before(pose_a) | _differs_from_before(pose_b)
+            asked = np.flatnonzero(fresh)
+            number = np.cumsum(fresh) - 1
+            queries += len(asked)
+            ask_a, ask_b = ((turn[asked], move[asked]) for turn, move in (pose_a, pose_b))
+            if not faces:
+                hits[rows] = self._meshes.touch_along(a, b, ask_a, ask_b)[number]
+                continue
+            found = self._meshes.faces_along(a, b, ask_a, ask_b)
+            which[rows] = number + len(sets)
+            hits[rows] = np.array([len(one) > 0 for one in found], dtype=np.bool_)[number]
+            sets += [_turned(one) for one in found] if self._turned[column] else found
+        return MeshAnswer(hits, queries, len(frames) - queries, which, sets)
+
+    def look(self, motion: Motion, frame: int, column: int, *, faces: bool = False) -> tuple[bool, NDArray[np.int32]]:
+        """One pair in one frame, as a live engine asks: contact or not, and the faces if asked for."""
+        a, b = self._pairs[column].tolist()
+        self._meshes.place(a, motion.rotations[frame, a], motion.translations[frame, a])
+        self._meshes.place(b, motion.rotations[frame, b], motion.translations[frame, b])
+        if not faces:
+            return self._meshes.touch(a, b), NO_FACES
+        found = self._meshes.faces(a, b)
+        return len(found) > 0, _turned(found) if self._turned[column] else found
+
+
+NO_FACES: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
+NO_FACES.setflags(write=False)
+
+
+def _poses(motion: Motion, frames: NDArray[np.int64], body: int) -> tuple[FloatArray, FloatArray]:
+    return motion.rotations[frames, body], motion.translations[frames, body]
+
+
+def _differs_from_before(poses: tuple[FloatArray, FloatArray]) -> NDArray[np.bool_]:
+    """(K,): whether a pose is not bit for bit the one in the row before; True in row 0."""
+    turn, move = poses
+    differs = np.ones(len(turn), dtype=np.bool_)
+    differs[1:] = (turn[1:] != turn[:-1]).any(axis=(1, 2)) | (move[1:] != move[:-1]).any(axis=1)
+    return differs
+
+
+def _turned(faces: NDArray[np.int32]) -> NDArray[np.int32]:
+    """The same pairs, first and second exchanged, sorted again."""
+    swapped = faces[:, ::-1]
+    return np.ascontiguousarray(swapped[np.lexsort((swapped[:, 1], swapped[:, 0]))])

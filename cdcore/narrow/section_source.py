@@ -1,0 +1,40 @@
+"""Intersection segments of a detection, computed when somebody looks at a frame and not before."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.numerics import FloatArray, place_points
+from cdcore.protocol import Body, Motion
+
+Pose = tuple[FloatArray, FloatArray]
+"""Rotation (3, 3) and translation (3,)."""
+
+
+def section_of_faces(a: Body, pose_a: Pose, b: Body, pose_b: Pose, faces: NDArray[np.int64]) -> FloatArray:
+    """Segments (k, 2, 3) in which the face pairs (k, 2) of two placed bodies meet, world metres."""
+    from cdcore.narrow.sections import triangle_pair_sections
+
+    triangles = np.empty((len(faces), 2, 3, 3))
+    for side, (body, pose) in enumerate(((a, pose_a), (b, pose_b))):
+        corners = body.mesh.triangles[faces[:, side]]
+        triangles[:, side] = place_points(corners.reshape(-1, 3), *pose).reshape(-1, 3, 3)
+    segments: FloatArray = triangle_pair_sections(triangles)
+    return segments
+
+
+def sections_of(
+    bodies: Sequence[Body], pairs: NDArray[np.int64], motion: Motion
+) -> Callable[[int, int, NDArray[np.int64]], FloatArray]:
+    """The ``section_source`` of a detection whose faces were found at the poses of its own frames."""
+    ends = pairs.tolist()
+
+    def section(frame: int, pair: int, faces: NDArray[np.int64]) -> FloatArray:
+        i, j = ends[pair]
+        pose_i, pose_j = ((motion.rotations[frame, k], motion.translations[frame, k]) for k in (i, j))
+        return section_of_faces(bodies[i], pose_i, bodies[j], pose_j, faces)
+
+    return section

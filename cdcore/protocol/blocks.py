@@ -1,0 +1,69 @@
+"""What every detector asks of the motions it is given: poses of its bodies, blocks in order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.errors import InvalidPoseError
+from cdcore.protocol.body import Body
+from cdcore.protocol.motion import Motion
+
+
+def require_bodies(motion: Motion, bodies: Sequence[Body]) -> None:
+    """Refuse a motion of other bodies.
+
+    Raises
+    ------
+    InvalidPoseError
+        The motion has another number of bodies than the detector.
+    """
+    if motion.body_count != len(bodies):
+        names = ", ".join(body.name for body in bodies)
+        raise InvalidPoseError(
+            f"the motion has poses of {motion.body_count} bodies, the detector has {len(bodies)}; "
+            f"give one column for each of: {names}"
+        )
+
+
+def blocks_in_order(motions: Iterable[Motion]) -> Iterator[Motion]:
+    """The blocks of a stream, each checked to come after the one before.
+
+    Raises
+    ------
+    InvalidPoseError
+        A block starts before the end of the block before it.
+    """
+    last: float | None = None
+    for number, motion in enumerate(motions):
+        if len(motion):
+            first = float(motion.times[0])
+            if last is not None and not first > last:
+                raise InvalidPoseError(
+                    f"block {number} starts at {first!r} s, not after {last!r} s where the block before ends; "
+                    "stream the blocks in order of time"
+                )
+            last = float(motion.times[-1])
+        yield motion
+
+
+def pair_has_pose(motion: Motion, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Whether both bodies of a pair have a pose, (T, P)."""
+    both: NDArray[np.bool_] = motion.valid[:, pairs[:, 0]] & motion.valid[:, pairs[:, 1]]
+    return both
+
+
+def ordered_by_name(bodies: Sequence[Body], pairs: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Each pair with the body first whose name sorts first, (P, 2), and which rows that turned round, (P,).
+
+    Asked in this order, an engine whose answer depends on the order of its operands gives one answer for a pair,
+    however the pair was written down.
+    """
+    rank = np.empty(len(bodies), dtype=np.int64)
+    rank[sorted(range(len(bodies)), key=lambda k: bodies[k].name)] = np.arange(len(bodies))
+    turned = rank[pairs[:, 0]] > rank[pairs[:, 1]]
+    ordered = pairs.copy()
+    ordered[turned] = pairs[turned][:, ::-1]
+    return ordered, turned

@@ -1,0 +1,231 @@
+"""Every row of the table of detectors keeps these promises."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from shapes import lab
+
+from cdcore import DETECTORS, Body, Motion, TriangleMesh, Verdict, create_detector, join
+from cdcore.errors import CollisionCoreError, InvalidPairError, InvalidPoseError, InvalidSettingError, NotRecordedError
+from cdcore.protocol import Detector, counts_as_contact
+
+NAMES = list(DETECTORS)
+FRAMES = 150
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return lab(FRAMES)
+
+
+@cache
+def whole(name):
+    bodies, motion = lab(FRAMES)
+    return create_detector(name, bodies).detect(motion, faces=True)
+
+
+def has_faces(detection):
+    return detection.face_sets is not None
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_has_the_shape_of_a_detector(name, scene):
+    detector = create_detector(name, scene[0])
+    assert isinstance(detector, Detector)
+    assert detector.name == name
+    assert isinstance(detector.settings, detector.Settings)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_same_input_gives_the_same_answer(name, scene):
+    bodies, motion = scene
+    detector = create_detector(name, bodies)
+    first, second = detector.detect(motion, faces=True), detector.detect(motion, faces=True)
+    assert first.digest == second.digest == whole(name).digest
+    if has_faces(first):
+        assert first.faces_digest == second.faces_digest == whole(name).faces_digest
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("block", [1, 7, 64])
+def test_a_stream_gives_the_answer_of_the_whole_for_any_block_size(name, block, scene):
+    bodies, motion = scene
+    joined = join(create_detector(name, bodies).stream(motion.blocks(block), faces=True))
+    assert joined.digest == whole(name).digest
+    assert joined.verdict.shape == whole(name).verdict.shape
+    if has_faces(joined):
+        assert joined.faces_digest == whole(name).faces_digest
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_pairs_written_in_another_order_give_the_same_digests(name, scene):
+    bodies, motion = scene
+    pairs = [("ball", "beaker"), ("rod", "beaker"), ("wand", "rod"), ("table", "ball")]
+    forward = create_detector(name, bodies, pairs=pairs).detect(motion, faces=True)
+    turned = [pair[::-1] for pair in pairs[::-1]]
+    backward = create_detector(name, bodies, pairs=turned).detect(motion, faces=True)
+    assert forward.digest == backward.digest
+    assert np.array_equal(forward.verdict, backward.verdict[:, ::-1])
+    if has_faces(forward):
+        assert forward.faces_digest == backward.faces_digest
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_bodies_in_another_order_give_the_same_digests(name, scene):
+    bodies, motion = scene
+    order = [3, 0, 4, 2, 1]
+    shuffled = Motion(motion.times, motion.translations[:, order], motion.rotations[:, order], motion.valid[:, order])
+    detection = create_detector(name, [bodies[k] for k in order]).detect(shuffled, faces=True)
+    assert detection.digest == whole(name).digest
+    if has_faces(detection):
+        assert detection.faces_digest == whole(name).faces_digest
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_frame_without_a_pose_is_no_pose_and_no_other_frame_is(name, scene):
+    motion, detection = scene[1], whole(name)
+    either = ~(motion.valid[:, detection.pairs[:, 0]] & motion.valid[:, detection.pairs[:, 1]])
+    assert either.any()
+    assert (detection.verdict[either] == Verdict.NO_POSE).all()
+    if detection.covers == "instants":
+        assert (detection.verdict[~either] != Verdict.NO_POSE).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_numbers_of_a_pose_that_is_not_valid_are_not_looked_at(name, scene):
+    bodies, motion = scene
+    translations, rotations = motion.translations.copy(), motion.rotations.copy()
+    translations[~motion.valid], rotations[~motion.valid] = np.nan, np.inf
+    poisoned = Motion(motion.times, translations, rotations, motion.valid)
+    assert create_detector(name, bodies).detect(poisoned).digest == whole(name).digest
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_empty_motion_gives_an_empty_answer(name, scene):
+    bodies, motion = scene
+    detection = create_detector(name, bodies).detect(motion.frames(0, 0), faces=True)
+    assert detection.verdict.shape == (0, 10)
+    assert isinstance(detection.digest, str)
+    if has_faces(detection):
+        assert detection.face_counts.shape == (0, 10)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_one_body_alone_has_no_pairs_and_no_verdicts(name, scene):
+    bodies, motion = scene
+    alone = Motion(motion.times, motion.translations[:, :1], motion.rotations[:, :1])
+    assert create_detector(name, bodies[:1]).detect(alone).verdict.shape == (FRAMES, 0)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_verdicts_are_read_only_and_the_motion_is_not_changed(name, scene):
+    bodies, motion = scene
+    before = motion.translations.tobytes(), motion.rotations.tobytes()
+    detection = create_detector(name, bodies).detect(motion)
+    assert (motion.translations.tobytes(), motion.rotations.tobytes()) == before
+    with pytest.raises(ValueError, match="read-only"):
+        detection.verdict[0, 0] = 1
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_times_and_names_come_back_as_they_went_in(name, scene):
+    bodies, motion = scene
+    detection = whole(name)
+    assert np.array_equal(detection.times, motion.times)
+    assert detection.names == tuple(body.name for body in bodies)
+    assert detection.verdict.dtype == np.uint8
+    assert len(detection.containment) == len(detection.pairs)
+    assert detection.detector == name
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_work_and_seconds_are_reported(name):
+    detection = whole(name)
+    assert detection.work
+    assert all(np.min(value) >= 0 for value in detection.work.values())
+    assert detection.seconds
+    online = create_detector(name, lab(2)[0]).online
+    for seconds in detection.seconds.values():
+        assert np.shape(seconds) == ((FRAMES,) if online else ())
+        assert np.min(seconds) >= 0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_faces_belong_to_contact_and_are_unique_and_sorted(name):
+    detection = whole(name)
+    if not has_faces(detection):
+        with pytest.raises(NotRecordedError, match="holds no face pairs"):
+            _ = detection.face_counts
+        return
+    contact = detection.verdict == Verdict.CONTACT
+    if detection.covers == "instants":
+        assert np.array_equal(detection.face_counts > 0, contact)
+    for frame, pair in np.argwhere(detection.face_counts > 0).tolist():
+        rows = [tuple(row) for row in detection.faces(frame, pair).tolist()]
+        assert rows == sorted(set(rows))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_asking_for_faces_changes_no_verdict(name, scene):
+    bodies, motion = scene
+    assert create_detector(name, bodies).detect(motion).digest == whole(name).digest
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_bad_input_is_refused_by_one_named_error(name, scene):
+    bodies, motion = scene
+    with pytest.raises(InvalidPoseError, match="poses of 5 bodies, the detector has 2"):
+        create_detector(name, bodies[:2]).detect(motion)
+    with pytest.raises(InvalidPairError, match="no body 'spoon'"):
+        create_detector(name, bodies, pairs=[("ball", "spoon")])
+    with pytest.raises(InvalidPairError, match="paired with itself"):
+        create_detector(name, bodies, pairs=[(1, 1)])
+    with pytest.raises(InvalidPairError, match="no bodies"):
+        create_detector(name, [])
+    with pytest.raises(InvalidSettingError, match="has no setting 'nonsense'"):
+        create_detector(name, bodies, nonsense=1)
+    with pytest.raises(InvalidPairError, match="used twice: ball"):
+        create_detector(name, [bodies[3], bodies[3]])
+    with pytest.raises(InvalidPoseError, match="stream the blocks in order"):
+        list(create_detector(name, bodies).stream([motion.frames(5, 9), motion.frames(0, 5)]))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_detector_can_be_used_again_after_a_refused_motion(name, scene):
+    bodies, motion = scene
+    detector = create_detector(name, bodies)
+    with pytest.raises(CollisionCoreError):
+        detector.detect(Motion(motion.times, motion.translations[:, :2], motion.rotations[:, :2]))
+    assert detector.detect(motion).digest == whole(name).digest
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_mesh_of_one_triangle_is_enough(name):
+    triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    upright = TriangleMesh([[0.25, 0.25, -1], [0.25, 0.25, 1], [0.3, 0.9, 1]], [[0, 1, 2]])
+    bodies = [Body("a", triangle), Body("b", upright)]
+    motion = Motion([0.0, 1.0], [[[0, 0, 0], [0, 0, 0]], [[0, 0, 0], [9, 9, 9]]], np.tile(np.eye(3), (2, 2, 1, 1)))
+    verdict = create_detector(name, bodies).detect(motion).verdict[:, 0]
+    if create_detector(name, bodies).detect(motion).covers == "instants":
+        assert counts_as_contact(verdict).tolist() in ([True, False], [False, False])
+        assert not counts_as_contact(verdict)[1]
+
+
+@pytest.mark.parametrize("name", ["hybrid", "static", "discrete"])
+def test_every_contact_is_among_the_candidates_of_the_spheres(name):
+    found = counts_as_contact(whole(name).verdict)
+    assert found.any()
+    assert counts_as_contact(whole("sphere").verdict)[found].all()
+
+
+@pytest.mark.parametrize("name", ["static", "discrete"])
+def test_detectors_on_the_same_meshes_agree_with_hybrid(name):
+    assert np.array_equal(whole(name).verdict, whole("hybrid").verdict)
+    assert whole(name).faces_digest == whole("hybrid").faces_digest
+
+
+def test_the_scene_of_these_tests_has_every_verdict_that_counts():
+    assert {Verdict.CLEAR, Verdict.CONTACT, Verdict.NO_POSE} <= set(np.unique(whole("hybrid").verdict).tolist())
