@@ -1,0 +1,115 @@
+"""Analytic sessions: every frame's contact follows from a formula, with the band that meshes and noise leave open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+
+import numpy as np
+
+from sessions.errors import SessionError
+from sessions.session import Session
+from sessions.synthetic.analytic_cases import AnalyticCase, Level
+from sessions.synthetic.assembly import START_NS, Recording, recorded
+from sessions.synthetic.streams import random_stream
+from sessions.synthetic.truth import Episode, Interval, Pair, Truth, sorted_episodes, sorted_facts
+
+# Poses near 1 m and vertices near 0.1 m are rounded to 1e-16 m; ten thousand times that also covers the rounding of
+# stamps to nanoseconds at 4 m/s (4e-9 m).
+ROUNDING_M = 1e-8
+
+_MODULE = "sessions.synthetic.analytic_cases"
+ANALYTIC: dict[str, str] = {
+    "ball-plate": f"{_MODULE}:ball_plate",
+    "ball-ball": f"{_MODULE}:ball_ball",
+    "ball-ball-oblique": f"{_MODULE}:ball_ball_oblique",
+    "rod-ring": f"{_MODULE}:rod_ring",
+    "fast-ball": f"{_MODULE}:fast_ball",
+    "spinning-rod": f"{_MODULE}:spinning_rod",
+    "grazing-ball": f"{_MODULE}:grazing_ball",
+    "ball-in-box": f"{_MODULE}:ball_in_box",
+}
+"""Name -> function that makes the case."""
+
+
+def make_analytic(
+    name: str,
+    *,
+    rate_hz: float = 90.0,
+    seconds: float = 10.0,
+    noise: str = "off",
+    jitter: str = "even",
+    losses: str = "flagged",
+    seed: int = 0,
+) -> tuple[Session, Truth]:
+    """Make one analytic session and its truth; the same arguments give the same session.
+
+    Parameters
+    ----------
+    name : a name of `ANALYTIC`.
+    noise : ``off`` or ``vive``; with noise the truth's band widens by five sigma and moves by the latency.
+    jitter : ``even``, ``steady`` or ``browser`` stamps.
+    losses : ``flagged``, ``identity`` (unflagged identity poses) or ``off``; only with noise.
+
+    Raises
+    ------
+    SessionError
+        An unknown name, a rate or length that is not positive.
+
+    Examples
+    --------
+    >>> session, truth = make_analytic("ball-plate", seconds=2.0)
+    >>> truth.pairs
+    (('ball', 'plate'),)
+    """
+    if name not in ANALYTIC:
+        raise SessionError(f"no analytic session {name!r}; there are: {', '.join(ANALYTIC)}")
+    module, function = ANALYTIC[name].split(":")
+    build: Callable[[np.random.Generator, float], AnalyticCase] = getattr(import_module(module), function)
+    case = build(random_stream(seed, "analytic", name), seconds)
+    how = Recording(seed=seed, rate_hz=rate_hz, seconds=seconds, noise=noise, jitter=jitter, losses=losses)
+    seen = recorded(case.paths, how)
+    facts = {"synthetic": name, "seed": str(seed), "noise": noise, "jitter": jitter, "source_units": "m"}
+    session = Session.from_tracks(seen.tracks(), meshes=case.meshes, facts=facts)
+    truth = Truth(name, seed, START_NS, seconds, noise, sorted_episodes(_episodes(case, how)), sorted_facts(seen.facts))
+    return session, truth
+
+
+def _episodes(case: AnalyticCase, how: Recording) -> list[Episode]:
+    blur = ROUNDING_M + (how.tracker.margin(case.lever, len(case.meshes)) if how.tracker else 0.0)
+    found: list[Episode] = []
+    for kind, table in (("contact", case.contact), ("contained", case.contained)):
+        for pair, level in table.items():
+            found += levelled(pair, kind, level, blur, case.tessellation, (how.latency_s, how.seconds))
+    return found
+
+
+def levelled(
+    pair: Pair, kind: str, level: Level, blur: float, tessellation: float, clock: tuple[float, float]
+) -> list[Episode]:
+    """Episodes of a pair from its intervals at three levels.
+
+    Parameters
+    ----------
+    blur : metres by which rounding and noise may move the surfaces either way.
+    tessellation : metres by which the meshes may be farther apart than the smooth shapes.
+    clock : (how much later than it happened a pose is recorded, length of the session) in seconds.
+    """
+    near = blur + (tessellation if kind == "contained" else 0.0)
+    deep = blur + (tessellation if kind == "contact" else 0.0)
+    possibly, nominal, surely = (_shifted(level(height), clock) for height in (near, 0.0, -deep))
+    episodes: list[Episode] = []
+    for outer in possibly:
+        within = [span for span in nominal if outer[0] <= span[0] and span[1] <= outer[1]]
+        if not within:
+            episodes.append(Episode(pair, kind, None, None, outer))
+        for span in within:
+            sure = next((inner for inner in surely if span[0] <= inner[0] and inner[1] <= span[1]), None)
+            episodes.append(Episode(pair, kind, span, sure, outer))
+    return episodes
+
+
+def _shifted(spans: list[Interval], clock: tuple[float, float]) -> list[Interval]:
+    latency, seconds = clock
+    late = [(start + latency if start > 0.0 else 0.0, min(end + latency, seconds)) for start, end in spans]
+    return [span for span in late if span[0] <= seconds]

@@ -1,0 +1,184 @@
+"""How a body moves: rests joined by minimum-jerk reaches, with taps, stirring and tremor laid over them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sessions.synthetic.easing import knock, minimum_jerk
+from sessions.synthetic.rotations import IDENTITY, quaternion_inverse, quaternion_product, rotated, slerp
+
+Array = NDArray[np.float64]
+Poses = tuple[Array, Array]
+Path = Callable[[Array], Poses]
+"""Times (n,) in seconds -> positions (n, 3) and unit quaternions xyzw (n, 4)."""
+Overlay = Callable[[Array], Array]
+"""Times (n,) -> what is added to the positions (n, 3)."""
+
+
+@dataclass(frozen=True)
+class Key:
+    """A pose at a time, and how it is reached from the key before.
+
+    Parameters
+    ----------
+    time : seconds.
+    position : (3,) metres.
+    quaternion : (4,) xyzw.
+    ease : ``minimum-jerk`` or ``linear``.
+    arc : how far the way there rises above the straight line, metres, as a hand does over things in its way.
+    """
+
+    time: float
+    position: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float] = IDENTITY
+    ease: str = "minimum-jerk"
+    arc: float = 0.0
+
+
+class KeyPath:
+    """Poses at keys, blended between them, held before the first and after the last; overlays are added.
+
+    Raises
+    ------
+    ValueError
+        Keys that are not in order of time.
+    """
+
+    def __init__(self, keys: Sequence[Key], overlays: Sequence[Overlay] = ()) -> None:
+        self.keys, self.overlays = tuple(keys), tuple(overlays)
+        self._time = np.array([key.time for key in keys])
+        if not len(keys) or (np.diff(self._time) <= 0.0).any():
+            raise ValueError(f"keys at {self._time.tolist()} s do not follow each other; sort them and drop repeats")
+        self._position = np.array([key.position for key in keys], dtype=np.float64)
+        self._quaternion = np.array([key.quaternion for key in keys], dtype=np.float64)
+        self._linear = np.array([key.ease == "linear" for key in keys])
+        self._arc = np.array([key.arc for key in keys])
+
+    def __call__(self, times: Array) -> Poses:
+        """Poses at these times."""
+        if len(self.keys) == 1:
+            shape = np.shape(times)
+            position = np.broadcast_to(self._position[0], (*shape, 3)).copy()
+            quaternion = np.broadcast_to(self._quaternion[0], (*shape, 4)).copy()
+        else:
+            position, quaternion = self._between(times)
+        for overlay in self.overlays:
+            position = position + overlay(times)
+        return position, quaternion
+
+    def _between(self, times: Array) -> Poses:
+        after = np.clip(np.searchsorted(self._time, times, side="right"), 1, len(self.keys) - 1)
+        before = after - 1
+        share = np.clip((times - self._time[before]) / (self._time[after] - self._time[before]), 0.0, 1.0)
+        eased = np.where(self._linear[after], share, minimum_jerk(share))
+        step = self._position[after] - self._position[before]
+        position = self._position[before] + eased[..., None] * step
+        rise = 16.0 * eased**2 * (1.0 - eased) ** 2 * self._arc[after]
+        position[..., 1] += rise
+        return position, slerp(self._quaternion[before], self._quaternion[after], eased)
+
+
+@dataclass(frozen=True)
+class Tap:
+    """A knock of a body along a direction: out by ``amplitude`` and back within ``period``, from ``start``."""
+
+    start: float
+    period: float
+    direction: tuple[float, float, float]
+    amplitude: float
+
+    def __call__(self, times: Array) -> Array:
+        """Displacements (n, 3)."""
+        share = knock((times - self.start) / self.period)
+        displacement: Array = self.amplitude * share[..., None] * np.asarray(self.direction)
+        return displacement
+
+
+@dataclass(frozen=True)
+class Stir:
+    """Circles in the horizontal plane, with taps of the radius on top.
+
+    Parameters
+    ----------
+    start, end : seconds; the circle opens in the first ``opening`` seconds and closes in the last.
+    radius : metres.
+    turns_per_second : of the angle, which starts at ``phase`` radians from +X towards +Z.
+    taps : (start, period, amplitude) of the taps of the radius.
+    """
+
+    start: float
+    end: float
+    radius: float
+    turns_per_second: float
+    phase: float = 0.0
+    opening: float = 0.8
+    taps: tuple[tuple[float, float, float], ...] = ()
+
+    def reach(self, times: Array) -> Array:
+        """Distance (n,) from the middle of the circles."""
+        opened = minimum_jerk((times - self.start) / self.opening)
+        closed = minimum_jerk((self.end - times) / self.opening)
+        radius = self.radius * np.minimum(opened, closed)
+        for start, period, amplitude in self.taps:
+            radius = radius + amplitude * knock((times - start) / period)
+        return radius
+
+    def __call__(self, times: Array) -> Array:
+        """Displacements (n, 3)."""
+        angle = self.phase + 2.0 * np.pi * self.turns_per_second * (times - self.start)
+        circle = np.stack([np.cos(angle), np.zeros_like(angle), np.sin(angle)], axis=-1)
+        displacement: Array = self.reach(times)[..., None] * circle
+        return displacement
+
+
+class Tremor:
+    """Physiological tremor: sines of 7-12 Hz with random phases, silent in the given windows.
+
+    Source: Elble and Randall, "Mechanistic components of normal hand tremor", Electroencephalogr. Clin. Neurophysiol.
+    44 (1978) 72: 8-12 Hz in the hand and fingers, amplitude below a millimetre.
+    """
+
+    FADE_S = 0.15
+
+    def __init__(
+        self, rng: np.random.Generator, amplitude: float, quiet: Sequence[tuple[float, float]] = (), waves: int = 4
+    ) -> None:
+        self._frequency = rng.uniform(7.0, 12.0, waves)
+        self._phase = rng.uniform(0.0, 2.0 * np.pi, (waves, 3))
+        self._amplitude = amplitude / np.sqrt(waves)
+        self._quiet = tuple(quiet)
+
+    def __call__(self, times: Array) -> Array:
+        """Displacements (n, 3)."""
+        angle = 2.0 * np.pi * self._frequency * times[..., None]
+        sway = np.sin(angle[..., None] + self._phase).sum(axis=-2)
+        gate = np.ones_like(times)
+        for start, end in self._quiet:
+            outside = np.maximum(start - times, times - end)
+            gate = gate * minimum_jerk(outside / self.FADE_S)
+        displacement: Array = self._amplitude * gate[..., None] * sway
+        return displacement
+
+
+def still(position: ArrayLike, quaternion: ArrayLike = IDENTITY) -> KeyPath:
+    """A body that never moves."""
+    x, y, z = (float(value) for value in np.asarray(position))
+    qx, qy, qz, qw = (float(value) for value in np.asarray(quaternion))
+    return KeyPath([Key(0.0, (x, y, z), (qx, qy, qz, qw))])
+
+
+def carried(poses: Poses, offset_position: ArrayLike, offset_quaternion: ArrayLike = IDENTITY) -> Poses:
+    """Poses of a thing rigidly held: its pose in the holder's frame is constant."""
+    position, quaternion = poses
+    return position + rotated(quaternion, offset_position), quaternion_product(quaternion, offset_quaternion)
+
+
+def relative(holder: tuple[ArrayLike, ArrayLike], held: tuple[ArrayLike, ArrayLike]) -> tuple[Array, Array]:
+    """Pose of ``held`` in the frame of ``holder``, each (position (3,), quaternion (4,))."""
+    back = quaternion_inverse(holder[1])
+    step = np.asarray(held[0], dtype=np.float64) - np.asarray(holder[0], dtype=np.float64)
+    return rotated(back, step), quaternion_product(back, held[1])

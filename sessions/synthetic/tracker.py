@@ -1,0 +1,137 @@
+"""What a VIVE-style tracker makes of a true motion: late, noisy, sometimes lost, and off when it comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.synthetic.paths import Poses
+from sessions.synthetic.rotations import IDENTITY, quaternion_from_vector, quaternion_product
+
+Array = NDArray[np.float64]
+
+LOSSES = ("flagged", "identity", "off")
+"""``flagged``: invalid, raw numbers kept; ``identity``: an identity pose that calls itself valid, as SteamVR writes;
+``off``: never lost."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackerNoise:
+    """How far recorded poses are from the truth.
+
+    Parameters
+    ----------
+    position_rms_m : root mean square length of the position error.
+    rotation_rms_deg : the same of the rotation error's angle.
+    correlation_s : the errors of two samples this far apart correlate by 1/e. With white noise of this size a resting
+        tracker would step by 0.38 mm (median) from frame to frame; real ones step by 0.14 mm.
+    latency_s : a sample shows where the body was this much earlier.
+    most_losses_per_minute : each body's rate is drawn between 0 and this.
+    loss_s, reentry_m : ranges of a loss's length and of the position error when tracking returns.
+    settle_s : the error after a loss falls by 1/e in this time.
+
+    Source: sizes from Niehorster et al. 2017, Bauer et al. 2021 and Sansone et al. 2021 on the accuracy of HTC VIVE;
+    the step of a resting tracker from a published raw log.
+    """
+
+    position_rms_m: float = 0.0003
+    rotation_rms_deg: float = 0.02
+    correlation_s: float = 0.074
+    latency_s: float = 0.022
+    most_losses_per_minute: float = 2.0
+    loss_s: tuple[float, float] = (0.05, 0.5)
+    reentry_m: tuple[float, float] = (0.005, 0.03)
+    settle_s: float = 0.06
+
+    def margin(self, lever_m: float, bodies: int = 2) -> float:
+        """Distance in metres by which noise may move one of ``bodies`` surfaces against the other: five sigma."""
+        along = self.position_rms_m / np.sqrt(3.0)
+        turned = np.radians(self.rotation_rms_deg) / np.sqrt(3.0) * lever_m
+        return float(5.0 * np.sqrt(bodies) * np.hypot(along, turned))
+
+
+VIVE = TrackerNoise()
+
+
+@dataclass(frozen=True)
+class Loss:
+    """Tracking lost from ``start`` to ``end``; the pose is as good as ever again at ``settled`` (seconds)."""
+
+    start: float
+    end: float
+    settled: float
+    step: tuple[float, float, float]
+
+
+def planned_losses(
+    seconds: float, noise: TrackerNoise, rng: np.random.Generator, keep: Sequence[tuple[float, float]] = ()
+) -> tuple[Loss, ...]:
+    """Draw the losses of one body; none touches a window of ``keep``, so that what is planted there stays true."""
+    rate = rng.uniform(0.0, noise.most_losses_per_minute)
+    count = int(rng.poisson(rate * seconds / 60.0))
+    count = min(count, int(np.ceil(noise.most_losses_per_minute * seconds / 60.0)))
+    taken = list(keep)
+    losses: list[Loss] = []
+    for _ in range(count):
+        for _ in range(40):
+            loss = _loss(rng, seconds, noise)
+            if loss.settled < seconds and all(loss.settled < low or loss.start > high for low, high in taken):
+                losses.append(loss)
+                taken.append((loss.start, loss.settled))
+                break
+    return tuple(sorted(losses, key=lambda loss: loss.start))
+
+
+def _loss(rng: np.random.Generator, seconds: float, noise: TrackerNoise) -> Loss:
+    length = rng.uniform(*noise.loss_s)
+    size = rng.uniform(*noise.reentry_m)
+    direction = rng.normal(size=3)
+    step = size * direction / np.linalg.norm(direction)
+    start = rng.uniform(0.5, max(0.6, seconds))
+    settled = start + length + noise.settle_s * float(np.log(size / noise.position_rms_m))
+    return Loss(start, start + length, settled, (float(step[0]), float(step[1]), float(step[2])))
+
+
+def disturbed(poses: Poses, times: Array, noise: TrackerNoise, rng: np.random.Generator) -> Poses:
+    """Poses with correlated noise added (latency is a matter of when the path is sampled)."""
+    wander = _correlated(times, noise.correlation_s, rng)
+    sigma = noise.position_rms_m / np.sqrt(3.0)
+    turn = np.radians(noise.rotation_rms_deg) / np.sqrt(3.0)
+    position = poses[0] + sigma * wander[:, :3]
+    return position, quaternion_product(poses[1], quaternion_from_vector(turn * wander[:, 3:]))
+
+
+def _correlated(times: Array, correlation_s: float, rng: np.random.Generator) -> Array:
+    """Six series of unit variance whose correlation falls exponentially with the true time between samples."""
+    fresh = rng.normal(size=(len(times), 6))
+    keep = np.exp(-np.diff(times) / correlation_s)
+    add = np.sqrt(1.0 - keep**2)
+    series = fresh.copy()
+    for row, (old, new) in enumerate(zip(keep.tolist(), add.tolist(), strict=True), start=1):
+        series[row] = old * series[row - 1] + new * fresh[row]
+    return series
+
+
+def with_losses(
+    poses: Poses, times: Array, losses: Sequence[Loss], noise: TrackerNoise, kind: str
+) -> tuple[Poses, NDArray[np.bool_]]:
+    """Poses and validity with losses put in; while lost the pose drifts from the last good one towards the step."""
+    position, quaternion = poses[0].copy(), poses[1].copy()
+    valid = np.ones(len(times), dtype=np.bool_)
+    for loss in losses if kind != "off" else ():
+        lost = (times >= loss.start) & (times < loss.end)
+        after = times >= loss.end
+        step = np.asarray(loss.step)
+        position[after] += np.exp(-(times[after] - loss.end) / noise.settle_s)[:, None] * step
+        last = max(0, int(np.searchsorted(times, loss.start)) - 1)
+        if kind == "identity":
+            position[lost], quaternion[lost] = 0.0, IDENTITY
+        else:
+            share = (times[lost] - loss.start) / (loss.end - loss.start)
+            position[lost] = position[last] + share[:, None] * step
+            quaternion[lost] = quaternion[last]
+            valid[lost] = False
+    return (position, quaternion), valid

@@ -1,0 +1,181 @@
+"""What a made-up session is known to contain; a truth written and read again is equal.
+
+A truth file stands beside its session for whoever checks the tool. The tool itself never reads it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sessions.errors import SessionError
+
+Interval = tuple[float, float]
+Pair = tuple[str, str]
+
+TRUTH_FORMAT = "vrlab-truth/1"
+CLEAR, PRESENT, OPEN = 0, 1, -1
+"""Answers of `Truth.expected`: no contact, contact, within what the truth leaves open."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """One planted episode of a pair, in seconds after the session's first stamp, ends included.
+
+    Parameters
+    ----------
+    pair : body names, sorted.
+    kind : ``contact`` (surfaces meet) or ``contained`` (one wholly inside the other, surfaces apart).
+    nominal : where the smooth, noise-free shapes have it; ``None`` for a near miss.
+    surely : every frame in it has it, whatever tessellation and noise do; ``None`` when there is no such time.
+    possibly : no frame outside it has it.
+    note : for a reader.
+    """
+
+    pair: Pair
+    kind: str
+    nominal: Interval | None
+    surely: Interval | None
+    possibly: Interval
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Fact:
+    """Something planted that is no contact: a grasp, a pour, an end point.
+
+    Parameters
+    ----------
+    kind : ``grasp``, ``release``, ``pour``, ``spill``, ``drop``, ``break``, ``end_point``, ``loss``, ...
+    start, end : seconds after the session's first stamp.
+    bodies : who took part.
+    values : numbers and words, units in their names.
+    """
+
+    kind: str
+    start: float
+    end: float
+    bodies: tuple[str, ...] = ()
+    values: Mapping[str, float | str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Everything planted in one session.
+
+    Parameters
+    ----------
+    name, seed : how to make the session again.
+    start_ns : stamp of the first frame; all times here are seconds after it.
+    seconds : length of the session.
+    noise : ``off`` or ``vive``.
+    episodes : sorted by pair, kind and time.
+    facts : sorted by time.
+    """
+
+    name: str
+    seed: int
+    start_ns: int
+    seconds: float
+    noise: str
+    episodes: tuple[Episode, ...]
+    facts: tuple[Fact, ...] = ()
+
+    @property
+    def pairs(self) -> tuple[Pair, ...]:
+        """Pairs that have an episode; every other pair never touches."""
+        return tuple(sorted({episode.pair for episode in self.episodes}))
+
+    def of(self, a: str, b: str, kind: str = "contact") -> tuple[Episode, ...]:
+        """Episodes of one pair, in either order of names."""
+        pair = ordered(a, b)
+        return tuple(episode for episode in self.episodes if episode.pair == pair and episode.kind == kind)
+
+    def seconds_of(self, stamps_ns: ArrayLike) -> NDArray[np.float64]:
+        """Stamps (n,) in nanoseconds as seconds on the clock of this truth."""
+        after = np.asarray(stamps_ns, dtype=np.int64) - np.int64(self.start_ns)
+        return after.astype(np.float64) * 1e-9
+
+    def expected(self, a: str, b: str, stamps_ns: ArrayLike, kind: str = "contact") -> NDArray[np.int8]:
+        """For each stamp (n,): `PRESENT`, `CLEAR`, or `OPEN` where tessellation or noise may decide either way."""
+        times = self.seconds_of(stamps_ns)
+        answer = np.full(times.shape, CLEAR, dtype=np.int8)
+        for episode in self.of(a, b, kind):
+            answer[inside(times, episode.possibly)] = OPEN
+        for episode in self.of(a, b, kind):
+            if episode.surely is not None:
+                answer[inside(times, episode.surely)] = PRESENT
+        for fact in self.facts:
+            if fact.kind == "loss" and {a, b} & set(fact.bodies):
+                answer[inside(times, (fact.start, fact.end))] = OPEN
+        return answer
+
+
+def ordered(a: str, b: str) -> Pair:
+    """Two body names as a sorted pair."""
+    return (a, b) if a <= b else (b, a)
+
+
+def inside(times: NDArray[np.float64], span: Interval) -> NDArray[np.bool_]:
+    """Which times (n,) lie in a closed interval."""
+    return (times >= span[0]) & (times <= span[1])
+
+
+def sorted_episodes(episodes: Iterable[Episode]) -> tuple[Episode, ...]:
+    """Episodes by pair, kind and time."""
+    return tuple(sorted(episodes, key=lambda episode: (episode.pair, episode.kind, episode.possibly)))
+
+
+def sorted_facts(facts: Iterable[Fact]) -> tuple[Fact, ...]:
+    """Facts by time, kind and bodies."""
+    return tuple(sorted(facts, key=lambda fact: (fact.start, fact.kind, fact.bodies)))
+
+
+def truth_path(session_path: str | Path) -> Path:
+    """Where the truth of a session file lies: ``x.mcap`` -> ``x.truth.json``."""
+    place = Path(session_path)
+    return place.with_name(f"{place.stem}.truth.json")
+
+
+def write_truth(truth: Truth, path: str | Path) -> None:
+    """Write a truth as JSON: sorted keys, floats by their shortest exact form, so that equal truths are equal bytes."""
+    text = json.dumps({"format": TRUTH_FORMAT, **asdict(truth)}, sort_keys=True, indent=1, allow_nan=False)
+    Path(path).write_text(text + "\n", encoding="utf-8", newline="\n")
+
+
+def read_truth(path: str | Path) -> Truth:
+    """Read a truth file.
+
+    Raises
+    ------
+    SessionError
+        The file is no truth of this format.
+    """
+    try:
+        held = json.loads(Path(path).read_text(encoding="utf-8"))
+        if held.pop("format") != TRUTH_FORMAT:
+            raise KeyError("format")
+        episodes = tuple(_episode(item) for item in held.pop("episodes"))
+        facts = tuple(_fact(item) for item in held.pop("facts"))
+        return Truth(**held, episodes=episodes, facts=facts)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise SessionError(f"{path} is no truth file of format {TRUTH_FORMAT} ({error}); make it again") from error
+
+
+def _span(value: Any) -> Interval | None:
+    return None if value is None else (float(value[0]), float(value[1]))
+
+
+def _episode(item: dict[str, Any]) -> Episode:
+    spans = {key: _span(item[key]) for key in ("nominal", "surely", "possibly")}
+    return Episode(**{**item, **spans, "pair": tuple(item["pair"])})
+
+
+def _fact(item: dict[str, Any]) -> Fact:
+    return Fact(**{**item, "bodies": tuple(item["bodies"])})

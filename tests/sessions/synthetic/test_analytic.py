@@ -1,0 +1,140 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cdcore import Verdict
+from sessions.errors import SessionError
+from sessions.synthetic.analytic import ANALYTIC, levelled, make_analytic
+from sessions.synthetic.looks import looks, predicted
+from sessions.synthetic.truth import CLEAR, OPEN, PRESENT
+
+
+@pytest.fixture(scope="module", params=ANALYTIC)
+def made(request):
+    session, truth = make_analytic(request.param, seed=3, seconds=8.0)
+    return session, truth
+
+
+def _check(session, truth, verdicts):
+    stamps = session.frames.stamp_ns
+    found = verdicts(session, truth.pairs)
+    for column, pair in enumerate(truth.pairs):
+        for kind, word in (("contact", Verdict.CONTACT), ("contained", Verdict.CONTAINED)):
+            expected = truth.expected(*pair, stamps, kind)
+            seen = found[:, column] == word
+            asked = found[:, column] != Verdict.NO_POSE
+            assert seen[asked & (expected == PRESENT)].all()
+            assert not seen[asked & (expected == CLEAR)].any()
+
+
+def test_an_engine_sees_contact_exactly_where_the_formula_says(made, verdicts):
+    session, truth = made
+    _check(session, truth, verdicts)
+
+
+def test_without_noise_tessellation_leaves_less_than_a_frame_open(made):
+    session, truth = made
+    if truth.name == "grazing-ball":
+        pytest.skip("grazing is about bands wider than a frame: 1 um takes 2 ms each side")
+    for pair in truth.pairs:
+        open_frames = truth.expected(*pair, session.frames.stamp_ns) == OPEN
+        assert open_frames.sum() <= len(truth.of(*pair)) * 2
+    for episode in truth.episodes:
+        if episode.nominal and episode.surely:
+            assert max(abs(a - b) for a, b in zip(episode.nominal, episode.surely, strict=True)) < 1.0 / 90.0
+
+
+def test_every_case_has_contact_and_time_without_it(made):
+    session, truth = made
+    for pair in truth.pairs:
+        expected = truth.expected(*pair, session.frames.stamp_ns)
+        assert (expected == PRESENT).any()
+        assert (expected == CLEAR).any()
+
+
+@pytest.mark.parametrize("name", ANALYTIC)
+@pytest.mark.parametrize("jitter", ["steady", "browser"])
+def test_with_noise_jitter_and_losses_the_band_still_holds(name, jitter, verdicts):
+    session, truth = make_analytic(name, seed=5, seconds=8.0, noise="vive", jitter=jitter)
+    _check(session, truth, verdicts)
+
+
+def test_identity_poses_of_an_unflagged_loss_call_themselves_valid():
+    found = 0
+    for seed in range(12):
+        session, truth = make_analytic("ball-plate", seed=seed, seconds=30.0, noise="vive", losses="identity")
+        for loss in (fact for fact in truth.facts if fact.kind == "loss"):
+            track = session.tracks[loss.bodies[0]]
+            times = truth.seconds_of(track.times_ns)
+            lost = (times >= loss.start) & (times < loss.values["lost_until"])
+            assert track.valid.all()
+            assert (track.positions[lost] == 0.0).all()
+            found += lost.sum()
+    assert found > 50
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("name", [name for name in ANALYTIC if name != "grazing-ball"])
+def test_a_detector_at_22_hz_misses_exactly_the_predicted_episodes(name, seed, verdicts):
+    session, truth = make_analytic(name, seed=seed, seconds=6.0)
+    stamps = session.frames.stamp_ns
+    answer = predicted(truth, stamps, 22.5)
+    rows = looks(stamps, 22.5)
+    seen = verdicts(session, truth.pairs) == Verdict.CONTACT
+    times = truth.seconds_of(stamps)
+    for group, at_looks, at_frames in (
+        (answer.caught, True, True),
+        (answer.missed, False, True),
+        (answer.unseen, False, False),
+    ):
+        for episode in group:
+            column = seen[:, truth.pairs.index(episode.pair)]
+            within = (times >= episode.possibly[0]) & (times <= episode.possibly[1])
+            assert column[within].any() == at_frames
+            assert column[rows][within[rows]].any() == at_looks
+    assert len(answer.undecided) <= 1
+
+
+def test_the_fast_ball_has_episodes_of_every_fate():
+    session, truth = make_analytic("fast-ball", seconds=20.0)
+    answer = predicted(truth, session.frames.stamp_ns, 22.5)
+    assert answer.caught and answer.missed and answer.unseen
+
+
+def test_case_29_window_of_six_millimetres():
+    _, truth = make_analytic("fast-ball", seconds=10.0)
+    lengths = np.array([e.nominal[1] - e.nominal[0] for e in truth.episodes])
+    np.testing.assert_allclose(lengths[:5], 0.006 / np.array([0.4, 0.6, 1.0, 2.0, 4.0]), rtol=1e-9)
+
+
+def test_same_seed_gives_the_same_session_and_another_seed_another():
+    first, second, other = (make_analytic("rod-ring", seed=seed, noise="vive", seconds=2.0)[0] for seed in (1, 1, 2))
+    assert first.frames.position.tobytes() == second.frames.position.tobytes()
+    assert first.frames.position.tobytes() != other.frames.position.tobytes()
+
+
+def test_poses_come_late_by_the_latency():
+    clean, _ = make_analytic("ball-plate", seconds=4.0)
+    late, _ = make_analytic("ball-plate", seconds=4.0, noise="vive", losses="off")
+    times = (clean.frames.stamp_ns - clean.frames.stamp_ns[0]) * 1e-9
+    height = clean.frames.position[:, 0, 1]
+    shifted = np.interp(times - 0.022, times, height)
+    error = late.frames.position[10:, 0, 1] - shifted[10:]
+    assert np.abs(error).max() < 0.0015
+    assert np.abs(late.frames.position[10:, 0, 1] - height[10:]).max() > 0.002
+
+
+def test_a_shallow_touch_below_the_noise_is_never_sure():
+    spans = {0.001: [(0.0, 3.0)], 0.0: [(1.0, 2.0)], -0.001: []}
+    (episode,) = levelled(("a", "b"), "contact", lambda level: spans[round(level, 6)], 0.001, 0.0, (0.0, 9.0))
+    assert (episode.nominal, episode.surely, episode.possibly) == ((1.0, 2.0), None, (0.0, 3.0))
+
+
+def test_unknown_names_are_refused_with_what_there_is():
+    with pytest.raises(SessionError, match="ball-plate"):
+        make_analytic("ball-pit")
+    with pytest.raises(SessionError, match="vive"):
+        make_analytic("ball-plate", noise="loud")
+    with pytest.raises(SessionError, match="positive"):
+        make_analytic("ball-plate", seconds=0.0)

@@ -1,0 +1,73 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sessions.synthetic.paths import Key, KeyPath, Stir, Tap, Tremor, carried, relative, still
+from sessions.synthetic.rotations import quaternion_about, rotated
+
+TURN = tuple(quaternion_about((0.0, 1.0, 0.0), 1.0).tolist())
+
+
+def test_a_path_is_at_its_keys_and_rests_there():
+    path = KeyPath([Key(1.0, (0.0, 0.0, 0.0)), Key(2.0, (1.0, 2.0, 3.0), TURN), Key(3.0, (1.0, 2.0, 3.0), TURN)])
+    position, quaternion = path(np.array([0.0, 1.0, 1.5, 2.0, 2.5, 9.0]))
+    np.testing.assert_allclose(position[[0, 1, 3, 4, 5]], [[0] * 3, [0] * 3, [1, 2, 3], [1, 2, 3], [1, 2, 3]])
+    np.testing.assert_allclose(position[2], [0.5, 1.0, 1.5])
+    np.testing.assert_allclose(quaternion[2], quaternion_about((0.0, 1.0, 0.0), 0.5), atol=1e-12)
+    times = np.array([2.0 - 1e-4, 2.0])
+    assert np.abs(np.diff(path(times)[0], axis=0)).max() < 1e-9
+
+
+def test_an_arc_rises_over_the_line_and_a_linear_key_keeps_its_speed():
+    path = KeyPath(
+        [Key(0.0, (0.0, 0.0, 0.0)), Key(1.0, (1.0, 0.0, 0.0), arc=0.2), Key(2.0, (3.0, 0.0, 0.0), ease="linear")]
+    )
+    position, _ = path(np.array([0.5, 1.0, 1.25, 1.5]))
+    assert position[0, 1] == pytest.approx(0.2)
+    np.testing.assert_allclose(position[1:], [[1.0, 0, 0], [1.5, 0, 0], [2.0, 0, 0]], atol=1e-12)
+
+
+def test_keys_out_of_order_are_refused():
+    with pytest.raises(ValueError, match="sort them"):
+        KeyPath([Key(1.0, (0.0, 0.0, 0.0)), Key(1.0, (0.0, 0.0, 1.0))])
+
+
+def test_a_tap_goes_out_by_its_amplitude_and_comes_back():
+    tap = Tap(1.0, 0.4, (0.0, 0.0, -1.0), 0.03)
+    np.testing.assert_allclose(tap(np.array([0.5, 1.0, 1.2, 1.4, 2.0]))[:, 2], [0, 0, -0.03, 0, 0], atol=1e-15)
+
+
+def test_stirring_opens_circles_taps_and_closes():
+    stir = Stir(1.0, 9.0, 0.01, 1.1, taps=((4.0, 0.2, 0.02),))
+    times = np.linspace(0.0, 10.0, 5001)
+    offset = stir(times)
+    np.testing.assert_allclose(np.hypot(offset[:, 0], offset[:, 2]), stir.reach(times), atol=1e-15)
+    assert (offset[:, 1] == 0.0).all()
+    assert stir.reach(np.array([0.9, 1.0, 3.0, 4.1, 8.0, 9.0])) == pytest.approx([0, 0, 0.01, 0.03, 0.01, 0])
+
+
+def test_tremor_is_small_fast_and_silent_where_it_must_be():
+    times = np.linspace(0.0, 20.0, 20 * 500)
+    sway = Tremor(np.random.default_rng(3), 0.0002, [(5.0, 7.0)])(times)
+    assert 0.00005 < sway[times < 4.0].std() < 0.0004
+    assert (sway[(times >= 5.0) & (times <= 7.0)] == 0.0).all()
+    power = np.abs(np.fft.rfft(sway[times < 4.8, 0]))
+    peak = np.fft.rfftfreq(int((times < 4.8).sum()), times[1])[power.argmax()]
+    assert 6.5 < peak < 12.5
+
+
+def test_a_carried_thing_keeps_its_place_in_the_hand():
+    hand = KeyPath([Key(0.0, (0.0, 1.0, 0.0)), Key(1.0, (0.5, 1.2, 0.1), TURN)])
+    times = np.linspace(0.0, 1.0, 7)
+    held = carried(hand(times), (0.1, 0.0, 0.2), TURN)
+    for k in range(7):
+        offset, turn = relative((hand(times)[0][k], hand(times)[1][k]), (held[0][k], held[1][k]))
+        np.testing.assert_allclose(offset, [0.1, 0.0, 0.2], atol=1e-14)
+        np.testing.assert_allclose(rotated(turn, [1.0, 0.0, 0.0]), rotated(TURN, [1.0, 0.0, 0.0]), atol=1e-14)
+
+
+def test_a_still_body_never_moves():
+    position, quaternion = still((1.0, 2.0, 3.0), TURN)(np.arange(3.0))
+    assert position.tolist() == [[1.0, 2.0, 3.0]] * 3
+    assert quaternion.tolist() == [list(TURN)] * 3

@@ -1,0 +1,74 @@
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from sessions.synthetic.rotations import IDENTITY, quaternion_inverse, quaternion_product
+from sessions.synthetic.tracker import VIVE, Loss, disturbed, planned_losses, with_losses
+
+TIMES = np.arange(0.0, 120.0, 1.0 / 90.0)
+REST = (np.tile([0.1, 1.2, -0.3], (len(TIMES), 1)), np.tile(IDENTITY, (len(TIMES), 1)))
+
+
+def test_a_resting_tracker_errs_and_steps_as_real_ones_do():
+    position, quaternion = disturbed(REST, TIMES, VIVE, np.random.default_rng(0))
+    error = np.linalg.norm(position - REST[0], axis=1)
+    assert np.sqrt((error**2).mean()) == pytest.approx(0.0003, rel=0.1)
+    angle = 2.0 * np.degrees(np.arcsin(np.linalg.norm(quaternion[:, :3], axis=1)))
+    assert np.sqrt((angle**2).mean()) == pytest.approx(0.02, rel=0.1)
+    # A stationary VIVE tracker steps by 0.14 mm (median) from frame to frame.
+    step = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    assert 0.00012 < np.median(step) < 0.00016
+
+
+def test_the_margin_covers_what_noise_does_in_a_long_session():
+    first = disturbed(REST, TIMES, VIVE, np.random.default_rng(1))
+    second = disturbed(REST, TIMES, VIVE, np.random.default_rng(2))
+    apart = (first[0] - second[0])[:, 1]
+    lever = np.array([0.0, 0.15, 0.0])
+    turned = (
+        quaternion_product(quaternion_product(first[1], [*lever, 0.0]), quaternion_inverse(first[1]))[:, :3] - lever
+    )
+    assert np.abs(apart + turned[:, 0]).max() < VIVE.margin(0.15)
+    assert VIVE.margin(0.15) < 0.0015
+
+
+def test_losses_are_rare_short_and_keep_off_planted_windows():
+    keep = [(10.0, 30.0), (60.0, 90.0)]
+    counts = []
+    for seed in range(60):
+        losses = planned_losses(120.0, VIVE, np.random.default_rng(seed), keep)
+        counts.append(len(losses))
+        for loss in losses:
+            assert 0.05 <= loss.end - loss.start <= 0.5
+            assert 0.005 <= np.linalg.norm(loss.step) <= 0.03
+            assert all(loss.settled < low or loss.start > high for low, high in keep)
+        assert all(a.settled < b.start for a, b in itertools.pairwise(losses))
+    assert min(counts) >= 0 and max(counts) <= 4
+    assert 0.5 < np.mean(counts) < 3.0
+
+
+def test_a_loss_is_flagged_and_its_return_is_a_step_that_settles():
+    loss = Loss(5.0, 5.2, 5.5, (0.01, 0.0, 0.0))
+    (position, _), valid = with_losses(REST, TIMES, [loss], VIVE, "flagged")
+    lost = (TIMES >= 5.0) & (TIMES < 5.2)
+    np.testing.assert_array_equal(valid, ~lost)
+    first = np.flatnonzero(TIMES >= 5.2)[0]
+    assert position[first, 0] - 0.1 == pytest.approx(0.01, rel=0.2)
+    assert abs(position[TIMES > 5.7, 0] - 0.1).max() < 0.0003
+    assert (position[TIMES < 5.0] == REST[0][TIMES < 5.0]).all()
+
+
+def test_an_unflagged_loss_is_an_identity_pose_that_calls_itself_valid():
+    loss = Loss(5.0, 5.2, 5.5, (0.01, 0.0, 0.0))
+    (position, quaternion), valid = with_losses(REST, TIMES, [loss], VIVE, "identity")
+    lost = (TIMES >= 5.0) & (TIMES < 5.2)
+    assert valid.all()
+    assert (position[lost] == 0.0).all() and (quaternion[lost] == IDENTITY).all()
+
+
+def test_losses_off_change_nothing():
+    (position, _), valid = with_losses(REST, TIMES, [Loss(5.0, 5.2, 5.5, (0.01, 0.0, 0.0))], VIVE, "off")
+    assert valid.all() and (position == REST[0]).all()

@@ -1,0 +1,77 @@
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from sessions.errors import SessionError
+from sessions.synthetic.truth import (
+    CLEAR,
+    OPEN,
+    PRESENT,
+    Episode,
+    Fact,
+    Truth,
+    ordered,
+    read_truth,
+    sorted_episodes,
+    sorted_facts,
+    truth_path,
+    write_truth,
+)
+
+TOUCH = Episode(("a", "b"), "contact", (1.0, 2.0), (1.1, 1.9), (0.9, 2.1), "a touch")
+NEAR = Episode(("a", "b"), "contact", None, None, (5.0, 5.5))
+POUR = Fact("pour", 3.0, 4.0, ("a",), {"volume_ml": 0.1 + 0.2, "into": "b"})
+LOSS = Fact("loss", 1.4, 1.6, ("b",), {})
+
+
+def truth(*facts):
+    return Truth("made up", 7, 10**18, 6.0, "off", (TOUCH, NEAR), sorted_facts(facts))
+
+
+def test_a_truth_written_and_read_again_is_equal_and_its_bytes_too(tmp_path):
+    path = truth_path(tmp_path / "x.mcap")
+    assert path.name == "x.truth.json"
+    write_truth(truth(POUR), path)
+    again = read_truth(path)
+    assert again == truth(POUR)
+    first = path.read_bytes()
+    write_truth(again, path)
+    assert path.read_bytes() == first
+
+
+def test_expected_knows_sure_open_and_clear_frames():
+    stamps = 10**18 + np.array([0.5, 1.0, 1.5, 2.05, 3.0, 5.2]) * 1e9
+    answer = truth().expected("b", "a", stamps.astype(np.int64)).tolist()
+    assert answer == [CLEAR, OPEN, PRESENT, OPEN, CLEAR, OPEN]
+    assert truth().expected("a", "c", stamps.astype(np.int64)).tolist() == [CLEAR] * 6
+
+
+def test_while_a_body_is_lost_nothing_is_expected_of_it():
+    stamps = np.array([10**18 + 1_500_000_000])
+    assert truth(LOSS).expected("a", "b", stamps).tolist() == [OPEN]
+    assert truth().expected("a", "b", stamps).tolist() == [PRESENT]
+
+
+def test_order_is_by_pair_and_time():
+    late = Episode(("a", "b"), "contact", None, None, (8.0, 9.0))
+    other = Episode(("a", "a2"), "contact", None, None, (9.0, 9.5))
+    assert sorted_episodes([late, TOUCH, other]) == (other, TOUCH, late)
+    assert ordered("z", "a") == ("a", "z")
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": "vrlab-truth/9"}', '{"format": "vrlab-truth/1"}'])
+def test_a_file_that_is_no_truth_is_refused_with_one_sentence(tmp_path, text):
+    path = tmp_path / "y.truth.json"
+    path.write_text(text)
+    with pytest.raises(SessionError, match="vrlab-truth/1"):
+        read_truth(path)
+
+
+def test_a_truth_file_is_plain_json_with_its_format_named(tmp_path):
+    write_truth(truth(), tmp_path / "z.json")
+    held = json.loads((tmp_path / "z.json").read_text())
+    assert held["format"] == "vrlab-truth/1"
+    assert held["episodes"][0]["nominal"] == [1.0, 2.0]
