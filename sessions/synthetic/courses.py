@@ -108,10 +108,11 @@ class Dips:
         if min(self.floors) < low:
             raise ValueError(f"a dip reaches {min(self.floors)}, below {low}; lower the bound")
         spans = []
-        for time, floor in zip(self.times, self.floors, strict=True):
+        cells = [-math.inf, *((a + b) / 2.0 for a, b in itertools.pairwise(self.times)), math.inf]
+        for time, floor, (first, last) in zip(self.times, self.floors, itertools.pairwise(cells), strict=True):
             if floor <= high:
                 half = math.sqrt((high - floor) / self.steepness)
-                spans.append((time - half, time + half))
+                spans.append((max(first, time - half), min(last, time + half)))
         return joined(spans, seconds)
 
 
