@@ -8,12 +8,16 @@ from typing import Any
 _HOME = {
     "Event": "sessions.event",
     "Frames": "sessions.frames",
+    "HandTrack": "sessions.hand",
     "Interval": "sessions.event",
+    "LiveContact": "sessions.live_contact",
     "MeshData": "sessions.mesh_data",
     "Scene": "sessions.scene",
     "Session": "sessions.session",
     "Status": "sessions.frames",
     "Track": "sessions.track",
+    "read_session": "sessions.mcap_format.reader",
+    "write_session": "sessions.mcap_format.writer",
 }
 """Public name -> module; loaded on first use, so that ``import sessions`` costs nothing."""
 

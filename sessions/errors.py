@@ -2,6 +2,8 @@
 
 SessionError
   MeshFileError      a mesh file or array that cannot be used
+  SessionFileError   a session file that cannot be read or written
+    TornFileError    it ends without its index: the recording was cut short
 """
 
 
@@ -11,3 +13,11 @@ class SessionError(Exception):
 
 class MeshFileError(SessionError):
     """A mesh file, or arrays given as a mesh, that cannot be used."""
+
+
+class SessionFileError(SessionError):
+    """A session file that cannot be read, or a session that a file cannot hold."""
+
+
+class TornFileError(SessionFileError):
+    """A session file that ends without its index, because its recording was cut short."""

@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike
 
 from sessions.event import Event, Interval
 from sessions.frames import Frames, Status
+from sessions.hand import HandTrack
+from sessions.live_contact import LiveContact
 from sessions.mesh_data import MeshData
 from sessions.scene import Scene
 from sessions.track import Track
@@ -48,6 +50,9 @@ class Session:
     events, intervals : what happened.
     facts : metadata ``vrlab.session``: format version, source units, conversions done, VR type, ...
     origin : the file it was read from, or ``""``.
+    hands : ``participant/side`` -> what the hand pressed.
+    live_contacts : what the engine reported while the session ran.
+    fast_tracks : body name -> samples that come faster than frames.
     """
 
     source: FrameSource
@@ -57,6 +62,9 @@ class Session:
     intervals: tuple[Interval, ...] = ()
     facts: Mapping[str, str] = field(default_factory=dict)
     origin: str = ""
+    hands: Mapping[str, HandTrack] = field(default_factory=dict)
+    live_contacts: Sequence[LiveContact] = ()
+    fast_tracks: Mapping[str, Track] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -78,8 +86,9 @@ class Session:
 
     @cached_property
     def tracks(self) -> dict[str, Track]:
-        """The samples of each body on its own clock; repeats of a stamp are dropped."""
-        return {name: _track(self.frames, column) for column, name in enumerate(self.names)}
+        """The samples of each body on its own clock, its faster track where it has one; repeats are dropped."""
+        slow = {name: _track(self.frames, column) for column, name in enumerate(self.names)}
+        return {**slow, **self.fast_tracks}
 
     @classmethod
     def from_arrays(

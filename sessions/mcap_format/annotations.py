@@ -1,0 +1,188 @@
+"""Events, intervals, live contacts, hands and faster tracks as messages, and back without loss.
+
+Each ``*_message`` gives (topic, publish_ns, payload); each ``read_*`` takes the payloads of one topic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+from foxglove_schemas_protobuf.Log_pb2 import Log
+
+from sessions.errors import SessionFileError
+from sessions.event import Event, Interval
+from sessions.hand import HandTrack
+from sessions.live_contact import PHASES, LiveContact
+from sessions.mcap_format.pose_encoding import SECOND_NS
+from sessions.mcap_format.schemas import EVENTS, HANDS_PREFIX, INTERVALS, LIVE_CONTACTS, TRACKS_PREFIX, message_class
+from sessions.track import Track
+
+Message = tuple[str, int, bytes]
+LEVELS = ("", "debug", "info", "warning", "error", "fatal")
+UNCLOSED = "unclosed"
+"""Key in an interval's data that says its end was never recorded."""
+# One message of a faster track carries this many samples: 0.25 s at 1 kHz.
+TRACK_BATCH = 256
+
+
+def set_stamp(stamp: Any, time_ns: int) -> None:
+    """Write nanoseconds into a protobuf Timestamp."""
+    stamp.seconds, stamp.nanos = divmod(time_ns, SECOND_NS)
+
+
+def stamp_ns(stamp: Any) -> int:
+    """A protobuf Timestamp as nanoseconds."""
+    return int(stamp.seconds) * SECOND_NS + int(stamp.nanos)
+
+
+def _message(topic: str, time_ns: int, message: Any) -> Message:
+    if time_ns < 0:
+        raise SessionFileError(
+            f"something on {topic} is stamped {time_ns} ns, and a session file starts at 0; shift all stamps of the "
+            "session so that none is negative"
+        )
+    return topic, time_ns, bytes(message.SerializeToString(deterministic=True))
+
+
+def event_message(event: Event) -> Message:
+    """An event as ``foxglove.Log``: ``name`` is the body, ``file`` the event's name, ``message`` both words."""
+    if event.level not in LEVELS[1:]:
+        raise SessionFileError(f"event {event.name!r} has level {event.level!r}; use one of: {', '.join(LEVELS[1:])}")
+    text = f"{event.name}: {event.message}" if event.message else event.name
+    log = Log(message=text, name=event.body, file=event.name)
+    log.level = Log.Level.ValueType(LEVELS.index(event.level))
+    set_stamp(log.timestamp, event.time_ns)
+    return _message(EVENTS, event.time_ns, log)
+
+
+def read_event(payload: bytes, publish_ns: int) -> Event:
+    """An event; a remark that another program wrote keeps its words as they are."""
+    log = Log.FromString(payload)
+    time_ns = stamp_ns(log.timestamp) if log.HasField("timestamp") else publish_ns
+    level = LEVELS[log.level] if 0 < log.level < len(LEVELS) else "info"
+    if log.message == log.file:
+        return Event(time_ns, log.file, "", log.name, level)
+    if log.message.startswith(f"{log.file}: "):
+        return Event(time_ns, log.file, log.message[len(log.file) + 2 :], log.name, level)
+    return Event(time_ns, log.name, log.message, "", level)
+
+
+def interval_message(interval: Interval, *, closed: bool = True) -> Message:
+    """An interval; one that is not closed has no end yet and is superseded by the closed one that follows."""
+    if interval.end_ns < interval.start_ns:
+        raise SessionFileError(
+            f"{interval.kind} {interval.name!r} ends at {interval.end_ns} ns, before its start at "
+            f"{interval.start_ns} ns; swap the two"
+        )
+    message = message_class("Interval")(kind=interval.kind, name=interval.name)
+    set_stamp(message.start, interval.start_ns)
+    if closed:
+        set_stamp(message.end, interval.end_ns)
+    for key, value in interval.data.items():
+        message.data.add(key=key, value=value)
+    return _message(INTERVALS, interval.start_ns, message)
+
+
+def read_intervals(payloads: Iterable[bytes], last_ns: int) -> tuple[Interval, ...]:
+    """Intervals in the order they began; one whose end is missing lasts to ``last_ns`` and says so."""
+    found: dict[tuple[int, str, str, int], Interval] = {}
+    begun: dict[tuple[int, str, str], int] = {}
+    for payload in payloads:
+        message = message_class("Interval").FromString(payload)
+        start, closed = stamp_ns(message.start), message.HasField("end")
+        data = {fact.key: fact.value for fact in message.data}
+        what = (start, message.kind, message.name)
+        number = begun.get(what, 0)
+        key = (*what, number)
+        if closed:
+            found[key] = Interval(start, stamp_ns(message.end), message.kind, message.name, data)
+            begun[what] = number + 1
+        else:
+            end = max(start, last_ns)
+            found[key] = Interval(start, end, message.kind, message.name, {**data, UNCLOSED: "true"})
+    return tuple(found.values())
+
+
+def contact_message(contact: LiveContact) -> Message:
+    """What the live engine reported."""
+    if contact.phase not in PHASES:
+        raise SessionFileError(f"a live contact has phase {contact.phase!r}; use one of: {', '.join(PHASES)}")
+    message = message_class("Contact")(
+        body_a=contact.body_a, body_b=contact.body_b, phase=PHASES.index(contact.phase) + 1, point=contact.point or ()
+    )
+    set_stamp(message.timestamp, contact.time_ns)
+    return _message(LIVE_CONTACTS, contact.time_ns, message)
+
+
+def read_contact(payload: bytes) -> LiveContact:
+    """What the live engine reported."""
+    message = message_class("Contact").FromString(payload)
+    if not 0 < message.phase <= len(PHASES) or len(message.point) not in (0, 3):
+        raise SessionFileError("a message on /contacts/live has no known phase or a point that is not three numbers")
+    point = tuple(message.point) or None
+    return LiveContact(stamp_ns(message.timestamp), message.body_a, message.body_b, PHASES[message.phase - 1], point)
+
+
+def hand_message(key: str, time_ns: int, trigger: float, grip: float, buttons: Iterable[tuple[str, bool]]) -> Message:
+    """One sample of a hand; ``key`` is ``participant/side``."""
+    message = message_class("Hand")(trigger=trigger, grip=grip)
+    set_stamp(message.timestamp, time_ns)
+    for name, pressed in buttons:
+        message.buttons.add(name=name, pressed=pressed)
+    return _message(HANDS_PREFIX + key, time_ns, message)
+
+
+def hand_messages(key: str, hand: HandTrack) -> Iterator[Message]:
+    """All samples of a hand."""
+    columns = zip(hand.times_ns.tolist(), hand.trigger.tolist(), hand.grip.tolist(), hand.pressed.tolist(), strict=True)
+    for time_ns, trigger, grip, pressed in columns:
+        yield hand_message(key, time_ns, trigger, grip, zip(hand.buttons, pressed, strict=True))
+
+
+def read_hand(payloads: Iterable[bytes]) -> HandTrack:
+    """The samples of one hand in order of time; repeats of a stamp are dropped, an unnamed button is released."""
+    parse = message_class("Hand").FromString
+    samples = [parse(payload) for payload in payloads]
+    times = np.array([stamp_ns(sample.timestamp) for sample in samples], dtype=np.int64)
+    buttons: dict[str, int] = {}
+    for sample in samples:
+        for button in sample.buttons:
+            buttons.setdefault(button.name, len(buttons))
+    pressed = np.zeros((len(samples), len(buttons)), dtype=np.bool_)
+    for row, sample in enumerate(samples):
+        for button in sample.buttons:
+            pressed[row, buttons[button.name]] = button.pressed
+    trigger = np.array([sample.trigger for sample in samples], dtype=np.float64)
+    grip = np.array([sample.grip for sample in samples], dtype=np.float64)
+    stamps, rows = np.unique(times, return_index=True)
+    return HandTrack(stamps, trigger[rows], grip[rows], tuple(buttons), pressed[rows])
+
+
+def track_messages(name: str, track: Track) -> Iterator[Message]:
+    """A faster track in batches; each is stamped with its first sample."""
+    for start in range(0, len(track), TRACK_BATCH):
+        part = slice(start, start + TRACK_BATCH)
+        message = message_class("TrackSamples")(
+            sample_ns=track.times_ns[part].tolist(),
+            position=track.positions[part].reshape(-1).tolist(),
+            quaternion_xyzw=track.quaternions_xyzw[part].reshape(-1).tolist(),
+            valid=track.valid[part].tolist(),
+        )
+        yield _message(TRACKS_PREFIX + name, int(track.times_ns[start]), message)
+
+
+def read_track(payloads: Iterable[bytes]) -> Track:
+    """A faster track in order of time; repeats of a stamp are dropped."""
+    parse = message_class("TrackSamples").FromString
+    batches = [parse(payload) for payload in payloads]
+    counts = [(len(b.sample_ns), len(b.position), len(b.quaternion_xyzw), len(b.valid)) for b in batches]
+    if any((3 * n, 4 * n, n) != rest for n, *rest_list in counts for rest in [tuple(rest_list)]):
+        raise SessionFileError("a message of a faster track has samples of unequal length; run `replay doctor` on it")
+    times = np.array([t for b in batches for t in b.sample_ns], dtype=np.int64)
+    position = np.array([v for b in batches for v in b.position], dtype=np.float64).reshape(-1, 3)
+    quaternion = np.array([v for b in batches for v in b.quaternion_xyzw], dtype=np.float64).reshape(-1, 4)
+    valid = np.array([v for b in batches for v in b.valid], dtype=np.bool_)
+    stamps, rows = np.unique(times, return_index=True)
+    return Track(stamps, position[rows], quaternion[rows], valid[rows])

@@ -1,0 +1,92 @@
+"""What the metadata of a session file says, and how a file of an older version becomes one of today.
+
+``vrlab.session`` holds the facts of the session and the SHA-256 of every mesh attachment; ``vrlab.bodies`` the names
+of the tracked bodies in the order of the frames' columns. A recorder learns the bodies as they come and repeats
+``vrlab.bodies`` each time; the last one counts.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+
+from sessions.errors import SessionFileError
+from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY
+
+SESSION_RECORD, BODIES_RECORD = "vrlab.session", "vrlab.bodies"
+MESH_HASH = "mesh.sha256/"
+FORMAT = "format"
+NOT_STATED = "not stated"
+
+DECLARED = {
+    "source_units": NOT_STATED,
+    "handedness": NOT_STATED,
+    "conversions": "none",
+    "vr_type": NOT_STATED,  # immersive, augmented, distributed or desktop
+    "devices": NOT_STATED,  # device serial -> role
+    "clock": NOT_STATED,
+    "pseudonym": NOT_STATED,
+    "consent": NOT_STATED,
+}
+"""Facts every file answers; what nobody said is written as not stated, so that its absence is seen."""
+
+Facts = dict[str, str]
+
+MIGRATIONS: dict[int, Callable[[Facts], Facts]] = {}
+"""Version n -> the function that turns facts of version n into facts of version n + 1; none yet, ours is the first."""
+
+VERSION = int(PROFILE.removeprefix(PROFILE_FAMILY))
+
+
+def session_record(facts: Mapping[str, str], mesh_hashes: Mapping[str, str]) -> Facts:
+    """The content of ``vrlab.session``."""
+    own = {key: value for key, value in facts.items() if key != FORMAT and not key.startswith(MESH_HASH)}
+    hashes = {f"{MESH_HASH}{name}": value for name, value in mesh_hashes.items()}
+    return {FORMAT: PROFILE, **DECLARED, **own, **hashes}
+
+
+def bodies_record(names: tuple[str, ...]) -> Facts:
+    """The content of ``vrlab.bodies``."""
+    return {"names": json.dumps(list(names), ensure_ascii=False)}
+
+
+def facts_of(record: Mapping[str, str]) -> tuple[Facts, dict[str, str]]:
+    """The facts, and mesh name -> SHA-256, of a ``vrlab.session`` record."""
+    hashes = {key.removeprefix(MESH_HASH): value for key, value in record.items() if key.startswith(MESH_HASH)}
+    return {key: value for key, value in record.items() if not key.startswith(MESH_HASH)}, hashes
+
+
+def names_of(record: Mapping[str, str]) -> tuple[str, ...]:
+    """The tracked bodies of a ``vrlab.bodies`` record.
+
+    Raises
+    ------
+    SessionFileError
+        The record is not a list of different names.
+    """
+    try:
+        names = json.loads(record.get("names", ""))
+    except ValueError:
+        names = None
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
+        raise SessionFileError(f"metadata {BODIES_RECORD} does not list different names; run `replay doctor` on it")
+    return tuple(names)
+
+
+def migrated(record: Facts, profile: str) -> Facts:
+    """The session record of any known version as one of today.
+
+    Raises
+    ------
+    SessionFileError
+        The file is of a version that this program does not know.
+    """
+    word = profile.removeprefix(PROFILE_FAMILY)
+    version = int(word) if word.isascii() and word.isdigit() and len(word) < 10 else -1
+    while version in MIGRATIONS and version < VERSION:
+        record = MIGRATIONS[version](record)
+        version += 1
+    if version != VERSION:
+        todo = "install a newer vrlab-replay" if version > VERSION else "record or import it again"
+        raise SessionFileError(f"the file is of profile {profile!r} and this program reads {PROFILE!r}; {todo}")
+    return record

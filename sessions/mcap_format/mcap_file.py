@@ -1,0 +1,128 @@
+"""One MCAP file opened for reading: its messages by topic, its attachments, and its frames block by block."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from sessions.errors import SessionFileError
+from sessions.frames import Frames
+from sessions.mcap_format.catalogue import Catalogue, read_catalogue
+from sessions.mcap_format.pose_decoding import FrameDecoder
+from sessions.mcap_format.schemas import TF, TRACKING
+from sessions.mcap_format.unpacking import MessageTable, read_region
+
+
+class McapFile:
+    """A file whose records have been walked; nothing is held open between calls.
+
+    Raises
+    ------
+    SessionFileError
+        See `read_catalogue`.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.catalogue: Catalogue = read_catalogue(path)
+        if self.catalogue.tear is not None and self.catalogue.regions:
+            # The message index of the last whole chunk may be torn, so what it lists may not be all.
+            self.catalogue.regions[-1].channels = None
+        self._discover_channels()
+
+    def _discover_channels(self) -> None:
+        """Unpack the regions that speak of channels which no record outside chunks has declared."""
+        with self.catalogue.path.open("rb") as stream:
+            for region in self.catalogue.regions:
+                known = self.catalogue.channels.keys()
+                if not known or (region.channels is not None and region.channels - known):
+                    read_region(stream, region, self.catalogue)
+
+    def error(self, what: str, todo: str = "run `replay doctor` on the file") -> SessionFileError:
+        """One sentence about this file."""
+        return SessionFileError(f"{self.catalogue.path}: {what}; {todo}")
+
+    def tables(self, *topics: str, backwards: bool = False) -> Iterator[MessageTable]:
+        """The regions that may hold messages of these topics, in file order; no other is unpacked."""
+        ids = set[int]().union(*(self.catalogue.ids(topic) for topic in topics))
+        regions = self.catalogue.regions[::-1] if backwards else self.catalogue.regions
+        wanted = [region for region in regions if region.channels is None or region.channels & ids]
+        if not ids or not wanted:
+            return
+        with self.catalogue.path.open("rb") as stream:
+            for region in wanted:
+                yield read_region(stream, region, self.catalogue)
+
+    def payloads(self, topic: str) -> Iterator[tuple[int, bytes]]:
+        """(publish_ns, payload) of every message of a topic, in file order."""
+        for table in self.tables(topic):
+            for row in table.of_channels(self.catalogue.ids(topic)).tolist():
+                yield int(table.publish_ns[row]), table.payload(row)
+
+    def topics_below(self, prefix: str) -> list[str]:
+        """What follows the prefix in the topics that start with it."""
+        topics = dict.fromkeys(channel.topic for channel in self.catalogue.channels.values())
+        return [topic.removeprefix(prefix) for topic in topics if topic.startswith(prefix)]
+
+    def last_stamp(self) -> int | None:
+        """The latest frame time of the last region that holds frames."""
+        for table in self.tables(TF, backwards=True):
+            rows = table.of_channels(self.catalogue.ids(TF))
+            if len(rows):
+                return int(table.publish_ns[rows].max())
+        return None
+
+    def attachment(self, name: str) -> bytes | None:
+        """The bytes of an attachment, checked against its checksum; ``None`` when there is none of that name."""
+        place = self.catalogue.attachments.get(name)
+        if place is None:
+            return None
+        with self.catalogue.path.open("rb") as stream:
+            stream.seek(place.offset)
+            record = stream.read(place.length)
+        start = 20 + int.from_bytes(record[16:20], "little")
+        start += 4 + int.from_bytes(record[start : start + 4], "little")
+        size = int.from_bytes(record[start : start + 8], "little")
+        data, crc = record[start + 8 : -4], int.from_bytes(record[-4:], "little")
+        if size != len(data) or (crc and zlib.crc32(record[:-4]) != crc):
+            raise self.error(f"the attachment {name!r} is damaged")
+        return data
+
+    def decoder(self, names: tuple[str, ...] | None) -> FrameDecoder:
+        """A decoder of this file's frames; ``None``: columns are added as bodies appear."""
+        ids = self.catalogue.ids
+        return FrameDecoder(str(self.catalogue.path), ids(TF), ids(TRACKING), names)
+
+
+@dataclass(frozen=True, eq=False)
+class McapFrames:
+    """Frames that lie in a file; each block is decoded when its turn comes.
+
+    Parameters
+    ----------
+    file : the file.
+    names : bodies, one per column.
+    """
+
+    file: McapFile
+    names: tuple[str, ...]
+
+    def blocks(self, frames: int) -> Iterator[Frames]:
+        """All frames in file order, in blocks of this many (the last may be shorter)."""
+        held: list[Frames] = []
+        for part in self._parts():
+            held.append(part)
+            while sum(map(len, held)) >= frames:
+                whole = Frames.join(held) if len(held) > 1 else held[0]
+                yield whole.part(0, frames)
+                held = [whole.part(frames, len(whole))] if len(whole) > frames else []
+        if held:
+            yield Frames.join(held)
+
+    def _parts(self) -> Iterator[Frames]:
+        decoder = self.file.decoder(self.names)
+        for table in self.file.tables(TF, TRACKING):
+            part = decoder.decode(table)
+            if len(part):
+                yield part

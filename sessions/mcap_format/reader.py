@@ -1,0 +1,187 @@
+"""Reads a session file: facts, meshes and events at once, poses chunk by chunk when their turn comes.
+
+Memory for ``Session.blocks`` is one chunk and one block, whatever the file's length.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TypeVar
+
+from google.protobuf.message import DecodeError
+
+from sessions.errors import SessionError, SessionFileError, TornFileError
+from sessions.event import Event, Interval
+from sessions.hand import HandTrack
+from sessions.live_contact import LiveContact
+from sessions.mcap_format.annotations import read_contact, read_event, read_hand, read_intervals, read_track
+from sessions.mcap_format.facts import BODIES_RECORD, DECLARED, SESSION_RECORD, Facts, facts_of, migrated, names_of
+from sessions.mcap_format.lazy import LazyMapping, LazySequence
+from sessions.mcap_format.mcap_file import McapFile, McapFrames
+from sessions.mcap_format.schemas import (
+    EVENTS,
+    HANDS_PREFIX,
+    INTERVALS,
+    LIVE_CONTACTS,
+    PROFILE_FAMILY,
+    TF,
+    TRACKS_PREFIX,
+)
+from sessions.mcap_format.writer import MESH_FOLDER, MESH_TYPE, SCENE_FILE
+from sessions.mesh_data import MeshData
+from sessions.scene import Scene
+from sessions.session import Session
+from sessions.track import Track
+
+TF_SCHEMA = "foxglove.FrameTransforms"
+MISSING = "missing"
+"""The fact that says what a file which was cut short lacks."""
+
+Result = TypeVar("Result")
+
+
+def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
+    """Read a session file of profile ``vrlab/1``, or any MCAP with ``foxglove.FrameTransforms`` on ``/tf``.
+
+    Meshes are checked against their hashes. Frames, hands, live contacts and faster tracks are decoded when asked for.
+    A file without the profile has the facts ``format: foreign`` and ``profile: none`` (or what it calls its own).
+
+    Parameters
+    ----------
+    path : the file.
+    torn : what to do with a file that was cut short, for example by a crash of the recorder: ``refuse``, or ``keep``
+        every whole chunk, with the fact ``missing`` saying what is not there.
+
+    Raises
+    ------
+    SessionFileError
+        The file is missing, empty, damaged, no MCAP, of an unknown version, or has no poses; ``TornFileError`` when it
+        was cut short and ``torn`` is ``refuse``.
+    """
+    if torn not in ("refuse", "keep"):
+        raise SessionError(f"torn is {torn!r}; use 'refuse' or 'keep'")
+    file = McapFile(Path(path))
+    if file.catalogue.tear is not None and torn == "refuse":
+        raise TornFileError(
+            f"{path} is cut short at byte {file.catalogue.tear} and has no index; save what is there with "
+            "`replay recover`"
+        )
+    own = file.catalogue.profile.startswith(PROFILE_FAMILY)
+    facts, hashes = _own_facts(file) if own else (_foreign_facts(file), {})
+    _check_pose_channels(file)
+    if file.catalogue.tear is not None:
+        facts[MISSING] = _missing(file)
+    return Session(
+        McapFrames(file, _own_names(file) if own else _scanned_names(file)),
+        _meshes(file, hashes),
+        _scene(file),
+        events=_events(file),
+        intervals=_intervals(file),
+        facts=facts,
+        origin=str(path),
+        hands=LazyMapping(file.topics_below(HANDS_PREFIX), partial(_hand, file)),
+        live_contacts=LazySequence(partial(_contacts, file)),
+        fast_tracks=LazyMapping(file.topics_below(TRACKS_PREFIX), partial(_track, file)),
+    )
+
+
+def _own_facts(file: McapFile) -> tuple[Facts, dict[str, str]]:
+    record = file.catalogue.metadata_record(SESSION_RECORD)
+    return _named(file, lambda: facts_of(migrated(record or {}, file.catalogue.profile)))
+
+
+def _foreign_facts(file: McapFile) -> Facts:
+    return {"format": "foreign", "profile": file.catalogue.profile or "none", **DECLARED}
+
+
+def _own_names(file: McapFile) -> tuple[str, ...]:
+    record = file.catalogue.metadata_record(BODIES_RECORD)
+    return () if record is None else _named(file, lambda: names_of(record))
+
+
+def _scanned_names(file: McapFile) -> tuple[str, ...]:
+    """The bodies of a foreign file, which lists them nowhere: one pass over its poses."""
+    decoder = file.decoder(None)
+    for table in file.tables(TF):
+        decoder.decode(table)
+    return decoder.names
+
+
+def _named(file: McapFile, load: Callable[[], Result]) -> Result:
+    """What a function gives, its error with the file's name before it."""
+    try:
+        return load()
+    except SessionError as error:
+        raise SessionFileError(f"{file.catalogue.path}: {error}") from None
+
+
+def _check_pose_channels(file: McapFile) -> None:
+    ids = file.catalogue.ids(TF)
+    for channel in (file.catalogue.channels[number] for number in ids):
+        if (channel.encoding, channel.schema) != ("protobuf", TF_SCHEMA):
+            raise file.error(
+                f"/tf holds {channel.schema or 'messages without a schema'} as {channel.encoding or 'unknown bytes'}",
+                f"write poses as {TF_SCHEMA} in protobuf",
+            )
+    if not ids and file.catalogue.tear is None:
+        raise file.error("it has no poses", f"write {TF_SCHEMA} messages on /tf")
+
+
+def _missing(file: McapFile) -> str:
+    last = file.last_stamp()
+    kept = "no frame is left" if last is None else f"the last frame kept is at {last} ns"
+    return f"everything after byte {file.catalogue.tear}; {kept}"
+
+
+def _meshes(file: McapFile, hashes: dict[str, str]) -> dict[str, MeshData]:
+    return {name: _mesh(file, name, expected) for name, expected in hashes.items()}
+
+
+def _mesh(file: McapFile, name: str, expected: str) -> MeshData:
+    from sessions.meshes import mesh_from_bytes
+
+    data = file.attachment(f"{MESH_FOLDER}{name}{MESH_TYPE}")
+    if data is None:
+        raise file.error(f"the mesh of {name!r} is not in the file")
+    if hashlib.sha256(data).hexdigest() != expected:
+        raise file.error(f"the mesh of {name!r} is not the one that was recorded (its SHA-256 differs)")
+    return _named(file, lambda: mesh_from_bytes(data, "glb"))
+
+
+def _scene(file: McapFile) -> Scene:
+    data = file.attachment(SCENE_FILE)
+    return Scene() if data is None else Scene(text=data.decode("utf-8", errors="replace"))
+
+
+def _read(file: McapFile, topic: str, read: Callable[[], Result]) -> Result:
+    try:
+        return _named(file, read)
+    except (DecodeError, ValueError, OverflowError):
+        raise file.error(f"a message on {topic} is not what its schema says") from None
+
+
+def _events(file: McapFile) -> tuple[Event, ...]:
+    return _read(file, EVENTS, lambda: tuple(read_event(data, time) for time, data in file.payloads(EVENTS)))
+
+
+def _intervals(file: McapFile) -> tuple[Interval, ...]:
+    payloads = [data for _, data in file.payloads(INTERVALS)]
+    last = (file.last_stamp() or 0) if payloads else 0
+    return _read(file, INTERVALS, lambda: read_intervals(payloads, last))
+
+
+def _contacts(file: McapFile) -> tuple[LiveContact, ...]:
+    return _read(file, LIVE_CONTACTS, lambda: tuple(read_contact(data) for _, data in file.payloads(LIVE_CONTACTS)))
+
+
+def _hand(file: McapFile, key: str) -> HandTrack:
+    topic = HANDS_PREFIX + key
+    return _read(file, topic, lambda: read_hand(data for _, data in file.payloads(topic)))
+
+
+def _track(file: McapFile, name: str) -> Track:
+    topic = TRACKS_PREFIX + name
+    return _read(file, topic, lambda: read_track(data for _, data in file.payloads(topic)))

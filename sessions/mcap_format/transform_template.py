@@ -1,0 +1,166 @@
+"""Where the numbers lie in the bytes of one transform, learnt from an example; equal bytes elsewhere mean equal layout.
+
+A template is made by walking the wire format of one ``foxglove.FrameTransform``. Another transform of the same length
+whose bytes agree in everything but the numbers (tags, lengths, names, continuation bits of varints) has its numbers
+in the same places, so thousands are read with one comparison and one gather. Anything the walk does not expect
+(a repeated or unknown field) gets no template and is left to the protobuf library.
+
+Source: Protocol Buffers encoding, https://protobuf.dev/programming-guides/encoding.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.mcap_format.pose_encoding import SECOND_NS, column_view
+
+_VARINT, _FIXED64, _LEN = 0, 1, 2
+_STAMP, _PARENT, _CHILD, _TRANSLATION, _ROTATION = range(1, 6)
+_DOUBLES = {_TRANSLATION: (0, 3), _ROTATION: (3, 4)}
+MAX_VARINT = 10
+
+
+@dataclass(eq=False)
+class TransformTemplate:
+    """The layout of one transform.
+
+    Parameters
+    ----------
+    mask, pattern : (length,) uint8; bytes x of the same layout satisfy ``x & mask == pattern``.
+    parent, child : the two frame names.
+    stamped : whether there is a timestamp.
+    seconds, nanos : (place, width) of the two varints, width 0 where left out.
+    doubles : value number (x y z, then x y z w) -> place; those left out are 0.
+    """
+
+    mask: NDArray[np.uint8]
+    pattern: NDArray[np.uint8]
+    parent: str = ""
+    child: str = ""
+    stamped: bool = False
+    seconds: tuple[int, int] = (0, 0)
+    nanos: tuple[int, int] = (0, 0)
+    doubles: dict[int, int] = field(default_factory=dict)
+
+    def agrees(self, rows: NDArray[np.uint8]) -> NDArray[np.bool_]:
+        """Which rows (n, length) have this layout."""
+        agreed: NDArray[np.bool_] = ((rows & self.mask) == self.pattern).all(axis=1)
+        return agreed
+
+    def values(self, rows: NDArray[np.uint8]) -> NDArray[np.float64]:
+        """Position and quaternion of each row, (n, 7)."""
+        found = np.zeros((len(rows), 7))
+        for number, place in self.doubles.items():
+            found[:, number] = column_view(rows, place, "<f8")
+        return found
+
+    def stamps(self, rows: NDArray[np.uint8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Seconds and nanoseconds of each row."""
+        nanos = _varints(rows, *self.nanos).astype(np.uint32).view(np.int32)
+        return _varints(rows, *self.seconds).view(np.int64), nanos.astype(np.int64)
+
+
+def stamp_overflows(seconds: NDArray[np.int64]) -> bool:
+    """Whether a stamp in seconds does not fit into int64 nanoseconds."""
+    limit = (1 << 63) // SECOND_NS - 2
+    return bool(len(seconds)) and not -limit < seconds.min() <= seconds.max() < limit
+
+
+def _varints(rows: NDArray[np.uint8], place: int, width: int) -> NDArray[np.uint64]:
+    total = np.zeros(len(rows), dtype=np.uint64)
+    for number in range(width):
+        total |= (rows[:, place + number] & np.uint8(0x7F)).astype(np.uint64) << np.uint64(7 * number)
+    return total
+
+
+class _UnexpectedError(Exception):
+    """The bytes are not laid out as a template can describe."""
+
+
+def transform_template(data: bytes) -> TransformTemplate | None:
+    """The layout of a transform's bytes, or ``None`` when only the protobuf library may judge them."""
+    whole = np.frombuffer(data, dtype=np.uint8)
+    template = TransformTemplate(np.full(len(data), 0xFF, dtype=np.uint8), whole)
+    try:
+        _walk_transform(data, template)
+    except (_UnexpectedError, UnicodeDecodeError):
+        return None
+    template.pattern = whole & template.mask
+    return template
+
+
+def _walk_transform(data: bytes, template: TransformTemplate) -> None:
+    for number, wire, start, end in _fields(data, 0, len(data)):
+        if wire != _LEN:
+            raise _UnexpectedError
+        if number == _STAMP:
+            template.stamped = True
+            _walk_stamp(data, start, end, template)
+        elif number == _PARENT:
+            template.parent = data[start:end].decode()
+        elif number == _CHILD:
+            template.child = data[start:end].decode()
+        elif number in _DOUBLES:
+            _walk_doubles(data, start, end, template, *_DOUBLES[number])
+        else:
+            raise _UnexpectedError
+
+
+def _walk_stamp(data: bytes, start: int, end: int, template: TransformTemplate) -> None:
+    for number, wire, place, after in _fields(data, start, end):
+        if wire != _VARINT or number not in (1, 2):
+            raise _UnexpectedError
+        width = after - place
+        if width == MAX_VARINT and data[after - 1] > 1:
+            raise _UnexpectedError
+        template.mask[place:after] = 0x80
+        if width == MAX_VARINT:
+            template.mask[after - 1] = 0xFE
+        if number == 1:
+            template.seconds = (place, width)
+        else:
+            template.nanos = (place, width)
+
+
+def _walk_doubles(data: bytes, start: int, end: int, template: TransformTemplate, first: int, count: int) -> None:
+    for number, wire, place, after in _fields(data, start, end):
+        if wire != _FIXED64 or not 1 <= number <= count:
+            raise _UnexpectedError
+        template.mask[place:after] = 0
+        template.doubles[first + number - 1] = place
+
+
+def _fields(data: bytes, start: int, end: int) -> list[tuple[int, int, int, int]]:
+    """(field number, wire type, first byte, byte after) of every field; each number at most once."""
+    found: list[tuple[int, int, int, int]] = []
+    at = start
+    while at < end:
+        tag, wire = data[at] >> 3, data[at] & 7
+        if data[at] > 0x7F or tag in [number for number, *_ in found]:
+            raise _UnexpectedError
+        at += 1
+        if wire == _FIXED64:
+            first, after = at, at + 8
+        elif wire == _LEN:
+            after_length = _varint_end(data, at, end)
+            first = after_length
+            after = first + sum((data[at + i] & 0x7F) << (7 * i) for i in range(after_length - at))
+        elif wire == _VARINT:
+            first, after = at, _varint_end(data, at, end)
+        else:
+            raise _UnexpectedError
+        if after > end:
+            raise _UnexpectedError
+        found.append((tag, wire, first, after))
+        at = after
+    return found
+
+
+def _varint_end(data: bytes, at: int, end: int) -> int:
+    for place in range(at, min(end, at + MAX_VARINT)):
+        if data[place] < 0x80:
+            return place + 1
+    raise _UnexpectedError

@@ -1,0 +1,155 @@
+"""The message records of one stretch of a file, unpacked and listed; what a file declares never decides how much.
+
+Source: MCAP specification, https://mcap.dev/spec (chunk, message); zstandard and lz4 frames state a size of their own
+that must not exceed the chunk's.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import BinaryIO
+
+import lz4.frame
+import numpy as np
+import zstandard
+from mcap.opcode import Opcode
+from numpy.lib.stride_tricks import as_strided
+from numpy.typing import NDArray
+
+from sessions.errors import SessionFileError
+from sessions.mcap_format.catalogue import Catalogue, Region
+from sessions.mcap_format.record_block import LENGTH_BEFORE_DATA, MESSAGE_HEADER
+
+_HEAD = struct.Struct("<BQ")
+_MESSAGE = np.dtype(
+    [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8"), ("publish", "<u8")]
+)
+# A window of 2 GiB would let a small chunk claim it; no writer of session data uses more than a few MiB.
+ZSTD_WINDOW_BYTES = 128 << 20
+
+
+@dataclass(frozen=True, eq=False)
+class MessageTable:
+    """The m messages of one region in file order.
+
+    Parameters
+    ----------
+    data : the region's bytes; ``data[start[i]:end[i]]`` is the payload of message i.
+    start, end, channel, sequence : (m,) int64.
+    log_ns, publish_ns : (m,) int64.
+    """
+
+    data: bytes
+    start: NDArray[np.int64]
+    end: NDArray[np.int64]
+    channel: NDArray[np.int64]
+    sequence: NDArray[np.int64]
+    log_ns: NDArray[np.int64]
+    publish_ns: NDArray[np.int64]
+
+    def of_channels(self, ids: set[int]) -> NDArray[np.int64]:
+        """Numbers of the messages on these channels."""
+        return np.flatnonzero(np.isin(self.channel, list(ids)))
+
+    def payload(self, row: int) -> bytes:
+        """One message's payload."""
+        return self.data[self.start[row] : self.end[row]]
+
+
+def read_region(stream: BinaryIO, region: Region, catalogue: Catalogue) -> MessageTable:
+    """Unpack a region, check it, and list its messages; schemas and channels in it go to the catalogue.
+
+    Raises
+    ------
+    SessionFileError
+        The checksum is wrong, the bytes cannot be unpacked, or a record in it is longer than the rest.
+    """
+    stream.seek(region.offset)
+    packed = stream.read(region.length)
+    try:
+        data = _unpacked(packed, region)
+    except (zstandard.ZstdError, RuntimeError, ValueError) as error:
+        raise _damaged(catalogue, region, str(error)) from None
+    if region.crc and zlib.crc32(data) != region.crc:
+        raise _damaged(catalogue, region, "its checksum is wrong")
+    return _listed(data, region, catalogue)
+
+
+def _unpacked(packed: bytes, region: Region) -> bytes:
+    unpack = _UNPACK.get(region.compression)
+    if unpack is None:
+        raise ValueError(f"its compression {region.compression!r} is none of: zstd, lz4, none")
+    data = unpack(packed, region.size)
+    if len(data) != region.size:
+        raise ValueError(f"it declares {region.size} bytes and holds {len(data)}")
+    return data
+
+
+def _zstd(packed: bytes, size: int) -> bytes:
+    declared = zstandard.frame_content_size(packed)
+    if declared > size:
+        raise ValueError(f"it declares {size} bytes and its content {declared}")
+    if size == 0:
+        return b""
+    unpacker = zstandard.ZstdDecompressor(max_window_size=ZSTD_WINDOW_BYTES)
+    return bytes(unpacker.decompress(packed, max_output_size=size))
+
+
+def _lz4(packed: bytes, size: int) -> bytes:
+    return bytes(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1))
+
+
+def _plain(packed: bytes, _size: int) -> bytes:
+    return packed
+
+
+_UNPACK: dict[str, Callable[[bytes, int], bytes]] = {"zstd": _zstd, "lz4": _lz4, "": _plain}
+
+
+def _damaged(catalogue: Catalogue, region: Region, why: str) -> SessionFileError:
+    return SessionFileError(
+        f"{catalogue.path}: the chunk at byte {region.offset} is damaged ({why}); save the rest with `replay recover`"
+    )
+
+
+def _listed(data: bytes, region: Region, catalogue: Catalogue) -> MessageTable:
+    starts, at, size = [], 0, len(data)
+    head, head_size, message = _HEAD.unpack_from, _HEAD.size, int(Opcode.MESSAGE)
+    while at + head_size <= size:
+        opcode, length = head(data, at)
+        end = at + head_size + length
+        if end > size or (opcode == message and length < LENGTH_BEFORE_DATA):
+            break
+        if opcode == message:
+            starts.append(at)
+        else:
+            catalogue.declare(opcode, data[at + head_size : end])
+        at = end
+    if at != size:
+        raise _damaged(catalogue, region, f"the record {at} bytes into it has an impossible length")
+    heads = rows_at(np.frombuffer(data, dtype=np.uint8), np.array(starts, dtype=np.int64), MESSAGE_HEADER.size)
+    table = heads.view(_MESSAGE)[:, 0]
+    begin = np.array(starts, dtype=np.int64)
+    log, publish = table["log"].astype(np.int64), table["publish"].astype(np.int64)
+    if len(log) and min(log.min(), publish.min()) < 0:
+        raise _damaged(catalogue, region, "a stamp in it is beyond the year 2262")
+    return MessageTable(
+        data,
+        begin + MESSAGE_HEADER.size,
+        begin + head_size + table["length"].astype(np.int64),
+        table["channel"].astype(np.int64),
+        table["sequence"].astype(np.int64),
+        log,
+        publish,
+    )
+
+
+def rows_at(buffer: NDArray[np.uint8], starts: NDArray[np.int64], length: int) -> NDArray[np.uint8]:
+    """A copy (n, length) of the bytes that begin at each start."""
+    if not len(starts) or not length:
+        return np.zeros((len(starts), length), dtype=np.uint8)
+    window = as_strided(buffer, (len(buffer) - length + 1, length), (1, 1), writeable=False)
+    return window[starts]

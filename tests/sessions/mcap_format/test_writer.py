@@ -1,0 +1,172 @@
+import hashlib
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from mcap.reader import make_reader
+from mcap.stream_reader import StreamReader
+from mcap_samples import any_frames, assert_same_frames, random_frames, session_of, tetrahedron
+
+from sessions.errors import SessionFileError
+from sessions.event import Event, Interval
+from sessions.frames import Frames
+from sessions.glb import mesh_to_glb
+from sessions.hand import HandTrack
+from sessions.live_contact import LiveContact
+from sessions.mcap_format.reader import read_session
+from sessions.mcap_format.reference_reader import read_frames_plainly
+from sessions.mcap_format.writer import write_session
+from sessions.scene import Scene, SceneBody
+from sessions.session import Session
+from sessions.track import Track
+
+
+def full_session():
+    times = np.arange(400, dtype=np.int64) * 1_000_000
+    rng = np.random.default_rng(5)
+    return session_of(
+        random_frames(3, odd=0.1, absent=0.1),
+        meshes={"body 0": tetrahedron(), "a/b": tetrahedron(1 / 3)},
+        scene=Scene(),
+        events=(Event(7, "start"), Event(9, "drop: it", "the glass: fell", "body 0", "warning"), Event(9, "a", "a")),
+        intervals=(Interval(1, 5, "task", "pour", {"volume": "2", "by": "anna"}), Interval(1, 9, "stage", "one")),
+        facts={"vr_type": "immersive", "source_units": "m"},
+        hands={"anna/left": HandTrack([1, 2, 9], [0.1, 0.2, 1.0], None, ("a", "menu"), [[0, 1], [1, 1], [0, 0]])},
+        live_contacts=(LiveContact(3, "body 0", "body 1", "enter", (0.5, -0.25, 1e-300)), LiveContact(4, "x", "y", "exit")),
+        fast_tracks={"body 1": Track(times, rng.normal(size=(400, 3)), rng.normal(size=(400, 4)), times % 3_000_000 > 0)},
+    )  # fmt: skip
+
+
+def test_every_part_of_a_session_survives_its_file(tmp_path):
+    session = full_session()
+    write_session(session, tmp_path / "s.mcap")
+    found = read_session(tmp_path / "s.mcap")
+    assert_same_frames(found.frames, session.frames)
+    assert found.events == session.events and found.intervals == session.intervals
+    assert found.facts.items() >= session.facts.items() and found.facts["format"] == "vrlab/1"
+    assert tuple(found.live_contacts) == session.live_contacts
+    assert list(found.meshes) == list(session.meshes)
+    for name, mesh in session.meshes.items():
+        assert found.meshes[name].vertices.tobytes() == mesh.vertices.tobytes()
+        assert found.meshes[name].faces.tobytes() == mesh.faces.tobytes()
+    for left, right in ((found.hands, session.hands), (found.fast_tracks, session.fast_tracks)):
+        assert list(left) == list(right)
+        for key, value in right.items():
+            for field, expected in vars(value).items():
+                assert np.array_equal(getattr(left[key], field), expected), (key, field)
+
+
+def test_a_session_written_again_after_reading_gives_the_same_bytes(tmp_path):
+    write_session(full_session(), tmp_path / "one.mcap")
+    write_session(full_session(), tmp_path / "two.mcap")
+    write_session(read_session(tmp_path / "one.mcap"), tmp_path / "three.mcap")
+    assert (tmp_path / "one.mcap").read_bytes() == (tmp_path / "two.mcap").read_bytes()
+    assert (tmp_path / "one.mcap").read_bytes() == (tmp_path / "three.mcap").read_bytes()
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(any_frames())
+def test_any_frames_are_read_bit_for_bit_by_us_and_by_the_protobuf_library(tmp_path, frames):
+    path = tmp_path / "s.mcap"
+    write_session(session_of(frames), path)
+    assert_same_frames(read_session(path).frames, frames)
+    assert_same_frames(read_frames_plainly(path, frames.names), frames)
+
+
+class Ragged:
+    """The same frames in blocks of any length."""
+
+    def __init__(self, frames: Frames, cuts):
+        self.names, self._frames, self._cuts = frames.names, frames, [0, *cuts, len(frames)]
+
+    def blocks(self, frames):
+        for start, stop in zip(self._cuts, self._cuts[1:], strict=False):
+            yield self._frames.part(start, stop)
+
+
+def test_the_bytes_do_not_depend_on_the_blocks_in_which_frames_come(tmp_path):
+    frames = random_frames(8, 4000, 6, odd=0.05)
+    write_session(session_of(frames), tmp_path / "a.mcap")
+    write_session(Session(Ragged(frames, [1, 2, 700, 3999]), {}), tmp_path / "b.mcap")
+    assert (tmp_path / "a.mcap").stat().st_size > 1_000_000
+    assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
+
+
+def test_the_mcap_library_accepts_every_checksum_and_counts_the_same(tmp_path):
+    path = tmp_path / "s.mcap"
+    write_session(full_session(), path)
+    with path.open("rb") as stream:
+        kinds = [type(record).__name__ for record in StreamReader(stream, validate_crcs=True).records]
+    with path.open("rb") as stream:
+        summary = make_reader(stream, validate_crcs=True).get_summary()
+    assert summary.statistics.message_count == kinds.count("Message")
+    assert summary.statistics.chunk_count == len(summary.chunk_indexes) == 3
+    assert kinds.index("Attachment") < kinds.index("Metadata") < kinds.index("Message")
+    assert summary.statistics.message_start_time == 0
+    data_end = path.read_bytes().rindex(b"\x0f\x04\x00\x00\x00\x00\x00\x00\x00")
+    assert any(path.read_bytes()[data_end + 9 : data_end + 13])
+
+
+def test_messages_are_found_through_the_index(tmp_path):
+    path = tmp_path / "s.mcap"
+    frames = random_frames(1, 3000, 12)
+    write_session(session_of(frames), path)
+    with path.open("rb") as stream:
+        found = [message.publish_time for _, _, message in make_reader(stream).iter_messages(topics=["/tf"])]
+    assert found == frames.stamp_ns.tolist()
+
+
+def test_the_metadata_carries_the_hash_of_each_mesh(tmp_path):
+    write_session(full_session(), tmp_path / "s.mcap")
+    with (tmp_path / "s.mcap").open("rb") as stream:
+        records = {record.name: record.metadata for record in make_reader(stream).iter_metadata()}
+    expected = hashlib.sha256(mesh_to_glb(tetrahedron(), "body 0")).hexdigest()
+    assert records["vrlab.session"]["mesh.sha256/body 0"] == expected
+    assert records["vrlab.session"]["handedness"] == "not stated"
+
+
+def test_a_stamp_before_zero_is_refused_and_leaves_no_file(tmp_path):
+    frames = random_frames(0)
+    early = Frames(frames.names, frames.stamp_ns * 0 - 5, *(getattr(frames, name) for name in (
+        "log_ns", "sample_ns", "position", "quaternion_xyzw", "status")))  # fmt: skip
+    with pytest.raises(SessionFileError, match="-5 ns.*shift all stamps"):
+        write_session(session_of(early), tmp_path / "s.mcap")
+    with pytest.raises(SessionFileError, match="-1 ns"):
+        write_session(session_of(frames, events=(Event(-1, "x"),)), tmp_path / "s.mcap")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_failed_writing_keeps_the_file_that_was_there(tmp_path):
+    path = tmp_path / "s.mcap"
+    write_session(full_session(), path)
+    before = path.read_bytes()
+
+    class Broken(Ragged):
+        def blocks(self, frames):
+            yield from super().blocks(frames)
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        write_session(Session(Broken(random_frames(1), []), {}), path)
+    assert path.read_bytes() == before and [p.name for p in tmp_path.iterdir()] == ["s.mcap"]
+
+
+def test_a_place_that_cannot_be_written_is_one_sentence(tmp_path):
+    with pytest.raises(SessionFileError, match=r"nowhere.*cannot be written.*check the folder"):
+        write_session(full_session(), tmp_path / "nowhere" / "s.mcap")
+
+
+def test_an_unknown_level_and_phase_and_a_backward_interval_are_refused(tmp_path):
+    for part in (
+        {"events": (Event(1, "x", level="loud"),)},
+        {"live_contacts": (LiveContact(1, "a", "b", "meet"),)},
+        {"intervals": (Interval(5, 1, "task", "x"),)},
+    ):
+        with pytest.raises(SessionFileError, match=r"use one of|swap"):
+            write_session(session_of(random_frames(0), **part), tmp_path / "s.mcap")
+
+
+def test_a_scene_that_no_file_can_carry_is_refused_rather_than_dropped(tmp_path):
+    scene = Scene(bodies=(SceneBody("a"),))
+    with pytest.raises(SessionFileError, match="scene has no text"):
+        write_session(session_of(random_frames(0), scene=scene), tmp_path / "s.mcap")
