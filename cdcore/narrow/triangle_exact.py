@@ -1,0 +1,227 @@
+"""Closed triangle against closed triangle with exact signs, degenerate triangles included: the compiled decision for
+moderate exponents.
+
+A pair is one array (6, 3): rows 0-2 are the first triangle, rows 3-5 the second. A triangle of zero area counts as
+the segment between its lexicographic extremes, or as the point it is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from cdcore.narrow.compiling import stay_one_function
+from cdcore.narrow.orientation import cross_sign, orientation_sign
+from cdcore.numerics import FloatArray
+
+
+@njit(cache=True)
+def projection_axis(p: FloatArray, a: int, b: int, c: int, d: int, w: FloatArray) -> int:
+    """An axis along which (b - a) x (d - c) is not zero, the float64 largest first; -1 when the product is exactly
+    zero.
+    """
+    stay_one_function()
+    ux, uy, uz = p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], p[b, 2] - p[a, 2]
+    vx, vy, vz = p[d, 0] - p[c, 0], p[d, 1] - p[c, 1], p[d, 2] - p[c, 2]
+    x, y, z = abs(uy * vz - uz * vy), abs(uz * vx - ux * vz), abs(ux * vy - uy * vx)
+    first = int(np.int64(2))
+    if x > y and x > z:
+        first = int(np.int64(0))
+    elif y > z:
+        first = int(np.int64(1))
+    for step in range(3):
+        axis = (first + step) % 3
+        if cross_sign(p, a, b, c, d, axis, w) != 0:
+            return axis
+    return -1
+
+
+@njit(cache=True)
+def within_box_2d(p: FloatArray, q: int, a: int, b: int, axis: int) -> bool:
+    """Row q inside the closed box of rows a and b, both seen along ``axis``."""
+    for step in range(1, 3):
+        k = (axis + step) % 3
+        if p[q, k] < min(p[a, k], p[b, k]) or p[q, k] > max(p[a, k], p[b, k]):
+            return False
+    return True
+
+
+@njit(cache=True)
+def segments_meet_2d(p: FloatArray, a: int, b: int, c: int, d: int, axis: int, w: FloatArray) -> bool:
+    """Closed segments ab and cd seen along ``axis``; either may be a point."""
+    stay_one_function()
+    for step in range(1, 3):
+        k = (axis + step) % 3
+        if max(p[a, k], p[b, k]) < min(p[c, k], p[d, k]) or max(p[c, k], p[d, k]) < min(p[a, k], p[b, k]):
+            return False
+    c_side = cross_sign(p, a, b, a, c, axis, w)
+    d_side = cross_sign(p, a, b, a, d, axis, w)
+    if c_side * d_side > 0:
+        return False
+    a_side = cross_sign(p, c, d, c, a, axis, w)
+    b_side = cross_sign(p, c, d, c, b, axis, w)
+    if a_side * b_side > 0:
+        return False
+    if c_side * d_side < 0 and a_side * b_side < 0:
+        return True
+    return (
+        (c_side == 0 and within_box_2d(p, c, a, b, axis))
+        or (d_side == 0 and within_box_2d(p, d, a, b, axis))
+        or (a_side == 0 and within_box_2d(p, a, c, d, axis))
+        or (b_side == 0 and within_box_2d(p, b, c, d, axis))
+    )
+
+
+@njit(cache=True)
+def point_in_triangle_2d(p: FloatArray, q: int, t: int, axis: int, w: FloatArray) -> bool:
+    """Row q in the closed proper triangle of rows t..t+2, both seen along ``axis``."""
+    stay_one_function()
+    left, right = False, False
+    for k in range(3):
+        side = cross_sign(p, t + k, t + (k + 1) % 3, t + k, q, axis, w)
+        left = left or side > 0
+        right = right or side < 0
+    return not (left and right)
+
+
+@njit(cache=True)
+def segment_meets_triangle_2d(p: FloatArray, a: int, b: int, t: int, axis: int, w: FloatArray) -> bool:
+    """Segment ab and proper triangle t..t+2 of one plane that ``axis`` does not lie in."""
+    for k in range(3):
+        if segments_meet_2d(p, a, b, t + k, t + (k + 1) % 3, axis, w):
+            return True
+    return point_in_triangle_2d(p, a, t, axis, w)
+
+
+@njit(cache=True)
+def passes_inside(p: FloatArray, a: int, b: int, t: int, w: FloatArray) -> bool:
+    """The line of ab, which crosses the plane of the proper triangle t..t+2, crosses it in the closed triangle."""
+    left, right = False, False
+    for k in range(3):
+        side = orientation_sign(p, a, b, t + k, t + (k + 1) % 3, w)
+        left = left or side > 0
+        right = right or side < 0
+    return not (left and right)
+
+
+@njit(cache=True)
+def segment_meets_triangle(
+    p: FloatArray, a: int, b: int, a_side: int, b_side: int, t: int, axis: int, w: FloatArray
+) -> bool:
+    """Segment ab, whose ends lie on the given sides of the plane, and the proper triangle t..t+2."""
+    stay_one_function()
+    if a_side * b_side > 0:
+        return False
+    if a_side == 0 and b_side == 0:
+        return segment_meets_triangle_2d(p, a, b, t, axis, w)
+    if a_side == 0:
+        return point_in_triangle_2d(p, a, t, axis, w)
+    if b_side == 0:
+        return point_in_triangle_2d(p, b, t, axis, w)
+    return passes_inside(p, a, b, t, w)
+
+
+@njit(cache=True)
+def on_one_line(p: FloatArray, a: int, b: int, c: int, w: FloatArray) -> bool:
+    """Rows a, b, c exactly collinear."""
+    return projection_axis(p, a, b, a, c, w) < 0
+
+
+@njit(cache=True)
+def segments_meet(p: FloatArray, a: int, b: int, c: int, d: int, w: FloatArray) -> bool:
+    """Closed segments ab and cd in space; either may be a point."""
+    stay_one_function()
+    if orientation_sign(p, a, b, c, d, w) != 0:
+        return False
+    axis = projection_axis(p, a, b, c, d, w)
+    if axis >= 0:
+        return segments_meet_2d(p, a, b, c, d, axis, w)
+    if not (on_one_line(p, a, b, c, w) and on_one_line(p, c, d, a, w)):
+        return False
+    for k in range(3):
+        if max(p[a, k], p[b, k]) < min(p[c, k], p[d, k]) or max(p[c, k], p[d, k]) < min(p[a, k], p[b, k]):
+            return False
+    return True
+
+
+@njit(cache=True)
+def comes_before(p: FloatArray, a: int, b: int) -> bool:
+    """Row a lexicographically before row b."""
+    for k in range(3):
+        if p[a, k] != p[b, k]:
+            return p[a, k] < p[b, k]
+    return False
+
+
+@njit(cache=True)
+def lexicographic_ends(p: FloatArray, t: int) -> tuple[int, int]:
+    """First and last of rows t..t+2: the segment that a triangle of zero area is."""
+    first, last = t, t
+    for k in range(1, 3):
+        if comes_before(p, t + k, first):
+            first = t + k
+        if comes_before(p, last, t + k):
+            last = t + k
+    return first, last
+
+
+@njit(cache=True)
+def flat_meets_proper(p: FloatArray, flat: int, t: int, axis: int, w: FloatArray) -> bool:
+    """Triangle of zero area at rows flat..flat+2 against the proper triangle t..t+2."""
+    a, b = lexicographic_ends(p, flat)
+    a_side = orientation_sign(p, t, t + 1, t + 2, a, w)
+    b_side = orientation_sign(p, t, t + 1, t + 2, b, w)
+    return segment_meets_triangle(p, a, b, a_side, b_side, t, axis, w)
+
+
+@njit(cache=True)
+def edges_meet_triangle(p: FloatArray, s: int, t: int, axis: int, w: FloatArray) -> int:
+    """One of: an edge of the proper triangle s..s+2 meets the proper triangle t..t+2 (1), all of s lies strictly
+    to one side (-1), no (0).
+    """
+    stay_one_function()
+    side0 = orientation_sign(p, t, t + 1, t + 2, s, w)
+    side1 = orientation_sign(p, t, t + 1, t + 2, s + 1, w)
+    side2 = orientation_sign(p, t, t + 1, t + 2, s + 2, w)
+    if side0 == side1 and side1 == side2 and side0 != 0:
+        return -1
+    if segment_meets_triangle(p, s, s + 1, side0, side1, t, axis, w):
+        return 1
+    if segment_meets_triangle(p, s + 1, s + 2, side1, side2, t, axis, w):
+        return 1
+    return 1 if segment_meets_triangle(p, s + 2, s, side2, side0, t, axis, w) else 0
+
+
+@njit(cache=True)
+def boxes_apart(p: FloatArray) -> bool:
+    """The axis-aligned boxes of the two triangles are disjoint; comparisons do not round."""
+    for k in range(3):
+        if max(p[0, k], p[1, k], p[2, k]) < min(p[3, k], p[4, k], p[5, k]):
+            return True
+        if max(p[3, k], p[4, k], p[5, k]) < min(p[0, k], p[1, k], p[2, k]):
+            return True
+    return False
+
+
+@njit(cache=True)
+def pair_intersects_exact(p: FloatArray, w: FloatArray) -> bool:
+    """Exact answer for one pair of moderate exponents; ``w`` is a workspace of ``orientation.WORKSPACE`` doubles."""
+    stay_one_function()
+    if boxes_apart(p):
+        return False
+    o = int(np.int64(0))
+    t = o + 3
+    first_axis = projection_axis(p, o, o + 1, o, o + 2, w)
+    second_axis = projection_axis(p, t, t + 1, t, t + 2, w)
+    if first_axis < 0 and second_axis < 0:
+        a, b = lexicographic_ends(p, o)
+        c, d = lexicographic_ends(p, t)
+        return segments_meet(p, a, b, c, d, w)
+    if first_axis < 0:
+        return flat_meets_proper(p, o, t, second_axis, w)
+    if second_axis < 0:
+        return flat_meets_proper(p, t, o, first_axis, w)
+    answer = edges_meet_triangle(p, o, t, second_axis, w)
+    if answer == 0:
+        answer = edges_meet_triangle(p, t, o, first_axis, w)
+    return answer == 1

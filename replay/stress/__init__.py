@@ -1,0 +1,1 @@
+"""Hard cases: where collision detection goes wrong, made on purpose and counted."""
