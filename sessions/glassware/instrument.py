@@ -1,0 +1,170 @@
+"""What an instrument is: a closed mesh, what it is made of, where liquid stands in it, and which parts move.
+
+Conventions: metres, +Y up, origin at the centre of the base it stands on, unless ``Instrument.origin`` says
+otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.mesh_data import MeshData
+
+Point = tuple[float, float, float]
+
+TYPICAL = "typical dimensions, own choice"
+
+# kg/m3. Borosilicate 3.3: ISO 3585 states 2.23 g/cm3. The others are round handbook values: masses are estimates.
+DENSITY: Mapping[str, float] = MappingProxyType(
+    {
+        "borosilicate glass 3.3": 2230.0,
+        "porcelain": 2400.0,
+        "steel": 7850.0,
+        "wood": 650.0,
+        "rubber": 1100.0,
+        "laminate": 1400.0,
+        "tissue": 1050.0,
+        "plastic": 1050.0,
+    }
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Opening:
+    """The disc through which liquid enters and leaves.
+
+    ``lip`` is the point it leaves from when the vessel tips towards ``pour_direction``: the spout's edge, or the rim.
+    """
+
+    centre: Point
+    normal: Point
+    radius: float
+    lip: Point
+    pour_direction: Point
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cavity:
+    """The space where liquid stands: closed meshes whose walls are the inner walls of the glass.
+
+    Attributes
+    ----------
+    capacity_m3
+        Nominal volume up to the mark; ``to_mark`` encloses it.
+    mark_height, floor_height
+        Heights y between which ``to_mark`` stands.
+    to_mark, to_brim
+        Closed meshes: the liquid when filled to the mark, and to the rim.
+    opening
+        None for a closed reservoir.
+    """
+
+    capacity_m3: float
+    floor_height: float
+    mark_height: float
+    to_mark: MeshData
+    to_brim: MeshData
+    opening: Opening | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "to_mark", in_single_precision(self.to_mark))
+        object.__setattr__(self, "to_brim", in_single_precision(self.to_brim))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wall:
+    """A wall of constant ``thickness`` wherever the inner surface lies at a height y in ``span``."""
+
+    thickness: float
+    span: tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Site:
+    """A named place of an instrument: a tip, the axis of a clamp, a hole of a rack."""
+
+    point: Point
+    direction: Point = (0.0, 1.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Joint:
+    """A revolute joint: the part turns about ``axis`` through ``origin`` (both in the parent's frame), in radians."""
+
+    origin: Point
+    axis: Point
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Part:
+    """An instrument that belongs to another one: where its origin lies in the parent, and how it may move."""
+
+    instrument: Instrument
+    position: Point = (0.0, 0.0, 0.0)
+    joint: Joint | None = None
+
+    @property
+    def to_parent(self) -> NDArray[np.float64]:
+        """The part's pose at rest, 4x4, column convention."""
+        pose = np.eye(4)
+        pose[:3, 3] = self.position
+        return pose
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Instrument:
+    """One instrument of the bench.
+
+    Attributes
+    ----------
+    name, mesh
+        The row of the table it was made from, and its closed surface.
+    tags
+        What effects select by: ``glass vessel hot sharp tool furniture hand ...``.
+    material, mass
+        Mass in kg is the mesh's volume times a density, an estimate, unless the maker states one.
+    wall, cavity
+        Only where they apply: a rod has neither.
+    sites
+        Named places.
+    parts
+        Movable or loose parts, each with a closed mesh of its own.
+    sources
+        Where the dimensions come from.
+    """
+
+    name: str
+    mesh: MeshData
+    tags: tuple[str, ...]
+    material: str
+    sources: tuple[str, ...]
+    mass: float
+    wall: Wall | None = None
+    cavity: Cavity | None = None
+    sites: Mapping[str, Site] = field(default_factory=lambda: MappingProxyType({}))
+    parts: tuple[Part, ...] = ()
+    origin: str = "centre of the base"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mesh", in_single_precision(self.mesh))
+
+
+def in_single_precision(mesh: MeshData) -> MeshData:
+    """Return the mesh with its vertices rounded to what float32 holds.
+
+    Then what a viewer draws, an engine computes with and a session file keeps is one geometry, and the file needs no
+    second copy in float64. The rounding is at most 6e-8 of a coordinate: 0.03 um for the tallest glass here.
+    """
+    return MeshData(mesh.vertices.astype(np.float32), mesh.faces)
+
+
+def mass_of(mesh: MeshData, material: str) -> float:
+    """Return the volume of the closed mesh times the density of its material, in kg."""
+    return mesh.volume * DENSITY[material]

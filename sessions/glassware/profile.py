@@ -1,0 +1,177 @@
+"""Half-sections of turned glass: polylines (r, y) whose offset lies at exactly the wall's thickness.
+
+A profile is a chain of strokes (straight lines and arcs). It is sampled to a polyline, and the wall's other side is
+the *offset* of that polyline, joint by joint, so both sides are parallel at any resolution.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Polyline = NDArray[np.float64]
+
+# A straight stroke needs fewer points than a bent one of its length to look right.
+LINE_SHARE = 0.45
+BISECTIONS = 80  # halves an interval down to the last bit of a double
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight stroke from ``start`` to ``end``, at least ``least`` segments."""
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    least: int = 1
+
+    @property
+    def share(self) -> float:
+        """How many points the stroke asks for, relative to others."""
+        return float(np.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])) * LINE_SHARE
+
+    def sample(self, segments: int) -> Polyline:
+        """Return ``segments`` + 1 points."""
+        return np.linspace(self.start, self.end, segments + 1)
+
+
+@dataclass(frozen=True)
+class Arc:
+    """A circular stroke about ``centre``; angles in radians, 0 along +r, a quarter turn along +y."""
+
+    centre: tuple[float, float]
+    radius: float
+    begin: float
+    finish: float
+    least: int = 2
+
+    @property
+    def share(self) -> float:
+        """How many points the stroke asks for, relative to others."""
+        return abs(self.finish - self.begin) * self.radius
+
+    def sample(self, segments: int) -> Polyline:
+        """Return ``segments`` + 1 points."""
+        angle = np.linspace(self.begin, self.finish, segments + 1)
+        return np.column_stack(
+            [self.centre[0] + self.radius * np.cos(angle), self.centre[1] + self.radius * np.sin(angle)]
+        )
+
+
+Stroke = Line | Arc
+
+
+def rounded(
+    points: Sequence[tuple[float, float]], radii: Sequence[float], least: Sequence[int] | None = None
+) -> list[Stroke]:
+    """Return strokes along ``points`` with corner ``i + 1`` rounded by ``radii[i]`` (0: a sharp corner).
+
+    ``least`` are the fewest segments of each rounding, 2 if not given. Where the wall's outside is the shorter side,
+    a turn
+    of ``a`` between two segments makes the wall 1 / cos(a) thick at the joint, so a turn of 50 degrees or more needs
+    3.
+    """
+    strokes: list[Stroke] = []
+    corners = [np.asarray(point, dtype=np.float64) for point in points]
+    last = corners[0]
+    for before, corner, after, radius, fewest in zip(
+        corners, corners[1:], corners[2:], radii, least or [2] * len(radii), strict=False
+    ):
+        arc = _fillet(before, corner, after, radius, fewest) if radius else None
+        begin, finish = (arc.sample(1)[0], arc.sample(1)[1]) if arc else (corner, corner)
+        _append_line(strokes, last, begin)
+        strokes.extend([arc] if arc else [])
+        last = finish
+    _append_line(strokes, last, corners[-1])
+    return strokes
+
+
+def sampled(strokes: Sequence[Stroke], segments: int) -> Polyline:
+    """Return a polyline along the strokes of about ``segments`` segments, never fewer than the strokes demand."""
+    counts = [stroke.least for stroke in strokes]
+    for _ in range(segments - sum(counts)):
+        longest = max(range(len(strokes)), key=lambda i: strokes[i].share / counts[i])
+        counts[longest] += 1
+    pieces = [stroke.sample(count) for stroke, count in zip(strokes, counts, strict=True)]
+    polyline: Polyline = np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
+    return polyline.round(12)  # so that a start on the axis is at r = 0 and not at 4e-19
+
+
+def offset(polyline: Polyline, distance: float) -> Polyline:
+    """Return the polyline moved ``distance`` to its outside, every segment parallel to its original.
+
+    Outside is to the right of the direction of travel: below a floor that runs away from the axis, away from the
+    axis for a wall that runs upwards. A start or end on the axis stays on it.
+    """
+    direction = np.diff(polyline, axis=0)
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    normal = np.column_stack([direction[:, 1], -direction[:, 0]])
+    first, last = normal[:1], normal[-1:]
+    before = np.concatenate([first * _mirror_on_axis(polyline[0]), normal])
+    after = np.concatenate([normal, last * _mirror_on_axis(polyline[-1])])
+    cosine = np.einsum("ij,ij->i", before, after)[:, None]
+    moved: Polyline = polyline + distance * (before + after) / (1.0 + cosine)
+    return moved.round(12)
+
+
+def volume_below(polyline: Polyline, level: float) -> float:
+    """Return the volume in m3 that the turned polyline holds up to the height ``level``."""
+    return float(_frusta(clipped(polyline, level)).sum())
+
+
+def clipped(polyline: Polyline, level: float) -> Polyline:
+    """Return the polyline up to where it last rises through ``level``; a vertex closer than 1 um below gives way."""
+    rising = np.flatnonzero((polyline[:-1, 1] < level) & (polyline[1:, 1] >= level))
+    i = int(rising[-1])
+    low, high = polyline[i], polyline[i + 1]
+    point = low + (high - low) * (level - low[1]) / (high[1] - low[1])
+    keep = i + 1 if np.hypot(*(point - low)) > 1e-6 or i == 0 else i
+    return np.concatenate([polyline[:keep], point[None]])
+
+
+def level_holding(polyline: Polyline, volume: float) -> float:
+    """Return the height y up to which the turned polyline holds ``volume`` m3."""
+    held = np.concatenate([[0.0], np.cumsum(_frusta(polyline))])
+    segment = int(np.searchsorted(held, volume)) - 1
+    return solved(lambda y: volume_below(polyline, y) - volume, polyline[segment, 1], polyline[segment + 1, 1])
+
+
+def solved(rising: Callable[[float], float], low: float, high: float) -> float:
+    """Return the root between ``low`` and ``high`` of a function that rises through zero there."""
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if rising(middle) < 0.0:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def _frusta(polyline: Polyline) -> NDArray[np.float64]:
+    """Return the signed volume under each turned segment."""
+    r0, r1 = polyline[:-1, 0], polyline[1:, 0]
+    volumes: NDArray[np.float64] = np.pi / 3.0 * np.diff(polyline[:, 1]) * (r0 * r0 + r0 * r1 + r1 * r1)
+    return volumes
+
+
+def _mirror_on_axis(point: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.array([-1.0, 1.0]) if point[0] == 0.0 else np.array([1.0, 1.0])
+
+
+def _append_line(strokes: list[Stroke], start: NDArray[np.float64], end: NDArray[np.float64]) -> None:
+    if np.hypot(*(end - start)) > 1e-9:
+        strokes.append(Line((float(start[0]), float(start[1])), (float(end[0]), float(end[1]))))
+
+
+def _fillet(
+    before: NDArray[np.float64], corner: NDArray[np.float64], after: NDArray[np.float64], radius: float, least: int
+) -> Arc:
+    into = (corner - before) / np.linalg.norm(corner - before)
+    out = (after - corner) / np.linalg.norm(after - corner)
+    turn = float(np.arctan2(into[0] * out[1] - into[1] * out[0], into @ out))
+    side = np.sign(turn) * np.array([-into[1], into[0]])
+    centre = corner - into * radius * np.tan(abs(turn) / 2.0) + side * radius
+    begin = float(np.arctan2(-side[1], -side[0]))
+    return Arc((float(centre[0]), float(centre[1])), radius, begin, begin + turn, least)

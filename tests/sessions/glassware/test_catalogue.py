@@ -1,0 +1,120 @@
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from sessions.glassware.catalogue import INSTRUMENTS, UnknownInstrumentError, make_instrument
+from sessions.mesh_data import is_closed, least_area
+from sessions.meshes import mesh_from_bytes, mesh_to_glb
+
+SIZES = [500, 2000, 5000, pytest.param(50_000, marks=pytest.mark.slow)]
+ELSEWHERE = {
+    "burette_stopcock",
+    "delivery_tube",
+    "wick_holder",
+    "hand_left",
+    "hand_right",
+    "proxy_wand",
+    "proxy_headset",
+}
+
+
+@pytest.fixture(scope="module", params=SIZES)
+def faces(request):
+    return request.param
+
+
+@pytest.fixture(scope="module", params=INSTRUMENTS)
+def made(request, faces):
+    return make_instrument(request.param, faces)
+
+
+def closed_meshes(instrument):
+    yield instrument.mesh
+    if instrument.cavity:
+        yield instrument.cavity.to_mark
+        yield instrument.cavity.to_brim
+    for part in instrument.parts:
+        yield from closed_meshes(part.instrument)
+
+
+def test_surfaces_are_watertight_wound_outwards_and_without_degenerate_or_duplicate_faces(made):
+    for mesh in closed_meshes(made):
+        assert is_closed(mesh)
+        assert mesh.volume > 0
+        assert least_area(mesh) > 1e-13
+        assert len(np.unique(np.sort(mesh.faces, axis=1), axis=0)) == len(mesh.faces)
+        assert len(np.unique(mesh.faces)) == len(mesh.vertices)
+        assert np.array_equal(mesh.vertices.astype(np.float32), mesh.vertices)
+
+
+def test_the_mesh_is_one_piece(made):
+    start, end = made.mesh.faces.ravel(), np.roll(made.mesh.faces, -1, axis=1).ravel()
+    size = len(made.mesh.vertices)
+    assert connected_components(coo_matrix((np.ones(len(start)), (start, end)), (size, size)))[0] == 1
+
+
+def test_the_face_count_is_within_a_quarter_of_the_asked_one(made, faces):
+    assert 0.75 * faces < len(made.mesh.faces) < 1.25 * faces
+
+
+def test_the_mesh_loads_again_from_glb_bit_for_bit(made):
+    again = mesh_from_bytes(mesh_to_glb(made.mesh, made.name), "glb")
+    assert again.vertices.tobytes() == made.mesh.vertices.tobytes()
+    assert again.faces.tobytes() == made.mesh.faces.tobytes()
+
+
+def test_liquid_up_to_the_mark_is_the_nominal_capacity(made):
+    if not {"vessel", "dropper"} & set(made.tags):
+        assert made.cavity is None
+        return
+    assert made.cavity.to_mark.volume == pytest.approx(made.cavity.capacity_m3, rel=1e-5)
+    assert made.cavity.to_brim.volume > 1.01 * made.cavity.capacity_m3
+    heights = made.cavity.to_mark.bounds[:, 1]
+    assert heights == pytest.approx([made.cavity.floor_height, made.cavity.mark_height], abs=1e-6)
+
+
+def test_an_instrument_stands_on_the_plane_of_its_origin(made):
+    if made.name in ELSEWHERE:
+        assert made.origin != "centre of the base"
+    else:
+        assert made.mesh.bounds[0, 1] == pytest.approx(0.0, abs=1e-9)
+        assert np.abs(made.mesh.bounds[:, [0, 2]].mean(axis=0)).max() < 0.2 * np.ptp(made.mesh.bounds, axis=0).max()
+
+
+def test_an_instrument_says_what_it_is(made):
+    assert made.name in INSTRUMENTS
+    assert made.tags
+    assert made.sources
+    assert 1e-4 < made.mass < 200
+    assert {part.instrument.name for part in made.parts} <= set(INSTRUMENTS)
+
+
+@pytest.mark.parametrize("name", INSTRUMENTS)
+def test_the_same_call_gives_the_same_mesh(name):
+    first, second = make_instrument(name, 700), make_instrument(name, 700)
+    assert mesh_to_glb(first.mesh, name) == mesh_to_glb(second.mesh, name)
+
+
+@pytest.mark.parametrize(
+    ("name", "faces", "options", "message"),
+    [
+        ("cauldron", 5000, {}, "no instrument 'cauldron'; there are: beaker_50"),
+        ("funnel", 499, {}, "ask for 500 to 50,000"),
+        ("funnel", 50_001, {}, "ask for 500 to 50,000"),
+        ("funnel", 500, {"colour": "red"}, "funnel has no option colour; its options: none"),
+        ("beaker_50", 500, {"millilitres": 60}, "beaker_50 has no option millilitres"),
+        ("hand_left", 500, {"grip": 1}, "its options: grip_radius"),
+    ],
+)
+def test_what_cannot_be_made_is_named(name, faces, options, message):
+    with pytest.raises(UnknownInstrumentError, match=message):
+        make_instrument(name, faces, **options)
+
+
+def test_reading_the_table_imports_no_geometry():
+    code = "import sys, sessions.glassware.catalogue; sys.exit('trimesh' in sys.modules or 'manifold3d' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

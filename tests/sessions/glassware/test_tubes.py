@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+from surface_rays import distances_along_rays
+
+from sessions.glassware.tubes import dropper, funnel, graduated_cylinder, pipette, test_tube
+
+
+def test_a_test_tube_is_16_by_160_millimetres():
+    mesh = test_tube(20_000).mesh
+    low = mesh.vertices[mesh.vertices[:, 1] < 0.1]
+    assert 2 * np.hypot(low[:, 0], low[:, 2]).max() == pytest.approx(0.016, rel=2e-3)
+    assert mesh.bounds[1, 1] == pytest.approx(0.16, abs=5e-4)
+
+
+@pytest.mark.parametrize("make", [funnel, pipette])
+def test_what_drains_is_open_from_end_to_end(make):
+    mesh = make(2000).mesh
+    assert not len(distances_along_rays(mesh.triangles, [[0, -1, 0]], [[0, 1, 0]])[0])
+
+
+def test_a_dropper_is_open_at_its_tip_and_closed_at_its_bulb():
+    instrument = dropper(2000)
+    upwards = distances_along_rays(instrument.mesh.triangles, [[1e-5, -1, 1e-5]], [[0, 1, 0]])[0]
+    assert upwards == pytest.approx([1.149, 1.150], abs=1e-4)
+    assert instrument.cavity.to_mark.bounds[0, 1] < 1e-3
+    assert instrument.cavity.opening.normal == (0, -1, 0)
+
+
+def test_a_measuring_cylinder_stands_on_a_hexagon():
+    mesh = graduated_cylinder(5000).mesh
+    foot = mesh.vertices[mesh.vertices[:, 1] == 0]
+    radii = np.hypot(foot[:, 0], foot[:, 2])
+    corners = np.degrees(np.arctan2(foot[:, 2], foot[:, 0]))[radii > 0.0329]
+    assert sorted(np.round(np.mod(corners, 360)) % 360) == [0, 60, 120, 180, 240, 300]
+
+
+def test_the_funnel_has_the_sixty_degrees_of_filter_paper():
+    brim = funnel(5000).cavity.to_brim.vertices
+    radii = np.hypot(brim[:, 0], brim[:, 2])
+    cone = (radii > 0.012) & (radii < 0.034)
+    slope = np.polyfit(radii[cone], brim[cone, 1], 1)[0]
+    assert 2 * np.degrees(np.arctan(1 / slope)) == pytest.approx(60, abs=1)

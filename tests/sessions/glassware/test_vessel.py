@@ -1,0 +1,118 @@
+import numpy as np
+import pytest
+from surface_rays import distances_along_rays, points_on_faces
+
+from sessions.glassware.catalogue import INSTRUMENTS, make_instrument
+from sessions.glassware.profile import rounded
+from sessions.glassware.vessel import Foot, Shape, Spout, turned_vessel
+from sessions.mesh_data import is_closed
+
+SIZES = [500, 2000, 5000, pytest.param(50_000, marks=pytest.mark.slow)]
+BEAKERS = [f"beaker_{millilitres}" for millilitres in (50, 100, 250, 400, 600)]
+FLASKS = ["erlenmeyer_flask", "volumetric_flask", "reagent_bottle", "alcohol_lamp"]
+TUBES = ["test_tube", "graduated_cylinder", "funnel", "burette", "pipette", "dropper", "gas_jar"]
+VESSELS = [*BEAKERS, *FLASKS, *TUBES, "watch_glass", "evaporating_dish"]
+INSIDE = 1e-4
+RAYS = 250
+HEIGHTS, TURNS = 40, 37
+
+
+def wall_thicknesses(instrument, seed):
+    """Shoot from inside the cavity at right angles through the glass; near openings there is a rim and no wall."""
+    cavity, wall = instrument.cavity, instrument.wall
+    points, normals = points_on_faces(cavity.to_brim, RAYS, seed)
+    ends = [cavity.opening.centre[1]] + ([cavity.floor_height] if "drains" in instrument.tags else [])
+    clear = np.min([np.abs(points[:, 1] - end) for end in ends], axis=0) > 1.5 * wall.thickness
+    within = (points[:, 1] >= wall.span[0] - 1e-9) & (points[:, 1] <= wall.span[1]) & clear
+    points, normals = points[within], normals[within]
+    hits = distances_along_rays(instrument.mesh.triangles, points - INSIDE * normals, normals)
+    through = [hit for hit in hits if len(hit) > 1 and abs(hit[0] - INSIDE) < 2e-6]
+    assert len(through) > 0.9 * len(points) > 0.25 * RAYS
+    return np.array([hit[1] - hit[0] for hit in through])
+
+
+@pytest.mark.parametrize("faces", SIZES)
+@pytest.mark.parametrize("name", VESSELS)
+def test_the_wall_is_as_thick_as_stated_wherever_a_ray_passes_it(name, faces):
+    instrument = make_instrument(name, faces)
+    assert 0.8e-3 <= instrument.wall.thickness <= 2.5e-3
+    assert wall_thicknesses(instrument, faces) == pytest.approx(instrument.wall.thickness, rel=0.10)
+
+
+@pytest.mark.parametrize("name", VESSELS)
+def test_the_glass_itself_encloses_the_capacity(name):
+    """Not from the cavity's mesh: by rays from the axis to the glass at heights between floor and mark."""
+    instrument = make_instrument(name, 500)
+    cavity = instrument.cavity
+    heights = np.linspace(cavity.floor_height, cavity.mark_height, 2 * HEIGHTS + 1)[1::2]
+    turns = np.linspace(0, 2 * np.pi, TURNS, endpoint=False) + 0.0123
+    outward = np.column_stack([np.cos(turns), np.zeros(TURNS), np.sin(turns)])
+    origins = np.array([[0, y, 0] for y in heights for _ in turns])
+    hits = distances_along_rays(instrument.mesh.triangles, origins, np.tile(outward, (HEIGHTS, 1)))
+    mean_square = np.mean([hit[0] ** 2 for hit in hits])
+    assert np.pi * mean_square * (cavity.mark_height - cavity.floor_height) == pytest.approx(
+        cavity.capacity_m3, rel=0.01
+    )
+
+
+def test_the_list_of_vessels_is_complete():
+    names = [name for name in INSTRUMENTS if not name.startswith(("hand", "proxy"))]
+    assert [name for name in names if make_instrument(name, 500).cavity] == sorted(VESSELS, key=names.index)
+
+
+@pytest.mark.parametrize("name", VESSELS)
+def test_liquid_and_glass_share_the_vertices_of_the_inner_wall(name):
+    instrument = make_instrument(name, 2000)
+    glass = {row.tobytes() for row in instrument.mesh.vertices}
+    wet = instrument.cavity.to_brim.vertices
+    shared = np.mean([row.tobytes() in glass for row in wet])
+    assert shared > 0.9 or name == "burette"  # whose bore is cut by booleans
+
+
+def cup(**changes):
+    wall = 2e-3
+    settings = {"strokes": rounded([(0.0, wall), (0.03, wall), (0.03, 0.08)], [0.006]), "wall": wall} | changes
+    return Shape(**settings)
+
+
+def test_a_plain_cup_holds_what_a_round_one_holds():
+    fillet = 0.006
+    spandrel, its_centre = fillet**2 * (1 - np.pi / 4), fillet * (10 - 3 * np.pi) / (12 - 3 * np.pi)
+    expected = np.pi * 0.03**2 * 0.048 - 2 * np.pi * (0.03 - its_centre) * spandrel
+    for faces, tolerance in ((500, 5e-3), (5000, 1e-3), (50_000, 2e-4)):
+        turned = turned_vessel(cup(), faces)
+        assert turned.filled(0.05).volume == pytest.approx(expected, rel=tolerance)
+        assert turned.mark_for(turned.filled(0.05).volume) == pytest.approx(0.05, abs=1e-6)
+
+
+def test_a_spout_reaches_out_at_the_rim_only():
+    spout = Spout(depth=0.004, height=0.015, half_angle=0.4)
+    plain, pulled = turned_vessel(cup(), 5000), turned_vessel(cup(spout=spout), 5000)
+    top = pulled.mesh.vertices[pulled.mesh.vertices[:, 1] > 0.0795]
+    assert top[:, 0].max() == pytest.approx(plain.mesh.bounds[1, 0] + 0.004, abs=4e-4)
+    below = pulled.mesh.vertices[pulled.mesh.vertices[:, 1] < 0.064]
+    assert np.hypot(below[:, 0], below[:, 2]).max() == pytest.approx(0.032, rel=0.01)
+    assert pulled.opening().lip[0] == pytest.approx(0.034)
+    assert pulled.brimful().volume > plain.brimful().volume
+
+
+def test_a_foot_replaces_the_outer_wall_below_its_top():
+    outline = [(0.032, 0.012), (0.05, 0.006), (0.05, 0.0), (0.0, 0.0)]
+    strokes = rounded([(0.0, 0.008), (0.03, 0.008), (0.03, 0.08)], [0.003])
+    shape = cup(strokes=strokes, foot=Foot(top=0.012, outline=outline, hexagonal_beyond=0.04))
+    mesh = turned_vessel(shape, 2000).mesh
+    assert is_closed(mesh)
+    floor = mesh.vertices[(mesh.vertices[:, 1] == 0) & (np.hypot(mesh.vertices[:, 0], mesh.vertices[:, 2]) > 0)]
+    radii = np.hypot(floor[:, 0], floor[:, 2])
+    assert radii.max() == pytest.approx(0.05, rel=1e-6)
+    assert radii.min() == pytest.approx(0.05 * np.cos(np.pi / 6), rel=0.02)
+
+
+def test_a_tube_is_open_at_both_ends():
+    strokes = rounded([(0.004, 0.0005), (0.004, 0.1)], [])
+    turned = turned_vessel(Shape(strokes=strokes, wall=1e-3, open_below=True), 1000)
+    assert is_closed(turned.mesh)
+    assert not distances_along_rays(turned.mesh.triangles, [[0.0, -1.0, 0.0]], [[0.0, 1.0, 0.0]])[0].size
+    between = turned.between(0.02, 0.06)
+    assert is_closed(between)
+    assert between.volume == pytest.approx(np.pi * 0.004**2 * 0.04, rel=1e-5)
