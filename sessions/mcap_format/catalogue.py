@@ -24,7 +24,7 @@ from sessions.mcap_format.container import MAGIC
 # schema sets stay far below.
 SMALL_RECORD_BYTES = 16 << 20
 # A chunk may declare this many bytes unpacked; the writers of other tools default to 0.75 to 4 MiB.
-CHUNK_LIMIT_BYTES = 256 << 20
+CHUNK_LIMIT_BYTES = 64 << 20
 ATTACHMENT_LIMIT_BYTES = 1 << 30
 # Messages outside chunks are read in runs of about this many bytes.
 RUN_BYTES = 1 << 20

@@ -30,6 +30,9 @@ DECLARED = {
 }
 """Facts every file answers; what nobody said is written as not stated, so that its absence is seen."""
 
+MAX_BODIES = 4096
+"""More than any laboratory has; what a hostile file lists is bounded by it."""
+
 Facts = dict[str, str]
 
 MIGRATIONS: dict[int, Callable[[Facts], Facts]] = {}
@@ -70,6 +73,8 @@ def names_of(record: Mapping[str, str]) -> tuple[str, ...]:
         names = None
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
         raise SessionFileError(f"metadata {BODIES_RECORD} does not list different names; run `replay doctor` on it")
+    if len(names) > MAX_BODIES:
+        raise SessionFileError(f"metadata {BODIES_RECORD} lists {len(names)} bodies; {MAX_BODIES} are allowed")
     return tuple(names)
 
 

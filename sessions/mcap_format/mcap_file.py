@@ -123,6 +123,4 @@ class McapFrames:
     def _parts(self) -> Iterator[Frames]:
         decoder = self.file.decoder(self.names)
         for table in self.file.tables(TF, TRACKING):
-            part = decoder.decode(table)
-            if len(part):
-                yield part
+            yield from decoder.decode(table)

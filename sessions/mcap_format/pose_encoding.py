@@ -26,6 +26,9 @@ from sessions.mcap_format.schemas import WORLD, message_class
 SECOND_NS = 1_000_000_000
 # Five groups of seven bits hold 2^35 s, more than int64 nanoseconds reach; a negative number needs all ten.
 SECONDS_WIDTH, NEGATIVE_WIDTH, NANOS_WIDTH = 5, 10, 5
+# A frame in which no body has a sample is this message on /tracking and none on /tf: the MCAP importer of Rerun 0.41
+# aborts the whole process on a FrameTransforms without transforms (index out of bounds, 2026-11).
+FRAME_WITHOUT_SAMPLES = b"\x10\x01"
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,8 @@ class FrameEncoder:
 
     A frame whose present samples are all valid is one ``/tf`` message. Any other has a ``/tracking`` message with the
     same sequence and stamps just before it, which names the bodies that are not valid; so each frame can be judged
-    without what came before, and a tear between the two never turns a lost sample into a valid one.
+    without what came before, and a tear between the two never turns a lost sample into a valid one. A frame without
+    any sample is a ``/tracking`` message alone.
     """
 
     def __init__(self, tf_channel: int, tracking_channel: int) -> None:
@@ -118,8 +122,9 @@ class FrameEncoder:
         ends = np.cumsum(note_size + tf_size)
         tf_starts = ends - tf_size
         out = np.empty(int(ends[-1]), dtype=np.uint8)
+        channel = np.where((frames.status == Status.ABSENT).all(axis=1), self._tracking, self._tf)
         for rows, table in tables:
-            _fill_headers(table, self._tf, sequence[rows], frames.log_ns[rows], frames.stamp_ns[rows])
+            _fill_headers(table, int(channel[rows[0]]), sequence[rows], frames.log_ns[rows], frames.stamp_ns[rows])
             _window(out, table.shape[1])[tf_starts[rows]] = table
         noted = np.flatnonzero(note_size)
         for row in noted.tolist():
@@ -129,7 +134,7 @@ class FrameEncoder:
             )  # fmt: skip
             end = int(tf_starts[row])
             out[end - int(note_size[row]) : end] = np.frombuffer(header + notes[row], dtype=np.uint8)
-        return _block(out, tf_starts, note_size, ends, frames.log_ns, self._tf, self._tracking)
+        return _block(out, tf_starts, note_size, ends, frames.log_ns, channel, self._tracking)
 
     def _tracking_payloads(self, frames: Frames) -> list[bytes]:
         """For each frame the ``/tracking`` payload, or nothing when all its samples are valid."""
@@ -180,7 +185,8 @@ def _message_table(
     nanos: NDArray[np.int64],
 ) -> NDArray[np.uint8]:
     layouts = [transform_layout(frames.names[column], width) for column in columns]
-    template = bytes(MESSAGE_HEADER.size) + b"".join(layout.template for layout in layouts)
+    payload = b"".join(layout.template for layout in layouts) if layouts else FRAME_WITHOUT_SAMPLES
+    template = bytes(MESSAGE_HEADER.size) + payload
     table = np.empty((len(rows), len(template)), dtype=np.uint8)
     table[:] = np.frombuffer(template, dtype=np.uint8)
     every = slice(None) if len(rows) == len(frames) else rows
@@ -236,7 +242,7 @@ def _block(
     note_size: NDArray[np.int64],
     ends: NDArray[np.int64],
     log_ns: NDArray[np.int64],
-    tf: int,
+    frame_channel: NDArray[np.int64],
     tracking: int,
 ) -> RecordBlock:
     """The records with their places: a note, where there is one, before its frame."""
@@ -245,6 +251,6 @@ def _block(
     total = int(counts[-1])
     starts, channel, log = (np.empty(total, dtype=np.int64) for _ in range(3))
     frame_rows, note_rows = counts - 1, counts[noted] - 2
-    starts[frame_rows], channel[frame_rows], log[frame_rows] = tf_starts, tf, log_ns
+    starts[frame_rows], channel[frame_rows], log[frame_rows] = tf_starts, frame_channel, log_ns
     starts[note_rows], channel[note_rows], log[note_rows] = (tf_starts - note_size)[noted], tracking, log_ns[noted]
     return RecordBlock(out.tobytes(), starts, channel, log, ends, counts)

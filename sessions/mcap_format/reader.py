@@ -106,7 +106,8 @@ def _scanned_names(file: McapFile) -> tuple[str, ...]:
     """The bodies of a foreign file, which lists them nowhere: one pass over its poses."""
     decoder = file.decoder(None)
     for table in file.tables(TF):
-        decoder.decode(table)
+        for _ in decoder.decode(table):
+            pass
     return decoder.names
 
 

@@ -61,6 +61,9 @@ def _recorded(path: Path) -> Iterator[_Frame]:
             identity = (message.sequence, message.publish_time, message.log_time)
             if channel.topic == TRACKING:
                 pending = (identity, tracking.FromString(message.data))
+                if pending[1].frame_without_samples:
+                    yield _Frame(message.publish_time, message.log_time, FrameTransforms(), None)
+                    pending = None
             elif channel.topic == TF:
                 note = pending[1] if pending is not None and pending[0] == identity else None
                 yield _Frame(message.publish_time, message.log_time, FrameTransforms.FromString(message.data), note)

@@ -42,7 +42,7 @@ _ENUMS = {
 _MESSAGES: dict[str, tuple[tuple[str, str], ...]] = {
     # Field numbers are the places in the tuple, from 1: append, never reorder.
     "BodyStatus": (("name", "string"), ("status", "Status")),
-    "Tracking": (("bodies", "repeated BodyStatus"),),
+    "Tracking": (("bodies", "repeated BodyStatus"), ("frame_without_samples", "bool")),
     "Fact": (("key", "string"), ("value", "string")),
     "Interval": (
         ("start", _TIMESTAMP), ("end", _TIMESTAMP), ("kind", "string"), ("name", "string"), ("data", "repeated Fact"),

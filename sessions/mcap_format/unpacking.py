@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from array import array
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import BinaryIO
@@ -116,7 +117,7 @@ def _damaged(catalogue: Catalogue, region: Region, why: str) -> SessionFileError
 
 
 def _listed(data: bytes, region: Region, catalogue: Catalogue) -> MessageTable:
-    starts, at, size = [], 0, len(data)
+    starts, at, size = array("q"), 0, len(data)
     head, head_size, message = _HEAD.unpack_from, _HEAD.size, int(Opcode.MESSAGE)
     while at + head_size <= size:
         opcode, length = head(data, at)
@@ -130,9 +131,8 @@ def _listed(data: bytes, region: Region, catalogue: Catalogue) -> MessageTable:
         at = end
     if at != size:
         raise _damaged(catalogue, region, f"the record {at} bytes into it has an impossible length")
-    heads = rows_at(np.frombuffer(data, dtype=np.uint8), np.array(starts, dtype=np.int64), MESSAGE_HEADER.size)
-    table = heads.view(_MESSAGE)[:, 0]
     begin = np.array(starts, dtype=np.int64)
+    table = rows_at(np.frombuffer(data, dtype=np.uint8), begin, MESSAGE_HEADER.size).view(_MESSAGE)[:, 0]
     log, publish = table["log"].astype(np.int64), table["publish"].astype(np.int64)
     if len(log) and min(log.min(), publish.min()) < 0:
         raise _damaged(catalogue, region, "a stamp in it is beyond the year 2262")

@@ -32,8 +32,8 @@ def full_session():
         intervals=(Interval(1, 5, "task", "pour", {"volume": "2", "by": "anna"}), Interval(1, 9, "stage", "one")),
         facts={"vr_type": "immersive", "source_units": "m"},
         hands={"anna/left": HandTrack([1, 2, 9], [0.1, 0.2, 1.0], None, ("a", "menu"), [[0, 1], [1, 1], [0, 0]])},
-        live_contacts=(LiveContact(3, "body 0", "body 1", "enter", (0.5, -0.25, 1e-300)), LiveContact(4, "x", "y", "exit")),
-        fast_tracks={"body 1": Track(times, rng.normal(size=(400, 3)), rng.normal(size=(400, 4)), times % 3_000_000 > 0)},
+        live_contacts=(LiveContact(3, "body 0", "body 1", "enter", (0.5, -0.25, 1e-300)), LiveContact(4, "x", "y", "exit")),  # noqa: E501
+        fast_tracks={"body 1": Track(times, rng.normal(size=(400, 3)), rng.normal(size=(400, 4)), times % 3_000_000 > 0)},  # noqa: E501
     )  # fmt: skip
 
 
@@ -129,7 +129,7 @@ def test_a_stamp_before_zero_is_refused_and_leaves_no_file(tmp_path):
     frames = random_frames(0)
     early = Frames(frames.names, frames.stamp_ns * 0 - 5, *(getattr(frames, name) for name in (
         "log_ns", "sample_ns", "position", "quaternion_xyzw", "status")))  # fmt: skip
-    with pytest.raises(SessionFileError, match="-5 ns.*shift all stamps"):
+    with pytest.raises(SessionFileError, match=r"-5 ns.*shift all stamps"):
         write_session(session_of(early), tmp_path / "s.mcap")
     with pytest.raises(SessionFileError, match="-1 ns"):
         write_session(session_of(frames, events=(Event(-1, "x"),)), tmp_path / "s.mcap")

@@ -1,0 +1,180 @@
+"""The transforms of many messages at once, bit for bit what the protobuf library reads from each of them.
+
+All messages are cut into transforms in step (first transform of every message, second, ...), and each step is compared
+with the layout met there before: one comparison, one gather. Bytes that fit no layout fall back to the protobuf
+library, message by message; so do layouts too many to be worth learning.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from google.protobuf.message import DecodeError
+from numpy.typing import NDArray
+
+from sessions.mcap_format.annotations import stamp_ns
+from sessions.mcap_format.pose_encoding import SECOND_NS
+from sessions.mcap_format.transform_template import TransformTemplate, stamp_overflows, transform_template
+from sessions.mcap_format.unpacking import rows_at
+
+# Layouts learnt per length of a transform before the rest goes to the protobuf library. A session has one per body, a
+# foreign file some six (lengths of a stamp's varints, zeros left out); the bound keeps hostile files linear.
+LAYOUTS_PER_LENGTH = 512
+# Transforms of one message that are read in step; the protobuf library takes messages with more.
+STEPS = 4096
+_TRANSFORM_TAG = 0x0A
+
+
+@dataclass(eq=False)
+class Samples:
+    """Samples of one body.
+
+    Parameters
+    ----------
+    rows : (n,) numbers of their messages, ascending.
+    step : their place in the messages.
+    parent, child : frame names.
+    stamped : whether they have device stamps.
+    sample_ns : (n,) device stamps.
+    values : (n, 7) position and quaternion xyzw.
+    """
+
+    rows: NDArray[np.int64]
+    step: int
+    parent: str
+    child: str
+    stamped: bool
+    sample_ns: NDArray[np.int64]
+    values: NDArray[np.float64]
+
+    def without(self, rows: NDArray[np.bool_]) -> Samples:
+        """These samples but those of messages that are read another way."""
+        keep = ~rows[self.rows]
+        return Samples(
+            self.rows[keep], self.step, self.parent, self.child, self.stamped, self.sample_ns[keep], self.values[keep]
+        )  # fmt: skip
+
+
+class TransformReader:
+    """Reads transforms and remembers their layouts from chunk to chunk.
+
+    Parameters
+    ----------
+    error : makes the exception for a message that cannot be read, from what is wrong with it.
+    """
+
+    def __init__(self, error: Callable[[str], Exception]) -> None:
+        self._error = error
+        self._known: dict[int, list[TransformTemplate]] = {}
+        self._hint: dict[tuple[int, int], TransformTemplate] = {}
+
+    def read(self, data: bytes, start: NDArray[np.int64], end: NDArray[np.int64]) -> list[Samples]:
+        """Every sample of the messages that lie at ``data[start:end]``; a message is named by its number."""
+        samples, irregular = self._regular(np.frombuffer(data, dtype=np.uint8), start, end)
+        if irregular.any():
+            samples = [part.without(irregular) for part in samples]
+            for row in np.flatnonzero(irregular).tolist():
+                samples += self._parsed(row, data[start[row] : end[row]])
+        return samples
+
+    def _regular(
+        self, buffer: NDArray[np.uint8], start: NDArray[np.int64], end: NDArray[np.int64]
+    ) -> tuple[list[Samples], NDArray[np.bool_]]:
+        """Samples read through layouts, and which messages must be read by the protobuf library."""
+        irregular = np.zeros(len(start), dtype=np.bool_)
+        samples: list[Samples] = []
+        cursor, step = start.copy(), 0
+        alive = np.flatnonzero(cursor < end)
+        while len(alive) and step < STEPS:
+            body, after = _next_transform(buffer, cursor[alive], end[alive])
+            good = after >= 0
+            if not good.all():
+                irregular[alive[~good]] = True
+                alive, body, after = alive[good], body[good], after[good]
+            length = after - body
+            for size in np.unique(length).tolist():
+                chosen = np.flatnonzero(length == size)
+                samples += self._matched(rows_at(buffer, body[chosen], size), step, alive[chosen], irregular)
+            cursor[alive] = after
+            alive, step = alive[after < end[alive]], step + 1
+        irregular[alive] = True
+        return samples, irregular
+
+    def _matched(
+        self, data: NDArray[np.uint8], step: int, rows: NDArray[np.int64], irregular: NDArray[np.bool_]
+    ) -> Iterator[Samples]:
+        """Transforms of one length at one step, layout by layout; those without one are marked irregular."""
+        size = data.shape[1]
+        known = self._known.setdefault(size, [])
+        hint = self._hint.get((step, size))
+        tried = iter([hint, *known] if hint is not None else list(known))
+        while len(data):
+            template = next(tried, None) or self._learnt(known, data[0])
+            if template is None:
+                break
+            fits = template.agrees(data)
+            if fits.any():
+                self._hint[step, size] = template
+                yield self._samples(template, data[fits], rows[fits], step)
+                data, rows = data[~fits], rows[~fits]
+        irregular[rows] = True
+
+    def _learnt(self, known: list[TransformTemplate], row: NDArray[np.uint8]) -> TransformTemplate | None:
+        if len(known) >= LAYOUTS_PER_LENGTH:
+            return None
+        template = transform_template(row.tobytes())
+        if template is not None:
+            known.append(template)
+        return template
+
+    def _samples(
+        self, template: TransformTemplate, data: NDArray[np.uint8], rows: NDArray[np.int64], step: int
+    ) -> Samples:
+        seconds, nanos = template.stamps(data)
+        self._check_stamps(seconds)
+        times = seconds * SECOND_NS + nanos
+        return Samples(rows, step, template.parent, template.child, template.stamped, times, template.values(data))
+
+    def _parsed(self, row: int, payload: bytes) -> Iterator[Samples]:
+        """The samples of one message as the protobuf library reads them."""
+        try:
+            message = FrameTransforms.FromString(payload)
+        except DecodeError:
+            raise self._error("a message on /tf is no foxglove.FrameTransforms") from None
+        for step, one in enumerate(message.transforms):
+            self._check_stamps(np.array([one.timestamp.seconds]))
+            p, q = one.translation, one.rotation
+            yield Samples(
+                np.array([row]),
+                step,
+                one.parent_frame_id,
+                one.child_frame_id,
+                one.HasField("timestamp"),
+                np.array([stamp_ns(one.timestamp)]),
+                np.array([[p.x, p.y, p.z, q.x, q.y, q.z, q.w]]),
+            )
+
+    def _check_stamps(self, seconds: NDArray[np.int64]) -> None:
+        if stamp_overflows(seconds):
+            raise self._error("a transform is stamped beyond the year 2262")
+
+
+def _next_transform(
+    buffer: NDArray[np.uint8], at: NDArray[np.int64], end: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First byte of the next transform of each message and the byte after it, -1 where the protobuf library must look.
+
+    The length before a transform takes one or two bytes; 16 KiB in one transform is nothing a session holds.
+    """
+    last = len(buffer) - 1
+    low = buffer[np.minimum(at + 1, last)].astype(np.int64)
+    high = buffer[np.minimum(at + 2, last)].astype(np.int64)
+    short = low < 0x80
+    length = np.where(short, low, (low & 0x7F) | high << 7)
+    body = at + np.where(short, 2, 3)
+    after = body + length
+    good = (buffer[at] == _TRANSFORM_TAG) & (short | (high < 0x80)) & (after <= end)
+    return body, np.where(good, after, -1)

@@ -1,0 +1,302 @@
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from hypothesis import HealthCheck, given, settings
+from mcap.writer import CompressionType
+from mcap_samples import (
+    SECOND,
+    any_frames,
+    assert_same_frames,
+    protobuf_messages,
+    random_frames,
+    session_of,
+    tetrahedron,
+    write_foreign,
+)
+
+from sessions import read_session, write_session
+from sessions.errors import SessionError, SessionFileError, TornFileError
+from sessions.event import Event, Interval
+from sessions.frames import Frames, Status
+from sessions.hand import HandTrack
+from sessions.mcap_format import unpacking
+from sessions.mcap_format.annotations import interval_message
+from sessions.mcap_format.container import ContainerWriter
+from sessions.mcap_format.reader import MISSING
+from sessions.mcap_format.record_block import RecordBlock
+from sessions.mcap_format.reference_reader import read_frames_plainly
+from sessions.session import ArraySource, Session
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(any_frames())
+def test_files_of_the_protobuf_library_are_read_as_that_library_reads_them(tmp_path, frames):
+    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(frames))
+    expected = read_frames_plainly(path)
+    assert_same_frames(read_session(path).frames, expected)
+
+
+@pytest.mark.parametrize("compression", CompressionType)
+@pytest.mark.parametrize("chunked", [True, False])
+def test_any_compression_is_read_in_chunks_and_without(tmp_path, compression, chunked):
+    frames = random_frames(2, 3000, 5, absent=0.3)
+    messages = protobuf_messages(frames)
+    path = write_foreign(tmp_path / "f.mcap", messages, compression=compression, use_chunking=chunked)
+    assert_same_frames(read_session(path).frames, read_frames_plainly(path))
+    assert len(read_session(path).frames) == 3000
+
+
+def test_a_complete_file_without_index_and_without_repeated_channels_is_read(tmp_path):
+    messages = protobuf_messages(random_frames(2))
+    bare = {"use_statistics": False, "repeat_channels": False, "repeat_schemas": False, "use_summary_offsets": False}
+    path = write_foreign(tmp_path / "f.mcap", messages, chunk_size=3000, **bare)
+    assert_same_frames(read_session(path).frames, read_frames_plainly(path))
+    assert read_session(path).frames.names == ("body 0", "body 1", "body 2")
+
+
+def test_a_foreign_file_says_so_and_keeps_its_words(tmp_path):
+    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(2)))
+    session = read_session(path)
+    assert session.facts["profile"] == "none" and session.facts["handedness"] == "not stated"
+    assert session.names == ("body 0", "body 1", "body 2") and session.events == ()
+    log = Log(message="hello", name="node", file="main.cpp")
+    spec_file = write_foreign(tmp_path / "g.mcap", [(5, 6, log.SerializeToString())], topic="/log")
+    with pytest.raises(SessionFileError, match="no poses"):
+        read_session(spec_file)
+
+
+def test_a_clock_that_runs_backwards_survives(tmp_path):
+    frames = random_frames(4, 300)
+    shuffled = Frames(frames.names, frames.stamp_ns[::-1].copy(), np.roll(frames.log_ns, 100), *(
+        getattr(frames, name) for name in ("sample_ns", "position", "quaternion_xyzw", "status")))  # fmt: skip
+    write_session(session_of(shuffled), tmp_path / "s.mcap")
+    assert_same_frames(read_session(tmp_path / "s.mcap").frames, shuffled)
+
+
+def test_blocks_have_the_asked_length_and_hold_every_frame_once(tmp_path):
+    frames = random_frames(4, 5000, 7, odd=0.2)
+    write_session(session_of(frames), tmp_path / "s.mcap")
+    for length in (1, 999, 4096, 100_000):
+        blocks = list(read_session(tmp_path / "s.mcap").blocks(length)) if length > 1 else []
+        assert all(len(block) == length for block in blocks[:-1])
+        if blocks:
+            assert_same_frames(Frames.join(blocks), frames)
+    assert len(next(iter(read_session(tmp_path / "s.mcap").blocks(1)))) == 1
+
+
+def test_what_nobody_asks_for_is_not_unpacked(tmp_path, monkeypatch):
+    path = tmp_path / "s.mcap"
+    hands = {"anna/left": HandTrack([1, 2], [0.0, 1.0])}
+    write_session(session_of(random_frames(4, 5000, 7), events=(Event(1, "x"),), hands=hands), path)
+    unpacked = []
+    plain = unpacking._unpacked
+    monkeypatch.setattr(unpacking, "_unpacked", lambda data, region: unpacked.append(region) or plain(data, region))
+    session = read_session(path)
+    assert session.events and len(unpacked) == 1
+    next(iter(session.blocks(10)))
+    assert len(unpacked) == 2
+    assert session.hands["anna/left"].trigger.tolist() == [0.0, 1.0] and len(unpacked) == 3
+
+
+def damaged(path, place, byte=None):
+    data = bytearray(path.read_bytes())
+    data[place] ^= 0xFF if byte is None else byte
+    path.write_bytes(data)
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "s.mcap"
+    write_session(session_of(random_frames(4, 3000, 6), meshes={"body 0": tetrahedron()}), path)
+    return path
+
+
+def test_a_flipped_byte_in_a_chunk_is_told_and_never_read(file):
+    damaged(file, file.stat().st_size // 2)
+    with pytest.raises(SessionFileError, match=r"chunk at byte \d+ is damaged.*replay recover"):
+        _ = read_session(file).frames
+
+
+def test_a_changed_mesh_is_told(file):
+    data = file.read_bytes()
+    damaged(file, data.index(b"glTF") + 600)
+    with pytest.raises(SessionFileError, match=r"attachment 'meshes/body 0.glb' is damaged"):
+        read_session(file)
+
+
+def test_a_mesh_with_another_hash_is_told(tmp_path, monkeypatch):
+    from sessions.mcap_format import writer
+
+    class Wrong:
+        def hexdigest(self):
+            return "0" * 64
+
+    monkeypatch.setattr(writer.hashlib, "sha256", lambda data: Wrong())
+    write_session(session_of(random_frames(1), meshes={"body 0": tetrahedron()}), tmp_path / "s.mcap")
+    monkeypatch.undo()
+    with pytest.raises(SessionFileError, match=r"mesh of 'body 0' is not the one that was recorded"):
+        read_session(tmp_path / "s.mcap")
+
+
+def test_no_file_an_empty_file_and_another_kind_of_file_are_one_sentence_each(tmp_path):
+    for name, content, words in (
+        ("none.mcap", None, "cannot be read.*check the path"),
+        ("empty.mcap", b"", "is empty"),
+        ("text.mcap", b"{}", "is not an MCAP file"),
+        ("magic.mcap", b"\x89MCAP0\r\n", "cut short"),
+    ):
+        if content is not None:
+            (tmp_path / name).write_bytes(content)
+        with pytest.raises(SessionFileError, match=rf"{name}.*{words}"):
+            read_session(tmp_path / name)
+    with pytest.raises(SessionFileError, match="cannot be read"):
+        read_session(tmp_path)
+
+
+@pytest.mark.parametrize(("profile", "words"), [("vrlab/0", "again"), ("vrlab/2", "newer"), ("vrlab/x", "again")])
+def test_a_version_that_is_not_known_is_one_sentence(tmp_path, profile, words):
+    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(2)), profile=profile)
+    with pytest.raises(SessionFileError, match=f"profile '{profile}' and this program reads 'vrlab/1'.*{words}"):
+        read_session(path)
+
+
+def test_poses_in_json_or_of_another_schema_are_refused(tmp_path):
+    messages = protobuf_messages(random_frames(2))
+    for options in ({"encoding": "json"}, {"schema": "foxglove.PosesInFrame"}):
+        path = write_foreign(tmp_path / "f.mcap", messages, **options)
+        with pytest.raises(SessionFileError, match=r"/tf holds .*write poses as foxglove.FrameTransforms"):
+            read_session(path)
+
+
+def test_two_worlds_and_a_body_twice_in_a_frame_are_refused(tmp_path):
+    frames = random_frames(2)
+    two = protobuf_messages(frames)[:1] + protobuf_messages(frames, parent="room")[1:]
+    with pytest.raises(SessionFileError, match=r"parents 'world' and 'room'.*one frame"):
+        read_session(write_foreign(tmp_path / "f.mcap", two))
+    publish, log, payload = protobuf_messages(frames)[0]
+    with pytest.raises(SessionFileError, match="body 'body 0' twice"):
+        read_session(write_foreign(tmp_path / "f.mcap", [(publish, log, payload * 2)]))
+
+
+def test_bytes_that_are_no_transforms_are_refused(tmp_path):
+    for payload in (b"\xff", b"\x0a\x05ab", b"\x0a\x02\x1a\xff"):
+        path = write_foreign(tmp_path / "f.mcap", [(1, 1, payload)])
+        with pytest.raises(SessionFileError, match=r"no foxglove.FrameTransforms"):
+            read_session(path)
+
+
+def test_a_body_that_the_file_does_not_list_is_told(tmp_path):
+    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(2)), profile="vrlab/1")
+    with pytest.raises(SessionFileError, match=r"body 'body 0', which metadata vrlab.bodies does not list"):
+        _ = read_session(path).frames
+
+
+def test_a_torn_file_is_refused_with_what_to_do_and_kept_on_request(file):
+    whole = read_session(file).frames
+    data = file.read_bytes()
+    for share in (0.6, 0.8, 0.999):
+        file.write_bytes(data[: int(len(data) * share)])
+        with pytest.raises(TornFileError, match=r"cut short at byte \d+.*replay recover"):
+            read_session(file)
+        kept = read_session(file, torn="keep")
+        count = len(kept.frames)
+        assert 0 < count <= len(whole)
+        assert_same_frames(kept.frames, whole.part(0, count))
+        assert f"last frame kept is at {whole.stamp_ns[count - 1]} ns" in kept.facts[MISSING]
+        assert kept.meshes.keys() == {"body 0"}
+
+
+def test_every_cut_ends_in_a_session_or_one_named_error(tmp_path):
+    path = tmp_path / "s.mcap"
+    write_session(session_of(random_frames(4, 20), events=(Event(1, "x"),), meshes={"body 0": tetrahedron()}), path)
+    data = path.read_bytes()
+    for cut in [*range(0, len(data), 61), len(data) - 1]:
+        path.write_bytes(data[:cut])
+        try:
+            _ = read_session(path, torn="keep").frames
+        except SessionFileError as error:
+            assert str(error).startswith(str(path)) or str(path) in str(error)
+
+
+def test_torn_must_be_a_known_word(file):
+    with pytest.raises(SessionError, match="'refuse' or 'keep'"):
+        read_session(file, torn="yes")
+
+
+def test_an_interval_that_nobody_closed_lasts_to_the_last_frame_and_says_so(tmp_path):
+    path = tmp_path / "s.mcap"
+    write_session(session_of(random_frames(4, 20)), path)
+    last = int(read_session(path).frames.stamp_ns.max())
+    begun = Interval(last - SECOND, last - SECOND, "task", "pour")
+    with path.open("r+b") as stream:
+        data = stream.read()
+    with (tmp_path / "t.mcap").open("wb") as stream:
+        writer = ContainerWriter(stream, "vrlab/1")
+        writer.metadata("vrlab.session", {})
+        writer.metadata("vrlab.bodies", {"names": '["a"]'})
+        tf, channel = writer.channel("/tf"), writer.channel("/intervals")
+        payload = interval_message(begun, closed=False)[2]
+        writer.messages(RecordBlock.of([(channel, 0, 1, 1, payload), (tf, 0, last, last, b"")]))
+        writer.finish()
+    assert data[:5] == b"\x89MCAP"
+    (found,) = read_session(tmp_path / "t.mcap").intervals
+    assert (found.start_ns, found.end_ns, found.data) == (begun.start_ns, last, {"unclosed": "true"})
+
+
+LONG = """
+import resource, sys
+from sessions import read_session
+count = sum(len(block) for block in read_session(sys.argv[1]).blocks(1024))
+print(count, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="peak memory is measured in KiB of Linux")
+def test_reading_in_blocks_takes_the_same_memory_for_a_session_ten_times_as_long(tmp_path):
+    frames = random_frames(1, 3000, 12)
+
+    class Repeated:
+        names = frames.names
+
+        def __init__(self, times):
+            self.times = times
+
+        def blocks(self, length):
+            for _ in range(self.times):
+                yield from frames.blocks(length)
+
+    peaks = []
+    for times in (2, 20):
+        path = tmp_path / f"{times}.mcap"
+        write_session(Session(Repeated(times), {}), path)
+        done = subprocess.run([sys.executable, "-c", LONG, str(path)], capture_output=True, text=True, check=True)
+        count, peak = map(int, done.stdout.split())
+        assert count == 3000 * times
+        peaks.append(peak)
+    assert peaks[1] - peaks[0] < 8 * 1024  # 20 MB more would be one chunk kept in ten
+
+
+@pytest.mark.bench
+def test_reading_by_the_chunk_is_at_least_three_times_as_fast_as_by_the_message(tmp_path):
+    path = tmp_path / "s.mcap"
+    frames = random_frames(1, 54_000, 12, odd=0.001)
+    started = time.perf_counter()
+    write_session(Session(ArraySource(frames), {}), path)
+    written = time.perf_counter() - started
+    ratios = []
+    for _ in range(3):
+        started = time.perf_counter()
+        fast = read_session(path).frames
+        middle = time.perf_counter()
+        plain = read_frames_plainly(path, frames.names)
+        ratios.append((time.perf_counter() - middle) / (middle - started))
+        assert_same_frames(fast, plain)
+    assert_same_frames(fast, frames)
+    print(f"\nwritten {600 / written:.0f} times faster than real time; read {sorted(ratios)[1]:.1f} times faster")
+    assert sorted(ratios)[1] >= 3
+    assert written < 600 / 20
+    assert (fast.status == Status.LOST).any()
