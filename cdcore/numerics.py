@@ -26,6 +26,9 @@ of size; a renormalised rotation, the norm and the radii add less than 8 eps. Wi
 pairs were missed at the origin and 50 % at 1 km; with it 0 of 16,000.
 """
 
+UNDERFLOW_PAD: Final = 1e-150
+"""Metres added to every pad: squares of differences below 1e-154 m underflow, and with them distances and radii."""
+
 ORTHONORMAL_KEEP: Final = 64.0 * EPS
 """Rotations this close to orthonormal stay bit for bit as they are."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.numerics import UNDERFLOW_PAD, BoolArray, FloatArray, IntArray
 
 
 @njit(cache=True)
@@ -65,7 +65,7 @@ def boxes_may_meet(
         frame_of_box(rb, axes[b], world_b)
         largest_a = max(abs(ta[0]), abs(ta[1]), abs(ta[2]))
         largest_b = max(abs(tb[0]), abs(tb[1]), abs(tb[2]))
-        pad = pad_ulps * (sizes[a] + sizes[b] + largest_a + largest_b)
+        pad = pad_ulps * (sizes[a] + sizes[b] + largest_a + largest_b) + UNDERFLOW_PAD
         for i in range(3):
             ca = ra[i, 0] * centres[a, 0] + ra[i, 1] * centres[a, 1] + ra[i, 2] * centres[a, 2] + ta[i]
             cb = rb[i, 0] * centres[b, 0] + rb[i, 1] * centres[b, 1] + rb[i, 2] * centres[b, 2] + tb[i]

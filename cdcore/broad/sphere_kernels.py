@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.numerics import UNDERFLOW_PAD, BoolArray, ByteArray, FloatArray, IntArray
 
 CLEAR = np.uint8(0)
 CANDIDATE = np.uint8(3)
@@ -93,7 +93,7 @@ def sphere_verdicts(
     skipped = 0
     for p in range(len(first)):
         a, b = first[p], second[p]
-        reach = radii[a] + radii[b]
+        reach = radii[a] + radii[b] + UNDERFLOW_PAD
         largest = size[a].max() + size[b].max()
         slack = pad * largest + (frames + 8) * 2.3e-16 * (path[a, -1] + path[b, -1])
         t = 0

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from types import ModuleType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdcore.errors import InvalidPoseError
-from cdcore.numerics import ORTHONORMAL_REJECT, QUATERNION_REJECT, FloatArray, readonly
-from cdcore.transforms.rigid import orthonormalised, orthonormality_error, rotation_from_quaternion
+from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, QUATERNION_REJECT, FloatArray, readonly
+from cdcore.transforms.rigid import orthonormality_error
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -56,17 +58,31 @@ class Motion:
     ) -> None:
         clock = _times(times)
         place = _array(translations, "translations", (len(clock), None, 3))
-        bodies = place.shape[1]
-        turn = _array(rotations, "rotations", (len(clock), bodies, 3, 3))
-        mask = _mask(valid, (len(clock), bodies), "valid")
-        error = _checked(place, turn, mask, clock, names)
-        place, turn = _blanked(place, turn, mask)
+        turn = _array(rotations, "rotations", (len(clock), place.shape[1], 3, 3))
+        self._take(clock, place, turn, _mask(valid, place.shape[:2], "valid"), linked, names)
+
+    def _take(
+        self,
+        clock: FloatArray,
+        place: FloatArray,
+        turn: FloatArray,
+        mask: NDArray[np.bool_],
+        linked: ArrayLike | None,
+        names: Sequence[str] | None,
+    ) -> None:
+        """Check arrays that nobody else holds and keep them."""
+        kernels = _kernels()
+        flat_place, flat_turn = place.reshape(-1, 3), turn.reshape(-1, 3, 3)
+        bad, repaired, worst = kernels.check_poses(
+            flat_place, flat_turn, mask.reshape(-1), ORTHONORMAL_KEEP, ORTHONORMAL_REJECT
+        )
+        if bad >= 0:
+            what = _fault(flat_place[bad], flat_turn[bad]) + "; flag the pose as not valid or repair it"
+            raise InvalidPoseError(_where(bad, mask, clock, names) + what)
         known = _mask(linked, mask.shape, "linked") & mask
         known[1:] &= mask[:-1]
         known[:1] = False
-        off = orthonormalised(turn, error)
-        changed = int((off is not turn) and (off != turn).any(axis=(-1, -2)).sum())
-        self._set(clock, place, off, mask, known, changed, float(error.max(initial=0.0)))
+        self._set(clock, place, turn, mask, known, repaired, worst)
 
     def _set(self, *values: object) -> None:
         for field, value in zip(self.__dataclass_fields__, values, strict=True):
@@ -95,17 +111,17 @@ class Motion:
         clock = _times(times)
         q = _array(quaternions_xyzw, "quaternions_xyzw", (len(clock), None, 4))
         mask = _mask(valid, q.shape[:2], "valid")
-        with np.errstate(over="ignore", invalid="ignore"):
-            norm = np.sqrt((q * q).sum(axis=-1))
-        bad = mask & ~(np.abs(norm - 1.0) <= QUATERNION_REJECT)
-        if bad.any():
-            frame, body = (int(k) for k in np.argwhere(bad)[0])
-            what = f"quaternion {q[frame, body].tolist()} has norm {norm[frame, body]:.6g}, not 1"
-            raise InvalidPoseError(
-                _where(frame, body, clock, names) + what + "; flag the pose as not valid or repair it"
-            )
-        q = np.where(mask[..., None], q, [0.0, 0.0, 0.0, 1.0])
-        return cls(clock, translations, rotation_from_quaternion(q), mask, linked=linked, names=names)
+        turn = np.empty((*mask.shape, 3, 3))
+        flat = q.reshape(-1, 4)
+        bad = _kernels().turns_of_quaternions(flat, mask.reshape(-1), QUATERNION_REJECT, turn.reshape(-1, 3, 3))
+        if bad >= 0:
+            what = f"quaternion {flat[bad].tolist()} has norm {math.hypot(*flat[bad].tolist()):.6g}, not 1"
+            what += "; flag the pose as not valid or repair it"
+            raise InvalidPoseError(_where(bad, mask, clock, names) + what)
+        place = _array(translations, "translations", (len(clock), mask.shape[1], 3))
+        motion = object.__new__(cls)
+        motion._take(clock, place, turn, mask, linked, names)
+        return motion
 
     @classmethod
     def from_matrices(
@@ -119,16 +135,17 @@ class Motion:
     ) -> Motion:
         """Build a motion from 4x4 matrices (T, N, 4, 4), column convention: the last row is 0 0 0 1."""
         clock = _times(times)
-        matrices = _array(poses, "poses", (len(clock), None, 4, 4))
+        matrices = _array(poses, "poses", (len(clock), None, 4, 4), copy=False)
         mask = _mask(valid, matrices.shape[:2], "valid")
-        bad = mask & ~(matrices[..., 3, :] == [0.0, 0.0, 0.0, 1.0]).all(axis=-1)
-        if bad.any():
-            frame, body = (int(k) for k in np.argwhere(bad)[0])
-            row = matrices[frame, body, 3].tolist()
-            raise InvalidPoseError(
-                _where(frame, body, clock, names) + f"last row is {row}, not 0 0 0 1; pass column-convention matrices"
-            )
-        return cls(clock, matrices[..., :3, 3], matrices[..., :3, :3], mask, linked=linked, names=names)
+        place, turn = np.empty((*mask.shape, 3)), np.empty((*mask.shape, 3, 3))
+        flat = matrices.reshape(-1, 4, 4)
+        bad = _kernels().split_poses(flat, mask.reshape(-1), place.reshape(-1, 3), turn.reshape(-1, 3, 3))
+        if bad >= 0:
+            what = f"last row is {flat[bad, 3].tolist()}, not 0 0 0 1; pass column-convention matrices"
+            raise InvalidPoseError(_where(bad, mask, clock, names) + what)
+        motion = object.__new__(cls)
+        motion._take(clock, place, turn, mask, linked, names)
+        return motion
 
     def __len__(self) -> int:
         return len(self.times)
@@ -162,6 +179,13 @@ class Motion:
             yield self.frames(start, min(start + frames, len(self)))
 
 
+def _kernels() -> ModuleType:
+    """The compiled passes, imported with the first motion: the compiler takes half a second to load."""
+    from cdcore.transforms import rigid_kernels
+
+    return rigid_kernels
+
+
 def _times(times: ArrayLike) -> FloatArray:
     clock = np.array(times, dtype=np.float64)
     if clock.ndim != 1:
@@ -179,8 +203,11 @@ def _times(times: ArrayLike) -> FloatArray:
     return clock
 
 
-def _array(values: ArrayLike, what: str, shape: tuple[int | None, ...]) -> FloatArray:
-    array = np.array(values, dtype=np.float64, order="C")
+def _array(values: ArrayLike, what: str, shape: tuple[int | None, ...], *, copy: bool = True) -> FloatArray:
+    try:
+        array = np.array(values, dtype=np.float64, order="C", copy=copy or None)
+    except (TypeError, ValueError) as error:
+        raise InvalidPoseError(f"{what} are not an array of numbers ({error})") from None
     fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
     if not fits:
         wanted = ", ".join("N" if size is None else str(size) for size in shape)
@@ -197,36 +224,20 @@ def _mask(mask: ArrayLike | None, shape: tuple[int, ...], what: str) -> NDArray[
     return array
 
 
-def _where(frame: int, body: int, clock: FloatArray, names: Sequence[str] | None) -> str:
+def _where(pose: int, mask: NDArray[np.bool_], clock: FloatArray, names: Sequence[str] | None) -> str:
+    """Frame and body of a pose that is counted through."""
+    frame, body = divmod(pose, mask.shape[1])
     name = names[body] if names is not None else str(body)
     return f"frame {frame} ({clock[frame]:.6f} s), body {name}: "
 
 
-def _checked(
-    place: FloatArray, turn: FloatArray, mask: NDArray[np.bool_], clock: FloatArray, names: Sequence[str] | None
-) -> FloatArray:
-    """Orthonormality errors (T, N), 0 where not valid; raises on the first pose that is none."""
-    error = orthonormality_error(turn)
-    bad_place = mask & ~np.isfinite(place).all(axis=-1)
-    bad_turn = mask & ~(error <= ORTHONORMAL_REJECT)
-    bad = bad_place | bad_turn
-    if not bad.any():
-        error[~mask] = 0.0
-        return error
-    frame, body = (int(k) for k in np.argwhere(bad)[0])
-    if bad_place[frame, body]:
-        what = f"translation {place[frame, body].tolist()} is not finite"
-    elif not np.isfinite(turn[frame, body]).all():
-        what = "rotation is not finite"
-    elif np.isinf(error[frame, body]):
-        what = "matrix is a reflection, not a rotation (determinant below 0)"
-    else:
-        what = f"matrix is not a rotation (|R^T R - I| reaches {error[frame, body]:.3g}, at most 1e-3 is repaired)"
-    raise InvalidPoseError(_where(frame, body, clock, names) + what + "; flag the pose as not valid or repair it")
-
-
-def _blanked(place: FloatArray, turn: FloatArray, mask: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-    """Identity where no pose is valid, so that no number that nobody may look at can poison a whole-motion sum."""
-    if mask.all():
-        return place, turn
-    return np.where(mask[..., None], place, 0.0), np.where(mask[..., None, None], turn, np.eye(3))
+def _fault(place: FloatArray, turn: FloatArray) -> str:
+    """What is wrong with one pose that was refused."""
+    if not np.isfinite(place).all():
+        return f"translation {place.tolist()} is not finite"
+    if not np.isfinite(turn).all():
+        return "rotation is not finite"
+    error = float(orthonormality_error(turn))
+    if np.isinf(error):
+        return "matrix is a reflection, not a rotation (determinant below 0)"
+    return f"matrix is not a rotation (|R^T R - I| reaches {error:.3g}, at most 1e-3 is repaired)"

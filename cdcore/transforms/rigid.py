@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.numerics import ORTHONORMAL_KEEP, FloatArray
+from cdcore.numerics import FloatArray
 
 
 def rotation_from_quaternion(quaternion_xyzw: FloatArray) -> FloatArray:
@@ -62,13 +62,3 @@ def nearest_rotation(matrix: FloatArray) -> FloatArray:
     u, _, vt = np.linalg.svd(matrix)
     rotation: FloatArray = u @ vt
     return rotation
-
-
-def orthonormalised(rotation: FloatArray, error: FloatArray) -> FloatArray:
-    """Project those rotations whose ``orthonormality_error`` is above rounding; the others keep their bits."""
-    off = error > ORTHONORMAL_KEEP
-    if not off.any():
-        return rotation
-    projected = rotation.copy()
-    projected[off] = nearest_rotation(rotation[off])
-    return projected

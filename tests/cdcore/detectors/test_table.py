@@ -1,0 +1,80 @@
+"""Every name in the table loads on demand, and a name that is not there is answered with those that are."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib.metadata import EntryPoint
+
+import pytest
+from shapes import box_mesh
+
+import cdcore.detectors as table
+from cdcore import DETECTORS, Body, create_detector
+from cdcore.detectors import detector_names, load_detector
+from cdcore.detectors.sphere import SphereDetector
+from cdcore.errors import InvalidSettingError, UnknownDetectorError
+
+BODIES = [Body("a", box_mesh()), Body("b", box_mesh())]
+
+
+@pytest.mark.parametrize("name", DETECTORS)
+def test_every_row_names_a_class_of_that_name(name):
+    assert load_detector(name).name == name
+
+
+def test_an_unknown_name_is_answered_with_the_known_ones():
+    with pytest.raises(UnknownDetectorError, match="no detector 'spheer'; there are: sphere, .*hybrid"):
+        create_detector("spheer", BODIES)
+
+
+def test_module_and_class_lead_to_a_detector_outside_the_table():
+    assert load_detector("cdcore.detectors.sphere:SphereDetector") is SphereDetector
+
+
+@pytest.mark.parametrize("name", ["cdcore.detectors.sphere:Spheer", "no_such_module:Thing"])
+def test_a_class_that_is_not_there_is_named_with_the_reason(name):
+    with pytest.raises(UnknownDetectorError, match=f"detector '{name}' cannot be loaded: "):
+        load_detector(name)
+
+
+def test_an_installed_package_adds_a_row(monkeypatch):
+    point = EntryPoint("outside", "cdcore.detectors.sphere:SphereDetector", table.ENTRY_POINT_GROUP)
+
+    def found(group, name=None):
+        assert group == table.ENTRY_POINT_GROUP
+        return [point] if name in (None, "outside") else []
+
+    monkeypatch.setattr(table, "entry_points", found)
+    assert detector_names()[-1] == "outside"
+    assert load_detector("outside") is SphereDetector
+
+
+def test_a_setting_it_does_not_have_is_answered_with_those_it_has():
+    with pytest.raises(InvalidSettingError, match="'sphere' has no setting 'speed'; it has: sphere, skip"):
+        create_detector("sphere", BODIES, speed=3)
+
+
+def test_settings_arrive_and_are_kept():
+    assert create_detector("sphere", BODIES, sphere="paper").settings.sphere == "paper"
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "message"),
+    [
+        ("sphere", {"sphere": "tight"}, "sphere='tight' is no mode; choose one of: paper, best"),
+        ("hybrid", {"sphere": "tight"}, "is no mode"),
+        ("discrete", {"rate_hz": 0}, "rate_hz=0 is no rate"),
+        ("discrete", {"rate_hz": float("nan")}, "is no rate"),
+        ("static", {"epsilon": -1.0}, "epsilon=-1.0 is no distance"),
+    ],
+)
+def test_a_value_out_of_range_is_refused(name, settings, message):
+    with pytest.raises(InvalidSettingError, match=message):
+        create_detector(name, BODIES, **settings)
+
+
+def test_the_table_costs_no_engine_until_one_is_used():
+    code = "import sys, cdcore; cdcore.DETECTORS; cdcore.Motion; print({'fcl', 'numba', 'scipy'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stdout.strip() == "set()"

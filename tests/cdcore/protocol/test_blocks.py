@@ -1,0 +1,46 @@
+"""Blocks out of order and motions of other bodies are refused; pairs have one order whatever was written."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shapes import box_mesh, still
+
+from cdcore import Body
+from cdcore.errors import InvalidPoseError
+from cdcore.protocol import blocks_in_order, ordered_by_name, pair_has_pose, require_bodies
+from cdcore.protocol.motion import Motion
+
+BODIES = [Body(name, box_mesh()) for name in ("rod", "cup", "table")]
+
+
+def test_a_motion_of_as_many_bodies_passes_and_of_another_number_does_not():
+    motion = still(BODIES, np.zeros((3, 3)))
+    require_bodies(motion, BODIES)
+    with pytest.raises(InvalidPoseError, match="poses of 3 bodies, the detector has 2; give one column .*: rod, cup"):
+        require_bodies(motion, BODIES[:2])
+
+
+def test_blocks_pass_in_order_and_empty_ones_do_not_count():
+    motion = still(BODIES, np.zeros((3, 3)), frames=6)
+    blocks = [motion.frames(0, 2), motion.frames(2, 2), motion.frames(2, 6)]
+    assert [len(block) for block in blocks_in_order(blocks)] == [2, 0, 4]
+
+
+def test_a_block_that_starts_before_the_last_one_ended_is_refused():
+    motion = still(BODIES, np.zeros((3, 3)), frames=6)
+    with pytest.raises(InvalidPoseError, match="block 1 starts at .* not after .*; stream the blocks in order of time"):
+        list(blocks_in_order([motion.frames(0, 3), motion.frames(2, 6)]))
+
+
+def test_a_pair_has_a_pose_where_both_bodies_have_one():
+    valid = np.array([[True, True, False], [True, False, True]])
+    motion = Motion([0, 1], np.zeros((2, 3, 3)), np.tile(np.eye(3), (2, 3, 1, 1)), valid)
+    assert pair_has_pose(motion, np.array([[0, 1], [0, 2]])).tolist() == [[True, False], [False, True]]
+
+
+def test_pairs_are_ordered_by_name_and_the_turned_ones_are_marked():
+    ordered, turned = ordered_by_name(BODIES, np.array([[0, 1], [1, 0], [2, 0]]))
+    assert ordered.tolist() == [[1, 0], [1, 0], [0, 2]]
+    assert turned.tolist() == [True, False, True]
+    assert ordered_by_name(BODIES, np.zeros((0, 2), dtype=np.int64))[0].shape == (0, 2)

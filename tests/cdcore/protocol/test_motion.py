@@ -1,0 +1,210 @@
+"""A motion holds finite rigid poses or names the frame and body that is none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shapes import random_rotations
+
+from cdcore import Motion
+from cdcore.errors import InvalidPoseError
+from cdcore.numerics import ORTHONORMAL_KEEP
+from cdcore.transforms.rigid import nearest_rotation, orthonormality_error, rotation_from_quaternion
+
+TIMES = np.arange(6) / 90
+
+
+def arrays(bodies=2, seed=0):
+    rng = np.random.default_rng(seed)
+    return rng.normal(size=(6, bodies, 3)), random_rotations(rng, 6, bodies)
+
+
+def matrices(place, turn):
+    poses = np.zeros((*place.shape[:2], 4, 4))
+    poses[..., :3, :3], poses[..., :3, 3], poses[..., 3, 3] = turn, place, 1.0
+    return poses
+
+
+def test_good_rotations_keep_every_bit():
+    place, turn = arrays()
+    motion = Motion(TIMES, place, turn)
+    assert motion.rotations.tobytes() == turn.tobytes()
+    assert motion.translations.tobytes() == place.tobytes()
+    assert motion.renormalised == 0
+    assert motion.worst_orthonormality <= ORTHONORMAL_KEEP
+
+
+def test_the_three_ways_to_build_one_give_the_same_bits():
+    rng = np.random.default_rng(1)
+    place, quaternions = rng.normal(size=(6, 2, 3)), rng.normal(size=(6, 2, 4))
+    quaternions /= np.linalg.norm(quaternions, axis=-1, keepdims=True)
+    turn = rotation_from_quaternion(quaternions)
+    plain = Motion(TIMES, place, turn)
+    for other in (
+        Motion.from_quaternions(TIMES, place, quaternions),
+        Motion.from_matrices(TIMES, matrices(place, turn)),
+    ):
+        assert other.rotations.tobytes() == plain.rotations.tobytes()
+        assert other.translations.tobytes() == plain.translations.tobytes()
+
+
+@pytest.mark.parametrize(("digits", "worst"), [(6, 2e-6), (4, 2e-4)])
+def test_printed_digits_are_repaired_to_the_nearest_rotation_and_counted(digits, worst):
+    place, turn = arrays()
+    motion = Motion(TIMES, place, np.round(turn, digits))
+    assert motion.renormalised == 12
+    assert 0 < motion.worst_orthonormality < worst
+    assert orthonormality_error(motion.rotations).max() <= ORTHONORMAL_KEEP
+    assert np.abs(motion.rotations - nearest_rotation(np.round(turn, digits))).max() < 1e-14
+
+
+def test_float32_quaternions_are_renormalised_in_float64():
+    rng = np.random.default_rng(2)
+    quaternions = rng.normal(size=(6, 2, 4))
+    quaternions = (quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True)).astype(np.float32)
+    motion = Motion.from_quaternions(TIMES, np.zeros((6, 2, 3)), quaternions)
+    assert orthonormality_error(motion.rotations).max() <= ORTHONORMAL_KEEP
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda place, turn: place.__setitem__((3, 1, 2), np.nan), "translation .* is not finite"),
+        (lambda place, turn: place.__setitem__((3, 1, 2), -np.inf), "translation .* is not finite"),
+        (lambda place, turn: turn.__setitem__((3, 1, 0, 0), np.nan), "rotation is not finite"),
+        (lambda place, turn: turn.__setitem__((3, 1, 2, 2), np.inf), "rotation is not finite"),
+        (lambda place, turn: turn.__setitem__((3, 1), turn[3, 1] * 1.01), r"not a rotation \(\|R\^T R - I\|"),
+        (lambda place, turn: turn.__setitem__((3, 1), turn[3, 1] * 0.5), "not a rotation"),
+        (
+            lambda place, turn: turn.__setitem__((3, 1), turn[3, 1] @ [[1, 0.01, 0], [0, 1, 0], [0, 0, 1]]),
+            "not a rotation",
+        ),
+        (lambda place, turn: turn.__setitem__((3, 1), -turn[3, 1]), "a reflection"),
+        (lambda place, turn: turn.__setitem__((3, 1), 0.0), "not a rotation"),
+    ],
+    ids=["nan place", "inf place", "nan turn", "inf turn", "stretched", "halved", "sheared", "mirrored", "zero"],
+)
+def test_a_pose_that_is_none_is_refused_with_frame_and_body(spoil, message):
+    place, turn = arrays()
+    spoil(place, turn)
+    for build in (
+        lambda: Motion(TIMES, place, turn, names=["a", "cup"]),
+        lambda: Motion.from_matrices(TIMES, matrices(place, turn), names=["a", "cup"]),
+    ):
+        with pytest.raises(InvalidPoseError, match=rf"frame 3 \(0\.033333 s\), body cup: .*{message}.*flag the pose"):
+            build()
+    with pytest.raises(InvalidPoseError, match="body 1: "):
+        Motion(TIMES, place, turn)
+
+
+def test_the_same_pose_flagged_as_not_valid_is_not_looked_at():
+    place, turn = arrays()
+    place[3, 1], turn[3, 1] = np.nan, np.inf
+    valid = np.ones((6, 2), dtype=bool)
+    valid[3, 1] = False
+    for motion in (Motion(TIMES, place, turn, valid), Motion.from_matrices(TIMES, matrices(place, turn), valid)):
+        assert np.array_equal(motion.rotations[3, 1], np.eye(3))
+        assert np.array_equal(motion.translations[3, 1], np.zeros(3))
+        assert motion.renormalised == 0
+
+
+@pytest.mark.parametrize(
+    "quaternion", [[0, 0, 0, 0], [0, 0, 0, 0.5], [0, 0, 0, 1.1], [0, np.nan, 0, 1], [1e200, 0, 0, 0]]
+)
+def test_a_quaternion_that_is_none_is_refused(quaternion):
+    quaternions = np.tile([0.0, 0, 0, 1], (6, 2, 1))
+    quaternions[4, 0] = quaternion
+    with pytest.raises(
+        InvalidPoseError, match=r"frame 4 .* body left: quaternion .* has norm .*, not 1; flag the pose"
+    ):
+        Motion.from_quaternions(TIMES, np.zeros((6, 2, 3)), quaternions, names=["left", "right"])
+    valid = np.ones((6, 2), dtype=bool)
+    valid[4, 0] = False
+    motion = Motion.from_quaternions(TIMES, np.zeros((6, 2, 3)), quaternions, valid)
+    assert np.array_equal(motion.rotations[4, 0], np.eye(3))
+
+
+@pytest.mark.parametrize(
+    ("times", "message"),
+    [
+        ([0, 1, 1, 2, 3, 4], "frame 2: time 1.0 s does not come after 1.0 s|frame 2: time .*1.0.* does not come after"),
+        ([0, 1, 2, 1.5, 3, 4], "frame 3: .* sort the frames"),
+        ([0, 1, 2, np.nan, 3, 4], "frame 3: time nan is not finite"),
+        ([[0, 1]], "times have shape"),
+    ],
+)
+def test_times_that_do_not_increase_are_refused(times, message):
+    with pytest.raises(InvalidPoseError, match=message):
+        Motion(times, *arrays())
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (
+            lambda: Motion(TIMES, np.zeros((6, 2)), np.zeros((6, 2, 3, 3))),
+            r"translations have shape \(6, 2\); give \(6, N, 3\)",
+        ),
+        (lambda: Motion(TIMES, np.zeros((6, 2, 3)), np.zeros((6, 1, 3, 3))), "rotations have shape"),
+        (lambda: Motion(TIMES, *arrays(), valid=np.ones((6, 3))), "valid has shape"),
+        (lambda: Motion(TIMES, *arrays(), linked=np.ones(6)), "linked has shape"),
+        (lambda: Motion(TIMES, "here", np.zeros((6, 2, 3, 3))), "translations are not an array of numbers"),
+        (lambda: Motion.from_matrices(TIMES, np.tile(np.eye(4), (5, 2, 1, 1))), "poses have shape"),
+        (lambda: Motion.from_matrices(TIMES, np.tile(2 * np.eye(4), (6, 2, 1, 1))), "last row is .*column-convention"),
+        (
+            lambda: Motion.from_quaternions(TIMES, np.zeros((6, 1, 3)), np.tile([0.0, 0, 0, 1], (6, 2, 1))),
+            "translations have",
+        ),
+    ],
+)
+def test_arrays_that_do_not_fit_are_refused_by_shape(build, message):
+    with pytest.raises(InvalidPoseError, match=message):
+        build()
+
+
+def test_a_row_convention_matrix_is_refused_for_its_last_row():
+    poses = matrices(*arrays()).transpose(0, 1, 3, 2)
+    with pytest.raises(InvalidPoseError, match="last row"):
+        Motion.from_matrices(TIMES, poses)
+
+
+def test_a_motion_is_frozen_and_does_not_follow_its_source():
+    place, turn = arrays()
+    poses = matrices(place, turn)
+    motion, other = Motion(TIMES, place, turn), Motion.from_matrices(TIMES, poses)
+    before = place.copy()
+    place[:], poses[:] = 9.0, 9.0
+    assert np.array_equal(motion.translations, before)
+    assert np.array_equal(other.translations, before)
+    with pytest.raises(ValueError, match="read-only"):
+        motion.rotations[0] = 0
+
+
+def test_a_path_is_linked_only_between_valid_neighbours_and_where_it_was_said_to_be():
+    valid = np.ones((6, 2), dtype=bool)
+    valid[2, 0] = False
+    linked = np.ones((6, 2), dtype=bool)
+    linked[4, 1] = False
+    motion = Motion(TIMES, *arrays(), valid, linked=linked)
+    assert motion.linked[:, 0].tolist() == [False, True, False, False, True, True]
+    assert motion.linked[:, 1].tolist() == [False, True, True, True, False, True]
+
+
+def test_blocks_hold_the_same_bits_and_cover_every_frame_once():
+    motion = Motion(TIMES, *arrays())
+    for size in (1, 4, 6, 100):
+        blocks = list(motion.blocks(size))
+        assert np.concatenate([block.times for block in blocks]).tobytes() == motion.times.tobytes()
+        assert np.concatenate([block.rotations for block in blocks]).tobytes() == motion.rotations.tobytes()
+        assert max(len(block) for block in blocks) <= size
+
+
+def test_taken_frames_are_linked_only_where_none_was_left_out():
+    taken = Motion(TIMES, *arrays()).take(np.array([0, 1, 3, 4]))
+    assert taken.linked[:, 0].tolist() == [False, True, False, True]
+    assert np.array_equal(taken.times, TIMES[[0, 1, 3, 4]])
+
+
+def test_no_frames_are_a_motion():
+    assert len(Motion([], np.zeros((0, 3, 3)), np.zeros((0, 3, 3, 3)))) == 0
+    assert Motion.from_quaternions([], np.zeros((0, 3, 3)), np.zeros((0, 3, 4))).body_count == 3

@@ -1,0 +1,119 @@
+"""A mesh is valid or it does not exist; what it says about itself follows from its faces alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from shapes import ball_mesh, beaker_mesh, box_mesh, merged, moved, without_faces
+
+from cdcore import TriangleMesh
+from cdcore.errors import InvalidMeshError
+
+CORNERS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "message"),
+    [
+        (CORNERS, [], "the mesh is empty"),
+        (CORNERS, np.zeros((0, 3), dtype=int), "the mesh is empty"),
+        (CORNERS, [[0, 1, 3]], r"face 0 names vertices \[0, 1, 3\], but there are only vertices 0 to 2"),
+        (CORNERS, [[0, 1, 2], [0, -1, 2]], "face 1 names vertices"),
+        ([[0, 0, 0], [1, np.nan, 0], [0, 1, 0]], [[0, 1, 2]], "vertex 1 is not finite"),
+        ([[0, 0, 0], [1, 0, 0], [0, np.inf, 0]], [[0, 1, 2]], "vertex 2 is not finite"),
+        (CORNERS, [[0.0, 1.0, 2.0]], "faces are float64, not integers"),
+        (CORNERS, [[0, 1, 2, 0]], "triangles only"),
+        ([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], "vertices have shape"),
+        ("glass", [[0, 1, 2]], "vertices are not an array of numbers"),
+        (CORNERS, [[0, 1, 2], [0, 1]], "faces are not an array"),
+        ([], [[0, 1, 2]], "vertices have shape"),
+    ],
+)
+def test_a_mesh_that_is_none_is_refused_by_one_sentence(vertices, faces, message):
+    with pytest.raises(InvalidMeshError, match=message):
+        TriangleMesh(vertices, faces)
+
+
+def test_a_mesh_cannot_be_changed_afterwards_and_does_not_follow_its_source():
+    vertices, faces = np.array(CORNERS), np.array([[0, 1, 2]], dtype=np.int32)
+    mesh = TriangleMesh(vertices, faces)
+    vertices[0], faces[0] = 7.0, 0
+    assert mesh.vertices.tolist() == CORNERS
+    assert mesh.faces.tolist() == [[0, 1, 2]]
+    for array in (mesh.vertices, mesh.faces, mesh.triangles, mesh.referenced_vertices):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+    with pytest.raises(AttributeError):
+        mesh.vertices = vertices
+
+
+def test_faces_keep_their_order_and_duplicates_stay():
+    mesh = TriangleMesh(CORNERS, [[2, 1, 0], [0, 1, 2], [2, 1, 0]])
+    assert mesh.faces.tolist() == [[2, 1, 0], [0, 1, 2], [2, 1, 0]]
+    assert mesh.triangles[0].tolist() == CORNERS[::-1]
+
+
+def test_a_vertex_no_face_uses_is_not_referenced():
+    mesh = TriangleMesh([*CORNERS, [1e6, 0, 0]], [[0, 1, 2]])
+    assert mesh.referenced_vertices.tolist() == CORNERS
+
+
+@pytest.mark.parametrize(
+    ("mesh", "closed"),
+    [
+        (box_mesh(), True),
+        (ball_mesh(), True),
+        (beaker_mesh(), True),
+        (without_faces(box_mesh(), 1), False),
+        (TriangleMesh(CORNERS, [[0, 1, 2]]), False),
+        (TriangleMesh(CORNERS, [[0, 1, 2], [0, 2, 1]]), True),
+        (TriangleMesh(CORNERS, [[0, 0, 1]]), False),
+    ],
+    ids=["box", "ball", "beaker", "open box", "triangle", "triangle on both sides", "segment only"],
+)
+def test_closed_means_every_edge_has_an_even_number_of_faces(mesh, closed):
+    assert mesh.is_closed is closed
+
+
+def test_a_box_of_unmerged_corners_is_closed_all_the_same():
+    box = box_mesh()
+    loose = TriangleMesh(box.triangles.reshape(-1, 3), np.arange(36).reshape(-1, 3))
+    assert loose.is_closed
+    assert len(np.unique(loose.components)) == 1
+
+
+def test_minus_zero_and_zero_are_one_coordinate():
+    mesh = TriangleMesh([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [-0.0, -0.0, 0]], [[0, 1, 2], [3, 2, 1]])
+    assert mesh.is_closed
+    assert mesh.components.tolist() == [0, 0]
+
+
+def test_degenerate_faces_do_not_open_a_closed_mesh():
+    box = box_mesh()
+    assert TriangleMesh(box.vertices, [*box.faces.tolist(), [3, 3, 5], [4, 4, 4]]).is_closed
+
+
+def test_components_are_named_by_their_lowest_face():
+    three = merged(box_mesh(), moved(box_mesh(), [3, 0, 0]), moved(box_mesh(), [6, 0, 0]))
+    assert np.unique(three.components).tolist() == [0, 12, 24]
+    assert (three.components[12:24] == 12).all()
+
+
+@given(st.permutations(range(24)))
+def test_components_do_not_depend_on_the_order_of_faces(order):
+    two = merged(box_mesh(), moved(box_mesh(), [3, 0, 0]))
+    shuffled = TriangleMesh(two.vertices, two.faces[list(order)])
+    same = two.components[list(order)]
+    assert np.array_equal(shuffled.components[:, None] == shuffled.components, same[:, None] == same)
+
+
+def test_the_hash_knows_coordinates_faces_and_nothing_else():
+    assert box_mesh().content_hash == box_mesh().content_hash
+    assert box_mesh().content_hash != moved(box_mesh(), [1e-16, 0, 1e-16]).content_hash
+    assert box_mesh().content_hash != TriangleMesh(box_mesh().vertices, box_mesh().faces[::-1]).content_hash
+
+
+def test_it_prints_as_its_size():
+    assert repr(box_mesh()) == "TriangleMesh(8 vertices, 12 faces)"
