@@ -5,7 +5,7 @@ from surface_rays import distances_along_rays
 from sessions.glassware.proxies import proxy_headset, proxy_wand
 
 
-@pytest.mark.parametrize("faces", [500, 2000, 8000])
+@pytest.mark.parametrize("faces", [500, 5000])
 def test_the_ring_of_the_wand_is_open(faces):
     mesh = proxy_wand(faces).mesh
     centre, axis = np.array([0, -0.022, -0.045]), np.array([0, 0.8, -0.6])
@@ -20,7 +20,7 @@ def test_the_wand_has_the_length_of_a_hand_held_controller():
     assert 0.10 < size[0] < 0.13
 
 
-@pytest.mark.parametrize("faces", [500, 2000, 8000])
+@pytest.mark.parametrize("faces", [500, 5000])
 def test_there_is_room_for_a_head_between_face_and_strap(faces):
     mesh = proxy_headset(faces).mesh
     inside = np.array([[0.0, 0.0, 0.08]])

@@ -13,8 +13,8 @@ FLASKS = ["erlenmeyer_flask", "volumetric_flask", "reagent_bottle", "alcohol_lam
 TUBES = ["test_tube", "graduated_cylinder", "funnel", "burette", "pipette", "dropper", "gas_jar"]
 VESSELS = [*BEAKERS, *FLASKS, *TUBES, "watch_glass", "evaporating_dish"]
 INSIDE = 1e-4
-RAYS = 250
-HEIGHTS, TURNS = 40, 37
+RAYS = 120
+HEIGHTS, TURNS = 32, 31
 
 
 def wall_thicknesses(instrument, seed):
