@@ -2,6 +2,8 @@
 
 SessionError
   MeshFileError      a mesh file or array that cannot be used
+  SceneError         a scene that says something impossible; names file, table and key
+  ImportFileError    a recording of another program that cannot be imported; names file, line and column
   SessionFileError   a session file that cannot be read or written
     TornFileError    it ends without its index: the recording was cut short
 """
@@ -21,3 +23,11 @@ class SessionFileError(SessionError):
 
 class TornFileError(SessionFileError):
     """A session file that ends without its index, because its recording was cut short."""
+
+
+class SceneError(SessionError):
+    """A scene that says something impossible or something unknown."""
+
+
+class ImportFileError(SessionError):
+    """A recording of another program that cannot be imported."""

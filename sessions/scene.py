@@ -53,7 +53,7 @@ class SceneBody:
 
 @dataclass(frozen=True)
 class SceneEffect:
-    """One effect as declared: its kind and its keys as written."""
+    """One effect as declared: its kind and its keys as written (``between`` holds ids or ``tag:WORD`` selectors)."""
 
     kind: str
     settings: Mapping[str, Any] = field(default_factory=dict)

@@ -1,0 +1,62 @@
+"""Recordings of other programs, each format a row of a table; whatever was converted or dropped is written down."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import entry_points
+from inspect import signature
+from pathlib import Path
+from typing import Any, Final
+
+from sessions.errors import ImportFileError
+from sessions.session import Session
+
+IMPORTERS: Final[dict[str, str]] = {
+    "aframe": "sessions.importers.aframe:read_aframe",
+    "csv": "sessions.importers.csv_file:read_csv",
+}
+"""Format -> ``module:function``. Rows from outside come in through the entry-point group below."""
+
+ENTRY_POINT_GROUP: Final = "vrlab_replay.importers"
+
+
+def importer_names() -> list[str]:
+    """Every format that ``import_session`` takes."""
+    outside = sorted(point.name for point in entry_points(group=ENTRY_POINT_GROUP))
+    return list(IMPORTERS) + [name for name in outside if name not in IMPORTERS]
+
+
+def import_session(format: str, source: str | Path, **options: Any) -> Session:
+    """Read a recording of another program as a session in the canonical frame.
+
+    Parameters
+    ----------
+    format : a name in ``IMPORTERS`` or of an installed package.
+    source : the file.
+    options : keywords of that importer; all take ``meshes``, ``scene``, ``scene_folder`` and ``proxies`` of
+        ``sessions.importers.finish.finished``.
+
+    Raises
+    ------
+    ImportFileError
+        An unknown format or option, or a file that is not what it should be; names file, line and column.
+    """
+    read = _importer(format)
+    known = list(signature(read).parameters)[1:]
+    for option in options:
+        if option not in known:
+            raise ImportFileError(f"importer {format!r} has no option {option!r}; it has: {', '.join(known)}")
+    path = Path(source)
+    if not path.is_file():
+        raise ImportFileError(f"{path} does not exist or is no file; check the path")
+    session: Session = read(path, **options)
+    return session
+
+
+def _importer(name: str) -> Any:
+    if name in IMPORTERS:
+        module, function = IMPORTERS[name].split(":")
+        return getattr(import_module(module), function)
+    for point in entry_points(group=ENTRY_POINT_GROUP, name=name):
+        return point.load()
+    raise ImportFileError(f"no importer {name!r}; there are: {', '.join(importer_names())}")

@@ -1,0 +1,104 @@
+"""A-Frame motion captures: headset and controllers as JSON, plain or below ``recording``.
+
+The frame is canonical already (WebXR: right-handed, +Y up, -Z forward, metres); rotations are Euler angles in degrees,
+order YXZ about the body's own axes, as three.js has them; stamps are milliseconds of a monotonic clock.
+
+Source: the format of aframe-motion-capture-components (``poses``, ``events``, ``gamepad`` per device).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from sessions.conventions import quaternion_from_euler
+from sessions.errors import ImportFileError
+from sessions.event import Event
+from sessions.importers.finish import MeshSource, Samples, counted, finished, usable_track
+from sessions.scene import Scene
+from sessions.session import Session
+from sessions.track import Track
+
+LARGEST_MS: Final = 9.0e12
+"""About 9 million seconds short of what int64 nanoseconds hold."""
+
+
+def read_aframe(
+    source: Path,
+    *,
+    meshes: Mapping[str, MeshSource] | None = None,
+    scene: Scene | None = None,
+    scene_folder: str | Path = ".",
+    proxies: bool | None = None,
+) -> Session:
+    """The session of an A-Frame motion capture; see ``sessions.importers.finish.finished`` for the keywords."""
+    devices = _devices(source)
+    tracks: dict[str, Track] = {}
+    events: list[Event] = []
+    done = ["rotations from Euler angles YXZ in degrees to unit quaternions", "stamps from milliseconds to nanoseconds"]
+    for name, device in devices.items():
+        rows = [_row(pose, f"{source}: {name}: pose {number}") for number, pose in enumerate(device["poses"])]
+        table = np.array(rows, dtype=np.float64).reshape(-1, 7)
+        stamps = np.rint(table[:, 0] * 1e6).astype(np.int64)
+        turn = quaternion_from_euler(np.radians(table[:, [5, 4, 6]]), "YXZ")
+        tracks[name], dropped, flagged = usable_track(stamps, table[:, 1:4], turn, np.ones(len(rows), np.bool_))
+        done += counted(name, dropped, flagged)
+        events += _events(name, device.get("events"), source)
+    facts = {"source_units": "m", "handedness": "right", "clock": "performance clock of the browser, ms"}
+    events.sort(key=lambda event: event.time_ns)
+    samples = Samples(tracks, tuple(done), facts, events)
+    return finished(samples, source, meshes=meshes, scene=scene, scene_folder=scene_folder, proxies=proxies)
+
+
+def _devices(source: Path) -> dict[str, dict[str, Any]]:
+    try:
+        data = json.loads(source.read_text(encoding="utf-8-sig"))
+    except (UnicodeDecodeError, RecursionError):
+        raise ImportFileError(f"{source}: this is not JSON text; export the recording again") from None
+    except ValueError as error:
+        raise ImportFileError(f"{source}: this is not JSON: {error}; export the recording again") from None
+    if isinstance(data, dict) and isinstance(data.get("recording"), dict):
+        data = data["recording"]
+    devices = {
+        name: device
+        for name, device in (data.items() if isinstance(data, dict) else ())
+        if isinstance(device, dict) and isinstance(device.get("poses"), list)
+    }
+    if not devices:
+        raise ImportFileError(f"{source}: no device with a list of poses; this is no A-Frame motion capture")
+    return devices
+
+
+def _row(pose: object, place: str) -> list[float]:
+    """Time, position and Euler angles of one pose; what is missing is NaN, but a stamp must be there."""
+    if not isinstance(pose, dict) or not _is_stamp(pose.get("timestamp")):
+        raise ImportFileError(f"{place}: it has no timestamp in milliseconds; remove it or repair the file")
+    numbers = [pose["timestamp"]]
+    for key in ("position", "rotation"):
+        part = pose.get(key)
+        numbers += [part.get(axis) if isinstance(part, dict) else None for axis in "xyz"]
+    return [float(one) if isinstance(one, int | float) and abs(one) < 1e300 else math.nan for one in numbers]
+
+
+def _is_stamp(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST_MS
+
+
+def _events(name: str, events: object, source: Path) -> list[Event]:
+    if events is None:
+        return []
+    if not isinstance(events, list):
+        raise ImportFileError(f"{source}: {name}: events are no list; repair or remove them")
+    found = []
+    for number, event in enumerate(events):
+        if not isinstance(event, dict) or not _is_stamp(event.get("timestamp")):
+            raise ImportFileError(f"{source}: {name}: event {number} has no timestamp in milliseconds; remove it")
+        detail = event.get("detail")
+        message = json.dumps(detail, ensure_ascii=False, sort_keys=True) if detail else ""
+        found.append(Event(round(event["timestamp"] * 1e6), str(event.get("name", "event")), message, name))
+    return found

@@ -1,0 +1,152 @@
+"""From converted samples to a session: meshes are put on, stand-ins named as such, what was done is written down."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.errors import ImportFileError
+from sessions.event import Event
+from sessions.hand import HandTrack
+from sessions.live_contact import LiveContact
+from sessions.mesh_data import MeshData
+from sessions.scene import Scene, SceneBody
+from sessions.scene_meshes import scene_meshes
+from sessions.scene_toml import scene_to_toml
+from sessions.session import Session
+from sessions.toml_table import nearest
+from sessions.track import Track
+
+MeshSource = str | Path | MeshData
+
+QUATERNION_TOLERANCE = 1e-3
+"""A quaternion whose norm is further off 1 is no rotation: its row is flagged as lost."""
+
+PROXIES = {
+    "proxy_headset": ("camera", "head", "hmd"),
+    "proxy_wand": ("left", "right", "hand", "controller", "wand"),
+}
+"""Stand-in mesh -> words in the names of bodies it can stand for."""
+
+PROXY_FACES = 2000
+
+
+@dataclass(frozen=True)
+class Samples:
+    """What an importer read, already in the canonical frame and in metres.
+
+    Parameters
+    ----------
+    tracks : body name -> samples.
+    conversions : sentences about what was done to the numbers.
+    """
+
+    tracks: Mapping[str, Track]
+    conversions: tuple[str, ...]
+    facts: Mapping[str, str] = field(default_factory=dict)
+    events: Sequence[Event] = ()
+    hands: Mapping[str, HandTrack] = field(default_factory=dict)
+    live_contacts: Sequence[LiveContact] = ()
+
+
+def finished(
+    samples: Samples,
+    source: Path,
+    *,
+    meshes: Mapping[str, MeshSource] | None = None,
+    scene: Scene | None = None,
+    scene_folder: str | Path = ".",
+    proxies: bool | None = None,
+) -> Session:
+    """A session from samples.
+
+    Parameters
+    ----------
+    meshes : body name -> mesh file or mesh; they win over the scene's.
+    scene : declared bodies, pairs and effects; its mesh paths are relative to ``scene_folder``.
+    proxies : whether headset and controllers without a mesh get a stand-in; ``None``: only if no mesh is given at all.
+
+    Raises
+    ------
+    ImportFileError
+        No pose at all, or a mesh for a body that is not there.
+    """
+    if not any(len(track) for track in samples.tracks.values()):
+        raise ImportFileError(f"{source}: there is no pose in it; check that this is the recording")
+    declared = scene or Scene()
+    given = scene_meshes(declared, scene_folder)
+    known = [*samples.tracks, *(body.id for body in declared.bodies)]
+    for name, mesh in (meshes or {}).items():
+        if name not in known:
+            raise ImportFileError(f"{source}: there is no body {name!r} to put a mesh on{nearest(name, known)}")
+        given[name] = _loaded(mesh)
+    if proxies or (proxies is None and not given):
+        declared = _with_proxies(declared, samples.tracks, given)
+    facts = {
+        "source_file": source.name,
+        "conversions": "; ".join(samples.conversions) or "none",
+        **samples.facts,
+    }
+    session = Session.from_tracks(samples.tracks, given, declared, events=samples.events, facts=facts)
+    return replace(session, hands=dict(samples.hands), live_contacts=tuple(samples.live_contacts))
+
+
+def usable_track(
+    times_ns: NDArray[np.int64],
+    positions: NDArray[np.float64],
+    quaternions_xyzw: NDArray[np.float64],
+    valid: NDArray[np.bool_],
+) -> tuple[Track, int, int]:
+    """A track of the rows whose stamps increase, rows that hold no rotation flagged as lost.
+
+    Returns
+    -------
+    The track, how many rows were dropped because their stamp repeats or goes back, how many were flagged that the
+    source had called valid.
+    """
+    ahead = np.maximum.accumulate(times_ns, axis=0) if len(times_ns) else times_ns
+    keep = np.ones(len(times_ns), dtype=np.bool_)
+    keep[1:] = times_ns[1:] > ahead[:-1]
+    positions, quaternions_xyzw = positions[keep], quaternions_xyzw[keep]
+    with np.errstate(over="ignore", invalid="ignore"):
+        norm = np.sqrt((quaternions_xyzw**2).sum(axis=1))
+    pose = np.isfinite(positions).all(axis=1) & (np.abs(norm - 1.0) <= QUATERNION_TOLERANCE)
+    claimed = valid[keep]
+    track = Track(times_ns[keep], positions, quaternions_xyzw, claimed & pose)
+    return track, int((~keep).sum()), int((claimed & ~pose).sum())
+
+
+def counted(what: str, dropped: int, flagged: int) -> list[str]:
+    """Sentences for the facts about rows that did not come through as they were."""
+    words = []
+    if dropped:
+        words.append(f"{what}: {dropped} rows dropped whose stamp repeats or goes back")
+    if flagged:
+        words.append(f"{what}: {flagged} rows flagged as lost that hold no pose (missing number, no unit quaternion)")
+    return words
+
+
+def _loaded(mesh: MeshSource) -> MeshData:
+    if isinstance(mesh, MeshData):
+        return mesh
+    from sessions.meshes import load_mesh
+
+    return load_mesh(mesh)
+
+
+def _with_proxies(scene: Scene, names: Mapping[str, Track], given: dict[str, MeshData]) -> Scene:
+    from sessions.glassware.catalogue import make_instrument
+
+    bodies = {body.id: body for body in scene.bodies}
+    for name in names:
+        row = next((proxy for proxy, words in PROXIES.items() if any(word in name.lower() for word in words)), "")
+        if row and name not in given:
+            given[name] = make_instrument(row, PROXY_FACES).mesh
+            body = bodies.get(name, SceneBody(id=name))
+            bodies[name] = replace(body, instrument=row, proxy=True, extra={**body.extra, "faces": PROXY_FACES})
+    marked = replace(scene, bodies=tuple(bodies.values()))
+    return replace(marked, text=scene_to_toml(marked))

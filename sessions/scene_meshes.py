@@ -1,0 +1,46 @@
+"""The meshes a scene declares: files beside it, plain shapes, instruments of the bench."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sessions.errors import SceneError, SessionError
+from sessions.mesh_data import MeshData
+from sessions.scene import Scene, SceneBody
+from sessions.shapes import DEFAULT_FACES, make_shape
+
+INSTRUMENT_FACES = 5000
+
+
+def scene_meshes(scene: Scene, folder: str | Path = ".") -> dict[str, MeshData]:
+    """Name -> mesh of every body that declares one; paths are relative to ``folder``.
+
+    Raises
+    ------
+    SceneError
+        Names the body and what is wrong with its mesh.
+    """
+    meshes = {}
+    for body in scene.bodies:
+        try:
+            mesh = _mesh(body, Path(folder))
+        except SessionError as error:
+            raise SceneError(f"{scene.name or 'scene'}: body {body.id!r}: {error}") from None
+        if mesh is not None:
+            meshes[body.id] = mesh
+    return meshes
+
+
+def _mesh(body: SceneBody, folder: Path) -> MeshData | None:
+    if body.mesh:
+        from sessions.meshes import load_mesh
+
+        return load_mesh(folder / body.mesh, body.scale)
+    if body.shape:
+        return make_shape(body.shape, body.size, int(body.extra.get("faces", DEFAULT_FACES)))
+    if body.instrument:
+        from sessions.glassware.catalogue import make_instrument
+
+        faces = int(body.extra.get("faces", INSTRUMENT_FACES))
+        return make_instrument(body.instrument, faces, **body.extra.get("options", {})).mesh
+    return None

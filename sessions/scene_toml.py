@@ -1,0 +1,252 @@
+"""A scene as text: every mistake in it is named with file, table and key, and nothing unknown passes in silence."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any, cast
+
+from sessions.conventions import quaternion_from_euler
+from sessions.errors import SceneError, SessionError
+from sessions.scene import Pose, Scene, SceneBody, SceneEffect
+from sessions.shapes import SIZES
+from sessions.toml_table import Table, is_number, nearest, parse_toml, read_text
+
+EXTRA_KEYS = ("mass", "cavity", "faces", "options", "properties")
+"""Keys of a body that are kept as written: ``faces`` and ``options`` for its mesh, the others for effects."""
+
+TAG = "tag:"
+
+
+def read_scene(path: str | Path) -> Scene:
+    """The scene of a TOML file.
+
+    Raises
+    ------
+    SceneError
+        File, table and key, and what to do.
+    """
+    return parse_scene(read_text(path, "scene", SceneError), Path(path).name)
+
+
+def parse_scene(text: str, file: str = "scene.toml") -> Scene:
+    """The scene of a TOML text; ``file`` is the name used in messages.
+
+    Raises
+    ------
+    SceneError
+        File, table and key, and what to do.
+    """
+    whole = parse_toml(text, file, SceneError)
+    head = whole.table("scene") or Table({}, file, "[scene]", SceneError)
+    name = head.text("name")
+    head.done()
+    bodies = tuple(_body(table) for table in whole.tables("body") or [])
+    _check_bodies(bodies, whole)
+    pairs, ignore = whole.tables("pair"), whole.tables("ignore")
+    effects = whole.tables("effect")
+    scene = Scene(
+        name=name,
+        bodies=bodies,
+        pairs=None if pairs is None else _selected(pairs, bodies),
+        ignore=_selected(ignore or [], bodies),
+        effects=None if effects is None else tuple(_effect(table, bodies) for table in effects),
+        text=text,
+    )
+    whole.done()
+    return scene
+
+
+def selected_bodies(selector: str, bodies: tuple[SceneBody, ...]) -> tuple[str, ...]:
+    """Names of the bodies that an id or ``tag:WORD`` stands for; empty when there is none."""
+    if selector.startswith(TAG):
+        word = selector.removeprefix(TAG)
+        return tuple(body.id for body in bodies if word in body.tags)
+    return tuple(body.id for body in bodies if body.id == selector)
+
+
+def _body(table: Table) -> SceneBody:
+    name = table.text("id", None)
+    table.place = f"{table.place} ({name!r})"
+    shape = table.text("shape", among=SIZES)
+    body = SceneBody(
+        id=name,
+        mesh=table.text("mesh"),
+        shape=shape,
+        instrument=table.text("instrument"),
+        size=_size(table, shape),
+        scale=table.number("scale", 1.0, above=0.0),
+        group=table.text("group"),
+        parent=table.text("parent"),
+        offset=_pose(table.table("offset")) or Pose(),
+        fixed=_pose(table.table("fixed")),
+        tags=table.texts("tags"),
+        proxy=table.flag("proxy"),
+        extra=_extra(table),
+    )
+    sources = [key for key in ("mesh", "shape", "instrument") if getattr(body, key)]
+    if len(sources) > 1:
+        raise table.fail(f"it has {' and '.join(sources)}; give one of them")
+    if body.instrument:
+        _check_instrument(table, body.instrument)
+    table.done()
+    return body
+
+
+def _size(table: Table, shape: str) -> dict[str, float]:
+    if not shape:
+        return {}
+    if shape == "box":
+        x, y, z = table.vector("size", (0.0, 0.0, 0.0))
+        size = {"x": x, "y": y, "z": z}
+    else:
+        size = {name: table.number(name, 0.0) for name in SIZES[shape]}
+    bad = [name for name, value in size.items() if value <= 0.0]
+    if bad:
+        wanted = "size = [x, y, z]" if shape == "box" else " and ".join(SIZES[shape])
+        raise table.fail(f"a {shape} needs {wanted} in metres, each above 0")
+    return size
+
+
+def _extra(table: Table) -> dict[str, Any]:
+    extra: dict[str, Any] = {}
+    if "mass" in table:
+        extra["mass"] = table.number("mass", 0.0, above=0.0)
+    if "faces" in table:
+        extra["faces"] = int(table.number("faces", 0.0, above=3.0))
+    for key in ("cavity", "options", "properties"):
+        inner = table.table(key)
+        if inner is not None:
+            extra[key] = inner.rest()
+    return extra
+
+
+def _pose(table: Table | None) -> Pose | None:
+    if table is None:
+        return None
+    position = table.vector("position", (0.0, 0.0, 0.0))
+    if "euler_deg" in table:
+        if "quaternion_xyzw" in table:
+            raise table.fail("it has quaternion_xyzw and euler_deg; give one of them")
+        angles = [math.radians(angle) for angle in table.vector("euler_deg", (0.0, 0.0, 0.0))]
+        try:
+            turn = tuple(quaternion_from_euler(angles, table.text("order", "xyz")).tolist())
+        except SessionError as error:
+            raise table.fail(str(error)) from None
+    else:
+        turn = table.vector("quaternion_xyzw", (0.0, 0.0, 0.0, 1.0))
+    norm = math.hypot(*turn)
+    if not abs(norm - 1.0) <= 1e-3:
+        raise table.fail(f"quaternion_xyzw {list(turn)} has norm {norm:.6g}, not 1")
+    table.done()
+    return Pose(cast(tuple[float, float, float], position), cast(tuple[float, float, float, float], turn))
+
+
+def _check_instrument(table: Table, name: str) -> None:
+    from sessions.glassware.catalogue import INSTRUMENTS
+
+    if name not in INSTRUMENTS:
+        raise table.fail(f"no instrument {name!r}{nearest(name, INSTRUMENTS)}")
+
+
+def _check_bodies(bodies: tuple[SceneBody, ...], whole: Table) -> None:
+    names = [body.id for body in bodies]
+    parents = {body.id: body.parent for body in bodies}
+    for row, body in enumerate(bodies, start=1):
+        place = f"[[body]] {row} ({body.id!r})"
+        if names.index(body.id) != row - 1:
+            raise whole.fail(f"{place}: the id is taken by [[body]] {names.index(body.id) + 1}; ids must differ")
+        if body.parent and body.parent not in parents:
+            raise whole.fail(f"{place}: no parent {body.parent!r}{nearest(body.parent, names)}")
+        above, steps = body.parent, 0
+        while above and above in parents and steps <= len(bodies):
+            above, steps = parents[above], steps + 1
+        if steps > len(bodies):
+            raise whole.fail(f"{place}: its parents lead back to itself; a joint needs a first body")
+
+
+def _between(table: Table, bodies: tuple[SceneBody, ...]) -> list[tuple[str, ...]]:
+    ends = []
+    for selector in table.texts("between", 2):
+        found = selected_bodies(selector, bodies)
+        if not found:
+            tags = [TAG + tag for body in bodies for tag in body.tags]
+            raise table.fail(f"no body is {selector!r}{nearest(selector, {*tags, *(body.id for body in bodies)})}")
+        ends.append(found)
+    return ends
+
+
+def _selected(tables: list[Table], bodies: tuple[SceneBody, ...]) -> tuple[tuple[str, str], ...]:
+    chosen: dict[frozenset[str], tuple[str, str]] = {}
+    for table in tables:
+        first, second = _between(table, bodies)
+        found = [(a, b) for a in first for b in second if a != b]
+        if not found:
+            raise table.fail(f"{first[0]!r} is paired with itself; a pair needs two bodies")
+        for pair in found:
+            chosen.setdefault(frozenset(pair), pair)
+        table.done()
+    return tuple(chosen.values())
+
+
+def _effect(table: Table, bodies: tuple[SceneBody, ...]) -> SceneEffect:
+    kind = table.text("kind", None)
+    table.place = f"{table.place} ({kind!r})"
+    settings: dict[str, Any] = {}
+    if "between" in table:
+        settings["between"] = list(table.texts("between", 2))
+        _selected([Table(settings, table.file, table.place, table.error)], bodies)
+    settings.update(table.rest())
+    return SceneEffect(kind, settings)
+
+
+def scene_to_toml(scene: Scene) -> str:
+    """The scene as TOML; read again it is the same scene, and the same scene gives the same text."""
+    lines = ["[scene]", f"name = {_value(scene.name)}"] if scene.name else []
+    for key, value in _empty_lists(scene):
+        lines.insert(0, f"{key} = {value}")
+    for body in scene.bodies:
+        lines += ["", "[[body]]", *(f"{key} = {_value(value)}" for key, value in _body_keys(body).items())]
+    for kind, pairs in (("pair", scene.pairs or ()), ("ignore", scene.ignore)):
+        for pair in pairs:
+            lines += ["", f"[[{kind}]]", f"between = {_value(list(pair))}"]
+    for effect in scene.effects or ():
+        entries = {"kind": effect.kind, **effect.settings}
+        lines += ["", "[[effect]]", *(f"{key} = {_value(value)}" for key, value in entries.items())]
+    return "\n".join(lines).lstrip("\n") + "\n"
+
+
+def _empty_lists(scene: Scene) -> list[tuple[str, str]]:
+    return [(key, "[]") for key, value in (("pair", scene.pairs), ("effect", scene.effects)) if value == ()]
+
+
+def _body_keys(body: SceneBody) -> dict[str, Any]:
+    keys: dict[str, Any] = {"id": body.id}
+    plain = SceneBody(id=body.id)
+    for key in ("mesh", "shape", "instrument", "scale", "group", "parent", "tags", "proxy"):
+        if getattr(body, key) != getattr(plain, key):
+            keys[key] = getattr(body, key)
+    keys.update({"size": [body.size[axis] for axis in "xyz"]} if body.shape == "box" else body.size)
+    for key in ("offset", "fixed"):
+        pose = getattr(body, key)
+        if pose != getattr(plain, key):
+            keys[key] = {"position": list(pose.position), "quaternion_xyzw": list(pose.quaternion_xyzw)}
+    return {**keys, **body.extra}
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return '"' + "".join(_escaped(letter) for letter in value) + '"'
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{_value(key)} = {_value(one)}" for key, one in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_value(one) for one in value) + "]"
+    return repr(value) if is_number(value) else str(value)
+
+
+def _escaped(letter: str) -> str:
+    if letter in '"\\':
+        return "\\" + letter
+    return f"\\u{ord(letter):04x}" if ord(letter) < 0x20 or ord(letter) == 0x7F else letter

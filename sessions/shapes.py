@@ -1,0 +1,96 @@
+"""Closed meshes of the plain shapes a scene can name: box, sphere, capsule, cylinder; about the origin, +Y along."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.errors import SceneError
+from sessions.glassware.rings import even_angles, sewn, turned
+from sessions.mesh_data import MeshData
+from sessions.synthetic.solids import block
+
+DEFAULT_FACES: Final = 2000
+
+SIZES: Final[Mapping[str, tuple[str, ...]]] = {
+    "box": ("x", "y", "z"),
+    "sphere": ("radius",),
+    "capsule": ("radius", "length"),
+    "cylinder": ("radius", "length"),
+}
+"""Shape -> names of its sizes, metres. ``length`` is that of the whole thing, round ends of a capsule included."""
+
+
+def make_shape(shape: str, size: Mapping[str, float], faces: int = DEFAULT_FACES) -> MeshData:
+    """A closed mesh inscribed in the shape: its outermost points lie on the true surface.
+
+    Parameters
+    ----------
+    shape : a name in ``SIZES``.
+    size : the sizes that ``SIZES`` names, metres, above 0.
+    faces : about how many faces a round shape gets; a box always has 12.
+
+    Raises
+    ------
+    SceneError
+        An unknown shape, a missing or impossible size.
+    """
+    if shape not in SIZES:
+        raise SceneError(f"no shape {shape!r}; there are: {', '.join(SIZES)}")
+    missing = [name for name in SIZES[shape] if name not in size]
+    if missing:
+        raise SceneError(f"a {shape} needs {', '.join(SIZES[shape])}; missing: {', '.join(missing)}")
+    bad = [name for name in SIZES[shape] if not 0.0 < size[name] < float("inf")]
+    if bad:
+        raise SceneError(f"{bad[0]} of a {shape} is {size[bad[0]]}; give metres above 0")
+    return _MAKERS[shape](size, max(int(faces), 48))
+
+
+def _box(size: Mapping[str, float], _faces: int) -> MeshData:
+    return block(size["x"], size["y"], size["z"])
+
+
+def _sphere(size: Mapping[str, float], faces: int) -> MeshData:
+    return _rounded(size["radius"], 0.0, faces)
+
+
+def _capsule(size: Mapping[str, float], faces: int) -> MeshData:
+    straight = size["length"] - 2.0 * size["radius"]
+    if straight < 0.0:
+        raise SceneError(
+            f"a capsule of length {size['length']} is shorter than its two round ends of radius {size['radius']}; "
+            "give the length of the whole"
+        )
+    return _rounded(size["radius"], straight, faces)
+
+
+def _cylinder(size: Mapping[str, float], faces: int) -> MeshData:
+    half, radius = size["length"] / 2.0, size["radius"]
+    outline = np.array([[0.0, -half], [radius, -half], [radius, half], [0.0, half]])
+    return _turned(outline, max(8, faces // 4))
+
+
+def _rounded(radius: float, straight: float, faces: int) -> MeshData:
+    sections = max(8, 2 * round(np.sqrt(faces / 2.0) / 2.0) * 2)
+    quarter = max(2, round(faces / (4.0 * sections)))
+    angle = np.linspace(0.0, np.pi / 2.0, quarter + 1)
+    r, y = radius * np.sin(angle), radius * np.cos(angle)
+    r[0], r[-1], y[-1] = 0.0, radius, 0.0
+    low = np.column_stack([r, -y - straight / 2.0])
+    high = np.column_stack([r[::-1], y[::-1] + straight / 2.0])
+    return _turned(np.concatenate([low, high if straight > 0.0 else high[1:]]), sections)
+
+
+def _turned(outline: NDArray[np.float64], sections: int) -> MeshData:
+    return sewn(turned(outline, even_angles(sections), factor=1.0))
+
+
+_MAKERS: Final[Mapping[str, Callable[[Mapping[str, float], int], MeshData]]] = {
+    "box": _box,
+    "sphere": _sphere,
+    "capsule": _capsule,
+    "cylinder": _cylinder,
+}

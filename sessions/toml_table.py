@@ -1,0 +1,146 @@
+"""One table of a TOML file, read key by key: whatever is wrong is said with file, table, key and the nearest name."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from sessions.errors import SessionError
+
+
+def read_text(path: str | Path, what: str, error: type[SessionError]) -> str:
+    """The text of a UTF-8 file; one sentence where there is none."""
+    place = Path(path)
+    try:
+        return place.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise error(f"{what} {place} does not exist; check the path") from None
+    except OSError as reason:
+        raise error(f"{what} {place} cannot be read ({reason.strerror}); check what it is") from None
+    except UnicodeDecodeError:
+        raise error(f"{what} {place} is not UTF-8 text; save it as UTF-8") from None
+
+
+def parse_toml(text: str, file: str, error: type[SessionError]) -> Table:
+    """The whole file as a table; the parser's own sentence names line and column."""
+    try:
+        return Table(tomllib.loads(text), file, "", error)
+    except tomllib.TOMLDecodeError as reason:
+        raise error(f"{file}: this is not TOML: {reason}") from None
+    except RecursionError:
+        raise error(f"{file}: tables are nested too deeply; a scene needs three levels at most") from None
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """``; did you mean 'x'?`` or the list of what there is."""
+    names = sorted(known)
+    close = get_close_matches(word, names, n=1, cutoff=0.6)
+    if close:
+        return f"; did you mean {close[0]!r}?"
+    return f"; there are: {', '.join(names)}" if names else "; there are none"
+
+
+class Table:
+    """A table and where it stands; reading takes keys away, so that what is left over is unknown."""
+
+    def __init__(self, data: Mapping[str, Any], file: str, place: str, error: type[SessionError]) -> None:
+        self._data = dict(data)
+        self._known: list[str] = []
+        self.file, self.place, self.error = file, place, error
+
+    def fail(self, message: str) -> SessionError:
+        """The error to raise: file, table, message."""
+        return self.error(f"{self.file}: {self.place + ': ' if self.place else ''}{message}")
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._data
+
+    def _take(self, key: str, default: Any) -> Any:
+        self._known.append(key)
+        return self._data.pop(key, default)
+
+    def done(self) -> None:
+        """Raise on the first key that nobody asked for."""
+        for key in self._data:
+            raise self.fail(f"unknown key {key!r}{nearest(key, self._known)}")
+
+    def text(self, key: str, default: str | None = "", among: Iterable[str] | None = None) -> str:
+        """Text; required where ``default`` is None."""
+        value = self._take(key, default)
+        if value is None:
+            raise self.fail(f"{key} is missing; every such table needs it")
+        if not isinstance(value, str) or (default is None and not value):
+            raise self.fail(f"{key} is {value!r}; give text")
+        if among is not None and value != default and value not in among:
+            raise self.fail(f"{key} is {value!r}{nearest(value, among)}")
+        return value
+
+    def number(self, key: str, default: float, *, above: float = -math.inf) -> float:
+        """A finite number above a bound."""
+        value = self._take(key, default)
+        if not is_number(value) or not value > above:
+            bound = "" if above == -math.inf else f" above {above:g}"
+            raise self.fail(f"{key} is {value!r}; give a finite number{bound}")
+        return float(value)
+
+    def flag(self, key: str, default: bool = False) -> bool:
+        """true or false."""
+        value = self._take(key, default)
+        if not isinstance(value, bool):
+            raise self.fail(f"{key} is {value!r}; give true or false")
+        return value
+
+    def texts(self, key: str, count: int | None = None) -> tuple[str, ...]:
+        """A list of texts, of a given length where one is named."""
+        value = self._take(key, [])
+        if not isinstance(value, list) or not all(isinstance(word, str) and word for word in value):
+            raise self.fail(f"{key} is {value!r}; give a list of texts")
+        if count is not None and len(value) != count:
+            raise self.fail(f"{key} has {len(value)} entries; give {count}")
+        return tuple(value)
+
+    def vector(self, key: str, default: tuple[float, ...]) -> tuple[float, ...]:
+        """As many finite numbers as the default has."""
+        value = self._take(key, list(default))
+        if not isinstance(value, list) or len(value) != len(default) or not all(is_number(one) for one in value):
+            raise self.fail(f"{key} is {value!r}; give {len(default)} finite numbers")
+        return tuple(float(one) for one in value)
+
+    def table(self, key: str) -> Table | None:
+        """A table within, or ``None``."""
+        value = self._take(key, None)
+        if value is None:
+            return None
+        if not isinstance(value, dict):
+            raise self.fail(f"{key} is {value!r}; give a table")
+        return Table(value, self.file, f"{self.place} {key}".strip() if self.place else f"[{key}]", self.error)
+
+    def tables(self, key: str) -> list[Table] | None:
+        """``[[key]]`` tables in order, or ``None`` where the key does not occur."""
+        value = self._take(key, None)
+        if value is None:
+            return None
+        if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
+            raise self.fail(f"{key} is {value!r}; write it as [[{key}]]")
+        return [Table(one, self.file, f"[[{key}]] {row}", self.error) for row, one in enumerate(value, start=1)]
+
+    def named_tables(self, key: str) -> dict[str, Table]:
+        """``[key.NAME]`` tables by name."""
+        value = self._take(key, {})
+        if not isinstance(value, dict) or not all(isinstance(one, dict) for one in value.values()):
+            raise self.fail(f"{key} is {value!r}; write it as [{key}.NAME]")
+        return {name: Table(one, self.file, f"[{key}.{name}]", self.error) for name, one in value.items()}
+
+    def rest(self) -> dict[str, Any]:
+        """Everything not taken yet, as written; nothing is unknown after it."""
+        left, self._data = self._data, {}
+        return left
+
+
+def is_number(value: object) -> bool:
+    """A finite int or float; true and false are none."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
