@@ -6,6 +6,7 @@ two bodies whose balls are apart do not touch.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
@@ -57,18 +58,18 @@ def sphere_by_box_centre(mesh: TriangleMesh) -> Sphere:
 
 
 def sphere_by_ritter(mesh: TriangleMesh) -> Sphere:
-    """Ritter's ball: start from two far points, grow towards each point outside. About 5 % above the smallest.
+    """Ritter's ball: start from two far points, grow towards each point outside. 5-20 % above the smallest.
 
     Source: J. Ritter, An efficient bounding sphere, Graphics Gems (1990).
     """
     points = mesh.referenced_vertices
     first = points[_farthest(points, points[0])]
     second = points[_farthest(points, first)]
-    centre, radius = first / 2 + second / 2, float(np.linalg.norm(second / 2 - first / 2))
+    centre, radius = first / 2 + second / 2, math.dist(first / 2, second / 2)
     # Growing towards the farthest point instead of the next one in order needs a few steps, each over the whole array.
     for _ in range(FARTHEST_POINT_STEPS):
         far = points[_farthest(points, centre)]
-        distance = float(np.linalg.norm(far - centre))
+        distance = math.dist(far, centre)
         if distance <= radius:
             break
         radius = (radius + distance) / 2
@@ -140,8 +141,15 @@ def _mean(points: FloatArray) -> FloatArray:
 
 
 def _reach(points: FloatArray, centre: FloatArray) -> float:
-    return float(np.sqrt(((points - centre) ** 2).sum(axis=1).max()))
+    return float(np.sqrt(_squares(points, centre).max()))
 
 
 def _farthest(points: FloatArray, centre: FloatArray) -> int:
-    return int(((points - centre) ** 2).sum(axis=1).argmax())
+    return int(_squares(points, centre).argmax())
+
+
+def _squares(points: FloatArray, centre: FloatArray) -> FloatArray:
+    """Squared distances; beyond 1e154 m they are infinite, and a ball that rejects nothing is right."""
+    with np.errstate(over="ignore"):
+        squares: FloatArray = ((points - centre) ** 2).sum(axis=1)
+    return squares

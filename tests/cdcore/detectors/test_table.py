@@ -24,7 +24,7 @@ def test_every_row_names_a_class_of_that_name(name):
 
 
 def test_an_unknown_name_is_answered_with_the_known_ones():
-    with pytest.raises(UnknownDetectorError, match="no detector 'spheer'; there are: sphere, .*hybrid"):
+    with pytest.raises(UnknownDetectorError, match=r"no detector 'spheer'; there are: sphere, .*hybrid"):
         create_detector("spheer", BODIES)
 
 

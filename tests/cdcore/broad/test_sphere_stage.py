@@ -1,0 +1,113 @@
+"""The sphere stage rejects no pair that touches, and leaping over frames changes no verdict."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapes import lab, random_rotations
+
+from cdcore import Body, Motion, TriangleMesh, Verdict
+from cdcore.bounding.sphere import Sphere, sphere_best
+from cdcore.broad.sphere_stage import SphereStage
+from cdcore.numerics import place_points
+
+ALL = np.array([(i, j) for i in range(5) for j in range(i + 1, 5)])
+
+
+def stages(bodies, pairs=ALL):
+    spheres = [sphere_best(body.mesh) for body in bodies]
+    return SphereStage(spheres, pairs), SphereStage(spheres, pairs, skip=False)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_skipping_changes_no_verdict_and_does_skip(seed):
+    bodies, motion = lab(600, seed)
+    leaping, plain = (stage.candidates(motion) for stage in stages(bodies))
+    assert leaping.verdict.tobytes() == plain.verdict.tobytes()
+    assert plain.skipped == 0
+    assert leaping.skipped > 0
+    assert leaping.tests + leaping.skipped == plain.tests == int((plain.verdict != Verdict.NO_POSE).sum())
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e3, 1e7])
+def test_skipping_changes_no_verdict_on_paths_that_graze_the_gap(offset):
+    # A ball comes straight on and stops where the spheres touch exactly: the leap must land no later.
+    frames = 400
+    way = np.linspace(1.0, 0.0, frames)
+    places = np.zeros((frames, 2, 3))
+    places[:, 0, 0] = 2.0 + way + offset
+    places[:, 1, 0] = offset
+    motion = Motion(np.arange(frames), places, np.tile(np.eye(3), (frames, 2, 1, 1)))
+    balls = [Sphere(np.zeros(3), 1.0), Sphere(np.zeros(3), 1.0)]
+    pair = np.array([[0, 1]])
+    leaping = SphereStage(balls, pair).candidates(motion)
+    plain = SphereStage(balls, pair, skip=False).candidates(motion)
+    assert leaping.verdict.tobytes() == plain.verdict.tobytes()
+    assert plain.verdict[-1, 0] == Verdict.CANDIDATE
+    assert leaping.tests < frames / 4
+
+
+def test_bodies_that_stand_apart_are_tested_once():
+    frames = 1000
+    places = np.tile([[0.0, 0, 0], [9, 0, 0]], (frames, 1, 1))
+    motion = Motion(np.arange(frames), places, np.tile(np.eye(3), (frames, 2, 1, 1)))
+    answer = SphereStage([Sphere(np.zeros(3), 1.0)] * 2, np.array([[0, 1]])).candidates(motion)
+    assert (answer.tests, answer.skipped) == (1, frames - 1)
+
+
+def test_a_jump_across_missing_poses_is_not_leapt_over():
+    places = np.zeros((30, 2, 3))
+    places[:10, 0, 0], places[20:, 0, 0] = 9.0, 0.5
+    valid = np.ones((30, 2), dtype=bool)
+    valid[10:20, 0] = False
+    motion = Motion(np.arange(30), places, np.tile(np.eye(3), (30, 2, 1, 1)), valid)
+    verdict = SphereStage([Sphere(np.zeros(3), 1.0)] * 2, np.array([[0, 1]])).candidates(motion).verdict[:, 0]
+    assert verdict.tolist() == [Verdict.CLEAR] * 10 + [Verdict.NO_POSE] * 10 + [Verdict.CANDIDATE] * 10
+
+
+@pytest.mark.parametrize("local", [0.0, 1.0, 1e3])
+@pytest.mark.parametrize("world", [0.0, 1.0, 1e3, 1e6])
+def test_tangent_spheres_of_touching_bodies_overlap(local, world):
+    # Both bodies hold the same vertex, and their spheres are exactly tangent there: any rejection is a missed contact.
+    rng = np.random.default_rng(int(local + world))
+    poses = 300
+    missed_without_pad = 0
+    for _ in range(12):
+        axis = rng.normal(size=3)
+        axis /= np.linalg.norm(axis)
+        shift = rng.normal(size=3) * local
+        radii = rng.uniform(0.01, 0.5, 2)
+        touch = shift
+        centres = [touch - axis * radii[0], touch + axis * radii[1]]
+        balls = [Sphere(c, float(np.linalg.norm(touch - c))) for c in centres]
+        turn = random_rotations(rng, poses)
+        place = rng.normal(size=(poses, 3)) * world
+        # A pose that brings the far mesh back near the world's origin, which is what a pad from the centre gets wrong.
+        place[: poses // 2] -= np.einsum("kij,j->ki", turn[: poses // 2], shift)
+        motion = Motion(np.arange(poses), np.repeat(place[:, None], 2, 1), np.repeat(turn[:, None], 2, 1))
+        assert (SphereStage(balls, np.array([[0, 1]])).candidates(motion).verdict == Verdict.CANDIDATE).all()
+        placed = [place_points(c[None], turn, place)[:, 0] for c in centres]
+        distance = np.linalg.norm(placed[0] - placed[1], axis=1)
+        missed_without_pad += int((distance > balls[0].radius + balls[1].radius).sum())
+    assert missed_without_pad > 0
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([1e-160, 1e-9, 1.0, 1e9, 1e160]))
+@settings(max_examples=60)
+def test_bodies_that_share_a_point_are_candidates_at_any_size(seed, size):
+    rng = np.random.default_rng(seed)
+    shared = rng.normal(size=3) * size
+    meshes = [TriangleMesh(np.vstack([shared, rng.normal(size=(2, 3)) * size]), [[0, 1, 2]]) for _ in range(2)]
+    bodies = [Body(str(k), mesh) for k, mesh in enumerate(meshes)]
+    turn, place = random_rotations(rng, 20), rng.normal(size=(20, 3)) * size
+    motion = Motion(np.arange(20), np.repeat(place[:, None], 2, 1), np.repeat(turn[:, None], 2, 1))
+    for stage in stages(bodies, np.array([[0, 1]])):
+        assert (stage.candidates(motion).verdict == Verdict.CANDIDATE).all()
+
+
+def test_no_frames_and_no_pairs_give_no_verdicts():
+    bodies, motion = lab(4)
+    assert stages(bodies)[0].candidates(motion.frames(0, 0)).verdict.shape == (0, 10)
+    assert stages(bodies, np.zeros((0, 2), dtype=np.int64))[0].candidates(motion).verdict.shape == (4, 0)
