@@ -17,7 +17,7 @@ Point = tuple[Fraction, Fraction, Fraction]
 
 
 def point_inside(point: FloatArray, triangles: FloatArray) -> bool:
-    """Whether a point (3,) is inside the surface of triangles (n, 3, 3) that is closed; on the surface is not inside.
+    """Whether a point (3,) is inside the surface of triangles (n, 3, 3) that is closed and does not hold the point.
 
     Exact for the numbers given: floats decide what can be decided by comparing them, fractions the rest. Source: parity
     of crossings; the half-open rule is the usual one of polygon filling.
@@ -30,10 +30,7 @@ def point_inside(point: FloatArray, triangles: FloatArray) -> bool:
     for corners in triangles[column]:
         a, b, c = (_exact(corner) for corner in corners)
         if _above(a, b, start) ^ _above(b, c, start) ^ _above(c, a, start):
-            side = _side(a, b, c, start)
-            if side == 0:
-                return False
-            inside ^= side > 0
+            inside ^= _lies_ahead(a, b, c, start)
     return inside
 
 
@@ -51,9 +48,8 @@ def _above(a: Point, b: Point, p: Point) -> bool:
     return (b[1] - a[1]) * (p[2] - a[2]) < (b[2] - a[2]) * (p[1] - a[1])
 
 
-def _side(a: Point, b: Point, c: Point, p: Point) -> int:
-    """1 if the plane of the triangle lies beyond p along +x, -1 before it, 0 through it."""
+def _lies_ahead(a: Point, b: Point, c: Point, p: Point) -> bool:
+    """Whether the plane of the triangle lies beyond p along +x."""
     e, f, r = ([q[k] - a[k] for k in range(3)] for q in (b, c, p))
     nx, ny, nz = (e[i] * f[j] - e[j] * f[i] for i, j in ((1, 2), (2, 0), (0, 1)))
-    along = -(nx * r[0] + ny * r[1] + nz * r[2]) * nx
-    return (along > 0) - (along < 0)
+    return (nx * r[0] + ny * r[1] + nz * r[2]) * nx < 0

@@ -15,7 +15,10 @@ Pose = tuple[FloatArray, FloatArray]
 
 
 def section_of_faces(a: Body, pose_a: Pose, b: Body, pose_b: Pose, faces: NDArray[np.int64]) -> FloatArray:
-    """Segments (k, 2, 3) in which the face pairs (k, 2) of two placed bodies meet, world metres."""
+    """Segments (m, 2, 3) in which the face pairs (k, 2) of two placed bodies meet, world metres.
+
+    m is below k only where an engine that rounds listed pairs that, taken exactly, do not meet: those have no segment.
+    """
     from cdcore.narrow.sections import triangle_pair_sections
 
     triangles = np.empty((len(faces), 2, 3, 3))
@@ -23,7 +26,8 @@ def section_of_faces(a: Body, pose_a: Pose, b: Body, pose_b: Pose, faces: NDArra
         corners = body.mesh.triangles[faces[:, side]]
         triangles[:, side] = place_points(corners.reshape(-1, 3), *pose).reshape(-1, 3, 3)
     segments: FloatArray = triangle_pair_sections(triangles)
-    return segments
+    meeting: FloatArray = segments[np.isfinite(segments).all(axis=(1, 2))]
+    return meeting
 
 
 def sections_of(

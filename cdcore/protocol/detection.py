@@ -86,7 +86,10 @@ class Detection:
         return self._faces_asked().at(frame, pair)
 
     def section(self, frame: int, pair: int) -> FloatArray:
-        """Intersection segments of the faces that meet, (k, 2, 3) world metres; degenerate ones have equal ends."""
+        """Intersection segments of the faces that meet, (k, 2, 3) world metres; degenerate ones have equal ends.
+
+        Fewer than the face pairs only where a rounding engine listed pairs that, taken exactly, do not meet.
+        """
         frame, pair = self._place(frame, pair)
         faces = self._faces_asked().at(frame, pair)
         if self.section_source is None:

@@ -1,0 +1,110 @@
+"""FCL's answers are complete, face pairs unique and sorted, and nothing that crashes it can reach it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shapes import ball_mesh, box_mesh, moved, random_rotations, rod_mesh
+
+from cdcore import TriangleMesh
+from cdcore.errors import InvalidPoseError
+from cdcore.narrow import fcl_meshes
+from cdcore.narrow.fcl_meshes import FclMeshes
+from cdcore.narrow.predicates import triangles_intersect
+from cdcore.numerics import place_points
+
+
+def exhaustive(mesh_a, pose_a, mesh_b, pose_b):
+    """All face pairs that meet, by the exact triangle test on every pair of faces."""
+    a = place_points(mesh_a.vertices, *pose_a)[mesh_a.faces]
+    b = place_points(mesh_b.vertices, *pose_b)[mesh_b.faces]
+    pairs = np.argwhere(np.ones((len(a), len(b)), dtype=bool))
+    hits = triangles_intersect(np.stack([a[pairs[:, 0]], b[pairs[:, 1]]], axis=1))
+    return pairs[hits].tolist()
+
+
+def poses(seed, spread):
+    rng = np.random.default_rng(seed)
+    return (random_rotations(rng), rng.normal(size=3) * spread), (random_rotations(rng), rng.normal(size=3) * spread)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_faces_are_those_of_an_exhaustive_exact_test(seed):
+    meshes = [ball_mesh(0.5, 6, 9), box_mesh((0.9, 0.7, 0.3))]
+    pose_a, pose_b = poses(seed, 0.35)
+    pairs = FclMeshes(meshes)
+    pairs.place(0, *pose_a)
+    pairs.place(1, *pose_b)
+    expected = exhaustive(meshes[0], pose_a, meshes[1], pose_b)
+    assert pairs.faces(0, 1).tolist() == expected
+    assert pairs.touch(0, 1) == bool(expected)
+
+
+def test_a_hundred_thousand_face_pairs_are_not_cut_off():
+    # Every one of 400 walls through one line meets every one of 300 through another.
+    def walls(count, axis):
+        corners = np.zeros((count, 3, 3))
+        corners[:, :, axis] = np.linspace(0.1, 0.9, count)[:, None]
+        corners[:, 1, (axis + 1) % 3], corners[:, 2, (axis + 2) % 3] = 10, 10
+        corners[:, 0, [(axis + 1) % 3, (axis + 2) % 3]] = -10
+        return TriangleMesh(corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
+
+    pairs = FclMeshes([walls(400, 0), walls(300, 1)])
+    assert len(pairs.faces(0, 1)) == 400 * 300
+
+
+def test_poses_along_a_motion_give_the_answers_of_one_at_a_time():
+    meshes = [rod_mesh(0.02, 0.5), ball_mesh(0.2, 6, 10)]
+    rng = np.random.default_rng(0)
+    turns, places = random_rotations(rng, 40, 2), rng.normal(size=(40, 2, 3)) * 0.2
+    pairs = FclMeshes(meshes)
+    sequence = [(turns[:, k], places[:, k]) for k in range(2)]
+    hits = pairs.touch_along(0, 1, *sequence)
+    found = pairs.faces_along(0, 1, *sequence)
+    for k in range(40):
+        pairs.place(0, turns[k, 0], places[k, 0])
+        pairs.place(1, turns[k, 1], places[k, 1])
+        assert pairs.touch(0, 1) == hits[k]
+        assert pairs.faces(0, 1).tolist() == found[k].tolist()
+    assert 3 < hits.sum() < 37
+
+
+def test_a_ball_inside_a_box_does_not_touch_it_though_both_are_convex():
+    pairs = FclMeshes([ball_mesh(0.1), box_mesh()])
+    assert not pairs.touch(0, 1)
+    assert pairs.faces(0, 1).shape == (0, 2)
+
+
+def test_duplicate_faces_keep_their_own_numbers():
+    wall = TriangleMesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 2], [2, 1, 0]])
+    spike = TriangleMesh([[0, 0, -1], [0, 0, 1], [0.1, 0, 1]], [[0, 1, 2]])
+    assert FclMeshes([wall, spike]).faces(0, 1).tolist() == [[0, 0], [1, 0], [2, 0]]
+
+
+def test_equal_meshes_share_a_tree_and_can_stand_apart(monkeypatch):
+    built = []
+    tree = fcl_meshes._tree
+    monkeypatch.setattr(fcl_meshes, "_tree", lambda mesh: built.append(mesh) or tree(mesh))
+    pairs = FclMeshes([box_mesh(), box_mesh(), box_mesh((2, 2, 2))])
+    assert len(built) == 2
+    assert pairs.touch(0, 1)
+    pairs.place(1, np.eye(3), np.array([3.0, 0, 0]))
+    assert not pairs.touch(0, 1)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_pose_that_is_not_finite_never_reaches_fcl(value):
+    pairs = FclMeshes([box_mesh(), box_mesh()])
+    turn = np.eye(3)
+    turn[1, 2] = value
+    with pytest.raises(InvalidPoseError, match="body 0: the pose is not finite; flag it"):
+        pairs.place(0, np.eye(3), np.array([0, value, 0]))
+    with pytest.raises(InvalidPoseError, match="body 1"):
+        pairs.place(1, turn, np.zeros(3))
+
+
+def test_unreferenced_and_shared_vertices_change_no_answer():
+    box = box_mesh()
+    stray = TriangleMesh([*box.vertices.tolist(), [9.0, 9, 9]], box.faces)
+    pairs = FclMeshes([stray, moved(box_mesh(), [9.0, 9, 9])])
+    assert not pairs.touch(0, 1)
