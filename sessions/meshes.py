@@ -135,8 +135,8 @@ def subtracted(mesh: MeshData, others: Sequence[MeshData]) -> MeshData:
 def refined(mesh: MeshData, length: float) -> MeshData:
     """Return the closed mesh with edges split to about ``length`` metres; the surface stays where it is.
 
-    Splitting the thinnest triangles of a seam can leave some without area once rounded to float32: then the seam is simplified
-    first, by as little as cures it.
+    Splitting the thinnest triangles of a seam can leave some without area once rounded to float32: then the seam is
+    simplified first, by as little as cures it.
     """
     solid, tolerance = _to_manifold(mesh), SEAM_TOLERANCE
     fine = _from_manifold(solid.refine_to_length(length))

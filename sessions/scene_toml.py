@@ -231,7 +231,7 @@ def _body_keys(body: SceneBody) -> dict[str, Any]:
         pose = getattr(body, key)
         if pose != getattr(plain, key):
             keys[key] = {"position": list(pose.position), "quaternion_xyzw": list(pose.quaternion_xyzw)}
-    return {**keys, **body.extra}
+    return {**keys, **{key: body.extra[key] for key in EXTRA_KEYS if key in body.extra}}
 
 
 def _value(value: Any) -> str:

@@ -57,6 +57,7 @@ class Table:
         return self.error(f"{self.file}: {self.place + ': ' if self.place else ''}{message}")
 
     def __contains__(self, key: str) -> bool:
+        self._known.append(key)
         return key in self._data
 
     def _take(self, key: str, default: Any) -> Any:

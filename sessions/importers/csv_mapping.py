@@ -1,0 +1,148 @@
+"""How a CSV is to be read: which columns hold what, in which units, on which clock; a TOML file, or the built-in one.
+
+The built-in mapping fits the CSV that the Unity script of the README writes: one row per body and time, and rows for
+triggers and collisions between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from sessions.conventions import CONVENTIONS
+from sessions.errors import ImportFileError
+from sessions.toml_table import Table, parse_toml, read_text
+
+METRES: Final[Mapping[str, float]] = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+CLOCK_NS: Final[Mapping[str, float]] = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0, "ticks": 100.0}
+"""Nanoseconds per unit of the clock; ``ticks`` are .NET's, counted from the year 1."""
+
+
+@dataclass(frozen=True)
+class PoseColumns:
+    """Where a pose stands: three columns of position, and a quaternion or Euler angles."""
+
+    position: tuple[str, ...]
+    quaternion_xyzw: tuple[str, ...] = ()
+    euler: tuple[str, ...] = ()
+    order: str = ""
+    degrees: bool = True
+    valid: str = ""
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """The columns that hold numbers."""
+        return self.position + (self.quaternion_xyzw or self.euler)
+
+
+@dataclass(frozen=True)
+class RowKinds:
+    """Words in a column that says what a row is; rows of other words are counted and left out."""
+
+    column: str
+    pose: str
+    enter: str = ""
+    exit: str = ""
+    other: str = ""
+    """Column of the other body of a collision."""
+    trigger: str = ""
+    value: str = ""
+    """Column of the trigger's value, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class CsvMapping:
+    """A mapping; ``bodies`` is set for a wide table (columns per body), ``body`` for a long one (a row per body)."""
+
+    time: str
+    unit: str
+    convention: str = ""
+    units: str = "m"
+    delimiter: str = ","
+    decimal: str = "."
+    name: str = ""
+    body: PoseColumns | None = None
+    bodies: Mapping[str, PoseColumns] | None = None
+    rows: RowKinds | None = None
+
+
+UNITY: Final = CsvMapping(
+    time="time",
+    unit="s",
+    convention="unity",
+    name="body",
+    body=PoseColumns(("px", "py", "pz"), ("qx", "qy", "qz", "qw"), valid="tracked"),
+    rows=RowKinds("kind", "pose", "enter", "exit", "other", "trigger", "value"),
+)
+"""The CSV of the README's Unity script."""
+
+
+def read_mapping(path: str | Path) -> CsvMapping:
+    """The mapping of a TOML file.
+
+    Raises
+    ------
+    ImportFileError
+        File, table and key, and what to do.
+    """
+    whole = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError)
+    clock = whole.table("time") or Table({}, whole.file, "[time]", ImportFileError)
+    column, unit = clock.text("column", None), clock.text("unit", None, CLOCK_NS)
+    clock.done()
+    long = whole.table("body")
+    wide = whole.named_tables("bodies")
+    if (long is None) == (not wide):
+        raise whole.fail("give either [body] (a row per body and time) or [bodies.NAME] (columns per body)")
+    kinds = whole.table("rows")
+    mapping = CsvMapping(
+        time=column,
+        unit=unit,
+        convention=whole.text("convention", "", CONVENTIONS),
+        units=whole.text("units", "m", METRES),
+        delimiter=_letter(whole, "delimiter", ","),
+        decimal=_letter(whole, "decimal", "."),
+        name=long.text("name", None) if long is not None else "",
+        body=_columns(long) if long is not None else None,
+        bodies={name: _columns(table) for name, table in wide.items()} or None,
+        rows=_kinds(kinds) if kinds is not None else None,
+    )
+    if mapping.rows is not None and mapping.body is None:
+        raise whole.fail("[rows] needs [body]: only a table with a row per body has kinds of rows")
+    whole.done()
+    return mapping
+
+
+def _letter(table: Table, key: str, default: str) -> str:
+    letter = table.text(key, default)
+    if len(letter) != 1 or not letter.isascii() or letter in '"\r\n':
+        raise table.fail(f"{key} is {letter!r}; give one character")
+    return letter
+
+
+def _columns(table: Table) -> PoseColumns:
+    position = table.texts("position", 3)
+    if ("quaternion_xyzw" in table) == ("euler" in table):
+        raise table.fail("give quaternion_xyzw = [4 columns] or euler = [3 columns] with order")
+    if "quaternion_xyzw" in table:
+        columns = PoseColumns(position, table.texts("quaternion_xyzw", 4), valid=table.text("valid"))
+    else:
+        euler, order = table.texts("euler", 3), table.text("order", None)
+        degrees = table.text("angle_unit", "deg", ("deg", "rad")) == "deg"
+        columns = PoseColumns(position, (), euler, order, degrees, table.text("valid"))
+    table.done()
+    return columns
+
+
+def _kinds(table: Table) -> RowKinds:
+    kinds = RowKinds(
+        table.text("column", None), table.text("pose", "pose"), table.text("enter"), table.text("exit"),
+        table.text("other"), table.text("trigger"), table.text("value"),
+    )  # fmt: skip
+    if (kinds.enter or kinds.exit) and not kinds.other:
+        raise table.fail("enter and exit need other: the column of the second body")
+    if kinds.trigger and not kinds.value:
+        raise table.fail("trigger needs value: the column of its value")
+    table.done()
+    return kinds

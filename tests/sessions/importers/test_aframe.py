@@ -1,0 +1,108 @@
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from sessions.errors import SessionError
+from sessions.importers import import_session
+
+
+def pose(stamp, angles=(0.0, 0.0, 0.0)):
+    return {
+        "position": {"x": 1.0, "y": 2.0, "z": 3.0},
+        "rotation": dict(zip("xyz", angles, strict=True)),
+        "timestamp": stamp,
+    }
+
+
+def written(tmp_path, data):
+    path = tmp_path / "take.json"
+    path.write_text(data if isinstance(data, str) else json.dumps(data), encoding="utf-8")
+    return path
+
+
+def test_stamps_rotations_and_events_come_through(tmp_path):
+    angles = (20.0, -75.0, 140.0)
+    data = {
+        "left": {
+            "poses": [pose(1000.5, angles), pose(1011.6)],
+            "events": [{"name": "buttondown", "detail": {"id": 1}, "timestamp": 1005}],
+        }
+    }
+    session = import_session("aframe", written(tmp_path, data), proxies=False)
+    assert session.frames.stamp_ns.tolist() == [1_000_500_000, 1_011_600_000]
+    expected = Rotation.from_euler("YXZ", [angles[1], angles[0], angles[2]], degrees=True).as_quat()
+    got = session.frames.quaternion_xyzw[0, 0]
+    assert np.allclose(got * np.sign(got[3]), expected * np.sign(expected[3]), atol=1e-15)
+    (event,) = session.events
+    assert (event.time_ns, event.name, event.body, event.message) == (1_005_000_000, "buttondown", "left", '{"id": 1}')
+    assert session.meshes == {}
+
+
+def test_a_take_nested_under_recording_is_the_same_session(tmp_path):
+    devices = {"camera": {"poses": [pose(1), pose(2)]}}
+    plain = import_session("aframe", written(tmp_path, devices))
+    nested = import_session("aframe", written(tmp_path, {"avatar": {}, "recording": devices}))
+    assert np.array_equal(plain.frames.position, nested.frames.position)
+    assert plain.names == nested.names == ("camera",)
+
+
+def test_proxies_stand_in_only_where_no_mesh_is_given_and_say_so(tmp_path):
+    path = written(tmp_path, {name: {"poses": [pose(1), pose(2)]} for name in ("camera", "left", "tool")})
+    session = import_session("aframe", path)
+    assert sorted(session.meshes) == ["camera", "left"]
+    assert {body.id: body.proxy for body in session.scene.bodies} == {"camera": True, "left": True}
+    corners = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    from sessions import MeshData
+
+    alone = import_session("aframe", path, meshes={"left": MeshData(*corners)})
+    assert list(alone.meshes) == ["left"]
+    assert alone.scene.bodies == ()
+
+
+def test_repeated_stamps_are_dropped_and_missing_numbers_flagged_and_both_are_said(tmp_path):
+    broken = pose(3)
+    del broken["position"]["y"]
+    session = import_session("aframe", written(tmp_path, {"left": {"poses": [pose(1), pose(1), broken, pose(2)]}}))
+    track = session.tracks["left"]
+    assert track.times_ns.tolist() == [1_000_000, 3_000_000]
+    assert track.valid.tolist() == [True, False]
+    assert "left: 2 rows dropped" in session.facts["conversions"]
+    assert "left: 1 rows flagged" in session.facts["conversions"]
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        ("{", "this is not JSON"),
+        ("[]", "no device with a list of poses"),
+        ({"left": {"poses": []}}, "there is no pose in it"),
+        ({"left": {"poses": [{"position": {}}]}}, "left: pose 0: it has no timestamp"),
+        ({"left": {"poses": [pose(1)], "events": [{"name": "x"}]}}, "event 0 has no timestamp"),
+        ({"left": {"poses": [pose(1)], "events": 3}}, "events are no list"),
+    ],
+)
+def test_a_file_that_is_no_capture_is_refused_in_one_sentence(tmp_path, data, message):
+    with pytest.raises(SessionError, match=message):
+        import_session("aframe", written(tmp_path, data))
+
+
+@given(
+    st.recursive(
+        st.none() | st.booleans() | st.floats() | st.text(max_size=5),
+        lambda inner: (
+            st.lists(inner, max_size=3)
+            | st.dictionaries(st.sampled_from(["left", "poses", "position", "x", "timestamp", "recording"]), inner)
+        ),
+        max_leaves=15,
+    )
+)
+def test_no_json_ends_in_anything_but_a_session_or_one_named_error(tmp_path_factory, data):
+    path = written(tmp_path_factory.mktemp("fuzz"), {"left": data})
+    try:
+        import_session("aframe", path)
+    except SessionError as error:
+        assert str(error).startswith(str(path))

@@ -1,0 +1,166 @@
+"""The CSV of the Unity script is emulated here with the same format strings as in the README."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from sessions import MeshData
+from sessions.errors import SessionError
+from sessions.importers import import_session
+
+HEADER = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"
+
+
+def unity_row(time, body, position, quaternion, tracked=True):
+    numbers = ",".join(repr(float(np.float32(one))) for one in (*position, *quaternion))
+    return f"pose,{time:.6f},{body},{numbers},{int(tracked)},,"
+
+
+def written(tmp_path, lines, name="take.csv"):
+    path = tmp_path / name
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def test_unity_poses_arrive_in_the_canonical_frame(tmp_path):
+    rng = np.random.default_rng(5)
+    turns = Rotation.random(20, random_state=3)
+    places = rng.normal(size=(20, 3))
+    rows = [unity_row(0.011 * k, "left", places[k], turns[k].as_quat()) for k in range(20)]
+    session = import_session("csv", written(tmp_path, [HEADER, *rows]), proxies=False)
+    frames = session.frames
+    assert frames.stamp_ns.tolist() == [11_000_000 * k for k in range(20)]
+    mirror = np.diag([1.0, 1.0, -1.0])
+    assert np.allclose(frames.position[:, 0], places @ mirror, atol=1e-6)
+    got = Rotation.from_quat(frames.quaternion_xyzw[:, 0]).as_matrix()
+    assert np.allclose(got, mirror @ turns.as_matrix() @ mirror, atol=1e-6)
+    assert session.facts["handedness"] == "left"
+    assert "axes unity" in session.facts["conversions"]
+
+
+def test_collisions_triggers_and_lost_poses_come_through(tmp_path):
+    lines = [
+        HEADER,
+        unity_row(0.0, "RightHand", (0, 0, 0), (0, 0, 0, 1)),
+        "trigger,0.005000,RightHand,,,,,,,,,,0.75",
+        "enter,0.006000,RightHand,,,,,,,,,Beaker,",
+        unity_row(0.011, "RightHand", (0, 0, 0), (0, 0, 0, 1), tracked=False),
+        unity_row(0.022, "RightHand", (0, 0, 0), (0, 0, 0, 0)),
+        "exit,0.030000,RightHand,,,,,,,,,Beaker,",
+        "remark,0.040000,RightHand,,,,,,,,,,",
+        "pose,0.05",
+    ]
+    session = import_session("csv", written(tmp_path, lines))
+    assert session.tracks["RightHand"].valid.tolist() == [True, False, False]
+    assert [(one.time_ns, one.body_a, one.body_b, one.phase) for one in session.live_contacts] == [
+        (6_000_000, "RightHand", "Beaker", "enter"),
+        (30_000_000, "RightHand", "Beaker", "exit"),
+    ]
+    hand = session.hands["student/right"]
+    assert (hand.times_ns.tolist(), hand.trigger.tolist()) == ([5_000_000], [0.75])
+    said = session.facts["conversions"]
+    assert "1 rows left out that have too few" in said
+    assert "RightHand: 1 rows flagged as lost" in said
+    assert "1 rows left out of unknown kind 'remark'" in said
+
+
+WIDE = """
+convention = "z-up"
+units = "mm"
+delimiter = ";"
+decimal = ","
+[time]
+column = "t"
+unit = "ms"
+[bodies.flask]
+position = ["x", "y", "z"]
+euler = ["rz", "ry", "rx"]
+order = "zyx"
+"""
+
+
+def test_a_wide_table_with_decimal_commas_millimetres_and_euler_angles(tmp_path):
+    mapping = tmp_path / "map.toml"
+    mapping.write_text(WIDE)
+    lines = ["t;x;y;z;rx;ry;rz", "0,5;1000;2000;3000;10;20;30", "11,5;1000;2000;;10;20;30"]
+    session = import_session("csv", written(tmp_path, lines), mapping=mapping)
+    assert session.frames.stamp_ns.tolist() == [500_000, 11_500_000]
+    assert session.frames.position[0, 0].tolist() == [1.0, 3.0, -2.0]
+    turn = Rotation.from_euler("zyx", [30, 20, 10], degrees=True).as_matrix()
+    axes = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
+    got = Rotation.from_quat(session.frames.quaternion_xyzw[0, 0]).as_matrix()
+    assert np.allclose(got, axes @ turn @ axes.T, atol=1e-15)
+    assert session.tracks["flask"].valid.tolist() == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("unit", "cell", "expected"),
+    [
+        ("s", "1709283600.123456789", 1_709_283_600_123_456_789),
+        ("ms", "1709283600123.456789", 1_709_283_600_123_456_789),
+        ("us", "12.5", 12_500),
+        ("ns", "1709283600123456789", 1_709_283_600_123_456_789),
+        ("ticks", "638448804001234567", 1_709_283_600_123_456_700),
+    ],
+)
+def test_a_clock_keeps_its_last_digit(tmp_path, unit, cell, expected):
+    mapping = tmp_path / "map.toml"
+    mapping.write_text(
+        f'convention = "openxr"\n[time]\ncolumn = "t"\nunit = "{unit}"\n[body]\nname = "b"\n'
+        'position = ["x", "y", "z"]\nquaternion_xyzw = ["i", "j", "k", "w"]\n'
+    )
+    path = written(tmp_path, ["t,b,x,y,z,i,j,k,w", f"{cell},left,0,0,0,0,0,0,1"])
+    assert import_session("csv", path, mapping=mapping).frames.stamp_ns.tolist() == [expected]
+
+
+def test_a_mesh_that_unity_exported_as_gltf_is_turned_about_y(tmp_path):
+    path = written(tmp_path, [HEADER, unity_row(0.0, "tool", (0, 0, 0), (0, 0, 0, 1))])
+    mesh = MeshData([[1, 2, 3], [0, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    session = import_session("csv", path, meshes={"tool": mesh}, mesh_axes="x-flipped")
+    assert session.meshes["tool"].vertices[0].tolist() == [-1, 2, -3]
+    assert session.meshes["tool"].faces.tolist() == [[0, 1, 2]]
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ([""], "the file is empty"),
+        (["a,b"], "no column 'body'"),
+        ([HEADER + ",px", ""], "line 1: column 'px' occurs twice"),
+        ([HEADER], "there is no pose in it"),
+        ([HEADER, "pose,x,left,0,0,0,0,0,0,1,1,,"], "line 2, column 'time': 'x' is no number"),
+        ([HEADER, "pose,0,left,0,0,here,0,0,0,1,1,,"], "line 2, column 'pz': 'here' is no number"),
+        ([HEADER, "pose,,left,0,0,0,0,0,0,1,1,,"], "line 2, column 'time': the time is missing"),
+        ([HEADER, "pose,0,,0,0,0,0,0,0,1,1,,"], "a pose has no body"),
+    ],
+)
+def test_a_bad_file_is_refused_with_line_and_column(tmp_path, lines, message):
+    with pytest.raises(SessionError, match=message):
+        import_session("csv", written(tmp_path, lines))
+
+
+def test_a_mesh_for_nobody_names_the_nearest_body(tmp_path):
+    path = written(tmp_path, [HEADER, unity_row(0.0, "Beaker", (0, 0, 0), (0, 0, 0, 1))])
+    with pytest.raises(SessionError, match=r"no body 'beaker' to put a mesh on; did you mean 'Beaker'\?"):
+        import_session("csv", path, meshes={"beaker": "x.glb"})
+
+
+@given(st.binary(max_size=300))
+def test_no_bytes_end_in_anything_but_a_session_or_one_named_error(tmp_path_factory, data):
+    path = tmp_path_factory.mktemp("fuzz") / "take.csv"
+    path.write_bytes(data)
+    try:
+        import_session("csv", path)
+    except SessionError as error:
+        assert str(path) in str(error)
+
+
+@given(st.lists(st.lists(st.sampled_from(["pose", "0", "1", "-1e400", "nan", "", "left", '"', "é"]), max_size=14)))
+def test_no_rows_end_in_anything_but_a_session_or_one_named_error(tmp_path_factory, rows):
+    path = written(tmp_path_factory.mktemp("fuzz"), [HEADER, *(",".join(row) for row in rows)])
+    try:
+        import_session("csv", path)
+    except SessionError as error:
+        assert str(path) in str(error)
