@@ -9,10 +9,11 @@ import numpy as np
 
 from sessions.errors import SessionError
 from sessions.session import Session
-from sessions.synthetic.analytic_cases import AnalyticCase, Level
+from sessions.synthetic.analytic_cases import AnalyticCase
 from sessions.synthetic.assembly import START_NS, Recording, recorded
+from sessions.synthetic.levels import levelled
 from sessions.synthetic.streams import random_stream
-from sessions.synthetic.truth import Episode, Interval, Pair, Truth, sorted_episodes, sorted_facts
+from sessions.synthetic.truth import Episode, Truth, sorted_episodes, sorted_facts
 
 # Poses near 1 m and vertices near 0.1 m are rounded to 1e-16 m; ten thousand times that also covers the rounding of
 # stamps to nanoseconds at 4 m/s (4e-9 m).
@@ -82,34 +83,3 @@ def _episodes(case: AnalyticCase, how: Recording) -> list[Episode]:
         for pair, level in table.items():
             found += levelled(pair, kind, level, blur, case.tessellation, (how.latency_s, how.seconds))
     return found
-
-
-def levelled(
-    pair: Pair, kind: str, level: Level, blur: float, tessellation: float, clock: tuple[float, float]
-) -> list[Episode]:
-    """Episodes of a pair from its intervals at three levels.
-
-    Parameters
-    ----------
-    blur : metres by which rounding and noise may move the surfaces either way.
-    tessellation : metres by which the meshes may be farther apart than the smooth shapes.
-    clock : (how much later than it happened a pose is recorded, length of the session) in seconds.
-    """
-    near = blur + (tessellation if kind == "contained" else 0.0)
-    deep = blur + (tessellation if kind == "contact" else 0.0)
-    possibly, nominal, surely = (_shifted(level(height), clock) for height in (near, 0.0, -deep))
-    episodes: list[Episode] = []
-    for outer in possibly:
-        within = [span for span in nominal if outer[0] <= span[0] and span[1] <= outer[1]]
-        if not within:
-            episodes.append(Episode(pair, kind, None, None, outer))
-        for span in within:
-            sure = next((inner for inner in surely if span[0] <= inner[0] and inner[1] <= span[1]), None)
-            episodes.append(Episode(pair, kind, span, sure, outer))
-    return episodes
-
-
-def _shifted(spans: list[Interval], clock: tuple[float, float]) -> list[Interval]:
-    latency, seconds = clock
-    late = [(start + latency if start > 0.0 else 0.0, min(end + latency, seconds)) for start, end in spans]
-    return [span for span in late if span[0] <= seconds]

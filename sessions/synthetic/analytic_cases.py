@@ -7,7 +7,7 @@ Each case answers for a *level*: the times at which the smooth shapes are at mos
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from sessions.mesh_data import MeshData
 from sessions.synthetic.courses import Course, Dips, Swing, Turning, outside, passes
+from sessions.synthetic.levels import Level
 from sessions.synthetic.paths import Path, Poses, still
 from sessions.synthetic.rotations import IDENTITY, quaternion_about
 from sessions.synthetic.solids import block, inscribed_depth, pointed_ball, prism
 from sessions.synthetic.truth import Interval, Pair, ordered
 
 Array = NDArray[np.float64]
-Level = Callable[[float], list[Interval]]
 
 BALL = 1.0 / 32.0
 SMALL_BALL = 1.0 / 64.0

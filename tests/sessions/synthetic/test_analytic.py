@@ -5,7 +5,7 @@ import pytest
 
 from cdcore import Verdict
 from sessions.errors import SessionError
-from sessions.synthetic.analytic import ANALYTIC, levelled, make_analytic
+from sessions.synthetic.analytic import ANALYTIC, make_analytic
 from sessions.synthetic.looks import looks, predicted
 from sessions.synthetic.truth import CLEAR, OPEN, PRESENT
 
@@ -123,12 +123,6 @@ def test_poses_come_late_by_the_latency():
     error = late.frames.position[10:, 0, 1] - shifted[10:]
     assert np.abs(error).max() < 0.0015
     assert np.abs(late.frames.position[10:, 0, 1] - height[10:]).max() > 0.002
-
-
-def test_a_shallow_touch_below_the_noise_is_never_sure():
-    spans = {0.001: [(0.0, 3.0)], 0.0: [(1.0, 2.0)], -0.001: []}
-    (episode,) = levelled(("a", "b"), "contact", lambda level: spans[round(level, 6)], 0.001, 0.0, (0.0, 9.0))
-    assert (episode.nominal, episode.surely, episode.possibly) == ((1.0, 2.0), None, (0.0, 3.0))
 
 
 def test_unknown_names_are_refused_with_what_there_is():

@@ -1,0 +1,152 @@
+"""Two hands at work among thin glasses, bumping into them eighteen times: nine of the bumps last between two looks of
+a detector at 22.5 Hz, and every one is known from a formula.
+
+The right hand stirs in a beaker with a glass rod and then taps things with it; the left raps its knuckles against
+glasses, carries a graduated cylinder, clinks it against a flask and sets it down too hard.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.event import Event, Interval
+from sessions.scene import Scene, SceneEffect
+from sessions.session import Session
+from sessions.synthetic.assembly import START_NS, Recorded, Recording, recorded
+from sessions.synthetic.bench import Layout, Placed, standing
+from sessions.synthetic.bump_scripts import Plan, left_hand, right_hand, watching
+from sessions.synthetic.paths import Path, Poses, carried
+from sessions.synthetic.planting import Blinks
+from sessions.synthetic.scene_text import with_text
+from sessions.synthetic.streams import random_stream
+from sessions.synthetic.truth import Fact, Truth, sorted_episodes, sorted_facts
+
+NAME = "bench-bumps"
+SECONDS = 60.0
+FACES = 3000
+
+REMARKS = (
+    "A bench with thin-walled glasses, two hands, and eighteen planted bumps.",
+    "Glasses stand 0.1 mm above the bench: contact with it is an event (set down too hard), not a state.",
+    "The rod is held by the right hand throughout; both are of group 'right' and never paired.",
+)
+
+PLACED = {
+    "bench": Placed("bench", faces=500, moves=False),
+    "beaker": Placed("beaker_250", standing(0.11, 0.03)),
+    "small-beaker": Placed("beaker_100", standing(-0.10, 0.06)),
+    "flask": Placed("erlenmeyer_flask", standing(-0.27, -0.03)),
+    "cylinder": Placed("graduated_cylinder", standing(-0.42, 0.05)),
+    "bottle": Placed("reagent_bottle", standing(0.31, -0.02)),
+    "rod": Placed("stirring_rod", group="right"),
+    "hand-left": Placed("hand_left", options={"grip_radius": 0.03}),
+    "hand-right": Placed("hand_right", options={"grip_radius": 0.008}, group="right"),
+    "headset": Placed("proxy_headset", faces=1500),
+}
+
+EFFECTS = (
+    SceneEffect("contact", {"between": ["tag:hand", "tag:glass"]}),
+    SceneEffect("contact", {"between": ["rod", "tag:vessel"]}),
+    SceneEffect("contact", {"between": ["tag:vessel", "tag:vessel"]}),
+    SceneEffect("contact", {"between": ["tag:vessel", "tag:bench"]}),
+)
+
+
+def make_bench_bumps(
+    seed: int = 0,
+    rate_hz: float = 90.0,
+    noise: str = "vive",
+    *,
+    jitter: str = "steady",
+    losses: str = "flagged",
+    faces: int = FACES,
+) -> tuple[Session, Truth]:
+    """Make the session and its truth, about 60 s; the same arguments give the same session.
+
+    Noise is what the trackers of hands and headset add. Glasses are placed by the program: they stand exactly, and
+    while held they ride on the recorded hand. Truth is about the recorded poses: with noise, ``surely`` and
+    ``possibly`` leave five sigma (1 mm) open, and tracking is lost only between bumps.
+
+    Raises
+    ------
+    SessionError
+        An unknown noise, jitter or losses; a rate that is not positive.
+    """
+    how = Recording(seed=seed, rate_hz=rate_hz, seconds=SECONDS, noise=noise, jitter=jitter, losses=losses)
+    layout = Layout(PLACED, faces)
+    blinks = Blinks(how.seconds_of_frames(), how.latency_s)
+    plan = Plan(layout, blinks, how, random_stream(seed, NAME))
+    right, left = right_hand(plan), left_hand(plan)
+    paths: dict[str, Path] = {
+        "hand-left": left.path(random_stream(seed, "tremor", "hand-left")),
+        "hand-right": right.path(random_stream(seed, "tremor", "hand-right")),
+        "headset": watching(plan),
+    }
+    keep = {"hand-left": plan.keep["hand-left"], "hand-right": plan.keep["hand-right"]}
+    seen = recorded(paths, how, keep=keep)
+    things = _things(plan, seen)
+    tracks = seen.tracks(things)
+    facts = sorted_facts([*plan.facts, *(_with_held(fact) for fact in seen.facts)])
+    truth = Truth(NAME, seed, START_NS, SECONDS, noise, sorted_episodes(plan.episodes), facts)
+    scene = with_text(Scene(NAME, layout.bodies(), effects=EFFECTS), REMARKS)
+    session = Session.from_tracks(
+        {name: tracks[name] for name in PLACED if name in tracks},
+        meshes=layout.meshes,
+        scene=scene,
+        events=_events(plan),
+        intervals=_intervals(),
+        facts={"synthetic": NAME, "seed": str(seed), "noise": noise, "source_units": "m", "vr_type": "immersive"},
+    )
+    return replace(session, hands=plan.buttons.tracks(seen.stamps + START_NS)), truth
+
+
+def _things(plan: Plan, seen: Recorded) -> Mapping[str, Poses]:
+    """Poses of what the program places: it stands, or rides on the hand that holds it."""
+    count, times = len(seen.stamps), seen.stamps.astype(np.float64) * 1e-9
+    things: dict[str, Poses] = {}
+    for name, item in PLACED.items():
+        if item.moves and name not in seen.poses:
+            position = np.tile(np.array(item.position), (count, 1))
+            things[name] = (position, np.tile(np.array(item.quaternion), (count, 1)))
+    things["rod"] = carried(seen.poses["hand-right"], plan.rod_in_hand)
+    held = (times >= plan.grasped) & (times < plan.released)
+    riding = carried(seen.poses["hand-left"], plan.cylinder_in_hand)
+    after = times >= plan.released
+    things["cylinder"] = (
+        _chosen(things["cylinder"][0], held, riding[0], after, plan.cylinder_goal),
+        _chosen(things["cylinder"][1], held, riding[1], after, np.array(PLACED["cylinder"].quaternion)),
+    )
+    return things
+
+
+def _chosen(
+    before: NDArray[np.float64],
+    held: NDArray[np.bool_],
+    riding: NDArray[np.float64],
+    after: NDArray[np.bool_],
+    goal: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    return np.where(after[:, None], goal, np.where(held[:, None], riding, before))
+
+
+def _with_held(fact: Fact) -> Fact:
+    """While the right hand is lost, so is the rod that rides on it."""
+    return replace(fact, bodies=("hand-right", "rod")) if fact.bodies == ("hand-right",) else fact
+
+
+def _events(plan: Plan) -> list[Event]:
+    words = {"grasp": "takes the cylinder", "release": "lets the cylinder go"}
+    return [
+        Event(START_NS + round(fact.start * 1e9), fact.kind, words[fact.kind], "cylinder")
+        for fact in sorted_facts(plan.facts)
+        if fact.kind in words
+    ]
+
+
+def _intervals() -> list[Interval]:
+    spans = (("stir the beaker", 3.0, 27.0), ("carry the cylinder", 22.0, 44.0), ("tap the glasses", 28.0, 56.0))
+    return [Interval(START_NS + round(a * 1e9), START_NS + round(b * 1e9), "task", name, {}) for name, a, b in spans]

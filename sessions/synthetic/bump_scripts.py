@@ -1,0 +1,251 @@
+"""What the two hands and the eyes of `bench-bumps` do, and the episodes that this plants."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sessions.synthetic.analytic import ROUNDING_M
+from sessions.synthetic.assembly import Recording
+from sessions.synthetic.bench import BENCH_TOP, STAND_M, Layout
+from sessions.synthetic.buttons import Buttons
+from sessions.synthetic.choreography import Script, point, quaternion_of
+from sessions.synthetic.easing import minimum_jerk_inverse
+from sessions.synthetic.levels import levelled
+from sessions.synthetic.paths import Key, KeyPath, Stir, Tap
+from sessions.synthetic.planting import Blinks, Dent
+from sessions.synthetic.rotations import IDENTITY, quaternion_facing
+from sessions.synthetic.sections import Approach, approach, round_in_round
+from sessions.synthetic.truth import Episode, Fact, Interval, ordered
+
+AWAY = (0.0, 0.0, -1.0)
+RIGHTWARDS = (1.0, 0.0, 0.0)
+ABOVE_ALL = 1.27
+GRIP_HEIGHT = 0.19
+# A grasped thing snaps to the hand's grip point, this far above where it stood: more than tremor and noise together.
+SNAP = 0.002
+LIFT = 0.03
+PRESSED_IN = 0.0015
+ROD_CLEAR_OF_FLOOR = 0.018
+LONGEST_LEVER = 0.3
+
+# Noise of a tracked hand leaves 0.9 mm open (five sigma) and tessellation up to 0.3 mm: taps go deeper than both, so
+# that each is there on at least one recorded frame. Brief ones are over between two looks at 22.5 Hz (44 ms).
+DEPTHS_M = (0.0024, 0.0029)
+BRIEF_S = (0.018, 0.025)
+LONG_S = (0.18, 0.34)
+TAP_FROM_M = 0.024
+
+
+class Plan:
+    """What both scripts share: the bench, the clock, and everything planted so far."""
+
+    def __init__(self, layout: Layout, blinks: Blinks, how: Recording, rng: np.random.Generator) -> None:
+        self.layout, self.blinks, self.how, self.rng = layout, blinks, how, rng
+        self.episodes: list[Episode] = []
+        self.facts: list[Fact] = []
+        self.keep: dict[str, list[Interval]] = {"hand-left": [], "hand-right": []}
+        self.buttons = Buttons()
+        self.rod_in_hand = -layout.site("rod", "grip")
+        self.cylinder_in_hand = np.array([0.0, SNAP - GRIP_HEIGHT, 0.0])
+        self.cylinder_goal = np.array([-0.43, BENCH_TOP + STAND_M, 0.13])
+        self.grasped = self.released = 0.0
+
+    @property
+    def clock(self) -> tuple[float, float]:
+        """Latency and length of the session."""
+        return self.how.latency_s, self.how.seconds
+
+    def blur(self, slack: float = 0.0) -> float:
+        """Metres that rounding, bounds and noise of one tracked hand leave open."""
+        noise = self.how.tracker.margin(LONGEST_LEVER, 1) if self.how.tracker else 0.0
+        return 10.0 * ROUNDING_M + slack + noise
+
+    def dent(self, brief: bool, apart: float) -> Dent:
+        """A tap of random depth and duration from a rest ``apart`` metres short of first contact."""
+        depth = float(self.rng.uniform(*DEPTHS_M))
+        seconds = float(self.rng.uniform(*(BRIEF_S if brief else LONG_S)))
+        return Dent(depth, seconds, apart + depth)
+
+    def centre(self, earliest: float, dent: Dent, brief: bool) -> float:
+        """When the tap is deepest: soon after ``earliest``, a brief one midway between two slow looks."""
+        soonest = earliest + dent.period / 2.0 + float(self.rng.uniform(0.05, 0.3))
+        return self.blinks.centre(soonest, 0.7 * dent.seconds + 0.001) if brief else soonest
+
+    def plant(self, hand: str, a: str, b: str, dent: Dent, tap: Tap, slack: float, note: str) -> None:
+        """Write down the episode of a tap and keep the hand from being lost then."""
+        self.episodes += dent.episodes(ordered(a, b), tap, self.blur(slack), self.clock, note)
+        self.secure(hand, tap.start, tap.start + tap.period)
+
+    def secure(self, hand: str, start: float, end: float) -> None:
+        """The hand must not be lost from ``start`` to ``end`` (time of the motion)."""
+        latency = self.how.latency_s
+        self.keep[hand].append((start + latency - 0.1, end + latency + 0.1))
+
+
+def right_hand(plan: Plan) -> Script:
+    """Stir in the beaker, tap the bottle and the small beaker with the rod."""
+    script = Script((0.24, 1.13, 0.25))
+    rod = -plan.rod_in_hand
+    script.wait(1.2)
+    _stir(plan, script, rod)
+    bottle = _rod_approach(plan, "bottle", RIGHTWARDS, 0.035)
+    _taps(plan, script, "rod", "bottle", bottle, (True, False), 31.0, rod)
+    script.over((0.16, 1.16, 0.24), ABOVE_ALL)
+    script.wait_until(48.0)
+    small = _rod_approach(plan, "small-beaker", AWAY, 0.025)
+    _taps(plan, script, "rod", "small-beaker", small, (True,), 50.5, rod)
+    script.over((0.22, 1.13, 0.25), ABOVE_ALL - 0.1)
+    return script
+
+
+def _rod_approach(plan: Plan, target: str, direction: tuple[float, float, float], height: float) -> Approach:
+    return approach(plan.layout.mesh("rod"), IDENTITY, plan.layout.mesh(target), direction, height)
+
+
+def _stir(plan: Plan, script: Script, rod: np.ndarray) -> None:
+    beaker = plan.layout.at("beaker")
+    floor = plan.layout.instruments["beaker"].cavity
+    assert floor is not None
+    tip = beaker + np.array([0.0, floor.floor_height + ROD_CLEAR_OF_FLOOR, 0.0])
+    sure, possible = round_in_round(
+        plan.layout.mesh("rod"), plan.layout.mesh("beaker"), floor.floor_height + ROD_CLEAR_OF_FLOOR
+    )
+    script.go(tip + rod + (0.0, 0.125, 0.0), 1.9, arc=0.03)
+    script.go(tip + rod, 1.1)
+    start, radius, turns = script.now, 0.012, float(plan.rng.uniform(1.0, 1.25))
+    reach, slack = 0.5 * (sure + possible), 0.5 * (sure - possible)
+    now, taps = start + 1.1, []
+    for brief in (True, False, True, False, False, True, False, True):
+        dent = plan.dent(brief, reach - radius)
+        centre = plan.centre(now, dent, brief)
+        tap = Tap(centre - dent.period / 2.0, dent.period, (0.0, 0.0, 0.0), dent.amplitude)
+        taps.append((tap.start, tap.period, tap.amplitude))
+        plan.plant("hand-right", "beaker", "rod", dent, tap, slack, _note(brief, "the rod touches the wall inside"))
+        now = tap.start + tap.period + float(plan.rng.uniform(0.9, 1.3))
+    end = now + 0.9
+    script.overlays.append(Stir(start, end, radius, turns, taps=tuple(taps)))
+    script.quiet.append((start, end))
+    script.wait_until(end)
+    plan.secure("hand-right", start - 2.0, end + 1.5)
+    script.go(tip + rod + (0.0, 0.125, 0.0), 0.9)
+    script.go((0.20, 1.2, 0.12))
+
+
+def _taps(
+    plan: Plan,
+    script: Script,
+    mover: str,
+    target: str,
+    meets: Approach,
+    kinds: tuple[bool, ...],
+    earliest: float,
+    grip: np.ndarray,
+) -> None:
+    """Go before the target, tap it once for each of ``kinds`` (True: brief), step back.
+
+    ``grip`` is where the hand's origin lies from the mover's.
+    """
+    hand = "hand-left" if mover in ("hand-left", "cylinder") else "hand-right"
+    at = plan.layout.at(target)
+    dents = [plan.dent(brief, TAP_FROM_M) for brief in kinds]
+    script.over(meets.place(at, 0.05) + grip, script.position[1] if mover != "rod" else ABOVE_ALL - 0.08)
+    script.wait_until(earliest - 1.0)
+    for brief, dent in zip(kinds, dents, strict=True):
+        script.go(meets.place(at, dent.apart) + grip, 0.6)
+        script.wait(0.15)
+        centre = plan.centre(script.now, dent, brief)
+        tap = script.tap(centre, dent.period, meets.direction, dent.amplitude)
+        plan.plant(hand, mover, target, dent, tap, meets.slack, _note(brief, f"{mover} raps {target}"))
+        script.wait(float(plan.rng.uniform(0.4, 0.9)))
+    script.go(meets.place(at, 0.06) + grip)
+
+
+def left_hand(plan: Plan) -> Script:
+    """Rap knuckles on the small beaker and the flask, then carry, clink and set down the cylinder."""
+    script = Script((-0.20, 1.10, 0.29))
+    script.wait(2.2)
+    nothing = np.zeros(3)
+    for target, height, earliest in (("small-beaker", 0.055, 5.0), ("flask", 0.06, 13.0)):
+        meets = approach(plan.layout.mesh("hand-left"), IDENTITY, plan.layout.mesh(target), AWAY, height)
+        _taps(plan, script, "hand-left", target, meets, (True, False), earliest, nothing)
+        script.go((-0.26, 1.12, 0.27))
+        script.wait(0.5)
+    _carry(plan, script)
+    _near_miss(plan, script)
+    script.go((-0.24, 1.09, 0.30))
+    return script
+
+
+def _carry(plan: Plan, script: Script) -> None:
+    grip = -plan.cylinder_in_hand
+    at = plan.layout.at("cylinder")
+    script.wait_until(20.5)
+    script.over(at + np.array([0.0, GRIP_HEIGHT, 0.0]), ABOVE_ALL)
+    script.wait(0.3)
+    plan.grasped = script.now + plan.how.latency_s
+    held_from = script.now
+    script.wait(0.3)
+    script.go(at + grip + (0.0, LIFT, 0.0), 0.8)
+    meets = approach(plan.layout.mesh("cylinder"), IDENTITY, plan.layout.mesh("flask"), RIGHTWARDS, LIFT)
+    _taps(plan, script, "cylinder", "flask", meets, (True, False), script.now + 2.5, grip)
+    script.go(plan.cylinder_goal + grip + (0.0, LIFT - STAND_M, 0.0), 1.5)
+    down, taken = script.now, 1.3
+    script.go(plan.cylinder_goal + grip - (0.0, PRESSED_IN + STAND_M, 0.0), taken)
+    script.wait(0.35)
+    plan.released = script.now + plan.how.latency_s
+    let_go = script.now
+    plan.episodes += levelled(
+        ordered("bench", "cylinder"), "contact", lambda level: _set_down(level, down, taken, let_go), plan.blur(),
+        0.0, plan.clock,
+    )  # fmt: skip
+    script.quiet.append((down, let_go + 0.3))
+    script.wait(0.4)
+    plan.secure("hand-left", held_from - 1.0, script.now)
+    script.over((-0.26, 1.12, 0.28), ABOVE_ALL)
+    plan.buttons.hold("left", plan.grasped, plan.released)
+    values: dict[str, float | str] = {"hand": "left"}
+    plan.facts += [
+        Fact("grasp", plan.grasped, plan.grasped, ("cylinder", "hand-left"), values),
+        Fact("release", plan.released, plan.released, ("cylinder", "hand-left"), values),
+    ]
+
+
+def _set_down(level: float, start: float, taken: float, end: float) -> list[Interval]:
+    """When the base is at most ``level`` above the bench on its way from `LIFT` down to `PRESSED_IN` below."""
+    share = (LIFT - level) / (LIFT + PRESSED_IN)
+    return [(start + taken * minimum_jerk_inverse(max(0.0, share)), end)] if share <= 1.0 else []
+
+
+def _near_miss(plan: Plan, script: Script) -> None:
+    """Come within 6 mm of the small beaker and stop."""
+    meets = approach(plan.layout.mesh("hand-left"), IDENTITY, plan.layout.mesh("small-beaker"), AWAY, 0.055)
+    clearance = 0.006
+    script.wait_until(43.0)
+    script.go(meets.place(plan.layout.at("small-beaker"), 0.05))
+    script.go(meets.place(plan.layout.at("small-beaker"), clearance))
+    arrived = script.now
+    script.quiet.append((arrived, arrived + 0.6))
+    script.wait(0.6)
+    plan.secure("hand-left", arrived - 0.5, script.now + 0.3)
+    values: dict[str, float | str] = {"clearance_m": clearance}
+    late = plan.how.latency_s
+    plan.facts.append(Fact("near_miss", arrived + late, script.now + late, ("hand-left", "small-beaker"), values))
+    script.go((-0.26, 1.12, 0.28))
+
+
+def watching(plan: Plan) -> KeyPath:
+    """The head stands on the person's side of the bench and looks to where the work is."""
+    rng = plan.rng
+    looks_at = [(0.0, "beaker"), (4.0, "beaker"), (9.0, "small-beaker"), (12.0, "beaker"), (17.0, "flask"),
+                (21.0, "cylinder"), (27.0, "flask"), (33.0, "bottle"), (38.0, "cylinder"), (44.0, "small-beaker"),
+                (50.0, "small-beaker"), (56.0, "beaker")]  # fmt: skip
+    keys = []
+    for time, name in looks_at:
+        eyes = np.array([0.02, 1.56, 0.56]) + rng.uniform(-0.03, 0.03, 3)
+        facing = quaternion_facing(plan.layout.at(name) + np.array([0.0, 0.08, 0.0]) - eyes)
+        keys.append(Key(time + float(rng.uniform(0.0, 0.8)) * (time > 0.0), point(eyes), quaternion_of(facing)))
+    return KeyPath(keys)
+
+
+def _note(brief: bool, words: str) -> str:
+    return f"{words}, {'briefly' if brief else 'and stays'}"

@@ -1,0 +1,123 @@
+"""A hand's script: go there, wait, tap, carry; each step begins where and when the one before ended."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sessions.synthetic.paths import Key, KeyPath, Overlay, Tap, Tremor
+from sessions.synthetic.rotations import IDENTITY
+from sessions.synthetic.truth import Interval
+
+Quaternion = tuple[float, float, float, float]
+Point = tuple[float, float, float]
+
+# Slower than this a reach of an adult looks hesitant, faster it looks thrown: comfortable reaches of 0.2-0.6 m take
+# 0.6-1.3 s.
+REACH_SPEED = 0.45
+SHORTEST_REACH_S = 0.35
+
+
+class Script:
+    """Builds the path of one body step by step.
+
+    Parameters
+    ----------
+    position, quaternion : where it rests at time 0.
+    pace : factor on the time that reaches take when no duration is given.
+    """
+
+    def __init__(self, position: ArrayLike, quaternion: ArrayLike = IDENTITY, *, pace: float = 1.0) -> None:
+        self.now = 0.0
+        self.pace = pace
+        self._keys = [Key(0.0, point(position), quaternion_of(quaternion))]
+        self.overlays: list[Overlay] = []
+        self.quiet: list[Interval] = []
+
+    @property
+    def position(self) -> Point:
+        """Where it rests now."""
+        return self._keys[-1].position
+
+    @property
+    def quaternion(self) -> Quaternion:
+        """How it is turned now."""
+        return self._keys[-1].quaternion
+
+    def wait(self, seconds: float) -> None:
+        """Rest."""
+        self.wait_until(self.now + seconds)
+
+    def wait_until(self, time: float) -> None:
+        """Rest until a time; one that has passed changes nothing."""
+        if time > self.now:
+            self._append(time, self.position, self.quaternion)
+
+    def go(
+        self,
+        position: ArrayLike,
+        seconds: float | None = None,
+        *,
+        quaternion: ArrayLike | None = None,
+        arc: float = 0.0,
+        ease: str = "minimum-jerk",
+    ) -> None:
+        """Reach for a pose; without ``seconds`` in the time an unhurried person would take."""
+        goal = point(position)
+        way = float(np.linalg.norm(np.asarray(goal) - np.asarray(self.position))) + 2.0 * abs(arc)
+        taken = seconds if seconds is not None else self.pace * max(SHORTEST_REACH_S, way / REACH_SPEED)
+        turn = self.quaternion if quaternion is None else quaternion_of(quaternion)
+        self._append(self.now + taken, goal, turn, ease, arc)
+
+    def over(self, position: ArrayLike, height: float, *, quaternion: ArrayLike | None = None) -> None:
+        """Go up to a height, across, and down, so that nothing lower than ``height`` is in the way."""
+        x, y, z = point(position)
+        x0, y0, z0 = self.position
+        if y0 < height:
+            self.go((x0, height, z0))
+        self.go((x, max(height, y0 if y0 > height else height), z), quaternion=quaternion)
+        if y < height:
+            self.go((x, y, z))
+
+    def tap(self, centre: float, period: float, direction: Sequence[float], amplitude: float) -> Tap:
+        """Knock along a direction, farthest at ``centre``; before, the body rests where it is.
+
+        Raises
+        ------
+        ValueError
+            The knock would begin before the script has come this far.
+        """
+        start = centre - period / 2.0
+        if start < self.now:
+            raise ValueError(f"a knock from {start} s begins before {self.now} s; plant it later")
+        x, y, z = direction
+        tap = Tap(start, period, (x, y, z), amplitude)
+        self.overlays.append(tap)
+        self.quiet.append((start, start + period))
+        self.wait_until(start + period)
+        return tap
+
+    def path(self, tremor: np.random.Generator | None = None, amplitude: float = 0.0002) -> KeyPath:
+        """The path so far, with tremor outside the windows that must be quiet."""
+        shake = [Tremor(tremor, amplitude, self.quiet)] if tremor is not None else []
+        return KeyPath(self._keys, [*self.overlays, *shake])
+
+    def _append(
+        self, time: float, position: Point, quaternion: Quaternion, ease: str = "minimum-jerk", arc: float = 0.0
+    ) -> None:
+        self._keys.append(Key(time, position, quaternion, ease, arc))
+        self.now = time
+
+
+def point(values: ArrayLike) -> Point:
+    """Three numbers as a tuple of floats."""
+    x, y, z = (float(value) for value in np.asarray(values))
+    return x, y, z
+
+
+def quaternion_of(values: ArrayLike) -> Quaternion:
+    """Four numbers as a tuple of floats."""
+    x, y, z, w = (float(value) for value in np.asarray(values))
+    return x, y, z, w

@@ -1,0 +1,41 @@
+"""Every made-up session by name: `make_scene_session("bench-bumps")` gives the session and what is planted in it."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from sessions.errors import SessionError
+from sessions.session import Session
+from sessions.synthetic.truth import Truth
+
+SCENES: dict[str, str] = {
+    "bench-bumps": "sessions.synthetic.bench_bumps:make_bench_bumps",
+}
+"""Name -> function that takes seed, rate_hz, noise and more, and returns (Session, Truth)."""
+
+
+def make_scene_session(
+    name: str, seed: int = 0, rate_hz: float = 90.0, noise: str = "vive", **settings: Any
+) -> tuple[Session, Truth]:
+    """Make the session of a scene and its truth; the same arguments give the same session.
+
+    Parameters
+    ----------
+    name : a name of `SCENES`.
+    noise : ``vive`` or ``off``.
+    **settings : ``jitter`` (``even``, ``steady``, ``browser``), ``losses`` (``flagged``, ``identity``, ``off``),
+        ``faces`` (resolution of the meshes).
+
+    Raises
+    ------
+    SessionError
+        No such scene, noise, jitter or losses; a rate that is not positive.
+    """
+    if name not in SCENES:
+        raise SessionError(f"no scene {name!r}; there are: {', '.join(SCENES)}")
+    module, function = SCENES[name].split(":")
+    made: tuple[Session, Truth] = getattr(import_module(module), function)(
+        seed=seed, rate_hz=rate_hz, noise=noise, **settings
+    )
+    return made

@@ -1,0 +1,133 @@
+from __future__ import annotations
+
+import itertools
+import tomllib
+
+import numpy as np
+import pytest
+
+from cdcore import Verdict
+from sessions import Status
+from sessions.synthetic.bench_bumps import PLACED, make_bench_bumps
+from sessions.synthetic.looks import looks, predicted
+from sessions.synthetic.truth import CLEAR, PRESENT
+
+HELD = {"rod", "hand-right"}
+PAIRS = [pair for pair in itertools.combinations(sorted(PLACED), 2) if set(pair) != HELD]
+
+
+@pytest.fixture(scope="module", params=["off", "vive"])
+def made(request, verdicts):
+    session, truth = make_bench_bumps(seed=0, noise=request.param)
+    return session, truth, verdicts(session, PAIRS)
+
+
+def contacts(found, pair):
+    return np.isin(found[:, PAIRS.index(pair)], (Verdict.CONTACT, Verdict.CONTAINED))
+
+
+def test_an_engine_sees_the_planted_bumps_and_nothing_else(made):
+    session, truth, found = made
+    for pair in PAIRS:
+        expected = truth.expected(*pair, session.frames.stamp_ns)
+        assert contacts(found, pair)[expected == PRESENT].all(), pair
+        assert not contacts(found, pair)[expected == CLEAR].any(), pair
+
+
+def test_nine_of_eighteen_bumps_are_missed_at_22_hz_and_the_closed_form_names_them(made):
+    session, truth, found = made
+    stamps = session.frames.stamp_ns
+    answer = predicted(truth, stamps, 22.5)
+    assert len(truth.episodes) == 18
+    assert (len(answer.caught), len(answer.missed)) == (9, 9)
+    assert not answer.unseen and not answer.undecided
+    times, rows = truth.seconds_of(stamps), looks(stamps, 22.5)
+    for episode in truth.episodes:
+        within = (times >= episode.possibly[0]) & (times <= episode.possibly[1])
+        seen = contacts(found, episode.pair) & within
+        assert seen.any()
+        assert seen[rows].any() == (episode in answer.caught)
+
+
+def test_without_noise_the_formula_is_right_to_one_frame(made):
+    session, truth, found = made
+    if truth.noise != "off":
+        pytest.skip("with noise the truth leaves five sigma open")
+    times = truth.seconds_of(session.frames.stamp_ns)
+    step = np.diff(times).max()
+    for episode in truth.episodes:
+        near = (times > episode.possibly[0] - 0.1) & (times < episode.possibly[1] + 0.1)
+        seen = times[contacts(found, episode.pair) & near]
+        assert abs(seen[0] - episode.nominal[0]) < step
+        assert abs(seen[-1] - episode.nominal[1]) < step
+
+
+@pytest.mark.parametrize("noise", ["off", "vive"])
+@pytest.mark.parametrize("seed", range(1, 4))
+def test_every_seed_plants_nine_misses_of_eighteen(seed, noise):
+    session, truth = make_bench_bumps(seed=seed, noise=noise, faces=1500)
+    answer = predicted(truth, session.frames.stamp_ns, 22.5)
+    assert (len(answer.caught), len(answer.missed), len(answer.undecided)) == (9, 9, 0)
+
+
+def test_the_same_seed_gives_the_same_poses_and_another_seed_others():
+    first, second, other = (make_bench_bumps(seed=seed, faces=600)[0] for seed in (1, 1, 2))
+    for name in ("position", "quaternion_xyzw", "status", "stamp_ns"):
+        assert getattr(first.frames, name).tobytes() == getattr(second.frames, name).tobytes()
+    assert first.scene.text == second.scene.text
+    assert first.frames.position.tobytes() != other.frames.position.tobytes()
+
+
+def test_hands_move_as_people_do_and_stay_on_their_side():
+    session, _ = make_bench_bumps(noise="off", faces=600)
+    for name in ("hand-left", "hand-right", "headset"):
+        track = session.tracks[name]
+        times = (track.times_ns - track.times_ns[0]) * 1e-9
+        speed = np.linalg.norm(np.diff(track.positions, axis=0), axis=1) / np.diff(times)
+        assert speed.max() < 1.5
+        assert track.positions[:, 2].min() > -0.2
+    assert session.tracks["headset"].positions[:, 1].min() > 1.4
+    left, right = (session.tracks[name].positions for name in ("hand-left", "hand-right"))
+    assert np.linalg.norm(left - right, axis=1).min() > 0.08
+
+
+def test_the_cylinder_stands_rides_on_the_hand_and_stands_again():
+    session, truth = make_bench_bumps(seed=4, faces=600)
+    (grasp,) = (fact for fact in truth.facts if fact.kind == "grasp")
+    (release,) = (fact for fact in truth.facts if fact.kind == "release")
+    cylinder, hand = session.tracks["cylinder"], session.tracks["hand-left"]
+    times = truth.seconds_of(cylinder.times_ns)
+    assert len(np.unique(cylinder.positions[times < grasp.start], axis=0)) == 1
+    assert len(np.unique(cylinder.positions[times >= release.start], axis=0)) == 1
+    held = (times >= grasp.start) & (times < release.start)
+    offset = cylinder.positions[held] - hand.positions[held]
+    assert np.linalg.norm(offset - offset[0], axis=1).max() < 0.0005
+    trigger = session.hands["student/left"].trigger
+    assert (trigger[times < grasp.start - 0.1] == 0.0).all()
+    assert trigger[held][0] > 0.55
+    assert (trigger[times > release.start + 0.1] == 0.0).all()
+
+
+def test_losses_are_flagged_and_the_rod_is_open_with_its_hand():
+    flagged = 0
+    for seed in range(4):
+        session, truth = make_bench_bumps(seed=seed, faces=600)
+        frames, times = session.frames, truth.seconds_of(session.frames.stamp_ns)
+        for fact in (fact for fact in truth.facts if fact.kind == "loss"):
+            assert ("rod" in fact.bodies) == ("hand-right" in fact.bodies)
+            column = frames.names.index(fact.bodies[0])
+            lost = (times >= fact.start) & (times < fact.values["lost_until"])
+            assert (frames.status[lost, column] == Status.LOST).all()
+            flagged += lost.sum()
+    assert flagged > 0
+
+
+def test_the_scene_text_says_what_the_scene_holds_and_why_glass_is_lifted():
+    session, _ = make_bench_bumps(faces=600)
+    held = tomllib.loads(session.scene.text)
+    assert [body["id"] for body in held["body"]] == list(PLACED)
+    assert {body["id"]: body.get("group", "") for body in held["body"]}["rod"] == "right"
+    assert [effect["kind"] for effect in held["effect"]] == ["contact"] * 4
+    assert "0.1 mm above the bench" in session.scene.text
+    assert session.scene.body("bench").fixed is not None
+    assert "bench" not in session.names and "bench" in session.meshes

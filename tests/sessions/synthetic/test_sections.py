@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sessions.glassware.catalogue import make_instrument
+from sessions.synthetic.rotations import IDENTITY, quaternion_about
+from sessions.synthetic.sections import approach, inscribed_radius, level_section, round_in_round
+from sessions.synthetic.solids import block, pointed_ball, prism
+
+TURN = quaternion_about((0.0, 1.0, 0.0), np.radians(45.0))
+
+
+def test_a_section_of_a_box_is_its_outline():
+    points = level_section(block(0.2, 1.0, 0.4), 0.3)
+    assert np.abs(points).max(axis=0) == pytest.approx([0.1, 0.3, 0.2])
+    assert inscribed_radius(points) == pytest.approx(0.1)
+
+
+def test_the_inscribed_radius_of_a_polygon_is_its_inradius():
+    points = level_section(prism(12, 0.05, 1.0), 0.1)
+    assert inscribed_radius(points) == pytest.approx(0.05 * np.cos(np.pi / 12), rel=1e-6)
+    assert inscribed_radius(points[:2]) == 0.0
+    assert inscribed_radius(np.zeros((5, 3))) == 0.0
+    assert inscribed_radius(points + np.array([1.0, 0.0, 0.0])) == 0.0
+
+
+def test_a_cube_corner_meets_a_prism_between_the_bounds():
+    cube, post = block(0.1, 0.1, 0.1), prism(64, 0.03, 0.5)
+    meets = approach(cube, TURN, post, (0.0, 0.0, -1.0), 0.05)
+    corner = 0.05 * np.sqrt(2.0)
+    assert meets.sure <= corner + 0.03 <= meets.possible + 1e-9
+    assert meets.slack < 0.0001
+    assert abs(meets.aside) < 1e-9
+
+
+def test_the_foremost_point_is_brought_onto_the_line():
+    wedge = block(0.1, 0.1, 0.1)
+    meets = approach(wedge, quaternion_about((0.0, 1.0, 0.0), 0.2), prism(64, 0.03, 0.5), (1.0, 0.0, 0.0), 0.0)
+    place = meets.place((0.0, 0.0, 0.0), 0.0)
+    corners = np.array([[x, z] for x in (-0.05, 0.05) for z in (-0.05, 0.05)])
+    turned = corners @ np.array([[np.cos(0.2), -np.sin(0.2)], [np.sin(0.2), np.cos(0.2)]]) + place[[0, 2]]
+    assert turned[turned[:, 0].argmax(), 1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_ball_meets_a_ball_where_their_heights_say():
+    ball, other = pointed_ball(0.05, 4), pointed_ball(0.03, 4)
+    meets = approach(ball, IDENTITY, other, (1.0, 0.0, 0.0), 0.04)
+    # Centres 0.04 apart in height: level distance sqrt(0.08^2 - 0.04^2), less what facets cut off.
+    truth = np.sqrt(0.08**2 - 0.04**2)
+    assert meets.sure < truth < meets.possible + 0.0005
+    assert meets.sure > truth - 0.002
+
+
+def test_bodies_of_different_heights_do_not_meet():
+    with pytest.raises(ValueError, match="no height"):
+        approach(block(0.1, 0.1, 0.1), IDENTITY, block(0.1, 0.1, 0.1), (1.0, 0.0, 0.0), 0.5)
+
+
+def test_a_rod_meets_the_wall_of_a_beaker_from_within_between_the_bounds():
+    rod, beaker = make_instrument("stirring_rod", 3000), make_instrument("beaker_250", 3000)
+    sure, possible = round_in_round(rod.mesh, beaker.mesh, 0.02)
+    nominal = 0.035 - beaker.wall.thickness - 0.003
+    assert possible < nominal < sure
+    assert sure - possible < 0.0007
+
+
+def test_a_prism_in_a_ring_gives_the_difference_of_their_radii():
+    sure, possible = round_in_round(prism(12, 0.01, 0.4), prism(64, 0.06, 0.1, hole=0.05), 0.0)
+    assert possible == pytest.approx(0.05 - 0.01, rel=0.01)
+    assert sure == pytest.approx(0.05 / np.cos(np.pi / 64) - 0.01 * np.cos(np.pi / 12), rel=1e-6)
