@@ -1,0 +1,235 @@
+"""The layout: one tab per question, titles that are headlines, nothing on screen that is not data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import rerun as rr
+import rerun.blueprint as rrb
+from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
+
+from replay.rerun_log.camera import Eye
+from replay.rerun_log.colours import BACKGROUND
+from replay.rerun_log.columns import FRAME, SESSION
+
+LANES_IN_VIEW: Final = 7
+"""Lanes beside the picture, the numbers included: at 40 points each, more would be cut off. All are in the next tab."""
+
+AROUND: Final = 0.6
+"""Seconds before and after the cursor in the lanes beside the close-up."""
+
+LANE_POINTS: Final = 40
+RULER_POINTS: Final = 64
+"""Heights of a lane, and of title and ruler together, in points: the viewer does not let us choose."""
+
+BOTTOM_POINTS: Final = 200
+"""Height of the timing plot and of the words about a miss."""
+
+SCREEN_POINTS: Final = 980
+"""Height the tabs share on a 1080-line screen."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """Entities and words of one audited detector.
+
+    Parameters
+    ----------
+    label : its name; ``headline`` says what it missed.
+    lanes : paths of its lanes and the pair's column each speaks of, numbers (``None``) first.
+    listing, worst, note : list of misses, table of the worst, words on the current one.
+    missed : root of pins and flags; ``faces`` is the name of its red faces below each body.
+    camera : entity whose pose is the close-up of the current miss, ``""`` when nothing was missed.
+    """
+
+    label: str
+    headline: str
+    lanes: Mapping[str, int | None]
+    listing: str
+    worst: str
+    note: str
+    missed: str
+    faces: str
+    camera: str
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What the layout needs to know of a recording."""
+
+    title: str
+    eye: Eye
+    subjects: tuple[Subject, ...]
+    totals: tuple[str, ...]
+    """Timing entities of the totals of detectors that were timed frame by frame."""
+    stages: Mapping[str, tuple[str, ...]]
+    """Label -> timing entities of its stages."""
+    detector_lanes: bool
+    slowest_ms: float
+
+
+def build_blueprint(layout: Layout) -> rrb.Blueprint:
+    """The blueprint that is embedded in the recording."""
+    tabs: list[Any] = []
+    for number, subject in enumerate(layout.subjects):
+        tabs.append(_audit(layout, subject, "Audit" if number == 0 else f"Audit: {subject.label}"))
+    if not tabs:
+        tabs.append(_plain(layout))
+    tabs.append(_costs(layout))
+    if layout.detector_lanes:
+        tabs.append(_detectors())
+    return rrb.Blueprint(
+        rrb.Tabs(*tabs, active_tab=0),
+        rrb.TimePanel(timeline=SESSION, state="collapsed", playback_speed=0.25, play_state="paused"),
+        rrb.SelectionPanel(state="hidden"),
+        rrb.BlueprintPanel(state="hidden"),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def _audit(layout: Layout, subject: Subject, name: str) -> Any:
+    lanes = list(subject.lanes)[:LANES_IN_VIEW]
+    lane_share = RULER_POINTS + LANE_POINTS * max(2, len(lanes))
+    shares = [max(300, SCREEN_POINTS - lane_share - BOTTOM_POINTS), lane_share, BOTTOM_POINTS]
+    beside = [_close_up(layout, subject)] if subject.camera else []
+    pictures = rrb.Horizontal(
+        _space(layout, subject),
+        *beside,
+        _words(subject),
+        column_shares=[0.42, 0.26, 0.32] if beside else [0.66, 0.34],
+    )
+    rows = [pictures, _lanes(subject, lanes)]
+    bottom = [*([_timing(layout)] if layout.totals else []), *([_note(subject)] if subject.camera else [])]
+    if bottom:
+        rows.append(rrb.Horizontal(*bottom, column_shares=[0.7, 0.3][: len(bottom)]))
+    return rrb.Vertical(*rows, row_shares=shares[: len(rows)], name=name)
+
+
+def _words(subject: Subject) -> Any:
+    listing = rrb.TextLogView(
+        origin=subject.listing,
+        name=subject.headline,
+        columns=rrb.TextLogColumns(
+            timeline_columns=[TimelineColumn(SESSION), TimelineColumn(FRAME, visible=False)],
+            text_log_columns=[TextLogColumn("body")],
+        ),
+        format_options=rrb.TextLogFormat(monospace_body=True),
+    )
+    worst = rrb.TextDocumentView(origin=subject.worst, name="Longest cuts")
+    report = rrb.TextDocumentView(origin="/report", name="Report")
+    return rrb.Tabs(listing, worst, report, active_tab=0)
+
+
+def _note(subject: Subject) -> Any:
+    return rrb.TextDocumentView(origin=subject.note, name="The miss in the close-up")
+
+
+def _contents(layout: Layout, subject: Subject, *hidden: str) -> list[str]:
+    """Everything in space but arrows, what is ``hidden``, and what belongs to another audited detector."""
+    others = [one for one in layout.subjects if one is not subject]
+    foreign = [f"/{one.missed}/**" for one in others] + [f"/{one.faces}" for one in others]
+    return ["/world/**", "- /world/contacts/*/normals", *(f"- {path}" for path in [*hidden, *foreign])]
+
+
+def _space(layout: Layout, subject: Subject) -> Any:
+    contents = _contents(layout, subject, f"/{subject.missed}/eye")
+    return rrb.Spatial3DView(
+        origin="/world",
+        contents=contents,
+        name=f"Where: red dots are contacts missed by {subject.label}",
+        eye_controls=_eye_controls(layout.eye),
+        background=rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor),
+        line_grid=rrb.LineGrid3D(visible=False),
+    )
+
+
+def _close_up(layout: Layout, subject: Subject) -> Any:
+    return rrb.Spatial3DView(
+        origin="/world",
+        contents=_contents(layout, subject, *(f"/{subject.missed}/{part}" for part in ("pins", "numbers", "flag/**"))),
+        name="Close-up: the miss nearest to the cursor",
+        eye_controls=rrb.EyeControls3D(tracking_entity=f"/{subject.camera}"),
+        background=rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor),
+        line_grid=rrb.LineGrid3D(visible=False),
+    )
+
+
+def _eye_controls(eye: Eye) -> rrb.EyeControls3D:
+    return rrb.EyeControls3D(
+        kind=rrb.Eye3DKind.Orbital, position=eye.position, look_target=eye.target, eye_up=(0.0, 1.0, 0.0)
+    )
+
+
+def _lanes(subject: Subject, lanes: Sequence[str]) -> Any:
+    root = lanes[0].rpartition("/")[0]
+    colours = f"red: missed by {subject.label}    yellow: invented    blue: both    grey: within 2 micrometres"
+    name = f"When and which pair    {colours}"
+    whole = rrb.StateTimelineView(origin=f"/{root}", contents=[f"/{lane}" for lane in lanes], name=name)
+    if len(lanes) < 2:
+        return whole
+    near = rrb.StateTimelineView(
+        origin=f"/{root}",
+        contents=[f"/{lane}" for lane in lanes[1:]],
+        name=f"{AROUND} s around the cursor",
+        time_view=rrb.TimeAxis(view_range=_around()),
+    )
+    return rrb.Horizontal(whole, near, column_shares=[0.7, 0.3])
+
+
+def _around() -> rr.TimeRange:
+    return rr.TimeRange(
+        start=rr.TimeRangeBoundary.cursor_relative(seconds=-AROUND),
+        end=rr.TimeRangeBoundary.cursor_relative(seconds=AROUND),
+    )
+
+
+def _timing(layout: Layout) -> Any:
+    return rrb.TimeSeriesView(
+        origin="/timing",
+        contents=["/timing/budget", *(f"/{path}" for path in layout.totals)],
+        name="Time per frame, ms",
+        axis_y=rrb.ScalarAxis(range=(0.0, max(12.5, 1.1 * layout.slowest_ms))),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
+    )
+
+
+def _plain(layout: Layout) -> Any:
+    """Without anything to compare: the session, and what the one detector found."""
+    space = rrb.Spatial3DView(
+        origin="/world",
+        contents=["/world/**", "- /world/contacts/*/normals"],
+        name=layout.title,
+        eye_controls=_eye_controls(layout.eye),
+        background=rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor),
+        line_grid=rrb.LineGrid3D(visible=False),
+    )
+    report = rrb.TextDocumentView(origin="/report", name="Report")
+    return rrb.Horizontal(space, report, column_shares=[0.7, 0.3], name="Session")
+
+
+def _costs(layout: Layout) -> Any:
+    table = rrb.TextDocumentView(origin="/tradeoff/table", name="What each detector costs")
+    plots = [
+        rrb.TimeSeriesView(
+            origin="/timing",
+            contents=[f"/{path}" for path in paths],
+            name=f"{label}: ms per frame by stage",
+            plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
+        )
+        for label, paths in layout.stages.items()
+        if paths
+    ]
+    if not plots:
+        return rrb.Horizontal(table, name="What accuracy costs")
+    return rrb.Horizontal(rrb.Vertical(*plots), table, column_shares=[0.62, 0.38], name="What accuracy costs")
+
+
+def _detectors() -> Any:
+    lanes = rrb.StateTimelineView(
+        origin="/detectors",
+        name="What each detector said of each pair (no colour: CLEAR)",
+    )
+    return rrb.Horizontal(lanes, name="Detectors")

@@ -1,0 +1,121 @@
+"""Rows reach Rerun in columns whose lengths were asserted first, because Rerun accepts wrong ones in silence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import rerun as rr
+from numpy.typing import ArrayLike, NDArray
+
+from replay.assembly import Assembly
+
+SESSION: Final = "session"
+"""Timeline of the session's own time, a duration in nanoseconds since its first frame."""
+
+FRAME: Final = "frame"
+"""Timeline of frame numbers."""
+
+KEPT_FRAMES: Final = 324_000
+"""One hour at 90 Hz. A longer session is strided: poses, contacts and timings keep every k-th frame, and every frame
+near a miss; lanes, misses and lists stay exact."""
+
+KEPT_AROUND: Final = 1.0
+"""Seconds before and after a miss in which a strided recording keeps every frame."""
+
+
+@dataclass(frozen=True, eq=False)
+class Clock:
+    """Stamps of the frames, and which frames are drawn.
+
+    Parameters
+    ----------
+    ns : (T,) int64 nanoseconds since the first frame of the session.
+    kept : (K,) int64 increasing frame numbers that are drawn; all of them up to an hour.
+    """
+
+    ns: NDArray[np.int64]
+    kept: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, assembly: Assembly, whole: Iterable[tuple[float, float]] = (), limit: int = KEPT_FRAMES) -> Clock:
+        """The clock of an assembly; around the spans ``whole`` (seconds) every frame is kept."""
+        stamps, times = assembly.stamp_ns, assembly.motion.times
+        if not len(stamps):
+            return cls(np.zeros(0, np.int64), np.zeros(0, np.int64))
+        ns = stamps - stamps[0] + round(float(times[0]) * 1e9)
+        stride = -(-len(ns) // limit)
+        keep = np.arange(len(ns)) % stride == 0
+        if stride > 1:
+            for start, end in whole:
+                keep |= (times >= start - KEPT_AROUND) & (times <= end + KEPT_AROUND)
+        return cls(ns, np.flatnonzero(keep))
+
+    def frame_at(self, seconds: float) -> int:
+        """First frame at or after a time, the last one if there is none."""
+        return min(int(np.searchsorted(self.ns, round(seconds * 1e9))), len(self.ns) - 1)
+
+    def index(self, frames: ArrayLike) -> list[rr.TimeColumn]:
+        """Both timelines for rows at these frames."""
+        rows = np.asarray(frames, dtype=np.int64)
+        return [on_session(self.ns[rows]), rr.TimeColumn(FRAME, sequence=rows)]
+
+
+def on_session(ns: NDArray[np.int64]) -> rr.TimeColumn:
+    """The session timeline at these nanoseconds."""
+    return rr.TimeColumn(SESSION, duration=ns.astype("timedelta64[ns]"))
+
+
+def entity(*parts: str) -> str:
+    """Entity path of these parts, without a leading slash; punctuation in a part is escaped."""
+    return rr.new_entity_path(list(parts)).removeprefix("/")
+
+
+def ragged(columns: rr.ComponentColumnList, counts: ArrayLike) -> rr.ComponentColumnList:
+    """Give ``counts[k]`` consecutive values to row k.
+
+    Raises
+    ------
+    AssertionError
+        The counts do not add up to the values there are: Rerun would shift every row after the error without a word.
+    """
+    lengths = np.asarray(counts, dtype=np.int64)
+    for column in columns:
+        values = len(column.component_batch.as_arrow_array())
+        assert int(lengths.sum()) == values, f"{int(lengths.sum())} values announced, {values} given"
+    return columns.partition(lengths)
+
+
+class RecordingWriter:
+    """A Rerun stream and the clock of its rows; every error raises instead of being logged and forgotten."""
+
+    def __init__(self, stream: rr.RecordingStream, clock: Clock) -> None:
+        self.stream = stream
+        self.clock = clock
+
+    def static(self, path: str, *archetypes: rr.AsComponents) -> None:
+        """Log what holds at all times."""
+        for archetype in archetypes:
+            self.stream.log(path, archetype, static=True, strict=True)
+
+    def rows(
+        self, path: str, frames: ArrayLike, columns: rr.ComponentColumnList, counts: ArrayLike | None = None
+    ) -> None:
+        """Send one row per frame on both timelines; with ``counts`` a row holds several values."""
+        self._send(path, self.clock.index(frames), columns, counts)
+
+    def session_rows(
+        self, path: str, ns: NDArray[np.int64], columns: rr.ComponentColumnList, counts: ArrayLike | None = None
+    ) -> None:
+        """Send rows on the session timeline alone, at any nanosecond."""
+        self._send(path, [on_session(ns)], columns, counts)
+
+    def _send(
+        self, path: str, index: Sequence[rr.TimeColumn], columns: rr.ComponentColumnList, counts: ArrayLike | None
+    ) -> None:
+        if not len(columns):
+            raise ValueError(f"no columns for {path}; Rerun dropped the values it was given")
+        if len(index[0].as_arrow_array()):
+            self.stream.send_columns(path, index, columns if counts is None else ragged(columns, counts), strict=True)

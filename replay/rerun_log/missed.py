@@ -1,0 +1,190 @@
+"""Misses in space: the faces that met unseen, a pin where each happened, one flag with words for the current one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+
+from cdcore import Detection
+from cdcore.numerics import FloatArray
+from replay.assembly import Assembly
+from replay.audit.outcome import Miss
+from replay.rerun_log.colours import MISSED, MISSED_FACES, PARTLY_MISSED, packed
+from replay.rerun_log.columns import Clock, RecordingWriter
+from replay.rerun_log.world import body_path
+
+PUSHED_OUT: Final = 0.00015
+"""Metres that red faces stand off their body, so that the two do not flicker through each other."""
+
+DRAWN_MISSED_FACES: Final = 200_000
+"""Red faces per body at most, 7 MB: beyond it the shallowest misses stay without faces; pins and lanes show them."""
+
+LINGER: Final = 0.6
+"""Seconds a flag stands after its miss: nobody sees a flash of 54 ms. Faces and curves never linger."""
+
+POLE: Final = 0.075
+"""Metres from a contact up to its words: a label hangs below its point and would cover the contact."""
+
+FLAGS_AT_ONCE: Final = 3
+"""Flags that stand at the same time; of more, those of the longest cuts."""
+
+CLUSTER_POLE: Final = 0.07
+"""Metres from a cluster of pins up to its numbers; lower than a flag, so that the flag's words stay free."""
+
+CLUSTERS: Final = 12
+"""Clusters that carry numbers; of more, the largest. All pins stay."""
+
+
+def log_missed_faces(
+    writer: RecordingWriter, root: str, assembly: Assembly, oracle: Detection, misses: Sequence[Miss]
+) -> None:
+    """Send ``world/<body>/<root>``: per frame, the faces of the body that met unseen, in the body's own frame."""
+    per_body: dict[int, dict[int, list[NDArray[np.int64]]]] = {}
+    room = dict.fromkeys(range(len(assembly.bodies)), DRAWN_MISSED_FACES)
+    if oracle.face_sets is not None:
+        for miss in sorted(misses, key=lambda one: (-one.cut_length, one.number)):
+            _collect_faces(per_body, room, assembly, oracle, miss)
+    for body in sorted({int(k) for miss in misses for k in assembly.pairs[miss.pair]}):
+        _log_faces_of(writer, root, assembly, body, per_body.get(body, {}))
+
+
+def _collect_faces(
+    per_body: dict[int, dict[int, list[NDArray[np.int64]]]],
+    room: dict[int, int],
+    assembly: Assembly,
+    oracle: Detection,
+    miss: Miss,
+) -> None:
+    for frame in range(miss.first, miss.last + 1):
+        faces = oracle.faces(frame, miss.pair)
+        for side, body in enumerate(assembly.pairs[miss.pair].tolist()):
+            mine = np.unique(faces[:, side])
+            if len(mine) and len(mine) <= room[body]:
+                room[body] -= len(mine)
+                per_body.setdefault(body, {}).setdefault(frame, []).append(mine)
+
+
+def _log_faces_of(
+    writer: RecordingWriter, root: str, assembly: Assembly, body: int, frames: dict[int, list[NDArray[np.int64]]]
+) -> None:
+    path = f"{body_path(assembly.bodies[body].name)}/{root}"
+    # A row without faces after each stretch, else the patch would stay for ever: the viewer shows the latest row.
+    last = len(writer.clock.ns) - 1
+    rows = sorted({0, *frames, *(frame + 1 for frame in frames if frame < last)})
+    triangles = pushed_out(assembly.bodies[body].mesh.triangles)
+    per_row = [np.unique(np.concatenate(frames[frame])) if frame in frames else NO_FACES for frame in rows]
+    corners = triangles[np.concatenate(per_row)].reshape(-1, 3).astype(np.float32)
+    counts = [3 * len(faces) for faces in per_row]
+    writer.rows(path, rows, rr.Mesh3D.columns(vertex_positions=corners), counts)
+    writer.static(path, rr.Mesh3D.from_fields(albedo_factor=MISSED_FACES))
+
+
+UP: Final = np.array([0.0, 1.0, 0.0])
+
+NO_FACES: Final = np.zeros(0, dtype=np.int64)
+
+
+def pushed_out(triangles: FloatArray) -> FloatArray:
+    """Triangles (f, 3, 3) moved along their normals by ``PUSHED_OUT``; a face without area stays where it is."""
+    area = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    length = np.linalg.norm(area, axis=1, keepdims=True)
+    unit = np.divide(area, length, out=np.zeros_like(area), where=length > 0)
+    moved: FloatArray = triangles + PUSHED_OUT * unit[:, None]
+    return moved
+
+
+def log_pins(writer: RecordingWriter, root: str, misses: Sequence[Miss], reach: float) -> None:
+    """Send pins at all times, numbers at clusters of pins, and a flag with words while its miss is current.
+
+    Pins within ``reach`` metres of each other share their numbers: how much that is depends on how far the eye stands.
+    """
+    points = np.array([miss.point for miss in misses], dtype=np.float32).reshape(-1, 3)
+    pins = rr.Points3D(points, colors=packed([MISSED] * len(misses)), radii=rr.Radius.ui_points(4.0))
+    writer.static(f"{root}/pins", pins)
+    frames, current = current_misses(writer.clock, misses)
+    _log_flags(writer, f"{root}/flag", frames, current)
+    _log_numbers(writer, f"{root}/numbers", misses, frames, [bool(one) for one in current], reach)
+
+
+def current_misses(clock: Clock, misses: Sequence[Miss]) -> tuple[list[int], list[list[Miss]]]:
+    """Frames at which the set of current misses changes, and the misses current from each on, longest cut first."""
+    changes: dict[int, list[tuple[bool, Miss]]] = {0: []}
+    for miss in misses:
+        changes.setdefault(miss.first, []).append((True, miss))
+        # A flag that lingers makes way for the next miss.
+        then = min((other.first for other in misses if other.first > miss.last), default=len(clock.ns))
+        after = max(min(clock.frame_at(miss.end + LINGER), then), miss.last + 1)
+        if after < len(clock.ns):
+            changes.setdefault(after, []).append((False, miss))
+    now: dict[int, Miss] = {}
+    frames, current = [], []
+    for frame in sorted(changes):
+        for begins, miss in changes[frame]:
+            if begins:
+                now[miss.number] = miss
+            else:
+                del now[miss.number]
+        frames.append(frame)
+        current.append(sorted(now.values(), key=lambda one: (-one.cut_length, one.number)))
+    return frames, current
+
+
+def _log_flags(writer: RecordingWriter, path: str, frames: list[int], current: list[list[Miss]]) -> None:
+    shown = [misses[:FLAGS_AT_ONCE] for misses in current]
+    flat = [(miss, level) for misses in shown for level, miss in enumerate(misses)]
+    counts = [len(misses) for misses in shown]
+    feet = np.array([miss.point for miss, _ in flat], dtype=np.float32).reshape(-1, 3)
+    tops = feet + np.array([[0.0, POLE * (1 + level), 0.0] for _, level in flat], dtype=np.float32).reshape(-1, 3)
+    words = [f"{miss.number}  {miss.body_a}-{miss.body_b}" for miss, _ in flat]
+    writer.rows(f"{path}/words", frames, rr.Points3D.columns(positions=tops, labels=words), counts)
+    poles = np.stack([feet, tops], axis=1)
+    writer.rows(f"{path}/pole", frames, rr.LineStrips3D.columns(strips=poles), counts)
+    red, radius = packed([MISSED]), rr.Radius.ui_points(1.4)
+    writer.static(f"{path}/words", rr.Points3D.from_fields(colors=red, radii=radius, show_labels=True))
+    writer.static(f"{path}/pole", rr.LineStrips3D.from_fields(colors=red, radii=radius))
+
+
+def _log_numbers(
+    writer: RecordingWriter, path: str, misses: Sequence[Miss], frames: list[int], busy: list[bool], reach: float
+) -> None:
+    """Numbers stand at their clusters while no flag does: only one thing in space has words at a time."""
+    clusters = clustered(misses, reach)[:CLUSTERS]
+    rows = [k for k in range(len(frames)) if k == 0 or busy[k] != busy[k - 1]]
+    words = [number_ranges(miss.number for miss in cluster) for cluster in clusters]
+    tops = [np.mean([m.point for m in cluster], axis=0) + UP * CLUSTER_POLE for cluster in clusters]
+    counts = [0 if busy[k] else len(clusters) for k in rows]
+    shown = sum(not busy[k] for k in rows)
+    positions = np.array(tops * shown, dtype=np.float32).reshape(-1, 3)
+    columns = rr.Points3D.columns(positions=positions, labels=words * shown)
+    writer.rows(path, [frames[k] for k in rows], columns, counts)
+    writer.static(
+        path, rr.Points3D.from_fields(colors=packed([PARTLY_MISSED]), radii=rr.Radius.ui_points(0.01), show_labels=True)
+    )
+
+
+def clustered(misses: Sequence[Miss], reach: float) -> list[list[Miss]]:
+    """Misses within ``reach`` metres of the first of their cluster, largest cluster first."""
+    clusters: list[list[Miss]] = []
+    for miss in misses:
+        near = (one for one in clusters if np.linalg.norm(np.subtract(miss.point, one[0].point)) <= reach)
+        cluster = next(near, None)
+        if cluster is None:
+            clusters.append([miss])
+        else:
+            cluster.append(miss)
+    return sorted(clusters, key=lambda one: -len(one))
+
+
+def number_ranges(numbers: Iterable[int]) -> str:
+    """Numbers in words: ``1-3, 5, 8``."""
+    runs: list[list[int]] = []
+    for number in sorted(numbers):
+        if runs and number == runs[-1][1] + 1:
+            runs[-1][1] = number
+        else:
+            runs.append([number, number])
+    return ", ".join(str(a) if a == b else f"{a}-{b}" for a, b in runs)

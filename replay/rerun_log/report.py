@@ -1,0 +1,135 @@
+"""Words beside the picture: a headline that says what was missed, the numbered list, a note on the current miss."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+import rerun as rr
+
+from replay.audit.outcome import Miss, Outcome
+from replay.rerun_log.colours import MISSED, PARTLY_MISSED, WHITE, packed
+from replay.rerun_log.columns import RecordingWriter
+from replay.run_result import RunResult
+
+WORST: Final = 40
+"""Misses in the table of the worst; the list beside it has all."""
+
+CAVEAT: Final = (
+    "Exact about the recorded poses and these meshes. Tracker noise (VIVE: 0.14-0.77 mm from frame to frame) is larger "
+    "than most margins."
+)
+
+NEVER_FOUND: Final = "never found"
+
+
+def headline(result: RunResult, label: str) -> str:
+    """What the subject missed, in one line, fit for a title."""
+    contacts = len(result.episodes.get(result.oracle, ()))
+    misses = result.misses.get(label, ())
+    touched = {miss.episode for miss in misses}
+    whole = {miss.episode for miss in misses if miss.kind == NEVER_FOUND}
+    part = len(touched - whole)
+    if not touched:
+        return f"None of {contacts} contacts missed by {label}"
+    late = f", {part} more in part" if part and whole else ""
+    if not whole:
+        return f"{part} of {contacts} contacts missed in part by {label}"
+    return f"{len(whole)} of {contacts} contacts missed by {label}{late}"
+
+
+def log_missed_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], empty: str) -> None:
+    """Send one line per miss at its deepest frame: a click on it moves the cursor to where there is most to see."""
+    if not misses:
+        line = rr.TextLog.columns(text=[empty], level=["none"], color=packed([WHITE]))
+        writer.rows(path, [0], line)
+        return
+    ordered = sorted(misses, key=lambda miss: (miss.deepest, miss.number))
+    width = max(len(f"{miss.body_a}-{miss.body_b}") for miss in ordered)
+    digits = len(str(max(miss.number for miss in ordered)))
+    texts = [_line(miss, width, digits) for miss in ordered]
+    colours = [MISSED if miss.kind == NEVER_FOUND else PARTLY_MISSED for miss in ordered]
+    columns = rr.TextLog.columns(
+        text=texts, level=[miss.kind.replace(" ", "_") for miss in ordered], color=packed(colours)
+    )
+    writer.rows(path, [miss.deepest for miss in ordered], columns)
+
+
+def _line(miss: Miss, width: int, digits: int) -> str:
+    name = f"{miss.body_a}-{miss.body_b}"
+    frames = miss.last - miss.first + 1
+    cut = miss.cut_length * 1e3
+    return (
+        f"{miss.number:>{digits}}  {miss.start:7.2f} s {frames:4} fr  {name:<{width}}  {miss.kind:<11}  {cut:5.1f} mm"
+    )
+
+
+def log_notes(
+    writer: RecordingWriter, path: str, frames: Sequence[int], shown: Sequence[Miss], result: RunResult, label: str
+) -> None:
+    """Send what is to be said about the miss in the close-up, a row where it changes."""
+    count, contacts = len(result.misses[label]), len(result.episodes[result.oracle])
+    texts = [_note(miss, count, contacts, label, result.oracle) for miss in shown]
+    writer.rows(path, frames, rr.TextDocument.columns(text=texts, media_type=["text/markdown"] * len(texts)))
+
+
+def _note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:
+    frames = miss.last - miss.first + 1
+    return (
+        f"#### Miss {miss.number} of {count}: {miss.body_a}-{miss.body_b}\n\n"
+        f"**{miss.start:.3f} s**, {frames} frame{'s' * (frames > 1)} ({miss.first} to {miss.last}), "
+        f"contact {miss.episode} of {contacts}\n\n"
+        f"- {oracle}: **CONTACT**, {miss.face_pairs} face pairs, cut {miss.cut_length * 1e3:.1f} mm\n"
+        f"- {label}: **{miss.kind}**\n\n"
+        f"`replay view RUN --miss {miss.number}`"
+    )
+
+
+def log_report(writer: RecordingWriter, path: str, result: RunResult) -> None:
+    """Send the report: what was replayed, what each detector missed and took."""
+    writer.static(path, rr.TextDocument(report_text(result), media_type=rr.MediaType.MARKDOWN))
+
+
+def report_text(result: RunResult) -> str:
+    """The report in Markdown."""
+    assembly, scene = result.assembly, result.session.scene
+    times = assembly.motion.times
+    span = float(times[-1] - times[0]) if len(times) else 0.0
+    parts = [
+        f"# {scene.name or 'Session'}",
+        f"{span:.1f} s, {len(times):,} frames, {len(assembly.bodies)} bodies, {len(assembly.pairs)} pairs.",
+    ]
+    parts += [f"**{headline(result, label)}.**" for label in result.comparisons]
+    parts.append(_outcome_table(result))
+    if assembly.proxies:
+        parts.append(f"Proxy meshes stand in for: {', '.join(assembly.proxies)}.")
+    if assembly.left_out:
+        parts.append(f"Without a mesh, so not examined: {', '.join(assembly.left_out)}.")
+    if bool(assembly.held.any()):
+        held = [assembly.pair_name(int(k)) for k in np.flatnonzero(assembly.held)]
+        parts.append(f"Held, listed apart: {', '.join(held)}.")
+    parts += [f"- {note}" for note in assembly.notes]
+    return "\n\n".join([*parts, f"*{CAVEAT}*"])
+
+
+def _outcome_table(result: RunResult) -> str:
+    words = ("both", "missed", "invented", "within tolerance", "left out")
+    kinds = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.LEFT_OUT)
+    lines = [f"| pair-frames against {result.oracle} | {' | '.join(words)} |", "|---" * 6 + "|"]
+    for label, comparison in result.comparisons.items():
+        lines.append(f"| {label} | {' | '.join(f'{comparison.count(kind):,}' for kind in kinds)} |")
+    return "\n".join(lines) if result.comparisons else f"Detectors: {', '.join(result.detections) or 'none'}."
+
+
+def log_worst(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
+    """Send the misses with the longest cuts, deepest first: where hundreds are listed, these are worth a look."""
+    ordered = sorted(misses, key=lambda miss: (-miss.cut_length, miss.number))[:WORST]
+    lines = ["| miss | at s | frames | pair | kind | cut mm | face pairs |", "|---" * 7 + "|"]
+    lines += [
+        f"| **{m.number}** | {m.start:.2f} | {m.last - m.first + 1} | {m.body_a}-{m.body_b} | {m.kind} "
+        f"| {m.cut_length * 1e3:.1f} | {m.face_pairs} |"
+        for m in ordered
+    ]
+    title = f"### The {len(ordered)} longest cuts of {len(misses)} misses\n\n" if misses else "### Nothing missed\n\n"
+    writer.static(path, rr.TextDocument(title + "\n".join(lines), media_type=rr.MediaType.MARKDOWN))
