@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import Any
 
 _HOME = {
-    "run": "replay.engine",
+    "run": "replay.runner",
     "plan": "replay.plan",
     "RunResult": "replay.run_result",
 }

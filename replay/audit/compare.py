@@ -1,0 +1,71 @@
+"""Two detections of the same frames and pairs, laid beside each other: every pair-frame gets exactly one word."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore import Detection
+from cdcore.protocol import counts_as_contact, is_undecided
+from replay.audit.outcome import Comparison, Outcome
+from replay.errors import AuditError
+
+
+def compare(
+    subject: Detection,
+    oracle: Detection,
+    labels: tuple[str, str] | None = None,
+    within: NDArray[np.bool_] | None = None,
+) -> Comparison:
+    """Say of every pair-frame what the subject's verdict is worth beside the oracle's.
+
+    A detector of instants speaks of the pose at frame t, one of intervals of the whole way from t-1 to t. So against an
+    oracle of instants, what an interval detector finds beyond it is *between frames*; and against an oracle of
+    intervals, a contact counts as found when the subject reports it at either end.
+
+    Parameters
+    ----------
+    subject, oracle : detections of the same frames and pairs.
+    labels : what the run calls them; ``None``: the detectors' names.
+    within : (T, P) pair-frames whose deepest penetration or least clearance is at most tau; there they may disagree.
+
+    Raises
+    ------
+    AuditError
+        They speak of other frames or pairs.
+    """
+    _require_same(subject, oracle)
+    reports, truth = counts_as_contact(subject.verdict), counts_as_contact(oracle.verdict)
+    found = _either_end(reports) if (subject.covers, oracle.covers) == ("instants", "intervals") else reports
+    outcome = np.full(truth.shape, Outcome.NEITHER, dtype=np.uint8)
+    beyond = Outcome.BETWEEN_FRAMES if _is_finer(subject, oracle) else Outcome.INVENTED
+    outcome[truth & found] = Outcome.BOTH
+    outcome[truth & ~found] = Outcome.MISSED
+    outcome[reports & ~truth] = beyond
+    if within is not None:
+        outcome[within & (truth != found)] = Outcome.WITHIN_TOLERANCE
+    outcome[is_undecided(subject.verdict) | is_undecided(oracle.verdict)] = Outcome.LEFT_OUT
+    outcome.setflags(write=False)
+    names = labels or (subject.detector, oracle.detector)
+    return Comparison(names[0], names[1], outcome)
+
+
+def _is_finer(subject: Detection, oracle: Detection) -> bool:
+    return (subject.covers, oracle.covers) == ("intervals", "instants")
+
+
+def _either_end(reports: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether a contact is reported at the end of each interval or at its start."""
+    both = reports.copy()
+    both[1:] |= reports[:-1]
+    return both
+
+
+def _require_same(subject: Detection, oracle: Detection) -> None:
+    if not np.array_equal(subject.times, oracle.times):
+        raise AuditError(
+            f"{subject.detector} and {oracle.detector} speak of different frames ({len(subject.times)} and "
+            f"{len(oracle.times)}); run both on one motion"
+        )
+    if not np.array_equal(subject.pairs, oracle.pairs):
+        raise AuditError(f"{subject.detector} and {oracle.detector} speak of different pairs; give both the same pairs")

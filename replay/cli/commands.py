@@ -1,0 +1,40 @@
+"""The table of verbs: each is a module, imported when the verb is used and not before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+GROUPS: Final = ("Record", "Check", "Replay", "Audit", "Study")
+"""Headings of the help text, in the order of a day's work."""
+
+
+@dataclass(frozen=True)
+class CommandSpec:
+    """One verb.
+
+    Parameters
+    ----------
+    entry : ``module:command``.
+    group : one of ``GROUPS``.
+    help : one line.
+    """
+
+    entry: str
+    group: str
+    help: str
+
+
+COMMANDS: Final[dict[str, CommandSpec]] = {
+    "import": CommandSpec("replay.cli.import_file:command", "Record", "Turn a recording of another program into MCAP."),
+    "info": CommandSpec(
+        "replay.cli.info:command", "Check", "Say what a session file holds: bodies, clock, gaps, tasks."
+    ),
+    "demo": CommandSpec(
+        "replay.cli.demo:command", "Replay", "Record a made-up lab session, replay it, show the misses."
+    ),
+    "run": CommandSpec(
+        "replay.cli.run:command", "Replay", "Replay a session through detectors and write a run folder."
+    ),
+    "view": CommandSpec("replay.cli.view:command", "Replay", "Open the picture of a run, at a miss if you like."),
+}

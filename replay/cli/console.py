@@ -1,0 +1,89 @@
+"""What people see on stderr: sentences, and progress with rate and remaining time where there is a terminal."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from replay.progress import Advance
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress
+
+
+class People:
+    """Speaks to whoever started the command.
+
+    Parameters
+    ----------
+    quiet : say nothing.
+    verbose : say more.
+    """
+
+    def __init__(self, *, quiet: bool = False, verbose: bool = False) -> None:
+        self.quiet, self.verbose = quiet, verbose
+
+    def say(self, sentence: str) -> None:
+        """One sentence, at once."""
+        if not self.quiet:
+            print(sentence, file=sys.stderr, flush=True)
+
+    def detail(self, sentence: str) -> None:
+        """One sentence for those who asked for more."""
+        if self.verbose:
+            self.say(sentence)
+
+
+class TerminalProgress:
+    """A bar per stage, on a terminal; elsewhere nothing."""
+
+    def __init__(self, people: People) -> None:
+        self._shown = sys.stderr.isatty() and not people.quiet
+
+    @contextmanager
+    def stage(self, name: str, total: int | None = None, unit: str = "frames") -> Iterator[Advance]:
+        """Show a bar while the stage lasts; a line with its time stays."""
+        if not self._shown:
+            yield _unshown
+            return
+        with _bars(unit) as bars:
+            task = bars.add_task(name, total=total)
+            yield lambda done: bars.advance(task, done)
+            if total is None:
+                bars.update(task, total=1, completed=1)
+
+
+def _unshown(done: int) -> None:
+    del done
+
+
+def _bars(unit: str) -> Progress:
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    from replay.cli.rate_column import RateColumn
+
+    return Progress(
+        SpinnerColumn(finished_text="[green]✓[/green]"),
+        TextColumn("{task.description:<12}"),
+        BarColumn(bar_width=32),
+        RateColumn(unit),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(elapsed_when_finished=False),
+        console=_stderr(),
+    )
+
+
+def _stderr() -> Console:
+    from rich.console import Console
+
+    return Console(stderr=True)
+
+
+def stdout_console() -> Console:
+    """Where tables go: as wide as the terminal, and wide enough to lose nothing where there is none."""
+    from rich.console import Console
+
+    return Console(width=None if sys.stdout.isatty() else 120, highlight=False)

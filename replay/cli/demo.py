@@ -1,0 +1,94 @@
+"""``replay demo``: everything once, on a made-up session whose contacts are known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Final
+
+import click
+
+from replay.cli.console import People, TerminalProgress
+from replay.cli.options import ANY_PATH, common, output_format
+
+if TYPE_CHECKING:
+    from replay.run_result import RunResult
+
+SLOW: Final = "22.5Hz=discrete[rate_hz=22.5]"
+"""A quarter of the headset's rate: what a laboratory gets that looks for contacts in every fourth frame."""
+
+SCENE: Final = "bench-bumps"
+FOLDER: Final = Path("replay-demo")
+SESSION: Final = "session.mcap"
+
+
+@click.command()
+@click.option("--scene", default=SCENE, show_default=True, help="Which made-up session.")
+@click.option("--session-only", is_flag=True, help="Record the session file and stop.")
+@click.option("-o", "--out", type=ANY_PATH, help=f"Run folder, or with --session-only the file.  [default: {FOLDER}]")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of the made-up session.")
+@click.option("--force", is_flag=True, help="Replace an earlier run folder of that name.")
+@output_format
+@common
+def command(
+    scene: str,
+    session_only: bool,
+    out: Path | None,
+    seed: int,
+    force: bool,
+    format_: str,
+    verbose: bool,
+    quiet: bool,
+    debug: bool,
+) -> int:
+    """Record a made-up lab session to MCAP, replay it at full rate and at 22.5 Hz, show what the slow one missed."""
+    del debug
+    people = People(quiet=quiet, verbose=verbose)
+    if session_only:
+        file = out or Path(f"{scene}.mcap")
+        people.say(f"making up a minute in a laboratory ({scene}) and recording it ...")
+        _record(scene, seed, file)
+        click.echo(file)
+        return 0
+    people.say(
+        f"making up a minute in a laboratory ({scene}), recording it, replaying it at full rate and at 22.5 Hz ..."
+    )
+    folder = out or FOLDER
+    result = _demo(scene, seed, folder, force or out is None, people)
+    from replay.cli.run_report import report_run
+
+    code = report_run(result, people, format_)
+    people.say(f"\nwrote {folder}; the recorded session is {folder / SESSION}")
+    people.say(f"open the picture:   replay view {folder}")
+    first = next((miss.number for found in result.misses.values() for miss in found), None)
+    if first is not None:
+        people.say(f"or at one miss:     replay view {folder} --miss {first}")
+    return code
+
+
+def _record(scene: str, seed: int, file: Path) -> None:
+    from replay.made_up import made_up_session
+    from sessions import write_session
+
+    write_session(made_up_session(scene, seed), file)
+
+
+def _demo(scene: str, seed: int, out: Path, force: bool, people: People) -> RunResult:
+    from replay.results.run_folder import check_target, write_run_folder
+
+    check_target(out, force=force)
+    progress = TerminalProgress(people)
+    with TemporaryDirectory(prefix="replay-demo-") as folder:
+        file = Path(folder) / SESSION
+        with progress.stage("record"):
+            _record(scene, seed, file)
+        from replay.engine import compute
+        from replay.rerun_log.recording import write_recording
+        from sessions import read_session
+
+        session = replace(read_session(file), origin=str(out / SESSION))
+        result = compute(session, detectors=SLOW, seed=seed, progress=progress)
+        with progress.stage("write"):
+            write_run_folder(result, out, force=force, picture=write_recording, files={SESSION: file})
+    return replace(result, out=out)

@@ -1,0 +1,87 @@
+"""``replay import``: a recording of another program as a session file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from replay.cli.console import People
+from replay.cli.options import ANY_PATH, SESSION_FILE, common
+
+
+@click.command()
+@click.argument("format_", metavar="FORMAT")
+@click.argument("source", type=SESSION_FILE, metavar="SOURCE")
+@click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.mcap", help="Session file to write.")
+@click.option("--force", is_flag=True, help="Replace a file of that name.")
+@click.option("--mesh", "meshes", multiple=True, metavar="BODY=FILE", help="Mesh of a body: left=wand.glb. Repeatable.")
+@click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help="Bodies, pairs, effects.")
+@click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv: which column is what.")
+@click.option("--convention", metavar="NAME", help="csv: axes of the source, for example unity.")
+@click.option("--mesh-axes", metavar="NAME", help="csv: axes of the mesh files, same or x-flipped.")
+@common
+def command(
+    format_: str,
+    source: Path,
+    out: Path,
+    force: bool,
+    meshes: tuple[str, ...],
+    scene: Path | None,
+    mapping: Path | None,
+    convention: str | None,
+    mesh_axes: str | None,
+    verbose: bool,
+    quiet: bool,
+    debug: bool,
+) -> int:
+    """Read SOURCE, a recording of another program in FORMAT (aframe, csv), and write it as a session file.
+
+    \b
+    replay import aframe motion.json -o session.mcap --mesh left=wand.glb --mesh right=wand.glb
+    replay import csv unity.csv -o session.mcap --convention unity
+    """
+    del debug
+    people = People(quiet=quiet, verbose=verbose)
+    options = {"mapping": mapping, "convention": convention, "mesh_axes": mesh_axes}
+    given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
+    given["meshes"] = _meshes(meshes)
+    from replay.errors import OutputError
+    from sessions import write_session
+    from sessions.importers import import_session
+
+    if out.exists() and not force:
+        raise OutputError(f"{out} exists; name another file, or replace it with --force")
+    if scene is not None:
+        from sessions.scene_toml import read_scene
+
+        given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
+    session = import_session(format_, source, **given)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    write_session(session, out)
+    _say_what(session, people)
+    click.echo(out)
+    return 0
+
+
+def _meshes(given: tuple[str, ...]) -> dict[str, Path]:
+    meshes = {}
+    for text in given:
+        body, equals, file = text.partition("=")
+        if not equals or not body or not file:
+            raise click.BadParameter(f"{text!r} is not BODY=FILE, for example left=wand.glb", param_hint="--mesh")
+        if not Path(file).is_file():
+            raise click.BadParameter(f"{file!r} does not exist or is no file", param_hint="--mesh")
+        meshes[body] = Path(file)
+    return meshes
+
+
+def _say_what(session: Any, people: People) -> None:
+    people.say(f"{len(session.frames):,} frames of {', '.join(session.names)}")
+    conversions = session.facts.get("conversions", "none")
+    if conversions != "none":
+        people.say(f"converted: {conversions}")
+    proxies = [body.id for body in session.scene.bodies if body.proxy]
+    if proxies:
+        people.say(f"proxy meshes stand in for: {', '.join(proxies)}; give the real ones with --mesh")

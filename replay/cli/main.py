@@ -1,0 +1,162 @@
+"""The command ``replay``: finds the verb, and turns every error into one sentence and an exit code.
+
+0 ok; 1 failure or invalid input; 2 usage or missing path; 3 completed with data loss; 4 a gate failed; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Final
+
+import click
+
+from replay.cli.commands import COMMANDS, GROUPS
+
+OK: Final = 0
+FAILURE: Final = 1
+USAGE: Final = 2
+DATA_LOSS: Final = 3
+GATE_FAILED: Final = 4
+INTERRUPTED: Final = 130
+
+DEBUG: Final = "--debug"
+
+
+class LazyGroup(click.Group):
+    """Verbs by name from the table; help is answered from the table alone."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """All verbs."""
+        del ctx
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The verb, its module imported now."""
+        del ctx
+        if cmd_name not in COMMANDS:
+            return None
+        module, _, attribute = COMMANDS[cmd_name].entry.partition(":")
+        command: click.Command = getattr(import_module(module), attribute)
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the verbs by group, in the order of a day's work."""
+        del ctx
+        for group in GROUPS:
+            rows = [(name, spec.help) for name, spec in COMMANDS.items() if spec.group == group]
+            if rows:
+                with formatter.section(group):
+                    formatter.write_dl(rows, col_max=12)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the verb; a mistyped one is answered with its nearest neighbour."""
+        name = args[0]
+        if name not in COMMANDS and not name.startswith("-"):
+            from difflib import get_close_matches
+
+            near = get_close_matches(name, COMMANDS, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"there are: {', '.join(COMMANDS)}"
+            raise click.UsageError(f"no verb {name!r}; {hint}", ctx)
+        return super().resolve_command(ctx, args)
+
+
+def _print_version(ctx: click.Context, _parameter: click.Parameter, asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        click.echo(f"replay {version('vrlab-replay')}")
+        ctx.exit()
+
+
+@click.group(
+    cls=LazyGroup,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="`replay VERB --help` says more. First time here? `replay demo`.",
+)
+@click.option(
+    "--version", is_flag=True, is_eager=True, expose_value=False, callback=_print_version, help="Say the version."
+)
+def cli() -> None:
+    """Replay recorded VR laboratory sessions: see what collision detection missed, and what catching it costs."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    _make_streams_safe()
+    try:
+        code = cli.main(args=given, prog_name="replay", standalone_mode=False)
+    except (click.exceptions.Abort, KeyboardInterrupt):
+        click.echo("interrupted; nothing half-written was left behind", err=True)
+        return INTERRUPTED
+    except click.ClickException as error:
+        return _usage(error)
+    except BrokenPipeError:
+        _silence_stdout()
+        return FAILURE
+    except Exception as error:
+        return _failure(error, debug=DEBUG in given)
+    return code if isinstance(code, int) else OK
+
+
+def _usage(error: click.ClickException) -> int:
+    from click import UsageError
+
+    click.echo(f"error: {_sentence(error.format_message())}", err=True)
+    context = error.ctx if isinstance(error, UsageError) else None
+    if context is not None:
+        click.echo(f"       {context.command_path} --help says how it is used", err=True)
+    return error.exit_code
+
+
+def _failure(error: Exception, *, debug: bool) -> int:
+    if debug:
+        import traceback
+
+        traceback.print_exception(error)
+    if _is_known(error):
+        click.echo(f"error: {_sentence(str(error))}", err=True)
+    else:
+        what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+        click.echo(f"error: this should not have happened ({_sentence(what)}); please report it", err=True)
+        if not debug:
+            click.echo(
+                f"       with {DEBUG} the same command prints where it happened; add that to the report", err=True
+            )
+    return FAILURE
+
+
+def _is_known(error: Exception) -> bool:
+    """Whether somebody raised this on purpose; a file that the system refuses counts, and so does a full memory."""
+    from cdcore.errors import CollisionCoreError
+    from replay.errors import ReplayError
+    from sessions.errors import SessionError
+
+    named = isinstance(error, OSError) and error.filename is not None
+    return named or isinstance(error, CollisionCoreError | ReplayError | SessionError)
+
+
+def _sentence(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _make_streams_safe() -> None:
+    """A console that cannot show a character shows a question mark, instead of ending the program."""
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:
+            reconfigure(errors="replace")
+
+
+def _silence_stdout() -> None:
+    """The reader of our output has gone: let nothing be written to it at exit either."""
+    sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,72 @@
+"""``replay run``: a session file through detectors, into a run folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from replay.cli.console import People, TerminalProgress
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, output_format, window
+
+
+@click.command()
+@click.argument("session", type=SESSION_FILE, metavar="FILE.mcap")
+@click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Run folder to make.")
+@click.option("--force", is_flag=True, help="Replace an earlier run folder of that name.")
+@click.option(
+    "--detectors",
+    "--detector",
+    "detectors",
+    multiple=True,
+    metavar="SPEC",
+    help="What to audit: hybrid, discrete[rate_hz=22.5], slow=discrete[rate_hz=22.5]; several with commas or repeated.",
+)
+@click.option("--oracle", metavar="SPEC", help="The detector to trust: a label, a detector, or none. Default: exact.")
+@window
+@click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
+@click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
+@output_format
+@common
+def command(
+    session: Path,
+    out: Path,
+    force: bool,
+    detectors: tuple[str, ...],
+    oracle: str | None,
+    start: float | None,
+    end: float | None,
+    seed: int,
+    no_picture: bool,
+    format_: str,
+    verbose: bool,
+    quiet: bool,
+    debug: bool,
+) -> int:
+    """Replay FILE.mcap through detectors and write what came of it to a run folder.
+
+    \b
+    replay run session.mcap --out run1
+    replay run session.mcap --out run2 --detectors "slow=discrete[rate_hz=22.5],hybrid" --oracle exact
+    """
+    del debug
+    people = People(quiet=quiet, verbose=verbose)
+    people.say(f"replaying {session}")
+    from replay.cli.run_report import report_run
+    from replay.runner import run
+
+    result = run(
+        session,
+        detectors=detectors or None,
+        oracle=oracle,
+        out=out,
+        start=start,
+        end=end,
+        seed=seed,
+        picture=not no_picture,
+        force=force,
+        progress=TerminalProgress(people),
+    )
+    code = report_run(result, people, format_)
+    people.say(f"\nwrote {out}" + ("" if no_picture else f"\nopen the picture:  replay view {out}"))
+    return code

@@ -1,0 +1,40 @@
+"""What ``run`` and ``demo`` say when they are done: tables or JSON on stdout, what to do next on stderr."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+import click
+
+from replay.cli.console import People, stdout_console
+from replay.cli.main import DATA_LOSS, OK
+from replay.run_result import RunResult
+
+
+def report_run(result: RunResult, people: People, format_: str) -> int:
+    """Print a run and return the exit code: 3 when frames of the recording could not be used."""
+    if format_ == "json":
+        click.echo(json.dumps(as_json(result), indent=1, allow_nan=False))
+    else:
+        from replay.cli.run_tables import run_tables
+
+        stdout_console().print(run_tables(result))
+    for note in result.assembly.notes:
+        people.say(f"note: {note}")
+    if result.assembly.left_out:
+        people.say(f"note: no mesh, so not looked at: {', '.join(result.assembly.left_out)}")
+    return DATA_LOSS if lost_frames(result.summary) else OK
+
+
+def lost_frames(summary: Mapping[str, Any]) -> int:
+    """Frames of the recording that were left out."""
+    return sum(summary["session"]["dropped_frames"].values())
+
+
+def as_json(result: RunResult) -> dict[str, Any]:
+    """The summary, the misses, and where the rest lies."""
+    misses = {label: [asdict(miss) for miss in found] for label, found in result.misses.items()}
+    return {**result.summary, "misses": misses, "out": None if result.out is None else str(result.out)}

@@ -1,0 +1,184 @@
+"""A run as tables for a terminal: who missed what, when, and what it cost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+
+import numpy as np
+from rich import box
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from replay.audit.misses import NEVER_FOUND
+from replay.audit.outcome import Outcome
+from replay.run_result import RunResult
+from replay.summary import CAVEAT
+
+MISS_ROWS: Final = 20
+"""Misses listed in a terminal; the tables of the run folder hold them all."""
+
+PAIR_ROWS: Final = 20
+
+RED: Final = "#ff2d55"
+"""The red of missed contacts, here as in the picture, and of nothing else."""
+
+BLUE: Final = "#5aa9e6"
+YELLOW: Final = "#ffcc00"
+
+
+def run_tables(result: RunResult) -> Group:
+    """Everything a terminal shows of a run."""
+    parts: list[RenderableType] = []
+    for label in result.comparisons:
+        parts += [Text(), headline(result, label), pair_table(result, label)]
+        if result.misses[label]:
+            parts += [Text(), miss_table(result, label)]
+    if not result.comparisons and result.detections:
+        parts += [Text(), contact_table(result)]
+    if result.detections:
+        parts += [Text(), cost_table(result)]
+    parts += [Text(), Text(CAVEAT, style="dim")]
+    if result.assembly.proxies:
+        parts.append(Text(f"Proxy meshes stand in for: {', '.join(result.assembly.proxies)}.", style="dim"))
+    return Group(*parts)
+
+
+def headline(result: RunResult, label: str) -> Text:
+    """What was missed, in one line."""
+    audit = result.summary["audit"][label]
+    contacts, missed = audit["contacts"], audit["contacts_missed"]
+    text = Text("  ")
+    if missed:
+        text.append(f"{missed} of {contacts} contacts missed", style=f"bold {RED}")
+    else:
+        text.append(f"no contact of {contacts} missed", style="bold green")
+    text.append(f" by {label}", style="bold")
+    late = audit["misses"] - audit["by_kind"][NEVER_FOUND]
+    if late:
+        text.append(f", {late} more missed in part")
+    text.append(f"   oracle: {result.oracle}", style="dim")
+    return text
+
+
+def pair_table(result: RunResult, label: str) -> Table:
+    """One row per pair that touched or was said to, worst first."""
+    outcome = result.comparisons[label].outcome
+    table = _table("contacts", "pair")
+    for name, style in (("contacts", ""), ("missed", RED), ("in part", RED), ("both", BLUE), ("missed ", RED)):
+        table.add_column(name.strip(), justify="right", style=style)
+    table.add_column("invented", justify="right", style=YELLOW)
+    table.columns[4].header, table.columns[5].header = "frames both", "frames missed"
+    table.columns[6].header = "frames invented"
+    rows = sorted(_pair_rows(result, label, outcome), key=lambda row: (-row[2], -row[5], -row[1], row[0]))
+    for name, *counts in rows[:PAIR_ROWS]:
+        table.add_row(name, *(_count(count) for count in counts))
+    if len(rows) > PAIR_ROWS:
+        table.add_row(f"… and {len(rows) - PAIR_ROWS} more", *[""] * 6)
+    return table
+
+
+def _pair_rows(
+    result: RunResult, label: str, outcome: np.ndarray[Any, np.dtype[np.uint8]]
+) -> Iterator[tuple[str, int, int, int, int, int, int]]:
+    contacts = [episode.pair for episode in result.episodes[result.oracle]]
+    misses = result.misses[label]
+    for pair in range(outcome.shape[1]):
+        counts = np.bincount(outcome[:, pair], minlength=len(Outcome)).tolist()
+        touched = contacts.count(pair)
+        whole = len({miss.episode for miss in misses if miss.pair == pair and miss.kind == NEVER_FOUND})
+        part = sum(miss.pair == pair and miss.kind != NEVER_FOUND for miss in misses)
+        if touched or counts[Outcome.INVENTED]:
+            held = " (held)" if result.assembly.held[pair] else ""
+            name = result.assembly.pair_name(pair) + held
+            yield name, touched, whole, part, counts[Outcome.BOTH], counts[Outcome.MISSED], counts[Outcome.INVENTED]
+
+
+def miss_table(result: RunResult, label: str) -> Table:
+    """The numbered misses: never found ones first, then in order of time."""
+    table = _table(f"missed by {label}", "#", justify="right", style=f"bold {RED}")
+    for name, justify in (("at", "right"), ("pair", "left"), ("for", "right"), ("what", "left")):
+        table.add_column(name, justify=justify)  # type: ignore[arg-type]
+    table.add_column("cut", justify="right")
+    table.add_column("face pairs", justify="right")
+    misses = sorted(result.misses[label], key=lambda miss: (miss.kind != NEVER_FOUND, miss.number))
+    for miss in misses[:MISS_ROWS]:
+        frames = miss.last - miss.first + 1
+        table.add_row(
+            str(miss.number),
+            f"{miss.start:.3f} s",
+            f"{miss.body_a} - {miss.body_b}",
+            f"{frames} frame{'s' if frames > 1 else ''}",
+            Text(miss.kind, style="bold" if miss.kind == NEVER_FOUND else "dim"),
+            f"{1000 * miss.cut_length:.1f} mm" if miss.cut_length else "",
+            _count(miss.face_pairs),
+        )
+    if len(misses) > MISS_ROWS:
+        table.add_row("", "", f"… and {len(misses) - MISS_ROWS} more in misses.parquet", "", "", "", "")
+    return table
+
+
+def contact_table(result: RunResult) -> Table:
+    """Contacts per pair and detector, where nobody is audited."""
+    table = _table("contacts", "pair")
+    for label in result.detections:
+        table.add_column(label, justify="right", style=BLUE)
+    touched: dict[int, dict[str, int]] = {}
+    for label, found in result.episodes.items():
+        for episode in found:
+            row = touched.setdefault(episode.pair, {})
+            row[label] = row.get(label, 0) + 1
+    for pair in sorted(touched):
+        table.add_row(
+            result.assembly.pair_name(pair), *(_count(touched[pair].get(label, 0)) for label in result.detections)
+        )
+    if not touched:
+        table.add_row("none", *[""] * len(result.detections))
+    return table
+
+
+def cost_table(result: RunResult) -> Table:
+    """What each detector took: the whole, per frame, and the most of any single frame where that is known."""
+    table = _table("time", "detector")
+    for name in ("role", "detect", "per frame", "worst frame", "longest stage"):
+        table.add_column(name, justify="left" if name in ("role", "longest stage") else "right")
+    for label, detector in result.summary["detectors"].items():
+        table.add_row(label, *_cost_row(detector, label == result.oracle))
+    return table
+
+
+def _cost_row(detector: Mapping[str, Any], is_oracle: bool) -> list[str]:
+    seconds = detector["seconds"]
+    per_frame = seconds.get("per_frame")
+    stages = seconds["stages"]
+    total = sum(stages.values())
+    longest = max(stages, key=stages.__getitem__) if stages else ""
+    share = f"{longest} {100 * stages[longest] / total:.0f} %" if total > 0 else longest
+    return [
+        "oracle" if is_oracle else "online" if detector["online"] else "offline",
+        _duration(seconds["detect"]),
+        _duration(seconds["per_frame_mean"]),
+        _duration(per_frame["max"]) if per_frame else "",
+        share,
+    ]
+
+
+def _duration(seconds: float) -> str:
+    if seconds >= 1.0:
+        return f"{seconds:.2f} s"
+    if seconds >= 1e-3:
+        return f"{1e3 * seconds:.1f} ms"
+    return f"{1e6 * seconds:.1f} µs"
+
+
+def _count(count: int) -> str:
+    return f"{count:,}" if count else "·"
+
+
+def _table(title: str, first: str, **options: Any) -> Table:
+    table = Table(
+        title=Text(title, style="dim"), title_justify="left", box=box.SIMPLE_HEAD, header_style="dim", pad_edge=True
+    )
+    table.add_column(first, **options)
+    return table

@@ -1,0 +1,29 @@
+"""``replay view``: the picture of a run in a viewer of its own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from replay.cli.console import People
+from replay.cli.options import common
+
+
+@click.command()
+@click.argument("run", type=click.Path(exists=True, file_okay=False, path_type=Path), metavar="RUN")
+@click.option("--miss", type=click.IntRange(min=1), metavar="N", help="Open at this miss, camera and cursor on it.")
+@common
+def command(run: Path, miss: int | None, verbose: bool, quiet: bool, debug: bool) -> int:
+    """Open the picture of the run folder RUN in a viewer of its own, on this machine only."""
+    del debug
+    people = People(quiet=quiet, verbose=verbose)
+    from replay.results.run_folder import read_run_folder
+
+    folder = read_run_folder(run)
+    folder.require_miss(miss)
+    people.say(f"opening {folder.picture}" + (f" at miss {miss}" if miss else ""))
+    from replay.rerun_log.viewer import open_viewer
+
+    open_viewer(run, miss)
+    return 0

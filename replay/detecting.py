@@ -1,0 +1,95 @@
+"""One detector over one motion: made ready, warmed up, timed; a long motion in blocks, with the same digest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, fields
+from time import perf_counter
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore import Detection, Detector, create_detector, join
+from cdcore.detectors import load_detector
+from replay.assembly import Assembly
+from replay.detector_spec import DetectorSpec
+from replay.progress import Advance
+
+WHOLE_FRAMES: Final = 16384
+"""Up to here (three minutes at 90 Hz) a motion is detected in one call, beyond it in blocks of this size, so that
+working memory stays bounded and progress can be told. The verdicts are the same."""
+
+WARM_FRAMES: Final = 128
+"""Frames of each of the two warm-up samples: kernels compile on them, so that the time reported holds no compiling."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One detector's answer and what it took.
+
+    Parameters
+    ----------
+    spec : what was asked for.
+    detector : ready to be asked again.
+    settings : all settings in force, as plain data.
+    detection : the answer.
+    prepare, warm, detect : seconds to build the detector, to warm it up, and to detect.
+    """
+
+    spec: DetectorSpec
+    detector: Detector
+    settings: Mapping[str, Any]
+    detection: Detection
+    prepare: float
+    warm: float
+    detect: float
+
+
+def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector:
+    """The detector of a spec for the bodies and pairs of an assembly; the run's seed goes to those that draw.
+
+    Raises
+    ------
+    UnknownDetectorError, InvalidSettingError
+    """
+    settings = dict(spec.settings)
+    if "seed" in {item.name for item in fields(load_detector(spec.name).Settings)}:
+        settings.setdefault("seed", seed)
+    return create_detector(spec.name, assembly.bodies, pairs=assembly.pairs, **settings)
+
+
+def run_detector(spec: DetectorSpec, assembly: Assembly, *, seed: int, faces: bool, advance: Advance) -> Run:
+    """Detect over the whole assembly.
+
+    Parameters
+    ----------
+    faces : whether to keep the face pairs of every contact.
+    advance : told of frames done.
+    """
+    clock = [perf_counter()]
+    detector = make_detector(spec, assembly, seed)
+    clock.append(perf_counter())
+    motion = assembly.motion
+    detector.detect(motion.take(_warm_frames(len(motion))), faces=faces)
+    clock.append(perf_counter())
+    if len(motion) <= WHOLE_FRAMES:
+        detection = detector.detect(motion, faces=faces)
+        advance(len(motion))
+    else:
+        detection = join(_told(detector.stream(motion.blocks(WHOLE_FRAMES), faces=faces), advance))
+    clock.append(perf_counter())
+    settings = asdict(detector.settings)
+    return Run(spec, detector, settings, detection, *np.diff(clock).tolist())
+
+
+def _told(parts: Iterator[Detection], advance: Advance) -> Iterator[Detection]:
+    for part in parts:
+        yield part
+        advance(len(part.times))
+
+
+def _warm_frames(count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
+    """A stretch in the middle for what goes from frame to frame, and a sample of the whole for what needs contacts."""
+    middle = np.arange(count // 2, min(count, count // 2 + WARM_FRAMES))
+    spread = np.linspace(0, max(0, count - 1), min(count, WARM_FRAMES)).astype(np.int64)
+    return np.unique(np.concatenate([middle, spread]))

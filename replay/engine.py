@@ -1,0 +1,161 @@
+"""Replays a session through detectors and audits them; knows neither terminal nor file nor picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from cdcore.detectors import detector_names
+from replay.assemble import Pairs, assemble, lay_out
+from replay.assembly import Assembly
+from replay.audit.compare import compare
+from replay.audit.episodes import episodes
+from replay.audit.evidence import Evidence
+from replay.audit.misses import misses, stretches
+from replay.audit.outcome import Comparison, Episode, Miss
+from replay.detecting import Run, make_detector, run_detector
+from replay.detector_spec import DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
+from replay.errors import DetectorSpecError
+from replay.progress import Progress, Silent
+from replay.run_result import RunResult
+from replay.summary import summarise
+from sessions import Session
+
+SUBJECTS: Final = ("hybrid-qaco",)
+"""Detectors a run audits when nothing is asked for: the paper's pipeline."""
+
+ORACLES: Final = ("exact", "hybrid")
+"""Detectors to trust, the most trusted first; the first that is there is the oracle."""
+
+NO_ORACLE: Final = "none"
+
+
+@dataclass(frozen=True)
+class Lineup:
+    """Who runs, and who is trusted.
+
+    Parameters
+    ----------
+    specs : every detector of the run, the oracle among them.
+    oracle : label of the oracle, or ``""``.
+    """
+
+    specs: tuple[DetectorSpec, ...]
+    oracle: str
+
+
+def line_up(detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
+    """Settle which detectors run and which of them is the oracle.
+
+    Parameters
+    ----------
+    detectors : ``None``: the usual ones; ``()``: none, effects only.
+    oracle : a label among them, or a detector of its own; ``None``: the most trusted one; ``"none"``: no audit.
+
+    Raises
+    ------
+    DetectorSpecError
+        Words that name no detector.
+    """
+    there = detector_names()
+    specs = tuple(DetectorSpec(name, name) for name in SUBJECTS if name in there)
+    if detectors is not None:
+        specs = parse_detectors(detectors)
+        if not specs:
+            return Lineup((), "")
+    if oracle == NO_ORACLE:
+        return Lineup(specs, "")
+    trusted = parse_detector(oracle if oracle is not None else next(name for name in ORACLES if name in there))
+    return _with_oracle(specs, trusted)
+
+
+def _with_oracle(specs: tuple[DetectorSpec, ...], trusted: DetectorSpec) -> Lineup:
+    for spec in specs:
+        if spec.label == trusted.name and not trusted.settings:
+            return Lineup(specs, spec.label)
+        if (spec.name, dict(spec.settings)) == (trusted.name, dict(trusted.settings)):
+            return Lineup(specs, spec.label)
+    if trusted.label in {spec.label for spec in specs}:
+        raise DetectorSpecError(
+            f"the oracle and a detector are both called {trusted.label!r}; write oracle=... with a label"
+        )
+    return Lineup((*specs, trusted), trusted.label)
+
+
+def compute(
+    session: Session,
+    *,
+    detectors: SpecsLike | None = None,
+    oracle: SpecLike | None = None,
+    pairs: Pairs | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> RunResult:
+    """Assemble, detect, compare, number the misses.
+
+    Parameters
+    ----------
+    session : what to replay.
+    detectors, oracle : as ``line_up``.
+    pairs, start, end : as ``assemble``.
+    seed : of every random stream.
+    progress : told how far the work is.
+
+    Raises
+    ------
+    ReplayError, CollisionCoreError, SessionError
+        One sentence each.
+    """
+    told = progress or Silent()
+    lineup = line_up(detectors, oracle)
+    with told.stage("assemble"):
+        layout = lay_out(session, pairs=pairs)
+        assembly = assemble(session, start=start, end=end, layout=layout)
+    runs: dict[str, Run] = {}
+    for spec in lineup.specs:
+        with told.stage(spec.label, len(assembly.motion)) as advance:
+            runs[spec.label] = run_detector(
+                spec, assembly, seed=seed, faces=spec.label == lineup.oracle, advance=advance
+            )
+    with told.stage("audit"):
+        found = {label: episodes(run.detection) for label, run in runs.items()}
+        comparisons = _comparisons(runs, lineup.oracle)
+        missed = _misses(comparisons, found.get(lineup.oracle, ()), assembly, seed)
+    result = RunResult(
+        session=session,
+        assembly=assembly,
+        detections={label: run.detection for label, run in runs.items()},
+        oracle=lineup.oracle,
+        comparisons=comparisons,
+        episodes=found,
+        misses=missed,
+    )
+    return summarise(result, runs, layout.survey, window=(start, end), seed=seed)
+
+
+def _comparisons(runs: dict[str, Run], oracle: str) -> dict[str, Comparison]:
+    if not oracle:
+        return {}
+    truth = runs[oracle].detection
+    return {label: compare(run.detection, truth, (label, oracle)) for label, run in runs.items() if label != oracle}
+
+
+def _misses(
+    comparisons: dict[str, Comparison],
+    contacts: Sequence[Episode],
+    assembly: Assembly,
+    seed: int,
+) -> dict[str, tuple[Miss, ...]]:
+    places = {label: stretches(comparison, contacts) for label, comparison in comparisons.items()}
+    asked = [(place.pair, place.first, place.last) for found in places.values() for place in found]
+    if not asked:
+        return dict.fromkeys(places, ())
+    trusted = make_detector(
+        DetectorSpec("faces", next(name for name in ORACLES if name in detector_names())), assembly, seed
+    )
+    evidence = Evidence(assembly, lambda motion: trusted.detect(motion, faces=True), asked)
+    names = [(assembly.names[i], assembly.names[j]) for i, j in assembly.pairs.tolist()]
+    return {label: misses(found, names, assembly.motion.times, evidence) for label, found in places.items()}

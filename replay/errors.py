@@ -1,0 +1,37 @@
+"""Every error the tool raises on purpose, in one tree; each message is one sentence that says what to do.
+
+::
+
+    ReplayError
+    ├── DetectorSpecError     text or value that names no detector, or a label that cannot be one
+    ├── AssemblyError         a session that offers a detector nothing to look at, or whose scene contradicts itself
+    ├── AuditError            detections that cannot be compared
+    ├── OutputError           a run folder or file that cannot be written
+    └── RunFolderError        a folder that holds no run, or a run of another version
+"""
+
+from __future__ import annotations
+
+
+class ReplayError(Exception):
+    """The root of the tree: catch it to catch everything the tool raises on purpose."""
+
+
+class DetectorSpecError(ReplayError, ValueError):
+    """A detector was asked for in words that mean nothing."""
+
+
+class AssemblyError(ReplayError, ValueError):
+    """A session and its scene do not make a motion."""
+
+
+class AuditError(ReplayError, ValueError):
+    """Two detections do not speak of the same frames and pairs."""
+
+
+class OutputError(ReplayError, OSError):
+    """A result cannot be written where it was asked for."""
+
+
+class RunFolderError(ReplayError, ValueError):
+    """A folder is not a run folder, or one of another version."""

@@ -1,0 +1,192 @@
+"""A run folder is whole or not there: everything is written under a temporary name beside it, then renamed."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+from uuid import uuid4
+
+import pyarrow.parquet as pq
+
+from replay.errors import OutputError, RunFolderError
+from replay.results.tables import episode_table, event_table, frame_table, miss_table
+from replay.run_result import RunResult
+from replay.summary import SCHEMA
+
+SUMMARY: Final = "summary.json"
+FRAMES: Final = "frames.parquet"
+EPISODES: Final = "episodes.parquet"
+MISSES: Final = "misses.parquet"
+EVENTS: Final = "events.parquet"
+PICTURE: Final = "run.rrd"
+
+Picture = Callable[[RunResult, Path], None]
+
+
+def check_target(out: Path, *, force: bool = False) -> None:
+    """Refuse a folder that cannot become a run folder, before the work is done and not after.
+
+    With ``force``, an earlier run folder or an empty folder may be replaced; any other folder never is.
+
+    Raises
+    ------
+    OutputError
+        Says what is in the way.
+    """
+    if not out.exists():
+        return
+    if not out.is_dir():
+        raise OutputError(f"{out} is a file; name a folder for the run")
+    if not force:
+        raise OutputError(f"{out} exists; name another folder, or replace it with --force")
+    if any(out.iterdir()) and not (out / SUMMARY).is_file():
+        raise OutputError(f"{out} is not a run folder and is not replaced; name another folder")
+
+
+def write_run_folder(
+    result: RunResult,
+    out: Path,
+    *,
+    force: bool = False,
+    picture: Picture | None = None,
+    files: Mapping[str, Path] | None = None,
+) -> Path:
+    """Write tables, summary and picture of a run.
+
+    Parameters
+    ----------
+    out : the folder to make; the folders above it are made too.
+    force : replace an earlier run folder of that name.
+    picture : writes the recording; ``None``: no picture.
+    files : further files to put in, name -> where they are.
+
+    Raises
+    ------
+    OutputError
+        The folder exists, or cannot be written.
+    """
+    check_target(out, force=force)
+    with _replaced(out) as folder:
+        _write_frames(result, folder / FRAMES)
+        pq.write_table(episode_table(result), folder / EPISODES, compression="zstd")
+        pq.write_table(miss_table(result), folder / MISSES, compression="zstd")
+        pq.write_table(event_table(result), folder / EVENTS, compression="zstd")
+        if picture is not None:
+            picture(result, folder / PICTURE)
+        for name, file in (files or {}).items():
+            shutil.copyfile(file, folder / name)
+        text = json.dumps(result.summary, indent=1, allow_nan=False, default=_plain)
+        (folder / SUMMARY).write_text(text + "\n", encoding="utf-8", newline="\n")
+    return out
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """A run folder that was found to be one.
+
+    Parameters
+    ----------
+    path : the folder.
+    summary : what ``summary.json`` holds.
+    """
+
+    path: Path
+    summary: dict[str, Any]
+
+    @property
+    def picture(self) -> Path:
+        """The recording.
+
+        Raises
+        ------
+        RunFolderError
+            The run was made without one.
+        """
+        path = self.path / PICTURE
+        if not path.is_file():
+            raise RunFolderError(f"{self.path} holds no picture ({PICTURE}); run again without --no-picture")
+        return path
+
+    def require_miss(self, number: int | None) -> None:
+        """Refuse the number of a miss that is not in the run.
+
+        Raises
+        ------
+        RunFolderError
+            Says which numbers there are.
+        """
+        most = max((row["number"] for row in self.misses()), default=0)
+        if number is not None and number > most:
+            there = f"its misses are numbered 1 to {most}" if most else "nothing was missed in it"
+            raise RunFolderError(f"{self.path} has no miss {number}; {there}")
+
+    def misses(self) -> list[dict[str, Any]]:
+        """Every numbered miss as a row."""
+        rows: list[dict[str, Any]] = pq.read_table(self.path / MISSES).to_pylist()
+        return rows
+
+
+def read_run_folder(path: Path) -> RunFolder:
+    """Open a run folder.
+
+    Raises
+    ------
+    RunFolderError
+        It holds no summary, or one of another schema.
+    """
+    try:
+        summary = json.loads((path / SUMMARY).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise RunFolderError(
+            f"{path} is not a run folder: it has no readable {SUMMARY}; make one with `replay run`"
+        ) from error
+    schema = summary.get("schema") if isinstance(summary, dict) else None
+    if schema != SCHEMA:
+        raise RunFolderError(f"{path / SUMMARY} has schema {schema!r}, this version reads {SCHEMA!r}; run again")
+    return RunFolder(path, summary)
+
+
+def _write_frames(result: RunResult, path: Path) -> None:
+    writer: pq.ParquetWriter | None = None
+    try:
+        for part in frame_table(result):
+            writer = writer or pq.ParquetWriter(path, part.schema, compression="zstd")
+            writer.write_table(part)
+    finally:
+        if writer is not None:
+            writer.close()
+
+
+@contextmanager
+def _replaced(out: Path) -> Iterator[Path]:
+    """A temporary folder that takes the name ``out`` when the block ends well, and is gone when it does not."""
+    partial = out.with_name(f".{out.name}.{uuid4().hex[:8]}.partial")
+    old = out.with_name(f".{out.name}.{uuid4().hex[:8]}.old")
+    try:
+        partial.mkdir(parents=True)
+    except OSError as error:
+        raise OutputError(f"{out} cannot be written ({error.strerror}); name another folder") from error
+    try:
+        yield partial
+        if out.exists():
+            out.replace(old)
+        partial.replace(out)
+    except OSError as error:
+        if old.exists() and not out.exists():
+            old.replace(out)
+        raise OutputError(f"{out} cannot be written ({error}); make room or name another folder") from error
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+        shutil.rmtree(old, ignore_errors=True)
+
+
+def _plain(value: object) -> object:
+    """Numbers of numpy as numbers of JSON."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return str(value)

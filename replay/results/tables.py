@@ -1,0 +1,175 @@
+"""A run as tables: verdict data in float64 and int64, bodies by name, one row per thing that happened."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from cdcore import Verdict
+from cdcore.protocol import counts_as_contact
+from replay.audit.outcome import Outcome
+from replay.run_result import RunResult
+from replay.summary import frame_seconds
+
+VERDICT_WORDS: Final = [verdict.name for verdict in Verdict]
+OUTCOME_WORDS: Final = [outcome.name for outcome in Outcome]
+
+ROWS_PER_PART: Final = 1_000_000
+"""Rows of the frame table made at a time: some 100 MB, however long the session."""
+
+Columns = dict[str, Any]
+
+
+def frame_table(result: RunResult) -> Iterator[pa.Table]:
+    """Pair-frames where anything happened, in order of time, part by part.
+
+    A row stands for one pair in one frame that some detector calls contact, candidate, unresolved or invalid. Columns:
+    ``frame stamp_ns time body_a body_b held``; per detector ``verdict/<label>``; per audited one ``outcome/<label>``
+    and ``miss/<label>`` (number of the miss, null outside); ``work/<label>/<counter>`` where counted per pair-frame;
+    and ``frame_seconds/<label>`` (the whole frame, all pairs) of online detectors.
+    """
+    happened = _happened(result)
+    rows, columns = np.nonzero(happened)
+    numbers = {label: _miss_numbers(result, label, rows, columns) for label in result.comparisons}
+    for start in range(0, max(1, len(rows)), ROWS_PER_PART):
+        part = slice(start, start + ROWS_PER_PART)
+        cut = {label: number[part] for label, number in numbers.items()}
+        yield pa.table(_frame_columns(result, rows[part], columns[part], cut))
+
+
+def episode_table(result: RunResult) -> pa.Table:
+    """Every contact of every detector, in order of time; ``number`` counts from 1 within a detector.
+
+    Columns: ``detector number body_a body_b held first last frames start end``; ``missed_by`` names the audited
+    detectors that never found an episode of the oracle, separated by commas.
+    """
+    never = _never_found(result)
+    rows = [
+        (label, number, episode, ",".join(never.get((label, number), ())))
+        for label, found in result.episodes.items()
+        for number, episode in enumerate(found, 1)
+    ]
+    pairs = np.array([episode.pair for _, _, episode, _ in rows], dtype=np.int64)
+    return pa.table(
+        {
+            "detector": pa.array([row[0] for row in rows], pa.string()),
+            "number": pa.array([row[1] for row in rows], pa.int64()),
+            **_pair_columns(result, pairs),
+            "first": pa.array([episode.first for _, _, episode, _ in rows], pa.int64()),
+            "last": pa.array([episode.last for _, _, episode, _ in rows], pa.int64()),
+            "frames": pa.array([episode.last - episode.first + 1 for _, _, episode, _ in rows], pa.int64()),
+            "start": pa.array([episode.start for _, _, episode, _ in rows], pa.float64()),
+            "end": pa.array([episode.end for _, _, episode, _ in rows], pa.float64()),
+            "missed_by": pa.array([row[3] for row in rows], pa.string()),
+        }
+    )
+
+
+def miss_table(result: RunResult) -> pa.Table:
+    """Every numbered miss of every audited detector, with the geometry of its deepest frame (metres, world)."""
+    rows = [(label, miss) for label, found in result.misses.items() for miss in found]
+    pairs = np.array([miss.pair for _, miss in rows], dtype=np.int64)
+    table: Columns = {
+        "detector": pa.array([label for label, _ in rows], pa.string()),
+        "number": pa.array([miss.number for _, miss in rows], pa.int64()),
+        **_pair_columns(result, pairs),
+    }
+    kinds = {"first": pa.int64(), "last": pa.int64(), "start": pa.float64(), "end": pa.float64(), "kind": pa.string()}
+    kinds |= {"episode": pa.int64(), "deepest": pa.int64(), "face_pairs": pa.int64(), "cut_length": pa.float64()}
+    table |= {name: pa.array([getattr(miss, name) for _, miss in rows], kind) for name, kind in kinds.items()}
+    for name in ("point", "normal"):
+        for axis, letter in enumerate("xyz"):
+            table[f"{name}_{letter}"] = pa.array([getattr(miss, name)[axis] for _, miss in rows], pa.float64())
+    return pa.table(table)
+
+
+def event_table(result: RunResult) -> pa.Table:
+    """What the recording says happened: moments, and spans with an end; ``source`` is ``event`` or the span's kind.
+
+    Columns: ``stamp_ns time end_stamp_ns end_time source name body level message``.
+    """
+    zero = int(result.assembly.stamp_ns[0]) - round(float(result.assembly.motion.times[0]) * 1e9)
+    rows = [(e.time_ns, None, "event", e.name, e.body, e.level, e.message) for e in result.session.events]
+    rows += [
+        (i.start_ns, i.end_ns, i.kind, i.name, "", "info", "; ".join(f"{k}={v}" for k, v in i.data.items()))
+        for i in result.session.intervals
+    ]
+    rows.sort(key=lambda row: row[0])
+    names = ("stamp_ns", "end_stamp_ns", "source", "name", "body", "level", "message")
+    kinds = (pa.int64(), pa.int64(), *[pa.string()] * 5)
+    table = {name: pa.array([row[k] for row in rows], kinds[k]) for k, name in enumerate(names)}
+    table["time"] = pa.array([(row[0] - zero) / 1e9 for row in rows], pa.float64())
+    table["end_time"] = pa.array([None if row[1] is None else (row[1] - zero) / 1e9 for row in rows], pa.float64())
+    return pa.table(table)
+
+
+def _happened(result: RunResult) -> NDArray[np.bool_]:
+    happened = np.zeros((len(result.assembly.stamp_ns), len(result.assembly.pairs)), dtype=np.bool_)
+    for detection in result.detections.values():
+        happened |= counts_as_contact(detection.verdict)
+        happened |= (detection.verdict == Verdict.UNRESOLVED) | (detection.verdict == Verdict.INVALID)
+    return happened
+
+
+def _frame_columns(
+    result: RunResult,
+    rows: NDArray[np.int64],
+    columns: NDArray[np.int64],
+    numbers: Mapping[str, NDArray[np.int64]],
+) -> Columns:
+    table: Columns = {
+        "frame": pa.array(rows),
+        "stamp_ns": pa.array(result.assembly.stamp_ns[rows]),
+        "time": pa.array(result.assembly.motion.times[rows]),
+        **_pair_columns(result, columns),
+    }
+    for label, detection in result.detections.items():
+        table[f"verdict/{label}"] = _words(detection.verdict[rows, columns], VERDICT_WORDS)
+    for label, comparison in result.comparisons.items():
+        table[f"outcome/{label}"] = _words(comparison.outcome[rows, columns], OUTCOME_WORDS)
+        table[f"miss/{label}"] = pa.array(numbers[label], mask=numbers[label] == 0)
+    for label, detection in result.detections.items():
+        for counter, count in detection.work.items():
+            if isinstance(count, np.ndarray):
+                table[f"work/{label}/{counter}"] = pa.array(count[rows, columns].astype(np.int64))
+        seconds = frame_seconds(detection)
+        if seconds is not None:
+            table[f"frame_seconds/{label}"] = pa.array(seconds[rows])
+    return table
+
+
+def _pair_columns(result: RunResult, pairs: NDArray[np.int64]) -> Columns:
+    names = list(result.assembly.names)
+    ends = result.assembly.pairs[pairs]
+    return {
+        "body_a": _words(ends[:, 0], names),
+        "body_b": _words(ends[:, 1], names),
+        "held": pa.array(result.assembly.held[pairs]),
+    }
+
+
+def _words(values: NDArray[np.integer], words: list[str]) -> pa.DictionaryArray:
+    return pa.DictionaryArray.from_arrays(pa.array(values.astype(np.int32)), pa.array(words, pa.string()))
+
+
+def _miss_numbers(
+    result: RunResult, label: str, rows: NDArray[np.int64], columns: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Number of the miss that each row belongs to, 0 outside."""
+    number = np.zeros(len(rows), dtype=np.int64)
+    for miss in result.misses[label]:
+        low, high = np.searchsorted(rows, [miss.first, miss.last + 1])
+        number[low:high][columns[low:high] == miss.pair] = miss.number
+    return number
+
+
+def _never_found(result: RunResult) -> dict[tuple[str, int], list[str]]:
+    never: dict[tuple[str, int], list[str]] = {}
+    for label, found in result.misses.items():
+        for episode in dict.fromkeys(miss.episode for miss in found if miss.kind == "never found"):
+            never.setdefault((result.oracle, episode), []).append(label)
+    return never

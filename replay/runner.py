@@ -1,0 +1,81 @@
+"""``replay.run``: a session, or the path of one, in; a result, and on request a run folder, out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from replay.assemble import Pairs
+from replay.detector_spec import SpecLike, SpecsLike
+from replay.engine import compute
+from replay.progress import Progress, Silent
+from replay.run_result import RunResult
+from sessions import Session
+
+
+def run(
+    session_or_path: Session | str | Path,
+    *,
+    detectors: SpecsLike | None = None,
+    oracle: SpecLike | None = None,
+    out: str | Path | None = None,
+    pairs: Pairs | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    seed: int = 0,
+    picture: bool = True,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> RunResult:
+    """Replay a session through detectors, audit them against the one you trust, and write what came of it.
+
+    Parameters
+    ----------
+    session_or_path : a session, or the file of one.
+    detectors : ``"hybrid"``, ``"slow=discrete[rate_hz=22.5]"``, ``("discrete", {"rate_hz": 22.5})``, several in a
+        sequence, or a mapping from label to one; ``None``: the usual ones; ``()``: effects only.
+    oracle : the detector to trust: a label among ``detectors`` or one of its own; ``None``: ``exact``; ``"none"``: no
+        audit.
+    out : run folder to write; ``None``: nothing is written.
+    pairs : pairs of body names; ``None``: the scene's, else all that move against each other.
+    start, end : seconds after the first frame.
+    seed : of every random stream.
+    picture : whether the run folder holds the recording for Rerun.
+    force : replace an earlier run folder.
+    progress : told how far the work is.
+
+    Raises
+    ------
+    ReplayError, SessionError, CollisionCoreError
+        One sentence that says what to do.
+    """
+    told = progress or Silent()
+    target = None if out is None else Path(out)
+    if target is not None:
+        from replay.results.run_folder import check_target
+
+        check_target(target, force=force)
+    session = session_or_path if isinstance(session_or_path, Session) else _read(Path(session_or_path))
+    result = compute(
+        session, detectors=detectors, oracle=oracle, pairs=pairs, start=start, end=end, seed=seed, progress=told
+    )
+    if target is None:
+        return result
+    with told.stage("write"):
+        return replace(result, out=_write(result, target, force=force, picture=picture))
+
+
+def _read(path: Path) -> Session:
+    from sessions import read_session
+
+    return read_session(path)
+
+
+def _write(result: RunResult, target: Path, *, force: bool, picture: bool) -> Path:
+    from replay.results.run_folder import write_run_folder
+
+    if not picture:
+        return write_run_folder(result, target, force=force)
+    from replay.rerun_log.recording import write_recording
+
+    return write_run_folder(result, target, force=force, picture=write_recording)

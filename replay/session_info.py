@@ -1,0 +1,108 @@
+"""What a session holds, counted in one pass and without judging: a broken recording has information too."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions import Session, Status
+
+GAP_STEPS: Final = 1.5
+"""A step longer than one and a half median steps is listed as a gap: a frame is missing there."""
+
+
+@dataclass(frozen=True)
+class ClockInfo:
+    """The steps of one clock.
+
+    Parameters
+    ----------
+    count : stamps.
+    duration : seconds from the first to the last.
+    rate_hz : one over the median step; 0 with fewer than two stamps.
+    gaps : steps longer than ``GAP_STEPS`` median steps; ``longest_gap`` in seconds.
+    not_forward : steps that do not go forward.
+    """
+
+    count: int
+    duration: float
+    rate_hz: float
+    gaps: int
+    longest_gap: float
+    not_forward: int
+
+    @classmethod
+    def of(cls, stamps: NDArray[np.int64]) -> ClockInfo:
+        """Count the steps of stamps (n,), ns."""
+        step = np.diff(stamps)
+        forward = step[step > 0]
+        median = float(np.median(forward)) if len(forward) else 0.0
+        gaps = forward[forward > GAP_STEPS * median]
+        duration = float(stamps.max() - stamps.min()) / 1e9 if len(stamps) else 0.0
+        longest = float(gaps.max()) / 1e9 if len(gaps) else 0.0
+        return cls(len(stamps), duration, 1e9 / median if median else 0.0, len(gaps), longest, len(step) - len(forward))
+
+
+def session_info(session: Session) -> dict[str, Any]:
+    """Everything ``replay info`` says, as JSON can hold it."""
+    stamps: list[NDArray[np.int64]] = []
+    samples: list[list[NDArray[np.int64]]] = [[] for _ in session.names]
+    words = np.zeros((len(session.names), len(Status)), dtype=np.int64)
+    for frames in session.blocks(16384):
+        stamps.append(frames.stamp_ns)
+        for column, status in enumerate(frames.status.T):
+            words[column] += np.bincount(status, minlength=len(Status))[: len(Status)]
+            samples[column].append(frames.stamp_ns[status != Status.ABSENT])
+    clock = ClockInfo.of(_joined(stamps))
+    tracks = {name: ClockInfo.of(_joined(samples[column])) for column, name in enumerate(session.names)}
+    fixed = [body.id for body in session.scene.bodies if body.fixed is not None and body.id not in tracks]
+    return {
+        "origin": session.origin,
+        "scene": session.scene.name,
+        "first_stamp_ns": int(stamps[0][0]) if clock.count else None,
+        "frames": vars(clock),
+        "bodies": [_body(session, name, tracks[name], words[column]) for column, name in enumerate(session.names)]
+        + [_body(session, name, None, None) for name in fixed],
+        "intervals": [_interval(session, interval, stamps) for interval in session.intervals],
+        "events": _event_counts(session),
+        "facts": dict(session.facts),
+    }
+
+
+def _joined(parts: list[NDArray[np.int64]]) -> NDArray[np.int64]:
+    return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)
+
+
+def _body(session: Session, name: str, track: ClockInfo | None, words: NDArray[np.int64] | None) -> dict[str, Any]:
+    declared, mesh = session.scene.body(name), session.meshes.get(name)
+    counts = {} if words is None else {status.name.lower(): int(words[status]) for status in Status if words[status]}
+    return {
+        "name": name,
+        "faces": None if mesh is None else len(mesh.faces),
+        "size": None if mesh is None else (mesh.bounds[1] - mesh.bounds[0]).tolist(),
+        "proxy": declared is not None and declared.proxy,
+        "fixed": track is None,
+        "samples": counts,
+        **({} if track is None else {"rate_hz": track.rate_hz, "gaps": track.gaps, "longest_gap": track.longest_gap}),
+    }
+
+
+def _interval(session: Session, interval: Any, stamps: list[NDArray[np.int64]]) -> dict[str, Any]:
+    del session
+    zero = int(stamps[0][0]) if stamps and len(stamps[0]) else 0
+    return {
+        "kind": interval.kind,
+        "name": interval.name,
+        "start": (interval.start_ns - zero) / 1e9,
+        "end": (interval.end_ns - zero) / 1e9,
+    }
+
+
+def _event_counts(session: Session) -> dict[str, int]:
+    counts: dict[str, int] = {}
+    for event in session.events:
+        counts[event.name] = counts.get(event.name, 0) + 1
+    return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))

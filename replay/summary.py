@@ -1,0 +1,137 @@
+"""A run in figures that JSON can hold: enough to regenerate each of them, and to tell two runs apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore import Detection, Verdict
+from replay.audit.misses import MISS_KINDS, NEVER_FOUND
+from replay.audit.outcome import Outcome
+from replay.detecting import Run
+from replay.machine import machine, versions
+from replay.run_result import RunResult
+from replay.survey import Survey
+
+SCHEMA: Final = "vrlab-replay/run/1"
+
+CAVEAT: Final = (
+    "Exact about the recorded poses and these meshes; tracker noise (VIVE: 0.14-0.77 mm frame to frame) is larger than "
+    "most margins."
+)
+
+
+def summarise(
+    result: RunResult,
+    runs: Mapping[str, Run],
+    seen: Survey,
+    *,
+    window: tuple[float | None, float | None],
+    seed: int,
+) -> RunResult:
+    """The same result with its summary."""
+    summary = {
+        "schema": SCHEMA,
+        "caveat": CAVEAT,
+        "session": _session(result, seen),
+        "window": {"start": window[0], "end": window[1]},
+        "seed": seed,
+        "pairs": [
+            {"name": result.assembly.pair_name(p), "held": bool(result.assembly.held[p])}
+            for p in range(len(result.assembly.pairs))
+        ],
+        "oracle": result.oracle,
+        "detectors": {label: _detector(run, len(result.episodes[label])) for label, run in runs.items()},
+        "audit": {label: _audit(result, label) for label in result.comparisons},
+        "versions": versions(),
+        "machine": machine(),
+    }
+    return replace(result, summary=summary)
+
+
+def _session(result: RunResult, seen: Survey) -> dict[str, Any]:
+    assembly, session = result.assembly, result.session
+    times = assembly.motion.times
+    return {
+        "origin": session.origin,
+        "scene": session.scene.name,
+        "frames": len(times),
+        "duration": float(times[-1] - times[0]),
+        "dropped_frames": {"repeated": seen.repeated, "backwards": seen.backwards},
+        "median_step": seen.median_step_ns / 1e9,
+        "first_stamp_ns": int(assembly.stamp_ns[0]),
+        "bodies": {
+            body.name: {"faces": len(body.mesh.faces), "proxy": body.name in assembly.proxies}
+            for body in assembly.bodies
+        },
+        "left_out": list(assembly.left_out),
+        "notes": list(assembly.notes),
+        "facts": dict(session.facts),
+    }
+
+
+def _detector(run: Run, contacts: int) -> dict[str, Any]:
+    detection = run.detection
+    return {
+        "name": run.spec.name,
+        "settings": dict(run.settings),
+        "covers": detection.covers,
+        "online": run.detector.online,
+        "approximate": detection.approximate,
+        "contacts": contacts,
+        "verdicts": _verdicts(detection),
+        "seconds": _seconds(run),
+        "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
+        "digest": detection.digest,
+        "faces_digest": detection.faces_digest if detection.face_sets is not None else None,
+    }
+
+
+def _verdicts(detection: Detection) -> dict[str, int]:
+    count = np.bincount(detection.verdict.ravel(), minlength=len(Verdict))
+    return {verdict.name: int(count[verdict]) for verdict in Verdict if count[verdict]}
+
+
+def _seconds(run: Run) -> dict[str, Any]:
+    stages = {name: float(np.sum(value)) for name, value in run.detection.seconds.items()}
+    frames = max(1, len(run.detection.times))
+    seconds: dict[str, Any] = {
+        "prepare": run.prepare,
+        "warm_up": run.warm,
+        "detect": run.detect,
+        "per_frame_mean": run.detect / frames,
+        "stages": stages,
+    }
+    per_frame = frame_seconds(run.detection)
+    if per_frame is not None and len(per_frame):
+        seconds["per_frame"] = {
+            "median": float(np.median(per_frame)),
+            "p99": float(np.quantile(per_frame, 0.99)),
+            "max": float(per_frame.max()),
+        }
+    return seconds
+
+
+def frame_seconds(detection: Detection) -> np.ndarray[Any, np.dtype[np.float64]] | None:
+    """Seconds of every frame, all stages together, (T,); ``None`` where a detector does not decide frame by frame."""
+    stages = list(detection.seconds.values())
+    if not stages or not all(isinstance(stage, np.ndarray) for stage in stages):
+        return None
+    total: np.ndarray[Any, np.dtype[np.float64]] = np.sum(np.array(stages, dtype=np.float64), axis=0)
+    return total
+
+
+def _audit(result: RunResult, label: str) -> dict[str, Any]:
+    comparison, missed = result.comparisons[label], result.misses[label]
+    unconfirmed = (result.detections[label].verdict == Verdict.CANDIDATE) & (comparison.outcome == Outcome.INVENTED)
+    return {
+        "pair_frames": {outcome.name: comparison.count(outcome) for outcome in Outcome},
+        "unconfirmed": int(unconfirmed.sum()),
+        "contacts": len(result.episodes[result.oracle]),
+        "contacts_missed": len({miss.episode for miss in missed if miss.kind == NEVER_FOUND}),
+        "misses": len(missed),
+        "by_kind": {kind: sum(miss.kind == kind for miss in missed) for kind in MISS_KINDS},
+    }
