@@ -36,7 +36,7 @@ class Placed:
     options : for the instrument's maker.
     moves : whether it has a track; otherwise the scene fixes it.
     faces : resolution, ``None``: that of the layout.
-    extra : keys that effects read.
+    properties : keys that effects read.
     """
 
     instrument: str
@@ -47,7 +47,7 @@ class Placed:
     group: str = ""
     faces: int | None = None
     tags: tuple[str, ...] = ()
-    extra: Mapping[str, Any] = field(default_factory=dict)
+    properties: Mapping[str, Any] = field(default_factory=dict)
 
 
 class Layout:
@@ -60,7 +60,7 @@ class Layout:
     """
 
     def __init__(self, placed: Mapping[str, Placed], faces: int) -> None:
-        self.placed = dict(placed)
+        self.placed, self._faces = dict(placed), faces
         self.instruments: dict[str, Instrument] = {
             name: _made(item.instrument, item.faces or faces, tuple(sorted(item.options.items())))
             for name, item in placed.items()
@@ -89,17 +89,20 @@ class Layout:
 
     def _body(self, name: str, item: Placed) -> SceneBody:
         instrument = self.instruments[name]
-        extra: dict[str, Any] = {"mass": round(instrument.mass, 4)}
+        extra: dict[str, Any] = {"mass": round(float(instrument.mass), 4), "faces": item.faces or self._faces}
+        if item.options:
+            extra["options"] = dict(item.options)
         if instrument.cavity is not None:
             extra["cavity"] = _cavity(instrument)
+        if item.properties:
+            extra["properties"] = dict(item.properties)
         return SceneBody(
             name,
             instrument=item.instrument,
-            size={"faces": len(instrument.mesh.faces), **item.options},
             group=item.group,
             fixed=None if item.moves else Pose(item.position, item.quaternion),
             tags=tuple(dict.fromkeys((*instrument.tags, *item.tags))),
-            extra={**extra, **item.extra},
+            extra=extra,
         )
 
 

@@ -8,7 +8,7 @@ from sessions.synthetic.bench import BENCH_TOP, STAND_M, Layout, Placed, standin
 LAYOUT = Layout(
     {
         "bench": Placed("bench", moves=False),
-        "glass": Placed("beaker_100", standing(0.1, -0.2), extra={"liquid": "water"}, tags=("hot",)),
+        "glass": Placed("beaker_100", standing(0.1, -0.2), properties={"liquid": "water"}, tags=("hot",)),
         "hand": Placed("hand_left", options={"grip_radius": 0.02}, faces=800),
     },
     600,
@@ -27,8 +27,9 @@ def test_bodies_of_the_scene_carry_mass_cavity_tags_and_own_keys():
     assert bench.fixed is not None and glass.fixed is None
     assert glass.extra["cavity"]["capacity_ml"] == 100.0
     assert 0.0 < glass.extra["cavity"]["floor"] < glass.extra["cavity"]["mark"] < 0.07
-    assert glass.extra["liquid"] == "water" and "hot" in glass.tags and "glass" in glass.tags
-    assert hand.size["grip_radius"] == 0.02
+    assert glass.extra["properties"] == {"liquid": "water"} and "hot" in glass.tags and "glass" in glass.tags
+    assert hand.extra["options"] == {"grip_radius": 0.02}
+    assert (glass.extra["faces"], hand.extra["faces"]) == (600, 800)
     assert all(type(value) is float for value in glass.extra["cavity"]["lip"])
     assert 0.02 < glass.extra["mass"] < 0.05
 

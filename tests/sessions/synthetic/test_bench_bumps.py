@@ -8,6 +8,7 @@ import pytest
 
 from cdcore import Verdict
 from sessions import Status
+from sessions.scene_meshes import scene_meshes
 from sessions.synthetic.bench_bumps import PLACED, make_bench_bumps
 from sessions.synthetic.looks import looks, predicted
 from sessions.synthetic.truth import CLEAR, PRESENT
@@ -125,6 +126,8 @@ def test_losses_are_flagged_and_the_rod_is_open_with_its_hand():
 def test_the_scene_text_says_what_the_scene_holds_and_why_glass_is_lifted():
     session, _ = make_bench_bumps(faces=600)
     held = tomllib.loads(session.scene.text)
+    again = scene_meshes(session.scene)
+    assert all((again[name].vertices == mesh.vertices).all() for name, mesh in session.meshes.items())
     assert [body["id"] for body in held["body"]] == list(PLACED)
     assert {body["id"]: body.get("group", "") for body in held["body"]}["rod"] == "right"
     assert [effect["kind"] for effect in held["effect"]] == ["contact"] * 4

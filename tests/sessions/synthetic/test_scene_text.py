@@ -1,56 +1,34 @@
 from __future__ import annotations
 
-import tomllib
+import pytest
 
+from sessions.errors import SceneError
 from sessions.scene import Pose, Scene, SceneBody, SceneEffect
-from sessions.synthetic.scene_text import scene_text, with_text
+from sessions.scene_toml import parse_scene
+from sessions.synthetic.scene_text import with_text
 
 SCENE = Scene(
     "a test",
     (
-        SceneBody("plain"),
-        SceneBody(
-            "full",
-            instrument="beaker_250",
-            size={"faces": 500},
-            scale=0.5,
-            group="g",
-            parent="plain",
-            offset=Pose((1.0, 2.0, 3.0)),
-            fixed=Pose(),
-            tags=("glass", 'sm"art'),
-            proxy=True,
-            extra={"mass": 0.25, "liquid": {"moles per litre": 0.1, "of": "HCl"}},
-        ),
+        SceneBody("bench", instrument="bench", fixed=Pose(), tags=("bench",)),
+        SceneBody("glass", instrument="beaker_250", group="g", tags=("glass",), extra={"faces": 600, "mass": 0.25}),
     ),
-    pairs=(("plain", "full"),),
-    ignore=(("full", "plain"),),
-    effects=(SceneEffect("pour", {"from": ["full"], "rate": 1e-07}),),
+    effects=(SceneEffect("contact", {"between": ["tag:glass", "tag:bench"]}),),
 )
 
 
-def test_the_text_is_toml_and_says_what_the_scene_holds():
-    held = tomllib.loads(scene_text(SCENE, ["a remark"]))
-    plain, full = held["body"]
-    assert held["name"] == "a test"
-    assert plain == {"id": "plain"}
-    assert full["offset"] == {"position": [1.0, 2.0, 3.0], "quaternion_xyzw": [0.0, 0.0, 0.0, 1.0]}
-    assert full["fixed"] == {"position": [0.0, 0.0, 0.0]}
-    assert full["tags"] == ["glass", 'sm"art']
-    assert full["proxy"] is True and full["mass"] == 0.25 and full["parent"] == "plain"
-    assert full["liquid"] == {"moles per litre": 0.1, "of": "HCl"}
-    assert held["pair"] == [{"between": ["plain", "full"]}]
-    assert held["ignore"] == [{"between": ["full", "plain"]}]
-    assert held["effect"] == [{"kind": "pour", "from": ["full"], "rate": 1e-07}]
-    assert scene_text(SCENE, ["a remark"]).startswith("# a remark\n")
+def test_the_text_read_again_is_the_scene():
+    done = with_text(SCENE, ["a remark", "and another"])
+    assert done.text.startswith("# a remark\n# and another\n")
+    assert parse_scene(done.text) == done
+    assert (done.name, done.bodies, done.effects) == (SCENE.name, SCENE.bodies, SCENE.effects)
 
 
 def test_a_scene_that_declares_no_effect_says_so():
-    assert tomllib.loads(scene_text(Scene("none", effects=())))["effect"] == []
-    assert "effect" not in tomllib.loads(scene_text(Scene("unsaid")))
+    assert with_text(Scene("none", effects=())).effects == ()
+    assert with_text(Scene("unsaid")).effects is None
 
 
-def test_with_text_changes_the_text_only():
-    done = with_text(SCENE)
-    assert done.text == scene_text(SCENE)
-    assert done.bodies == SCENE.bodies
+def test_an_effect_between_what_is_not_there_is_refused():
+    with pytest.raises(SceneError, match="tag:lamp"):
+        with_text(Scene("x", SCENE.bodies, effects=(SceneEffect("contact", {"between": ["tag:lamp", "glass"]}),)))
