@@ -5,6 +5,7 @@ from mcap_samples import random_frames, session_of, tetrahedron
 from sessions.event import Event, Interval
 from sessions.frames import Status
 from sessions.hand import HandTrack
+from sessions.mcap_format.recorder import Recorder
 from sessions.mcap_format.writer import write_session
 
 chunk = pytest.importorskip("rerun.chunk")
@@ -72,3 +73,14 @@ def test_rerun_reads_events_as_text_and_our_own_messages_by_their_fields(opened)
         "INTERPOLATED",
     }
     assert any(row["frame_without_samples"] for row in tracked)
+
+
+def test_rerun_reads_what_a_recorder_wrote_in_many_small_chunks(tmp_path):
+    with Recorder(tmp_path / "s.mcap", meshes={"cup": tetrahedron()}) as recorder:
+        for number in range(1200):
+            recorder.poses(number, {"cup": ((number, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))} if number % 100 else {})
+            recorder.hand(number, "anna", "left", trigger=1.0)
+    parts = [part for part in chunk.McapReader(str(tmp_path / "s.mcap")).stream() if not part.is_static]
+    tf = [part.to_record_batch() for part in parts if part.entity_path == "/tf"]
+    x = [row[0][0] for row in column(tf, "Transform3D:translation")]
+    assert sorted(x) == [number for number in range(1200) if number % 100]

@@ -1,0 +1,292 @@
+"""Records a session live: what was recorded more than a second ago is in the file, whatever happens to the program.
+
+While it records, the file is called ``<name>.partial``; every chunk in it is whole and readable. When the recorder is
+closed, the index is written and the file gets its name. A program that is killed leaves the partial file:
+``read_session(path, torn="keep")`` or ``replay recover`` read it. A power cut may also cost what the operating system
+had not yet put on the disk.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
+
+from sessions.errors import SessionError, SessionFileError
+from sessions.event import Event, Interval
+from sessions.frames import Status
+from sessions.live_contact import LiveContact
+from sessions.mcap_format.annotations import (
+    Message,
+    contact_message,
+    event_message,
+    hand_message,
+    interval_message,
+    track_messages,
+)
+from sessions.mcap_format.facts import MAX_BODIES
+from sessions.mcap_format.frame_batch import FrameBatch, Poses, nanoseconds, pose_values
+from sessions.mcap_format.recording_file import RecordingFile
+from sessions.mesh_data import MeshData
+from sessions.scene import Scene
+from sessions.track import Track
+
+if TYPE_CHECKING:
+    from sessions.session import MeshLike
+
+# The writing thread wakes this often; with what writing takes, the file is never a second behind.
+FLUSH_SECONDS = 0.25
+# Frames and other messages that wait at most: 5.7 s at 90 Hz. Whoever records faster than the disk takes it waits.
+FRAMES_WAITING, MESSAGES_WAITING = 512, 4096
+
+
+class Recorder:
+    """A session being recorded, from any Python loop and any number of threads.
+
+    Nothing is lost silently and memory is bounded: if the disk cannot keep up, calls wait for it.
+
+    Parameters
+    ----------
+    path : the session file to be.
+    scene : what is there; its text goes into the file.
+    meshes : body name -> (vertices (v, 3), faces (f, 3)) or ``MeshData``.
+    facts : what is known of the session, for example ``vr_type``, ``pseudonym``, ``consent``.
+    overwrite : replace a file of that name, or the partial file of a recording that was killed.
+
+    Raises
+    ------
+    SessionFileError
+        A file of that name, or a partial one, is there already; the place cannot be written.
+
+    Examples
+    --------
+    >>> with Recorder(path) as recorder:                                      # doctest: +SKIP
+    ...     recorder.poses(time.time_ns(), {"wand": ((0, 1, 0), (0, 0, 0, 1))})
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        scene: Scene | None = None,
+        meshes: Mapping[str, MeshLike] | None = None,
+        *,
+        facts: Mapping[str, str] | None = None,
+        overwrite: bool = False,
+    ) -> None:
+        given = {name: mesh if isinstance(mesh, MeshData) else MeshData(*mesh) for name, mesh in (meshes or {}).items()}
+        self._file = RecordingFile(Path(path), scene or Scene(), given, dict(facts or {}), overwrite=overwrite)
+        self._changed = threading.Condition()
+        self._batch = FrameBatch((), FRAMES_WAITING)
+        self._messages: list[tuple[int, Message]] = []
+        self._hurry, self._closing = False, False
+        self._failure: BaseException | None = None
+        self._thread = threading.Thread(target=self._write, name="session recorder", daemon=True)
+        self._thread.start()
+
+    def poses(
+        self,
+        stamp_ns: int,
+        poses: Poses,
+        lost: Iterable[str] = (),
+        *,
+        held: Iterable[str] = (),
+        interpolated: Iterable[str] = (),
+        sample_ns: Mapping[str, int] | None = None,
+        log_ns: int | None = None,
+    ) -> None:
+        """Record one frame.
+
+        Parameters
+        ----------
+        stamp_ns : the frame's time, integer nanoseconds on a clock of your choice, not negative.
+        poses : body name -> (position (3,) in metres, quaternion_xyzw (4,)); bodies may come and go.
+        lost : bodies whose tracker had lost them; their numbers are kept and nobody computes with them.
+        held, interpolated : bodies whose pose was repeated or computed and not measured.
+        sample_ns : body name -> the device's own time of its sample; ``stamp_ns`` where not given.
+        log_ns : the recorder's clock; the time of day when not given.
+
+        Raises
+        ------
+        SessionError
+            A pose that is not seven numbers, a body in ``lost`` without a pose, a stamp that is no integer.
+        SessionFileError
+            The file could not be written.
+        """
+        names, values = tuple(poses), pose_values(poses)
+        stamp, log = nanoseconds(stamp_ns), time.time_ns() if log_ns is None else nanoseconds(log_ns)
+        marks = [(tuple(lost), Status.LOST), (tuple(held), Status.HELD), (tuple(interpolated), Status.INTERPOLATED)]
+        samples = {name: nanoseconds(time_ns) for name, time_ns in (sample_ns or {}).items()}
+        for name in [name for marked, _ in marks for name in marked] + list(samples):
+            if name not in poses:
+                raise SessionError(f"{name!r} has no pose in this frame; give its last pose, or leave it out of `lost`")
+        with self._changed:
+            self._wait_while(lambda: self._batch.full or (self._batch.count > 0 and not self._batch.knows(names)))
+            if not self._batch.knows(names):
+                self._add_bodies(names)
+            self._batch.add(names, values, stamp, log)
+            for marked, status in marks:
+                self._batch.mark(marked, status)
+            self._batch.stamp(samples)
+
+    def hand(
+        self,
+        stamp_ns: int,
+        participant: str,
+        side: str,
+        *,
+        trigger: float = 0.0,
+        grip: float = 0.0,
+        buttons: Mapping[str, bool] | None = None,
+        log_ns: int | None = None,
+    ) -> None:
+        """Record what a hand presses: trigger and grip from 0 to 1, button name -> pressed."""
+        if "/" in participant or "/" in side:
+            raise SessionError(f"participant {participant!r} or side {side!r} holds a slash; use another sign")
+        key, pressed = f"{participant}/{side}", (buttons or {}).items()
+        self._put(hand_message(key, nanoseconds(stamp_ns), trigger, grip, pressed), log_ns)
+
+    def event(
+        self,
+        stamp_ns: int,
+        name: str,
+        message: str = "",
+        *,
+        body: str = "",
+        level: str = "info",
+        log_ns: int | None = None,
+    ) -> None:
+        """Record a moment; see `Event`."""
+        self._put(event_message(Event(nanoseconds(stamp_ns), name, message, body, level)), log_ns)
+
+    def contact(
+        self,
+        stamp_ns: int,
+        body_a: str,
+        body_b: str,
+        phase: str,
+        point: tuple[float, float, float] | None = None,
+        *,
+        log_ns: int | None = None,
+    ) -> None:
+        """Record what the live engine reports about a contact: ``enter``, ``stay`` or ``exit``."""
+        self._put(contact_message(LiveContact(nanoseconds(stamp_ns), body_a, body_b, phase, point)), log_ns)
+
+    def begin(self, stamp_ns: int, kind: str, name: str, data: Mapping[str, str] | None = None) -> Interval:
+        """Record that a task, stage or feature begins; it is in the file even if `end` is never reached."""
+        start = nanoseconds(stamp_ns)
+        begun = Interval(start, start, kind, name, dict(data or {}))
+        self._put(interval_message(begun, closed=False), None)
+        return begun
+
+    def end(self, begun: Interval, stamp_ns: int) -> None:
+        """Record that what `begin` returned ends."""
+        self.interval(begun.start_ns, stamp_ns, begun.kind, begun.name, begun.data)
+
+    def interval(self, start_ns: int, end_ns: int, kind: str, name: str, data: Mapping[str, str] | None = None) -> None:
+        """Record a span whose both ends are known; see `Interval`."""
+        span = Interval(nanoseconds(start_ns), nanoseconds(end_ns), kind, name, dict(data or {}))
+        self._put(interval_message(span), None)
+
+    def samples(
+        self,
+        name: str,
+        times_ns: ArrayLike,
+        positions: ArrayLike,
+        quaternions_xyzw: ArrayLike,
+        valid: ArrayLike | None = None,
+    ) -> None:
+        """Record samples of a body that is tracked faster than the frames come; (n,), (n, 3), (n, 4), (n,)."""
+        for message in track_messages(name, Track(times_ns, positions, quaternions_xyzw, valid)):
+            self._put(message, None)
+
+    def close(self) -> None:
+        """Write what waits, the index, and give the file its name; a second call does nothing.
+
+        Raises
+        ------
+        SessionFileError
+            The file could not be written; what is in it stays under the name ``<name>.partial``.
+        """
+        with self._changed:
+            if self._closing:
+                return
+            self._closing = True
+            self._changed.notify_all()
+        self._thread.join()
+        if self._failure is None:
+            self._guarded(self._file.finish)
+        self._file.close()
+        self._raise_failure()
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _put(self, message: Message, log_ns: int | None) -> None:
+        log = time.time_ns() if log_ns is None else nanoseconds(log_ns)
+        with self._changed:
+            self._wait_while(lambda: len(self._messages) >= MESSAGES_WAITING)
+            self._messages.append((log, message))
+
+    def _wait_while(self, busy: Callable[[], bool]) -> None:
+        """Let the writing thread take what waits, until there is room (call with the lock held)."""
+        while True:
+            self._raise_failure()
+            if self._closing:
+                raise SessionError("the recorder is closed; record into a new one")
+            if not busy():
+                return
+            self._hurry = True
+            self._changed.notify_all()
+            self._changed.wait()
+
+    def _add_bodies(self, names: tuple[str, ...]) -> None:
+        known = tuple(dict.fromkeys(self._batch.names + names))
+        if len(known) > MAX_BODIES:
+            raise SessionError(f"{len(known)} bodies are recorded; {MAX_BODIES} are allowed")
+        try:
+            "".join(known).encode()
+        except (TypeError, UnicodeEncodeError):
+            raise SessionError(f"bodies {list(names)!r} are not all named by text; give str names") from None
+        self._batch = FrameBatch(known, FRAMES_WAITING)
+        self._batch.knows(names)
+
+    def _write(self) -> None:
+        """The writing thread: take what waits, write it, and so on until closed or failed."""
+        closing = False
+        while not closing and self._failure is None:
+            with self._changed:
+                self._changed.wait_for(lambda: self._hurry or self._closing, timeout=FLUSH_SECONDS)
+                closing, self._hurry = self._closing, False
+                frames, messages = self._batch.frames(), self._messages
+                self._batch, self._messages = FrameBatch(self._batch.names, FRAMES_WAITING), []
+                self._changed.notify_all()
+            self._guarded(partial(self._file.write, frames, messages))
+        with self._changed:
+            self._changed.notify_all()
+
+    def _guarded(self, write: Callable[[], None]) -> None:
+        try:
+            write()
+        except BaseException as error:
+            self._failure = error
+
+    def _raise_failure(self) -> None:
+        if isinstance(self._failure, OSError):
+            reason = self._failure.strerror or self._failure
+            raise SessionFileError(
+                f"{self._file.partial} cannot be written ({reason}); what was recorded before is in it, save it with "
+                "`replay recover`"
+            ) from self._failure
+        if self._failure is not None:
+            raise self._failure

@@ -1,0 +1,300 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from mcap_samples import SECOND, assert_same_frames, random_frames, tetrahedron
+
+from sessions import Recorder, read_session
+from sessions.errors import SessionError, SessionFileError, TornFileError
+from sessions.frames import Status
+from sessions.mcap_format import recorder as recorder_module
+from sessions.mcap_format.reference_reader import read_frames_plainly
+
+POSE = ((0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+
+
+def record_frames(recorder, frames):
+    """Feed frames to a recorder row by row."""
+    kinds = {Status.LOST: "lost", Status.HELD: "held", Status.INTERPOLATED: "interpolated"}
+    for row in range(len(frames)):
+        poses, marks, samples = {}, {word: [] for word in kinds.values()}, {}
+        for column, name in enumerate(frames.names):
+            status = frames.status[row, column]
+            if status == Status.ABSENT:
+                continue
+            poses[name] = (frames.position[row, column], tuple(frames.quaternion_xyzw[row, column]))
+            samples[name] = int(frames.sample_ns[row, column])
+            if status in kinds:
+                marks[kinds[Status(status)]].append(name)
+        stamp, log = frames.stamp_ns[row], int(frames.log_ns[row])
+        recorder.poses(stamp, poses, marks.pop("lost"), **marks, sample_ns=samples, log_ns=log)
+
+
+def wait_for_frame(partial):
+    deadline = time.monotonic() + 20
+    while not len(read_session(partial, torn="keep").frames):
+        assert time.monotonic() < deadline, "nothing reached the file"
+        time.sleep(0.02)
+
+
+def test_what_was_recorded_is_read_bit_for_bit(tmp_path):
+    frames = random_frames(5, 1500, 4, absent=0.2, odd=0.2)
+    with Recorder(tmp_path / "s.mcap", meshes={"body 1": tetrahedron()}, facts={"vr_type": "desktop"}) as recorder:
+        recorder.poses(int(frames.stamp_ns[0]), dict.fromkeys(frames.names, POSE))
+        record_frames(recorder, frames)
+    session = read_session(tmp_path / "s.mcap")
+    assert_same_frames(session.frames.part(1, len(session.frames)), frames)
+    assert_same_frames(session.frames, read_frames_plainly(tmp_path / "s.mcap", frames.names))
+    assert session.facts["vr_type"] == "desktop" and list(session.meshes) == ["body 1"]
+    assert [path.name for path in tmp_path.iterdir()] == ["s.mcap"]
+
+
+def test_bodies_may_come_at_any_time(tmp_path):
+    with Recorder(tmp_path / "s.mcap") as recorder:
+        for number in range(20):
+            recorder.poses(number, {f"body {k}": POSE for k in range(number % 7, number + 1)})
+    frames = read_session(tmp_path / "s.mcap").frames
+    assert set(frames.names) == {f"body {k}" for k in range(20)}
+    for number in range(20):
+        present = {name for name, status in zip(frames.names, frames.status[number], strict=True) if status}
+        assert present == {f"body {k}" for k in range(number % 7, number + 1)}
+
+
+def test_hands_events_contacts_intervals_and_fast_samples_of_two_participants_are_read_back(tmp_path):
+    with Recorder(tmp_path / "s.mcap") as recorder:
+        recorder.poses(10, {"wand": POSE})
+        task = recorder.begin(11, "task", "pour", {"by": "anna"})
+        recorder.begin(12, "stage", "virtual reality")
+        for number, who in enumerate(("anna", "ben")):
+            recorder.hand(20 + number, who, "left", trigger=0.5, grip=0.25 * number, buttons={"a": bool(number)})
+        recorder.event(30, "drop", "the glass fell", body="glass", level="warning")
+        recorder.contact(31, "wand", "glass", "enter", (1.0, 2.0, 3.0))
+        recorder.samples("wand", [1, 2, 3], np.zeros((3, 3)), np.ones((3, 4)), [True, False, True])
+        recorder.end(task, 40)
+        recorder.interval(1, 2, "feature", "immersion")
+        recorder.poses(50, {"wand": POSE})
+    session = read_session(tmp_path / "s.mcap")
+    assert list(session.hands) == ["anna/left", "ben/left"]
+    assert session.hands["ben/left"].grip.tolist() == [0.25] and session.hands["ben/left"].pressed.tolist() == [[True]]
+    assert session.events[0].message == "the glass fell" and session.live_contacts[0].point == (1.0, 2.0, 3.0)
+    spans = {(i.kind, i.name): (i.start_ns, i.end_ns, dict(i.data)) for i in session.intervals}
+    assert spans == {
+        ("task", "pour"): (11, 40, {"by": "anna"}),
+        ("stage", "virtual reality"): (12, 50, {"unclosed": "true"}),
+        ("feature", "immersion"): (1, 2, {}),
+    }
+    assert session.fast_tracks["wand"].valid.tolist() == [True, False, True]
+    assert len(session.tracks["wand"]) == 3
+
+
+def test_several_threads_lose_nothing(tmp_path):
+    with Recorder(tmp_path / "s.mcap") as recorder:
+
+        def run(who):
+            for number in range(2000):
+                recorder.poses(number, {f"{who}/head": POSE})
+                recorder.hand(number, who, "left", trigger=number)
+
+        threads = [threading.Thread(target=run, args=(who,)) for who in ("anna", "ben", "cleo")]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    session = read_session(tmp_path / "s.mcap")
+    assert len(session.frames) == 6000
+    for column in range(3):
+        mine = session.frames.stamp_ns[session.frames.status[:, column] == Status.VALID]
+        assert mine.tolist() == list(range(2000))
+    assert all(len(hand) == 2000 for hand in session.hands.values())
+
+
+def test_an_error_in_the_loop_keeps_what_was_recorded(tmp_path):
+    with pytest.raises(ZeroDivisionError), Recorder(tmp_path / "s.mcap") as recorder:
+        recorder.poses(1, {"wand": POSE})
+        raise ZeroDivisionError
+    assert len(read_session(tmp_path / "s.mcap").frames) == 1
+
+
+def test_an_empty_recording_is_a_session_without_frames(tmp_path):
+    with Recorder(tmp_path / "s.mcap", meshes={"a": tetrahedron()}):
+        pass
+    assert len(read_session(tmp_path / "s.mcap").frames) == 0
+
+
+def test_a_recording_is_in_the_partial_file_before_it_is_closed(tmp_path):
+    recorder = Recorder(tmp_path / "s.mcap")
+    recorder.poses(7, {"wand": POSE})
+    wait_for_frame(tmp_path / "s.mcap.partial")
+    with pytest.raises(TornFileError, match="replay recover"):
+        read_session(tmp_path / "s.mcap.partial")
+    session = read_session(tmp_path / "s.mcap.partial", torn="keep")
+    assert session.names == ("wand",) and session.frames.stamp_ns.tolist() == [7]
+    assert "last frame kept is at 7 ns" in session.facts["missing"]
+    recorder.close()
+    recorder.close()
+    assert not (tmp_path / "s.mcap.partial").exists()
+
+
+def test_nothing_that_was_recorded_is_overwritten_by_accident(tmp_path):
+    path = tmp_path / "s.mcap"
+    with Recorder(path) as recorder:
+        recorder.poses(1, {"wand": POSE})
+    with pytest.raises(SessionFileError, match=r"s.mcap is there already.*overwrite=True"):
+        Recorder(path)
+    path.rename(tmp_path / "s.mcap.partial")
+    with pytest.raises(SessionFileError, match=r"cut short.*replay recover"):
+        Recorder(path)
+    with Recorder(path, overwrite=True) as recorder:
+        recorder.poses(2, {"wand": POSE})
+    assert read_session(path).frames.stamp_ns.tolist() == [2]
+    with pytest.raises(SessionFileError, match="check the folder"):
+        Recorder(tmp_path / "nowhere" / "s.mcap")
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda r: r.poses(1, {"wand": ((0, 1), (0, 0, 0, 1))}), r"pose of 'wand' is .*give a position"),
+        (lambda r: r.poses(1, {"wand": ((0, 1, 2, 3), (0, 0, 1))}), r"pose of 'wand'"),
+        (lambda r: r.poses(1, {"wand": ("abc", (0, 0, 0, 1))}), r"pose of 'wand'"),
+        (lambda r: r.poses(1, {"wand": None}), r"pose of 'wand'"),
+        (lambda r: r.poses(1.5, {"wand": POSE}), r"stamp 1.5 is no time; give integer nanoseconds"),
+        (lambda r: r.poses(-1, {"wand": POSE}), r"stamp -1 is no time"),
+        (lambda r: r.poses(1, {"wand": POSE}, lost=["cup"]), r"'cup' has no pose in this frame"),
+        (lambda r: r.poses(1, {3: POSE}), r"not all named by text"),
+        (lambda r: r.hand(1, "a/b", "left"), r"holds a slash"),
+        (lambda r: r.event(1, "x", level="loud"), r"use one of"),
+        (lambda r: r.contact(1, "a", "b", "meet"), r"use one of"),
+        (lambda r: r.interval(5, 1, "task", "x"), r"swap the two"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_the_recording_goes_on(tmp_path, call, words):
+    with Recorder(tmp_path / "s.mcap") as recorder:
+        recorder.poses(1, {"cup": POSE})
+        with pytest.raises(SessionError, match=words):
+            call(recorder)
+        recorder.poses(2, {"cup": POSE})
+    assert read_session(tmp_path / "s.mcap").frames.stamp_ns.tolist() == [1, 2]
+    with pytest.raises(SessionError, match="closed"):
+        recorder.poses(3, {"cup": POSE})
+
+
+def test_a_nan_pose_is_kept_as_it_is(tmp_path):
+    with Recorder(tmp_path / "s.mcap") as recorder:
+        recorder.poses(1, {"cup": ((np.nan, 1, 2), (0, 0, 0, 0))}, lost=["cup"])
+    frames = read_session(tmp_path / "s.mcap").frames
+    assert np.isnan(frames.position[0, 0, 0]) and frames.position[0, 0, 1] == 1 and frames.status[0, 0] == Status.LOST
+
+
+def test_a_disk_that_does_not_keep_up_makes_the_loop_wait_and_memory_stays_bounded(tmp_path, monkeypatch):
+    written, waiting = [], []
+    plain = recorder_module.RecordingFile.write
+
+    def slow(self, frames, messages):
+        time.sleep(0.03)
+        written.append(len(frames))
+        plain(self, frames, messages)
+
+    monkeypatch.setattr(recorder_module.RecordingFile, "write", slow)
+    with Recorder(tmp_path / "s.mcap") as recorder:
+        for number in range(3000):
+            recorder.poses(number, {"cup": POSE})
+            waiting.append(number + 1 - sum(written))
+    assert max(waiting) <= 2 * recorder_module.FRAMES_WAITING
+    assert sum(written) == len(read_session(tmp_path / "s.mcap").frames) == 3000
+
+
+def test_a_full_disk_is_told_by_the_next_call_and_what_was_written_stays(tmp_path, monkeypatch):
+    recorder = Recorder(tmp_path / "s.mcap")
+    recorder.poses(1, {"cup": POSE})
+    wait_for_frame(tmp_path / "s.mcap.partial")
+
+    def full(self, frames, messages):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(recorder_module.RecordingFile, "write", full)
+    with pytest.raises(SessionFileError, match=r"s.mcap.partial cannot be written \(No space left.*replay recover"):
+        for _ in range(1000):
+            recorder.poses(2, {"cup": POSE})
+            time.sleep(0.01)
+    with pytest.raises(SessionFileError, match="No space left"):
+        recorder.close()
+    assert len(read_session(tmp_path / "s.mcap.partial", torn="keep").frames) == 1
+
+
+KILLED = """
+import json, os, sys, time
+from sessions import Recorder
+folder, count = sys.argv[1], int(sys.argv[2])
+children = []
+for number in range(count):
+    child = os.fork()
+    if child == 0:
+        with Recorder(f"{folder}/{number}.mcap") as recorder:
+            started = time.time_ns()
+            with open(f"{folder}/{number}.started", "w") as note:
+                note.write(str(started))
+            while True:
+                now = time.time_ns()
+                recorder.poses(now, {f"body {k}": ((k, 1, 2), (0, 0, 0, 1)) for k in range(8)}, log_ns=now)
+                recorder.hand(now, "anna", "left", trigger=0.5)
+                time.sleep(1 / 90)
+    children.append(child)
+print(json.dumps(children), flush=True)
+for child in children:
+    os.waitpid(child, 0)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="SIGKILL and fork are POSIX")
+def test_a_recorder_killed_at_any_moment_loses_at_most_one_second_and_says_so(tmp_path):
+    count, rng = 50, np.random.default_rng(7)
+    parent = subprocess.Popen([sys.executable, "-c", KILLED, str(tmp_path), str(count)], stdout=subprocess.PIPE)
+    children = json.loads(parent.stdout.readline())
+    moments = np.sort(rng.uniform(0.3, 6.0, count))
+    begun, killed = time.monotonic(), {}
+    for moment, number in zip(moments, rng.permutation(count).tolist(), strict=True):
+        time.sleep(max(0.0, begun + moment - time.monotonic()))
+        killed[number] = time.time_ns()
+        os.kill(children[number], signal.SIGKILL)
+    parent.wait()
+    lost = []
+    for number, at in killed.items():
+        note = tmp_path / f"{number}.started"
+        if not note.exists():
+            continue
+        session = read_session(tmp_path / f"{number}.mcap.partial", torn="keep")
+        last = int(session.frames.log_ns[-1]) if len(session.frames) else int(note.read_text())
+        lost.append((at - last) / SECOND)
+        assert "everything after byte" in session.facts["missing"]
+        assert len(session.frames) == 0 or f"at {session.frames.stamp_ns[-1]} ns" in session.facts["missing"]
+    print(f"\nlost of {len(lost)} recordings: median {np.median(lost):.2f} s, most {max(lost):.2f} s")
+    assert len(lost) >= count - 2
+    assert max(lost) <= 1.0
+
+
+@pytest.mark.bench
+def test_recording_at_full_speed_is_at_least_twenty_times_faster_than_real_time(tmp_path):
+    frames = random_frames(1, 200, 12)
+    pool = [
+        {
+            name: (tuple(frames.position[row, k].tolist()), tuple(frames.quaternion_xyzw[row, k].tolist()))
+            for k, name in enumerate(frames.names)
+        }
+        for row in range(200)
+    ]
+    started = time.perf_counter()
+    with Recorder(tmp_path / "s.mcap") as recorder:
+        for number in range(54_000):
+            recorder.poses(number * 11_111_111, pool[number % 200])
+    taken = time.perf_counter() - started
+    print(f"\nrecorded {600 / taken:.0f} times faster than real time")
+    assert len(read_session(tmp_path / "s.mcap").frames) == 54_000
+    assert 600 / taken >= 20
