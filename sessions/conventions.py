@@ -99,11 +99,14 @@ def quaternion_from_euler(angles: ArrayLike, order: str) -> Array:
     Raises
     ------
     SessionError
-        The order does not name three axes, all capital or all small.
+        The order does not name three axes, all capital or all small, or names one twice in a row.
     """
     own = order.isupper()
-    if len(order) != 3 or set(order.lower()) - set("xyz") or not (own or order.islower()):
-        raise SessionError(f"no Euler order {order!r}; give three of XYZ (own axes) or of xyz (fixed axes)")
+    known = len(order) == 3 and set(order) <= set("XYZ" if own else "xyz")
+    if not known or order[0] == order[1] or order[1] == order[2]:
+        raise SessionError(
+            f"no Euler order {order!r}; give three of XYZ (own axes) or of xyz (fixed axes), no axis twice in a row"
+        )
     given = np.asarray(angles, dtype=np.float64)
     turns = [quaternion_about(np.eye(3)["xyz".index(axis)], given[..., k]) for k, axis in enumerate(order.lower())]
     first, second, third = turns if own else turns[::-1]

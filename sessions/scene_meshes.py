@@ -24,7 +24,7 @@ def scene_meshes(scene: Scene, folder: str | Path = ".") -> dict[str, MeshData]:
     for body in scene.bodies:
         try:
             mesh = _mesh(body, Path(folder))
-        except SessionError as error:
+        except (SessionError, TypeError, ValueError) as error:  # the latter two from options of the wrong type
             raise SceneError(f"{scene.name or 'scene'}: body {body.id!r}: {error}") from None
         if mesh is not None:
             meshes[body.id] = mesh
@@ -42,5 +42,9 @@ def _mesh(body: SceneBody, folder: Path) -> MeshData | None:
         from sessions.glassware.catalogue import make_instrument
 
         faces = int(body.extra.get("faces", INSTRUMENT_FACES))
-        return make_instrument(body.instrument, faces, **body.extra.get("options", {})).mesh
+        options = body.extra.get("options", {})
+        taken = {"name", "faces"} & options.keys()
+        if taken:
+            raise SceneError(f"options hold {min(taken)}, which is no option; write it beside instrument")
+        return make_instrument(body.instrument, faces, **options).mesh
     return None

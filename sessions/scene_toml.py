@@ -9,11 +9,14 @@ from typing import Any, cast
 from sessions.conventions import quaternion_from_euler
 from sessions.errors import SceneError, SessionError
 from sessions.scene import Pose, Scene, SceneBody, SceneEffect
-from sessions.shapes import SIZES
+from sessions.shapes import DEFAULT_FACES, MOST_FACES, SIZES
 from sessions.toml_table import Table, is_number, nearest, parse_toml, read_text
 
 EXTRA_KEYS = ("mass", "cavity", "faces", "options", "properties")
 """Keys of a body that are kept as written: ``faces`` and ``options`` for its mesh, the others for effects."""
+
+MESH_UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+"""Unit of a mesh file -> metres, a shorter way to write ``scale``. Source: one inch is 25.4 mm (ISO 80000-3)."""
 
 TAG = "tag:"
 
@@ -75,7 +78,7 @@ def _body(table: Table) -> SceneBody:
         shape=shape,
         instrument=table.text("instrument"),
         size=_size(table, shape),
-        scale=table.number("scale", 1.0, above=0.0),
+        scale=_scale(table),
         group=table.text("group"),
         parent=table.text("parent"),
         offset=_pose(table.table("offset")) or Pose(),
@@ -91,6 +94,14 @@ def _body(table: Table) -> SceneBody:
         _check_instrument(table, body.instrument)
     table.done()
     return body
+
+
+def _scale(table: Table) -> float:
+    if "units" not in table:
+        return table.number("scale", 1.0, above=0.0)
+    if "scale" in table:
+        raise table.fail("it has units and scale; give one of them")
+    return MESH_UNITS[table.text("units", None, MESH_UNITS)]
 
 
 def _size(table: Table, shape: str) -> dict[str, float]:
@@ -113,7 +124,7 @@ def _extra(table: Table) -> dict[str, Any]:
     if "mass" in table:
         extra["mass"] = table.number("mass", 0.0, above=0.0)
     if "faces" in table:
-        extra["faces"] = int(table.number("faces", 0.0, above=3.0))
+        extra["faces"] = table.count("faces", DEFAULT_FACES, 4, MOST_FACES)
     for key in ("cavity", "options", "properties"):
         inner = table.table(key)
         if inner is not None:
@@ -165,9 +176,20 @@ def _check_bodies(bodies: tuple[SceneBody, ...], whole: Table) -> None:
             raise whole.fail(f"{place}: its parents lead back to itself; a joint needs a first body")
 
 
+def _two(table: Table) -> tuple[str, ...]:
+    """The selectors of ``between = [first, second]``, or of ``a = first`` and ``b = second``."""
+    if "a" not in table and "b" not in table:
+        if "between" not in table:
+            table.done()
+        return table.texts("between", 2)
+    if "between" in table:
+        raise table.fail("it has between and a or b; give one of them")
+    return table.text("a", None), table.text("b", None)
+
+
 def _between(table: Table, bodies: tuple[SceneBody, ...]) -> list[tuple[str, ...]]:
     ends = []
-    for selector in table.texts("between", 2):
+    for selector in _two(table):
         found = selected_bodies(selector, bodies)
         if not found:
             tags = [TAG + tag for body in bodies for tag in body.tags]

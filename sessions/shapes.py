@@ -14,6 +14,10 @@ from sessions.mesh_data import MeshData
 from sessions.synthetic.solids import block
 
 DEFAULT_FACES: Final = 2000
+LEAST_FACES: Final = 48
+"""A round shape of fewer faces is no longer round; fewer are raised to it."""
+MOST_FACES: Final = 1_000_000
+"""Twenty times the finest instrument; what a scene asks for is bounded by it."""
 
 SIZES: Final[Mapping[str, tuple[str, ...]]] = {
     "box": ("x", "y", "z"),
@@ -38,6 +42,8 @@ def make_shape(shape: str, size: Mapping[str, float], faces: int = DEFAULT_FACES
     SceneError
         An unknown shape, a missing or impossible size.
     """
+    if faces > MOST_FACES:
+        raise SceneError(f"a {shape} of {faces} faces; ask for at most {MOST_FACES:,}")
     if shape not in SIZES:
         raise SceneError(f"no shape {shape!r}; there are: {', '.join(SIZES)}")
     missing = [name for name in SIZES[shape] if name not in size]
@@ -46,7 +52,7 @@ def make_shape(shape: str, size: Mapping[str, float], faces: int = DEFAULT_FACES
     bad = [name for name in SIZES[shape] if not 0.0 < size[name] < float("inf")]
     if bad:
         raise SceneError(f"{bad[0]} of a {shape} is {size[bad[0]]}; give metres above 0")
-    return _MAKERS[shape](size, max(int(faces), 48))
+    return _MAKERS[shape](size, max(int(faces), LEAST_FACES))
 
 
 def _box(size: Mapping[str, float], _faces: int) -> MeshData:

@@ -11,6 +11,9 @@ from typing import Any
 
 from sessions.errors import SessionError
 
+SHOWN_LETTERS = 80
+"""A wrong value is quoted up to here, so that a message stays one line."""
+
 
 def read_text(path: str | Path, what: str, error: type[SessionError]) -> str:
     """The text of a UTF-8 file; one sentence where there is none."""
@@ -33,6 +36,8 @@ def parse_toml(text: str, file: str, error: type[SessionError]) -> Table:
         raise error(f"{file}: this is not TOML: {reason}") from None
     except RecursionError:
         raise error(f"{file}: tables are nested too deeply; a scene needs three levels at most") from None
+    except ValueError:  # the parser lets through what int() says of more than 4,300 digits
+        raise error(f"{file}: a number has thousands of digits; write it shorter") from None
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
@@ -75,9 +80,16 @@ class Table:
         if value is None:
             raise self.fail(f"{key} is missing; every such table needs it")
         if not isinstance(value, str) or (default is None and not value):
-            raise self.fail(f"{key} is {value!r}; give text")
+            raise self.fail(f"{key} is {_shown(value)}; give text")
         if among is not None and value != default and value not in among:
-            raise self.fail(f"{key} is {value!r}{nearest(value, among)}")
+            raise self.fail(f"{key} is {_shown(value)}{nearest(value, among)}")
+        return value
+
+    def count(self, key: str, default: int, least: int, most: int) -> int:
+        """A whole number between bounds, both allowed."""
+        value = self._take(key, default)
+        if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
+            raise self.fail(f"{key} is {_shown(value)}; give a whole number from {least} to {most}")
         return value
 
     def number(self, key: str, default: float, *, above: float = -math.inf) -> float:
@@ -85,21 +97,21 @@ class Table:
         value = self._take(key, default)
         if not is_number(value) or not value > above:
             bound = "" if above == -math.inf else f" above {above:g}"
-            raise self.fail(f"{key} is {value!r}; give a finite number{bound}")
+            raise self.fail(f"{key} is {_shown(value)}; give a finite number{bound}")
         return float(value)
 
     def flag(self, key: str, default: bool = False) -> bool:
         """true or false."""
         value = self._take(key, default)
         if not isinstance(value, bool):
-            raise self.fail(f"{key} is {value!r}; give true or false")
+            raise self.fail(f"{key} is {_shown(value)}; give true or false")
         return value
 
     def texts(self, key: str, count: int | None = None) -> tuple[str, ...]:
         """A list of texts, of a given length where one is named."""
         value = self._take(key, [])
         if not isinstance(value, list) or not all(isinstance(word, str) and word for word in value):
-            raise self.fail(f"{key} is {value!r}; give a list of texts")
+            raise self.fail(f"{key} is {_shown(value)}; give a list of texts")
         if count is not None and len(value) != count:
             raise self.fail(f"{key} has {len(value)} entries; give {count}")
         return tuple(value)
@@ -108,7 +120,7 @@ class Table:
         """As many finite numbers as the default has."""
         value = self._take(key, list(default))
         if not isinstance(value, list) or len(value) != len(default) or not all(is_number(one) for one in value):
-            raise self.fail(f"{key} is {value!r}; give {len(default)} finite numbers")
+            raise self.fail(f"{key} is {_shown(value)}; give {len(default)} finite numbers")
         return tuple(float(one) for one in value)
 
     def table(self, key: str) -> Table | None:
@@ -117,7 +129,7 @@ class Table:
         if value is None:
             return None
         if not isinstance(value, dict):
-            raise self.fail(f"{key} is {value!r}; give a table")
+            raise self.fail(f"{key} is {_shown(value)}; give a table")
         return Table(value, self.file, f"{self.place} {key}".strip() if self.place else f"[{key}]", self.error)
 
     def tables(self, key: str) -> list[Table] | None:
@@ -126,22 +138,47 @@ class Table:
         if value is None:
             return None
         if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
-            raise self.fail(f"{key} is {value!r}; write it as [[{key}]]")
+            raise self.fail(f"{key} is {_shown(value)}; write it as [[{key}]]")
         return [Table(one, self.file, f"[[{key}]] {row}", self.error) for row, one in enumerate(value, start=1)]
 
     def named_tables(self, key: str) -> dict[str, Table]:
         """``[key.NAME]`` tables by name."""
         value = self._take(key, {})
         if not isinstance(value, dict) or not all(isinstance(one, dict) for one in value.values()):
-            raise self.fail(f"{key} is {value!r}; write it as [{key}.NAME]")
+            raise self.fail(f"{key} is {_shown(value)}; write it as [{key}.NAME]")
         return {name: Table(one, self.file, f"[{key}.{name}]", self.error) for name, one in value.items()}
 
     def rest(self) -> dict[str, Any]:
-        """Everything not taken yet, as written; nothing is unknown after it."""
+        """Everything not taken yet, as written but for numbers that are not finite; nothing is unknown after it."""
+        for key, value in self._data.items():
+            if not _all_finite(value):
+                raise self.fail(f"{key} is {_shown(value)}; give finite numbers")
         left, self._data = self._data, {}
         return left
 
 
 def is_number(value: object) -> bool:
-    """A finite int or float; true and false are none."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    """An int or float that float64 holds and that is finite; true and false are none."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # an int above 1.8e308
+        return False
+
+
+def _shown(value: object) -> str:
+    """The value for a message, in at most ``SHOWN_LETTERS`` letters."""
+    try:
+        text = repr(value)
+    except ValueError:  # an int of more than 4,300 digits, written in hexadecimal
+        return "a number of thousands of digits"
+    return text if len(text) <= SHOWN_LETTERS else text[: SHOWN_LETTERS - 3] + "..."
+
+
+def _all_finite(value: object) -> bool:
+    if isinstance(value, dict):
+        return all(_all_finite(one) for one in value.values())
+    if isinstance(value, list):
+        return all(_all_finite(one) for one in value)
+    return is_number(value) or not isinstance(value, int | float) or isinstance(value, bool)

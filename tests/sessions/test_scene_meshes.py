@@ -31,6 +31,9 @@ def test_files_shapes_and_instruments_become_meshes(tmp_path):
         (SceneBody("m", mesh="absent.glb"), "body 'm': mesh file .*absent.glb does not exist"),
         (SceneBody("i", instrument="beaker_100", extra={"faces": 7}), "body 'i': beaker_100 with 7 faces"),
         (SceneBody("o", instrument="bench", extra={"options": {"colour": 1}}), "body 'o': bench has no option colour"),
+        (SceneBody("f", instrument="bench", extra={"options": {"faces": 900}}), "body 'f': options hold faces"),
+        (SceneBody("w", instrument="bench", extra={"options": {"width": "wide"}}), "body 'w': "),
+        (SceneBody("n", mesh="a\0.glb"), "body 'n': .*null"),
     ],
 )
 def test_a_mesh_that_cannot_be_made_names_its_body(body, message, tmp_path):

@@ -60,6 +60,15 @@ def test_a_scene_is_read_as_written():
     assert scene.text == BENCH
 
 
+def test_units_are_another_word_for_scale_and_a_and_b_for_between():
+    other = BENCH.replace("scale = 0.01", 'units = "cm"').replace(
+        'between = ["tag:glass", "table"]', 'a = "tag:glass"\nb = "table"'
+    )
+    assert other != BENCH
+    one, two = parse_scene(BENCH), parse_scene(other)
+    assert (one.bodies, one.pairs, one.ignore) == (two.bodies, two.pairs, two.ignore)
+
+
 def test_declaring_no_effect_differs_from_not_declaring_any():
     assert parse_scene("").effects is None
     assert parse_scene("effect = []").effects == ()
@@ -91,6 +100,18 @@ def test_declaring_no_effect_differs_from_not_declaring_any():
         ("mass = 0.1", "mass = -1", "mass is -1; give a finite number above 0"),
         ("mass = 0.1", "mass = nan", "mass is nan"),
         ("mass = 0.1", 'mass = "heavy"', "mass is 'heavy'"),
+        ("mass = 0.1", "mass = " + "9" * 400, r"mass is 9+\.\.\.; give a finite number"),
+        ("mass = 0.1", "mass = " + "9" * 5000, "a number has thousands of digits"),
+        ("mass = 0.1", "mass = 0x" + "f" * 5000, "mass is a number of thousands of digits"),
+        ("faces = 800", "faces = 800.5", "faces is 800.5; give a whole number from 4 to 1000000"),
+        ("faces = 800", "faces = 100000000000", "faces is 100000000000; give a whole number"),
+        ("fill_ml = 25.0", "fill_ml = nan", r"properties: fill_ml is nan; give finite numbers"),
+        ('kind = "contact"', 'kind = "contact"\nhold_s = inf', "hold_s is inf; give finite numbers"),
+        ("scale = 0.01", 'units = "feet"', "units is 'feet'; there are: cm, in, m, mm"),
+        ("scale = 0.01", 'units = "cm"\nscale = 0.01', "it has units and scale; give one of them"),
+        ('between = ["beaker", "flask"]', 'a = "beaker"', "b is missing"),
+        ('between = ["beaker", "flask"]', 'betwene = ["beaker", "flask"]', "key 'betwene'; did you mean 'between'"),
+        ("euler_deg = [90, 0, 0]", 'euler_deg = [90, 0, 0], order = "xxy"', "no Euler order 'xxy'"),
         ("scale = 0.01", 'scale = 0.01\nshape = "box"\nsize = [1, 1, 1]', "it has mesh and shape; give one"),
         ("fixed = {", "fixed = { quaternion_xyzw = [0, 0, 0, 0],", "norm 0, not 1"),
         ("fixed = {", "fixed = { place = 1,", r"fixed: unknown key 'place'"),

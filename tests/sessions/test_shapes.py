@@ -42,6 +42,17 @@ def test_no_vertex_of_a_round_shape_is_off_its_surface(shape):
     assert on.all()
 
 
+def test_the_same_shape_is_the_same_mesh():
+    one, two = (make_shape("capsule", CASES["capsule"][0], 900) for _ in range(2))
+    assert np.array_equal(one.vertices, two.vertices)
+    assert np.array_equal(one.faces, two.faces)
+
+
+def test_more_faces_than_memory_holds_are_refused():
+    with pytest.raises(SceneError, match="at most 1,000,000"):
+        make_shape("sphere", {"radius": 0.1}, 10**12)
+
+
 @pytest.mark.parametrize(
     ("shape", "size", "message"),
     [
