@@ -154,7 +154,11 @@ def _mesh(file: McapFile, name: str, expected: str) -> MeshData:
 
 def _scene(file: McapFile) -> Scene:
     data = file.attachment(SCENE_FILE)
-    return Scene() if data is None else Scene(text=data.decode("utf-8", errors="replace"))
+    if data is None:
+        return Scene()
+    from sessions.scene_toml import parse_scene
+
+    return _named(file, lambda: parse_scene(data.decode("utf-8", errors="replace"), SCENE_FILE))
 
 
 def _read(file: McapFile, topic: str, read: Callable[[], Result]) -> Result:

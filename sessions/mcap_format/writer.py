@@ -5,10 +5,11 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
-from sessions.errors import SessionFileError
+from sessions.errors import SceneError, SessionFileError
 from sessions.glb import mesh_to_glb
 from sessions.mcap_format.annotations import (
     Message,
@@ -83,12 +84,29 @@ def put_head(writer: ContainerWriter, scene: Scene, meshes: dict[str, MeshData],
     files = {name: mesh_to_glb(mesh, name) for name, mesh in meshes.items()}
     for name, data in files.items():
         writer.attachment(f"{MESH_FOLDER}{name}{MESH_TYPE}", "model/gltf-binary", data)
-    if scene.text:
-        writer.attachment(SCENE_FILE, "application/toml", scene.text.encode())
-    elif scene != Scene():
-        raise SessionFileError("the scene has no text, so a file cannot carry it; read the scene from its TOML file")
+    if scene != Scene():
+        writer.attachment(SCENE_FILE, "application/toml", scene_text(scene).encode())
     hashes = {name: hashlib.sha256(data).hexdigest() for name, data in files.items()}
     writer.metadata(SESSION_RECORD, session_record(facts, hashes))
+
+
+def scene_text(scene: Scene) -> str:
+    """The TOML that a file carries: what the author wrote where that still says the same, else made from the scene.
+
+    Raises
+    ------
+    SessionFileError
+        No text says what the scene does.
+    """
+    from sessions.scene_toml import parse_scene, scene_to_toml
+
+    for text in (scene.text, scene_to_toml(scene)):
+        try:
+            if replace(parse_scene(text), text="") == replace(scene, text=""):
+                return text
+        except SceneError:
+            continue
+    raise SessionFileError("the scene cannot be said in TOML, so no file can carry it; read it with read_scene")
 
 
 def put_drawing(writer: ContainerWriter, scene: Scene, meshes: dict[str, MeshData], time_ns: int) -> None:
