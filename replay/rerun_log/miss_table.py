@@ -13,6 +13,7 @@ from rerun.chunk import RrdReader
 from replay.audit.outcome import Miss
 from replay.errors import RunFolderError
 from replay.rerun_log.columns import RecordingWriter
+from replay.rerun_log.focus import moments
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class MissPlace:
     Parameters
     ----------
     number : the miss's number.
-    session_ns : nanoseconds of its deepest frame on the session timeline.
+    session_ns : where the cursor meets it: its deepest frame, in nanoseconds on the session timeline (see ``moments``).
     cut_length : metres of intersection curve there.
     """
 
@@ -32,13 +33,16 @@ class MissPlace:
 
 
 def log_miss_table(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
-    """Send number, deepest frame and cut length of all misses as one static row."""
+    """Send number, deepest frame and cut length of all misses as one static row; nothing where nothing was missed."""
+    if not misses:  # Rerun refuses a row of empty columns.
+        return
+    later = moments(misses)
     frames = np.array([miss.deepest for miss in misses], dtype=np.int64)
     writer.static(
         path,
         rr.AnyValues(
             number=np.array([miss.number for miss in misses], dtype=np.int64),
-            deepest_ns=writer.clock.ns[frames].astype(np.int64),
+            deepest_ns=writer.clock.ns[frames] + np.array([later[miss.number] for miss in misses], dtype=np.int64),
             cut_length=np.array([miss.cut_length for miss in misses], dtype=np.float64),
         ),
     )

@@ -1,0 +1,62 @@
+import numpy as np
+import pytest
+from small_worlds import verdict_column, verdicts
+
+from cdcore import Verdict
+from replay.audit.compare import compare
+from replay.audit.outcome import Outcome
+from replay.errors import AuditError
+
+LETTER = {
+    Outcome.NEITHER: ".", Outcome.BOTH: "B", Outcome.MISSED: "M", Outcome.INVENTED: "I",
+    Outcome.WITHIN_TOLERANCE: "t", Outcome.BETWEEN_FRAMES: "b", Outcome.LEFT_OUT: "-",
+}  # fmt: skip
+
+
+def words(subject, oracle, **more):
+    return "".join(LETTER[Outcome(value)] for value in compare(subject, oracle, **more).outcome[:, 0])
+
+
+def test_every_verdict_counts_as_the_glossary_says():
+    for letter, counts in {".": False, "C": True, "I": True, "?": True, "n": False}.items():
+        assert words(verdict_column(letter), verdict_column("C")) == ("B" if counts else "M")
+        assert words(verdict_column(letter), verdict_column(".")) == ("I" if counts else ".")
+    for letter in "u-":
+        for other in ".CI?nu-":
+            assert words(verdict_column(letter), verdict_column(other)) == "-"
+            assert words(verdict_column(other), verdict_column(letter)) == "-"
+    invalid = verdict_column("C")
+    invalid = type(invalid)(**{**vars(invalid), "verdict": np.array([[Verdict.INVALID]], dtype=np.uint8)})
+    assert words(invalid, verdict_column("C")) == "-"
+
+
+def test_what_intervals_find_beyond_instants_is_between_frames_never_invented():
+    subject, oracle = verdict_column("..CCC.", covers="intervals"), verdict_column("...C..")
+    assert words(subject, oracle) == "..bBb."
+
+
+def test_against_intervals_a_contact_found_at_either_end_is_found():
+    subject, oracle = verdict_column(".CC....", covers="instants"), verdict_column(".CCC.C.", covers="intervals")
+    assert words(subject, oracle) == ".BBB.M."
+
+
+def test_within_tolerance_only_disagreement_is_excused():
+    subject, oracle = verdict_column("..CC"), verdict_column(".C.C")
+    within = np.ones((4, 1), dtype=bool)
+    assert words(subject, oracle, within=within) == ".ttB"
+    assert words(subject, oracle, within=~within) == ".MIB"
+
+
+def test_labels_are_the_runs_else_the_detectors():
+    a, b = verdict_column("C", name="x"), verdict_column("C", name="y")
+    assert (compare(a, b).subject, compare(a, b).oracle) == ("x", "y")
+    assert (compare(a, b, ("p", "q")).subject, compare(a, b, ("p", "q")).oracle) == ("p", "q")
+
+
+def test_other_frames_or_pairs_are_refused():
+    with pytest.raises(AuditError, match=r"different frames \(2 and 3\)"):
+        compare(verdict_column(".."), verdict_column("..."))
+    with pytest.raises(AuditError, match="different frames"):
+        compare(verdict_column(".."), verdict_column("..", step=0.02))
+    with pytest.raises(AuditError, match="different pairs"):
+        compare(verdicts(["..", ".."]), verdict_column(".."))

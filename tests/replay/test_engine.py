@@ -1,0 +1,104 @@
+import pytest
+from small_worlds import cubes
+
+from cdcore import Verdict
+from cdcore.detectors import detector_names
+from replay.audit.outcome import Outcome
+from replay.engine import ORACLES, compute, line_up
+from replay.errors import DetectorSpecError
+
+TRUSTED = next(name for name in ORACLES if name in detector_names())
+
+BUMP = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+"""Two contacts: frame 4 alone, and frames 8 to 10."""
+
+
+def test_the_most_trusted_detector_there_is_becomes_the_oracle():
+    lineup = line_up("slow=discrete[rate_hz=5]", None)
+    assert [spec.label for spec in lineup.specs] == ["slow", TRUSTED] and lineup.oracle == TRUSTED
+
+
+def test_an_oracle_can_be_a_label_a_detector_or_none():
+    assert line_up("a=sphere,b=hybrid", "b").oracle == "b"
+    assert line_up("a=sphere,b=hybrid", "hybrid").oracle == "b"
+    assert [spec.label for spec in line_up("sphere", "best=hybrid").specs] == ["sphere", "best"]
+    assert line_up("sphere,hybrid", "none").oracle == ""
+    assert line_up("hybrid", "hybrid").specs == line_up("hybrid", "none").specs
+
+
+def test_asking_for_no_detector_runs_none_not_even_an_oracle():
+    assert line_up((), None).specs == () and line_up((), "hybrid").oracle == ""
+
+
+def test_without_a_wish_the_usual_ones_run():
+    lineup = line_up(None, None)
+    assert lineup.oracle == TRUSTED and lineup.specs
+
+
+def test_an_oracle_whose_name_is_a_label_of_something_else_is_refused():
+    with pytest.raises(DetectorSpecError, match="both called 'hybrid'"):
+        line_up("hybrid=sphere", "hybrid=hybrid[containment=false]")
+
+
+def test_a_run_finds_contacts_names_misses_and_sums_up():
+    result = compute(cubes(BUMP), detectors="slow=discrete[rate_hz=25]", oracle="hybrid")
+    assert [(e.first, e.last) for e in result.episodes["hybrid"]] == [(4, 4), (8, 10)]
+    assert result.detections["hybrid"].face_sets is not None
+    assert result.comparisons["slow"].count(Outcome.MISSED) == len(
+        [frame for miss in result.misses["slow"] for frame in range(miss.first, miss.last + 1)]
+    )
+    audit = result.summary["audit"]["slow"]
+    assert audit["contacts"] == 2 and audit["misses"] == len(result.misses["slow"])
+
+
+def test_a_detector_that_looks_between_the_bumps_misses_them_by_number():
+    # Looks at 0, 40, 80, ... ms fall on frames 0, 4, 8; at 20 Hz on frames 0, 5, 10.
+    result = compute(cubes(BUMP), detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
+    first, second = result.misses["slow"]
+    assert (first.number, first.first, first.last, first.kind) == (1, 4, 4, "never found")
+    assert (second.number, second.first, second.last, second.kind) == (2, 8, 9, "found late")
+    assert second.deepest == 9 or second.cut_length > 0
+
+
+def test_effects_only_looks_at_no_pair():
+    result = compute(cubes(BUMP), detectors=())
+    assert (dict(result.detections), result.oracle, result.summary["detectors"]) == ({}, "", {})
+
+
+def test_without_an_oracle_nothing_is_compared():
+    result = compute(cubes(BUMP), detectors="sphere,hybrid", oracle="none")
+    assert not result.comparisons and not result.misses and set(result.episodes) == {"sphere", "hybrid"}
+
+
+def test_spheres_invent_and_their_excess_is_called_unconfirmed():
+    result = compute(cubes({"a": [0, 0, 0], "b": [3, 1.2, 0.9]}), detectors="sphere", oracle="hybrid")
+    assert result.detections["sphere"].verdict[1, 0] == Verdict.CANDIDATE
+    audit = result.summary["audit"]["sphere"]
+    assert (audit["pair_frames"]["INVENTED"], audit["unconfirmed"], audit["pair_frames"]["BOTH"]) == (1, 1, 1)
+
+
+def test_progress_is_told_of_every_stage_and_every_frame():
+    from contextlib import contextmanager
+
+    stages = {}
+
+    class Listener:
+        @contextmanager
+        def stage(self, name, total=None, unit="frames"):
+            stages[name] = [total]
+            yield stages[name].append
+
+    compute(cubes(BUMP), detectors="sphere", oracle="hybrid", progress=Listener())
+    assert list(stages) == ["assemble", "sphere", "hybrid", "audit"]
+    assert stages["hybrid"] == [12, 12]
+
+
+def test_the_engine_gives_the_same_digests_again():
+    digests = [
+        {
+            label: found.digest
+            for label, found in compute(cubes(BUMP), detectors="sphere", oracle="hybrid").detections.items()
+        }
+        for _ in range(2)
+    ]
+    assert digests[0] == digests[1] and all(digests[0].values())

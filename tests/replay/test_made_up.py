@@ -1,0 +1,16 @@
+import pytest
+
+from replay.made_up import made_up_names, made_up_session
+from sessions.errors import SessionError
+
+
+def test_an_analytic_session_is_made_by_its_name_and_seed():
+    assert "fast-ball" in made_up_names()
+    one, same, other = (made_up_session("fast-ball", seed) for seed in (1, 1, 2))
+    assert one.frames.position.tobytes() == same.frames.position.tobytes()
+    assert one.frames.position.tobytes() != other.frames.position.tobytes()
+
+
+def test_an_unknown_name_is_answered_with_those_there_are():
+    with pytest.raises(SessionError, match="no made-up session 'bench'; there are: bench-bumps"):
+        made_up_session("bench")
