@@ -1,0 +1,101 @@
+"""Hybrid says CONTACT exactly where a frame-by-frame python-fcl loop collides, and takes less time.
+
+Run with ``-m bench -s`` for the figures; ``-m slow`` checks the answers on every seed, the quick test a short session.
+"""
+
+from __future__ import annotations
+
+import gc
+import sys
+from contextlib import contextmanager
+from time import perf_counter
+
+import numpy as np
+import pytest
+from shared_data import BENCH, needs_bench
+
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
+
+pytestmark = needs_bench
+
+FACES = 5000
+SEEDS = range(5)
+REPEATS = 5
+BOOLEANS_AT_MOST = 0.65
+FACE_SETS_AT_MOST = 0.95
+
+
+def bench_modules():
+    """The common workload and its plain python-fcl loop."""
+    if str(BENCH) not in sys.path:
+        sys.path.insert(0, str(BENCH))
+    writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
+    try:
+        workload = pytest.importorskip("workload")
+        peers = pytest.importorskip("peers", reason="the peers of the benchmark need coal and trimesh")
+    finally:
+        sys.dont_write_bytecode = writes
+    return workload, peers
+
+
+def session(faces, frames, seed):
+    """A workload, its python-fcl loop, and the detector ready to run on it."""
+    workload, peers = bench_modules()
+    work = workload.lab_bench(faces, frames, seed=seed)
+    bodies = [Body(name, TriangleMesh(*mesh)) for name, mesh in zip(work.names, work.meshes, strict=True)]
+    return work, peers.FclLoop(work), create_detector("hybrid", bodies, pairs=work.pairs)
+
+
+def own(work, detector, what):
+    """The whole of it: the poses are validated, then looked at."""
+    times = np.arange(len(work.poses)) / work.rate_hz
+    motion = Motion.from_matrices(times, work.poses, names=work.names)
+    detection = detector.detect(motion, faces=what == "faces")
+    return detection.face_counts if what == "faces" else detection.verdict == Verdict.CONTACT
+
+
+def assert_same(faces, frames, seed):
+    work, loop, detector = session(faces, frames, seed)
+    expected = loop.query("faces")
+    assert (expected > 0).any()
+    assert np.array_equal(own(work, detector, "bool"), expected > 0)
+    assert np.array_equal(own(work, detector, "faces"), expected)
+
+
+def test_a_short_session_has_contact_exactly_where_the_loop_collides():
+    assert_same(500, 1500, 0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
+def test_every_pair_frame_of_the_session_agrees_with_the_loop(seed):
+    assert_same(FACES, 5400, seed)
+
+
+@contextmanager
+def no_collector():
+    gc.collect()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+
+
+def seconds(call):
+    with no_collector():
+        start = perf_counter()
+        call()
+        return perf_counter() - start
+
+
+@pytest.mark.bench
+@pytest.mark.parametrize(("faces", "seed"), [(faces, seed) for faces in (500, FACES) for seed in SEEDS] + [(50000, 0)])
+@pytest.mark.parametrize(("what", "at_most"), [("bool", BOOLEANS_AT_MOST), ("faces", FACE_SETS_AT_MOST)])
+def test_it_takes_at_most_this_share_of_the_loops_time(faces, what, at_most, seed):
+    work, loop, detector = session(faces, 5400, seed)
+    own(work, detector, what)
+    both = [(seconds(lambda: loop.query(what)), seconds(lambda: own(work, detector, what))) for _ in range(REPEATS)]
+    plain, hybrid = (float(np.median(column)) for column in zip(*both, strict=True))
+    print(f"\n{faces} faces, seed {seed}, {what}: {hybrid:.4f} s of {plain:.4f} s, ratio {hybrid / plain:.3f}")
+    assert hybrid <= at_most * plain
