@@ -6,7 +6,8 @@ wherever the cursor goes, by click, key or play, the view stands before the near
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import rerun as rr
@@ -19,21 +20,42 @@ from replay.rerun_log.quaternions import quaternions_xyzw
 from sessions.scene import Scene
 
 
-def focus(misses: Sequence[Miss]) -> tuple[list[int], list[Miss]]:
-    """Frames at which the close-up changes, and the miss it shows from each on.
+@dataclass(frozen=True)
+class Focus:
+    """From ``later`` nanoseconds after ``frame`` on, the close-up shows ``miss``."""
 
-    It changes half-way between two misses, and at the deepest frame of each, so that overlapping misses of several
-    pairs are all met where the list leads. Of two with the same deepest frame the one with the longer cut is shown.
+    frame: int
+    later: int
+    miss: Miss
+
+
+def moments(misses: Sequence[Miss]) -> dict[int, int]:
+    """Nanoseconds after its deepest frame at which each miss, by number, has the cursor's attention.
+
+    Zero, unless misses of several pairs are deepest in one frame: then they follow each other by a nanosecond, the
+    longest cut last, so that the list and ``--miss`` lead to each of them and scrubbing to the longest.
     """
-    chosen: dict[int, Miss] = {}
+    later: dict[int, int] = {}
+    taken: dict[int, int] = {}
+    for miss in sorted(misses, key=lambda one: (one.cut_length, -one.number)):
+        later[miss.number] = taken.get(miss.deepest, 0)
+        taken[miss.deepest] = later[miss.number] + 1
+    return later
+
+
+def focus(misses: Sequence[Miss]) -> list[Focus]:
+    """What the close-up shows, in order of time: it changes half-way between misses, and at the deepest of each.
+
+    So overlapping misses of several pairs are all met where the list leads.
+    """
+    chosen: dict[tuple[int, int], Miss] = {}
     ordered = sorted(misses, key=lambda miss: (miss.first, miss.number))
     for before, miss in zip([None, *ordered], ordered, strict=False):
         half = 0 if before is None else max(0, (before.last + miss.first + 1) // 2)
-        chosen[min(half, miss.first)] = miss
-    for miss in sorted(ordered, key=lambda one: (one.cut_length, -one.number)):
-        chosen[miss.deepest] = miss
-    frames = sorted(chosen)
-    return frames, [chosen[frame] for frame in frames]
+        chosen[min(half, miss.first), 0] = miss
+    later = moments(misses)
+    chosen.update({(miss.deepest, later[miss.number]): miss for miss in misses})
+    return [Focus(frame, after, chosen[frame, after]) for frame, after in sorted(chosen)]
 
 
 def eyes_of(assembly: Assembly, scene: Scene, misses: Sequence[Miss]) -> dict[int, Eye]:
@@ -47,14 +69,15 @@ def eyes_of(assembly: Assembly, scene: Scene, misses: Sequence[Miss]) -> dict[in
     }
 
 
-def log_eye(writer: RecordingWriter, path: str, frames: Sequence[int], eyes: Sequence[Eye]) -> None:
+def log_eye(writer: RecordingWriter, path: str, shown: Sequence[Focus], eye_of: Mapping[int, Eye]) -> None:
     """Send the camera that the close-up tracks."""
+    eyes = [eye_of[one.miss.number] for one in shown]
     rotations = np.array([look_rotation(eye) for eye in eyes]).reshape(-1, 3, 3)
     columns = rr.Transform3D.columns(
         translation=np.array([eye.position for eye in eyes], dtype=np.float32),
         quaternion=quaternions_xyzw(rotations).astype(np.float32),
     )
-    writer.rows(path, frames, columns)
+    writer.rows_later(path, [one.frame for one in shown], [one.later for one in shown], columns)
     lens = rr.Pinhole(
         fov_y=0.9, aspect_ratio=1.3, camera_xyz=rr.ViewCoordinates.RUB, image_plane_distance=0.001, line_width=0.0
     )

@@ -124,10 +124,9 @@ def _log_subject(writer: RecordingWriter, result: RunResult, subject: Subject, r
     log_worst(writer, subject.worst, misses)
     log_miss_table(writer, f"{subject.missed}/table", misses)
     if misses:
-        frames, shown = focus(misses)
-        eyes = eyes_of(assembly, result.session.scene, misses)
-        log_eye(writer, subject.camera, frames, [eyes[miss.number] for miss in shown])
-        log_notes(writer, subject.note, frames, shown, result, subject.label)
+        shown = focus(misses)
+        log_eye(writer, subject.camera, shown, eyes_of(assembly, result.session.scene, misses))
+        log_notes(writer, subject.note, shown, result, subject.label)
 
 
 def _first(result: RunResult) -> str:

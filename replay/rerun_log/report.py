@@ -11,6 +11,7 @@ import rerun as rr
 from replay.audit.outcome import Miss, Outcome
 from replay.rerun_log.colours import MISSED, PARTLY_MISSED, WHITE, packed
 from replay.rerun_log.columns import RecordingWriter
+from replay.rerun_log.focus import Focus, moments
 from replay.run_result import RunResult
 
 WORST: Final = 40
@@ -31,12 +32,13 @@ def headline(result: RunResult, label: str) -> str:
     touched = {miss.episode for miss in misses}
     whole = {miss.episode for miss in misses if miss.kind == NEVER_FOUND}
     part = len(touched - whole)
+    things = f"{contacts} contact" + "s" * (contacts != 1)
     if not touched:
-        return f"None of {contacts} contacts missed by {label}"
+        return f"None of {things} missed by {label}"
     late = f", {part} more in part" if part and whole else ""
     if not whole:
-        return f"{part} of {contacts} contacts missed in part by {label}"
-    return f"{len(whole)} of {contacts} contacts missed by {label}{late}"
+        return f"{part} of {things} missed in part by {label}"
+    return f"{len(whole)} of {things} missed by {label}{late}"
 
 
 def log_missed_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], empty: str) -> None:
@@ -45,7 +47,8 @@ def log_missed_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], 
         line = rr.TextLog.columns(text=[empty], level=["none"], color=packed([WHITE]))
         writer.rows(path, [0], line)
         return
-    ordered = sorted(misses, key=lambda miss: (miss.deepest, miss.number))
+    later = moments(misses)
+    ordered = sorted(misses, key=lambda miss: (miss.deepest, later[miss.number]))
     width = max(len(f"{miss.body_a}-{miss.body_b}") for miss in ordered)
     digits = len(str(max(miss.number for miss in ordered)))
     texts = [_line(miss, width, digits) for miss in ordered]
@@ -53,7 +56,7 @@ def log_missed_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], 
     columns = rr.TextLog.columns(
         text=texts, level=[miss.kind.replace(" ", "_") for miss in ordered], color=packed(colours)
     )
-    writer.rows(path, [miss.deepest for miss in ordered], columns)
+    writer.rows_later(path, [miss.deepest for miss in ordered], [later[miss.number] for miss in ordered], columns)
 
 
 def _line(miss: Miss, width: int, digits: int) -> str:
@@ -65,13 +68,12 @@ def _line(miss: Miss, width: int, digits: int) -> str:
     )
 
 
-def log_notes(
-    writer: RecordingWriter, path: str, frames: Sequence[int], shown: Sequence[Miss], result: RunResult, label: str
-) -> None:
+def log_notes(writer: RecordingWriter, path: str, shown: Sequence[Focus], result: RunResult, label: str) -> None:
     """Send what is to be said about the miss in the close-up, a row where it changes."""
     count, contacts = len(result.misses[label]), len(result.episodes[result.oracle])
-    texts = [_note(miss, count, contacts, label, result.oracle) for miss in shown]
-    writer.rows(path, frames, rr.TextDocument.columns(text=texts, media_type=["text/markdown"] * len(texts)))
+    texts = [_note(one.miss, count, contacts, label, result.oracle) for one in shown]
+    columns = rr.TextDocument.columns(text=texts, media_type=["text/markdown"] * len(texts))
+    writer.rows_later(path, [one.frame for one in shown], [one.later for one in shown], columns)
 
 
 def _note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:

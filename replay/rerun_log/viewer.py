@@ -41,7 +41,7 @@ NO_ADAPTER: Final = "there is no graphics driver here"
 _KNOWN_ENDS: Final = {
     "neither WAYLAND_DISPLAY": "there is no screen here",
     "No graphics adapter": NO_ADAPTER,
-    "DeviceError": NO_ADAPTER,
+    "Failed to get render context": NO_ADAPTER,
 }
 """What the viewer prints when it ends at once, and what that means."""
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
+from rerun.chunk import RrdReader
 
 from cdcore import Body, Detection, Motion, TriangleMesh, create_detector
 from replay.assembly import Assembly, PoseOrigin
@@ -16,6 +19,7 @@ from replay.audit.compare import compare
 from replay.audit.episodes import episodes
 from replay.audit.evidence import Evidence
 from replay.audit.misses import misses, stretches
+from replay.rerun_log.recording import write_recording
 from replay.run_result import RunResult
 from sessions import Scene, Session
 from sessions.scene import SceneBody
@@ -72,15 +76,16 @@ PAIRS = [("beaker", "rod"), ("rod", "hand"), ("bench", "rod")]
 
 
 def tapping(frames: int) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
-    """Stamps, translations (T, 5, 3) and validity: the rod taps the inner wall at changing places, 6 times a second."""
+    """Stamps, translations (T, 5, 3) and validity: the rod taps a wall 6 times a second, and once the bench."""
     stamps = 1_000_000_000 + np.arange(frames) * 11_111_111
     t = np.arange(frames) / RATE
     places = np.zeros((frames, len(MESHES), 3))
-    places[:, 0] = [0.0, -0.0205, 0.0]
+    places[:, 1] = [0.0, 0.0201, 0.0]
     reach = BEAKER_RADIUS - ROD_RADIUS - 0.004 + 0.0045 * np.sin(6 * 2 * np.pi * t)
     turn = 0.9 * t
-    places[:, 2] = np.stack([reach * np.cos(turn), np.full(frames, 0.01), reach * np.sin(turn)], axis=1)
-    places[:, 3] = places[:, 2] + [0.05, 0.17, 0.0]
+    dip = 0.028 - 0.01 * (np.abs(np.arange(frames) - 0.8 * frames) < 6)
+    places[:, 2] = np.stack([reach * np.cos(turn), dip, reach * np.sin(turn)], axis=1)
+    places[:, 3] = places[:, 2] + [0.02, 0.17, 0.0]
     places[:, 4] = [0.25, 0.55, 0.7]
     valid = np.ones((frames, len(MESHES)), dtype=bool)
     valid[frames // 2 : frames // 2 + 6, 3] = False
@@ -128,3 +133,71 @@ def demo_run(frames: int = 270) -> RunResult:
         episodes=found,
         misses={SUBJECT: misses(places, names, assembly.motion.times, evidence)},
     )
+
+
+class Read:
+    """What a recording holds, entity by entity, as the file says."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.entities: dict[str, list[Any]] = {}
+        for chunk in RrdReader(path).stream().to_chunks():
+            self.entities.setdefault(chunk.entity_path, []).append(chunk.to_record_batch())
+
+    def column(self, entity: str, component: str) -> list[tuple[int | None, int | None, list[Any]]]:
+        """Rows (session nanoseconds, frame, values) of one component in order of time; static rows have no times."""
+        found = []
+        for batch in self.entities.get("/" + entity, []):
+            if component in batch.schema.names:
+                values = batch.column(component).to_pylist()
+                times = [
+                    batch.column(name).cast("int64").to_pylist() if name in batch.schema.names else [None] * len(values)
+                    for name in ("session", "frame")
+                ]
+                found += [row for row in zip(*times, values, strict=True) if row[2] is not None]
+        return sorted(found, key=lambda row: -1 if row[0] is None else row[0])
+
+    def lane(self, entity: str) -> list[tuple[int, str]]:
+        """Changes of a lane: (session nanoseconds, state)."""
+        return [(ns or 0, values[0]) for ns, _, values in self.column(entity, "StateChange:state")]
+
+    def at(self, entity: str, component: str, frame: int) -> list[Any]:
+        """What a viewer shows of a component at a frame: its latest row."""
+        rows = [row for row in self.column(entity, component) if row[1] is not None and row[1] <= frame]
+        return list(rows[-1][2]) if rows else []
+
+    def at_ns(self, entity: str, component: str, ns: int) -> list[Any]:
+        """What a viewer shows of a component with the cursor at a time of the session."""
+        rows = [row for row in self.column(entity, component) if row[0] is not None and row[0] <= ns]
+        return list(rows[-1][2]) if rows else []
+
+
+@pytest.fixture(scope="session")
+def demo() -> RunResult:
+    """Three seconds of taps, audited."""
+    return demo_run()
+
+
+@pytest.fixture(scope="session")
+def recording(demo: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The picture of the demo."""
+    path = tmp_path_factory.mktemp("run") / "run.rrd"
+    write_recording(demo, path)
+    return path
+
+
+@pytest.fixture(scope="session")
+def read(recording: Path) -> Read:
+    """The picture of the demo, read back."""
+    return Read(recording)
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Callable[[RunResult], Read]:
+    """Writes the picture of a run and reads it back."""
+
+    def written(result: RunResult) -> Read:
+        write_recording(result, tmp_path / "run.rrd")
+        return Read(tmp_path / "run.rrd")
+
+    return written

@@ -1,0 +1,118 @@
+"""Lanes say exactly when, numbers say which, and no change is lost between neighbours."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cdcore import Verdict
+from replay.audit.outcome import Comparison, Miss, Outcome
+from replay.rerun_log.colours import MISSED, OUTCOME_WORDS, packed
+from replay.rerun_log.lanes import audit_lanes, number_boxes, ranked_pairs
+from replay.run_result import RunResult
+
+SUBJECT = "22.5Hz"
+
+
+def states_at(lane: list[tuple[int, str]], stamps: np.ndarray) -> list[str]:
+    times = [ns for ns, _ in lane]
+    return [lane[k][1] for k in np.searchsorted(times, stamps, side="right") - 1]
+
+
+def test_an_audit_lane_says_the_outcome_of_every_frame(demo: RunResult, read: Any) -> None:
+    stamps = demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]
+    comparison = demo.comparisons[SUBJECT]
+    lanes = audit_lanes("lanes", demo.assembly, comparison)
+    assert list(lanes) == ["lanes/1_missed", "lanes/2_beaker-rod", "lanes/3_bench-rod", "lanes/4_rod-hand_held"]
+    for path, column in lanes.items():
+        if column is not None:
+            words = [OUTCOME_WORDS[code][0] if code else "" for code in comparison.outcome[:, column].tolist()]
+            assert states_at(read.lane(path), stamps) == words
+
+
+def test_a_detector_lane_says_the_verdict_of_every_frame(demo: RunResult, read: Any) -> None:
+    stamps = demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]
+    for label, detection in demo.detections.items():
+        path = next(p for p in read.entities if p.startswith("/detectors/1_") and p.endswith(label))
+        words = [Verdict(code).name if code else "" for code in detection.verdict[:, 0].tolist()]
+        assert states_at(read.lane(path[1:]), stamps) == words
+
+
+def test_between_two_states_lies_a_reset_of_one_nanosecond(demo: RunResult, read: Any) -> None:
+    lane = read.lane("lanes/2_beaker-rod")
+    touching = [(a, b) for a, b in pairwise(lane) if a[1] and b[1]]
+    assert not touching
+    resets = [b[0] - a[0] for a, b in pairwise(lane) if not a[1] and b[1] and b[0] - a[0] == 1]
+    assert resets
+
+
+def test_lanes_are_on_the_session_timeline_alone(read: Any) -> None:
+    names = {name for batch in read.entities["/lanes/2_beaker-rod"] for name in batch.schema.names}
+    assert "session" in names
+    assert "frame" not in names
+
+
+def test_the_red_of_a_lane_is_the_red_of_the_picture(read: Any) -> None:
+    values = read.column("lanes/2_beaker-rod", "StateConfiguration:values")[0][2]
+    colours = read.column("lanes/2_beaker-rod", "StateConfiguration:colors")[0][2]
+    assert colours[values.index("MISSED")] == packed([MISSED])[0]
+
+
+def test_every_lane_has_a_row_at_the_start(read: Any) -> None:
+    lanes = [path for path in read.entities if path.startswith(("/lanes/", "/detectors/"))]
+    assert lanes
+    assert all(read.lane(path[1:])[0][0] == 0 for path in lanes)
+
+
+def test_pairs_are_ranked_by_missed_frames_and_held_ones_come_last() -> None:
+    outcome = np.zeros((10, 5), dtype=np.uint8)
+    outcome[:1, 0], outcome[:3, 1], outcome[:5, 2] = Outcome.MISSED, Outcome.MISSED, Outcome.BOTH
+    outcome[:9, 3] = Outcome.MISSED
+    held = np.array([False, False, False, True, False])
+    assert ranked_pairs(Comparison("s", "o", outcome), held) == [1, 0, 2, 3]
+
+
+def test_a_pair_that_was_only_left_out_has_no_lane() -> None:
+    outcome = np.full((4, 1), Outcome.LEFT_OUT, dtype=np.uint8)
+    assert ranked_pairs(Comparison("s", "o", outcome), np.array([False])) == []
+
+
+def at(number: int, start: float, length: float = 0.03) -> Miss:
+    return Miss(
+        number=number, pair=0, body_a="a", body_b="b", first=0, last=0, start=start, end=start + length,
+        kind="never found", episode=1, deepest=0, point=(0, 0, 0), normal=(0, 1, 0), face_pairs=1, cut_length=0.0,
+    )  # fmt: skip
+
+
+@given(st.lists(st.floats(0, 60), min_size=1, max_size=300))
+def test_boxes_never_overlap_and_hold_every_number_once(starts: list[float]) -> None:
+    misses = [at(number, start) for number, start in enumerate(sorted(starts), 1)]
+    boxes = number_boxes(misses, 60_000_000_000)
+    assert all(a[2] <= b[1] for a, b in pairwise(boxes))
+    named = []
+    for label, start, end in boxes:
+        low, _, high = label.partition("-")
+        named += range(int(low), int(high or low) + 1)
+        assert end - start >= (0.011 + 0.0055 * len(label)) * 60e9 - 1
+    assert named == [miss.number for miss in misses]
+
+
+def test_hundreds_of_misses_become_boxes_that_can_be_counted() -> None:
+    misses = [at(number, number * 0.15) for number in range(1, 400)]
+    assert 10 <= len(number_boxes(misses, 60_000_000_000)) <= 60
+
+
+def test_lone_misses_keep_their_own_number() -> None:
+    assert [box[0] for box in number_boxes([at(1, 5.0), at(2, 20.0)], 60_000_000_000)] == ["1", "2"]
+
+
+@pytest.mark.parametrize("number", [0, 4])
+def test_the_number_lane_shows_the_number_at_the_miss(demo: RunResult, read: Any, number: int) -> None:
+    miss = demo.misses[SUBJECT][number]
+    low, _, high = states_at(read.lane("lanes/1_missed"), np.array([round(miss.start * 1e9)]))[0].partition("-")
+    assert int(low) <= miss.number <= int(high or low)

@@ -1,0 +1,92 @@
+"""Headline, list and notes say what the audit says, by the same numbers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from replay.audit.outcome import Episode, Miss, Outcome
+from replay.rerun_log.colours import MISSED, PARTLY_MISSED, packed
+from replay.rerun_log.miss_table import read_misses
+from replay.rerun_log.report import headline, report_text
+from replay.run_result import RunResult
+
+SUBJECT = "22.5Hz"
+
+
+def with_misses(demo: RunResult, contacts: int, kinds: list[tuple[int, str]]) -> RunResult:
+    sample = demo.misses[SUBJECT][0]
+    misses = tuple(replace(sample, number=k, episode=one, kind=kind) for k, (one, kind) in enumerate(kinds, 1))
+    found = tuple(Episode(0, k, k, 0.0, 0.0) for k in range(contacts))
+    return replace(demo, misses={SUBJECT: misses}, episodes={"hybrid": found})
+
+
+@pytest.mark.parametrize(
+    ("contacts", "kinds", "words"),
+    [
+        (18, [(k, "never found") for k in range(1, 10)], "9 of 18 contacts missed by 22.5Hz"),
+        (9, [(1, "never found"), (2, "found late")], "1 of 9 contacts missed by 22.5Hz, 1 more in part"),
+        (5, [(1, "interrupted"), (1, "found late")], "1 of 5 contacts missed in part by 22.5Hz"),
+        (5, [], "None of 5 contacts missed by 22.5Hz"),
+        (1, [(1, "never found")], "1 of 1 contact missed by 22.5Hz"),
+    ],
+)  # fmt: skip
+def test_the_headline_counts_contacts_and_not_numbers(
+    demo: RunResult, contacts: int, kinds: list[tuple[int, str]], words: str
+) -> None:
+    assert headline(with_misses(demo, contacts, kinds), SUBJECT) == words
+
+
+def test_the_list_has_each_miss_at_its_deepest_frame(demo: RunResult, read: Any) -> None:
+    rows = read.column("report/missed", "TextLog:text")
+    listed = {int(row[2][0].split()[0]): row for row in rows}
+    assert sorted(listed) == [miss.number for miss in demo.misses[SUBJECT]]
+    for miss in demo.misses[SUBJECT]:
+        row = listed[miss.number]
+        words = row[2][0].split()
+        assert row[1] == miss.deepest
+        assert f"{miss.body_a}-{miss.body_b}" in words
+        assert miss.kind in row[2][0]
+
+
+def test_whole_misses_are_red_and_partial_ones_paler(demo: RunResult, read: Any) -> None:
+    words = [row[2][0] for row in read.column("report/missed", "TextLog:text")]
+    colours = [row[2][0] for row in read.column("report/missed", "TextLog:color")]
+    whole, part = packed([MISSED, PARTLY_MISSED]).tolist()
+    assert colours == [whole if "never found" in word else part for word in words]
+    assert {whole, part} == set(colours)
+
+
+def test_the_note_where_the_cursor_meets_a_miss_is_about_that_miss(demo: RunResult, read: Any, recording: Path) -> None:
+    count = len(demo.misses[SUBJECT])
+    places = {place.number: place.session_ns for place in read_misses(recording)}
+    for miss in demo.misses[SUBJECT]:
+        text = read.at_ns("report/nearest_miss", "TextDocument:text", places[miss.number])[0]
+        assert f"Miss {miss.number} of {count}: {miss.body_a}-{miss.body_b}" in text
+        assert f"--miss {miss.number}`" in text
+
+
+def test_the_report_gives_the_counts_of_the_comparison(demo: RunResult, read: Any) -> None:
+    text = read.column("report", "TextDocument:text")[0][2][0]
+    assert text == report_text(demo)
+    comparison = demo.comparisons[SUBJECT]
+    assert f"| {comparison.count(Outcome.BOTH):,} | {comparison.count(Outcome.MISSED):,} |" in text
+    assert "Exact about the recorded poses" in text
+    assert "rod-hand" in text
+
+
+def test_the_longest_cuts_come_first(demo: RunResult, read: Any) -> None:
+    text = read.column("report/longest_cuts", "TextDocument:text")[0][2][0]
+    numbers = [int(line.split("**")[1]) for line in text.splitlines() if line.startswith("| **")]
+    cuts: dict[int, Miss] = {miss.number: miss for miss in demo.misses[SUBJECT]}
+    lengths = [cuts[number].cut_length for number in numbers]
+    assert lengths == sorted(lengths, reverse=True)
+    assert len(numbers) == min(40, len(cuts))
+
+
+def test_a_run_that_missed_nothing_says_so(demo: RunResult, write: Any) -> None:
+    seen = write(replace(demo, misses={SUBJECT: ()}))
+    assert seen.column("report/missed", "TextLog:text")[0][2] == ["nothing missed by 22.5Hz"]
