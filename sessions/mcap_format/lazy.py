@@ -29,6 +29,9 @@ class LazyMapping(Mapping[str, Value], Generic[Value]):
             self._loaded[key] = self._load(key)
         return self._loaded[key]
 
+    def __contains__(self, key: object) -> bool:
+        return key in self._keys
+
     def __iter__(self) -> Iterator[str]:
         return iter(self._keys)
 

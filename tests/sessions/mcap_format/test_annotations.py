@@ -1,0 +1,94 @@
+import numpy as np
+import pytest
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sessions.errors import SessionFileError
+from sessions.event import Event, Interval
+from sessions.hand import HandTrack
+from sessions.live_contact import LiveContact
+from sessions.mcap_format import annotations as a
+from sessions.mcap_format.schemas import message_class
+from sessions.track import Track
+
+words, times = st.text(max_size=5), st.integers(0, 2**62)
+levels = st.sampled_from(a.LEVELS[1:])
+
+
+@given(st.builds(Event, times, words, words, words, levels))
+def test_any_event_comes_back(event):
+    topic, publish, payload = a.event_message(event)
+    assert (topic, publish) == ("/events", event.time_ns) and a.read_event(payload, 0) == event
+
+
+def test_an_event_reads_like_a_remark_in_any_viewer():
+    log = Log.FromString(a.event_message(Event(1, "drop", "it fell", "glass", "warning"))[2])
+    assert (log.message, log.name, log.level) == ("drop: it fell", "glass", Log.WARNING)
+
+
+def test_a_remark_of_another_program_keeps_its_words():
+    log = Log(message="lamp on", name="node", file="main.cpp")
+    assert a.read_event(log.SerializeToString(), 42) == Event(42, "node", "lamp on")
+
+
+@given(st.lists(st.tuples(times, times, words, words, st.dictionaries(words, words, max_size=2)), max_size=4))
+def test_any_intervals_come_back_in_order(given_spans):
+    spans = tuple(Interval(min(s, e), max(s, e), kind, name, data) for s, e, kind, name, data in given_spans)
+    payloads = [a.interval_message(span)[2] for span in spans]
+    assert a.read_intervals(payloads, 0) == spans
+
+
+def test_an_open_interval_is_closed_by_the_one_that_follows_and_by_no_other():
+    first, other = Interval(5, 9, "task", "pour"), Interval(5, 7, "task", "stir")
+    messages = [(first, False), (other, False), (first, True), (first, False)]
+    found = a.read_intervals([a.interval_message(span, closed=closed)[2] for span, closed in messages], 20)
+    assert found == (first, Interval(5, 20, "task", "stir", {"unclosed": "true"}),
+                     Interval(5, 20, "task", "pour", {"unclosed": "true"}))  # fmt: skip
+
+
+points = st.none() | st.tuples(*[st.floats(allow_nan=False)] * 3)
+
+
+@given(st.builds(LiveContact, times, words, words, st.sampled_from(a.PHASES), points))
+def test_any_live_contact_comes_back(contact):
+    assert a.read_contact(a.contact_message(contact)[2]) == contact
+
+
+def test_a_damaged_live_contact_is_one_sentence():
+    for message in (message_class("Contact")(phase=9), message_class("Contact")(phase=1, point=[1.0])):
+        with pytest.raises(SessionFileError, match="contacts/live"):
+            a.read_contact(message.SerializeToString())
+
+
+def test_a_hand_comes_back_in_order_of_time_without_repeats():
+    hand = HandTrack([1, 5, 9], [0, 0.5, 1], [1, 0, np.nan], ("a", "b"), [[0, 1], [1, 0], [0, 0]])
+    payloads = [payload for _, _, payload in a.hand_messages("anna/left", hand)]
+    found = a.read_hand([payloads[2], payloads[0], payloads[1], payloads[0]])
+    assert found.buttons == hand.buttons and np.array_equal(found.pressed, hand.pressed)
+    for name in ("times_ns", "trigger", "grip"):
+        assert np.array_equal(getattr(found, name), getattr(hand, name), equal_nan=True)
+    assert len(a.read_hand([])) == 0
+
+
+def test_a_fast_track_is_cut_into_batches_and_comes_back_whole():
+    count = 3 * a.TRACK_BATCH + 1
+    rng = np.random.default_rng(0)
+    track = Track(np.arange(count), rng.normal(size=(count, 3)), rng.normal(size=(count, 4)), rng.random(count) < 0.5)
+    messages = list(a.track_messages("wand", track))
+    assert [m[:2] for m in messages] == [("/tracks/wand", k * a.TRACK_BATCH) for k in range(4)]
+    found = a.read_track(m[2] for m in messages)
+    for name in ("times_ns", "positions", "quaternions_xyzw", "valid"):
+        assert getattr(found, name).tobytes() == getattr(track, name).tobytes()
+    broken = message_class("TrackSamples")(sample_ns=[1, 2], position=[1.0])
+    with pytest.raises(SessionFileError, match="unequal length"):
+        a.read_track([broken.SerializeToString()])
+
+
+def test_nothing_is_stamped_before_zero():
+    for message in (
+        lambda: a.event_message(Event(-1, "x")),
+        lambda: a.contact_message(LiveContact(-1, "a", "b", "exit")),
+    ):
+        with pytest.raises(SessionFileError, match=r"-1 ns.*shift all stamps"):
+            message()

@@ -1,0 +1,88 @@
+import struct
+
+import pytest
+from mcap_samples import protobuf_messages, random_frames, session_of, tetrahedron, write_foreign
+
+from sessions.errors import SessionFileError
+from sessions.mcap_format import catalogue as module
+from sessions.mcap_format.catalogue import read_catalogue
+from sessions.mcap_format.container import MAGIC
+from sessions.mcap_format.writer import write_session
+
+
+@pytest.fixture
+def path(tmp_path):
+    write_session(session_of(random_frames(1, 3000, 6), meshes={"a": tetrahedron()}), tmp_path / "s.mcap")
+    return tmp_path / "s.mcap"
+
+
+def test_everything_is_found_where_it_lies(path):
+    found = read_catalogue(path)
+    assert found.profile == "vrlab/1" and found.tear is None
+    assert {channel.topic for channel in found.channels.values()} == {"/tf", "/tracking", "/scene"}
+    assert [sorted(region.channels) for region in found.regions] == [[3], [1], [1]]
+    assert list(found.attachments) == ["meshes/a.glb"]
+    assert [name for name, _ in found.metadata] == ["vrlab.session", "vrlab.bodies"]
+    assert found.metadata_record("none") is None
+
+
+def test_a_chunk_without_a_message_index_may_hold_anything(tmp_path):
+    from mcap.writer import IndexType
+
+    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(1)), index_types=IndexType.NONE)
+    assert [region.channels for region in read_catalogue(path).regions] == [None]
+
+
+def test_the_tear_is_at_the_first_record_that_is_not_whole(path):
+    data = path.read_bytes()
+    chunk = read_catalogue(path).regions[1]
+    path.write_bytes(data[: chunk.offset + 10])
+    torn = read_catalogue(path)
+    assert len(torn.regions) == 1 and chunk.offset - 64 < torn.tear < chunk.offset
+    path.write_bytes(data[:-1])
+    assert read_catalogue(path).tear is not None
+
+
+@pytest.mark.parametrize(("kind", "limit"), [("chunk", "CHUNK_LIMIT_BYTES"), ("attachment", "ATTACHMENT_LIMIT_BYTES"),
+                                             ("header", "SMALL_RECORD_BYTES")])  # fmt: skip
+def test_what_declares_more_than_is_allowed_is_refused_before_it_is_read(path, monkeypatch, kind, limit):
+    monkeypatch.setattr(module, limit, 5)
+    with pytest.raises(SessionFileError, match=rf"a {kind} record declares \d+ bytes, more than the 5"):
+        read_catalogue(path)
+
+
+def record(opcode, content):
+    return struct.pack("<BQ", opcode, len(content)) + content
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        record(1, b"\xff\xff\xff\xff"),  # a header whose text is longer than it
+        record(3, b"\x01\x00\x01\x00\x00\x00\xff"),  # a schema whose name is no text
+        record(6, b"short"),
+        record(6, struct.pack("<QQQII", 0, 0, 5, 0, 1 << 30)),  # a compression with an endless name
+        record(6, struct.pack("<QQQII", 0, 0, 5, 0, 0) + struct.pack("<Q", 1 << 40)),  # data beyond the record
+        record(9, b"short"),
+        record(9, struct.pack("<QQI", 0, 0, 1 << 31)),
+    ],
+)
+def test_a_damaged_record_is_one_sentence(tmp_path, content):
+    path = tmp_path / "f.mcap"
+    path.write_bytes(MAGIC + content + bytes(100))
+    with pytest.raises(SessionFileError, match="damaged"):
+        read_catalogue(path)
+
+
+def test_a_record_that_says_it_is_endless_is_a_tear_and_not_an_allocation(tmp_path):
+    path = tmp_path / "f.mcap"
+    path.write_bytes(MAGIC + struct.pack("<BQ", 6, 2**63) + bytes(50))
+    assert read_catalogue(path).tear == len(MAGIC)
+
+
+def test_messages_outside_chunks_are_joined_into_runs(tmp_path, monkeypatch):
+    messages = protobuf_messages(random_frames(1, 200))
+    path = write_foreign(tmp_path / "f.mcap", messages, use_chunking=False)
+    assert len(read_catalogue(path).regions) == 1
+    monkeypatch.setattr(module, "RUN_BYTES", 5000)
+    assert 5 < len(read_catalogue(path).regions) < 20

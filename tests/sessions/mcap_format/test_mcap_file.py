@@ -1,0 +1,61 @@
+import pytest
+from mcap_samples import assert_same_frames, protobuf_messages, random_frames, session_of, write_foreign
+
+from sessions.errors import SessionFileError
+from sessions.event import Event
+from sessions.frames import Frames
+from sessions.mcap_format.mcap_file import McapFile, McapFrames
+from sessions.mcap_format.writer import write_session
+from sessions.scene import Scene
+
+
+@pytest.fixture
+def path(tmp_path):
+    frames = random_frames(1, 3000, 6, odd=0.02)
+    write_session(
+        session_of(frames, events=(Event(1, "a"), Event(2, "b")), scene=Scene(name="bench")), tmp_path / "s.mcap"
+    )
+    return tmp_path / "s.mcap"
+
+
+def test_messages_of_a_topic_come_with_their_stamps(path):
+    file = McapFile(path)
+    assert [time for time, _ in file.payloads("/events")] == [1, 2]
+    assert list(file.payloads("/nothing")) == []
+    assert file.topics_below("/tr") == ["acking"]
+
+
+def test_the_last_stamp_is_that_of_the_last_frames(path):
+    assert McapFile(path).last_stamp() == random_frames(1, 3000, 6, odd=0.02).stamp_ns[-1]
+
+
+def test_an_attachment_is_found_by_name_or_is_none(path):
+    file = McapFile(path)
+    assert b"bench" in file.attachment("scene.toml") and file.attachment("meshes/x.glb") is None
+    data = path.read_bytes()
+    place = data.index(b"bench")
+    path.write_bytes(data[:place] + b"B" + data[place + 1 :])
+    with pytest.raises(SessionFileError, match=r"attachment 'scene.toml' is damaged"):
+        McapFile(path).attachment("scene.toml")
+
+
+@pytest.mark.parametrize("length", [1, 7, 1000, 2999, 3000, 10_000])
+def test_blocks_are_full_but_the_last(path, length):
+    source = McapFrames(McapFile(path), tuple(f"body {k}" for k in range(6)))
+    blocks = []
+    for block in source.blocks(length):
+        blocks.append(block)
+        if length == 1 and len(blocks) == 5:
+            break
+    assert all(len(block) == length for block in blocks[:-1])
+    if length > 1:
+        assert_same_frames(Frames.join(blocks), random_frames(1, 3000, 6, odd=0.02))
+
+
+def test_channels_that_only_chunks_declare_are_found(tmp_path):
+    messages = protobuf_messages(random_frames(1))
+    path = write_foreign(tmp_path / "f.mcap", messages, repeat_channels=False, repeat_schemas=False, chunk_size=999)
+    assert {channel.topic for channel in McapFile(path).catalogue.channels.values()} == {"/tf", "/speech"}
+    data = path.read_bytes()
+    path.write_bytes(data[:2000])
+    assert McapFile(path).catalogue.ids("/tf")

@@ -1,0 +1,96 @@
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mcap_samples import any_frames, assert_same_frames, protobuf_messages, random_frames
+
+from sessions.errors import SessionFileError
+from sessions.frames import Frames, Status
+from sessions.mcap_format import pose_decoding
+from sessions.mcap_format.catalogue import Catalogue, Region
+from sessions.mcap_format.pose_decoding import FrameDecoder
+from sessions.mcap_format.pose_encoding import FrameEncoder
+from sessions.mcap_format.record_block import RecordBlock
+from sessions.mcap_format.schemas import message_class
+from sessions.mcap_format.unpacking import _listed
+
+
+def table(block):
+    return _listed(block.data, Region(0, 0, "", 0, 0, None), Catalogue(None))
+
+
+def decoder(names=None):
+    return FrameDecoder("file", {1}, {2}, names)
+
+
+def decoded(tables, names=None):
+    one = decoder(names)
+    parts = [part for each in tables for part in one.decode(each)]
+    return Frames.join(parts) if parts else Frames.empty(one.names)
+
+
+@settings(deadline=None)
+@given(any_frames(), st.integers(1, 4))
+def test_frames_survive_wherever_a_chunk_ends_even_between_a_note_and_its_frame(frames, every):
+    block = FrameEncoder(1, 2).encode(frames)
+    cuts = [*block.starts.tolist(), len(block.data)][::every]
+    cuts = [0, *cuts, len(block.data)] if cuts else [0, 0]
+    pieces = [block.data[a:b] for a, b in pairwise(cuts)]
+    tables = [_listed(piece, Region(0, 0, "", 0, 0, None), Catalogue(None)) for piece in pieces]
+    assert_same_frames(decoded(tables, frames.names), frames)
+
+
+def test_parts_of_a_region_are_bounded_in_size(monkeypatch):
+    monkeypatch.setattr(pose_decoding, "CELLS_AT_ONCE", 20)
+    frames = random_frames(3, 100, 4, absent=0.3, odd=0.3)
+    parts = list(decoder(frames.names).decode(table(FrameEncoder(1, 2).encode(frames))))
+    assert len(parts) == 20
+    assert_same_frames(Frames.join(parts), frames)
+
+
+def test_columns_are_added_in_the_order_in_which_bodies_first_appear():
+    frames = random_frames(3, 40, 6, absent=0.7)
+    expected = []
+    for row in range(len(frames)):
+        expected += [frames.names[k] for k in np.flatnonzero(frames.status[row]) if frames.names[k] not in expected]
+    one = decoder()
+    list(one.decode(table(FrameEncoder(1, 2).encode(frames))))
+    assert one.names == tuple(expected)
+
+
+def note(status, **header):
+    message = message_class("Tracking")()
+    message.bodies.add(name="body 0", status=status)
+    return message.SerializeToString()
+
+
+@pytest.mark.parametrize(("sequence", "log", "publish"), [(8, 6, 5), (7, 9, 5), (7, 6, 9)])
+def test_a_note_whose_sequence_or_stamps_are_those_of_no_frame_changes_nothing(sequence, log, publish):
+    payload = protobuf_messages(random_frames(0, 1, 1))[0][2]
+    good = RecordBlock.of([(2, 7, 6, 5, note(Status.LOST)), (1, 7, 6, 5, payload)])
+    wrong = RecordBlock.of([(2, sequence, log, publish, note(Status.LOST)), (1, 7, 6, 5, payload)])
+    assert decoded([table(good)]).status.tolist() == [[Status.LOST]]
+    assert decoded([table(wrong)]).status.tolist() == [[Status.VALID]]
+
+
+def test_a_note_never_makes_up_a_sample_or_an_unknown_status():
+    payload = protobuf_messages(random_frames(0, 1, 1))[0][2]
+    for status in (0, 1, 9):
+        block = RecordBlock.of([(2, 7, 6, 5, note(status)), (1, 7, 6, 5, payload)])
+        assert decoded([table(block)]).status.tolist() == [[Status.VALID]]
+    block = RecordBlock.of([(2, 7, 6, 5, note(Status.LOST)), (1, 7, 6, 5, b"")])
+    assert decoded([table(block)], ("body 0",)).status.tolist() == [[Status.ABSENT]]
+
+
+def test_hostile_messages_are_one_sentence(monkeypatch):
+    payload = protobuf_messages(random_frames(0, 1, 3))[0][2]
+    monkeypatch.setattr(pose_decoding, "MAX_BODIES", 2)
+    with pytest.raises(SessionFileError, match="more than 2 bodies"):
+        decoded([table(RecordBlock.of([(1, 0, 0, 0, payload)]))])
+    monkeypatch.setattr(pose_decoding, "MESSAGE_BYTES", 10)
+    with pytest.raises(SessionFileError, match="more than the 10 allowed"):
+        decoded([table(RecordBlock.of([(1, 0, 0, 0, payload)]))])
+    with pytest.raises(SessionFileError, match=r"no vrlab.Tracking"):
+        decoded([table(RecordBlock.of([(2, 7, 6, 5, b"\xff"), (1, 7, 6, 5, b"")]))])
