@@ -138,7 +138,7 @@ class DiscreteDetector:
             containment=self._containment_words(),
             work=log.counts | {"looks": int(looks.sum()), "pair_looks": looked, "held": int(known.sum()) - looked},
             seconds=dict(zip(STAGES, seconds, strict=True)),
-            section_source=self._sections(which, log.contacts),
+            section_source=self._sections(which, log.contacts) if faces else None,
         )
 
     def _looks(self, times: FloatArray, memory: _Memory) -> NDArray[np.bool_]:
@@ -184,7 +184,9 @@ class DiscreteDetector:
         self, now: Motion, column: int, faces: NDArray[np.int32], which: NDArray[np.int64], memory: _Memory, log: _Log
     ) -> NDArray[np.int64]:
         """Remember a contact; returns the new row of contact numbers."""
-        pose_i, pose_j = ((now.rotations[0, k], now.translations[0, k]) for k in self.pairs[column].tolist())
+        # Copies: a view would keep every pose of its block in memory for as long as the contact is remembered.
+        i, j = self.pairs[column].tolist()
+        pose_i, pose_j = ((now.rotations[0, k].copy(), now.translations[0, k].copy()) for k in (i, j))
         contact = _Contact(faces, pose_i, pose_j)
         memory.contacts[column] = contact
         changed = which.copy()

@@ -96,7 +96,7 @@ class HybridDetector:
                 "face_pairs": int(sum(len(one) for one in meshes.sets)),
             },
             seconds=dict(zip(("spheres", "boxes", "meshes", "containment"), np.diff(clock).tolist(), strict=True)),
-            section_source=sections_of(self.bodies, self.pairs, motion),
+            section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
         )
 
     def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:

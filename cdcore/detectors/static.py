@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.bounding.sphere import Sphere, sphere_best
+from cdcore.broad.sphere_stage import SphereStage
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment import ContainmentStage
 from cdcore.narrow.mesh_stage import NO_FACES, MeshStage
@@ -48,9 +49,9 @@ class _Memory:
 class StaticDetector:
     """Asks the meshes of a pair only when one of the two has moved: N frozen frames are one query.
 
-    Choose it for scenes that mostly stand still; it has no bounding volumes, so a pair that moves costs a mesh query
-    every frame. ``work``: ``queries`` done, ``cached`` pair-frames answered from the query before. With ``epsilon``
-    above 0 a cached answer can be wrong by that distance.
+    Choose it for scenes that mostly stand still; a pair that moves costs a query every frame. A query is a sphere test
+    and, where spheres overlap, a mesh query. ``work``: ``queries`` done, ``cached`` pair-frames answered from the query
+    before, ``mesh_queries`` among the queries. With ``epsilon`` above 0 a cached answer can be wrong by that distance.
 
     Source: the paper's row *static*, "suitable when objects are stationary and do not collide".
     """
@@ -64,6 +65,7 @@ class StaticDetector:
         self.pairs = pairs
         self.settings = settings
         self._spheres = [sphere_best(body.mesh) for body in bodies]
+        self._broad = SphereStage(self._spheres, pairs)
         self._meshes = MeshStage(bodies, pairs)
         self._containment = ContainmentStage(bodies, pairs) if settings.containment else None
 
@@ -84,17 +86,20 @@ class StaticDetector:
     def _run(self, motion: Motion, memory: _Memory, faces: bool) -> Detection:
         require_bodies(motion, self.bodies)
         start = perf_counter()
+        near = self._broad.candidates(motion).verdict
         known = pair_has_pose(motion, self.pairs)
         verdict = np.full(known.shape, Verdict.NO_POSE, dtype=np.uint8)
         sets: list[NDArray[np.int32]] = list(memory.faces)
         entries: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]] = []
-        queries = 0
+        queries = mesh_queries = 0
         for column in range(len(self.pairs)):
             frames = np.flatnonzero(known[:, column])
             fresh = self._fresh(motion, frames, column, memory)
             asked = frames[fresh]
             queries += len(asked)
-            answers, found = self._ask(motion, asked, column, faces)
+            close = near[asked, column] == Verdict.CANDIDATE
+            mesh_queries += int(close.sum())
+            answers, found = self._ask(motion, asked, close, column, faces)
             number = np.cumsum(fresh)
             verdict[frames, column] = np.concatenate([memory.verdict[[column]], answers])[number]
             which = np.concatenate([[column], np.arange(len(found)) + len(sets)])
@@ -112,23 +117,28 @@ class StaticDetector:
             verdict=verdict,
             face_sets=_face_sets(entries, sets) if faces else None,
             containment=self._containment_words(),
-            work={"queries": queries, "cached": int(known.sum()) - queries},
-            seconds={"meshes": perf_counter() - start},
-            section_source=sections_of(self.bodies, self.pairs, motion),
+            work={"queries": queries, "cached": int(known.sum()) - queries, "mesh_queries": mesh_queries},
+            seconds={"queries": perf_counter() - start},
+            section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
         )
 
     def _ask(
-        self, motion: Motion, frames: NDArray[np.int64], column: int, faces: bool
+        self, motion: Motion, frames: NDArray[np.int64], close: NDArray[np.bool_], column: int, faces: bool
     ) -> tuple[NDArray[np.uint8], list[NDArray[np.int32]]]:
         """Verdicts of the frames asked about, and their faces if wanted, one set per frame."""
-        columns = np.full(len(frames), column)
-        answer = self._meshes.decide(motion, frames, columns, faces=faces)
-        verdicts = np.where(answer.hits, Verdict.CONTACT, Verdict.CLEAR).astype(np.uint8)
+        rows = np.flatnonzero(close)
+        columns = np.full(len(rows), column)
+        answer = self._meshes.decide(motion, frames[rows], columns, faces=faces)
+        verdicts = np.full(len(frames), Verdict.CLEAR, dtype=np.uint8)
+        verdicts[rows[answer.hits]] = Verdict.CONTACT
         if self._containment is not None:
-            apart = np.flatnonzero(~answer.hits)
-            inside = self._containment.contained(motion, frames[apart], columns[apart])
+            apart = rows[~answer.hits]
+            inside = self._containment.contained(motion, frames[apart], columns[: len(apart)])
             verdicts[apart[inside]] = Verdict.CONTAINED
-        return verdicts, [answer.sets[k] for k in answer.which.tolist()]
+        found = [NO_FACES] * len(frames) if faces else []
+        for row, which in zip(rows.tolist(), answer.which.tolist(), strict=False):
+            found[row] = answer.sets[which]
+        return verdicts, found
 
     def _fresh(self, motion: Motion, frames: NDArray[np.int64], column: int, memory: _Memory) -> NDArray[np.bool_]:
         """Which frames need a query, (K,); remembers the poses of the last one."""
@@ -139,7 +149,7 @@ class StaticDetector:
         last = memory.poses[column]
         if self.settings.epsilon == 0.0:
             before = np.concatenate([poses[:1] * np.nan if last is None else last[None], poses[:-1]])
-            memory.poses[column] = poses[-1]
+            memory.poses[column] = poses[-1].copy()
             changed: NDArray[np.bool_] = (poses != before).any(axis=1)
             return changed
         fresh, memory.poses[column] = _moved(poses, last, self._spheres[i], self.settings.epsilon)
@@ -181,7 +191,7 @@ def _moved(
         fresh[k] = True
         reference, asked = (turn[k], centre[k]), poses[k]
     assert asked is not None
-    return fresh, asked
+    return fresh, asked.copy()
 
 
 def _moved_reference(pose: FloatArray, sphere: Sphere) -> tuple[FloatArray, FloatArray]:

@@ -43,7 +43,7 @@ def test_blocks_of_a_stream_remember_the_pose_before():
     detector = create_detector("static", BODIES)
     for block in (1, 3, 20):
         joined = join(detector.stream(motion.blocks(block), faces=True))
-        assert joined.work == {"queries": 2, "cached": 18}
+        assert joined.work == {"queries": 2, "cached": 18, "mesh_queries": 1}
         whole = detector.detect(motion, faces=True)
         assert (joined.digest, joined.faces_digest) == (whole.digest, whole.faces_digest)
 
@@ -54,7 +54,7 @@ def test_missing_poses_between_equal_ones_ask_nothing_new():
     valid[3:6, 0] = False
     gap = Motion(motion.times, motion.translations, motion.rotations, valid)
     detection = create_detector("static", BODIES).detect(gap)
-    assert detection.work == {"queries": 1, "cached": 5}
+    assert detection.work == {"queries": 1, "cached": 5, "mesh_queries": 1}
     assert detection.verdict[:, 0].tolist() == [1] * 3 + [Verdict.NO_POSE] * 3 + [1] * 3
 
 
