@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sessions.errors import SessionError
-from sessions.track import checked_stamps
+from sessions.track import checked_column, checked_stamps
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -44,16 +45,20 @@ class HandTrack:
     ) -> None:
         stamps = checked_stamps(times_ns, "a hand")
         count, names = len(stamps), tuple(buttons)
-        values = {
+        repeated = next((name for name in names if names.count(name) > 1), None)
+        if repeated is not None:
+            raise SessionError(f"a hand has button {repeated!r} twice; give each a name of its own")
+        released = np.zeros(count)
+        down = np.zeros((count, len(names)), dtype=np.bool_) if pressed is None else pressed
+        values: dict[str, NDArray[Any]] = {
             "times_ns": stamps,
-            "trigger": np.zeros(count) if trigger is None else np.array(trigger, dtype=np.float64),
-            "grip": np.zeros(count) if grip is None else np.array(grip, dtype=np.float64),
-            "pressed": np.zeros((count, len(names)), np.bool_) if pressed is None else np.array(pressed, np.bool_),
+            "trigger": checked_column(
+                released if trigger is None else trigger, np.float64, (count,), "trigger of a hand"
+            ),
+            "grip": checked_column(released if grip is None else grip, np.float64, (count,), "grip of a hand"),
+            "pressed": checked_column(down, np.bool_, (count, len(names)), "pressed of a hand"),
         }
-        shapes = {"trigger": (count,), "grip": (count,), "pressed": (count, len(names))}
         for name, array in values.items():
-            if array.shape != shapes.get(name, (count,)):
-                raise SessionError(f"{name} of a hand has shape {array.shape}; {count} stamps need {shapes[name]}")
             array.setflags(write=False)
             object.__setattr__(self, name, array)
         object.__setattr__(self, "buttons", names)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sessions.errors import MeshFileError, SessionError
 from sessions.event import Event, Interval
 from sessions.frames import Frames, Status
 from sessions.hand import HandTrack
@@ -115,7 +116,7 @@ class Session:
         SessionError
             Shapes that do not fit, stamps that do not increase.
         """
-        tracks = {name: Track(times_ns, *pose) for name, pose in poses.items()}
+        tracks = {name: _track_of(name, times_ns, pose) for name, pose in poses.items()}
         return cls.from_tracks(tracks, meshes=meshes, scene=scene, events=events, intervals=intervals, facts=facts)
 
     @classmethod
@@ -130,7 +131,7 @@ class Session:
         facts: Mapping[str, str] | None = None,
     ) -> Session:
         """A session whose bodies have clocks of their own; a frame is made for every stamp that any body has."""
-        given = {name: _mesh(mesh) for name, mesh in (meshes or {}).items()}
+        given = {name: mesh_of(name, mesh) for name, mesh in (meshes or {}).items()}
         return cls(
             ArraySource(_frames(tracks)), given, scene or Scene(), tuple(events), tuple(intervals), dict(facts or {})
         )
@@ -152,8 +153,23 @@ class ArraySource:
         return self.held.blocks(frames)
 
 
-def _mesh(mesh: MeshLike) -> MeshData:
-    return mesh if isinstance(mesh, MeshData) else MeshData(*mesh)
+def _track_of(name: str, times_ns: ArrayLike, pose: tuple[ArrayLike, ArrayLike]) -> Track:
+    try:
+        positions, quaternions = pose
+    except (TypeError, ValueError):
+        raise SessionError(f"body {name!r}: give its poses as (positions (T, 3), quaternions_xyzw (T, 4))") from None
+    try:
+        return Track(times_ns, positions, quaternions)
+    except SessionError as error:
+        raise SessionError(f"body {name!r}: {error}") from None
+
+
+def mesh_of(name: str, mesh: MeshLike) -> MeshData:
+    """A body's mesh as `MeshData`; an error names the body."""
+    try:
+        return mesh if isinstance(mesh, MeshData) else MeshData(*mesh)
+    except MeshFileError as error:
+        raise MeshFileError(f"the mesh of {name!r}: {error}") from None
 
 
 def _frames(tracks: Mapping[str, Track]) -> Frames:

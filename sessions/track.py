@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,22 +38,30 @@ class Track:
     ) -> None:
         stamps = checked_stamps(times_ns, "a track")
         count = len(stamps)
-        mask = np.ones(count, dtype=np.bool_) if valid is None else np.array(valid, dtype=np.bool_)
-        values = {
+        mask = np.ones(count, dtype=np.bool_) if valid is None else valid
+        values: dict[str, NDArray[Any]] = {
             "times_ns": stamps,
-            "positions": np.array(positions, dtype=np.float64),
-            "quaternions_xyzw": np.array(quaternions_xyzw, dtype=np.float64),
-            "valid": mask,
+            "positions": checked_column(positions, np.float64, (count, 3), "positions of a track"),
+            "quaternions_xyzw": checked_column(quaternions_xyzw, np.float64, (count, 4), "quaternions_xyzw of a track"),
+            "valid": checked_column(mask, np.bool_, (count,), "valid of a track"),
         }
-        shapes = {"times_ns": (count,), "positions": (count, 3), "quaternions_xyzw": (count, 4), "valid": (count,)}
         for name, array in values.items():
-            if array.shape != shapes[name]:
-                raise SessionError(f"{name} of a track has shape {array.shape}; {count} stamps need {shapes[name]}")
             array.setflags(write=False)
             object.__setattr__(self, name, array)
 
     def __len__(self) -> int:
         return len(self.times_ns)
+
+
+def checked_column(given: ArrayLike, kind: type[np.generic], shape: tuple[int, ...], what: str) -> NDArray[Any]:
+    """A copy as an array of this type and shape, one row per stamp; one sentence where that cannot be."""
+    try:
+        array = np.array(given, dtype=kind)
+    except (TypeError, ValueError):
+        raise SessionError(f"{what} cannot be read as numbers; give an array of shape {shape}") from None
+    if array.shape != shape:
+        raise SessionError(f"{what} has shape {array.shape}; {shape[0]} stamps need {shape}")
+    return array
 
 
 def checked_stamps(times_ns: ArrayLike, what: str) -> NDArray[np.int64]:
@@ -62,6 +71,8 @@ def checked_stamps(times_ns: ArrayLike, what: str) -> NDArray[np.int64]:
         raise SessionError(f"the stamps of {what} are {given.dtype}, not integers; give nanoseconds as int64")
     if given.ndim != 1:
         raise SessionError(f"the stamps of {what} have shape {given.shape}; give (n,) nanoseconds")
+    if given.size and int(given.max()) > np.iinfo(np.int64).max:
+        raise SessionError(f"the stamps of {what} go beyond int64; give nanoseconds since the epoch or the start")
     stamps = given.astype(np.int64)
     step = np.flatnonzero(np.diff(stamps) <= 0)
     if len(step):

@@ -33,8 +33,8 @@ from sessions.mcap_format.annotations import (
 from sessions.mcap_format.facts import MAX_BODIES
 from sessions.mcap_format.frame_batch import FrameBatch, Poses, nanoseconds, pose_values
 from sessions.mcap_format.recording_file import RecordingFile
-from sessions.mesh_data import MeshData
 from sessions.scene import Scene
+from sessions.session import mesh_of
 from sessions.track import Track
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ class Recorder:
         facts: Mapping[str, str] | None = None,
         overwrite: bool = False,
     ) -> None:
-        given = {name: mesh if isinstance(mesh, MeshData) else MeshData(*mesh) for name, mesh in (meshes or {}).items()}
+        given = {name: mesh_of(name, mesh) for name, mesh in (meshes or {}).items()}
         self._file = RecordingFile(Path(path), scene or Scene(), given, dict(facts or {}), overwrite=overwrite)
         self._changed = threading.Condition()
         self._batch = FrameBatch((), FRAMES_WAITING)
