@@ -40,7 +40,7 @@ class Subject:
     label : its name; ``headline`` says what it missed.
     lanes : paths of its lanes and the pair's column each speaks of, numbers (``None``) first.
     listing, worst, note : list of misses, table of the worst, words on the current one.
-    missed : root of pins and flags; ``faces`` is the name of its red faces below each body.
+    missed : root of pins and flags; ``faces`` names its red faces below each body, ``face_entities`` are their paths.
     camera : entity whose pose is the close-up of the current miss, ``""`` when nothing was missed.
     """
 
@@ -52,6 +52,7 @@ class Subject:
     note: str
     missed: str
     faces: str
+    face_entities: tuple[str, ...]
     camera: str
 
 
@@ -66,6 +67,8 @@ class Layout:
     """Timing entities of the totals of detectors that were timed frame by frame."""
     stages: Mapping[str, tuple[str, ...]]
     """Label -> timing entities of its stages."""
+    arrows: tuple[str, ...]
+    """Entities of the contact normals: in the recording, but not in the views, where they hide what they stand on."""
     detector_lanes: bool
     slowest_ms: float
 
@@ -110,7 +113,7 @@ def _audit(layout: Layout, subject: Subject, name: str) -> Any:
 
 def _words(subject: Subject) -> Any:
     listing = rrb.TextLogView(
-        origin=subject.listing,
+        origin=f"/{subject.listing}",
         name=subject.headline,
         columns=rrb.TextLogColumns(
             timeline_columns=[TimelineColumn(SESSION), TimelineColumn(FRAME, visible=False)],
@@ -118,20 +121,21 @@ def _words(subject: Subject) -> Any:
         ),
         format_options=rrb.TextLogFormat(monospace_body=True),
     )
-    worst = rrb.TextDocumentView(origin=subject.worst, name="Longest cuts")
-    report = rrb.TextDocumentView(origin="/report", name="Report")
+    worst = rrb.TextDocumentView(origin=f"/{subject.worst}", name="Longest cuts")
+    report = rrb.TextDocumentView(origin="/report", contents=["/report"], name="Report")
     return rrb.Tabs(listing, worst, report, active_tab=0)
 
 
 def _note(subject: Subject) -> Any:
-    return rrb.TextDocumentView(origin=subject.note, name="The miss in the close-up")
+    return rrb.TextDocumentView(origin=f"/{subject.note}", name="The miss in the close-up")
 
 
 def _contents(layout: Layout, subject: Subject, *hidden: str) -> list[str]:
     """Everything in space but arrows, what is ``hidden``, and what belongs to another audited detector."""
     others = [one for one in layout.subjects if one is not subject]
-    foreign = [f"/{one.missed}/**" for one in others] + [f"/{one.faces}" for one in others]
-    return ["/world/**", "- /world/contacts/*/normals", *(f"- {path}" for path in [*hidden, *foreign])]
+    foreign = [f"/{one.missed}/**" for one in others] + [f"/{path}" for one in others for path in one.face_entities]
+    arrows = [f"/{path}" for path in layout.arrows]
+    return ["/world/**", *(f"- {path}" for path in [*arrows, *hidden, *foreign])]
 
 
 def _space(layout: Layout, subject: Subject) -> Any:
@@ -200,13 +204,13 @@ def _plain(layout: Layout) -> Any:
     """Without anything to compare: the session, and what the one detector found."""
     space = rrb.Spatial3DView(
         origin="/world",
-        contents=["/world/**", "- /world/contacts/*/normals"],
+        contents=["/world/**", *(f"- /{path}" for path in layout.arrows)],
         name=layout.title,
         eye_controls=_eye_controls(layout.eye),
         background=rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor),
         line_grid=rrb.LineGrid3D(visible=False),
     )
-    report = rrb.TextDocumentView(origin="/report", name="Report")
+    report = rrb.TextDocumentView(origin="/report", contents=["/report"], name="Report")
     return rrb.Horizontal(space, report, column_shares=[0.7, 0.3], name="Session")
 
 

@@ -57,6 +57,11 @@ class Contacts:
     counts: NDArray[np.int64]
 
 
+def contacts_path(label: str) -> str:
+    """Entity of the contacts of one detector."""
+    return entity("world", "contacts", label)
+
+
 def log_contacts(
     writer: RecordingWriter,
     label: str,
@@ -70,7 +75,7 @@ def log_contacts(
 
     Colours are the audit's: what ``comparison`` calls missed is red, invented yellow, the rest blue.
     """
-    path = entity("world", "contacts", label)
+    path = contacts_path(label)
     contacts = collect_contacts(writer.clock, assembly, detection, comparison)
     rows = np.searchsorted(contacts.frames, contacts.frame)
     per_row = np.bincount(rows, minlength=len(contacts.frames))

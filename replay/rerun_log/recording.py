@@ -15,7 +15,7 @@ from cdcore.protocol import counts_as_contact
 from replay.rerun_log.blueprint import Layout, Subject, build_blueprint
 from replay.rerun_log.camera import Eye, overview
 from replay.rerun_log.columns import Clock, RecordingWriter, entity
-from replay.rerun_log.contacts import log_contacts
+from replay.rerun_log.contacts import contacts_path, log_contacts
 from replay.rerun_log.focus import eyes_of, focus, log_eye
 from replay.rerun_log.lanes import audit_lanes, log_audit_lanes, log_detector_lanes, ranked_pairs
 from replay.rerun_log.materials import is_ghost, tags_of
@@ -23,7 +23,7 @@ from replay.rerun_log.miss_table import log_miss_table
 from replay.rerun_log.missed import log_missed_faces, log_pins
 from replay.rerun_log.report import headline, log_missed_list, log_notes, log_report, log_worst
 from replay.rerun_log.timing import TOTAL, cost_of, cost_table, log_timing, stage_path
-from replay.rerun_log.world import log_world
+from replay.rerun_log.world import body_path, log_world
 from replay.run_result import RunResult
 
 APPLICATION: Final = "vrlab-replay"
@@ -92,6 +92,7 @@ def _subject(result: RunResult, label: str, number: int) -> Subject:
         note=f"{words}/nearest_miss",
         missed=space,
         faces=faces,
+        face_entities=tuple(f"{body_path(body.name)}/{faces}" for body in result.assembly.bodies),
         camera=f"{space}/eye" if has_misses else "",
     )
 
@@ -160,6 +161,7 @@ def _layout(result: RunResult, subjects: Sequence[Subject]) -> Layout:
         subjects=tuple(subjects),
         totals=tuple(stage_path(label, TOTAL) for label in result.detections) if timed else (),
         stages={label: tuple(stage_path(label, stage) for stage in cost.stages) for label, cost in costs.items()},
+        arrows=tuple(f"{contacts_path(label)}/normals" for label in result.detections),
         detector_lanes=bool(_spoken_of(result)),
         slowest_ms=max((float(np.percentile(value, 99.5)) for value in timed.values() if len(value)), default=0.0),
     )

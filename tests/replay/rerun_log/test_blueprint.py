@@ -1,0 +1,122 @@
+"""The embedded layout names only what is in the recording, opens on the audit, and stands still."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rerun.chunk import RrdReader
+
+from replay.rerun_log.blueprint import LANES_IN_VIEW
+from replay.rerun_log.miss_table import read_misses
+
+
+class Layout:
+    """The blueprint as the file holds it: entity -> component -> values."""
+
+    def __init__(self, path: Path) -> None:
+        reader = RrdReader(path)
+        self.stores = reader.blueprints()
+        self.values: dict[str, dict[str, Any]] = {}
+        for chunk in reader.stream(store=self.stores[0]).to_chunks():
+            batch = chunk.to_record_batch()
+            for name in batch.schema.names:
+                if ":" in name:
+                    self.values.setdefault(chunk.entity_path, {})[name] = batch.column(name).to_pylist()[-1]
+
+    def views(self) -> dict[str, list[str]]:
+        """Name of each view -> its query, with ``$origin`` written out."""
+        found = {}
+        for entity, values in self.values.items():
+            if "ViewBlueprint:display_name" in values:
+                origin = values["ViewBlueprint:space_origin"][0]
+                query = self.values[f"{entity}/ViewContents"]["ViewContents:query"]
+                found[values["ViewBlueprint:display_name"][0]] = [line.replace("$origin", origin) for line in query]
+        return found
+
+
+@pytest.fixture(scope="module")
+def layout(recording: Path) -> Layout:
+    return Layout(recording)
+
+
+def selected(query: list[str], entities: list[str]) -> list[str]:
+    """Entities of a query; a later and more exact rule wins, as in the viewer."""
+    chosen = []
+    for entity in entities:
+        rules = [
+            (len(path), line.startswith("-"))
+            for line in query
+            for path in [line.lstrip("+- ")]
+            if entity == path or (path.endswith("/**") and (entity + "/").startswith(path[:-2]))
+        ]
+        if rules and not max(rules)[1]:
+            chosen.append(entity)
+    return chosen
+
+
+def test_there_is_one_layout_and_it_has_a_tab_per_question(layout: Layout) -> None:
+    assert len(layout.stores) == 1
+    names = {
+        v["ContainerBlueprint:display_name"][0]
+        for v in layout.values.values()
+        if "ContainerBlueprint:display_name" in v
+    }
+    assert names == {"Audit", "What accuracy costs", "Detectors"}
+
+
+def test_every_view_shows_something_and_all_of_it_has_rows_where_the_cursor_goes(
+    layout: Layout, recording: Path, read: Any
+) -> None:
+    place = max(read_misses(recording), key=lambda one: one.cut_length)
+    entities = [entity for entity in read.entities if not entity.startswith("/__")]
+    for name, query in layout.views().items():
+        shown = selected(query, entities)
+        assert shown, name
+        for entity in shown:
+            batches = read.entities[entity]
+            starts = [
+                b.column("session").cast("int64").to_pylist() if "session" in b.schema.names else [-1] for b in batches
+            ]
+            assert min(min(rows) for rows in starts) <= place.session_ns, entity
+
+
+def test_exact_paths_of_the_layout_are_in_the_recording(layout: Layout, read: Any) -> None:
+    lines = [
+        line for query in layout.views().values() for line in query if not line.startswith("-") and "*" not in line
+    ]
+    assert len(lines) > 5
+    assert not [line for line in lines if line not in read.entities]
+
+
+def test_the_viewer_opens_paused_slow_and_on_the_session_timeline(layout: Layout) -> None:
+    panel = layout.values["/time_panel"]
+    assert panel["TimePanelBlueprint:timeline"] == ["session"]
+    assert panel["TimePanelBlueprint:playback_speed"] == [0.25]
+    assert panel["TimePanelBlueprint:play_state"] == [1]
+    assert layout.values["/selection_panel"]["PanelBlueprint:state"] == [1]
+    assert layout.values["/blueprint_panel"]["PanelBlueprint:state"] == [1]
+
+
+def test_the_headline_is_the_title_of_the_list(layout: Layout) -> None:
+    assert any("contacts missed by 22.5Hz" in name for name in layout.views())
+
+
+def test_the_close_up_follows_the_camera_in_the_data(layout: Layout, read: Any) -> None:
+    tracked = [
+        v["EyeControls3D:tracking_entity"] for v in layout.values.values() if "EyeControls3D:tracking_entity" in v
+    ]
+    assert tracked == [["/world/missed/eye"]]
+    assert "/world/missed/eye" in read.entities
+
+
+def test_lanes_in_view_fit_the_screen(layout: Layout) -> None:
+    lanes = next(query for name, query in layout.views().items() if name.startswith("When"))
+    assert 2 <= len(lanes) <= LANES_IN_VIEW
+
+
+def test_the_number_lane_is_left_out_of_the_zoomed_view(layout: Layout) -> None:
+    near = next(query for name, query in layout.views().items() if "around the cursor" in name)
+    assert "/lanes/1_missed" not in near
+    assert near
