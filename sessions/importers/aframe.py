@@ -19,10 +19,17 @@ import numpy as np
 from sessions.conventions import quaternion_from_euler
 from sessions.errors import ImportFileError
 from sessions.event import Event
-from sessions.importers.finish import MeshSource, Samples, counted, finished, usable_track
+from sessions.hand import HandTrack
+from sessions.importers.finish import MeshSource, Samples, counted, finished, side_of, usable_track
 from sessions.scene import Scene
 from sessions.session import Session
 from sessions.track import Track
+
+OPENVR_GAMEPAD: Final = "OpenVR Gamepad"
+OPENVR_BUTTONS: Final = ("trackpad", "trigger", "grip", "menu")
+"""Buttons of a VIVE wand by number. Source: A-Frame's vive-controls (idPrefix ``OpenVR Gamepad``)."""
+
+MOST_BUTTONS: Final = 32
 
 LARGEST_MS: Final = 9.0e12
 """About 9 million seconds short of what int64 nanoseconds hold."""
@@ -40,6 +47,7 @@ def read_aframe(
     devices = _devices(source)
     tracks: dict[str, Track] = {}
     events: list[Event] = []
+    hands: dict[str, HandTrack] = {}
     done = ["rotations from Euler angles YXZ in degrees to unit quaternions", "stamps from milliseconds to nanoseconds"]
     for name, device in devices.items():
         rows = [_row(pose, f"{source}: {name}: pose {number}") for number, pose in enumerate(device["poses"])]
@@ -48,10 +56,17 @@ def read_aframe(
         turn = quaternion_from_euler(np.radians(table[:, [5, 4, 6]]), "YXZ")
         tracks[name], dropped, flagged = usable_track(stamps, table[:, 1:4], turn, np.ones(len(rows), np.bool_))
         done += counted(name, dropped, flagged)
-        events += _events(name, device.get("events"), source)
-    facts = {"source_units": "m", "handedness": "right", "clock": "performance clock of the browser, ms"}
+        happened = _events(name, device.get("events"), source)
+        hands |= _hand(name, device, happened)
+        events += [event for event, _ in happened]
+    facts = {
+        "source_units": "m",
+        "source_convention": "webxr",
+        "handedness": "right",
+        "clock": "performance clock of the browser, ms",
+    }
     events.sort(key=lambda event: event.time_ns)
-    samples = Samples(tracks, tuple(done), facts, events)
+    samples = Samples(tracks, tuple(done), facts, events, hands)
     return finished(samples, source, meshes=meshes, scene=scene, scene_folder=scene_folder, proxies=proxies)
 
 
@@ -89,7 +104,8 @@ def _is_stamp(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST_MS
 
 
-def _events(name: str, events: object, source: Path) -> list[Event]:
+def _events(name: str, events: object, source: Path) -> list[tuple[Event, object]]:
+    """Each event and its detail as written."""
     if events is None:
         return []
     if not isinstance(events, list):
@@ -100,5 +116,33 @@ def _events(name: str, events: object, source: Path) -> list[Event]:
             raise ImportFileError(f"{source}: {name}: event {number} has no timestamp in milliseconds; remove it")
         detail = event.get("detail")
         message = json.dumps(detail, ensure_ascii=False, sort_keys=True) if detail else ""
-        found.append(Event(round(event["timestamp"] * 1e6), str(event.get("name", "event")), message, name))
+        made = Event(round(event["timestamp"] * 1e6), str(event.get("name", "event")), message, name)
+        found.append((made, detail))
     return found
+
+
+def _hand(name: str, device: dict[str, Any], happened: list[tuple[Event, object]]) -> dict[str, HandTrack]:
+    """What the device's buttons were after each press and release; nothing where none was ever pressed."""
+    presses = [
+        (event.time_ns, detail["id"], event.name == "buttondown")
+        for event, detail in happened
+        if event.name in ("buttondown", "buttonup") and isinstance(detail, dict) and _is_button(detail.get("id"))
+    ]
+    if not presses:
+        return {}
+    gamepad = device.get("gamepad")
+    is_vive = isinstance(gamepad, dict) and str(gamepad.get("id", "")).startswith(OPENVR_GAMEPAD)
+    labels = OPENVR_BUTTONS if is_vive else ()
+    count = max(len(labels), 1 + max(button for _, button, _ in presses))
+    names = (*labels, *(f"button{number}" for number in range(len(labels), count)))
+    state, states = np.zeros(count, dtype=np.bool_), {}
+    for stamp, button, down in sorted(presses, key=lambda press: press[0]):
+        state[button] = down
+        states[stamp] = state.copy()
+    pressed = np.array(list(states.values()))
+    trigger = pressed[:, labels.index("trigger")].astype(np.float64) if is_vive else None
+    return {f"student/{side_of(name)}": HandTrack(list(states), trigger, None, names, pressed)}
+
+
+def _is_button(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < MOST_BUTTONS

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +11,10 @@ from numpy.typing import NDArray
 
 from sessions.conventions import Convention, convention, quaternion_from_euler
 from sessions.errors import ImportFileError
-from sessions.hand import HandTrack
+from sessions.importers.csv_happenings import events, hands, live_contacts, unknown_kinds
 from sessions.importers.csv_mapping import METRES, UNITY, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.finish import MeshSource, Samples, counted, finished, usable_track
-from sessions.live_contact import LiveContact
 from sessions.mesh_data import MeshData
 from sessions.scene import Scene
 from sessions.session import Session
@@ -24,6 +24,11 @@ MESH_AXES = {
     "same": "mesh files have the axes of the converted session",
     "x-flipped": "mesh files were exported from Unity as glTF, which flips X instead of Z",
 }
+
+HALF_TURN = np.diag([-1.0, 1.0, -1.0, 1.0])
+
+MOST_BODIES = 1000
+"""More names than a laboratory has bodies: then the column holds something else."""
 
 Rows = NDArray[np.bool_]
 
@@ -60,8 +65,10 @@ def read_csv(
     axes = _axes(convention or plan.convention)
     table = CsvTable(source, plan.delimiter, plan.decimal)
     samples = _samples(table, plan, axes)
-    session_meshes = {name: _turned(mesh, mesh_axes) for name, mesh in (meshes or {}).items()}
-    return finished(samples, source, meshes=session_meshes, scene=scene, scene_folder=scene_folder, proxies=proxies)
+    if mesh_axes != "same":
+        samples = replace(samples, conversions=(*samples.conversions, f"{MESH_AXES[mesh_axes]}: turned by 180 degrees"))
+    given = meshes or {} if mesh_axes == "same" else _turned_meshes(meshes or {}, scene, Path(scene_folder))
+    return finished(samples, source, meshes=given, scene=scene, scene_folder=scene_folder, proxies=proxies)
 
 
 def _axes(name: str) -> Convention:
@@ -70,14 +77,18 @@ def _axes(name: str) -> Convention:
     return convention(name)
 
 
-def _turned(mesh: MeshSource, mesh_axes: str) -> MeshSource:
-    """Source: F_z F_m^-1 with F_m = diag(-1, 1, 1) is a half turn about Y."""
-    if mesh_axes == "same":
-        return mesh
+def _turned_meshes(meshes: Mapping[str, MeshSource], scene: Scene | None, folder: Path) -> dict[str, MeshData]:
+    """Every mesh file, given or named by the scene, by a half turn about Y; plain shapes and instruments stay.
+
+    Source: F_z F_m^-1 with F_m = diag(-1, 1, 1) is this half turn.
+    """
     from sessions.meshes import load_mesh
 
-    loaded = mesh if isinstance(mesh, MeshData) else load_mesh(mesh)
-    return loaded.transformed(np.diag([-1.0, 1.0, -1.0, 1.0]))
+    loaded = {name: mesh if isinstance(mesh, MeshData) else load_mesh(mesh) for name, mesh in meshes.items()}
+    for body in scene.bodies if scene is not None else ():
+        if body.mesh and body.id not in loaded:
+            loaded[body.id] = load_mesh(folder / body.mesh, body.scale)
+    return {name: mesh.transformed(HALF_TURN) for name, mesh in loaded.items()}
 
 
 def _samples(table: CsvTable, plan: CsvMapping, axes: Convention) -> Samples:
@@ -89,12 +100,20 @@ def _samples(table: CsvTable, plan: CsvMapping, axes: Convention) -> Samples:
     ]
     if table.skipped:
         done.append(f"{table.skipped} rows left out that have too few or too many cells")
+    if table.cut_short:
+        done.append("the last line has no line break and may be cut short: its pose is flagged as lost")
     for name, columns, rows in _bodies(table, plan):
         tracks[name], dropped, flagged = _track(table, plan, axes, columns, rows)
         done += counted(name, dropped, flagged)
-    done += _unknown_kinds(table, plan)
-    facts = {"source_units": plan.units, "handedness": axes.handedness, "clock": f"column {plan.time}, {plan.unit}"}
-    return Samples(tracks, tuple(done), facts, (), _hands(table, plan), _contacts(table, plan))
+    contacts, said = live_contacts(table, plan)
+    done += said + unknown_kinds(table, plan)
+    facts = {
+        "source_units": plan.units,
+        "source_convention": axes.name,
+        "handedness": axes.handedness,
+        "clock": f"column {plan.time}, {plan.unit}",
+    }
+    return Samples(tracks, tuple(done), facts, events(table, plan), hands(table, plan), contacts)
 
 
 def _bodies(table: CsvTable, plan: CsvMapping) -> Iterator[tuple[str, PoseColumns, Rows]]:
@@ -103,12 +122,17 @@ def _bodies(table: CsvTable, plan: CsvMapping) -> Iterator[tuple[str, PoseColumn
         for name, columns in plan.bodies.items():
             yield name, columns, np.ones(len(table), dtype=np.bool_)
     elif plan.body is not None:
-        names = table.texts(plan.name)
-        poses = np.ones(len(table), np.bool_) if plan.rows is None else table.texts(plan.rows.column) == plan.rows.pose
-        for name in dict.fromkeys(names[poses].tolist()):
+        every = np.ones(len(table), dtype=np.bool_)
+        poses = every if plan.rows is None else table.rows_of(plan.rows.column, plan.rows.pose)
+        names = table.words(plan.name, poses)
+        if len(names) > MOST_BODIES:
+            raise ImportFileError(
+                f"{table.source}: column {plan.name!r} names {len(names):,} bodies; is it the column of names?"
+            )
+        for name in names:
             if not name:
                 raise ImportFileError(f"{table.source}: column {plan.name!r}: a pose has no body; fill in the cell")
-            yield name, plan.body, poses & (names == name)
+            yield name, plan.body, poses & table.rows_of(plan.name, name)
 
 
 def _track(
@@ -117,55 +141,10 @@ def _track(
     numbers = table.numbers(columns.numbers, rows)
     stamps = table.stamps(plan.time, plan.unit, rows)
     valid = table.flags(columns.valid, rows) if columns.valid else np.ones(len(numbers), dtype=np.bool_)
+    if table.cut_short and rows[-1:].any():
+        valid[-1] = False
     turn = numbers[:, 3:]
     if columns.euler:
         turn = quaternion_from_euler(np.radians(turn) if columns.degrees else turn, columns.order)
     place = axes.points(numbers[:, :3]) * METRES[plan.units]
     return usable_track(stamps, place, axes.quaternions(turn), valid)
-
-
-def _of_kind(table: CsvTable, plan: CsvMapping, word: str) -> Rows:
-    if plan.rows is None or not word:
-        return np.zeros(len(table), dtype=np.bool_)
-    chosen: Rows = table.texts(plan.rows.column) == word
-    return chosen
-
-
-def _unknown_kinds(table: CsvTable, plan: CsvMapping) -> list[str]:
-    if plan.rows is None:
-        return []
-    known = {plan.rows.pose, plan.rows.enter, plan.rows.exit, plan.rows.trigger}
-    others = [word for word in table.texts(plan.rows.column).tolist() if word not in known]
-    return [f"{len(others)} rows left out of unknown kind {sorted(set(others))[0]!r}"] if others else []
-
-
-def _contacts(table: CsvTable, plan: CsvMapping) -> tuple[LiveContact, ...]:
-    if plan.rows is None:
-        return ()
-    found = []
-    for phase, word in (("enter", plan.rows.enter), ("exit", plan.rows.exit)):
-        rows = _of_kind(table, plan, word)
-        if not rows.any():
-            continue
-        stamps = table.stamps(plan.time, plan.unit, rows).tolist()
-        ends = zip(table.texts(plan.name)[rows], table.texts(plan.rows.other)[rows], strict=True)
-        found += [LiveContact(stamp, str(a), str(b), phase) for stamp, (a, b) in zip(stamps, ends, strict=True)]
-    return tuple(sorted(found, key=lambda contact: contact.time_ns))
-
-
-def _hands(table: CsvTable, plan: CsvMapping) -> dict[str, HandTrack]:
-    if plan.rows is None:
-        return {}
-    pulled = _of_kind(table, plan, plan.rows.trigger)
-    hands = {}
-    names = table.texts(plan.name)
-    for name in dict.fromkeys(names[pulled].tolist()):
-        rows = pulled & (names == name)
-        stamps, first = np.unique(table.stamps(plan.time, plan.unit, rows), return_index=True)
-        value = table.numbers((plan.rows.value,), rows)[first, 0]
-        hands[f"student/{_side(name)}"] = HandTrack(stamps, np.nan_to_num(value))
-    return hands
-
-
-def _side(name: str) -> str:
-    return next((side for side in ("left", "right") if side in name.lower()), name)

@@ -49,7 +49,9 @@ class RowKinds:
     """Column of the other body of a collision."""
     trigger: str = ""
     value: str = ""
-    """Column of the trigger's value, 0 to 1."""
+    """Column of the trigger's value, 0 to 1, and of an event's words."""
+    event: str = ""
+    """Rows that are events: their name stands in column ``other``, what is said in ``value``."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,8 @@ class CsvMapping:
     body: PoseColumns | None = None
     bodies: Mapping[str, PoseColumns] | None = None
     rows: RowKinds | None = None
+    events: tuple[str, ...] = ()
+    """Columns in which every new text is an event."""
 
 
 UNITY: Final = CsvMapping(
@@ -74,7 +78,7 @@ UNITY: Final = CsvMapping(
     convention="unity",
     name="body",
     body=PoseColumns(("px", "py", "pz"), ("qx", "qy", "qz", "qw"), valid="tracked"),
-    rows=RowKinds("kind", "pose", "enter", "exit", "other", "trigger", "value"),
+    rows=RowKinds("kind", "pose", "enter", "exit", "other", "trigger", "value", "event"),
 )
 """The CSV of the README's Unity script."""
 
@@ -107,6 +111,7 @@ def read_mapping(path: str | Path) -> CsvMapping:
         body=_columns(long) if long is not None else None,
         bodies={name: _columns(table) for name, table in wide.items()} or None,
         rows=_kinds(kinds) if kinds is not None else None,
+        events=whole.texts("event_columns"),
     )
     if mapping.rows is not None and mapping.body is None:
         raise whole.fail("[rows] needs [body]: only a table with a row per body has kinds of rows")
@@ -138,10 +143,12 @@ def _columns(table: Table) -> PoseColumns:
 def _kinds(table: Table) -> RowKinds:
     kinds = RowKinds(
         table.text("column", None), table.text("pose", "pose"), table.text("enter"), table.text("exit"),
-        table.text("other"), table.text("trigger"), table.text("value"),
+        table.text("other"), table.text("trigger"), table.text("value"), table.text("event"),
     )  # fmt: skip
     if (kinds.enter or kinds.exit) and not kinds.other:
         raise table.fail("enter and exit need other: the column of the second body")
+    if kinds.event and not kinds.other:
+        raise table.fail("event needs other: the column of its name")
     if kinds.trigger and not kinds.value:
         raise table.fail("trigger needs value: the column of its value")
     table.done()

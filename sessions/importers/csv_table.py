@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
@@ -23,7 +24,13 @@ EXACT_SECONDS: Final = 4.0e6
 TICKS_1970: Final = 621_355_968_000_000_000
 """.NET ticks (100 ns since the year 1) at the Unix epoch."""
 
+LONGEST_LINE: Final = 1_000_000
+"""Letters of a line that are looked at; a header of 12 bodies has a thousand."""
+
 TRUE_WORDS: Final = ("1", "1.0", "true", "True", "TRUE", "yes", "valid")
+
+
+Rows = NDArray[np.bool_]
 
 
 class CsvTable:
@@ -31,24 +38,25 @@ class CsvTable:
 
     def __init__(self, source: Path, delimiter: str, decimal: str) -> None:
         import pyarrow as pa
-        from pyarrow import csv
+        from pyarrow import csv as arrow_csv
 
         self.source, self.skipped = source, 0
-        self._decimal = decimal
+        self._delimiter, self._decimal = delimiter, decimal
         header = _header(source, delimiter)
         repeated = {name for name in header if header.count(name) > 1}
         if repeated:
             raise ImportFileError(f"{source}: line 1: column {sorted(repeated)[0]!r} occurs twice; rename one")
         try:
-            self._table = csv.read_csv(
+            self._table = arrow_csv.read_csv(
                 source,
-                csv.ReadOptions(column_names=header, skip_rows=1, use_threads=False),
-                csv.ParseOptions(delimiter=delimiter, invalid_row_handler=self._skip),
-                csv.ConvertOptions(column_types=dict.fromkeys(header, pa.string()), strings_can_be_null=False),
+                arrow_csv.ReadOptions(column_names=header, skip_rows=1, use_threads=False),
+                arrow_csv.ParseOptions(delimiter=delimiter, invalid_row_handler=self._skip),
+                arrow_csv.ConvertOptions(column_types=dict.fromkeys(header, pa.string()), strings_can_be_null=False),
             )
         except (pa.ArrowInvalid, pa.ArrowKeyError, UnicodeDecodeError) as error:
             raise ImportFileError(f"{source}: this is no CSV ({_first_line(error)}); save it again as UTF-8") from None
         self.columns = tuple(header)
+        self.cut_short = _is_cut_short(source, delimiter, len(header))
 
     def _skip(self, _row: Any) -> str:
         """A row with too few or too many cells, such as a last line cut short, is counted and left out."""
@@ -58,23 +66,49 @@ class CsvTable:
     def __len__(self) -> int:
         return int(self._table.num_rows)
 
-    def texts(self, column: str) -> NDArray[np.object_]:
-        """The cells of a column as text, (n,)."""
-        if column not in self.columns:
-            raise ImportFileError(f"{self.source}: line 1: no column {column!r}{nearest(column, self.columns)}")
-        cells: NDArray[np.object_] = self._table.column(column).to_numpy(zero_copy_only=False)
+    def column(self, name: str) -> Any:
+        """The cells of a column as Arrow text."""
+        if name not in self.columns:
+            raise ImportFileError(f"{self.source}: line 1: no column {name!r}{nearest(name, self.columns)}")
+        return self._table.column(name)
+
+    def texts(self, column: str, rows: Rows | None = None) -> NDArray[np.object_]:
+        """The cells of a column, of some rows or all, as text, (n,)."""
+        chosen = self.column(column) if rows is None else self._chosen(column, rows)
+        cells: NDArray[np.object_] = chosen.to_numpy(zero_copy_only=False)
         return cells
 
-    def numbers(self, columns: Sequence[str], rows: NDArray[np.bool_]) -> NDArray[np.float64]:
+    def words(self, column: str, rows: Rows) -> list[str]:
+        """The different texts in some rows of a column, in the order they come in."""
+        found: list[str] = self._chosen(column, rows).unique().to_pylist()
+        return found
+
+    def counts(self, column: str) -> dict[str, int]:
+        """The different texts of a column and how many rows have each."""
+        return {one["values"]: one["counts"] for one in self.column(column).value_counts().to_pylist()}
+
+    def rows_of(self, column: str, word: str) -> Rows:
+        """Which rows have exactly this text in a column, (n,)."""
+        import pyarrow.compute as pc
+
+        same: Rows = pc.equal(self.column(column), word).to_numpy(zero_copy_only=False).astype(np.bool_)
+        return same
+
+    def numbers(self, columns: Sequence[str], rows: Rows) -> NDArray[np.float64]:
         """The cells of some columns and rows as float64, (n, columns); an empty cell is NaN."""
         return np.column_stack([self._floats(column, rows) for column in columns]) if columns else np.zeros((0, 0))
 
-    def _floats(self, column: str, rows: NDArray[np.bool_]) -> NDArray[np.float64]:
+    def _chosen(self, column: str, rows: Rows) -> Any:
+        import pyarrow as pa
+
+        cells = self.column(column)
+        return cells if rows.all() else cells.filter(pa.array(rows))
+
+    def _floats(self, column: str, rows: Rows) -> NDArray[np.float64]:
         import pyarrow as pa
         import pyarrow.compute as pc
 
-        self.texts(column)
-        cells = pc.utf8_trim_whitespace(self._table.column(column)).filter(pa.array(rows))
+        cells = pc.utf8_trim_whitespace(self._chosen(column, rows))
         if self._decimal != ".":
             cells = pc.replace_substring(cells, self._decimal, ".")
         cells = pc.if_else(pc.is_in(cells, pa.array(EMPTY)), pa.scalar(None, pa.string()), cells)
@@ -84,38 +118,47 @@ class CsvTable:
             raise self._no_number(column, rows) from None
         return values.astype(np.float64)
 
-    def _no_number(self, column: str, rows: NDArray[np.bool_]) -> ImportFileError:
+    def _no_number(self, column: str, rows: Rows) -> ImportFileError:
         """Name the first cell that is no number."""
+        cells = self.texts(column)
         for row in np.flatnonzero(rows).tolist():
-            cell = str(self.texts(column)[row]).strip()
+            cell = str(cells[row]).strip()
             try:
                 float("nan" if cell in EMPTY else cell.replace(self._decimal, "."))
             except ValueError:
-                # The header is line 1; skipped rows and line breaks in quotes are not counted.
-                return ImportFileError(
-                    f"{self.source}: line {row + 2}, column {column!r}: {cell[:40]!r} is no number; repair the cell"
-                )
+                return self._wrong(row, column, f"{cell[:40]!r} is no number; repair the cell")
         return ImportFileError(f"{self.source}: column {column!r} holds something that is no number; repair it")
 
-    def stamps(self, column: str, unit: str, rows: NDArray[np.bool_]) -> NDArray[np.int64]:
+    def _wrong(self, row: int, column: str, message: str) -> ImportFileError:
+        return ImportFileError(f"{self.source}: line {self._line_of(row)}, column {column!r}: {message}")
+
+    def _line_of(self, row: int) -> int:
+        """The line of the file that a row stands in: blank and skipped lines are counted."""
+        kept = -1
+        with self.source.open(encoding="utf-8-sig", newline="") as file:
+            for number, line in enumerate(file, start=1):
+                kept += number > 1 and _cells(line, self._delimiter) == len(self.columns)
+                if kept == row:
+                    return number
+        return row + 2
+
+    def stamps(self, column: str, unit: str, rows: Rows) -> NDArray[np.int64]:
         """The clock as int64 nanoseconds, (n,)."""
         values = self._floats(column, rows)
         if not np.isfinite(values).all():
             row = int(np.flatnonzero(rows)[np.flatnonzero(~np.isfinite(values))[0]])
-            raise ImportFileError(
-                f"{self.source}: line {row + 2}, column {column!r}: the time is missing; remove the row"
-            )
+            raise self._wrong(row, column, "the time is missing; remove the row")
         factor = CLOCK_NS[unit]
         if unit != "ticks" and np.abs(values).max(initial=0.0) <= EXACT_SECONDS * 1e9 / factor:
             return np.rint(values * factor).astype(np.int64)
         return self._exact_stamps(column, unit, rows)
 
-    def _exact_stamps(self, column: str, unit: str, rows: NDArray[np.bool_]) -> NDArray[np.int64]:
+    def _exact_stamps(self, column: str, unit: str, rows: Rows) -> NDArray[np.int64]:
         scale, offset = Decimal(CLOCK_NS[unit]), Decimal(TICKS_1970 if unit == "ticks" else 0)
         try:
             exact = [
                 int(((Decimal(cell.strip().replace(self._decimal, ".")) - offset) * scale).to_integral_value())
-                for cell in self.texts(column)[rows].tolist()
+                for cell in self._chosen(column, rows).to_pylist()
             ]
             return np.array(exact, dtype=np.int64)
         except (InvalidOperation, OverflowError):
@@ -124,22 +167,47 @@ class CsvTable:
                 f"check the unit, which is {unit!r}"
             ) from None
 
-    def flags(self, column: str, rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def flags(self, column: str, rows: Rows) -> Rows:
         """Whether each cell says yes, (n,)."""
-        words = np.array([str(cell).strip() for cell in self.texts(column)[rows].tolist()], dtype=object)
-        return np.isin(words, TRUE_WORDS)
+        import pyarrow as pa
+        import pyarrow.compute as pc
+
+        cells = pc.utf8_trim_whitespace(self._chosen(column, rows))
+        said: Rows = pc.is_in(cells, pa.array(TRUE_WORDS)).to_numpy(zero_copy_only=False).astype(np.bool_)
+        return said
 
 
 def _header(source: Path, delimiter: str) -> list[str]:
     try:
         with source.open(encoding="utf-8-sig", newline="") as file:
-            line = file.readline(1_000_000)
+            line = file.readline(LONGEST_LINE)
     except (OSError, UnicodeDecodeError):
         raise ImportFileError(f"{source}: this is not UTF-8 text; save it as UTF-8") from None
     names = [name.strip().strip('"') for name in line.rstrip("\r\n").split(delimiter)]
     if not any(names):
         raise ImportFileError(f"{source}: the file is empty; there is no header in line 1")
     return names
+
+
+def _cells(line: str, delimiter: str) -> int:
+    """How many cells a line has; 0 for a blank one."""
+    text = line.rstrip("\r\n")
+    try:
+        return len(next(csv.reader([text], delimiter=delimiter))) if text else 0
+    except csv.Error:
+        return 0
+
+
+def _is_cut_short(source: Path, delimiter: str, columns: int) -> bool:
+    """Whether the last line has all its cells but no line break, so that its last number may lack digits."""
+    with source.open("rb") as file:
+        file.seek(max(0, source.stat().st_size - LONGEST_LINE))
+        tail = file.read()
+    if tail.endswith((b"\n", b"\r")):
+        return False
+    return (
+        _cells(tail.replace(b"\r", b"\n").rsplit(b"\n", 1)[-1].decode("utf-8", errors="replace"), delimiter) == columns
+    )
 
 
 def _first_line(error: Exception) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -27,10 +28,10 @@ QUATERNION_TOLERANCE = 1e-3
 """A quaternion whose norm is further off 1 is no rotation: its row is flagged as lost."""
 
 PROXIES = {
-    "proxy_headset": ("camera", "head", "hmd"),
-    "proxy_wand": ("left", "right", "hand", "controller", "wand"),
+    "proxy_headset": re.compile("camera|head|hmd|headset"),
+    "proxy_wand": re.compile("left|right|(left|right)?(hand|controller|wand)"),
 }
-"""Stand-in mesh -> words in the names of bodies it can stand for."""
+"""Stand-in mesh -> the words in the name of a body it can stand for (``bright`` is no ``right``)."""
 
 PROXY_FACES = 2000
 
@@ -130,6 +131,23 @@ def counted(what: str, dropped: int, flagged: int) -> list[str]:
     return words
 
 
+def name_words(name: str) -> list[str]:
+    """The words of a name in small letters: ``LeftHand_2`` is ``left`` and ``hand``."""
+    return [word.lower() for word in re.findall("[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)]
+
+
+def proxy_for(name: str) -> str:
+    """The instrument that can stand in for a body of this name, or ``""``."""
+    words = name_words(name)
+    return next((proxy for proxy, known in PROXIES.items() if any(map(known.fullmatch, words))), "")
+
+
+def side_of(name: str) -> str:
+    """``left`` or ``right`` where a word of the name begins with it, else the name itself."""
+    words = name_words(name)
+    return next((side for side in ("left", "right") if any(word.startswith(side) for word in words)), name)
+
+
 def _loaded(mesh: MeshSource) -> MeshData:
     if isinstance(mesh, MeshData):
         return mesh
@@ -143,7 +161,7 @@ def _with_proxies(scene: Scene, names: Mapping[str, Track], given: dict[str, Mes
 
     bodies = {body.id: body for body in scene.bodies}
     for name in names:
-        row = next((proxy for proxy, words in PROXIES.items() if any(word in name.lower() for word in words)), "")
+        row = proxy_for(name)
         if row and name not in given:
             given[name] = make_instrument(row, PROXY_FACES).mesh
             body = bodies.get(name, SceneBody(id=name))

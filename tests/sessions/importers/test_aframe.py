@@ -42,6 +42,36 @@ def test_stamps_rotations_and_events_come_through(tmp_path):
     assert session.meshes == {}
 
 
+def press(stamp, button, name="buttondown"):
+    return {"name": name, "detail": {"id": button}, "timestamp": stamp}
+
+
+def test_presses_of_a_vive_wand_become_its_trigger_and_buttons(tmp_path):
+    happened = [
+        press(5, 1),
+        press(6, 2),
+        press(6, 1, "buttonup"),
+        press(7, 2, "buttonup"),
+        {**press(8, 9), "detail": 3},
+    ]
+    wand = {"poses": [pose(1), pose(9)], "events": happened, "gamepad": {"id": "OpenVR Gamepad", "hand": "right"}}
+    session = import_session("aframe", written(tmp_path, {"leftHand": wand, "camera": {"poses": [pose(1)]}}))
+    assert list(session.hands) == ["student/left"]
+    hand = session.hands["student/left"]
+    assert hand.times_ns.tolist() == [5_000_000, 6_000_000, 7_000_000]
+    assert hand.buttons == ("trackpad", "trigger", "grip", "menu")
+    assert hand.trigger.tolist() == [1.0, 0.0, 0.0]
+    assert hand.pressed[:, 2].tolist() == [False, True, False]
+
+
+def test_buttons_of_a_device_nobody_knows_keep_their_numbers_and_pull_no_trigger(tmp_path):
+    device = {"poses": [pose(1)], "events": [press(2, 1), press(3, 10**9), press(4, -1)]}
+    hand = import_session("aframe", written(tmp_path, {"tool": device})).hands["student/tool"]
+    assert hand.buttons == ("button0", "button1")
+    assert hand.pressed.tolist() == [[False, True]]
+    assert not hand.trigger.any()
+
+
 def test_a_take_nested_under_recording_is_the_same_session(tmp_path):
     devices = {"camera": {"poses": [pose(1), pose(2)]}}
     plain = import_session("aframe", written(tmp_path, devices))

@@ -8,7 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from sessions import MeshData
 from sessions.errors import SessionError
+from sessions.glb import mesh_to_glb
 from sessions.importers import import_session
+from sessions.scene_toml import parse_scene
 
 HEADER = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"
 
@@ -127,7 +129,7 @@ def test_a_mesh_that_unity_exported_as_gltf_is_turned_about_y(tmp_path):
     ("lines", "message"),
     [
         ([""], "the file is empty"),
-        (["a,b"], "no column 'body'"),
+        (["a,b"], "line 1: no column 'kind'; there are: a, b"),
         ([HEADER + ",px", ""], "line 1: column 'px' occurs twice"),
         ([HEADER], "there is no pose in it"),
         ([HEADER, "pose,x,left,0,0,0,0,0,0,1,1,,"], "line 2, column 'time': 'x' is no number"),
@@ -139,6 +141,74 @@ def test_a_mesh_that_unity_exported_as_gltf_is_turned_about_y(tmp_path):
 def test_a_bad_file_is_refused_with_line_and_column(tmp_path, lines, message):
     with pytest.raises(SessionError, match=message):
         import_session("csv", written(tmp_path, lines))
+
+
+def world_points(session, name):
+    frames = session.frames
+    turn = Rotation.from_quat(frames.quaternion_xyzw[0, session.names.index(name)])
+    return turn.apply(session.meshes[name].vertices.copy()) + frames.position[0, session.names.index(name)]
+
+
+def test_a_gltf_of_unity_and_a_raw_mesh_of_unity_land_on_the_same_points_of_the_world(tmp_path):
+    """The glTF exporter flips X, a raw dump for a right-handed program flips Z; both reverse the winding."""
+    inside_unity = np.array([[1.0, 2.0, 3.0], [0.5, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    turn, place = Rotation.from_euler("zxy", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
+    path = written(tmp_path, [HEADER, unity_row(0.0, "tool", place, turn.as_quat())])
+    raw = MeshData(inside_unity * [1, 1, -1], [[0, 2, 1]])
+    gltf = MeshData(inside_unity * [-1, 1, 1], [[0, 2, 1]])
+    one = import_session("csv", path, meshes={"tool": raw})
+    two = import_session("csv", path, meshes={"tool": gltf}, mesh_axes="x-flipped")
+    expected = (turn.apply(inside_unity) + place) * [1, 1, -1]
+    assert np.allclose(world_points(one, "tool"), expected, atol=1e-6)
+    assert np.allclose(world_points(two, "tool"), expected, atol=1e-6)
+    assert np.array_equal(one.meshes["tool"].faces, two.meshes["tool"].faces)
+    assert "turned by 180 degrees" in two.facts["conversions"]
+
+
+def test_mesh_files_of_a_scene_are_turned_too_and_its_shapes_are_not(tmp_path):
+    mesh = MeshData([[1, 2, 3], [0, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    (tmp_path / "tool.glb").write_bytes(mesh_to_glb(mesh, "tool"))
+    scene = parse_scene(
+        '[[body]]\nid = "tool"\nmesh = "tool.glb"\nscale = 0.5\n[[body]]\nid = "box"\nshape = "box"\nsize = [1, 1, 1]\n'
+    )
+    path = written(tmp_path, [HEADER, unity_row(0.0, "tool", (0, 0, 0), (0, 0, 0, 1))])
+    plain, turned = (
+        import_session("csv", path, scene=scene, scene_folder=tmp_path, mesh_axes=axes)
+        for axes in ("same", "x-flipped")
+    )
+    assert plain.meshes["tool"].vertices[0].tolist() == [0.5, 1.0, 1.5]
+    assert turned.meshes["tool"].vertices[0].tolist() == [-0.5, 1.0, -1.5]
+    assert np.array_equal(plain.meshes["box"].vertices, turned.meshes["box"].vertices)
+
+
+def test_a_last_line_that_may_be_cut_short_is_flagged_and_keeps_its_numbers(tmp_path):
+    mapping = tmp_path / "map.toml"
+    mapping.write_text(
+        'convention = "openxr"\n[time]\ncolumn = "t"\nunit = "s"\n[bodies.cup]\n'
+        'quaternion_xyzw = ["i", "j", "k", "w"]\nposition = ["x", "y", "z"]\n'
+    )
+    text = "t,i,j,k,w,x,y,z\n0,0,0,0,1,1,2,3.25\n1,0,0,0,1,1,2,3.25"
+    path = tmp_path / "take.csv"
+    for ending, valid in (("\n", [True, True]), ("", [True, False])):
+        path.write_bytes((text + ending).encode())
+        session = import_session("csv", path, mapping=mapping)
+        assert session.tracks["cup"].valid.tolist() == valid
+        assert session.tracks["cup"].positions[1].tolist() == [1, 2, 3.25]
+        assert ("may be cut short" in session.facts["conversions"]) is not valid[1]
+
+
+def test_a_convention_given_by_the_caller_wins_over_the_mapping(tmp_path):
+    path = written(tmp_path, [HEADER, unity_row(0.0, "tool", (1, 2, 3), (0, 0, 0, 1))])
+    for name, expected in (("openvr", [1, 2, 3]), ("ros", [-2, 3, -1]), ("z-up", [1, 3, -2])):
+        session = import_session("csv", path, convention=name)
+        assert session.frames.position[0, 0].tolist() == expected
+        assert session.facts["source_convention"] == name
+
+
+def test_a_column_of_numbers_taken_for_names_is_refused(tmp_path):
+    rows = [unity_row(0.0, f"{k}", (0, 0, 0), (0, 0, 0, 1)) for k in range(1001)]
+    with pytest.raises(SessionError, match=r"column 'body' names 1,001 bodies; is it the column of names\?"):
+        import_session("csv", written(tmp_path, [HEADER, *rows]))
 
 
 def test_a_mesh_for_nobody_names_the_nearest_body(tmp_path):

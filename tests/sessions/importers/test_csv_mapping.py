@@ -1,4 +1,6 @@
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import UNITY, read_mapping
@@ -20,6 +22,7 @@ exit = "exit"
 other = "other"
 trigger = "trigger"
 value = "value"
+event = "event"
 """
 
 
@@ -46,12 +49,24 @@ def test_the_built_in_mapping_can_be_written_as_a_file(tmp_path):
         ("[body]", "[bodies.x]", "needs|unknown key 'name'"),
         ('other = "other"', "", "enter and exit need other"),
         ('value = "value"', "", "trigger needs value"),
+        ('enter = "enter"\nexit = "exit"\nother = "other"', "", "event needs other"),
+        ('convention = "unity"', 'event_columns = "stage"', "event_columns is 'stage'; give a list of texts"),
         ("[time]", "[time", "not TOML"),
     ],
 )
 def test_a_mistake_is_named_with_file_table_and_key(tmp_path, old, new, message):
     with pytest.raises(ImportFileError, match=message):
         read(tmp_path, LONG.replace(old, new, 1))
+
+
+@given(
+    st.lists(st.sampled_from([*LONG.splitlines(), "[bodies.x]", "position = 3", "unit = 0x" + "f" * 5000]), max_size=20)
+)
+def test_no_mapping_ends_in_anything_but_a_mapping_or_one_named_error(tmp_path_factory, lines):
+    try:
+        read(tmp_path_factory.mktemp("fuzz"), "\n".join(lines))
+    except ImportFileError as error:
+        assert str(error).startswith("map.toml: ")
 
 
 def test_a_missing_mapping_is_one_sentence(tmp_path):

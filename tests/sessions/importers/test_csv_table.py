@@ -25,6 +25,28 @@ def test_only_the_chosen_rows_are_read_as_numbers(tmp_path):
         cells.numbers(("a",), np.array([True, True, True]))
 
 
+def test_a_bad_cell_is_named_with_its_line_though_blank_and_short_lines_come_before(tmp_path):
+    cells = table(tmp_path, "a,b\n1,2\n\n3\n4,5\n6,x\n")
+    with pytest.raises(ImportFileError, match="line 6, column 'b': 'x' is no number"):
+        cells.numbers(("b",), np.ones(len(cells), dtype=bool))
+
+
+@pytest.mark.parametrize(
+    ("text", "cut"),
+    [("a,b\n1,2\n", False), ("a,b\n1,2\r\n", False), ("a,b\n1,2", True), ("a,b\n1,2\n3", False), ("a,b\r\n1,2", True)],
+)
+def test_a_whole_last_line_without_a_line_break_may_be_cut_short(tmp_path, text, cut):
+    assert table(tmp_path, text).cut_short is cut
+
+
+def test_words_and_counts_of_a_column(tmp_path):
+    cells = table(tmp_path, "a,b\nx,1\ny,2\nx,3\n")
+    assert cells.counts("a") == {"x": 2, "y": 1}
+    assert cells.words("a", np.array([False, True, True])) == ["y", "x"]
+    assert cells.rows_of("a", "x").tolist() == [True, False, True]
+    assert not cells.rows_of("a", "X").any()
+
+
 def test_windows_lines_and_a_byte_order_mark_are_read(tmp_path):
     cells = table(tmp_path, "\ufeffa;b\r\n1,5;2\r\n", ";", ",")
     assert cells.columns == ("a", "b")

@@ -3,7 +3,7 @@ import pytest
 
 from sessions import MeshData, Track
 from sessions.errors import ImportFileError
-from sessions.importers.finish import Samples, finished, usable_track
+from sessions.importers.finish import Samples, finished, proxy_for, side_of, usable_track
 from sessions.scene_toml import parse_scene
 
 TRIANGLE = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
@@ -36,6 +36,30 @@ def test_given_meshes_win_over_the_scene_and_proxies_can_be_asked_for(tmp_path):
     assert session.scene.body("camera").proxy
     assert not session.scene.body("left").proxy
     assert parse_scene(session.scene.text).body("camera").proxy
+
+
+@pytest.mark.parametrize(
+    ("name", "row"),
+    [
+        ("camera", "proxy_headset"),
+        ("Main Camera", "proxy_headset"),
+        ("HMD", "proxy_headset"),
+        ("leftHand", "proxy_wand"),
+        ("XRController_2", "proxy_wand"),
+        ("RIGHT", "proxy_wand"),
+        ("bright-lamp", ""),
+        ("handle", ""),
+        ("overhead", ""),
+    ],
+)
+def test_a_stand_in_is_chosen_by_whole_words_of_the_name(name, row):
+    assert proxy_for(name) == row
+
+
+def test_the_side_of_a_hand_is_a_word_of_its_name():
+    assert [side_of(name) for name in ("leftHand", "Lefthand", "tool_Right", "bright", "w1")] == [
+        "left", "left", "right", "bright", "w1",
+    ]  # fmt: skip
 
 
 def test_a_recording_without_poses_is_refused(tmp_path):

@@ -1,0 +1,99 @@
+import pytest
+
+from sessions.event import Event
+from sessions.importers.csv_happenings import events, hands, live_contacts, unknown_kinds
+from sessions.importers.csv_mapping import UNITY, CsvMapping, PoseColumns
+from sessions.importers.csv_table import CsvTable
+
+HEADER = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"
+WIDE = CsvMapping("t", "ms", "openxr", bodies={"a": PoseColumns(("x", "x", "x"))}, events=("stage", "mark"))
+
+
+def table(tmp_path, *lines):
+    path = tmp_path / "t.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return CsvTable(path, ",", ".")
+
+
+def happening(kind, time, body, other="", value=""):
+    return f"{kind},{time},{body}{',' * 9}{other},{value}"
+
+
+def test_a_contact_that_both_bodies_report_counts_once_and_this_is_said(tmp_path):
+    cells = table(
+        tmp_path,
+        HEADER,
+        happening("exit", 2, "Hand", "Beaker"),
+        happening("enter", 1, "Hand", "Beaker"),
+        happening("enter", 1, "Beaker", "Hand"),
+        happening("enter", 1.5, "Beaker", "Hand"),
+    )
+    found, said = live_contacts(cells, UNITY)
+    assert [(one.time_ns, one.body_a, one.body_b, one.phase) for one in found] == [
+        (1_000_000_000, "Hand", "Beaker", "enter"),
+        (1_500_000_000, "Beaker", "Hand", "enter"),
+        (2_000_000_000, "Hand", "Beaker", "exit"),
+    ]
+    assert said == ["1 contacts that both bodies reported counted once"]
+
+
+def test_a_trigger_stays_between_released_and_pressed(tmp_path):
+    values = ("0.25", "", "inf", "-1", "7")
+    cells = table(tmp_path, HEADER, *(happening("trigger", k, "LeftHand", "", v) for k, v in enumerate(values)))
+    assert hands(cells, UNITY)["student/left"].trigger.tolist() == [0.25, 0.0, 1.0, 0.0, 1.0]
+
+
+def test_rows_of_kind_event_are_events_by_time(tmp_path):
+    cells = table(
+        tmp_path,
+        HEADER,
+        happening("event", 2, "", "stage", "pouring"),
+        happening("event", 1, "Beaker", "", "fell, hard"),
+    )
+    assert len(cells) == 1
+    cells = table(
+        tmp_path, HEADER, happening("event", 2, "", "stage", "pouring"), happening("event", 1, "Beaker", "", '"a, b"')
+    )
+    assert events(cells, UNITY) == [
+        Event(1_000_000_000, "event", "a, b", "Beaker"),
+        Event(2_000_000_000, "stage", "pouring"),
+    ]
+
+
+def test_every_new_text_in_a_column_of_events_is_one_event(tmp_path):
+    cells = table(tmp_path, "t,x,stage,mark", "1,0,,", "2,0,pour,!", "3,0,pour,", "4,0,stir,!", "5,0,,", "6,0,stir,")
+    assert [(one.time_ns, one.name, one.message) for one in events(cells, WIDE)] == [
+        (2_000_000, "stage", "pour"),
+        (2_000_000, "mark", "!"),
+        (4_000_000, "stage", "stir"),
+        (4_000_000, "mark", "!"),
+        (6_000_000, "stage", "stir"),
+    ]
+
+
+def test_in_a_long_table_each_body_has_its_own_row_before(tmp_path):
+    plan = CsvMapping("t", "ms", "openxr", name="b", body=PoseColumns(("x", "x", "x")), events=("held",))
+    cells = table(tmp_path, "t,b,x,held", "1,l,0,cup", "1,r,0,", "2,l,0,cup", "2,r,0,rod")
+    assert [(one.body, one.message) for one in events(cells, plan)] == [("l", "cup"), ("r", "rod")]
+
+
+@pytest.mark.parametrize(
+    ("kinds", "said"),
+    [
+        ("", []),
+        ("a", ["1 rows left out of unknown kind 'a'"]),
+        ("aab", ["3 rows left out of unknown kind 'a', 'b'"]),
+        ("abcdefg", ["7 rows left out of unknown kind 'a', 'b', 'c', 'd', 'e', ..."]),
+    ],
+)
+def test_rows_of_unknown_kinds_are_counted_and_named(tmp_path, kinds, said):
+    cells = table(tmp_path, HEADER, happening("enter", 0, "x", "y"), *(happening(kind, 1, "x") for kind in kinds))
+    assert unknown_kinds(cells, UNITY) == said
+
+
+def test_a_plain_table_of_poses_says_nothing_else(tmp_path):
+    plan = CsvMapping("t", "ms", "openxr", bodies={"a": PoseColumns(("x", "x", "x"))})
+    cells = table(tmp_path, "t,x", "1,0")
+    assert (live_contacts(cells, plan), hands(cells, plan), events(cells, plan), unknown_kinds(cells, plan)) == (
+        ((), []), {}, [], [],
+    )  # fmt: skip
