@@ -1,0 +1,90 @@
+"""The three public A-Frame recordings, with a VIVE wand on both controllers, touch in exactly the frames stated."""
+
+from __future__ import annotations
+
+import fcl
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from shared_data import DATA, needs_data
+
+from sessions.importers import import_session
+
+WAND = DATA / "webxr-vive-controller" / "htc-vive-none.glb"
+CAPTURES = DATA / "aframe-motion-capture"
+DANCE = DATA / "a-saturday-night" / "dance.json"
+
+TRUTH = {
+    "grabLeft": (1127, 59, [(195, 278)]),
+    "grabRight": (1436, 121, []),
+    "tracked-recording": (2568, 114, [(140, 155), (2124, 2567)]),
+}
+"""Recording -> frames, gaps over 1.5 times the median step, first and last frame of each contact episode.
+
+Source: README.md beside the recordings.
+"""
+
+pytestmark = [needs_data, pytest.mark.slow]
+
+
+def fcl_mesh(mesh):
+    model = fcl.BVHModel()
+    model.beginModel(len(mesh.vertices), len(mesh.faces))
+    model.addSubModel(mesh.vertices, mesh.faces)
+    model.endModel()
+    return fcl.CollisionObject(model)
+
+
+def touching_frames(session, a, b):
+    """A plain loop: place both meshes at every frame as recorded and ask."""
+    frames, columns = session.frames, [session.names.index(name) for name in (a, b)]
+    objects = [fcl_mesh(session.meshes[name]) for name in (a, b)]
+    turns = [Rotation.from_quat(frames.quaternion_xyzw[:, column]).as_matrix() for column in columns]
+    found = []
+    for frame in range(len(frames)):
+        for body, turn, column in zip(objects, turns, columns, strict=True):
+            body.setTransform(fcl.Transform(turn[frame], frames.position[frame, column]))
+        if fcl.collide(*objects, fcl.CollisionRequest(), fcl.CollisionResult()):
+            found.append(frame)
+    return np.array(found, dtype=np.int64)
+
+
+def episodes(frames):
+    starts = np.flatnonzero(np.diff(frames, prepend=-2) > 1)
+    ends = [*(starts[1:] - 1), len(frames) - 1] if len(frames) else []
+    return [(int(frames[start]), int(frames[end])) for start, end in zip(starts, ends, strict=True)]
+
+
+@pytest.mark.parametrize("name", TRUTH)
+def test_wands_touch_in_exactly_the_stated_frames(name):
+    count, gaps, truth = TRUTH[name]
+    session = import_session("aframe", CAPTURES / f"{name}.json", meshes={"left": WAND, "right": WAND})
+    assert len(session.frames) == count
+    steps = np.diff(session.frames.stamp_ns)
+    assert int((steps > 1.5 * np.median(steps)).sum()) == gaps
+    assert sorted(session.names) == ["camera", "left", "right"]
+    assert len(session.meshes["left"].faces) == 17_344
+    assert not any(body.proxy for body in session.scene.bodies)
+    assert episodes(touching_frames(session, "left", "right")) == truth
+
+
+def test_a_recording_below_recording_is_imported_with_the_names_of_its_devices():
+    session = import_session("aframe", DANCE)
+    assert session.names == ("camera", "leftHand", "rightHand")
+    assert len(session.frames) == 1496
+    assert 1e9 / np.median(np.diff(session.frames.stamp_ns)) == pytest.approx(90.5, abs=0.1)
+    for hand in ("leftHand", "rightHand"):
+        column = session.names.index(hand)
+        steps = np.diff(session.frames.position[:, column], axis=0)
+        assert int((steps == 0).all(axis=1).sum()) == 64  # positions held; rotations go on in 55 of them
+    assert {body.id: body.instrument for body in session.scene.bodies} == {
+        "camera": "proxy_headset", "leftHand": "proxy_wand", "rightHand": "proxy_wand",
+    }  # fmt: skip
+    assert all(body.proxy for body in session.scene.bodies)
+
+
+def test_buttons_of_the_wands_are_their_triggers():
+    session = import_session("aframe", CAPTURES / "tracked-recording.json", proxies=False)
+    presses = {side: int((np.diff(hand.trigger, prepend=0.0) > 0).sum()) for side, hand in session.hands.items()}
+    assert presses == {"student/left": 8, "student/right": 10}
+    assert sum(event.name == "buttonchanged" for event in session.events) == 72
