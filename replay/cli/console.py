@@ -61,17 +61,15 @@ def _unshown(done: int) -> None:
 
 
 def _bars(unit: str) -> Progress:
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
 
-    from replay.cli.rate_column import RateColumn
+    from replay.cli.pace_column import PaceColumn
 
     return Progress(
         SpinnerColumn(finished_text="[green]✓[/green]"),
         TextColumn("{task.description:<12}"),
-        BarColumn(bar_width=32),
-        RateColumn(unit),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(elapsed_when_finished=False),
+        BarColumn(bar_width=24),
+        PaceColumn(unit),
         console=_stderr(),
     )
 

@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 from rich import box
 from rich.console import Group, RenderableType
+from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
@@ -27,21 +28,31 @@ RED: Final = "#ff2d55"
 BLUE: Final = "#5aa9e6"
 YELLOW: Final = "#ffcc00"
 
+PAIR_COLUMNS: Final = {
+    "contacts": "",
+    "missed": f"bold {RED}",
+    "in part": RED,
+    "frames found": BLUE,
+    "frames missed": RED,
+    "frames invented": YELLOW,
+}
+"""Columns of the table of pairs and the colour of a count that is not zero."""
+
 
 def run_tables(result: RunResult) -> Group:
     """Everything a terminal shows of a run."""
     parts: list[RenderableType] = []
     for label in result.comparisons:
-        parts += [Text(), headline(result, label), pair_table(result, label)]
+        parts += [Text(), headline(result, label), Text(), pair_table(result, label)]
         if result.misses[label]:
             parts += [Text(), miss_table(result, label)]
     if not result.comparisons and result.detections:
         parts += [Text(), contact_table(result)]
     if result.detections:
         parts += [Text(), cost_table(result)]
-    parts += [Text(), Text(CAVEAT, style="dim")]
+    parts += [Text(), Padding(Text(CAVEAT, style="dim"), (0, 1))]
     if result.assembly.proxies:
-        parts.append(Text(f"Proxy meshes stand in for: {', '.join(result.assembly.proxies)}.", style="dim"))
+        parts.append(Text(f" Proxy meshes stand in for: {', '.join(result.assembly.proxies)}.", style="dim"))
     return Group(*parts)
 
 
@@ -49,7 +60,7 @@ def headline(result: RunResult, label: str) -> Text:
     """What was missed, in one line."""
     audit = result.summary["audit"][label]
     contacts, missed = audit["contacts"], audit["contacts_missed"]
-    text = Text("  ")
+    text = Text(" ")
     if missed:
         text.append(f"{missed} of {contacts} contacts missed", style=f"bold {RED}")
     else:
@@ -66,14 +77,12 @@ def pair_table(result: RunResult, label: str) -> Table:
     """One row per pair that touched or was said to, worst first."""
     outcome = result.comparisons[label].outcome
     table = _table("contacts", "pair")
-    for name, style in (("contacts", ""), ("missed", RED), ("in part", RED), ("both", BLUE), ("missed ", RED)):
-        table.add_column(name.strip(), justify="right", style=style)
-    table.add_column("invented", justify="right", style=YELLOW)
-    table.columns[4].header, table.columns[5].header = "frames both", "frames missed"
-    table.columns[6].header = "frames invented"
+    for name in PAIR_COLUMNS:
+        table.add_column(name, justify="right")
     rows = sorted(_pair_rows(result, label, outcome), key=lambda row: (-row[2], -row[5], -row[1], row[0]))
     for name, *counts in rows[:PAIR_ROWS]:
-        table.add_row(name, *(_count(count) for count in counts))
+        styled = zip(counts, PAIR_COLUMNS.values(), strict=True)
+        table.add_row(name, *(Text(_count(count), style=style if count else "dim") for count, style in styled))
     if len(rows) > PAIR_ROWS:
         table.add_row(f"… and {len(rows) - PAIR_ROWS} more", *[""] * 6)
     return table
@@ -178,7 +187,11 @@ def _count(count: int) -> str:
 
 def _table(title: str, first: str, **options: Any) -> Table:
     table = Table(
-        title=Text(title, style="dim"), title_justify="left", box=box.SIMPLE_HEAD, header_style="dim", pad_edge=True
+        title=Text(f" {title}", style="dim italic"),
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        header_style="dim",
+        show_edge=False,
     )
     table.add_column(first, **options)
     return table

@@ -12,18 +12,25 @@ from replay.cli.options import common
 
 @click.command()
 @click.argument("run", type=click.Path(exists=True, file_okay=False, path_type=Path), metavar="RUN")
-@click.option("--miss", type=click.IntRange(min=1), metavar="N", help="Open at this miss, camera and cursor on it.")
+@click.option("--miss", type=click.IntRange(min=1), metavar="N", help="Open at this miss; else at the deepest one.")
 @common
 def command(run: Path, miss: int | None, verbose: bool, quiet: bool, debug: bool) -> int:
-    """Open the picture of the run folder RUN in a viewer of its own, on this machine only."""
+    """Open the picture of the run folder RUN in a viewer of its own, on this machine only.
+
+    \b
+    replay view run1
+    replay view run1 --miss 4
+    """
     del debug
     people = People(quiet=quiet, verbose=verbose)
     from replay.results.run_folder import read_run_folder
 
     folder = read_run_folder(run)
     folder.require_miss(miss)
-    people.say(f"opening {folder.picture}" + (f" at miss {miss}" if miss else ""))
+    people.say(f"opening {folder.picture}" + (f" at miss {miss}" if miss else "") + " ...")
     from replay.rerun_log.viewer import open_viewer
 
-    open_viewer(run, miss)
+    with open_viewer(run, miss) as viewer:
+        people.say("close its window, or press Ctrl-C here, to end")
+        viewer.process.wait()
     return 0

@@ -1,0 +1,40 @@
+import io
+import sys
+
+import pytest
+
+from replay.cli.console import People, TerminalProgress, stdout_console
+
+
+def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
+    People().say("hello")
+    People(quiet=True).say("nothing")
+    People().detail("nothing")
+    People(verbose=True).detail("more")
+    out, err = capsys.readouterr()
+    assert (out, err) == ("", "hello\nmore\n")
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+@pytest.mark.parametrize(
+    ("stream", "quiet", "shown"), [(Terminal, False, True), (Terminal, True, False), (io.StringIO, False, False)]
+)
+def test_bars_are_drawn_on_a_terminal_only(monkeypatch, stream, quiet, shown):
+    err = stream()
+    monkeypatch.setattr(sys, "stderr", err)
+    monkeypatch.setenv("TERM", "xterm-256color")
+    with TerminalProgress(People(quiet=quiet)).stage("hybrid", 10) as advance:
+        advance(4)
+        advance(6)
+    with TerminalProgress(People(quiet=quiet)).stage("write"):
+        pass
+    assert ("hybrid" in err.getvalue()) == shown and ("write" in err.getvalue()) == shown
+
+
+def test_tables_lose_nothing_where_there_is_no_terminal(capsys):
+    stdout_console().print("x" * 119)
+    assert capsys.readouterr().out == "x" * 119 + "\n"

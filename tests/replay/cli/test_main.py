@@ -1,0 +1,118 @@
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from replay.cli import main as module
+from replay.cli.commands import COMMANDS
+from replay.cli.main import main
+from replay.errors import AssemblyError
+
+
+def test_help_lists_every_verb_under_its_group(capsys):
+    assert main(["--help"]) == 0
+    text = capsys.readouterr().out
+    for name, spec in COMMANDS.items():
+        assert f"  {name} " in text.split(f"{spec.group}:")[1]
+    assert "Study" not in text
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_verb_has_help(capsys, name):
+    assert main([name, "--help"]) == 0
+    assert f"Usage: replay {name}" in capsys.readouterr().out
+
+
+def test_no_verb_shows_the_help(capsys):
+    assert main([]) == 2
+    assert "replay demo" in "".join(capsys.readouterr())
+
+
+def test_the_version_is_the_distributions(capsys):
+    from importlib.metadata import version
+
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"replay {version('vrlab-replay')}\n"
+
+
+def test_a_mistyped_verb_is_answered_with_its_neighbour(capsys):
+    assert main(["rum"]) == 2
+    assert "error: no verb 'rum'; did you mean 'run'?" in capsys.readouterr().err
+    assert main(["xyzzy"]) == 2
+    assert "there are: import, info" in capsys.readouterr().err
+
+
+def test_usage_errors_exit_with_2_and_say_how(capsys):
+    assert main(["run"]) == 2
+    assert "replay run --help says how it is used" in capsys.readouterr().err
+    assert main(["view", "here", "--miss", "0"]) == 2
+    assert main(["run", "missing.mcap", "--out", "x"]) == 2
+    assert "does not exist" in capsys.readouterr().err
+
+
+def failing(monkeypatch, error):
+    def fail(**_):
+        raise error
+
+    monkeypatch.setattr(module.cli, "main", fail)
+
+
+def test_a_known_error_is_one_sentence_without_traceback(monkeypatch, capsys):
+    failing(monkeypatch, AssemblyError("no frame;\n  record some"))
+    assert main(["info"]) == 1
+    assert capsys.readouterr().err == "error: no frame; record some\n"
+
+
+def test_a_file_that_the_system_refuses_is_a_known_error(monkeypatch, capsys):
+    failing(monkeypatch, PermissionError(13, "Permission denied", "x.mcap"))
+    assert main(["info"]) == 1
+    assert "this should not have happened" not in capsys.readouterr().err
+
+
+def test_an_unknown_error_asks_to_be_reported(monkeypatch, capsys):
+    failing(monkeypatch, ZeroDivisionError("division by zero"))
+    assert main(["info"]) == 1
+    text = capsys.readouterr().err
+    assert "ZeroDivisionError: division by zero" in text and "report" in text and "--debug" in text
+    assert "Traceback" not in text
+
+
+def test_debug_shows_where_it_happened(monkeypatch, capsys):
+    failing(monkeypatch, AssemblyError("no frame"))
+    assert main(["info", "--debug"]) == 1
+    text = capsys.readouterr().err
+    assert "Traceback" in text and text.endswith("error: no frame\n")
+
+
+def test_an_interruption_is_130(monkeypatch, capsys):
+    failing(monkeypatch, KeyboardInterrupt())
+    assert main(["info"]) == 130
+    assert capsys.readouterr().err.startswith("interrupted")
+
+
+def test_a_reader_that_goes_away_ends_the_program_quietly():
+    code = "import sys; from replay.cli.main import main; sys.exit(main(['--help']))"
+    program = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    program.stdout.close()
+    assert b"Traceback" not in program.stderr.read()
+    assert program.wait(30) in (0, 1)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for one process")
+def test_ctrl_c_in_the_middle_of_work_is_130_and_leaves_nothing_behind(tmp_path):
+    command = [sys.executable, "-m", "replay", "demo", "-o", str(tmp_path / "run")]
+    program = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE)
+    assert program.stderr.readline().startswith(b"making up")
+    time.sleep(1.0)
+    program.send_signal(signal.SIGINT)
+    _, words = program.communicate(timeout=60)
+    assert program.returncode == 130, words
+    assert b"Traceback" not in words and list(tmp_path.iterdir()) == []
+
+
+def test_python_m_replay_is_the_command():
+    done = subprocess.run([sys.executable, "-m", "replay", "--version"], capture_output=True, check=True)
+    assert done.stdout.startswith(b"replay ")

@@ -1,0 +1,28 @@
+import click
+from click.testing import CliRunner
+
+from replay.cli.options import common, output_format, window
+
+
+@click.command()
+@window
+@output_format
+@common
+def command(**given):
+    click.echo(repr(given))
+
+
+def test_options_mean_the_same_on_every_verb():
+    got = CliRunner().invoke(command, ["--start", "1", "--end", "2.5", "--format", "json", "-v", "-q", "--debug"])
+    assert eval(got.output) == {
+        "start": 1.0, "end": 2.5, "format_": "json", "verbose": True, "quiet": True, "debug": True,
+    }  # fmt: skip
+
+
+def test_nothing_asked_for_is_text_and_the_whole_session():
+    got = eval(CliRunner().invoke(command, []).output)
+    assert got["format_"] == "text" and got["start"] is None and got["end"] is None
+
+
+def test_another_format_is_refused():
+    assert CliRunner().invoke(command, ["--format", "xml"]).exit_code == 2

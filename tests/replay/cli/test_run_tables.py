@@ -1,0 +1,64 @@
+import io
+
+import pytest
+from rich.console import Console
+from small_worlds import cubes
+
+from replay.cli import run_tables as module
+from replay.cli.run_tables import run_tables
+from replay.engine import compute
+from sessions import Scene
+from sessions.scene import SceneBody
+
+PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+
+
+def text(result, width=120):
+    stream = io.StringIO()
+    Console(file=stream, width=width).print(run_tables(result))
+    return stream.getvalue()
+
+
+def test_the_headline_counts_contacts_missed_and_names_both_detectors():
+    shown = text(compute(cubes(PLACES), detectors="slow=discrete[rate_hz=20]", oracle="hybrid"))
+    assert "1 of 2 contacts missed by slow, 1 more missed in part   oracle: hybrid" in shown
+
+
+def test_misses_stand_under_their_numbers_never_found_ones_first():
+    places = {"a": [0] * 14, "b": [3, 0.9, 0.9, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3, 3, 3, 3]}
+    result = compute(cubes(places), detectors="slow=discrete[rate_hz=25]", oracle="hybrid")
+    kinds = {miss.number: miss.kind for miss in result.misses["slow"]}
+    assert "never found" not in kinds.values() or len(kinds) > 0
+    lines = text(result).splitlines()
+    for miss in result.misses["slow"]:
+        assert any(f"{miss.number} " in line and f"{miss.start:.3f} s" in line and miss.kind in line for line in lines)
+
+
+def test_long_lists_say_how_much_they_leave_out(monkeypatch):
+    monkeypatch.setattr(module, "MISS_ROWS", 1)
+    result = compute(cubes(PLACES), detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
+    assert "… and 1 more in misses.parquet" in text(result)
+
+
+def test_a_detector_that_misses_nothing_is_told_so():
+    assert "no contact of 2 missed by hybrid" in text(
+        compute(cubes(PLACES), detectors="hybrid", oracle="best=hybrid[skip=false]")
+    )
+
+
+def test_without_an_oracle_contacts_are_counted_per_detector():
+    shown = text(compute(cubes(PLACES), detectors="sphere,hybrid", oracle="none"))
+    assert "missed" not in shown.split("Exact about")[0]
+    row = next(line for line in shown.splitlines() if "a-b" in line).split()
+    assert row == ["a-b", "2", "2"]
+
+
+def test_proxies_and_the_limits_of_exactness_are_always_said():
+    scene = Scene(bodies=(SceneBody("a", proxy=True),))
+    shown = text(compute(cubes(PLACES, scene=scene), detectors="hybrid"), width=200)
+    assert "Proxy meshes stand in for: a." in shown and "0.14-0.77 mm" in shown
+
+
+@pytest.mark.parametrize(("seconds", "words"), [(3.456, "3.46 s"), (0.0123, "12.3 ms"), (4.56e-5, "45.6 µs")])
+def test_durations_have_a_unit_that_fits(seconds, words):
+    assert module._duration(seconds) == words
