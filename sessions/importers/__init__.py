@@ -58,5 +58,10 @@ def _importer(name: str) -> Any:
         module, function = IMPORTERS[name].split(":")
         return getattr(import_module(module), function)
     for point in entry_points(group=ENTRY_POINT_GROUP, name=name):
-        return point.load()
+        try:
+            return point.load()
+        except Exception as error:  # another package's module may fail with anything
+            raise ImportFileError(
+                f"importer {name!r} ({point.value}) cannot be loaded: {error}; repair or remove its package"
+            ) from error
     raise ImportFileError(f"no importer {name!r}; there are: {', '.join(importer_names())}")
