@@ -109,7 +109,8 @@ def test_ctrl_c_in_the_middle_of_work_is_130_and_leaves_nothing_behind(tmp_path)
     time.sleep(1.0)
     program.send_signal(signal.SIGINT)
     _, words = program.communicate(timeout=60)
-    assert program.returncode == 130, words
+    # Interrupted while a library builds a class from text, Python ends itself by the signal; a shell calls both 130.
+    assert program.returncode in (130, -signal.SIGINT), words
     assert b"Traceback" not in words and list(tmp_path.iterdir()) == []
 
 

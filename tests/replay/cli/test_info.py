@@ -1,0 +1,51 @@
+import json
+
+import pytest
+from small_worlds import cubes
+
+from replay.cli.main import main
+from sessions import Event, Interval, Scene, write_session
+from sessions.scene import SceneBody
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    scene = Scene(name="two-cubes", bodies=(SceneBody("a", proxy=True),))
+    session = cubes(
+        {"a": range(200), "b": [9] * 200},
+        scene=scene,
+        events=[Event(5, "press"), Event(9, "press")],
+        intervals=[Interval(20_000_000, 90_000_000, "task", "stir")],
+        facts={"vr_type": "immersive", "synthetic": "cubes"},
+    )
+    path = tmp_path_factory.mktemp("session") / "s.mcap"
+    write_session(session, path)
+    return path
+
+
+def test_text_names_bodies_clock_tasks_and_events(file, capsys):
+    assert main(["info", str(file)]) == 0
+    text = capsys.readouterr().out
+    assert "2.0 s, 200 frames at 100.0 Hz, 0 gaps" in text
+    assert "events: press 2" in text and "task  stir" in text and "vr_type: immersive" in text
+    row = next(line for line in text.splitlines() if line.strip().startswith("b ")).split()
+    assert row[:5] == ["b", "12", "200", "100.0", "Hz"]
+    assert "synthetic" not in text
+
+
+def test_verbose_shows_all_facts(file, capsys):
+    assert main(["info", str(file), "-v"]) == 0
+    assert "synthetic: cubes" in capsys.readouterr().out
+
+
+def test_json_holds_the_same(file, capsys):
+    assert main(["info", str(file), "--format", "json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["frames"]["count"] == 200 and [body["name"] for body in told["bodies"]] == ["a", "b"]
+
+
+@pytest.mark.parametrize(("seconds", "words"), [(59.96, "60.0 s"), (605, "10 min 5 s"), (28_800, "8 h 0 min")])
+def test_lengths_are_in_the_unit_people_use(seconds, words):
+    from replay.cli.info import _clock_time
+
+    assert _clock_time(seconds) == words

@@ -1,0 +1,35 @@
+import json
+from pathlib import Path
+
+from small_worlds import cubes, framed
+
+from replay.cli.console import People
+from replay.cli.run_report import as_json, lost_frames, report_run
+from replay.engine import compute
+
+
+def test_a_run_without_loss_ends_in_0_and_one_with_loss_in_3(capsys):
+    whole = compute(cubes({"a": [0, 0], "b": [3, 0.9]}), detectors="hybrid", oracle="none")
+    torn = compute(framed([0, 10, 5], [[1, 1]] * 3), detectors="hybrid", oracle="none")
+    assert report_run(whole, People(), "text") == 0
+    assert report_run(torn, People(), "json") == 3
+    assert lost_frames(whole.summary) == 0 and lost_frames(torn.summary) == 1
+
+
+def test_bodies_without_a_mesh_are_named(capsys):
+    import dataclasses
+
+    session = cubes({"a": [0, 0], "b": [3, 0.9], "wand": [5, 6]})
+    meshes = {name: mesh for name, mesh in session.meshes.items() if name != "wand"}
+    result = compute(dataclasses.replace(session, meshes=meshes), detectors="hybrid", oracle="none")
+    report_run(result, People(), "text")
+    assert "note: no mesh, so not looked at: wand" in capsys.readouterr().err
+
+
+def test_json_says_where_the_run_lies():
+    import dataclasses
+
+    result = compute(cubes({"a": [0, 0], "b": [3, 0.9]}), detectors="hybrid", oracle="none")
+    assert as_json(result)["out"] is None
+    told = as_json(dataclasses.replace(result, out=Path("run")))
+    assert told["out"] == "run" and json.loads(json.dumps(told)) == told
