@@ -121,11 +121,29 @@ def _cavity(instrument: Instrument) -> dict[str, Any]:
         "floor": round(float(cavity.floor_height), 6),
         "mark": round(float(cavity.mark_height), 6),
     }
+    if "beaker" in instrument.tags or "gas_jar" in instrument.tags:
+        table["radius"], table["height"] = (round(size, 6) for size in cylinder_of(instrument))
     if cavity.opening is not None:
         table["opening_radius"] = round(float(cavity.opening.radius), 6)
         table["opening"] = [round(float(value), 6) for value in cavity.opening.centre]
         table["lip"] = [round(float(value), 6) for value in cavity.opening.lip]
     return table
+
+
+def cylinder_of(instrument: Instrument) -> tuple[float, float]:
+    """Inner radius and height, metres, of the cylinder that holds as much as the vessel up to its mark and its lip.
+
+    Raises
+    ------
+    ValueError
+        The instrument is no open vessel.
+    """
+    cavity = instrument.cavity
+    if cavity is None or cavity.opening is None:
+        raise ValueError(f"{instrument.name} is no open vessel; pour from a beaker")
+    floor = float(cavity.floor_height)
+    radius = float(np.sqrt(cavity.capacity_m3 / (np.pi * (cavity.mark_height - floor))))
+    return radius, float(cavity.opening.centre[1]) - floor
 
 
 def standing(x: float, z: float, height: float = 0.0) -> Point:

@@ -9,8 +9,16 @@ from sessions.errors import SessionError
 from sessions.session import Session
 from sessions.synthetic.truth import Truth
 
+_EXPERIMENTS = "sessions.synthetic.experiments"
+
 SCENES: dict[str, str] = {
     "bench-bumps": "sessions.synthetic.bench_bumps:make_bench_bumps",
+    "titration": f"{_EXPERIMENTS}.titration:make_titration",
+    "silver-chloride": f"{_EXPERIMENTS}.silver_chloride:make_silver_chloride",
+    "acid-dilution": f"{_EXPERIMENTS}.acid_dilution:make_acid_dilution",
+    "gas-collection": f"{_EXPERIMENTS}.gas_collection:make_gas_collection",
+    "copper-sulfate": f"{_EXPERIMENTS}.copper_sulfate:make_copper_sulfate",
+    "flame-test": f"{_EXPERIMENTS}.flame_test:make_flame_test",
 }
 """Name -> function that takes seed, rate_hz, noise and more, and returns (Session, Truth)."""
 

@@ -1,0 +1,119 @@
+"""Heating copper sulfate: the dish is set over the flame, the salt stirred until white, and a hand gets burnt."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from sessions.scene import SceneEffect
+from sessions.session import Session
+from sessions.synthetic.bench import BENCH_TOP, STAND_M, Placed, standing
+from sessions.synthetic.experiments.lab import Lab
+from sessions.synthetic.experiments.record import Experiment, make_session
+from sessions.synthetic.experiments.steps import come_close, rap, stir
+from sessions.synthetic.paths import Path
+from sessions.synthetic.truth import Truth
+
+TRIPOD_AT = (-0.02, -0.02)
+GAUZE_HEIGHT = 0.2099
+GAUZE_THICKNESS = 0.0024
+ON_GAUZE = standing(*TRIPOD_AT, GAUZE_HEIGHT + GAUZE_THICKNESS + STAND_M)
+# A hand about the dish reaches 45 mm below its grip and must stay off what the dish stands on.
+GRIP_HEIGHT = 0.05
+# The flame heats what stands less than this beside its axis.
+HEATS_WITHIN = 0.02
+RACK_AT = (0.40, -0.10)
+SALT_G, SALT_MOLAR_MASS = 5.0, 249.68  # CuSO4.5H2O, from IUPAC abridged atomic weights 2021
+HOT_C = 120.0
+
+
+def perform(lab: Lab) -> Mapping[str, Path]:
+    """Set the dish over the flame, stir, touch it, take it off with the bare hand."""
+    lab.stage("virtual reality")
+    with lab.task("look at the flame"):
+        lab.wait(4.0)
+        lab.look(lab.layout.at("lamp"))
+        lab.wait(5.0)
+        lab.look(lab.layout.at("dish"))
+        lab.wait(3.0)
+    lab.stage("perceptual interaction")
+    home = np.array(lab.where["dish"][0])
+    with lab.task("set the dish on the gauze"):
+        lab.grasp("right", "dish", (0.0, GRIP_HEIGHT, 0.0))
+        lab.place("right", ON_GAUZE, high=BENCH_TOP + 0.34)
+        begun = lab.last("release").start
+        lab.leave("right")
+    with lab.task("stir while it dries"):
+        rod = lab.layout.placed["rod"].position
+        lab.grasp("right", "rod", lab.layout.site("rod", "grip"))
+        stir(lab, "right", "dish", 20.0, radius=0.01)
+        lab.place("right", rod, high=BENCH_TOP + 0.36)
+        lab.leave("right", 0.1)
+        lab.rest("right")
+        lab.wait(8.0)
+    lab.stage("embodied cognition")
+    with lab.task("look at the white salt"):
+        come_close(lab, "left", "dish", GRIP_HEIGHT, 0.006)
+        rap(lab, "left", "dish", GRIP_HEIGHT, 0.8, note="a hand touches the hot dish")
+        burn = max(lab.episodes, key=lambda episode: episode.possibly)
+        assert burn.nominal is not None
+        length = burn.nominal[1] - burn.nominal[0]
+        lab.note("burn", *burn.nominal, ("dish", "hand-left"), surface_c=HOT_C, seconds=length)
+        lab.rest("left")
+    with lab.task("take the dish off with the bare hand"):
+        lab.grasp("right", "dish", (0.0, GRIP_HEIGHT, 0.0))
+        lab.note("heat", begun, lab.last("grasp").start, ("dish", "lamp"), salt_g=SALT_G)
+        lab.place("right", home, high=BENCH_TOP + 0.34)
+        lab.leave("right")
+        lab.rest("right")
+        lab.wait(3.0)
+    return {}
+
+
+COPPER_SULFATE = Experiment(
+    "copper-sulfate",
+    (
+        "Copper sulfate pentahydrate is heated in a porcelain dish until it is white.",
+        "The dish is hot while the lamp stands under it and long after: a hand on it is a burn.",
+    ),
+    {
+        "tripod": Placed("tripod", (TRIPOD_AT[0], BENCH_TOP, TRIPOD_AT[1]), moves=False),
+        "gauze": Placed(
+            "wire_gauze", (TRIPOD_AT[0], BENCH_TOP + GAUZE_HEIGHT + STAND_M, TRIPOD_AT[1]), moves=False, tags=("hot",)
+        ),
+        "dish": Placed(
+            "evaporating_dish",
+            standing(0.2, 0.08),
+            properties={
+                "solid": {"formula": "CuSO4.5H2O", "mass_g": SALT_G, "molar_mass": SALT_MOLAR_MASS},
+                "heat_capacity_j_per_k": 60.0,
+            },
+        ),
+        "lamp": Placed("alcohol_lamp", standing(*TRIPOD_AT), moves=False, tags=("flame", "hot")),
+        "tongs": Placed("tongs", standing(-0.32, 0.05)),
+        "rack": Placed("test_tube_rack", (RACK_AT[0], BENCH_TOP, RACK_AT[1]), moves=False),
+        "rod": Placed("stirring_rod", (RACK_AT[0] + 0.018, BENCH_TOP + 0.01 + STAND_M, RACK_AT[1])),
+    },
+    (0.034, 0.045),
+    perform,
+    (
+        SceneEffect("contact", {"between": ["tag:hand", "dish"]}),
+        SceneEffect("contact", {"between": ["rod", "dish"]}),
+        SceneEffect("grasp", {"between": ["tag:hand", "dish"]}),
+        SceneEffect(
+            "heat",
+            {"of": "flame", "source": "lamp", "heats": "dish", "within": HEATS_WITHIN, "power_w": 60.0,
+             "loss_w_per_k": 0.4},
+        ),
+        SceneEffect("burn-exposure", {"between": ["tag:hand", "dish"], "seconds": 0.5, "threshold_c": 65.0}),
+        SceneEffect("hazard-proximity", {"of": ["tag:hand", "headset"], "hazard": "lamp", "distance": 0.12}),
+    ),
+    travel=1.32,
+)  # fmt: skip
+
+
+def make_copper_sulfate(**settings: Any) -> tuple[Session, Truth]:
+    """Make the session and its truth; see `make_session` for the settings."""
+    return make_session(COPPER_SULFATE, **settings)

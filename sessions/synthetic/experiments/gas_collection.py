@@ -1,0 +1,146 @@
+"""Hydrogen from zinc and acid: acid is poured on zinc, a tube set on the flask, a jar held over the tube's mouth.
+
+Hydrogen is lighter than air, so the jar stands on its mouth and the tube leads up into it (upward delivery).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from sessions.scene import SceneEffect
+from sessions.session import Session
+from sessions.synthetic.bench import BENCH_TOP, STAND_M, Placed, standing
+from sessions.synthetic.easing import minimum_jerk_inverse
+from sessions.synthetic.experiments.lab import SPOUT_LEFT, UP, Lab, turned_about
+from sessions.synthetic.experiments.record import Experiment, make_session
+from sessions.synthetic.experiments.steps import Pour, Vessels, come_close, pour, rap
+from sessions.synthetic.paths import Path
+from sessions.synthetic.truth import Truth
+
+ACID_ML, POURED_ML, ACID_MOLAR = 80.0, 40.0, 2.0
+ZINC_G, ZINC_MOLAR_MASS = 0.50, 65.38  # IUPAC abridged atomic weights 2021
+RATE_PER_S = 0.02
+FLASK_AT = (-0.06, 0.0)
+JAR_AT = (0.30, -0.04)
+OVERTURNED = turned_about((1.0, 0.0, 0.0), np.pi)
+JAR_HEIGHT = 0.1991
+# The tube ends this far inside the jar, and is lowered over from this far above.
+TUBE_LENGTH, TUBE_IN_FLASK = 0.45, 0.11
+LOWER_BY, LOWER_S, INSIDE_BY = 0.12, 1.8, 0.09
+
+
+def perform(lab: Lab) -> Mapping[str, Path]:
+    """Pour, set the tube on, hold the jar over it, carry the jar away."""
+    vessels = Vessels({"acid": ACID_ML, "flask": 0.0})
+    lab.stage("virtual reality")
+    with lab.task("look at the zinc"):
+        lab.wait(4.0)
+        lab.look(lab.layout.at("flask"))
+        lab.wait(5.0)
+    lab.stage("perceptual interaction")
+    with lab.task("pour acid on the zinc"):
+        home = lab.where["acid"][0]
+        lab.grasp("right", "acid", (0.0, 0.052, 0.0))
+        pour(lab, vessels, "right", "flask", Pour(POURED_ML, seconds=5.0))
+        lab.place("right", home, high=lab.travel - 0.1)
+        lab.leave("right")
+    begun = max(fact.start for fact in lab.facts if fact.kind == "pour")
+    with lab.task("set the tube on the flask"):
+        _set_tube(lab)
+    with lab.task("collect the gas"):
+        _collect(lab, begun)
+    lab.stage("embodied cognition")
+    with lab.task("look at the jar"):
+        come_close(lab, "left", "flask", 0.06, 0.005)
+        rap(lab, "left", "acid", 0.05, 0.25, note="knuckles touch the beaker of acid")
+        lab.rest("left")
+        lab.wait(3.0)
+    return {}
+
+
+def _set_tube(lab: Lab) -> None:
+    flask = np.array(lab.where["flask"][0])
+    mouth = float(lab.layout.mesh("flask").bounds[1, 1])
+    lab.grasp("left", "tube", (0.0, 0.3, 0.0))
+    seat = flask + (mouth - TUBE_IN_FLASK) * UP
+    lab.carry("left", seat + 0.16 * UP, high=BENCH_TOP + 0.28)
+    lab.place("left", seat)
+    lab.leave("left", 0.22)
+    x, y, z = lab.hands["left"].position
+    lab.hands["left"].go((x - 0.2, y, z + 0.1))
+    lab.hands["left"].go((-0.28, 1.12, 0.28))
+
+
+def _collect(lab: Lab, begun: float) -> None:
+    """Lower the jar over the tube, wait, lift it off; what is collected follows from the reaction's rate."""
+    top = np.array(lab.where["tube"][0]) + TUBE_LENGTH * UP
+    lab.grasp("right", "jar", (0.0, 0.12, 0.0))
+    over = top + (JAR_HEIGHT + LOWER_BY - INSIDE_BY) * UP
+    lab.carry("right", over, high=float(over[1]))
+    script = lab.hands["right"]
+    start = script.now
+    lab.carry("right", over - LOWER_BY * UP, LOWER_S)
+    share = 1.0 - INSIDE_BY / LOWER_BY
+    entered = start + LOWER_S * minimum_jerk_inverse(share) + lab.late
+    script.wait(22.0)
+    out = script.now
+    script.quiet.append((start, out + LOWER_S))
+    lab.carry("right", over, LOWER_S)
+    left = out + LOWER_S * minimum_jerk_inverse(1.0 - share) + lab.late
+    moles = ZINC_G / ZINC_MOLAR_MASS
+    evolved = [moles * (1.0 - float(np.exp(-RATE_PER_S * (time - begun)))) for time in (entered, left)]
+    lab.note(
+        "collect", entered, left, ("jar", "tube"),
+        collected_mol=evolved[1] - evolved[0], leaked_before_mol=evolved[0], begun=begun, zinc_mol=moles,
+    )  # fmt: skip
+    goal = lab.layout.placed["jar"].position
+    lab.place("right", goal, high=float(over[1]))
+    lab.leave("right")
+    lab.rest("right")
+
+
+GAS_COLLECTION = Experiment(
+    "gas-collection",
+    (
+        "Zinc and hydrochloric acid give hydrogen: Zn + 2 HCl -> ZnCl2 + H2.",
+        "Gas is collected while the tube's upper end is inside the overturned jar; before and after it leaks.",
+    ),
+    {
+        "flask": Placed(
+            "erlenmeyer_flask", standing(*FLASK_AT), moves=False,
+            properties={"solid": {"formula": "Zn", "mass_g": ZINC_G, "molar_mass": ZINC_MOLAR_MASS}},
+        ),
+        "acid": Placed(
+            "beaker_100", standing(0.12, 0.07), SPOUT_LEFT,
+            properties={"liquid": {"volume_ml": ACID_ML, "solute": "HCl", "molar": ACID_MOLAR}},
+        ),
+        "tube": Placed("pipette", (-0.30, BENCH_TOP + 0.01 + STAND_M, -0.10), tags=("delivery",)),
+        "rack": Placed("test_tube_rack", (-0.318, BENCH_TOP, -0.10), moves=False),
+        "jar": Placed(
+            "gas_jar", (JAR_AT[0], BENCH_TOP + JAR_HEIGHT + STAND_M, JAR_AT[1]), OVERTURNED,
+        ),
+    },
+    (0.034, 0.034),
+    perform,
+    (
+        SceneEffect("contact", {"between": ["tag:hand", "tag:glass"]}),
+        SceneEffect("contact", {"between": ["jar", "tube"]}),
+        SceneEffect("grasp", {"between": ["tag:hand", "tag:glass"]}),
+        SceneEffect("pour", {"from": ["acid"], "into": ["flask"]}),
+        SceneEffect("mixing", {"in": ["flask"]}),
+        SceneEffect("reaction", {"equation": "Zn + 2 HCl -> ZnCl2 + H2", "rate_per_s": RATE_PER_S}),
+        SceneEffect("gas", {
+            "gas": "H2", "from": "flask", "tube": "tube", "outlet": [0.0, TUBE_LENGTH, 0.0], "jar": "jar",
+            "temperature_c": 20.0, "pressure_pa": 101325.0,
+        }),
+    ),
+    travel=1.43,
+)  # fmt: skip
+
+
+def make_gas_collection(**settings: Any) -> tuple[Session, Truth]:
+    """Make the session and its truth; see `make_session` for the settings."""
+    return make_session(GAS_COLLECTION, **settings)

@@ -1,0 +1,288 @@
+"""A student at the bench: two hands that grasp, carry, pour, stir and drop, while everything done is written down.
+
+A `Lab` is told what to do in the words of a procedure. It turns them into paths of the hands and phases of the
+things, and keeps the truth: facts on the recorded clock, tasks, stages and features as intervals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sessions.event import Interval
+from sessions.synthetic.analytic import ROUNDING_M
+from sessions.synthetic.assembly import START_NS, Recording
+from sessions.synthetic.bench import BENCH_TOP, Layout, Placed
+from sessions.synthetic.buttons import Buttons
+from sessions.synthetic.choreography import Point, Quaternion, Script, point, quaternion_of
+from sessions.synthetic.experiments.things import Falling, Held, Standing, Thing
+from sessions.synthetic.levels import levelled
+from sessions.synthetic.paths import relative
+from sessions.synthetic.rotations import (
+    IDENTITY,
+    quaternion_about,
+    quaternion_inverse,
+    quaternion_product,
+    rotated,
+)
+from sessions.synthetic.streams import random_stream
+from sessions.synthetic.truth import Episode, Fact, ordered
+
+Array = NDArray[np.float64]
+
+SIDES = ("left", "right")
+UP = np.array([0.0, 1.0, 0.0])
+REST = {"left": (-0.22, 1.12, 0.30), "right": (0.22, 1.12, 0.30)}
+
+# A grasped thing snaps to the hand's grip point, this far above where it stood, and is let go as far above where it
+# will stand: more than tremor and noise of a hand together, so that neither grasp nor release scrapes.
+SNAP = 0.002
+
+# A dropped thing comes to rest this far inside the bench, as in a program without a solver for contacts: so its
+# impact is a contact, and breakage has something to find.
+LANDS_BELOW = 0.0005
+
+
+class Lab:
+    """The bench, the hands and the record of one session.
+
+    Parameters
+    ----------
+    layout : instruments.
+    how : how it is recorded.
+    travel : hands cross the bench at least this high, metres.
+    """
+
+    def __init__(self, name: str, layout: Layout, how: Recording, *, travel: float = 1.25) -> None:
+        self.name, self.layout, self.how, self.travel = name, layout, how, travel
+        self.rng = random_stream(how.seed, "procedure", name)
+        pace = float(self.rng.uniform(0.9, 1.15))
+        self.hands = {side: Script(REST[side], pace=pace) for side in SIDES}
+        self.things: dict[str, Thing] = {}
+        self.where: dict[str, tuple[Point, Quaternion]] = {}
+        self.held: dict[str, str] = {}
+        self.buttons = Buttons()
+        self.facts: list[Fact] = []
+        self.episodes: list[Episode] = []
+        self.intervals: list[Interval] = []
+        self.keep: dict[str, list[tuple[float, float]]] = {side: [] for side in SIDES}
+        self.attention: list[tuple[float, Point]] = [(0.0, (0.0, 1.0, 0.0))]
+        self.stages: list[tuple[float, str]] = []
+        self._since: dict[str, float] = {}
+        for body, item in layout.placed.items():
+            self.where[body] = (item.position, item.quaternion)
+            if item.moves and item.instrument.split("_")[0] not in ("hand", "proxy"):
+                self._settle(body, 0.0, item.position, item.quaternion)
+
+    @property
+    def late(self) -> float:
+        """Seconds from a motion to the stamp it is recorded at."""
+        return self.how.latency_s
+
+    @property
+    def now(self) -> float:
+        """The later of both hands' clocks."""
+        return max(script.now for script in self.hands.values())
+
+    def together(self) -> float:
+        """Let the earlier hand wait for the other."""
+        now = self.now
+        for script in self.hands.values():
+            script.wait_until(now)
+        return now
+
+    def wait(self, seconds: float) -> None:
+        """Both hands rest."""
+        now = self.together()
+        for script in self.hands.values():
+            script.wait_until(now + seconds)
+
+    @contextmanager
+    def task(self, name: str) -> Iterator[None]:
+        """What is done inside is one task of the procedure."""
+        start = self.together()
+        yield
+        self._interval("task", name, start, self.together())
+
+    def stage(self, name: str) -> None:
+        """A learning stage begins; the one before ends."""
+        self.stages.append((self.together(), name))
+
+    def note(self, kind: str, start: float, end: float, bodies: tuple[str, ...], **values: float | str) -> None:
+        """Write down a fact; times are those of the recording."""
+        self.facts.append(Fact(kind, start, end, tuple(sorted(bodies)), dict(values)))
+
+    def last(self, kind: str) -> Fact:
+        """The fact of this kind that was written down last."""
+        return next(fact for fact in reversed(self.facts) if fact.kind == kind)
+
+    def grasp(self, side: str, thing: str, at: ArrayLike, *, turn: ArrayLike = IDENTITY) -> None:
+        """Reach over a thing, come down on it and close the hand at the point ``at`` of its frame."""
+        script, (position, quaternion) = self.hands[side], self.where[thing]
+        grip = np.array(position) + rotated(quaternion, at)
+        self.look(grip)
+        script.over(grip, self.travel, quaternion=turn)
+        self.close(side, thing)
+
+    def close(self, side: str, thing: str) -> None:
+        """Close the hand, where it is, on a thing: from now on the thing rides on it."""
+        script, (position, quaternion) = self.hands[side], self.where[thing]
+        script.wait(0.3)
+        lifted = np.array(position) + SNAP * UP
+        offset, own = relative((script.position, script.quaternion), (lifted, quaternion))
+        moment = script.now + self.late
+        held = Held(f"hand-{side}", point(offset), quaternion_of(own))
+        self.things[thing].begin(moment, held)
+        self.where[thing] = (point(lifted), quaternion)
+        self.held[side], self._since[side] = thing, moment
+        self.note("grasp", moment, moment, (thing, f"hand-{side}"))
+        script.wait(0.25)
+
+    def carry(
+        self,
+        side: str,
+        position: ArrayLike,
+        seconds: float | None = None,
+        *,
+        quaternion: ArrayLike | None = None,
+        high: float | None = None,
+    ) -> None:
+        """Move the held thing so that its origin is at ``position``; with ``high`` up to that height and over first."""
+        thing = self.held[side]
+        turn = self.where[thing][1] if quaternion is None else quaternion_of(quaternion)
+        self.look(position)
+        hand, hand_turn = self._hand_for(side, position, turn)
+        if high is None:
+            self.hands[side].go(hand, seconds, quaternion=hand_turn)
+        else:
+            above = high + float(hand[1]) - float(np.asarray(position)[1])
+            self.hands[side].over(hand, above, quaternion=hand_turn)
+        self.where[thing] = (point(position), turn)
+
+    def place(self, side: str, position: ArrayLike, *, high: float | None = None) -> None:
+        """Put the held thing down at ``position`` and open the hand."""
+        goal = np.asarray(position, dtype=np.float64)
+        self.carry(side, goal + 0.05 * UP, high=high)
+        self.carry(side, goal + SNAP * UP, 0.7)
+        self.set_down(side)
+
+    def set_down(self, side: str) -> None:
+        """Open the hand: the held thing settles by `SNAP` to where it stands."""
+        thing = self.held[side]
+        position, quaternion = self.where[thing]
+        self.hands[side].wait(0.25)
+        self._settle(thing, self._let_go(side), point(np.asarray(position) - SNAP * UP), quaternion)
+        self.hands[side].wait(0.25)
+
+    def leave(self, side: str, by: float = 0.12) -> None:
+        """Lift the empty hand straight up off what it held."""
+        x, y, z = self.hands[side].position
+        self.hands[side].go((x, y + by, z))
+
+    def rest(self, side: str) -> None:
+        """Bring a hand back to where it rests."""
+        script = self.hands[side]
+        script.over(REST[side], min(self.travel, max(script.position[1], REST[side][1] + 0.05)), quaternion=IDENTITY)
+
+    def drop(self, side: str, threshold_speed: float) -> Falling:
+        """Open the hand in mid-air: the thing falls on the bench, breaks above the threshold and lies there in contact.
+
+        The program places a falling thing, so that no noise is in it.
+        """
+        thing = self.held[side]
+        moment = self._let_go(side)
+        fall = Falling(moment, *self.where[thing], BENCH_TOP - LANDS_BELOW)
+        self.things[thing].begin(moment, fall)
+        x, y, z = fall.position
+        impact = fall.time_at(BENCH_TOP)
+        self.note("drop", moment, impact, (thing,), height_m=y - BENCH_TOP, impact_speed_m_s=fall.speed_at(BENCH_TOP))
+        if fall.speed_at(BENCH_TOP) > threshold_speed:
+            speed = fall.speed_at(BENCH_TOP)
+            self.note("break", impact, impact, (thing,), speed_m_s=speed, threshold_m_s=threshold_speed)
+        self.episodes += levelled(
+            ordered("bench", thing), "contact", lambda level: [(fall.time_at(BENCH_TOP + level), self.how.seconds)],
+            10.0 * ROUNDING_M, 0.0, (0.0, self.how.seconds),
+        )  # fmt: skip
+        self.where[thing] = ((x, fall.floor, z), self.where[thing][1])
+        self.hands[side].wait(impact - moment + 0.8)
+        return fall
+
+    def look(self, at: ArrayLike) -> None:
+        """The eyes turn to where the work is."""
+        time = max(script.now for script in self.hands.values())
+        if time - self.attention[-1][0] > 1.5:
+            self.attention.append((time, point(at)))
+
+    def follow(self, side: str, times: Array, positions: Array, quaternions: Array) -> None:
+        """Let the held thing follow poses given at close times (seconds of the motion, after now)."""
+        thing = self.held[side]
+        script = self.hands[side]
+        for time, position, quaternion in zip(times.tolist(), positions, quaternions, strict=True):
+            hand, turn = self._hand_for(side, position, quaternion_of(quaternion))
+            script.go(hand, time - script.now, quaternion=turn, ease="linear")
+        self.where[thing] = (point(positions[-1]), quaternion_of(quaternions[-1]))
+
+    def secure(self, start: float, end: float) -> None:
+        """Neither hand is lost in this time of the recording."""
+        for side in SIDES:
+            self.keep[side].append((start - 0.2, end + 0.2))
+
+    def finish(self, seconds: float) -> None:
+        """Close stages and features at the end of the session."""
+        ends = [start for start, _ in self.stages[1:]] + [seconds]
+        for (start, name), end in zip(self.stages, ends, strict=True):
+            self._interval("stage", name, start, end)
+        self._interval("feature", "immersion", 0.0, seconds)
+        holds = sorted((fact.start, fact.end) for fact in self.facts if fact.kind == "hold")
+        if holds:
+            self._interval("feature", "interactivity", holds[0][0], min(seconds, max(end for _, end in holds)))
+        if self.stages:
+            self._interval("feature", "conception", self.stages[0][0], ends[0])
+
+    def _let_go(self, side: str) -> float:
+        thing = self.held.pop(side)
+        moment = self.hands[side].now + self.late
+        start = self._since.pop(side)
+        self.buttons.hold(side, start, moment)
+        self.note("release", moment, moment, (thing, f"hand-{side}"))
+        self.note("hold", start, moment, (thing, f"hand-{side}"))
+        self.keep[side].append((start - 0.5, moment + 0.3))
+        return moment
+
+    def _hand_for(self, side: str, position: ArrayLike, quaternion: Quaternion) -> tuple[Array, Array]:
+        """Pose of the hand that puts what it holds there."""
+        held = self.things[self.held[side]].phases[-1][1]
+        assert isinstance(held, Held)
+        turn = quaternion_product(quaternion, quaternion_inverse(held.turn))
+        return np.asarray(position, dtype=np.float64) - rotated(turn, held.offset), turn
+
+    def _settle(self, thing: str, time: float, position: Point, quaternion: Quaternion) -> None:
+        self.things.setdefault(thing, Thing()).begin(time, Standing(position, quaternion))
+        self.where[thing] = (position, quaternion)
+
+    def _interval(self, kind: str, name: str, start: float, end: float) -> None:
+        a, b = (START_NS + round(time * 1e9) for time in (start, end))
+        self.intervals.append(Interval(a, b, kind, name))
+
+
+def turned_about(axis: ArrayLike, angle: float) -> Quaternion:
+    """A rotation as four floats."""
+    return quaternion_of(quaternion_about(axis, angle))
+
+
+SPOUT_LEFT = turned_about((0.0, 1.0, 0.0), np.pi)
+"""Turns a beaker's spout from +X to -X, for pouring with the right hand."""
+
+
+def layout_of(placed: Mapping[str, Placed], grips: tuple[float, float], faces: int) -> Layout:
+    """A layout with the two hands, made for grips of these radii, and the headset."""
+    left, right = grips
+    people = {
+        "hand-left": Placed("hand_left", options={"grip_radius": left}),
+        "hand-right": Placed("hand_right", options={"grip_radius": right}),
+        "headset": Placed("proxy_headset", faces=max(600, faces // 2)),
+    }
+    return Layout({"bench": Placed("bench", faces=500, moves=False), **placed, **people}, faces)

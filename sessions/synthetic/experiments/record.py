@@ -1,0 +1,148 @@
+"""From a finished procedure to a session with its scene, and the truth to put beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from sessions.event import Event
+from sessions.scene import Scene, SceneEffect
+from sessions.session import Session
+from sessions.synthetic.assembly import START_NS, Recording, recorded
+from sessions.synthetic.bench import Placed
+from sessions.synthetic.choreography import point, quaternion_of
+from sessions.synthetic.experiments.lab import SIDES, Lab, layout_of
+from sessions.synthetic.paths import Key, KeyPath, Path, Poses
+from sessions.synthetic.rotations import quaternion_facing
+from sessions.synthetic.scene_text import with_text
+from sessions.synthetic.streams import random_stream
+from sessions.synthetic.truth import Episode, Fact, Truth, sorted_episodes, sorted_facts
+from sessions.synthetic.truth import Interval as Span
+
+FACES = 3000
+# A procedure tells its own length when it is done; until then nothing is cut off before ten minutes.
+LONGEST_S = 600.0
+EYES = (0.0, 1.55, 0.62)
+EVENT_WORDS = {
+    "grasp": "takes", "release": "lets go of", "drop": "drops", "break": "breaks", "end_point": "sees the end point in",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One experiment: what stands on the bench, what is done, which effects the scene calls for.
+
+    Parameters
+    ----------
+    name, remarks : for the scene.
+    placed : instruments by body name, without bench, hands and headset.
+    grips : radii of what the left and the right hand hold.
+    perform : does the procedure; may return tracks of joints: name -> path on the recorded clock.
+    effects : of the scene, in the words of the catalogue of effects.
+    travel : height at which hands cross the bench.
+    """
+
+    name: str
+    remarks: tuple[str, ...]
+    placed: Mapping[str, Placed]
+    grips: tuple[float, float]
+    perform: Callable[[Lab], Mapping[str, Path]]
+    effects: tuple[SceneEffect, ...]
+    travel: float = 1.25
+    parents: Mapping[str, str] = field(default_factory=dict)
+
+
+def make_session(
+    experiment: Experiment,
+    *,
+    seed: int = 0,
+    rate_hz: float = 90.0,
+    noise: str = "vive",
+    jitter: str = "steady",
+    losses: str = "flagged",
+    faces: int = FACES,
+) -> tuple[Session, Truth]:
+    """Let the student work, then record it; the same arguments give the same session.
+
+    Raises
+    ------
+    SessionError
+        An unknown noise, jitter or losses; a rate that is not positive.
+    """
+    layout = layout_of(experiment.placed, experiment.grips, faces)
+    how = Recording(seed=seed, rate_hz=rate_hz, seconds=LONGEST_S, noise=noise, jitter=jitter, losses=losses)
+    lab = Lab(experiment.name, layout, how, travel=experiment.travel)
+    joints = experiment.perform(lab)
+    seconds = float(np.ceil(lab.together() + 1.0))
+    how = replace(how, seconds=seconds)
+    lab.finish(seconds)
+    paths: dict[str, Path] = {
+        f"hand-{side}": lab.hands[side].path(random_stream(seed, "tremor", side)) for side in SIDES
+    }
+    paths["headset"] = _watching(lab)
+    keep = {f"hand-{side}": lab.keep[side] for side in SIDES}
+    seen = recorded(paths, how, keep=keep)
+    times = seen.stamps.astype(np.float64) * 1e-9
+    things: dict[str, Poses] = {name: thing.poses(times, seen.poses) for name, thing in lab.things.items()}
+    things.update({name: path(times) for name, path in joints.items()})
+    tracks = seen.tracks(things)
+    session = Session.from_tracks(
+        {name: tracks[name] for name in layout.placed if name in tracks},
+        meshes=layout.meshes,
+        scene=_scene(experiment, lab),
+        events=_events(lab.facts),
+        intervals=sorted(lab.intervals, key=lambda span: (span.start_ns, span.kind, span.name)),
+        facts={"synthetic": experiment.name, "seed": str(seed), "noise": noise, "source_units": "m",
+               "vr_type": "immersive"},
+    )  # fmt: skip
+    facts = sorted_facts([*lab.facts, *seen.facts])
+    truth = Truth(
+        experiment.name, seed, START_NS, seconds, noise, sorted_episodes(_until(lab.episodes, seconds)), facts
+    )
+    return replace(session, hands=lab.buttons.tracks(seen.stamps + START_NS)), truth
+
+
+def _until(episodes: Sequence[Episode], seconds: float) -> list[Episode]:
+    """Episodes that last to the end of the procedure end with the session."""
+
+    def cut(span: Span | None) -> Span | None:
+        return None if span is None else (span[0], min(span[1], seconds))
+
+    return [
+        replace(e, nominal=cut(e.nominal), surely=cut(e.surely), possibly=(e.possibly[0], min(e.possibly[1], seconds)))
+        for e in episodes
+    ]
+
+
+def _scene(experiment: Experiment, lab: Lab) -> Scene:
+    bodies = tuple(replace(body, parent=experiment.parents.get(body.id, "")) for body in lab.layout.bodies())
+    return with_text(Scene(experiment.name, bodies, effects=experiment.effects), experiment.remarks)
+
+
+def _watching(lab: Lab) -> KeyPath:
+    """The eyes go to where the work is, half a second after it went there."""
+    rng = random_stream(lab.how.seed, "eyes", lab.name)
+    keys, last = [], -1.0
+    for time, place in lab.attention:
+        moment = time + 0.4 if time > 0.0 else 0.0
+        if moment - last < 0.8:
+            continue
+        eyes = np.array(EYES) + rng.uniform(-0.03, 0.03, 3)
+        keys.append(Key(moment, point(eyes), quaternion_of(quaternion_facing(np.array(place) - eyes))))
+        last = moment
+    return KeyPath(keys)
+
+
+def _events(facts: Sequence[Fact]) -> list[Event]:
+    """What a program would log: it knows what was taken, let go and broken, not what was poured."""
+    return [
+        Event(START_NS + round(fact.start * 1e9), fact.kind, f"{EVENT_WORDS[fact.kind]} {_thing(fact)}", _thing(fact))
+        for fact in sorted_facts(facts)
+        if fact.kind in EVENT_WORDS
+    ]
+
+
+def _thing(fact: Fact) -> str:
+    return next((body for body in fact.bodies if not body.startswith("hand-")), "")

@@ -1,0 +1,165 @@
+"""Titration of hydrochloric acid with sodium hydroxide: run in, throttle, close just past the end point.
+
+The scene declares no effect that needs a contact: replaying it asks no collision detector anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from sessions.scene import SceneEffect
+from sessions.session import Session
+from sessions.synthetic.bench import BENCH_TOP, Placed, standing
+from sessions.synthetic.choreography import Script
+from sessions.synthetic.experiments.lab import Lab, turned_about
+from sessions.synthetic.experiments.outlet import Outlet, Turn
+from sessions.synthetic.experiments.record import Experiment, make_session
+from sessions.synthetic.experiments.steps import swirl
+from sessions.synthetic.paths import Path, Poses
+from sessions.synthetic.rotations import quaternion_about
+from sessions.synthetic.truth import Truth
+
+ACID_ML, ACID_MOLAR, BASE_MOLAR, BASE_ML = 25.0, 0.1, 0.1, 50.0
+EQUIVALENCE_ML = ACID_ML * ACID_MOLAR / BASE_MOLAR
+# Open area at a quarter turn and discharge coefficient of this made-up stopcock: 1.1 mL/s fully open at 50 cm.
+FULL_AREA_M2, DISCHARGE = 6.0e-7, 0.6
+STAND_AT = (0.0, -0.09)
+TIP_HEIGHT = 0.175
+AXIS = (0.0, 0.0, 1.0)
+FAST, SLOW = np.radians(40.0), np.radians(7.0)
+# The flask stands on the foot of the stand, 12 mm over the bench.
+FOOT = BENCH_TOP + 0.012
+UNDER = (0.0, STAND_AT[1] + 0.06)
+
+
+def perform(lab: Lab) -> Mapping[str, Path]:
+    """Bring the flask, run in quickly, throttle, stop after the colour has changed."""
+    lab.stage("virtual reality")
+    with lab.task("look at the burette"):
+        lab.wait(5.0)
+        lab.look((0.0, 1.45, STAND_AT[1]))
+        lab.wait(5.0)
+        lab.look((0.2, 0.95, 0.05))
+        lab.wait(3.0)
+    lab.stage("perceptual interaction")
+    with lab.task("bring the flask under the burette"):
+        lab.grasp("right", "flask", lab.layout.site("flask", "neck") - np.array([0.0, 0.045, 0.0]))
+        lab.carry("right", (UNDER[0] + 0.12, FOOT + 0.02, UNDER[1] + 0.05), high=FOOT + 0.02)
+        lab.carry("right", (UNDER[0], FOOT + 0.006, UNDER[1]), 1.0)
+    outlet, end_point = _run_in(lab)
+    lab.stage("embodied cognition")
+    with lab.task("put the flask aside and read the burette"):
+        lab.carry("right", (UNDER[0] + 0.12, FOOT + 0.02, UNDER[1] + 0.08), 1.0)
+        lab.place("right", standing(0.2, 0.1))
+        lab.leave("right")
+        lab.rest("right")
+        lab.look((0.0, 1.5, STAND_AT[1]))
+        lab.wait(6.0)
+    delivered = float(outlet.volume(lab.now)) * 1e6
+    lab.note("end_point", end_point, end_point, ("burette", "flask"), volume_ml=EQUIVALENCE_ML)
+    lab.note("delivered", outlet.turns[0].start, outlet.turns[-1].end, ("burette", "flask"), volume_ml=delivered)
+    return {"stopcock": _stopcock(lab, outlet)}
+
+
+def _run_in(lab: Lab) -> tuple[Outlet, float]:
+    left = lab.hands["left"]
+    knob = lab.layout.at("burette") + lab.layout.site("burette", "stopcock")
+    with lab.task("run in the base"):
+        left.go(knob + np.array([-0.012, -0.01, 0.15]))
+        left.go(knob + np.array([-0.012, -0.01, 0.09]), 0.6)
+        lab.together()
+        left.wait(0.4)
+        turns = [_turn(left, lab.late, 0.0, FAST, 0.9)]
+        cavity = lab.layout.instruments["burette"].cavity
+        assert cavity is not None
+        section = float(cavity.capacity_m3 / (cavity.mark_height - cavity.floor_height))
+        full = Outlet(FULL_AREA_M2, DISCHARGE, section, float(cavity.mark_height), turns)
+        nearly = full.time_of(0.88 * EQUIVALENCE_ML * 1e-6, 600.0)
+        swirl(lab, "right", nearly - lab.hands["right"].now)
+        left.wait_until(nearly)
+        turns.append(_turn(left, lab.late, FAST, SLOW, 0.9))
+        drops = Outlet(FULL_AREA_M2, DISCHARGE, section, float(cavity.mark_height), turns)
+        end_point = drops.time_of(EQUIVALENCE_ML * 1e-6, 600.0)
+        swirl(lab, "right", end_point + 1.5 - lab.hands["right"].now)
+        left.wait_until(end_point + 0.8)
+        turns.append(_turn(left, lab.late, SLOW, 0.0, 0.5))
+        lab.together()
+        left.go((-0.2, 1.1, 0.28))
+    for turn in turns:
+        lab.note(
+            "stopcock",
+            turn.start,
+            turn.end,
+            ("stopcock",),
+            from_deg=_deg(turn.start_angle),
+            to_deg=_deg(turn.end_angle),
+        )
+    return Outlet(FULL_AREA_M2, DISCHARGE, section, float(cavity.mark_height), turns), end_point
+
+
+def _turn(hand: Script, late: float, start: float, end: float, seconds: float) -> Turn:
+    """Turn the key with the hand; it turns with what the hand is seen to do."""
+    began = hand.now + late
+    hand.go(hand.position, seconds, quaternion=turned_about(AXIS, 0.6 * end))
+    return Turn(began, began + seconds, start, end)
+
+
+def _stopcock(lab: Lab, outlet: Outlet) -> Path:
+    """Pose of the key relative to the burette."""
+    place = lab.layout.site("burette", "stopcock")
+
+    def path(times: np.ndarray) -> Poses:
+        angle = np.zeros_like(times)
+        for turn in outlet.turns:
+            after = times >= turn.start
+            angle[after] = [turn.angle(time) for time in times[after]]
+        return np.tile(place, (len(times), 1)), quaternion_about(AXIS, angle)
+
+    return path
+
+
+def _deg(angle: float) -> float:
+    return float(np.degrees(angle))
+
+
+TITRATION = Experiment(
+    "titration",
+    (
+        "Titration of 25 mL hydrochloric acid with sodium hydroxide, phenolphthalein as indicator.",
+        "No effect here needs a contact: no collision detector runs.",
+        "The key's pose is relative to the burette; its angle about Z opens the outlet: full_area_m2 at 90 degrees.",
+    ),
+    {
+        "stand": Placed("stand", (STAND_AT[0], BENCH_TOP, STAND_AT[1]), moves=False),
+        "burette": Placed(
+            "burette", (STAND_AT[0], BENCH_TOP + TIP_HEIGHT, STAND_AT[1] + 0.06), moves=False,
+            properties={"liquid": {"volume_ml": BASE_ML, "solute": "NaOH", "molar": BASE_MOLAR}},
+        ),
+        "stopcock": Placed("burette_stopcock", (0.0, 0.1, 0.0)),
+        "flask": Placed(
+            "erlenmeyer_flask", standing(0.22, 0.06),
+            properties={"liquid": {"volume_ml": ACID_ML, "solute": "HCl", "molar": ACID_MOLAR}},
+        ),
+        "bottle": Placed("reagent_bottle", standing(-0.34, -0.06)),
+    },
+    (0.034, 0.034),
+    perform,
+    (
+        SceneEffect("burette", {
+            "body": "burette", "joint": "stopcock", "into": ["flask"], "full_area_m2": FULL_AREA_M2,
+            "full_angle_deg": 90.0, "discharge": DISCHARGE,
+        }),
+        SceneEffect("mixing", {"in": ["flask"]}),
+        SceneEffect("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}),
+        SceneEffect("colour", {"in": "flask", "indicator": "phenolphthalein"}),
+    ),
+    parents={"stopcock": "burette"},
+)  # fmt: skip
+
+
+def make_titration(**settings: Any) -> tuple[Session, Truth]:
+    """Make the session and its truth; see `make_session` for the settings."""
+    return make_session(TITRATION, **settings)
