@@ -71,6 +71,8 @@ class Layout:
     """Entities of the contact normals: in the recording, but not in the views, where they hide what they stand on."""
     detector_lanes: bool
     slowest_ms: float
+    end: float
+    """Seconds at which the time axes end; left alone, the viewer shows one minute around the cursor."""
 
 
 def build_blueprint(layout: Layout) -> rrb.Blueprint:
@@ -82,7 +84,7 @@ def build_blueprint(layout: Layout) -> rrb.Blueprint:
         tabs.append(_plain(layout))
     tabs.append(_costs(layout))
     if layout.detector_lanes:
-        tabs.append(_detectors())
+        tabs.append(_detectors(layout))
     return rrb.Blueprint(
         rrb.Tabs(*tabs, active_tab=0),
         rrb.TimePanel(timeline=SESSION, state="collapsed", playback_speed=0.25, play_state="paused"),
@@ -104,7 +106,7 @@ def _audit(layout: Layout, subject: Subject, name: str) -> Any:
         _words(subject),
         column_shares=[0.42, 0.26, 0.32] if beside else [0.66, 0.34],
     )
-    rows = [pictures, _lanes(subject, lanes)]
+    rows = [pictures, _lanes(layout, subject, lanes)]
     bottom = [*([_timing(layout)] if layout.totals else []), *([_note(subject)] if subject.camera else [])]
     if bottom:
         rows.append(rrb.Horizontal(*bottom, column_shares=[0.7, 0.3][: len(bottom)]))
@@ -167,11 +169,13 @@ def _eye_controls(eye: Eye) -> rrb.EyeControls3D:
     )
 
 
-def _lanes(subject: Subject, lanes: Sequence[str]) -> Any:
+def _lanes(layout: Layout, subject: Subject, lanes: Sequence[str]) -> Any:
     root = lanes[0].rpartition("/")[0]
     colours = f"red: missed by {subject.label}    yellow: invented    blue: both    grey: within 2 micrometres"
     name = f"When and which pair    {colours}"
-    whole = rrb.StateTimelineView(origin=f"/{root}", contents=[f"/{lane}" for lane in lanes], name=name)
+    whole = rrb.StateTimelineView(
+        origin=f"/{root}", contents=[f"/{lane}" for lane in lanes], name=name, time_view=_whole(layout)
+    )
     if len(lanes) < 2:
         return whole
     near = rrb.StateTimelineView(
@@ -181,6 +185,12 @@ def _lanes(subject: Subject, lanes: Sequence[str]) -> Any:
         time_view=rrb.TimeAxis(view_range=_around()),
     )
     return rrb.Horizontal(whole, near, column_shares=[0.7, 0.3])
+
+
+def _whole(layout: Layout) -> rrb.TimeAxis:
+    """The whole session, from side to side; zooming stays possible."""
+    ends = (rr.TimeRangeBoundary.absolute(seconds=0.0), rr.TimeRangeBoundary.absolute(seconds=layout.end))
+    return rrb.TimeAxis(view_range=rr.TimeRange(start=ends[0], end=ends[1]))
 
 
 def _around() -> rr.TimeRange:
@@ -196,6 +206,7 @@ def _timing(layout: Layout) -> Any:
         contents=["/timing/budget", *(f"/{path}" for path in layout.totals)],
         name="Time per frame, ms",
         axis_y=rrb.ScalarAxis(range=(0.0, max(12.5, 1.1 * layout.slowest_ms))),
+        axis_x=_whole(layout),
         plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
     )
 
@@ -221,6 +232,7 @@ def _costs(layout: Layout) -> Any:
             origin="/timing",
             contents=[f"/{path}" for path in paths],
             name=f"{label}: ms per frame by stage",
+            axis_x=_whole(layout),
             plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
         )
         for label, paths in layout.stages.items()
@@ -231,9 +243,10 @@ def _costs(layout: Layout) -> Any:
     return rrb.Horizontal(rrb.Vertical(*plots), table, column_shares=[0.62, 0.38], name="What accuracy costs")
 
 
-def _detectors() -> Any:
+def _detectors(layout: Layout) -> Any:
     lanes = rrb.StateTimelineView(
         origin="/detectors",
         name="What each detector said of each pair (no colour: CLEAR)",
+        time_view=_whole(layout),
     )
     return rrb.Horizontal(lanes, name="Detectors")

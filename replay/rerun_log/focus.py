@@ -7,7 +7,8 @@ wherever the cursor goes, by click, key or play, the view stands before the near
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 import rerun as rr
@@ -18,6 +19,9 @@ from replay.rerun_log.camera import Eye, Obstacles, look_rotation, towards_user
 from replay.rerun_log.columns import RecordingWriter
 from replay.rerun_log.quaternions import quaternions_xyzw
 from sessions.scene import Scene
+
+COUNTED: Final = 500
+"""Misses whose close-up is chosen by counting crossings: five milliseconds each."""
 
 
 @dataclass(frozen=True)
@@ -59,14 +63,18 @@ def focus(misses: Sequence[Miss]) -> list[Focus]:
 
 
 def eyes_of(assembly: Assembly, scene: Scene, misses: Sequence[Miss]) -> dict[int, Eye]:
-    """The close-up of each miss, by its number, at its deepest frame."""
-    obstacles = Obstacles(assembly, scene)
-    return {
-        miss.number: obstacles.close_up(
-            miss.deepest, miss.point, towards_user(assembly, scene, miss.deepest, miss.point)
-        )
-        for miss in misses
-    }
+    """The close-up of each miss, by its number, at its deepest frame.
+
+    Crossings are counted for the ``COUNTED`` longest cuts; beyond, the eye stands on the user's side.
+    """
+    counted = Obstacles(assembly, scene)
+    unseen = Obstacles(replace(assembly, bodies=()), scene)
+    eyes = {}
+    for rank, miss in enumerate(sorted(misses, key=lambda one: (-one.cut_length, one.number))):
+        user = towards_user(assembly, scene, miss.deepest, miss.point)
+        obstacles = counted if rank < COUNTED else unseen
+        eyes[miss.number] = obstacles.close_up(miss.deepest, miss.point, user)
+    return eyes
 
 
 def log_eye(writer: RecordingWriter, path: str, shown: Sequence[Focus], eye_of: Mapping[int, Eye]) -> None:

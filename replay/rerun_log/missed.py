@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from cdcore import Detection
+from cdcore import Detection, TriangleMesh
 from cdcore.numerics import FloatArray
 from replay.assembly import Assembly
 from replay.audit.outcome import Miss
@@ -22,6 +22,10 @@ PUSHED_OUT: Final = 0.00015
 
 DRAWN_MISSED_FACES: Final = 200_000
 """Red faces per body at most, 7 MB: beyond it the shallowest misses stay without faces; pins and lanes show them."""
+
+LARGE_FACE: Final = 0.002
+"""Square metres, a triangle 6 cm wide and high: larger faces are not painted where smaller ones show the place. Two
+triangles of a bench top are two hands wide: painted, they drown the contact, and the curve says where on them it is."""
 
 LINGER: Final = 0.6
 """Seconds a flag stands after its miss: nobody sees a flash of 54 ms. Faces and curves never linger."""
@@ -60,12 +64,28 @@ def _collect_faces(
     miss: Miss,
 ) -> None:
     for frame in range(miss.first, miss.last + 1):
-        faces = oracle.faces(frame, miss.pair)
-        for side, body in enumerate(assembly.pairs[miss.pair].tolist()):
-            mine = np.unique(faces[:, side])
+        for body, mine in _red_faces(assembly, miss.pair, oracle.faces(frame, miss.pair)):
             if len(mine) and len(mine) <= room[body]:
                 room[body] -= len(mine)
                 per_body.setdefault(body, {}).setdefault(frame, []).append(mine)
+
+
+def _red_faces(assembly: Assembly, pair: int, faces: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
+    """Both bodies and their faces to paint: large ones only where nothing smaller shows the place."""
+    bodies = assembly.pairs[pair].tolist()
+    mine = [np.unique(faces[:, side]) for side in range(2)]
+    small = [
+        one[face_areas(assembly.bodies[body].mesh, one) <= LARGE_FACE] for body, one in zip(bodies, mine, strict=True)
+    ]
+    yield from zip(bodies, small if any(len(one) for one in small) else mine, strict=True)
+
+
+def face_areas(mesh: TriangleMesh, faces: NDArray[np.int64]) -> FloatArray:
+    """Area of each of these faces, square metres."""
+    corners = mesh.triangles[faces]
+    twice = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas: FloatArray = np.linalg.norm(twice, axis=1) / 2
+    return areas
 
 
 def _log_faces_of(

@@ -17,7 +17,7 @@ from replay.rerun_log.camera import Eye, overview
 from replay.rerun_log.columns import Clock, RecordingWriter, entity
 from replay.rerun_log.contacts import contacts_path, log_contacts
 from replay.rerun_log.focus import eyes_of, focus, log_eye
-from replay.rerun_log.lanes import audit_lanes, log_audit_lanes, log_detector_lanes, ranked_pairs
+from replay.rerun_log.lanes import audit_lanes, log_audit_lanes, log_detector_lanes, number_boxes, ranked_pairs
 from replay.rerun_log.materials import is_ghost, tags_of
 from replay.rerun_log.miss_table import log_miss_table
 from replay.rerun_log.missed import log_missed_faces, log_pins
@@ -164,7 +164,16 @@ def _layout(result: RunResult, subjects: Sequence[Subject]) -> Layout:
         arrows=tuple(f"{contacts_path(label)}/normals" for label in result.detections),
         detector_lanes=bool(_spoken_of(result)),
         slowest_ms=max((float(np.percentile(value, 99.5)) for value in timed.values() if len(value)), default=0.0),
+        end=_end(result),
     )
+
+
+def _end(result: RunResult) -> float:
+    """Seconds at which the time axes end: the last frame, or the last number if it was widened beyond."""
+    times = result.assembly.motion.times
+    last = float(times[-1]) if len(times) else 1.0
+    boxes = [box for misses in result.misses.values() for box in number_boxes(misses, round(last * 1e9))]
+    return max([last, *(end / 1e9 for _, _, end in boxes)])
 
 
 def _eye(result: RunResult) -> Eye:

@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from cdcore.transforms.rigid import rotation_from_quaternion
+from replay.rerun_log import focus as module
 from replay.rerun_log.camera import CLOSE_UP
-from replay.rerun_log.focus import Focus, focus, moments
+from replay.rerun_log.focus import Focus, eyes_of, focus, moments
 from replay.rerun_log.miss_table import read_misses
 from replay.run_result import RunResult
 
@@ -53,3 +55,13 @@ def test_misses_that_are_deepest_in_one_frame_follow_each_other_longest_last(dem
     at = numbers(focus([one, two, three]))
     assert [at[one.deepest, later] for later in range(3)] == [3, 2, 1]
     assert moments([one, two, three]) == {3: 0, 2: 1, 1: 2}
+
+
+def test_beyond_the_counted_ones_every_miss_still_has_its_eye(demo: RunResult, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = eyes_of(demo.assembly, demo.session.scene, demo.misses[SUBJECT])
+    monkeypatch.setattr(module, "COUNTED", 1)
+    few = eyes_of(demo.assembly, demo.session.scene, demo.misses[SUBJECT])
+    assert sorted(few) == sorted(whole) == [miss.number for miss in demo.misses[SUBJECT]]
+    for miss in demo.misses[SUBJECT]:
+        away = np.subtract(few[miss.number].position, miss.point)
+        assert np.linalg.norm(away) == pytest.approx(CLOSE_UP)

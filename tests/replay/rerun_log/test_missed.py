@@ -10,9 +10,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cdcore import Body, TriangleMesh
 from replay.audit.outcome import Miss
 from replay.rerun_log.columns import Clock
-from replay.rerun_log.missed import PUSHED_OUT, clustered, current_misses, number_ranges, pushed_out
+from replay.rerun_log.missed import (
+    LARGE_FACE,
+    PUSHED_OUT,
+    clustered,
+    current_misses,
+    face_areas,
+    number_ranges,
+    pushed_out,
+)
 from replay.run_result import RunResult
 
 SUBJECT, ORACLE = "22.5Hz", "hybrid"
@@ -35,14 +44,23 @@ def test_red_faces_are_those_that_met_unseen_and_no_frame_else_has_any(demo: Run
         ends = demo.assembly.pairs[one.pair].tolist()
         for frame in range(one.first, one.last + 1):
             if number in ends:
-                faces = demo.detections[ORACLE].faces(frame, one.pair)[:, ends.index(number)]
-                missed.setdefault(frame, set()).update(faces.tolist())
+                faces = np.unique(demo.detections[ORACLE].faces(frame, one.pair)[:, ends.index(number)])
+                small = faces[face_areas(mesh, faces) <= LARGE_FACE]
+                missed.setdefault(frame, set()).update(small.tolist())
     assert missed
     for frame in range(len(demo.assembly.motion)):
         corners = np.array(read.at(f"world/{body}/missed_faces", "Mesh3D:vertex_positions", frame)).reshape(-1, 3, 3)
         wanted = mesh.triangles[sorted(missed.get(frame, ()))]
         assert corners.shape == wanted.shape, frame
         assert np.abs(corners - wanted).max(initial=0.0) < PUSHED_OUT + 1e-6
+
+
+def test_a_bench_top_is_not_painted_but_two_large_bodies_are(demo: RunResult, read: Any, write: Any) -> None:
+    assert all(not row[2] for row in read.column("world/bench/missed_faces", "Mesh3D:vertex_positions"))
+    one = next(one for one in demo.misses[SUBJECT] if one.body_a == "bench")
+    large = [Body(body.name, TriangleMesh(body.mesh.vertices * 100, body.mesh.faces)) for body in demo.assembly.bodies]
+    seen = write(replace(demo, assembly=replace(demo.assembly, bodies=tuple(large))))
+    assert seen.at("world/bench/missed_faces", "Mesh3D:vertex_positions", one.deepest)
 
 
 def test_faces_are_pushed_out_along_their_normals() -> None:
