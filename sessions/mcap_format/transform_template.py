@@ -21,6 +21,7 @@ _VARINT, _FIXED64, _LEN = 0, 1, 2
 _STAMP, _PARENT, _CHILD, _TRANSLATION, _ROTATION = range(1, 6)
 _DOUBLES = {_TRANSLATION: (0, 3), _ROTATION: (3, 4)}
 MAX_VARINT = 10
+_GROUP_WEIGHTS = np.uint64(1) << np.arange(0, 7 * MAX_VARINT, 7, dtype=np.uint64)
 
 
 @dataclass(eq=False)
@@ -70,9 +71,8 @@ def stamp_overflows(seconds: NDArray[np.int64]) -> bool:
 
 
 def _varints(rows: NDArray[np.uint8], place: int, width: int) -> NDArray[np.uint64]:
-    total = np.zeros(len(rows), dtype=np.uint64)
-    for number in range(width):
-        total |= (rows[:, place + number] & np.uint8(0x7F)).astype(np.uint64) << np.uint64(7 * number)
+    groups = (rows[:, place : place + width] & np.uint8(0x7F)).astype(np.uint64)
+    total: NDArray[np.uint64] = groups @ _GROUP_WEIGHTS[:width]
     return total
 
 

@@ -300,3 +300,22 @@ def test_reading_by_the_chunk_is_at_least_three_times_as_fast_as_by_the_message(
     assert sorted(ratios)[1] >= 3
     assert written < 600 / 20
     assert (fast.status == Status.LOST).any()
+
+
+def test_flipped_bytes_behind_a_good_checksum_end_in_a_session_or_one_named_error(tmp_path):
+    messages = protobuf_messages(random_frames(1, 12))
+    options = {"compression": CompressionType.NONE, "enable_crcs": False}
+    path = write_foreign(tmp_path / "f.mcap", messages, **options)
+    data, rng = path.read_bytes(), np.random.default_rng(3)
+    ends = {"session": 0, "error": 0}
+    for _ in range(400):
+        mutant = bytearray(data)
+        for place in rng.integers(0, len(data), rng.choice([1, 2, 9])).tolist():
+            mutant[place] = int(rng.choice([0, 127, 128, 255, rng.integers(256)]))
+        path.write_bytes(mutant)
+        try:
+            _ = read_session(path, torn="keep").frames
+            ends["session"] += 1
+        except SessionFileError:
+            ends["error"] += 1
+    assert min(ends.values()) > 50
