@@ -41,6 +41,7 @@ class BoxStage:
         frames, columns : (K,) frame numbers and columns of the pairs; both bodies have a pose there.
         """
         meets = np.empty(len(frames), dtype=np.bool_)
+        frames = np.ascontiguousarray(frames)
         boxes_may_meet(
             frames,
             self._first[columns],

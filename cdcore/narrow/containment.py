@@ -7,7 +7,6 @@ outside the glass.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -15,7 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.mesh import TriangleMesh
-from cdcore.narrow.containment_kernels import INSIDE, UNCERTAIN, contained_states, count_cells, fill_cells
+from cdcore.narrow.containment_kernels import may_be_inside
+from cdcore.narrow.inside_grid import OUTSIDE, UNCERTAIN, InsideGrid
+from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.narrow.ray_parity import point_inside
 from cdcore.numerics import EPS, FloatArray, place_points
 from cdcore.protocol import DECIDED, Body, Motion
@@ -27,11 +28,11 @@ The transpose of a rotation is its inverse to 192 eps (``ORTHONORMAL_KEEP``), ap
 sizes; the roundings of both ways of placing a point add less than 64. Twice the sum, generously.
 """
 
+ROOM_SLACK: Final = 1e-9
+"""A body longer than the other's box by less than this share is still asked about, frame by frame."""
+
 PROBES_PER_COMPONENT: Final = 4
 """Vertices tried before the exact answer: from one of them a ray may run along an edge, hardly from four."""
-
-MOST_CELLS: Final = 256
-"""Cells per side of the grid over a mesh: finer ones gain nothing below a million faces."""
 
 
 class ContainmentStage:
@@ -52,45 +53,67 @@ class ContainmentStage:
     def contained(self, motion: Motion, frames: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Whether one body of the pair is wholly inside the other, (K,) for K pair-frames without contact."""
         inside = np.zeros(len(frames), dtype=np.bool_)
-        for column in np.unique(columns).tolist():
-            rows = np.flatnonzero(columns == column)
+        for column, rows in rows_of_columns(columns):
             i, j = self._pairs[column]
             for inner, outer in ((i, j), (j, i)):
-                left = rows[~inside[rows]]
-                inside[left] = self._inside(motion, inner, outer, frames[left])
+                if self._solids[outer].has_room_for(self._solids[inner]):
+                    left = rows[~inside[rows]]
+                    inside[left] = self._inside(motion, inner, outer, frames[left])
         return inside
 
     def _inside(self, motion: Motion, inner: int, outer: int, frames: NDArray[np.int64]) -> NDArray[np.bool_]:
         a, b = self._solids[inner], self._solids[outer]
-        if not b.mesh.is_closed or not len(frames):
-            return np.zeros(len(frames), dtype=np.bool_)
-        ra, ta = motion.rotations[frames, inner], motion.translations[frames, inner]
-        rb, tb = motion.rotations[frames, outer], motion.translations[frames, outer]
-        grid = b.grid
-        states = np.empty(len(frames), dtype=np.int8)
-        contained_states(
-            ra,
-            ta,
-            rb,
-            tb,
-            a.extremes,
-            a.probes,
-            b.box,
-            b.mesh.triangles,
-            grid.low,
-            grid.scale,
-            grid.grow,
-            grid.cells,
-            grid.start,
-            grid.items,
-            a.size + b.size,
-            MARGIN_ULPS * EPS,
-            states,
-        )
-        inside: NDArray[np.bool_] = states == INSIDE
-        for k in np.flatnonzero(states == UNCERTAIN).tolist():
-            inside[k] = wholly_inside(a.mesh, (ra[k], ta[k]), b.mesh, (rb[k], tb[k]))
+        inside = np.zeros(len(frames), dtype=np.bool_)
+        size, pad = a.size + b.size, MARGIN_ULPS * EPS
+        may = np.empty(len(frames), dtype=np.bool_)
+        may_be_inside(motion.rotations, motion.translations, frames, inner, outer, a.extremes, b.box, size, pad, may)
+        rows = np.flatnonzero(may)
+        if len(rows):
+            poses = _Relative(motion, frames[rows], inner, outer)
+            inside[rows] = poses.wholly_inside(a, b, pad * (size + poses.far))
         return inside
+
+
+class _Relative:
+    """K poses of one body and another, in the columns of a motion."""
+
+    def __init__(self, motion: Motion, frames: NDArray[np.int64], inner: int, outer: int) -> None:
+        self.ra, self.ta = motion.rotations[frames, inner], motion.translations[frames, inner]
+        self.rb, self.tb = motion.rotations[frames, outer], motion.translations[frames, outer]
+        self.far: FloatArray = np.abs(self.ta).max(axis=1) + np.abs(self.tb).max(axis=1)
+
+    def wholly_inside(self, a: _Solid, b: _Solid, margins: FloatArray) -> NDArray[np.bool_]:
+        """Whether all components of A are inside B, (K,); the exact answer where a ray is uncertain."""
+        inside = np.ones(len(margins), dtype=np.bool_)
+        uncertain = np.zeros(len(margins), dtype=np.bool_)
+        for probes in a.probes:
+            rows = np.flatnonzero(inside)
+            states = self._component_states(probes, b.grid, rows, margins)
+            inside[rows[states == OUTSIDE]] = False
+            uncertain[rows[states == UNCERTAIN]] = True
+        for k in np.flatnonzero(inside & uncertain).tolist():
+            inside[k] = wholly_inside(a.mesh, (self.ra[k], self.ta[k]), b.mesh, (self.rb[k], self.tb[k]))
+        return inside
+
+    def _component_states(
+        self, probes: FloatArray, grid: InsideGrid, rows: NDArray[np.int64], margins: FloatArray
+    ) -> NDArray[np.int8]:
+        """State of one component: it meets no surface, so any of its vertices along any axis tells."""
+        states = np.full(len(rows), UNCERTAIN, dtype=np.int8)
+        for probe in probes:
+            left = np.flatnonzero(states == UNCERTAIN)
+            seen = self._seen(probe, rows[left])
+            for axis in range(3):
+                still = states[left] == UNCERTAIN
+                asked = left[still]
+                states[asked] = grid.parity(seen[still], margins[rows[asked]], axis)
+        return states
+
+    def _seen(self, point: FloatArray, rows: NDArray[np.int64]) -> FloatArray:
+        """A point of A in the frame of B, (K, 3)."""
+        away = np.einsum("kij,j->ki", self.ra[rows], point) + (self.ta[rows] - self.tb[rows])
+        seen: FloatArray = np.einsum("kji,kj->ki", self.rb[rows], away)
+        return seen
 
 
 def containment_word(a: Body, b: Body) -> str:
@@ -117,23 +140,19 @@ def wholly_inside(
     return all(point_inside(start, surface) for start in starts)
 
 
-@dataclass(frozen=True, eq=False)
-class _Grid:
-    """Triangles by the cells of their projection along each axis: ``start`` (3, cells^2 + 1), ``items`` (3, ...)."""
-
-    low: FloatArray
-    scale: FloatArray
-    grow: float
-    cells: int
-    start: NDArray[np.int64]
-    items: NDArray[np.int32]
-
-
 class _Solid:
     """What the containment of or in one mesh needs, made when it is first needed."""
 
     def __init__(self, mesh: TriangleMesh) -> None:
         self.mesh = mesh
+
+    def has_room_for(self, other: _Solid) -> bool:
+        """Whether the other could lie inside at all: this one is closed and its box is as long as the other is."""
+        if not self.mesh.is_closed:
+            return False
+        apart = other.extremes[:, None] - other.extremes
+        longest = float(np.sqrt((apart**2).sum(axis=2)).max())
+        return longest <= float(np.linalg.norm(self.box[1] - self.box[0])) * (1 + ROOM_SLACK)
 
     @cached_property
     def box(self) -> FloatArray:
@@ -155,8 +174,8 @@ class _Solid:
         return _component_vertices(self.mesh, PROBES_PER_COMPONENT)
 
     @cached_property
-    def grid(self) -> _Grid:
-        return _grid(self.mesh.triangles, self.box)
+    def grid(self) -> InsideGrid:
+        return InsideGrid(self.mesh.triangles)
 
 
 def _component_vertices(mesh: TriangleMesh, count: int) -> FloatArray:
@@ -166,27 +185,3 @@ def _component_vertices(mesh: TriangleMesh, count: int) -> FloatArray:
     spread = first[:, None] + (np.arange(count) * sizes[:, None]) // count
     corner = np.arange(count) % 3
     return np.ascontiguousarray(mesh.vertices[mesh.faces[order[spread], corner]])
-
-
-def _grid(triangles: FloatArray, box: FloatArray) -> _Grid:
-    cells = int(min(max(np.sqrt(len(triangles) / 2), 1), MOST_CELLS))
-    extent = float((box[1] - box[0]).max())
-    # Cells overlap by a thousandth of the mesh, far more than any margin; a larger margin is answered exactly instead.
-    grow = extent * 1e-3
-    low, scale = np.empty((3, 2)), np.empty((3, 2))
-    start = np.empty((3, cells * cells + 1), dtype=np.int64)
-    lists = []
-    for w in range(3):
-        u, v = (w + 1) % 3, (w + 2) % 3
-        plane = [u, v]
-        low[w] = box[0, plane] - 2 * grow
-        span = box[1, plane] - box[0, plane] + 4 * grow
-        scale[w] = cells / span if extent > 0 else 0.0
-        total = count_cells(triangles, u, v, low[w], scale[w], grow, cells, start[w])
-        items = np.empty(total, dtype=np.int32)
-        fill_cells(triangles, u, v, low[w], scale[w], grow, cells, start[w], items)
-        lists.append(items)
-    items = np.zeros((3, max(len(one) for one in lists)), dtype=np.int32)
-    for w, one in enumerate(lists):
-        items[w, : len(one)] = one
-    return _Grid(low, scale, grow, cells, start, items)

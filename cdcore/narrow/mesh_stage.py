@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.narrow.fcl_meshes import FclMeshes
+from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.numerics import FloatArray
 from cdcore.protocol import Body, FaceSets, Motion, ordered_by_name
 
@@ -54,8 +55,7 @@ class MeshStage:
         which = np.zeros(len(frames) if faces else 0, dtype=np.int64)
         sets: list[NDArray[np.int32]] = []
         queries = 0
-        for column in np.unique(columns).tolist():
-            rows = np.flatnonzero(columns == column)
+        for column, rows in rows_of_columns(columns):
             a, b = self._pairs[column].tolist()
             pose_a, pose_b = (_poses(motion, frames[rows], body) for body in (a, b))
             fresh = _differs_from_before(pose_a) | _differs_from_before(pose_b)
