@@ -13,6 +13,7 @@ from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 from replay.rerun_log.camera import Eye
 from replay.rerun_log.colours import BACKGROUND
 from replay.rerun_log.columns import FRAME, SESSION
+from replay.rerun_log.timing import BUDGET_MS
 
 LANES_IN_VIEW: Final = 7
 """Lanes beside the picture, the numbers included: at 40 points each, more would be cut off. All are in the next tab."""
@@ -26,6 +27,9 @@ RULER_POINTS: Final = 64
 
 BOTTOM_POINTS: Final = 200
 """Height of the timing plot and of the words about a miss."""
+
+BUDGET_SHOWN: Final = 0.25
+"""Share of the budget from which its line is in the plot of the audit."""
 
 SCREEN_POINTS: Final = 980
 """Height the tabs share on a 1080-line screen."""
@@ -71,6 +75,7 @@ class Layout:
     """Entities of the contact normals: in the recording, but not in the views, where they hide what they stand on."""
     detector_lanes: bool
     slowest_ms: float
+    """Milliseconds of the slowest look of all detectors."""
     end: float
     """Seconds at which the time axes end; left alone, the viewer shows one minute around the cursor."""
 
@@ -201,11 +206,15 @@ def _around() -> rr.TimeRange:
 
 
 def _timing(layout: Layout) -> Any:
+    # A budget far above everything would press the curves to the floor: then the title says how far.
+    share = layout.slowest_ms / BUDGET_MS
+    budget = ["/timing/budget"] if share > BUDGET_SHOWN else []
+    worst = f"worst {layout.slowest_ms:.2f}: {share:.0%} of a frame at 90 Hz ({BUDGET_MS:.1f} ms)"
     return rrb.TimeSeriesView(
         origin="/timing",
-        contents=["/timing/budget", *(f"/{path}" for path in layout.totals)],
-        name="Time per frame, ms",
-        axis_y=rrb.ScalarAxis(range=(0.0, max(12.5, 1.1 * layout.slowest_ms))),
+        contents=[*budget, *(f"/{path}" for path in layout.totals)],
+        name=f"Time per frame, ms    {worst}",
+        axis_y=rrb.ScalarAxis(range=(0.0, 1.15 * max(layout.slowest_ms, BUDGET_MS if budget else 0.0))),
         axis_x=_whole(layout),
         plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
     )

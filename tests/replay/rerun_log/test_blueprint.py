@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
 from replay.rerun_log.blueprint import LANES_IN_VIEW
 from replay.rerun_log.miss_table import read_misses
+from replay.rerun_log.recording import write_recording
+from replay.run_result import RunResult
 
 
 class Layout:
@@ -120,3 +124,15 @@ def test_the_number_lane_is_left_out_of_the_zoomed_view(layout: Layout) -> None:
     near = next(query for name, query in layout.views().items() if "around the cursor" in name)
     assert "/lanes/1_missed" not in near
     assert near
+
+
+@pytest.mark.parametrize(("share", "drawn"), [(0.1, False), (0.9, True), (3.0, True)])
+def test_the_budget_line_is_drawn_where_it_does_not_press_the_curves_down(
+    demo: RunResult, tmp_path: Path, share: float, drawn: bool
+) -> None:
+    slow = demo.detections["22.5Hz"]
+    timed = replace(slow, seconds={"meshes": np.full(270, share / 90.0)})
+    write_recording(replace(demo, detections={**demo.detections, "22.5Hz": timed}), tmp_path / "run.rrd")
+    name, query = next(item for item in Layout(tmp_path / "run.rrd").views().items() if item[0].startswith("Time per"))
+    assert ("/timing/budget" in query) == drawn
+    assert f"{share:.0%} of a frame at 90 Hz" in name
