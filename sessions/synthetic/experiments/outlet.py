@@ -70,8 +70,9 @@ class Outlet:
     def volume(self, time: float) -> float:
         """Volume delivered by a time, m3."""
         fall = math.sqrt(GRAVITY / 2.0) * self.discharge / self.section * self.opened(time)
-        root = max(0.0, math.sqrt(self.head) - fall)
-        return self.section * (self.head - root**2)
+        full = math.sqrt(self.head)
+        # h0 - (sqrt(h0) - fall)^2, without the difference of two nearly equal numbers.
+        return self.section * self.head if fall >= full else self.section * fall * (2.0 * full - fall)
 
     def time_of(self, volume: float, latest: float) -> float:
         """First time by which ``volume`` m3 is delivered, at most ``latest``.

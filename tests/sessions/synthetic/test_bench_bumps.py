@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import itertools
 import tomllib
+from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -15,6 +17,11 @@ from sessions.synthetic.truth import CLEAR, PRESENT
 
 HELD = {"rod", "hand-right"}
 PAIRS = [pair for pair in itertools.combinations(sorted(PLACED), 2) if set(pair) != HELD]
+
+
+@lru_cache(maxsize=8)
+def bumps(seed=0, noise="vive"):
+    return make_bench_bumps(seed=seed, noise=noise, faces=600)
 
 
 @pytest.fixture(scope="module", params=["off", "vive"])
@@ -64,15 +71,15 @@ def test_without_noise_the_formula_is_right_to_one_frame(made):
 
 
 @pytest.mark.parametrize("noise", ["off", "vive"])
-@pytest.mark.parametrize("seed", range(1, 4))
+@pytest.mark.parametrize("seed", range(1, 3))
 def test_every_seed_plants_nine_misses_of_eighteen(seed, noise):
-    session, truth = make_bench_bumps(seed=seed, noise=noise, faces=1500)
+    session, truth = bumps(seed, noise)
     answer = predicted(truth, session.frames.stamp_ns, 22.5)
     assert (len(answer.caught), len(answer.missed), len(answer.undecided)) == (9, 9, 0)
 
 
 def test_the_same_seed_gives_the_same_poses_and_another_seed_others():
-    first, second, other = (make_bench_bumps(seed=seed, faces=600)[0] for seed in (1, 1, 2))
+    first, second, other = make_bench_bumps(seed=1, faces=600)[0], bumps(1)[0], bumps(2)[0]
     for name in ("position", "quaternion_xyzw", "status", "stamp_ns"):
         assert getattr(first.frames, name).tobytes() == getattr(second.frames, name).tobytes()
     assert first.scene.text == second.scene.text
@@ -80,7 +87,7 @@ def test_the_same_seed_gives_the_same_poses_and_another_seed_others():
 
 
 def test_hands_move_as_people_do_and_stay_on_their_side():
-    session, _ = make_bench_bumps(noise="off", faces=600)
+    session, _ = bumps(1, "off")
     for name in ("hand-left", "hand-right", "headset"):
         track = session.tracks[name]
         times = (track.times_ns - track.times_ns[0]) * 1e-9
@@ -93,7 +100,7 @@ def test_hands_move_as_people_do_and_stay_on_their_side():
 
 
 def test_the_cylinder_stands_rides_on_the_hand_and_stands_again():
-    session, truth = make_bench_bumps(seed=4, faces=600)
+    session, truth = bumps(2)
     (grasp,) = (fact for fact in truth.facts if fact.kind == "grasp")
     (release,) = (fact for fact in truth.facts if fact.kind == "release")
     cylinder, hand = session.tracks["cylinder"], session.tracks["hand-left"]
@@ -111,8 +118,8 @@ def test_the_cylinder_stands_rides_on_the_hand_and_stands_again():
 
 def test_losses_are_flagged_and_the_rod_is_open_with_its_hand():
     flagged = 0
-    for seed in range(4):
-        session, truth = make_bench_bumps(seed=seed, faces=600)
+    for seed in (1, 2):
+        session, truth = bumps(seed)
         frames, times = session.frames, truth.seconds_of(session.frames.stamp_ns)
         for fact in (fact for fact in truth.facts if fact.kind == "loss"):
             assert ("rod" in fact.bodies) == ("hand-right" in fact.bodies)
@@ -124,10 +131,12 @@ def test_losses_are_flagged_and_the_rod_is_open_with_its_hand():
 
 
 def test_the_scene_text_says_what_the_scene_holds_and_why_glass_is_lifted():
-    session, _ = make_bench_bumps(faces=600)
+    session, _ = bumps(1)
     held = tomllib.loads(session.scene.text)
-    again = scene_meshes(session.scene)
-    assert all((again[name].vertices == mesh.vertices).all() for name, mesh in session.meshes.items())
+    glass = tuple(body for body in session.scene.bodies if "glass" in body.tags)
+    again = scene_meshes(replace(session.scene, bodies=glass))
+    assert len(again) == 6
+    assert all((session.meshes[name].vertices == mesh.vertices).all() for name, mesh in again.items())
     assert [body["id"] for body in held["body"]] == list(PLACED)
     assert {body["id"]: body.get("group", "") for body in held["body"]}["rod"] == "right"
     assert [effect["kind"] for effect in held["effect"]] == ["contact"] * 4

@@ -1,0 +1,79 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sessions.synthetic.assembly import Recording
+from sessions.synthetic.bench import Placed, standing
+from sessions.synthetic.experiments.lab import SPOUT_LEFT, Lab, layout_of
+from sessions.synthetic.experiments.steps import Pour, Vessels, come_close, pour, rap, stir, swirl
+
+LAYOUT = layout_of(
+    {
+        "from": Placed("beaker_50", standing(0.1, 0.02), SPOUT_LEFT),
+        "into": Placed("beaker_100", standing(-0.08, 0.0)),
+        "rod": Placed("stirring_rod", standing(0.3, 0.0)),
+    },
+    (0.034, 0.034),
+    600,
+)
+
+
+@pytest.fixture
+def lab():
+    return Lab("test", LAYOUT, Recording(seconds=600.0, seed=1))
+
+
+def test_a_pour_moves_liquid_and_nothing_is_lost(lab):
+    vessels = Vessels({"from": 30.0, "into": 40.0})
+    lab.grasp("right", "from", (0.0, 0.05, 0.0))
+    pour(lab, vessels, "right", "into", Pour(12.0))
+    assert vessels.volumes == {"from": 18.0, "into": 52.0}
+    fact = lab.last("pour")
+    assert fact.start < fact.end and fact.values["volume_ml"] == 12.0
+    assert fact.values["onset_tilt_deg"] < fact.values["greatest_tilt_deg"] < 90.0
+    pour(lab, vessels, "right", "into", Pour(2.0, beside=0.08))
+    assert (vessels.volumes["into"], vessels.spilled) == (52.0, 2.0)
+    assert lab.last("spill").bodies == ("from",)
+    assert lab.last("spill").values["onset_tilt_deg"] == fact.values["greatest_tilt_deg"]
+
+
+def test_a_vessel_is_upright_again_after_a_pour(lab):
+    lab.grasp("right", "from", (0.0, 0.05, 0.0))
+    pour(lab, Vessels({"from": 30.0}), "right", "into", Pour(12.0))
+    np.testing.assert_allclose(np.abs(lab.where["from"][1]), np.abs(SPOUT_LEFT), atol=1e-12)
+
+
+def test_more_than_there_is_cannot_be_poured(lab):
+    lab.grasp("right", "from", (0.0, 0.05, 0.0))
+    with pytest.raises(ValueError, match="cannot keep"):
+        pour(lab, Vessels({"from": 5.0}), "right", "into", Pour(12.0))
+
+
+def test_stirring_plants_the_touches_it_is_told_to(lab):
+    lab.grasp("right", "rod", LAYOUT.site("rod", "grip"))
+    stir(lab, "right", "into", 10.0, radius=0.009, touches=(0.02, 0.3))
+    lengths = [episode.nominal[1] - episode.nominal[0] for episode in lab.episodes]
+    assert lengths == pytest.approx([0.02, 0.3])
+    assert all(lab.last("stir").start < episode.nominal[0] < lab.last("stir").end for episode in lab.episodes)
+
+
+def test_swirling_moves_the_held_vessel_in_circles(lab):
+    lab.grasp("right", "from", (0.0, 0.05, 0.0))
+    lab.carry("right", (0.0, 1.0, 0.0))
+    swirl(lab, "right", 5.0)
+    fact = lab.last("swirl")
+    times = np.linspace(fact.start + 1.0, fact.end - 1.0, 200)
+    position, _ = lab.hands["right"].path()(times)
+    middle = np.array(lab.hands["right"].position)
+    np.testing.assert_allclose(np.linalg.norm(position - middle, axis=1), fact.values["radius_m"], atol=1e-9)
+
+
+def test_a_rap_touches_and_a_near_miss_does_not(lab):
+    rap(lab, "left", "into", 0.055, 0.25, note="a rap")
+    (episode,) = lab.episodes
+    assert episode.pair == ("hand-left", "into") and episode.note == "a rap"
+    assert episode.nominal[1] - episode.nominal[0] == pytest.approx(0.25)
+    come_close(lab, "left", "into", 0.055, 0.005)
+    assert len(lab.episodes) == 1
+    assert lab.last("near_miss").values["clearance_m"] == 0.005
