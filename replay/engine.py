@@ -17,6 +17,7 @@ from replay.audit.outcome import Comparison, Episode, Miss
 from replay.detecting import Run, make_detector, run_detector
 from replay.detector_spec import DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
 from replay.errors import DetectorSpecError
+from replay.plan import plan
 from replay.progress import Progress, Silent
 from replay.run_result import RunResult
 from replay.summary import summarise
@@ -99,7 +100,7 @@ def compute(
     Parameters
     ----------
     session : what to replay.
-    detectors, oracle : as ``line_up``.
+    detectors, oracle : as ``line_up``; ``None`` runs none where the scene's plan calls for none.
     pairs, start, end : as ``assemble``.
     seed : of every random stream.
     progress : told how far the work is.
@@ -110,7 +111,8 @@ def compute(
         One sentence each.
     """
     told = progress or Silent()
-    lineup = line_up(detectors, oracle)
+    called_for = detectors is not None or plan(session.scene).detection
+    lineup = line_up(detectors if called_for else (), oracle)
     with told.stage("assemble"):
         layout = lay_out(session, pairs=pairs)
         assembly = assemble(session, start=start, end=end, layout=layout)

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 from sessions.scene import Scene
+
+NEED_CONTACT: Final = frozenset({"contact", "penetration", "sweep", "grasp", "placement", "burn-exposure", "breakage"})
+"""Effects that cannot do without collision detection; pouring, mixing, heat and their like do."""
 
 
 @dataclass(frozen=True)
@@ -15,7 +19,7 @@ class Plan:
     ----------
     effects : kinds of the declared effects, each once, in the order declared.
     pairs : declared pairs of body names; ``None``: all with relative motion.
-    detection : whether contacts are needed at all: not by a scene whose effects table is empty.
+    detection : whether contacts are needed at all: not by a scene that declares effects and none that needs them.
     """
 
     effects: tuple[str, ...]
@@ -26,8 +30,8 @@ class Plan:
 def plan(scene: Scene) -> Plan:
     """Say what a scene calls for.
 
-    A scene without an effects table is there to be audited, and wants its contacts. A scene that declares an empty one
-    asks for nothing to be simulated; its contacts are still detected, because a recording is audited by default.
+    A scene without an effects table is there to be audited, and wants its contacts. One that declares its effects gets
+    what they need: a titration makes no collision query at all.
     """
     kinds = dict.fromkeys(effect.kind for effect in scene.effects or ())
-    return Plan(tuple(kinds), scene.pairs, detection=True)
+    return Plan(tuple(kinds), scene.pairs, detection=scene.effects is None or not NEED_CONTACT.isdisjoint(kinds))

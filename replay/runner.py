@@ -33,7 +33,7 @@ def run(
     ----------
     session_or_path : a session, or the file of one.
     detectors : ``"hybrid"``, ``"slow=discrete[rate_hz=22.5]"``, ``("discrete", {"rate_hz": 22.5})``, several in a
-        sequence, or a mapping from label to one; ``None``: the usual ones; ``()``: effects only.
+        sequence, or a mapping from label to one; ``None``: what the scene's plan calls for; ``()``: effects only.
     oracle : the detector to trust: a label among ``detectors`` or one of its own; ``None``: ``exact``; ``"none"``: no
         audit.
     out : run folder to write; ``None``: nothing is written.

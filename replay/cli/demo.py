@@ -28,6 +28,7 @@ SESSION: Final = "session.mcap"
 @click.option("--session-only", is_flag=True, help="Record the session file and stop.")
 @click.option("-o", "--out", type=ANY_PATH, help=f"Run folder, or with --session-only the file.  [default: {FOLDER}]")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the made-up session.")
+@click.option("--noise", type=click.Choice(["vive", "off"]), help="Of the made-up tracker.  [default: vive at a bench]")
 @click.option("--force", is_flag=True, help="Replace an earlier run folder of that name.")
 @output_format
 @common
@@ -36,6 +37,7 @@ def command(
     session_only: bool,
     out: Path | None,
     seed: int,
+    noise: str | None,
     force: bool,
     format_: str,
     verbose: bool,
@@ -47,15 +49,14 @@ def command(
     people = People(quiet=quiet, verbose=verbose)
     if session_only:
         file = out or Path(f"{scene}.mcap")
-        people.say(f"making up a minute in a laboratory ({scene}) and recording it ...")
-        _record(scene, seed, file)
+        people.say(f"making up a session in a laboratory ({scene}) and recording it ...")
+        _record(scene, seed, noise, file)
+        people.say(f"what was planted in it: {_truth_path(file)}")
         click.echo(file)
         return 0
-    people.say(
-        f"making up a minute in a laboratory ({scene}), recording it, replaying it at full rate and at 22.5 Hz ..."
-    )
+    people.say(f"making up a session in a laboratory ({scene}), recording it, replaying it ...")
     folder = out or FOLDER
-    result = _demo(scene, seed, folder, force or out is None, people)
+    result = _demo(scene, seed, noise, folder, force or out is None, people)
     from replay.cli.run_report import report_run
 
     code = report_run(result, people, format_)
@@ -67,14 +68,24 @@ def command(
     return code
 
 
-def _record(scene: str, seed: int, file: Path) -> None:
+def _record(scene: str, seed: int, noise: str | None, file: Path) -> None:
+    """Write the session and, beside it, what was planted in it: for people and tests, never read by the tool."""
     from replay.made_up import made_up_session
     from sessions import write_session
+    from sessions.synthetic import write_truth
 
-    write_session(made_up_session(scene, seed), file)
+    session, truth = made_up_session(scene, seed, noise)
+    write_session(session, file)
+    write_truth(truth, _truth_path(file))
 
 
-def _demo(scene: str, seed: int, out: Path, force: bool, people: People) -> RunResult:
+def _truth_path(file: Path) -> Path:
+    from sessions.synthetic.truth import truth_path
+
+    return truth_path(file)
+
+
+def _demo(scene: str, seed: int, noise: str | None, out: Path, force: bool, people: People) -> RunResult:
     from replay.results.run_folder import check_target, write_run_folder
 
     check_target(out, force=force)
@@ -82,13 +93,16 @@ def _demo(scene: str, seed: int, out: Path, force: bool, people: People) -> RunR
     with TemporaryDirectory(prefix="replay-demo-") as folder:
         file = Path(folder) / SESSION
         with progress.stage("record"):
-            _record(scene, seed, file)
+            _record(scene, seed, noise, file)
         from replay.engine import compute
+        from replay.plan import plan
         from replay.rerun_log.recording import write_recording
         from sessions import read_session
 
         session = replace(read_session(file), origin=str(out / SESSION))
-        result = compute(session, detectors=SLOW, seed=seed, progress=progress)
+        subjects = SLOW if plan(session.scene).detection else ()
+        result = compute(session, detectors=subjects, seed=seed, progress=progress)
         with progress.stage("write"):
-            write_run_folder(result, out, force=force, picture=write_recording, files={SESSION: file})
+            files = {SESSION: file, _truth_path(file).name: _truth_path(file)}
+            write_run_folder(result, out, force=force, picture=write_recording, files=files)
     return replace(result, out=out)

@@ -50,10 +50,18 @@ def run_tables(result: RunResult) -> Group:
         parts += [Text(), contact_table(result)]
     if result.detections:
         parts += [Text(), cost_table(result)]
+    else:
+        parts += [Text(), Text(f" {no_detection(result)}")]
     parts += [Text(), Padding(Text(CAVEAT, style="dim"), (0, 1))]
     if result.assembly.proxies:
         parts.append(Text(f" Proxy meshes stand in for: {', '.join(result.assembly.proxies)}.", style="dim"))
     return Group(*parts)
+
+
+def no_detection(result: RunResult) -> str:
+    """Why there is no contact to tell of."""
+    effects = ", ".join(dict.fromkeys(effect.kind for effect in result.session.scene.effects or ())) or "nothing"
+    return f"No contact was looked for: the scene calls for {effects}. Ask with --detectors."
 
 
 def headline(result: RunResult, label: str) -> Text:

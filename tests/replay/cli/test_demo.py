@@ -36,7 +36,14 @@ def test_session_only_records_the_file_and_prints_its_name(tmp_path, capsys):
     assert main(["demo", "--session-only", "--scene", "fast-ball", "-o", str(file)]) == 0
     assert capsys.readouterr().out == f"{file}\n"
     assert read_session(file).facts["synthetic"] == "fast-ball"
-    assert [path.name for path in tmp_path.iterdir()] == ["s.mcap"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["s.mcap", "s.truth.json"]
+
+
+def test_a_titration_makes_no_collision_query_and_says_so(tmp_path, capsys):
+    assert main(["demo", "--scene", "titration", "-o", str(tmp_path / "run"), "--format", "json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert (summary["detectors"], summary["oracle"]) == ({}, "")
+    assert (tmp_path / "run" / "session.truth.json").is_file()
 
 
 def test_an_unknown_scene_is_answered_with_those_there_are(tmp_path, capsys):
