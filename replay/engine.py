@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from cdcore import Detection, Motion
 from cdcore.detectors import detector_names
 from replay.assemble import Pairs, assemble, lay_out
 from replay.assembly import Assembly
@@ -125,7 +126,7 @@ def compute(
     with told.stage("audit"):
         found = {label: episodes(run.detection) for label, run in runs.items()}
         comparisons = _comparisons(runs, lineup.oracle)
-        missed = _misses(comparisons, found.get(lineup.oracle, ()), assembly, seed)
+        missed = _misses(comparisons, found.get(lineup.oracle, ()), runs.get(lineup.oracle), assembly, seed)
     result = RunResult(
         session=session,
         assembly=assembly,
@@ -148,16 +149,27 @@ def _comparisons(runs: dict[str, Run], oracle: str) -> dict[str, Comparison]:
 def _misses(
     comparisons: dict[str, Comparison],
     contacts: Sequence[Episode],
+    trusted: Run | None,
     assembly: Assembly,
     seed: int,
 ) -> dict[str, tuple[Miss, ...]]:
     places = {label: stretches(comparison, contacts) for label, comparison in comparisons.items()}
     asked = [(place.pair, place.first, place.last) for found in places.values() for place in found]
-    if not asked:
+    if not asked or trusted is None:
         return dict.fromkeys(places, ())
-    trusted = make_detector(
-        DetectorSpec("faces", next(name for name in ORACLES if name in detector_names())), assembly, seed
-    )
-    evidence = Evidence(assembly, lambda motion: trusted.detect(motion, faces=True), asked)
+    evidence = Evidence(assembly, _face_source(trusted, assembly, seed), asked)
     names = [(assembly.names[i], assembly.names[j]) for i, j in assembly.pairs.tolist()]
     return {label: misses(found, names, assembly.motion.times, evidence) for label, found in places.items()}
+
+
+def _face_source(trusted: Run, assembly: Assembly, seed: int) -> Detection | Callable[[Motion], Detection]:
+    """The oracle's own faces where it has those of each single frame, else those of the best detector of instants.
+
+    An oracle of intervals, of volumes or of a lower rate says that there is contact, but not in which faces at a frame.
+    """
+    answer = trusted.detection
+    if answer.face_sets is not None and answer.covers == "instants" and not trusted.detector.online:
+        return answer
+    best = next(name for name in ORACLES if name in detector_names())
+    detector = make_detector(DetectorSpec("faces", best), assembly, seed)
+    return lambda motion: detector.detect(motion, faces=True)

@@ -48,19 +48,27 @@ class Evidence:
     Parameters
     ----------
     assembly : bodies, motion, pairs.
-    detect : asks a detector for face pairs on a motion.
+    faces : a detection of the whole assembly that holds face pairs, or what asks a detector for them on a motion.
     places : (pair, first, last) of every stretch that will be asked for.
     """
 
     def __init__(
-        self, assembly: Assembly, detect: Callable[[Motion], Detection], places: Sequence[tuple[int, int, int]]
+        self,
+        assembly: Assembly,
+        faces: Detection | Callable[[Motion], Detection],
+        places: Sequence[tuple[int, int, int]],
     ) -> None:
         self._assembly = assembly
+        self._middles = [_middle(body.mesh.referenced_vertices) for body in assembly.bodies]
         most = min(LOOKS_PER_MISS, max(1, LOOKS_IN_ALL // max(1, len(places))))
         self._frames = {place: _looks(place[1], place[2], most) for place in places}
         asked = np.unique(np.concatenate([[], *self._frames.values()]).astype(np.int64))
         self._row = {frame: row for row, frame in enumerate(asked.tolist())}
-        self._detection = detect(assembly.motion.take(asked)) if len(asked) else None
+        self._detection: Detection | None = None
+        if isinstance(faces, Detection):
+            self._detection, self._row = faces, {frame: frame for frame in self._row}
+        elif len(asked):
+            self._detection = faces(assembly.motion.take(asked))
 
     def deepest(self, pair: int, first: int, last: int) -> Cut:
         """The look with the longest curve; of equals the one with most faces, then the earliest."""
@@ -86,13 +94,12 @@ class Evidence:
         )
 
     def _centres(self, pair: int, frame: int) -> tuple[FloatArray, FloatArray]:
-        motion, bodies = self._assembly.motion, self._assembly.bodies
-        places = []
-        for body in self._assembly.pairs[pair].tolist():
-            vertices = bodies[body].mesh.referenced_vertices
-            middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
-            places.append(motion.rotations[frame, body] @ middle + motion.translations[frame, body])
-        return places[0], places[1]
+        motion = self._assembly.motion
+        a, b = (
+            motion.rotations[frame, body] @ self._middles[body] + motion.translations[frame, body]
+            for body in self._assembly.pairs[pair].tolist()
+        )
+        return a, b
 
     def _toward(self, pair: int, frame: int) -> FloatArray:
         """Unit vector from the middle of the first body to that of the second; up where they coincide."""
@@ -104,6 +111,11 @@ class Evidence:
     def _between(self, pair: int, frame: int) -> FloatArray:
         a, b = self._centres(pair, frame)
         return (a + b) / 2
+
+
+def _middle(vertices: FloatArray) -> FloatArray:
+    middle: FloatArray = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
+    return middle
 
 
 def _looks(first: int, last: int, most: int) -> NDArray[np.int64]:

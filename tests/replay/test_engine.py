@@ -60,6 +60,12 @@ def test_a_detector_that_looks_between_the_bumps_misses_them_by_number():
     assert second.deepest == 9 or second.cut_length > 0
 
 
+def test_an_oracle_without_faces_of_its_own_still_gets_misses_with_geometry():
+    result = compute(cubes(BUMP), detectors="slow=discrete[rate_hz=20]", oracle="all=discrete")
+    never = result.misses["slow"][0]
+    assert (never.kind, never.deepest) == ("never found", 4) and never.face_pairs > 0 and never.cut_length > 0
+
+
 def test_effects_only_looks_at_no_pair():
     result = compute(cubes(BUMP), detectors=())
     assert (dict(result.detections), result.oracle, result.summary["detectors"]) == ({}, "", {})
