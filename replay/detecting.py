@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from time import perf_counter
 from typing import Any, Final
 
@@ -11,9 +11,11 @@ import numpy as np
 
 from cdcore import Detection, Detector, create_detector, join
 from cdcore.detectors import load_detector
+from cdcore.narrow.section_source import sections_of
 from replay.assembly import Assembly
 from replay.detector_spec import DetectorSpec
 from replay.progress import Advance
+from replay.stored_motion import StoredMotion
 
 WHOLE_FRAMES: Final = 16384
 """Up to here (three minutes at 90 Hz) a motion is detected in one call, beyond it in blocks of this size, so that
@@ -21,6 +23,10 @@ working memory stays bounded and progress can be told. The verdicts are the same
 
 WARM_FRAMES: Final = 128
 """Frames of each of the two warm-up samples: kernels compile on them, so that the time reported holds no compiling."""
+
+
+FACE_ROWS: Final = 50_000_000
+"""Face pairs kept of a session of hours, 400 MB; with more than that only the verdicts are kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +82,25 @@ def run_detector(spec: DetectorSpec, assembly: Assembly, *, seed: int, faces: bo
         detection = detector.detect(motion, faces=faces)
         advance(len(motion))
     else:
-        detection = join(_told(detector.stream(motion.blocks(WHOLE_FRAMES), faces=faces), advance))
+        parts = _told(detector.stream(motion.blocks(WHOLE_FRAMES), faces=faces), advance)
+        detection = _joined(parts, detector, assembly) if isinstance(motion, StoredMotion) else join(parts)
     clock.append(perf_counter())
     settings = asdict(detector.settings)
     return Run(spec, detector, settings, detection, *np.diff(clock).tolist())
+
+
+def _joined(parts: Iterator[Detection], detector: Detector, assembly: Assembly) -> Detection:
+    """Join the blocks of a motion on disk without keeping their poses, and their faces only while they are few."""
+    kept: list[Detection] = []
+    rows = 0
+    for part in parts:
+        rows += 0 if part.face_sets is None else len(part.face_sets.faces)
+        sets = part.face_sets if rows <= FACE_ROWS and not detector.online else None
+        kept.append(replace(part, face_sets=sets, section_source=None))
+    whole = join(kept)
+    if whole.face_sets is None:
+        return whole
+    return replace(whole, section_source=sections_of(assembly.bodies, assembly.pairs, assembly.motion))
 
 
 def _told(parts: Iterator[Detection], advance: Advance) -> Iterator[Detection]:

@@ -8,7 +8,8 @@ from typing import Final
 
 from cdcore import Detection, Motion
 from cdcore.detectors import detector_names
-from replay.assemble import Pairs, assemble, lay_out
+from replay.assemble import Pairs, lay_out
+from replay.assemble_stored import assemble_bounded
 from replay.assembly import Assembly
 from replay.audit.compare import compare
 from replay.audit.episodes import episodes
@@ -116,7 +117,7 @@ def compute(
     lineup = line_up(detectors if called_for else (), oracle)
     with told.stage("assemble"):
         layout = lay_out(session, pairs=pairs)
-        assembly = assemble(session, start=start, end=end, layout=layout)
+        assembly = assemble_bounded(session, layout, start=start, end=end)
     runs: dict[str, Run] = {}
     for spec in lineup.specs:
         with told.stage(spec.label, len(assembly.motion)) as advance:

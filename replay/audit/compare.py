@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,9 @@ from cdcore import Detection
 from cdcore.protocol import counts_as_contact, is_undecided
 from replay.audit.outcome import Comparison, Outcome
 from replay.errors import AuditError
+
+FRAMES_AT_ONCE: Final = 65536
+"""Frames compared at a time: some 20 MB for 66 pairs, however long the session."""
 
 
 def compare(
@@ -35,29 +40,41 @@ def compare(
         They speak of other frames or pairs.
     """
     _require_same(subject, oracle)
-    reports, truth = counts_as_contact(subject.verdict), counts_as_contact(oracle.verdict)
-    found = _either_end(reports) if (subject.covers, oracle.covers) == ("instants", "intervals") else reports
-    outcome = np.full(truth.shape, Outcome.NEITHER, dtype=np.uint8)
-    beyond = Outcome.BETWEEN_FRAMES if _is_finer(subject, oracle) else Outcome.INVENTED
-    outcome[truth & found] = Outcome.BOTH
-    outcome[truth & ~found] = Outcome.MISSED
-    outcome[reports & ~truth] = beyond
-    if within is not None:
-        outcome[within & (truth != found)] = Outcome.WITHIN_TOLERANCE
-    outcome[is_undecided(subject.verdict) | is_undecided(oracle.verdict)] = Outcome.LEFT_OUT
+    outcome = np.empty(oracle.verdict.shape, dtype=np.uint8)
+    for start in range(0, len(outcome), FRAMES_AT_ONCE):
+        rows = slice(start, start + FRAMES_AT_ONCE)
+        outcome[rows] = _outcome(subject, oracle, rows, None if within is None else within[rows])
     outcome.setflags(write=False)
     names = labels or (subject.detector, oracle.detector)
     return Comparison(names[0], names[1], outcome)
+
+
+def _outcome(subject: Detection, oracle: Detection, rows: slice, within: NDArray[np.bool_] | None) -> NDArray[np.uint8]:
+    reports, truth = counts_as_contact(subject.verdict[rows]), counts_as_contact(oracle.verdict[rows])
+    found = reports
+    if (subject.covers, oracle.covers) == ("instants", "intervals"):
+        before = counts_as_contact(subject.verdict[max(0, rows.start - 1) : rows.start])
+        found = _either_end(reports, before)
+    outcome = np.full(truth.shape, Outcome.NEITHER, dtype=np.uint8)
+    outcome[truth & found] = Outcome.BOTH
+    outcome[truth & ~found] = Outcome.MISSED
+    outcome[reports & ~truth] = Outcome.BETWEEN_FRAMES if _is_finer(subject, oracle) else Outcome.INVENTED
+    if within is not None:
+        outcome[within & (truth != found)] = Outcome.WITHIN_TOLERANCE
+    outcome[is_undecided(subject.verdict[rows]) | is_undecided(oracle.verdict[rows])] = Outcome.LEFT_OUT
+    return outcome
 
 
 def _is_finer(subject: Detection, oracle: Detection) -> bool:
     return (subject.covers, oracle.covers) == ("intervals", "instants")
 
 
-def _either_end(reports: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Whether a contact is reported at the end of each interval or at its start."""
+def _either_end(reports: NDArray[np.bool_], before: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether a contact is reported at the end of each interval or at its start; ``before``: the row before, if any."""
     both = reports.copy()
     both[1:] |= reports[:-1]
+    if len(before):
+        both[0] |= before[0]
     return both
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,13 +32,24 @@ class Runs:
 
 def runs(mask: NDArray[np.bool_]) -> Runs:
     """Maximal stretches of True down the columns of a (T, P) table."""
-    border = np.zeros((1, mask.shape[1]), dtype=np.int8)
-    change = np.diff(np.concatenate([border, mask.view(np.int8), border]), axis=0)
-    # Column by column, begins and ends alternate: the k-th of one belongs to the k-th of the other.
-    column, first = np.nonzero(change.T == 1)
-    _, stop = np.nonzero(change.T == -1)
+    return joined_runs(column_runs(mask[:, column], column) for column in range(mask.shape[1]))
+
+
+def column_runs(mask: NDArray[np.bool_], column: int) -> Runs:
+    """Maximal stretches of True in one column (T,)."""
+    change = np.diff(mask.astype(np.int8), prepend=0, append=0)
+    first = np.flatnonzero(change == 1)
+    return Runs(np.full(len(first), column, dtype=np.int64), first, np.flatnonzero(change == -1) - 1)
+
+
+def joined_runs(parts: Iterable[Runs]) -> Runs:
+    """Stretches of several columns in order of time, then column."""
+    found = list(parts) or [Runs(*(np.zeros(0, dtype=np.int64) for _ in range(3)))]
+    column, first, last = (
+        np.concatenate([getattr(part, name) for part in found]) for name in ("column", "first", "last")
+    )
     order = np.lexsort((column, first))
-    return Runs(column[order], first[order], stop[order] - 1)
+    return Runs(column[order], first[order], last[order])
 
 
 def episodes(detection: Detection) -> tuple[Episode, ...]:
@@ -46,7 +58,9 @@ def episodes(detection: Detection) -> tuple[Episode, ...]:
     Nothing is bridged: a single frame without contact, or without a pose, ends an episode. Flicker of a resting contact
     is a finding about the recording or the detector, and hysteresis belongs to effects.
     """
-    found = runs(counts_as_contact(detection.verdict))
+    # Column by column: a table of flags for hours of frames would double the memory that the verdicts take.
+    verdict = detection.verdict
+    found = joined_runs(column_runs(counts_as_contact(verdict[:, p]), p) for p in range(verdict.shape[1]))
     times = detection.times
     return tuple(
         Episode(pair, first, last, float(times[first]), float(times[last]))

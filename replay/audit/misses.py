@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.audit.episodes import runs
+from replay.audit.episodes import column_runs, joined_runs
 from replay.audit.evidence import Evidence
 from replay.audit.outcome import Comparison, Episode, Miss, Outcome
 
@@ -45,11 +45,11 @@ def stretches(comparison: Comparison, contacts: Sequence[Episode]) -> tuple[Stre
     ----------
     contacts : the oracle's episodes, in order.
     """
-    missed = runs(comparison.outcome == Outcome.MISSED)
-    found = comparison.outcome == Outcome.BOTH
+    outcome = comparison.outcome
+    missed = joined_runs(column_runs(outcome[:, p] == Outcome.MISSED, p) for p in range(outcome.shape[1]))
     columns = _by_column(contacts)
     return tuple(
-        _stretch(pair, first, last, columns[pair], found[:, pair])
+        _stretch(pair, first, last, columns[pair], outcome[:, pair])
         for pair, first, last in zip(missed.column.tolist(), missed.first.tolist(), missed.last.tolist(), strict=True)
     )
 
@@ -103,12 +103,12 @@ def _stretch(
     first: int,
     last: int,
     column: tuple[NDArray[np.int64], list[tuple[int, Episode]]],
-    found: NDArray[np.bool_],
+    outcome: NDArray[np.uint8],
 ) -> Stretch:
     starts, numbered = column
     number, episode = numbered[int(np.searchsorted(starts, first, side="right")) - 1]
-    before = bool(found[episode.first : first].any())
-    after = bool(found[last + 1 : episode.last + 1].any())
+    before = bool((outcome[episode.first : first] == Outcome.BOTH).any())
+    after = bool((outcome[last + 1 : episode.last + 1] == Outcome.BOTH).any())
     kind = {
         (False, False): NEVER_FOUND,
         (False, True): FOUND_LATE,

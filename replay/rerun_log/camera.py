@@ -152,7 +152,8 @@ def towards_user(assembly: Assembly, scene: Scene, frame: int, point: Sequence[f
 def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int) -> Eye:
     """An eye that sees these points (n, 3) as large as the view allows, from the user's side, a little from above."""
     if not len(points):
-        points = assembly.motion.translations[assembly.motion.valid]
+        some = slice(None, None, 1 + len(assembly.motion) // 10_000)  # hours of poses need not be held to frame a bench
+        points = assembly.motion.translations[some][assembly.motion.valid[some]]
     if not len(points):
         points = np.zeros((1, 3))
     side = towards_user(assembly, scene, min(frame, len(assembly.motion) - 1), points.mean(axis=0).tolist())

@@ -21,6 +21,12 @@ OUTCOME_WORDS: Final = [outcome.name for outcome in Outcome]
 ROWS_PER_PART: Final = 1_000_000
 """Rows of the frame table made at a time: some 100 MB, however long the session."""
 
+FRAMES_AT_ONCE: Final = 65536
+"""Frames looked through at a time, some 10 MB."""
+
+STATED: Final = np.array([Verdict.UNRESOLVED, Verdict.INVALID], dtype=np.uint8)
+"""Verdicts that are no contact and still worth a row."""
+
 Columns = dict[str, Any]
 
 
@@ -32,8 +38,7 @@ def frame_table(result: RunResult) -> Iterator[pa.Table]:
     and ``miss/<label>`` (number of the miss, null outside); ``work/<label>/<counter>`` where counted per pair-frame;
     and ``frame_seconds/<label>`` (the whole frame, all pairs) of online detectors.
     """
-    happened = _happened(result)
-    rows, columns = np.nonzero(happened)
+    rows, columns = _happened(result)
     numbers = {label: _miss_numbers(result, label, rows, columns) for label in result.comparisons}
     for start in range(0, max(1, len(rows)), ROWS_PER_PART):
         part = slice(start, start + ROWS_PER_PART)
@@ -107,12 +112,17 @@ def event_table(result: RunResult) -> pa.Table:
     return pa.table(table)
 
 
-def _happened(result: RunResult) -> NDArray[np.bool_]:
-    happened = np.zeros((len(result.assembly.stamp_ns), len(result.assembly.pairs)), dtype=np.bool_)
-    for detection in result.detections.values():
-        happened |= counts_as_contact(detection.verdict)
-        happened |= (detection.verdict == Verdict.UNRESOLVED) | (detection.verdict == Verdict.INVALID)
-    return happened
+def _happened(result: RunResult) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Frame and column of every pair-frame in which anything happened, looked for in some frames at a time."""
+    rows, columns = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    for start in range(0, len(result.assembly.stamp_ns), FRAMES_AT_ONCE):
+        verdicts = [found.verdict[start : start + FRAMES_AT_ONCE] for found in result.detections.values()]
+        marked = [counts_as_contact(part) | np.isin(part, STATED) for part in verdicts]
+        if marked:
+            frame, column = np.nonzero(np.logical_or.reduce(marked))
+            rows.append(frame + start)
+            columns.append(column)
+    return np.concatenate(rows), np.concatenate(columns)
 
 
 def _frame_columns(

@@ -99,6 +99,23 @@ def test_progress_is_told_of_every_stage_and_every_frame():
     assert stages["hybrid"] == [12, 12]
 
 
+def test_a_session_too_long_for_memory_gives_the_same_answers(monkeypatch):
+    def answers(result):
+        digests = {label: (found.digest, found.face_sets is not None) for label, found in result.detections.items()}
+        return digests, result.misses, result.episodes
+
+    asked = {"detectors": "slow=discrete[rate_hz=20],static", "oracle": "hybrid"}
+    held = answers(compute(cubes(BUMP), **asked))
+    monkeypatch.setattr("replay.assemble_stored.HELD_FRAMES", 5)
+    monkeypatch.setattr("replay.assemble_stored.BLOCK_FRAMES", 4)
+    monkeypatch.setattr("replay.detecting.WHOLE_FRAMES", 3)
+    assert answers(compute(cubes(BUMP), **asked)) == held
+    monkeypatch.setattr("replay.detecting.FACE_ROWS", 3)
+    poor = compute(cubes(BUMP), **asked)
+    assert poor.detections["hybrid"].face_sets is None
+    assert [miss.number for miss in poor.misses["slow"]] == [miss.number for miss in held[1]["slow"]]
+
+
 def test_the_engine_gives_the_same_digests_again():
     digests = [
         {

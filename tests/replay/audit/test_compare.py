@@ -47,6 +47,17 @@ def test_within_tolerance_only_disagreement_is_excused():
     assert words(subject, oracle, within=~within) == ".MIB"
 
 
+@pytest.mark.parametrize("covers", ["instants", "intervals"])
+def test_comparing_some_frames_at_a_time_changes_nothing(monkeypatch, covers):
+    rng = np.random.default_rng(0)
+    rows = ["".join(rng.choice(list(".CI?nu-"), size=3)) for _ in range(40)]
+    subject, oracle = verdicts(rows[::-1]), verdicts(rows, covers=covers)
+    within = rng.random((40, 3)) > 0.5
+    whole = compare(subject, oracle, within=within).outcome
+    monkeypatch.setattr("replay.audit.compare.FRAMES_AT_ONCE", 3)
+    assert np.array_equal(compare(subject, oracle, within=within).outcome, whole)
+
+
 def test_labels_are_the_runs_else_the_detectors():
     a, b = verdict_column("C", name="x"), verdict_column("C", name="y")
     assert (compare(a, b).subject, compare(a, b).oracle) == ("x", "y")

@@ -1,0 +1,148 @@
+"""A motion whose poses lie in a temporary file: any frames of it are read when asked for, and memory holds only those.
+
+Choose it for sessions of hours, where poses alone are gigabytes. Everything that takes blocks, single frames or a
+selection of frames works on it as on any motion; what asks for all poses of all frames gets them, at that price.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from tempfile import TemporaryFile
+from types import EllipsisType
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore import Motion
+
+ROWS_AT_ONCE: Final = 16384
+"""Rows read together when a long selection is cut down to a few columns: 1 MB per body."""
+
+
+class StoredRows:
+    """A float64 array on disk that grows by rows and is read by rows; the file is gone when the object is.
+
+    Supports what poses are asked for: ``rows[t]``, ``rows[t, body]``, ``rows[start:stop]``, ``rows[frames]``,
+    ``rows[frames, body]``, ``rows[mask]``, each with a copy as its answer.
+
+    Parameters
+    ----------
+    row_shape : shape of one row.
+    """
+
+    dtype = np.dtype(np.float64)
+
+    def __init__(self, row_shape: tuple[int, ...]) -> None:
+        self._row_shape = row_shape
+        self._row_size = int(np.prod(row_shape))
+        self._file = TemporaryFile(prefix="replay-poses-")  # noqa: SIM115  (it lives as long as the array)
+        self._count = 0
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Rows, then the shape of a row."""
+        return (self._count, *self._row_shape)
+
+    @property
+    def ndim(self) -> int:
+        """Number of axes."""
+        return 1 + len(self._row_shape)
+
+    def __len__(self) -> int:
+        return self._count
+
+    def append(self, rows: NDArray[np.float64]) -> None:
+        """Add rows (n, ...) at the end."""
+        self._file.seek(0, 2)
+        self._file.write(np.ascontiguousarray(rows, dtype=np.float64).data)
+        self._count += len(rows)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        if copy is False:
+            raise ValueError("an array on disk cannot be had without reading it; ask for a copy")
+        return self._run(0, self._count).astype(dtype or self.dtype, copy=False)
+
+    def __getitem__(self, key: Any) -> Any:
+        first, rest = (key[0], key[1:]) if isinstance(key, tuple) else (key, ())
+        if isinstance(first, EllipsisType):
+            return np.asarray(self)[key]
+        if isinstance(first, int | np.integer):
+            return self._rows(np.array([self._checked(int(first))]))[0][rest or ...]
+        if isinstance(first, slice):
+            return self._picked(np.arange(self._count)[first], rest)
+        rows = np.asarray(first)
+        if rows.dtype == np.bool_ and rows.ndim > 1:
+            return np.asarray(self)[key]
+        if rows.dtype == np.bool_:
+            rows = np.flatnonzero(rows)
+        rows = np.where(rows < 0, rows + self._count, rows).astype(np.int64)
+        paired = any(isinstance(part, list | np.ndarray) for part in rest)
+        return self._rows(rows)[(np.arange(len(rows)), *rest)] if paired else self._picked(rows, rest)
+
+    def _checked(self, row: int) -> int:
+        if not -self._count <= row < self._count:
+            raise IndexError(f"row {row} of an array with {self._count} rows")
+        return row % self._count
+
+    def _picked(self, rows: NDArray[np.int64], rest: tuple[Any, ...]) -> NDArray[np.float64]:
+        """Some rows, each cut down by the rest of the key; never more than ``ROWS_AT_ONCE`` whole rows in memory."""
+        if not rest:
+            return self._rows(rows)
+        if len(rows) == 0 or not all(isinstance(part, int | np.integer | slice) for part in rest):
+            return self._rows(rows)[(slice(None), *rest)]
+        pieces = [
+            self._rows(rows[start : start + ROWS_AT_ONCE])[(slice(None), *rest)].copy()
+            for start in range(0, len(rows), ROWS_AT_ONCE)
+        ]
+        return np.concatenate(pieces)
+
+    def _rows(self, rows: NDArray[np.int64]) -> NDArray[np.float64]:
+        if not len(rows):
+            return np.zeros((0, *self._row_shape))
+        if (rows < 0).any() or (rows >= self._count).any():
+            raise IndexError(f"rows {rows.min()} to {rows.max()} of an array with {self._count} rows")
+        breaks = np.flatnonzero(np.diff(rows) != 1) + 1
+        starts = np.concatenate([[0], breaks, [len(rows)]])
+        out = np.empty((len(rows), *self._row_shape))
+        for begin, stop in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True):
+            out[begin:stop] = self._run(int(rows[begin]), int(rows[begin]) + stop - begin)
+        return out
+
+    def _run(self, start: int, stop: int) -> NDArray[np.float64]:
+        """Consecutive rows."""
+        out = np.empty((stop - start, *self._row_shape))
+        self._file.seek(start * self._row_size * 8)
+        if out.size:
+            self._file.readinto(out.reshape(-1).view(np.uint8).data)
+        return out
+
+
+class StoredMotion(Motion):
+    """The blocks of a motion, put after each other on disk; times and flags stay in memory.
+
+    Parameters
+    ----------
+    blocks : consecutive motions of the same bodies, each checked already; ``linked`` of a first frame is kept.
+    """
+
+    def __init__(self, blocks: Iterable[Motion]) -> None:
+        times, valid, linked, renormalised, worst = [], [], [], 0, 0.0
+        translations: StoredRows | None = None
+        rotations: StoredRows | None = None
+        for block in blocks:
+            if translations is None or rotations is None:
+                translations, rotations = StoredRows((block.body_count, 3)), StoredRows((block.body_count, 3, 3))
+            translations.append(block.translations)
+            rotations.append(block.rotations)
+            times.append(block.times)
+            valid.append(block.valid)
+            linked.append(block.linked)
+            renormalised += block.renormalised
+            worst = max(worst, block.worst_orthonormality)
+        if translations is None:
+            raise ValueError("there is no block to store; give at least one motion")
+        self._set(
+            np.concatenate(times), translations, rotations, np.concatenate(valid), np.concatenate(linked),
+            renormalised, worst,
+        )  # fmt: skip
