@@ -1,0 +1,176 @@
+"""Whatever is wrong with the input: one sentence that names it, the right exit code, no traceback, no crash."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from small_worlds import along_x, cube, cubes, framed
+
+from replay.cli.main import main
+from sessions import Session, Status, Track, write_session
+
+FAILURE, USAGE = 1, 2
+
+PLACES = {"a": [0] * 4, "b": [3, 3, 0.9, 3]}
+
+
+def session_file(folder, session):
+    write_session(session, folder / "s.mcap")
+    return folder / "s.mcap"
+
+
+def with_pose(place, turn, status=Status.VALID):
+    """Body b's pose in frame 2 is this."""
+    position = np.zeros((4, 2, 3))
+    position[:, 0, 0] = np.arange(4)
+    quaternion = np.tile([0.0, 0.0, 0.0, 1.0], (4, 2, 1))
+    position[2, 1], quaternion[2, 1] = place, turn
+    flags = np.full((4, 2), int(Status.VALID))
+    flags[2, 1] = int(status)
+    return framed(np.arange(4) * 10_000_000, flags, position, quaternion)
+
+
+def run(path, folder, *more):
+    return main(["run", str(path), "--out", str(folder / "run"), "--no-picture", "--detectors", "hybrid", *more])
+
+
+def refused(capsys, code, expected, *words):
+    """Exactly one sentence of error, all the words in it, and nothing that a program prints when it falls over."""
+    said = capsys.readouterr().err
+    assert code == expected, said
+    errors = [line for line in said.splitlines() if line.startswith("error: ")]
+    assert len(errors) == 1, said
+    assert "Traceback" not in said and "should not have happened" not in said
+    assert [word for word in words if word not in errors[0]] == [], errors[0]
+
+
+POSES = {
+    "NaN": ([np.nan, 0, 0], [0, 0, 0, 1], "is not finite"),
+    "infinity": ([0, np.inf, 0], [0, 0, 0, 1], "is not finite"),
+    "zero quaternion": ([0, 0, 0], [0, 0, 0, 0], "norm 0, not 1"),
+    "long quaternion": ([0, 0, 0], [0, 0, 0, 1.1], "norm 1.1, not 1"),
+    "NaN quaternion": ([0, 0, 0], [0, np.nan, 0, 1], "not 1"),
+}
+
+
+@pytest.mark.parametrize("name", POSES)
+def test_a_pose_that_is_none_is_refused_by_frame_time_and_body(name, tmp_path, capsys):
+    place, turn, words = POSES[name]
+    code = run(session_file(tmp_path, with_pose(place, turn)), tmp_path)
+    refused(capsys, code, FAILURE, "frame 2 (0.020000 s), body b", words)
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("name", POSES)
+def test_the_same_numbers_flagged_as_lost_give_no_pose_and_never_clear(name, tmp_path, capsys):
+    place, turn, _ = POSES[name]
+    file = session_file(tmp_path, with_pose(place, turn, Status.LOST))
+    assert run(file, tmp_path, "--format", "json", "--oracle", "none") == 0
+    verdicts = json.loads(capsys.readouterr().out)["detectors"]["hybrid"]["verdicts"]
+    assert verdicts["NO_POSE"] == 1 and verdicts.get("CLEAR", 0) == 3 - verdicts.get("CONTACT", 0)
+
+
+def test_files_that_are_no_session_are_refused_and_named(tmp_path, capsys):
+    for name, content in (("empty.mcap", b""), ("text.mcap", b"hello " * 100), ("zeros.mcap", bytes(5000))):
+        (tmp_path / name).write_bytes(content)
+        refused(capsys, run(tmp_path / name, tmp_path), FAILURE, name)
+        refused(capsys, main(["info", str(tmp_path / name)]), FAILURE, name)
+
+
+def test_a_torn_file_is_refused_and_told_how_to_save_it(tmp_path, capsys):
+    whole = session_file(tmp_path, cubes(PLACES))
+    torn = tmp_path / "torn.mcap"
+    torn.write_bytes(whole.read_bytes()[:-200])
+    refused(capsys, run(torn, tmp_path), FAILURE, "torn.mcap", "cut short")
+
+
+def test_missing_paths_are_usage_errors(tmp_path, capsys):
+    refused(capsys, run(tmp_path / "nowhere.mcap", tmp_path), USAGE, "nowhere.mcap", "does not exist")
+    refused(capsys, main(["info", str(tmp_path)]), USAGE, "is a directory")
+
+
+def test_a_session_without_any_mesh_is_refused_and_told_what_to_give(tmp_path, capsys):
+    bare = Session.from_arrays([0, 1], {"a": along_x([0, 1]), "b": along_x([3, 3])})
+    refused(capsys, run(session_file(tmp_path, bare), tmp_path), FAILURE, "no body has a mesh", "--mesh")
+
+
+def test_a_session_without_frames_is_refused(tmp_path, capsys):
+    none = Session.from_tracks({"a": Track(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 4)))}, {"a": cube()})
+    refused(capsys, run(session_file(tmp_path, none), tmp_path), FAILURE, "no frames")
+
+
+MESHES = {
+    "empty.obj": ("# nothing\n", ()),
+    "bad-index.obj": ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", ()),
+    "nan.obj": ("v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", ()),
+    "no-mesh.glb": ("glTF nonsense", ()),
+    "unknown.xyzzy": ("1 2 3", ()),
+}
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_a_mesh_file_that_is_none_is_refused_and_named(name, tmp_path, capsys):
+    (tmp_path / name).write_text(MESHES[name][0])
+    source = tmp_path / "poses.json"
+    pose = {"timestamp": 0.0, "position": {"x": 0, "y": 0, "z": 0}, "rotation": {"x": 0, "y": 0, "z": 0}}
+    source.write_text(json.dumps({"left": {"poses": [pose, {**pose, "timestamp": 11.0}]}}))
+    code = main(["import", "aframe", str(source), "-o", str(tmp_path / "s.mcap"), "--mesh", f"left={tmp_path / name}"])
+    refused(capsys, code, FAILURE, name)
+    assert not (tmp_path / "s.mcap").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('[[body]]\nid = "left"\nmash = "wand.glb"\n', ("scene.toml", "[[body]]", "mash")),
+        ('[[body]]\nid = "left"\nmesh = "nowhere.glb"\n', ("left", "nowhere.glb")),
+        ('[[body]]\nid = "left"\nparent = "ghost"\n', ("scene.toml", "[[body]]", "ghost")),
+        ("this is no TOML", ("scene.toml",)),
+        ("[[surprise]]\nx = 1\n", ("scene.toml", "surprise")),
+    ],
+)
+def test_a_scene_that_says_something_unknown_names_file_table_and_key(text, words, tmp_path, capsys):
+    (tmp_path / "scene.toml").write_text(text)
+    source = tmp_path / "poses.json"
+    pose = {"timestamp": 0.0, "position": {"x": 0, "y": 0, "z": 0}, "rotation": {"x": 0, "y": 0, "z": 0}}
+    source.write_text(json.dumps({"left": {"poses": [pose]}}))
+    arguments = [
+        "import",
+        "aframe",
+        str(source),
+        "-o",
+        str(tmp_path / "s.mcap"),
+        "--scene",
+        str(tmp_path / "scene.toml"),
+    ]
+    refused(capsys, main(arguments), FAILURE, *words)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--detectors", "hybird"], ("no detector 'hybird'", "hybrid")),
+        (["--detectors", "hybrid[speed=3]"], ("no setting 'speed'",)),
+        (["--detectors", "discrete[rate_hz=-1]"], ("rate_hz=-1",)),
+        (["--detectors", "hybrid["], ("names no detector",)),
+        (["--detectors", "hybrid,hybrid"], ("two detectors are called 'hybrid'",)),
+        (["--detectors", "hybrid", "--start", "99"], ("no frame lies between 99 and",)),
+        (["--detectors", "hybrid", "--oracle", "nobody"], ("no detector 'nobody'",)),
+    ],
+)
+def test_what_a_run_cannot_do_is_one_sentence(arguments, words, tmp_path, capsys):
+    file = session_file(tmp_path, cubes(PLACES))
+    code = main(["run", str(file), "--out", str(tmp_path / "run"), "--no-picture", *arguments])
+    refused(capsys, code, FAILURE, *words)
+    assert not (tmp_path / "run").exists()
+
+
+def test_no_bad_input_brings_the_interpreter_down(tmp_path):
+    """In a process of its own, where a segmentation fault would show."""
+    file = session_file(tmp_path, with_pose(*POSES["NaN"][:2]))
+    command = [sys.executable, "-m", "replay", "run", str(file), "--out", str(tmp_path / "run")]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == FAILURE and "Traceback" not in done.stderr
+    assert done.stderr.splitlines()[-1].startswith("error: frame 2")
