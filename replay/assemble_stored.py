@@ -29,7 +29,8 @@ def assemble_bounded(session: Session, layout: Layout, *, start: float | None, e
     def motions() -> Iterator[Motion]:
         for block in assemble_blocks(session, BLOCK_FRAMES, start=start, end=end, layout=layout):
             yield block.motion
-            seen.append(replace(block, motion=block.motion.frames(0, 0)))
+            # Taken, not sliced: a slice of no frames would still hold the poses of its block.
+            seen.append(replace(block, motion=block.motion.take(np.zeros(0, dtype=np.int64))))
 
     motion = StoredMotion(motions())
     return replace(

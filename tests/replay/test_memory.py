@@ -1,0 +1,81 @@
+"""What must fit: ten minutes of twelve bodies in two gibibytes, and hours in hardly more, whatever is logged."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from replay.assemble_stored import HELD_FRAMES
+from sessions import Frames, Session, Status, write_session
+from sessions.synthetic.solids import pointed_ball
+
+BODIES, RATE_HZ = 12, 90.0
+GIBIBYTE = 2**30
+
+MEASURED = """
+import json, resource, sys
+import psutil
+import replay
+result = replay.run(sys.argv[1], detectors="slow=discrete[rate_hz=22.5]", out=sys.argv[2])
+if sys.platform == "win32":
+    peak = psutil.Process().memory_info().peak_wset
+else:
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+print(json.dumps({"peak": peak, "summary": result.summary}))
+"""
+
+
+class Wandering:
+    """Frames made when asked for: bodies that swing through each other, so that a long session is never in memory."""
+
+    names = tuple(f"ball-{k:02d}" for k in range(BODIES))
+
+    def __init__(self, count):
+        self._count = count
+        rng = np.random.default_rng(0)
+        self._rate, self._phase = rng.uniform(0.05, 0.4, (BODIES, 3)), rng.uniform(0, 2 * np.pi, (BODIES, 3))
+
+    def blocks(self, frames):
+        for start in range(0, self._count, frames):
+            yield self._block(np.arange(start, min(start + frames, self._count)))
+
+    def _block(self, number):
+        stamps = np.round(number * (1e9 / RATE_HZ)).astype(np.int64)
+        time = (number / RATE_HZ)[:, None, None]
+        position = np.sin(2 * np.pi * self._rate * time + self._phase) * [0.5, 0.2, 0.3]
+        turn = (
+            Rotation.from_rotvec(np.sin(0.3 * time + self._phase).reshape(-1, 3))
+            .as_quat()
+            .reshape(*position.shape[:2], 4)
+        )
+        status = np.full(position.shape[:2], int(Status.VALID), dtype=np.uint8)
+        sample = np.repeat(stamps[:, None], BODIES, axis=1)
+        return Frames(self.names, stamps, stamps.copy(), sample, position, turn, status)
+
+
+def peak_of(frames, folder):
+    mesh = pointed_ball(0.05, 4)
+    write_session(Session(Wandering(frames), dict.fromkeys(Wandering.names, mesh)), folder / "s.mcap")
+    command = [sys.executable, "-c", MEASURED, str(folder / "s.mcap"), str(folder / "run")]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-3000:]
+    told = json.loads(done.stdout)
+    assert told["summary"]["session"]["frames"] == frames
+    assert told["summary"]["audit"]["slow"]["contacts"] > 100
+    assert (folder / "run" / "run.rrd").stat().st_size > 1_000_000
+    return told["peak"]
+
+
+@pytest.mark.slow
+def test_ten_minutes_of_twelve_bodies_are_detected_audited_and_logged_below_two_gibibytes(tmp_path):
+    assert peak_of(54_000, tmp_path) < 2 * GIBIBYTE
+
+
+@pytest.mark.bench
+def test_eight_hours_of_twelve_bodies_take_no_more(tmp_path):
+    frames = 8 * 3600 * 90
+    assert frames > HELD_FRAMES
+    assert peak_of(frames, tmp_path) < 2 * GIBIBYTE
