@@ -57,12 +57,12 @@ def aframe():
 
 def lay_out_inputs(folder, made):
     """Every input file that the README's commands name, except those a block makes itself."""
-    for name in ("beaker", "hand", "wand"):
+    for name in ("beaker", "hand", "wand", "cup"):
         (folder / f"{name}.glb").write_bytes(mesh_to_glb(cube(0.1), name))
     (folder / "session.csv").write_text(unity_csv(["Beaker", "LeftHand"]))
     (folder / "recording.json").write_text(json.dumps(aframe()))
-    if "session.mcap" not in made:
-        write_session(cubes({"a": [0] * 30, "b": [3, 2, 0.9, 2, 3] * 6}), folder / "session.mcap")
+    for name in {"session.mcap", "mine.mcap"} - made:
+        write_session(cubes({"a": [0] * 30, "b": [3, 2, 0.9, 2, 3] * 6}), folder / name)
 
 
 @pytest.mark.slow
@@ -78,6 +78,7 @@ def test_every_command_of_a_shell_block_succeeds_on_the_files_it_names(found, tm
 @pytest.mark.parametrize("block", blocks("python"))
 def test_every_python_block_runs(block, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    lay_out_inputs(tmp_path, made={"session.mcap", "mine.mcap"})
     exec(compile(block, "README.md", "exec"), {"__name__": "readme"})
     assert capsys.readouterr().out, "a block that prints nothing shows nothing"
 
@@ -99,6 +100,16 @@ def test_the_verbs_that_the_readme_names_are_those_there_are():
 
     named = set(re.findall(r"`?replay ([a-z]+)\b", "\n".join(blocks("bash"))))
     assert named <= set(COMMANDS) and {"demo", "run", "view", "import"} <= named
+
+
+def test_the_scenes_of_the_table_declare_what_it_says():
+    from sessions.synthetic.scenes import SCENES, make_scene_session
+
+    rows = dict(re.findall(r"^\| `([a-z-]+)` \| [^|]* \| ([a-z, -]+?)(?::[^|]*)? \|$", README, re.MULTILINE))
+    assert {name: rows.get(name) for name in SCENES} == {
+        name: ", ".join(dict.fromkeys(effect.kind for effect in make_scene_session(name)[0].scene.effects))
+        for name in SCENES
+    }
 
 
 def test_the_pictures_of_the_readme_are_there():
