@@ -22,6 +22,9 @@ def report_run(result: RunResult, people: People, format_: str) -> int:
         from replay.cli.run_tables import run_tables
 
         stdout_console().print(run_tables(result))
+    for label, detector in result.summary["detectors"].items():
+        settings = ", ".join(f"{name}={value}" for name, value in detector["settings"].items())
+        people.detail(f"{label}: {detector['name']}[{settings}], verdicts {detector['digest'] or 'not reproducible'}")
     for note in result.assembly.notes:
         people.say(f"note: {note}")
     if result.assembly.left_out:

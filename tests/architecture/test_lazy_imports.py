@@ -63,6 +63,11 @@ def test_sessions_never_load_a_geometry_engine_to_read_poses():
     }
 
 
+@pytest.mark.parametrize("module", ["engine", "audit.misses", "audit.compare", "assemble_stored", "summary"])
+def test_what_computes_does_not_know_who_writes(module):
+    assert not loaded_by(f"import replay.{module}") & {"rerun", "pyarrow", "rich", "click", "mcap", "matplotlib"}
+
+
 def test_help_answers_at_once():
     taken = []
     for _ in range(9):

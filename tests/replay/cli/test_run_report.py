@@ -26,6 +26,13 @@ def test_bodies_without_a_mesh_are_named(capsys):
     assert "note: no mesh, so not looked at: wand" in capsys.readouterr().err
 
 
+def test_verbose_says_settings_and_digest_of_every_detector(capsys):
+    result = compute(cubes({"a": [0, 0], "b": [3, 0.9]}), detectors="slow=discrete[rate_hz=20]", oracle="none")
+    report_run(result, People(verbose=True), "text")
+    said = capsys.readouterr().err
+    assert "slow: discrete[rate_hz=20, " in said and result.detections["slow"].digest in said
+
+
 def test_json_says_where_the_run_lies():
     import dataclasses
 
