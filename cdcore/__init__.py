@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from cdcore.detectors import DETECTORS, create_detector
     from cdcore.mesh import TriangleMesh
+    from cdcore.narrow.intersecting_faces import intersecting_faces
+    from cdcore.narrow.predicates import triangles_intersect
     from cdcore.protocol import Body, Detection, Detector, FaceSets, Motion, Verdict, join
 
 _HOME = {
@@ -20,7 +22,9 @@ _HOME = {
     "FaceSets": "cdcore.protocol",
     "Motion": "cdcore.protocol",
     "Verdict": "cdcore.protocol",
+    "intersecting_faces": "cdcore.narrow.intersecting_faces",
     "join": "cdcore.protocol",
+    "triangles_intersect": "cdcore.narrow.predicates",
 }
 """Public name -> module; loaded on first use, so that ``import cdcore`` costs nothing."""
 
@@ -34,7 +38,9 @@ __all__ = [
     "TriangleMesh",
     "Verdict",
     "create_detector",
+    "intersecting_faces",
     "join",
+    "triangles_intersect",
 ]
 
 

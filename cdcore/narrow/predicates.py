@@ -1,7 +1,7 @@
 """Do two closed triangles meet? The answer of exact arithmetic for any finite coordinates, degenerate triangles
 included.
 
-Three stages, each only for what the one before left open: a float64 filter with a proved bound, expansions, Python
+Three stages, each only for what the one before left open: a float64 filter with a proved bound, exact sums, Python
 integers.
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdcore.errors import InvalidTrianglesError
-from cdcore.narrow.orientation import new_workspace
+from cdcore.narrow.exact_sums import new_digits
 from cdcore.narrow.triangle_filter import UNDECIDED, pairs_intersect_compiled
 from cdcore.narrow.triangle_integers import pair_intersects_integers
 from cdcore.numerics import FloatArray
@@ -25,9 +25,9 @@ class PredicateWork:
 
     pairs: int
     undecided: int
-    """Pairs the float64 filter left open, decided by expansions or integers."""
+    """Pairs the float64 filter left open, decided by exact sums or integers."""
     integers: int
-    """Those of them whose exponents lie too far apart for expansions."""
+    """Those of them whose exponents lie too far apart for exact sums."""
 
 
 def triangles_intersect(triangles: ArrayLike) -> NDArray[np.bool_]:
@@ -68,7 +68,7 @@ def triangles_intersect_counted(triangles: ArrayLike) -> tuple[NDArray[np.bool_]
     """The answers of :func:`triangles_intersect` and the work behind them."""
     pairs = checked_triangles(triangles)
     answers = np.empty(len(pairs), dtype=np.uint8)
-    undecided = int(pairs_intersect_compiled(pairs.reshape(-1, 6, 3), answers, new_workspace()))
+    undecided = int(pairs_intersect_compiled(pairs.reshape(-1, 6, 3), answers, new_digits()))
     hard = np.flatnonzero(answers == UNDECIDED)
     for index in hard.tolist():
         answers[index] = pair_intersects_integers(pairs[index].tolist())

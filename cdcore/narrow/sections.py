@@ -7,12 +7,11 @@ Which edges pierce which faces is never a matter of rounding; only the printed p
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
-from cdcore.narrow.compiling import stay_one_function
-from cdcore.narrow.expansions import LARGEST_EXACT, SMALLEST_EXACT
-from cdcore.narrow.orientation import cross_sign, new_workspace, orientation_sign
+from cdcore.narrow.compiling import kernel, stay_one_function
+from cdcore.narrow.exact_sums import LARGEST_EXACT, SMALLEST_EXACT, new_digits
+from cdcore.narrow.orientation import cross_sign, orientation_sign
 from cdcore.narrow.predicates import checked_triangles
 from cdcore.narrow.triangle_exact import (
     lexicographic_ends,
@@ -22,7 +21,7 @@ from cdcore.narrow.triangle_exact import (
     projection_axis,
     within_box_2d,
 )
-from cdcore.numerics import FloatArray
+from cdcore.numerics import FloatArray, IntArray
 
 MOST_POINTS = 64
 """Room for the candidate ends of one pair: nine edge pairs of one plane give at most 36, six corners six more."""
@@ -52,7 +51,7 @@ def triangle_pair_sections(triangles: ArrayLike) -> FloatArray:
     if len(pairs) == 0:
         return segments
     scale = _scales(pairs)
-    fill_sections(pairs * scale, segments, new_workspace())
+    fill_sections(pairs * scale, segments, new_digits())
     return segments / scale
 
 
@@ -66,7 +65,7 @@ def _scales(pairs: FloatArray) -> FloatArray:
     return np.where(outside & (largest > 0), np.ldexp(1.0, np.clip(-exponent, -1000, 1000)), 1.0)
 
 
-@njit(cache=True)
+@kernel
 def add_corner(p: FloatArray, q: int, out: FloatArray, count: int) -> int:
     """Row q of p is one candidate end."""
     for k in range(3):
@@ -74,7 +73,7 @@ def add_corner(p: FloatArray, q: int, out: FloatArray, count: int) -> int:
     return count + 1
 
 
-@njit(cache=True)
+@kernel
 def add_between(p: FloatArray, a: int, b: int, from_a: float, from_b: float, out: FloatArray, count: int) -> int:
     """The point of segment ab that divides it as the signed distances ``from_a`` and ``from_b`` do."""
     whole = from_a - from_b
@@ -84,7 +83,7 @@ def add_between(p: FloatArray, a: int, b: int, from_a: float, from_b: float, out
     return count + 1
 
 
-@njit(cache=True)
+@kernel
 def signed_volume(p: FloatArray, a: int, b: int, c: int, d: int) -> float:
     """Rounded volume whose exact sign is ``orientation_sign``."""
     x, y, z = p[d, 0] - p[a, 0], p[d, 1] - p[a, 1], p[d, 2] - p[a, 2]
@@ -94,7 +93,7 @@ def signed_volume(p: FloatArray, a: int, b: int, c: int, d: int) -> float:
     return volume
 
 
-@njit(cache=True)
+@kernel
 def signed_area(p: FloatArray, a: int, b: int, c: int, axis: int) -> float:
     """Rounded area whose exact sign is that of the turn a, b, c seen along ``axis``."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
@@ -102,9 +101,9 @@ def signed_area(p: FloatArray, a: int, b: int, c: int, axis: int) -> float:
     return area
 
 
-@njit(cache=True)
+@kernel
 def add_meeting_in_plane(
-    p: FloatArray, a: int, b: int, c: int, d: int, axis: int, w: FloatArray, out: FloatArray, count: int
+    p: FloatArray, a: int, b: int, c: int, d: int, axis: int, w: IntArray, out: FloatArray, count: int
 ) -> int:
     """Common points of segments ab and cd of one plane: the crossing, or those ends that lie on the other segment."""
     stay_one_function()
@@ -125,9 +124,9 @@ def add_meeting_in_plane(
     return count
 
 
-@njit(cache=True)
+@kernel
 def add_edge_in_triangle(
-    p: FloatArray, a: int, b: int, t: int, axis: int, w: FloatArray, out: FloatArray, count: int
+    p: FloatArray, a: int, b: int, t: int, axis: int, w: IntArray, out: FloatArray, count: int
 ) -> int:
     """Ends of what segment ab and the proper triangle t..t+2 have in common."""
     stay_one_function()
@@ -148,7 +147,7 @@ def add_edge_in_triangle(
     return count
 
 
-@njit(cache=True)
+@kernel
 def within_box(p: FloatArray, q: int, a: int, b: int) -> bool:
     """Row q in the closed box of rows a and b."""
     inside = True
@@ -157,8 +156,8 @@ def within_box(p: FloatArray, q: int, a: int, b: int) -> bool:
     return inside
 
 
-@njit(cache=True)
-def add_segments(p: FloatArray, a: int, b: int, c: int, d: int, w: FloatArray, out: FloatArray, count: int) -> int:
+@kernel
+def add_segments(p: FloatArray, a: int, b: int, c: int, d: int, w: IntArray, out: FloatArray, count: int) -> int:
     """Ends of what two segments in space have in common."""
     stay_one_function()
     if orientation_sign(p, a, b, c, d, w) != 0:
@@ -176,8 +175,8 @@ def add_segments(p: FloatArray, a: int, b: int, c: int, d: int, w: FloatArray, o
     return count
 
 
-@njit(cache=True)
-def candidate_ends(p: FloatArray, w: FloatArray, out: FloatArray) -> int:
+@kernel
+def candidate_ends(p: FloatArray, w: IntArray, out: FloatArray) -> int:
     """Write every possible end of the common segment to ``out``; returns how many there are."""
     stay_one_function()
     o = int(np.int64(0))
@@ -200,8 +199,8 @@ def candidate_ends(p: FloatArray, w: FloatArray, out: FloatArray) -> int:
     return count
 
 
-@njit(cache=True)
-def fill_sections(pairs: FloatArray, segments: FloatArray, w: FloatArray) -> None:
+@kernel
+def fill_sections(pairs: FloatArray, segments: FloatArray, w: IntArray) -> None:
     """For each pair (n, 6, 3) the two candidate ends farthest apart, into ``segments`` (n, 2, 3)."""
     out = np.empty((MOST_POINTS, 3))
     for row in range(len(pairs)):

@@ -8,15 +8,14 @@ the segment between its lexicographic extremes, or as the point it is.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from cdcore.narrow.compiling import stay_one_function
+from cdcore.narrow.compiling import kernel, stay_one_function
 from cdcore.narrow.orientation import cross_sign, orientation_sign
-from cdcore.numerics import FloatArray
+from cdcore.numerics import FloatArray, IntArray
 
 
-@njit(cache=True)
-def projection_axis(p: FloatArray, a: int, b: int, c: int, d: int, w: FloatArray) -> int:
+@kernel
+def projection_axis(p: FloatArray, a: int, b: int, c: int, d: int, w: IntArray) -> int:
     """An axis along which (b - a) x (d - c) is not zero, the float64 largest first; -1 when the product is exactly
     zero.
     """
@@ -36,7 +35,7 @@ def projection_axis(p: FloatArray, a: int, b: int, c: int, d: int, w: FloatArray
     return -1
 
 
-@njit(cache=True)
+@kernel
 def within_box_2d(p: FloatArray, q: int, a: int, b: int, axis: int) -> bool:
     """Row q inside the closed box of rows a and b, both seen along ``axis``."""
     for step in range(1, 3):
@@ -46,8 +45,8 @@ def within_box_2d(p: FloatArray, q: int, a: int, b: int, axis: int) -> bool:
     return True
 
 
-@njit(cache=True)
-def segments_meet_2d(p: FloatArray, a: int, b: int, c: int, d: int, axis: int, w: FloatArray) -> bool:
+@kernel
+def segments_meet_2d(p: FloatArray, a: int, b: int, c: int, d: int, axis: int, w: IntArray) -> bool:
     """Closed segments ab and cd seen along ``axis``; either may be a point."""
     stay_one_function()
     for step in range(1, 3):
@@ -72,8 +71,8 @@ def segments_meet_2d(p: FloatArray, a: int, b: int, c: int, d: int, axis: int, w
     )
 
 
-@njit(cache=True)
-def point_in_triangle_2d(p: FloatArray, q: int, t: int, axis: int, w: FloatArray) -> bool:
+@kernel
+def point_in_triangle_2d(p: FloatArray, q: int, t: int, axis: int, w: IntArray) -> bool:
     """Row q in the closed proper triangle of rows t..t+2, both seen along ``axis``."""
     stay_one_function()
     left, right = False, False
@@ -84,8 +83,8 @@ def point_in_triangle_2d(p: FloatArray, q: int, t: int, axis: int, w: FloatArray
     return not (left and right)
 
 
-@njit(cache=True)
-def segment_meets_triangle_2d(p: FloatArray, a: int, b: int, t: int, axis: int, w: FloatArray) -> bool:
+@kernel
+def segment_meets_triangle_2d(p: FloatArray, a: int, b: int, t: int, axis: int, w: IntArray) -> bool:
     """Segment ab and proper triangle t..t+2 of one plane that ``axis`` does not lie in."""
     for k in range(3):
         if segments_meet_2d(p, a, b, t + k, t + (k + 1) % 3, axis, w):
@@ -93,8 +92,8 @@ def segment_meets_triangle_2d(p: FloatArray, a: int, b: int, t: int, axis: int, 
     return point_in_triangle_2d(p, a, t, axis, w)
 
 
-@njit(cache=True)
-def passes_inside(p: FloatArray, a: int, b: int, t: int, w: FloatArray) -> bool:
+@kernel
+def passes_inside(p: FloatArray, a: int, b: int, t: int, w: IntArray) -> bool:
     """The line of ab, which crosses the plane of the proper triangle t..t+2, crosses it in the closed triangle."""
     left, right = False, False
     for k in range(3):
@@ -104,9 +103,9 @@ def passes_inside(p: FloatArray, a: int, b: int, t: int, w: FloatArray) -> bool:
     return not (left and right)
 
 
-@njit(cache=True)
+@kernel
 def segment_meets_triangle(
-    p: FloatArray, a: int, b: int, a_side: int, b_side: int, t: int, axis: int, w: FloatArray
+    p: FloatArray, a: int, b: int, a_side: int, b_side: int, t: int, axis: int, w: IntArray
 ) -> bool:
     """Segment ab, whose ends lie on the given sides of the plane, and the proper triangle t..t+2."""
     stay_one_function()
@@ -121,14 +120,14 @@ def segment_meets_triangle(
     return passes_inside(p, a, b, t, w)
 
 
-@njit(cache=True)
-def on_one_line(p: FloatArray, a: int, b: int, c: int, w: FloatArray) -> bool:
+@kernel
+def on_one_line(p: FloatArray, a: int, b: int, c: int, w: IntArray) -> bool:
     """Rows a, b, c exactly collinear."""
     return projection_axis(p, a, b, a, c, w) < 0
 
 
-@njit(cache=True)
-def segments_meet(p: FloatArray, a: int, b: int, c: int, d: int, w: FloatArray) -> bool:
+@kernel
+def segments_meet(p: FloatArray, a: int, b: int, c: int, d: int, w: IntArray) -> bool:
     """Closed segments ab and cd in space; either may be a point."""
     stay_one_function()
     if orientation_sign(p, a, b, c, d, w) != 0:
@@ -144,16 +143,16 @@ def segments_meet(p: FloatArray, a: int, b: int, c: int, d: int, w: FloatArray) 
     return True
 
 
-@njit(cache=True)
+@kernel
 def comes_before(p: FloatArray, a: int, b: int) -> bool:
     """Row a lexicographically before row b."""
     for k in range(3):
         if p[a, k] != p[b, k]:
-            return p[a, k] < p[b, k]
+            return bool(p[a, k] < p[b, k])
     return False
 
 
-@njit(cache=True)
+@kernel
 def lexicographic_ends(p: FloatArray, t: int) -> tuple[int, int]:
     """First and last of rows t..t+2: the segment that a triangle of zero area is."""
     first, last = t, t
@@ -165,8 +164,8 @@ def lexicographic_ends(p: FloatArray, t: int) -> tuple[int, int]:
     return first, last
 
 
-@njit(cache=True)
-def flat_meets_proper(p: FloatArray, flat: int, t: int, axis: int, w: FloatArray) -> bool:
+@kernel
+def flat_meets_proper(p: FloatArray, flat: int, t: int, axis: int, w: IntArray) -> bool:
     """Triangle of zero area at rows flat..flat+2 against the proper triangle t..t+2."""
     a, b = lexicographic_ends(p, flat)
     a_side = orientation_sign(p, t, t + 1, t + 2, a, w)
@@ -174,8 +173,8 @@ def flat_meets_proper(p: FloatArray, flat: int, t: int, axis: int, w: FloatArray
     return segment_meets_triangle(p, a, b, a_side, b_side, t, axis, w)
 
 
-@njit(cache=True)
-def edges_meet_triangle(p: FloatArray, s: int, t: int, axis: int, w: FloatArray) -> int:
+@kernel
+def edges_meet_triangle(p: FloatArray, s: int, t: int, axis: int, w: IntArray) -> int:
     """One of: an edge of the proper triangle s..s+2 meets the proper triangle t..t+2 (1), all of s lies strictly
     to one side (-1), no (0).
     """
@@ -192,7 +191,7 @@ def edges_meet_triangle(p: FloatArray, s: int, t: int, axis: int, w: FloatArray)
     return 1 if segment_meets_triangle(p, s + 2, s, side2, side0, t, axis, w) else 0
 
 
-@njit(cache=True)
+@kernel
 def boxes_apart(p: FloatArray) -> bool:
     """The axis-aligned boxes of the two triangles are disjoint; comparisons do not round."""
     for k in range(3):
@@ -203,9 +202,9 @@ def boxes_apart(p: FloatArray) -> bool:
     return False
 
 
-@njit(cache=True)
-def pair_intersects_exact(p: FloatArray, w: FloatArray) -> bool:
-    """Exact answer for one pair of moderate exponents; ``w`` is a workspace of ``orientation.WORKSPACE`` doubles."""
+@kernel
+def pair_intersects_exact(p: FloatArray, w: IntArray) -> bool:
+    """Exact answer for one pair of moderate exponents; ``w`` are the digits of an exact sum."""
     stay_one_function()
     if boxes_apart(p):
         return False

@@ -7,24 +7,24 @@ resting contact.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from cdcore.narrow.expansions import exponents_are_moderate
+from cdcore.narrow.compiling import kernel
+from cdcore.narrow.exact_sums import exponents_are_moderate
 from cdcore.narrow.orientation import orientation_filtered
 from cdcore.narrow.triangle_exact import boxes_apart, pair_intersects_exact
-from cdcore.numerics import FloatArray
+from cdcore.numerics import FloatArray, IntArray
 
 UNDECIDED = 2
 
 
-@njit(cache=True)
+@kernel
 def one_sided(first: int, second: int, third: int) -> bool:
     """Three certain and equal signs."""
     return first == second and second == third and first != UNDECIDED
 
 
-@njit(cache=True)
+@kernel
 def pair_intersects_filtered(p: FloatArray) -> int:
     """0 no, 1 yes, 2 undecided, for rows 0-2 against rows 3-5 of p (6, 3)."""
     if boxes_apart(p):
@@ -65,8 +65,8 @@ def pair_intersects_filtered(p: FloatArray) -> int:
     return UNDECIDED if uncertain == UNDECIDED else 0
 
 
-@njit(cache=True)
-def pairs_intersect_compiled(triangles: FloatArray, answers: NDArray[np.uint8], workspace: FloatArray) -> int:
+@kernel
+def pairs_intersect_compiled(triangles: FloatArray, answers: NDArray[np.uint8], workspace: IntArray) -> int:
     """Fill ``answers`` (n,) uint8 with 0, 1, or 2 where only integers can tell; returns how many the filter left
     undecided.
     """

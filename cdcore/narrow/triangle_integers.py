@@ -1,7 +1,7 @@
 """The exact triangle test in Python integers: slow, short, and right for every finite double whatever its exponent.
 
 All eighteen coordinates are brought to integers on one common power-of-two scale; from there nothing rounds. It
-serves pairs whose exponents lie too far apart for expansions (2^-500 beside 1), and as the reference the compiled
+serves pairs whose exponents lie too far apart for exact sums (2^-500 beside 1), and as the reference the compiled
 test is checked against.
 """
 

@@ -46,17 +46,19 @@ def uniform(rng: Generator, n: int) -> FloatArray:
 
 def grid(rng: Generator, n: int, half: int = 64, step: float = 2.0**-6) -> FloatArray:
     """Six corners on a grid: integers in [-half, half] times step."""
-    return rng.integers(-half, half + 1, (n, 6, 3)) * step
+    return rng.integers(-half, half + 1, (n, 6, 3)).astype(np.float64) * step
 
 
 def log_uniform(rng: Generator, low: float, high: float, shape: int | tuple[int, ...]) -> FloatArray:
     """Ten to a power uniform in [low, high)."""
-    return 10.0 ** rng.uniform(low, high, shape)
+    power: FloatArray = np.asarray(10.0 ** rng.uniform(low, high, shape), dtype=np.float64)
+    return power
 
 
 def face_point(rng: Generator, triangles: FloatArray, weight: float = 1.0) -> FloatArray:
     """A random point (n, 3) of each triangle (n, 3, 3), Dirichlet weights."""
-    return np.einsum("nk,nkd->nd", rng.dirichlet([weight] * 3, len(triangles)), triangles)
+    point: FloatArray = np.einsum("nk,nkd->nd", rng.dirichlet([weight] * 3, len(triangles)), triangles)
+    return point
 
 
 def unit_normal(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:

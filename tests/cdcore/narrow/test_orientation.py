@@ -5,7 +5,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from cdcore.narrow.orientation import cross_sign, new_workspace, orientation_filtered, orientation_sign
+from cdcore.narrow.exact_sums import new_digits
+from cdcore.narrow.orientation import cross_sign, orientation_filtered, orientation_sign
 
 
 def exact_volume(p):
@@ -25,7 +26,7 @@ def nearly_flat(rng, step):
 
 @pytest.mark.parametrize("step", [0.0, 2.0**-53, 2.0**-45, 1e-3])
 def test_sign_of_four_nearly_coplanar_points_is_exact(step):
-    rng, w = np.random.default_rng(3), new_workspace()
+    rng, w = np.random.default_rng(3), new_digits()
     for _ in range(400):
         p = nearly_flat(rng, step)
         want = exact_volume(p)
@@ -43,7 +44,7 @@ def test_filter_leaves_nearly_coplanar_points_open_and_decides_others():
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_cross_sign_is_exact_for_nearly_parallel_segments(axis):
-    rng, w = np.random.default_rng(5), new_workspace()
+    rng, w = np.random.default_rng(5), new_digits()
     i, j = (axis + 1) % 3, (axis + 2) % 3
     for _ in range(400):
         p = rng.random((4, 3))

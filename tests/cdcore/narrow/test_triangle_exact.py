@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from cdcore.narrow.orientation import new_workspace
+from cdcore.narrow.exact_sums import new_digits
 from cdcore.narrow.triangle_exact import lexicographic_ends, pair_intersects_exact, projection_axis
 from cdcore.narrow.triangle_integers import pair_intersects_integers
 
 
 @pytest.mark.parametrize("high", [2, 3, 4])
 def test_exact_decision_equals_integers_on_a_lattice(high):
-    rng, w = np.random.default_rng(high), new_workspace()
+    rng, w = np.random.default_rng(high), new_digits()
     pairs = rng.integers(0, high, (3_000, 6, 3)).astype(float)
     wrong = [
         k
@@ -21,7 +21,7 @@ def test_exact_decision_equals_integers_on_a_lattice(high):
 
 
 def test_projection_axis_is_one_the_product_does_not_vanish_along():
-    w = new_workspace()
+    w = new_digits()
     p = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1], [2, 0, 0.0]])
     assert projection_axis(p, 0, 1, 0, 2, w) == 1
     assert projection_axis(p, 0, 1, 0, 3, w) == -1

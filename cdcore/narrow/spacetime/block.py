@@ -1,0 +1,207 @@
+"""Two trees against each other in a block of eight frames: depth first, lanes drop out as soon as they are decided."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, stay_one_function
+from cdcore.narrow.spacetime.box_tree import BoxTree
+from cdcore.narrow.spacetime.lanes import widened
+from cdcore.narrow.spacetime.leaf_test import survivors_of_leaves
+from cdcore.narrow.spacetime.node_test import lanes_that_may_meet
+from cdcore.narrow.spacetime.pose_lanes import PoseLanes
+from cdcore.narrow.spacetime.world_test import UNDECIDED, faces_meet
+from cdcore.numerics import ByteArray, FloatArray, IntArray
+
+NODE_TESTS, LEAF_PAIRS, FACE_PAIRS, WORLD_TESTS, EXACT_TESTS, INTEGER_TESTS, BLOCKS, SKIPPED_FRAMES = range(8)
+"""Places of the counters in ``work``; the exact stage fills its own two."""
+COUNTERS = 8
+BY_PATH, BY_BOX = 0, 1
+"""Kinds of records: frames skipped, lanes in which two nodes are apart."""
+EDGE_SLACK = 1.0 + 1e-5
+"""Placing a face lengthens its edges by less than this and the pad: rotations are orthonormal to LARGEST_SKEW."""
+
+
+class Question(NamedTuple):
+    """What is asked of a pair, and how a face pair of a frame is packed into one number."""
+
+    start: int
+    """First frame; packed frames count from here."""
+    stop: int
+    pad: float
+    """Distance, metres, that a dismissal keeps."""
+    faces: bool
+    """All face pairs; else a frame is done at its first."""
+    record: bool
+    """Note everything that is dismissed."""
+    bits_a: int
+    bits_b: int
+
+
+class Lists(NamedTuple):
+    """Lists that the kernels fill and their caller lengthens; place 0 holds how many follow."""
+
+    keys: IntArray
+    """Face pairs that meet: frame, face of A, face of B."""
+    later: IntArray
+    """Those only exact arithmetic can decide, faces by their place in leaf order."""
+    dismissed: IntArray
+    """Four numbers a record: kind, first frame, lanes or last frame, node of A and of B packed by 32 bits."""
+
+
+MOST_AT_ONCE = 512
+"""Numbers that one step may add to a list: eight faces against eight in eight frames."""
+
+
+class Scratch(NamedTuple):
+    """Memory of a traversal, so that nothing is allocated inside it."""
+
+    stack: IntArray
+    relative: FloatArray
+    middle: FloatArray
+    offset: FloatArray
+    turned: FloatArray
+    moved: FloatArray
+    plane: FloatArray
+    span: FloatArray
+    found: IntArray
+    state: IntArray
+    """Height of the stack and lanes still alive, for a traversal that stopped because a list was full."""
+
+
+@hot_kernel
+def append(rows: IntArray, value: int) -> None:
+    """One more number on a list that has room."""
+    become_part_of_caller()
+    count = rows[0] + 1
+    rows[count] = value
+    rows[0] = count
+
+
+@hot_kernel
+def note(lists: Lists, kind: int, frame: int, extent: int, a: int, b: int) -> None:
+    """One more record of a dismissal."""
+    stay_one_function()
+    append(lists.dismissed, kind)
+    append(lists.dismissed, frame)
+    append(lists.dismissed, extent)
+    append(lists.dismissed, (a << 32) | b)
+
+
+@hot_kernel
+def have_room(lists: Lists) -> bool:
+    """Whether every list can take what one step may add."""
+    become_part_of_caller()
+    most = max(lists.keys[0] - len(lists.keys), lists.later[0] - len(lists.later))
+    room: bool = max(most, lists.dismissed[0] - len(lists.dismissed)) < -MOST_AT_ONCE
+    return room
+
+
+@hot_kernel
+def ask_face_pair(
+    tree_a: BoxTree, pose_a: PoseLanes, face_a: int, tree_b: BoxTree, pose_b: PoseLanes, face_b: int, frame: int,
+    asked: int, question: Question, lists: Lists, hits: ByteArray, scratch: FloatArray,
+) -> int:  # fmt: skip
+    """Ask two faces at the points that count, lane by lane; returns the lanes in contact."""
+    become_part_of_caller()
+    edge_a = tree_a.planes[face_a, 10] * EDGE_SLACK + question.pad
+    edge_b = tree_b.planes[face_b, 10] * EDGE_SLACK + question.pad
+    key = (widened(tree_a.faces[face_a]) << question.bits_b) | widened(tree_b.faces[face_b])
+    place = (face_a << question.bits_b) | face_b
+    contact, lane = 0, 0
+    while asked != 0:
+        if asked & 1:
+            row = frame + lane
+            answer = faces_meet(
+                tree_a.placed, face_a, edge_a, pose_a.entries, pose_a.stride, row * pose_a.step,
+                tree_b.placed, face_b, edge_b, pose_b.entries, pose_b.stride, row * pose_b.step, scratch,
+            )  # fmt: skip
+            packed = (row - question.start) << (question.bits_a + question.bits_b)
+            if answer == 1:
+                hits[row] = 1
+                contact |= 1 << lane
+                if question.faces:
+                    append(lists.keys, packed | key)
+            elif answer == UNDECIDED:
+                append(lists.later, packed | place)
+        asked >>= 1
+        lane += 1
+    return contact
+
+
+@hot_kernel
+def ask_leaves(
+    tree_a: BoxTree, pose_a: PoseLanes, leaf_a: int, tree_b: BoxTree, pose_b: PoseLanes, b: int, leaf_b: int,
+    frame: int, mask: int, alive: int, question: Question, lists: Lists, hits: ByteArray, work: IntArray,
+    scratch: Scratch,
+) -> int:  # fmt: skip
+    """Ask the faces of two leaves; returns the lanes still alive."""
+    stay_one_function()
+    found = scratch.found
+    count = survivors_of_leaves(
+        tree_a, leaf_a, tree_b, b, leaf_b, scratch.relative, scratch.offset, question.pad, mask, scratch.turned,
+        scratch.moved, scratch.plane, scratch.span, found,
+    )  # fmt: skip
+    work[LEAF_PAIRS] += 1
+    work[FACE_PAIRS] += count
+    for row in range(0, 3 * count, 3):
+        asked = found[row + 2] & alive
+        if asked == 0:
+            continue
+        contact = ask_face_pair(
+            tree_a, pose_a, found[row], tree_b, pose_b, found[row + 1], frame, asked, question, lists, hits,
+            scratch.plane,
+        )  # fmt: skip
+        while asked != 0:
+            work[WORLD_TESTS] += asked & 1
+            asked >>= 1
+        if not question.faces:
+            alive &= ~contact
+    return alive
+
+
+@hot_kernel
+def traverse_block(
+    tree_a: BoxTree, pose_a: PoseLanes, tree_b: BoxTree, pose_b: PoseLanes, frame: int, chord: float,
+    question: Question, lists: Lists, hits: ByteArray, work: IntArray, scratch: Scratch,
+) -> bool:  # fmt: skip
+    """Decide one block, going on from ``scratch.state``; False when it stopped because a list was full."""
+    stay_one_function()
+    boxes_a, boxes_b, links_a, links_b = tree_a.boxes, tree_b.boxes, tree_a.links, tree_b.links
+    stack, pad = scratch.stack, question.pad
+    depth, alive = scratch.state[0], scratch.state[1]
+    while depth > 0:
+        if not have_room(lists):
+            scratch.state[0], scratch.state[1] = depth, alive
+            return False
+        depth -= 3
+        a, b, mask = stack[depth], stack[depth + 1], stack[depth + 2] & alive
+        if mask == 0:
+            continue
+        leaf_a, leaf_b = widened(links_a[a, 1]), widened(links_b[b, 1])
+        before = mask
+        mask = lanes_that_may_meet(
+            boxes_a, a, boxes_b, b, scratch.relative, scratch.middle, chord, pad, mask, leaf_a >= 0 and leaf_b >= 0,
+            scratch.offset,
+        )  # fmt: skip
+        work[NODE_TESTS] += 1
+        if question.record and before != mask:
+            note(lists, BY_BOX, frame, before & ~mask, a, b)
+        if mask == 0:
+            continue
+        if leaf_a >= 0 and leaf_b >= 0:
+            alive = ask_leaves(
+                tree_a, pose_a, leaf_a, tree_b, pose_b, b, leaf_b, frame, mask, alive, question, lists, hits, work,
+                scratch,
+            )  # fmt: skip
+        elif leaf_b >= 0 or (leaf_a < 0 and boxes_a[a, 15] > boxes_b[b, 15]):
+            child = links_a[a, 0]
+            stack[depth], stack[depth + 1], stack[depth + 2] = child, b, mask
+            stack[depth + 3], stack[depth + 4], stack[depth + 5] = child + 1, b, mask
+            depth += 6
+        else:
+            child = links_b[b, 0]
+            stack[depth], stack[depth + 1], stack[depth + 2] = a, child, mask
+            stack[depth + 3], stack[depth + 4], stack[depth + 5] = a, child + 1, mask
+            depth += 6
+    return True

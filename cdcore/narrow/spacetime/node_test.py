@@ -1,0 +1,97 @@
+"""Two boxes in eight frames: which frames keep them apart for certain.
+
+Centres are exact in every lane. Radii are those of the block's middle frame, widened by how far the relative rotation
+strays from it; any direction separates if the widened radii say so.
+"""
+
+from __future__ import annotations
+
+from cdcore.narrow.compiling import become_part_of_caller, hot_kernel
+from cdcore.narrow.spacetime.lanes import above, dot, excess, fused, load8, minus, moved, outside, row16, store, turn
+from cdcore.numerics import FloatArray
+
+
+@hot_kernel
+def lanes_that_may_meet(
+    boxes_a: FloatArray, a: int, boxes_b: FloatArray, b: int, relative: FloatArray, middle: FloatArray, chord: float,
+    pad: float, mask: int, leaves: bool, offset: FloatArray,
+) -> int:  # fmt: skip
+    """Lanes of ``mask`` in which node a (of A) and node b (of B) are not certainly apart.
+
+    ``relative`` (96,) poses of A in B's frame, ``middle`` (9,) the rotation of the middle frame. Leaves the centre of
+    a in b's box frame in ``offset`` (24,). Cross products of axes are tried for two leaves only: at inner nodes they
+    cost more than they cull.
+    """
+    become_part_of_caller()
+    cx, cy, cz, a00, a01, a02, a10, a11, a12, a20, a21, a22, ha0, ha1, ha2, radius_a = row16(boxes_a, a)
+    bx, by, bz, b00, b01, b02, b10, b11, b12, b20, b21, b22, hb0, hb1, hb2, _ = row16(boxes_b, b)
+    x = moved(minus(load8(relative, 72), bx), cx, cy, cz, load8(relative, 0), load8(relative, 8), load8(relative, 16))
+    y = moved(minus(load8(relative, 80), by), cx, cy, cz, load8(relative, 24), load8(relative, 32), load8(relative, 40))
+    z = moved(minus(load8(relative, 88), bz), cx, cy, cz, load8(relative, 48), load8(relative, 56), load8(relative, 64))
+    t0, t1, t2 = dot(b00, b01, b02, x, y, z), dot(b10, b11, b12, x, y, z), dot(b20, b21, b22, x, y, z)
+    e0, e1, e2 = excess(t0, hb0), excess(t1, hb1), excess(t2, hb2)
+    radius = radius_a + pad
+    mask &= ~above(dot(e0, e1, e2, e0, e1, e2), radius * radius)
+    if mask == 0:
+        return 0
+    m00, m01, m02 = middle[0], middle[1], middle[2]
+    m10, m11, m12 = middle[3], middle[4], middle[5]
+    m20, m21, m22 = middle[6], middle[7], middle[8]
+    w00, w01, w02 = (
+        dot(b00, b01, b02, m00, m10, m20),
+        dot(b00, b01, b02, m01, m11, m21),
+        dot(b00, b01, b02, m02, m12, m22),
+    )
+    w10, w11, w12 = (
+        dot(b10, b11, b12, m00, m10, m20),
+        dot(b10, b11, b12, m01, m11, m21),
+        dot(b10, b11, b12, m02, m12, m22),
+    )
+    w20, w21, w22 = (
+        dot(b20, b21, b22, m00, m10, m20),
+        dot(b20, b21, b22, m01, m11, m21),
+        dot(b20, b21, b22, m02, m12, m22),
+    )
+    u00, u01, u02 = (
+        dot(w00, w01, w02, a00, a01, a02),
+        dot(w00, w01, w02, a10, a11, a12),
+        dot(w00, w01, w02, a20, a21, a22),
+    )
+    u10, u11, u12 = (
+        dot(w10, w11, w12, a00, a01, a02),
+        dot(w10, w11, w12, a10, a11, a12),
+        dot(w10, w11, w12, a20, a21, a22),
+    )
+    u20, u21, u22 = (
+        dot(w20, w21, w22, a00, a01, a02),
+        dot(w20, w21, w22, a10, a11, a12),
+        dot(w20, w21, w22, a20, a21, a22),
+    )
+    f00, f01, f02 = abs(u00), abs(u01), abs(u02)
+    f10, f11, f12 = abs(u10), abs(u11), abs(u12)
+    f20, f21, f22 = abs(u20), abs(u21), abs(u22)
+    widening = fused(chord, radius_a, pad)
+    mask &= ~outside(t0, hb0 + widening + dot(f00, f01, f02, ha0, ha1, ha2))
+    mask &= ~outside(t1, hb1 + widening + dot(f10, f11, f12, ha0, ha1, ha2))
+    mask &= ~outside(t2, hb2 + widening + dot(f20, f21, f22, ha0, ha1, ha2))
+    if mask == 0:
+        return 0
+    mask &= ~outside(dot(t0, t1, t2, u00, u10, u20), ha0 + widening + dot(f00, f10, f20, hb0, hb1, hb2))
+    mask &= ~outside(dot(t0, t1, t2, u01, u11, u21), ha1 + widening + dot(f01, f11, f21, hb0, hb1, hb2))
+    mask &= ~outside(dot(t0, t1, t2, u02, u12, u22), ha2 + widening + dot(f02, f12, f22, hb0, hb1, hb2))
+    if mask == 0 or not leaves:
+        return mask
+    store(offset, 0, t0)
+    store(offset, 8, t1)
+    store(offset, 16, t2)
+    # direction e_i x a_j: radii of B from its other two axes, of A from its other two, both at the middle frame
+    mask &= ~outside(turn(t2, u10, t1, u20), widening + hb1 * f20 + hb2 * f10 + ha1 * f02 + ha2 * f01)
+    mask &= ~outside(turn(t2, u11, t1, u21), widening + hb1 * f21 + hb2 * f11 + ha2 * f00 + ha0 * f02)
+    mask &= ~outside(turn(t2, u12, t1, u22), widening + hb1 * f22 + hb2 * f12 + ha0 * f01 + ha1 * f00)
+    mask &= ~outside(turn(t0, u20, t2, u00), widening + hb2 * f00 + hb0 * f20 + ha1 * f12 + ha2 * f11)
+    mask &= ~outside(turn(t0, u21, t2, u01), widening + hb2 * f01 + hb0 * f21 + ha2 * f10 + ha0 * f12)
+    mask &= ~outside(turn(t0, u22, t2, u02), widening + hb2 * f02 + hb0 * f22 + ha0 * f11 + ha1 * f10)
+    mask &= ~outside(turn(t1, u00, t0, u10), widening + hb0 * f10 + hb1 * f00 + ha1 * f22 + ha2 * f21)
+    mask &= ~outside(turn(t1, u01, t0, u11), widening + hb0 * f11 + hb1 * f01 + ha2 * f20 + ha0 * f22)
+    mask &= ~outside(turn(t1, u02, t0, u12), widening + hb0 * f12 + hb1 * f02 + ha0 * f21 + ha1 * f20)
+    return mask

@@ -1,0 +1,192 @@
+"""One pair of bodies over a motion: its distinct frames, the kernel's answer for a stretch of them, the integers'
+for the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.narrow.exact_sums import new_digits
+from cdcore.narrow.exhaustive import meeting_faces_exhaustive
+from cdcore.narrow.predicates import triangles_intersect
+from cdcore.narrow.spacetime.block import COUNTERS, EXACT_TESTS, INTEGER_TESTS, Question
+from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, LARGEST_SKEW, position_pad
+from cdcore.narrow.spacetime.box_tree import BoxTree
+from cdcore.narrow.spacetime.certificates import count_verified
+from cdcore.narrow.spacetime.pose_lanes import PoseLanes, pose_lanes
+from cdcore.narrow.spacetime.traverse import traverse_pair
+from cdcore.narrow.spacetime.undecided import decide_undecided
+from cdcore.narrow.triangle_filter import UNDECIDED
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, place_points
+
+REPEATS_WORTH_LEAVING_OUT = 0.25
+"""Share of repeated or missing poses from which on a pair's frames are gathered first: gathering costs 40 ns a
+frame.
+"""
+KEY_BITS = 62
+"""A face pair of a frame is one 64-bit number while it is sorted; a stretch has as many frames as that leaves room
+for.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Poses:
+    """Poses of all bodies: (T, N, 3, 3), (T, N, 3), and where they exist, (T, N)."""
+
+    rotations: FloatArray
+    translations: FloatArray
+    valid: BoolArray
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """The answer for some of a pair's distinct frames."""
+
+    start: int
+    hits: BoolArray
+    """(n,) for frames start to start + n."""
+    frame: IntArray
+    """(m,) distinct frame of each face pair, not decreasing."""
+    faces: NDArray[np.int32]
+    """(m, 2) in the order of the pair, sorted within a frame; empty where faces were not asked for."""
+    work: IntArray
+
+
+class PairJob:
+    """Answers any stretch of the distinct frames of one pair, independently of every other stretch."""
+
+    def __init__(
+        self, trees: Sequence[BoxTree], i: int, j: int, poses: Poses, shared: Sequence[PoseLanes | None], *,
+        faces: bool, verify: bool,
+    ) -> None:  # fmt: skip
+        # the smaller body is moved into the larger one's frame
+        self._turned = bool(trees[i].boxes[0, 15] > trees[j].boxes[0, 15])
+        self._a, self._b = (j, i) if self._turned else (i, j)
+        self._trees = trees[self._a], trees[self._b]
+        self._poses, self._faces, self._verify = poses, faces, verify
+        self.frames, asked, self.which = _distinct_frames(poses, i, j, shared)
+        self._asked = asked
+        self.count = len(asked)
+        """Number of distinct frames."""
+        self._lanes: tuple[PoseLanes, ...] = ()
+        self._pad = np.inf
+        if self.count:
+            self._lanes = tuple(self._lanes_of(body, shared) for body in (self._a, self._b))
+            a, b = self._lanes
+            size = sum(tree.reach for tree in self._trees) + a.size + b.size
+            if size <= LARGEST_SIZE and a.skew + b.skew <= LARGEST_SKEW:
+                self._pad = position_pad(size, a.skew + b.skew)
+        self._bits = tuple((len(tree.faces) - 1).bit_length() for tree in self._trees)
+        self.most_frames = 1 << max(0, KEY_BITS - sum(self._bits))
+        """Most frames that one stretch may have."""
+
+    def _lanes_of(self, body: int, shared: Sequence[PoseLanes | None]) -> PoseLanes:
+        known = shared[body]
+        if known is not None and (known.step == 0 or self.count == len(self._poses.valid)):
+            return known
+        tree = self._trees[0] if body == self._a else self._trees[1]
+        return pose_lanes(self._poses.rotations, self._poses.translations, body, self._asked, tree.boxes[0], tree.reach)
+
+    def stretch(self, start: int, stop: int) -> Stretch:
+        """Answer the distinct frames ``start <= f < stop``."""
+        if not np.isfinite(self._pad):
+            return self._exhaustive(start, stop)
+        (tree_a, tree_b), (a, b), (bits_a, bits_b) = self._trees, self._lanes, self._bits
+        hits, work = np.zeros(stop, dtype=np.uint8), np.zeros(COUNTERS + 1, dtype=np.int64)
+        question = Question(start, stop, self._pad, self._faces, self._verify, bits_a, bits_b)
+        keys, later, dismissed = (
+            rows[1 : rows[0] + 1] for rows in traverse_pair(tree_a, a, tree_b, b, question, hits, work)
+        )
+        if len(later):
+            keys = np.concatenate([keys, self._settled(later, start, hits, work)])
+        if self._verify:
+            work[COUNTERS] = count_verified(self._trees, dismissed, self._placed)
+        frame, faces = self._unpacked(keys)
+        return Stretch(start, hits[start:].astype(np.bool_), frame + start, faces, work)
+
+    def _unpacked(self, keys: IntArray) -> tuple[IntArray, NDArray[np.int32]]:
+        """Frames and face pairs, sorted, faces in the order of the pair."""
+        bits_a, bits_b = self._bits
+        both = bits_a + bits_b
+        if self._turned:
+            low = keys & ((1 << bits_b) - 1)
+            keys = (keys >> both << both) | (low << bits_a) | ((keys >> bits_b) & ((1 << bits_a) - 1))
+            bits_a, bits_b = bits_b, bits_a
+        keys = np.sort(keys)
+        faces = np.empty((len(keys), 2), dtype=np.int32)
+        faces[:, 0] = (keys >> bits_b) & ((1 << bits_a) - 1)
+        faces[:, 1] = keys & ((1 << bits_b) - 1)
+        return keys >> both, faces
+
+    def _settled(self, keys: IntArray, start: int, hits: ByteArray, work: IntArray) -> IntArray:
+        """Decide the face pairs the kernel left open, in leaf order; those that meet, by face numbers, if asked for."""
+        (tree_a, tree_b), (a, b), (bits_a, bits_b) = self._trees, self._lanes, self._bits
+        answers = np.empty(len(keys), dtype=np.uint8)
+        work[EXACT_TESTS], work[INTEGER_TESTS] = decide_undecided(
+            keys, bits_a, bits_b, start, tree_a.placed, a.entries, a.stride, a.step, tree_b.placed, b.entries, b.stride,
+            b.step, self._faces, hits, answers, new_digits(),
+        )  # fmt: skip
+        frame, face_a = keys >> (bits_a + bits_b), tree_a.faces[(keys >> bits_b) & ((1 << bits_a) - 1)].astype(np.int64)
+        face_b = tree_b.faces[keys & ((1 << bits_b) - 1)].astype(np.int64)
+        for k in np.flatnonzero(answers == UNDECIDED).tolist():
+            first, second = self._placed(start + int(frame[k]))
+            answers[k] = triangles_intersect(np.stack([first[face_a[k]], second[face_b[k]]])[None])[0]
+        hits[start + frame[answers == 1]] = 1
+        meet = (answers == 1) & self._faces
+        settled: IntArray = (frame[meet] << (bits_a + bits_b)) | (face_a[meet] << bits_b) | face_b[meet]
+        return settled
+
+    def _placed(self, row: int) -> tuple[FloatArray, FloatArray]:
+        """World triangles of A and B, by face number, in a distinct frame."""
+        frame = self._asked[row]
+        placed = []
+        for body, tree in zip((self._a, self._b), self._trees, strict=True):
+            corners = np.empty((len(tree.faces), 3, 3))
+            corners[tree.faces] = tree.placed.reshape(-1, 3, 4)[:, :, :3].transpose(0, 2, 1)
+            pose = self._poses.rotations[frame, body], self._poses.translations[frame, body]
+            placed.append(place_points(corners.reshape(-1, 3), *pose).reshape(-1, 3, 3))
+        return placed[0], placed[1]
+
+    def _exhaustive(self, start: int, stop: int) -> Stretch:
+        """Every face against every face: coordinates too large for the bounds of the kernels."""
+        found = []
+        for row in range(start, stop):
+            first, second = self._placed(row)
+            found.append(meeting_faces_exhaustive(*((second, first) if self._turned else (first, second))))
+        sizes = np.array([len(one) for one in found])
+        frame = np.repeat(np.arange(start, stop), sizes) if self._faces else np.zeros(0, dtype=np.int64)
+        faces = np.concatenate(found).astype(np.int32) if self._faces else np.zeros((0, 2), dtype=np.int32)
+        work = np.zeros(COUNTERS + 1, dtype=np.int64)
+        return Stretch(start, sizes > 0, frame, faces, work)
+
+
+def _distinct_frames(
+    poses: Poses, i: int, j: int, shared: Sequence[PoseLanes | None]
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Frames with both poses (K,), those to ask (D,), and which of these answers each of the K.
+
+    Poses that repeat are asked again unless they are many.
+    """
+    frames = np.arange(len(poses.valid), dtype=np.int64)
+    lanes = [shared[body] for body in (i, j)]
+    moving = [one.path for one in lanes if one is not None and one.step]
+    if None not in lanes:
+        if not moving:
+            return frames, frames[:1], np.zeros(len(frames), dtype=np.int64)
+        fresh = np.ones(len(frames), dtype=np.bool_)
+        # a path grows whenever the pose changes in the least
+        fresh[1:] = np.logical_or.reduce([path[1:] > path[:-1] for path in moving])
+    else:
+        frames = np.flatnonzero(poses.valid[:, i] & poses.valid[:, j])
+        fresh = np.ones(len(frames), dtype=np.bool_)
+        fresh[1:] = False
+        for body in (i, j):
+            turn, move = poses.rotations[frames, body], poses.translations[frames, body]
+            fresh[1:] |= (turn[1:] != turn[:-1]).any(axis=(1, 2)) | (move[1:] != move[:-1]).any(axis=1)
+    if fresh.sum() > (1 - REPEATS_WORTH_LEAVING_OUT) * len(frames):
+        return frames, frames, frames if len(frames) == len(poses.valid) else np.arange(len(frames))
+    return frames, frames[fresh], np.cumsum(fresh) - 1

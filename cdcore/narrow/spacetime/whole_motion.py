@@ -1,0 +1,118 @@
+"""All pairs of bodies over all frames of a motion, exactly: which meet when, on request in which faces.
+
+The answer of a frame depends on that frame's poses alone, whatever the blocks, threads or order of pairs; poses that do
+not change are asked once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.narrow.spacetime.block import COUNTERS
+from cdcore.narrow.spacetime.box_tree import BoxTree
+from cdcore.narrow.spacetime.pair_job import PairJob, Poses, Stretch
+from cdcore.narrow.spacetime.pose_lanes import pose_lanes
+from cdcore.numerics import BoolArray, IntArray
+
+COUNTER_NAMES = (
+    "node_tests", "leaf_pairs", "face_tests", "world_tests", "exact_tests", "integer_tests", "blocks", "skipped",
+    "verified",
+)  # fmt: skip
+"""Names of the kernel's counters, in its order, and of what the debug mode asked again."""
+FRAMES_AT_ONCE = 16384
+"""Bounds the list of face pairs left to exact arithmetic: 500 a frame, as in resting contact, make 65 MB."""
+FRAMES_PER_TASK = 4096
+"""With threads, frames that a task answers: short enough to share the work, long enough for skips along the path."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotionAnswer:
+    """What was found for T frames and P pairs."""
+
+    hits: BoolArray
+    """(T, P)."""
+    frame: IntArray
+    """(K,) frame of each entry: a pair-frame in contact; sorted by frame, then pair. Empty without faces."""
+    pair: IntArray
+    start: IntArray
+    """(K,) the entry's face pairs are ``faces[start:stop]``; equal poses share them."""
+    stop: IntArray
+    faces: NDArray[np.int32]
+    """(M, 2), sorted within an entry."""
+    work: dict[str, int]
+
+
+def decide_motion(
+    trees: Sequence[BoxTree], pairs: IntArray, poses: Poses, *, faces: bool = False, threads: int = 1,
+    verify: bool = False,
+) -> MotionAnswer:  # fmt: skip
+    """Decide every pair in every frame at which both bodies have a pose.
+
+    Parameters
+    ----------
+    trees : N trees, one per body.
+    pairs : (P, 2) body numbers.
+    poses : rotations orthonormal to rounding.
+    faces : whether to list all face pairs that meet.
+    threads : workers; the answer does not depend on it.
+    verify : ask everything that was dismissed again, face by face, in exact arithmetic. Very slow.
+    """
+    everywhere = np.arange(len(poses.valid), dtype=np.int64)
+    whole = len(everywhere) > 0 and bool(poses.valid.all())
+    used = set(np.unique(pairs).tolist()) if whole else set()
+    shared = [
+        pose_lanes(poses.rotations, poses.translations, body, everywhere, tree.boxes[0], tree.reach)
+        if body in used
+        else None
+        for body, tree in enumerate(trees)
+    ]
+    jobs = [PairJob(trees, i, j, poses, shared, faces=faces, verify=verify) for i, j in pairs.tolist()]
+    answers = _answered(jobs, threads)
+    return _collected(jobs, answers, len(everywhere), faces)
+
+
+def _stretches(job: PairJob, frames: int) -> Iterator[tuple[int, int]]:
+    step = min(frames, job.most_frames)
+    for start in range(0, job.count, step):
+        yield start, min(start + step, job.count)
+
+
+def _answered(jobs: list[PairJob], threads: int) -> list[list[Stretch]]:
+    if threads <= 1:
+        return [[job.stretch(*part) for part in _stretches(job, FRAMES_AT_ONCE)] for job in jobs]
+    with ThreadPoolExecutor(threads) as pool:
+        asked = [[pool.submit(job.stretch, *part) for part in _stretches(job, FRAMES_PER_TASK)] for job in jobs]
+        return [[part.result() for part in parts] for parts in asked]
+
+
+def _collected(jobs: list[PairJob], answers: list[list[Stretch]], frames: int, faces: bool) -> MotionAnswer:
+    hits = np.zeros((frames, len(jobs)), dtype=np.bool_)
+    total = np.zeros(COUNTERS + 1, dtype=np.int64)
+    entries = [(np.zeros(0, dtype=np.int64),) * 4]
+    rows: list[NDArray[np.int32]] = [np.zeros((0, 2), dtype=np.int32)]
+    row_count = reused = 0
+    for column, (job, parts) in enumerate(zip(jobs, answers, strict=True)):
+        reused += len(job.frames) - job.count
+        for part in parts:
+            total += part.work
+        known = np.concatenate([part.hits for part in parts]) if parts else hits[:0, column]
+        if not known.any():
+            continue
+        touching = np.flatnonzero(known[job.which])
+        hits[job.frames[touching], column] = True
+        if faces:
+            found = np.concatenate([part.frame for part in parts])
+            bounds = np.searchsorted(found, np.arange(job.count + 1)) + row_count
+            which = job.which[touching]
+            entries.append((job.frames[touching], np.full(len(touching), column), bounds[which], bounds[which + 1]))
+            rows += [part.faces for part in parts]
+            row_count += len(found)
+    frame, pair, start, stop = (np.concatenate(some) for some in zip(*entries, strict=True))
+    order = np.lexsort((pair, frame))
+    work = dict(zip(COUNTER_NAMES, total.tolist(), strict=True)) | {"reused": reused}
+    return MotionAnswer(hits, frame[order], pair[order], start[order], stop[order], np.concatenate(rows), work)

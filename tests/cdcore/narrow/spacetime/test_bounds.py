@@ -1,0 +1,50 @@
+"""The pad is larger than anything the arithmetic of a relative frame was ever seen to be off, at any distance."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from motions import rotations
+
+from cdcore.narrow.spacetime.bounds import position_pad
+from cdcore.numerics import place_points
+
+
+def exact_inverse_times(rotation, vector):
+    """R^-1 v in rationals, by Cramer's rule."""
+    r = [[Fraction(float(x)) for x in row] for row in rotation]
+    v = [Fraction(x) for x in vector]
+
+    def det(m):
+        return (
+            m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
+            - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+            + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
+        )
+
+    whole = det(r)
+    return [det([[v[i] if j == k else r[i][j] for j in range(3)] for i in range(3)]) / whole for k in range(3)]
+
+
+@pytest.mark.parametrize("distance", [0.0, 1.0, 1e3, 1e6])
+def test_relative_arithmetic_stays_within_the_pad_of_the_points_that_count(distance):
+    rng = np.random.default_rng(int(distance))
+    worst = 0.0
+    for _ in range(60):
+        turn_a, turn_b = rotations(rng, (2,))
+        corner = rng.normal(size=3)
+        move_a = rng.normal(size=3) + distance
+        move_b = move_a + rng.normal(size=3)
+        world = place_points(corner[None], turn_a, move_a)[0]
+        offset = [Fraction(float(x)) - Fraction(float(t)) for x, t in zip(world, move_b, strict=True)]
+        true = np.array([float(x) for x in exact_inverse_times(turn_b, offset)])
+        quick = (turn_b.T @ turn_a) @ corner + turn_b.T @ (move_a - move_b)
+        size = np.linalg.norm(corner) + np.linalg.norm(move_a) + np.linalg.norm(move_b)
+        skew = sum(np.linalg.norm(turn.T @ turn - np.eye(3)) for turn in (turn_a, turn_b))
+        worst = max(worst, np.linalg.norm(true - quick) / position_pad(size, skew))
+    assert worst < 0.1
+
+
+def test_the_pad_grows_with_size_and_skew():
+    assert position_pad(2.0, 0.0) == 2 * position_pad(1.0, 0.0)
+    assert position_pad(1.0, 1e-9) > 8e-9

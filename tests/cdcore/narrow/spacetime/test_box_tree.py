@@ -1,0 +1,74 @@
+"""A tree loses no face and every box covers what lies below it."""
+
+import numpy as np
+import pytest
+from motions import KINDS, grid_plate
+
+from cdcore.narrow.spacetime.box_tree import LEAF_FACES, build_box_tree
+from cdcore.narrow.spacetime.certificates import faces_below
+
+MESHES = {name: make(np.random.default_rng(2)) for name, make in KINDS.items()}
+MESHES["plate"] = grid_plate(8)
+MESHES["one face"] = grid_plate(1)[:1]
+MESHES["one point"] = np.zeros((20, 3, 3))
+MESHES["far"] = grid_plate(4) + 1e6
+by_mesh = pytest.mark.parametrize("name", MESHES)
+
+
+@by_mesh
+def test_leaves_hold_every_face_once(name):
+    tree = build_box_tree(MESHES[name])
+    assert sorted(tree.faces.tolist()) == list(range(len(MESHES[name])))
+    assert tree.leaves[:, 1].sum() == len(MESHES[name])
+    assert tree.leaves[:, 1].min() >= 1
+    assert tree.leaves[:, 1].max() <= LEAF_FACES
+    assert faces_below(tree, 0).tolist() == list(range(len(MESHES[name])))
+
+
+@by_mesh
+def test_every_box_covers_the_corners_below_it_to_a_few_roundings(name):
+    triangles = MESHES[name]
+    tree = build_box_tree(triangles)
+    for node in range(len(tree.boxes)):
+        centre, axes, half = tree.boxes[node, :3], tree.boxes[node, 3:12].reshape(3, 3), tree.boxes[node, 12:15]
+        assert np.abs(axes @ axes.T - np.eye(3)).max() < 4e-15
+        offset = (triangles[faces_below(tree, node)].reshape(-1, 3) - centre) @ axes.T
+        assert (np.abs(offset) - half).max() <= 40 * 2**-53 * tree.reach + 1e-300
+        assert tree.boxes[node, 15] == pytest.approx(np.linalg.norm(half), rel=1e-15, abs=1e-300)
+
+
+@by_mesh
+def test_leaf_data_repeat_the_faces_in_their_frames(name):
+    triangles = MESHES[name]
+    tree = build_box_tree(triangles)
+    leaf_nodes = np.flatnonzero(tree.links[:, 1] >= 0)
+    for node in leaf_nodes:
+        first, count, corner, corners = tree.leaves[tree.links[node, 1]]
+        axes = tree.boxes[node, 3:12].reshape(3, 3)
+        for row in range(first, first + count):
+            face = triangles[tree.faces[row]]
+            assert np.array_equal(tree.placed[row].reshape(3, 4).T, face[[0, 1, 2, 0]])
+            local = tree.corners[corner + tree.picks[row]]
+            assert np.array_equal(local, face - tree.boxes[node, :3])
+            assert tree.picks[row].max() < corners
+            boxed = tree.boxed[row].reshape(3, 3)
+            assert np.allclose(boxed, local @ axes.T, atol=1e-14 * (1 + np.abs(local).max()))
+            assert np.array_equal(tree.spans[row].reshape(3, 2), np.stack([boxed.min(0), boxed.max(0)], axis=1))
+
+
+@by_mesh
+def test_planes_are_unit_directions_with_their_range_on_the_face(name):
+    tree = build_box_tree(MESHES[name])
+    leaf = np.repeat(np.arange(len(tree.leaves)), tree.leaves[:, 1])
+    for row in range(len(tree.faces)):
+        for at, corners in (
+            (0, tree.boxed[row].reshape(3, 3)),
+            (5, tree.corners[tree.leaves[leaf[row], 2] + tree.picks[row]]),
+        ):
+            direction, low, high = tree.planes[row, at : at + 3], *tree.planes[row, at + 3 : at + 5]
+            along = corners @ direction
+            assert np.linalg.norm(direction) == pytest.approx(1, abs=1e-15)
+            assert abs(along.min() - low) <= 1e-15 * (1 + tree.reach)
+            assert abs(along.max() - high) <= 1e-15 * (1 + tree.reach)
+        edges = np.linalg.norm(np.diff(MESHES[name][tree.faces[row]][[0, 1, 2, 0]], axis=0), axis=1)
+        assert tree.planes[row, 10] >= edges.max() * (1 - 1e-15)

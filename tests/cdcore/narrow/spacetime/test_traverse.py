@@ -1,0 +1,53 @@
+"""One pair over its frames: every frame is decided once, lists lengthen as needed, nothing depends on where one
+starts.
+"""
+
+import numpy as np
+from eight_frames import EightFrames
+from motions import grid_plate
+
+from cdcore.narrow.exhaustive import meeting_faces_exhaustive
+from cdcore.narrow.spacetime.block import BLOCKS, COUNTERS, SKIPPED_FRAMES, Question
+from cdcore.narrow.spacetime.box_tree import build_box_tree
+from cdcore.narrow.spacetime.pose_lanes import pose_lanes
+from cdcore.narrow.spacetime.traverse import traverse_pair
+
+
+def asked(scene, start, stop, faces=True):
+    hits, work = np.zeros(24, dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
+    question = Question(start, stop, scene.pad, faces, False, 8, 8)
+    lists = traverse_pair(scene.trees[0], scene.poses[0], scene.trees[1], scene.poses[1], question, hits, work)
+    return hits, lists, work
+
+
+def test_every_frame_is_decided_as_the_exhaustive_test_decides_it():
+    scene = EightFrames(5, size=0.7)
+    hits, lists, work = asked(scene, 0, 24)
+    keys = np.sort(lists.keys[1 : lists.keys[0] + 1])
+    for frame in range(24):
+        mine = keys[keys >> 16 == frame]
+        want = meeting_faces_exhaustive(*scene.world(frame))
+        assert [(k >> 8 & 255, k & 255) for k in mine.tolist()] == [tuple(row) for row in want.tolist()]
+        assert hits[frame] == (len(want) > 0)
+    assert work[BLOCKS] * 8 + work[SKIPPED_FRAMES] >= 24
+
+
+def test_starting_elsewhere_gives_the_same_frames_counted_from_the_start():
+    scene = EightFrames(5, size=0.7)
+    _, whole, _ = asked(scene, 0, 24)
+    _, part, _ = asked(scene, 5, 19)
+    keys = np.sort(whole.keys[1 : whole.keys[0] + 1])
+    inside = keys[(keys >> 16 >= 5) & (keys >> 16 < 19)] - (5 << 16)
+    assert np.array_equal(inside, np.sort(part.keys[1 : part.keys[0] + 1]))
+
+
+def test_lists_lengthen_when_thousands_of_faces_touch():
+    plate = grid_plate(14)
+    tree = build_box_tree(plate)
+    frames = 8
+    turn, move = np.tile(np.eye(3), (frames, 2, 1, 1)), np.zeros((frames, 2, 3))
+    poses = [pose_lanes(turn, move, k, np.arange(frames), tree.boxes[0], tree.reach) for k in range(2)]
+    hits, work = np.zeros(frames, dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
+    lists = traverse_pair(tree, poses[0], tree, poses[1], Question(0, frames, 1e-12, True, False, 9, 9), hits, work)
+    pairs = lists.keys[0] + lists.later[0]
+    assert pairs >= frames * len(meeting_faces_exhaustive(plate, plate)) > 8 * 4096

@@ -1,0 +1,30 @@
+"""Exact arithmetic on faces left open rounds the world points as ``place_points`` does."""
+
+import numpy as np
+from motions import rotations
+
+from cdcore.narrow.exact_sums import new_digits
+from cdcore.narrow.predicates import triangles_intersect
+from cdcore.narrow.spacetime.box_tree import build_box_tree
+from cdcore.narrow.spacetime.pose_lanes import pose_lanes
+from cdcore.narrow.spacetime.undecided import decide_undecided
+from cdcore.numerics import place_points
+
+
+def test_answers_are_those_of_the_predicate_at_the_points_that_count():
+    rng = np.random.default_rng(8)
+    frames = 300
+    turn, move = rotations(rng, (frames, 2)), rng.normal(size=(frames, 2, 3))
+    turn[:, 1], move[:, 1] = turn[:, 0], move[:, 0]
+    flat = rng.integers(0, 4, (2, 3, 3)).astype(float)
+    trees = [build_box_tree(flat[k : k + 1]) for k in range(2)]
+    a, b = (pose_lanes(turn, move, k, np.arange(frames), trees[k].boxes[0], trees[k].reach) for k in range(2))
+    hits, answers = np.zeros(frames, dtype=np.uint8), np.empty(frames, dtype=np.uint8)
+    decide_undecided(
+        np.arange(frames), 0, 0, 0, trees[0].placed, a.entries, a.stride, a.step, trees[1].placed, b.entries, b.stride,
+        b.step, True, hits, answers, new_digits(),
+    )  # fmt: skip
+    world = np.array([[place_points(flat[k], turn[f, k], move[f, k]) for k in range(2)] for f in range(frames)])
+    want = triangles_intersect(world)
+    assert np.array_equal(answers, want)
+    assert np.array_equal(hits, want)

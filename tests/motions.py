@@ -1,0 +1,86 @@
+"""Random motions of small hard meshes, and the exhaustive answer to compare with; numpy only."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cdcore.numerics import place_points
+
+
+def rotations(rng, shape):
+    q = rng.normal(size=(*shape, 4))
+    x, y, z, w = np.moveaxis(q / np.linalg.norm(q, axis=-1, keepdims=True), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def turned_by(rng, frames, step):
+    """A rotation that drifts by about ``step`` radians a frame, (frames, 3, 3)."""
+    result = np.empty((frames, 3, 3))
+    current = rotations(rng, ())
+    for frame in range(frames):
+        axis = rng.normal(size=3)
+        angle = step * rng.random()
+        x, y, z = axis / np.linalg.norm(axis)
+        k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        current = current @ (np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k)
+        u, _, vt = np.linalg.svd(current)
+        current = u @ vt
+        result[frame] = current
+    return result
+
+
+def soup(rng, count=30, size=0.3):
+    return rng.normal(size=(count, 1, 3)) + rng.normal(size=(count, 3, 3)) * size
+
+
+def lattice(rng, count=20):
+    return rng.integers(0, 4, (count, 3, 3)).astype(float)
+
+
+def degenerate(rng, count=24):
+    triangles = lattice(rng, count)
+    triangles[:6, 2] = triangles[:6, 0]
+    triangles[6:9, 1:] = triangles[6:9, :1]
+    return triangles
+
+
+def fan_of_shared_edges(rng, count=16):
+    """Non-manifold: every face on one edge, some twice."""
+    tips = rng.integers(-2, 3, (count, 3)).astype(float)
+    faces = np.empty((count, 3, 3))
+    faces[:, 0], faces[:, 1], faces[:, 2] = (0, 0, 0), (0, 0, 2), tips
+    return faces
+
+
+def grid_plate(size=6):
+    """A flat plate of 2 size^2 faces in z = 0, integer corners."""
+    faces = []
+    for i in range(size):
+        for j in range(size):
+            a, b, c, d = (i, j, 0), (i + 1, j, 0), (i + 1, j + 1, 0), (i, j + 1, 0)
+            faces += [(a, b, c), (a, c, d)]
+    return np.array(faces, dtype=float)
+
+
+KINDS = {"soup": soup, "lattice": lattice, "degenerate": degenerate, "non-manifold": fan_of_shared_edges}
+
+
+def motion_of(kind, rng, frames, bodies):
+    """Rotations (T, N, 3, 3) and translations (T, N, 3): drifting, with pauses; on a grid for the lattice kinds."""
+    turn = np.stack([turned_by(rng, frames, 0.05) for _ in range(bodies)], axis=1)
+    move = np.cumsum(rng.normal(size=(frames, bodies, 3)) * 0.03, axis=0) + rng.normal(size=(1, bodies, 3)) * 0.5
+    if kind != "soup":
+        move = np.round(move * 4) / 4
+        turn[: frames // 2] = np.eye(3)
+    pause = slice(frames // 3, frames // 2)
+    turn[pause], move[pause] = turn[frames // 3], move[frames // 3]
+    return turn, move
+
+
+def placed(triangles, turn, move):
+    return place_points(triangles.reshape(-1, 3), turn, move).reshape(-1, 3, 3)
