@@ -6,7 +6,7 @@ import json
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 from uuid import uuid4
@@ -14,6 +14,7 @@ from uuid import uuid4
 import pyarrow.parquet as pq
 
 from replay.errors import OutputError, RunFolderError
+from replay.report.page import write_report
 from replay.results.tables import episode_table, event_table, frame_table, miss_table
 from replay.run_result import RunResult
 from replay.summary import SCHEMA
@@ -24,6 +25,7 @@ EPISODES: Final = "episodes.parquet"
 MISSES: Final = "misses.parquet"
 EVENTS: Final = "events.parquet"
 PICTURE: Final = "run.rrd"
+REPORT: Final = "report.html"
 
 Picture = Callable[[RunResult, Path], None]
 
@@ -56,7 +58,7 @@ def write_run_folder(
     picture: Picture | None = None,
     files: Mapping[str, Path] | None = None,
 ) -> Path:
-    """Write tables, summary and picture of a run.
+    """Write tables, summary, report and picture of a run.
 
     Parameters
     ----------
@@ -78,6 +80,7 @@ def write_run_folder(
         pq.write_table(event_table(result), folder / EVENTS, compression="zstd")
         if picture is not None:
             picture(result, folder / PICTURE)
+        write_report(replace(result, out=out), folder / REPORT)
         for name, file in (files or {}).items():
             shutil.copyfile(file, folder / name)
         text = json.dumps(result.summary, indent=1, allow_nan=False, default=_plain)

@@ -1,0 +1,151 @@
+"""Charts of a run as SVG that lies in the page: who touched when, and what each frame took."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from replay.audit.outcome import Outcome
+from replay.report.markup import Markup, element, safe
+from replay.rerun_log.colours import OUTCOME_WORDS, SERIES, Rgba
+from replay.run_result import RunResult
+from replay.summary import frame_seconds
+
+BUDGET_MS: Final = 1000.0 / 90.0
+"""One frame at 90 Hz."""
+
+WIDTH, LABEL, LANE, TOP = 1100, 190, 26, 22
+SMALLEST: Final = 2.0
+"""Points a mark is wide at least: a contact of 11 ms in a minute would be a fifth of one."""
+
+MOST_LANES: Final = 20
+BINS: Final = 800
+
+
+def timeline(result: RunResult, label: str) -> Markup:
+    """A lane per pair in the words of the audit, worst first; numbers of misses above."""
+    outcome = result.comparisons[label].outcome
+    spoken = [Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES]
+    touched = np.isin(outcome, spoken).any(axis=0)
+    missed = (outcome == Outcome.MISSED).sum(axis=0)
+    pairs = sorted(np.flatnonzero(touched).tolist(), key=lambda pair: (-int(missed[pair]), pair))
+    rest = len(pairs) - MOST_LANES
+    pairs = pairs[:MOST_LANES]
+    height = TOP + LANE * (len(pairs) + 1) + 20
+    times = result.assembly.motion.times
+    parts = [_ruler(times, height), *_numbers(result, label)]
+    for row, pair in enumerate(pairs, start=1):
+        y = TOP + LANE * row
+        parts.append(element("text", result.assembly.pair_name(pair), x=0, y=y + 15, class_="lane"))
+        for word in spoken:
+            parts += _bars(outcome[:, pair] == word, times, y + 3, word)
+    words = (
+        f"{len(pairs)} pairs over {float(times[-1] - times[0]):.0f} seconds, as {label} compares with {result.oracle}"
+    )
+    more = f" {rest} more pairs are in the tables." if rest > 0 else ""
+    svg = element("svg", *parts, viewBox=f"0 0 {WIDTH} {height}", role="img", aria_label=words)
+    return element("figure", _legend(), svg, element("figcaption", words + "." + more))
+
+
+def _place(times: NDArray[np.float64], at: float) -> float:
+    span = float(times[-1] - times[0]) or 1.0
+    return LABEL + (WIDTH - LABEL) * (at - float(times[0])) / span
+
+
+def _ruler(times: NDArray[np.float64], height: int) -> Markup:
+    span = float(times[-1] - times[0]) or 1.0
+    step = 10.0 ** np.floor(np.log10(span / 4))
+    step = float(next(step * k for k in (1, 2, 5, 10) if span / (step * k) <= 8))
+    ticks = []
+    for k in range(int(span / step) + 1):
+        x = _place(times, float(times[0]) + k * step)
+        ticks.append(element("line", x1=f"{x:.1f}", x2=f"{x:.1f}", y1=TOP, y2=height - 20, class_="tick"))
+        ticks.append(element("text", f"{k * step:g} s", x=f"{x:.1f}", y=height - 5, class_="tick"))
+    return Markup("".join(ticks))
+
+
+def _numbers(result: RunResult, label: str) -> list[Markup]:
+    times = result.assembly.motion.times
+    found = [element("text", "missed", x=0, y=TOP + 15, class_="lane")]
+    free = 0.0
+    for miss in result.misses[label]:
+        x = max(_place(times, miss.start), free)
+        width = 9.0 * len(str(miss.number)) + 8.0
+        if x + width > WIDTH:
+            break
+        free = x + width + 2.0
+        title = element("title", f"miss {miss.number}: {miss.body_a}-{miss.body_b}, {miss.start:.3f} s")
+        box = element("rect", title, x=f"{x:.1f}", y=TOP + 2, width=f"{width:.1f}", height=18, class_="missed")
+        found += [box, element("text", miss.number, x=f"{x + width / 2:.1f}", y=TOP + 16, class_="miss")]
+    return found
+
+
+def _bars(active: NDArray[np.bool_], times: NDArray[np.float64], y: int, word: Outcome) -> list[Markup]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], active, [False]]).astype(np.int8)))
+    name, colour = OUTCOME_WORDS[word]
+    bars = []
+    for first, after in edges.reshape(-1, 2).tolist():
+        start, end = float(times[first]), float(times[min(after, len(times) - 1)])
+        x = _place(times, start)
+        width = max(SMALLEST, _place(times, end) - x)
+        title = element("title", f"{name}: {start:.3f} s, {after - first} frames")
+        bars.append(element("rect", title, x=f"{x:.1f}", y=y, width=f"{width:.1f}", height=LANE - 6, fill=_hex(colour)))
+    return bars
+
+
+def _legend() -> Markup:
+    shown = (Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH, Outcome.WITHIN_TOLERANCE)
+    keys = [
+        element("span", Markup(f'<i style="background:{_hex(OUTCOME_WORDS[word][1])}"></i>'), OUTCOME_WORDS[word][0])
+        for word in shown
+    ]
+    return element("p", *keys, class_="legend")
+
+
+def timing(result: RunResult) -> Markup:
+    """Milliseconds of every frame on a log axis, most of each stretch kept; detectors of the whole motion as lines."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context({"svg.hashsalt": "vrlab-replay", "svg.fonttype": "none", "font.size": 10}):
+        figure = Figure(figsize=(11, 3.4), layout="constrained")
+        axes = figure.add_subplot()
+        for (label, detection), colour in zip(result.detections.items(), _cycle(SERIES), strict=False):
+            seconds = frame_seconds(detection)
+            if seconds is not None and len(seconds):
+                x, y = _peaks(result.assembly.motion.times, seconds * 1e3)
+                axes.plot(x, y, color=_hex(colour), lw=0.9, label=f"{label}, frame by frame (peaks)")
+            else:
+                mean = result.summary["detectors"][label]["seconds"]["per_frame_mean"] * 1e3
+                axes.axhline(mean, color=_hex(colour), lw=1.4, label=f"{label}, mean of the whole motion at once")
+        axes.axhline(BUDGET_MS, color="#555", lw=1.0, ls="--", label="one frame at 90 Hz, 11.1 ms")
+        axes.set_yscale("log")
+        axes.set_xlabel("session time, s")
+        axes.set_ylabel("ms per frame")
+        axes.legend(loc="upper right", fontsize=8, framealpha=0.9)
+        axes.grid(True, which="major", alpha=0.3)
+        axes.set_xlim(float(result.assembly.motion.times[0]), float(result.assembly.motion.times[-1]))
+        buffer = io.StringIO()
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    text = buffer.getvalue()
+    svg = Markup(text[text.index("<svg") :].replace("<svg ", '<svg role="img" aria-label="Time per frame" ', 1))
+    return element("figure", svg, element("figcaption", "What each frame took, in milliseconds on a log axis."))
+
+
+def _peaks(times: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """At most ``BINS`` points, each the largest of its stretch."""
+    size = max(1, -(-len(values) // BINS))
+    starts = np.arange(0, len(values), size)
+    return times[starts], np.maximum(np.maximum.reduceat(values, starts), 1e-4)
+
+
+def _cycle(colours: Sequence[Rgba]) -> list[Rgba]:
+    return list(colours) * 8
+
+
+def _hex(colour: Rgba) -> str:
+    return str(safe("#{:02x}{:02x}{:02x}".format(*colour[:3])))

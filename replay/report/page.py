@@ -1,0 +1,128 @@
+"""``report.html``: what was missed, where and at what price, on one self-contained page."""
+
+from __future__ import annotations
+
+from collections import Counter
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from replay.audit.misses import NEVER_FOUND
+from replay.audit.outcome import Miss
+from replay.report.bench_picture import bench_picture
+from replay.report.charts import timeline, timing
+from replay.report.markup import Markup, element, joined, picture
+from replay.report.tables import contact_table, cost_table, fact_table, miss_table, settings_table
+from replay.rerun_log.camera import Eye, Obstacles, overview, towards_user
+from replay.run_result import RunResult
+from replay.summary import CAVEAT
+
+CLOSE_UPS = 4
+"""Misses shown as pictures; all of them stand in the table."""
+
+
+def write_report(result: RunResult, path: Path) -> None:
+    """Write the page of a run; the same result gives the same bytes."""
+    path.write_text(report_html(result), encoding="utf-8", newline="\n")
+
+
+def report_html(result: RunResult) -> str:
+    """The page as text."""
+    name = result.session.scene.name or Path(result.session.origin).stem or "session"
+    style = Markup(files("replay.report").joinpath("style.css").read_text(encoding="utf-8"))
+    head = [
+        Markup('<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'),
+        element("title", f"{name}: {_headlines(result)[0]}"),
+        Markup(f"<style>{style}</style>"),
+    ]
+    body = [element("header", element("p", f"Replay of {name}"), *(element("h1", line) for line in _headlines(result)))]
+    body += [element("main", joined(_sections(result))), element("footer", element("p", CAVEAT))]
+    return f'<!doctype html>\n<html lang="en"><head>{joined(head)}</head><body>{joined(body)}</body></html>\n'
+
+
+def headline(result: RunResult, label: str) -> str:
+    """What was missed, in one line."""
+    audit = result.summary["audit"][label]
+    contacts, missed = audit["contacts"], audit["contacts_missed"]
+    part = audit["misses"] - audit["by_kind"][NEVER_FOUND]
+    what = f"{missed} of {contacts} contacts missed" if missed else f"No contact of {contacts} missed"
+    late = f", {part} more in part" if part else ""
+    return f"{what} by {label}{late}, compared with {result.oracle}"
+
+
+def _headlines(result: RunResult) -> list[str]:
+    if result.comparisons:
+        return [headline(result, label) for label in result.comparisons]
+    if result.detections:
+        counts = [f"{len(found)} contacts found by {label}" for label, found in result.episodes.items()]
+        return [", ".join(counts)]
+    return ["No contact was looked for: the scene's effects call for none"]
+
+
+def _sections(result: RunResult) -> list[Markup]:
+    parts = [_section("The session", fact_table(result)), _section("The bench", joined(_pictures(result)))]
+    if result.detections:
+        parts.append(_section("Contacts", contact_table(result)))
+    for label in result.comparisons:
+        parts.append(_section(f"When: {label}", timeline(result, label)))
+        if result.misses[label]:
+            parts.append(_section(f"Every miss of {label}", miss_table(result, label)))
+    if result.detections:
+        parts.append(_section("What it cost in time", timing(result), cost_table(result)))
+    parts.append(_section("How to get the same again", settings_table(result)))
+    return parts
+
+
+def _section(title: str, *content: object) -> Markup:
+    return element("section", element("h2", title), *content)
+
+
+def _pictures(result: RunResult) -> list[Markup]:
+    assembly, scene = result.assembly, result.session.scene
+    shown = [(label, miss) for label, found in result.misses.items() for miss in found]
+    points = np.array([miss.point for _, miss in shown], dtype=np.float64).reshape(-1, 3)
+    frame = shown[0][1].deepest if shown else len(assembly.motion) // 2
+    eye = overview(assembly, scene, points, frame)
+    words = f"The bench at {assembly.motion.times[frame]:.2f} s"
+    pictures = [picture(bench_picture(assembly, scene, frame, _from_farther(eye)), words)]
+    obstacles = Obstacles(assembly, scene) if shown else None
+    for label, miss in _telling(shown)[:CLOSE_UPS]:
+        assert obstacles is not None
+        side = towards_user(assembly, scene, miss.deepest, miss.point)
+        near = _from_farther(obstacles.close_up(miss.deepest, miss.point, side))
+        png = bench_picture(assembly, scene, miss.deepest, near, _marked(result, miss.deepest, miss.pair))
+        pictures.append(
+            picture(
+                png,
+                f"Miss {miss.number} of {label}: {miss.body_a} and {miss.body_b} at "
+                f"{assembly.motion.times[miss.deepest]:.3f} s, {miss.kind}; red: the faces that meet",
+            )
+        )
+    return [element("div", *pictures, class_="pictures")]
+
+
+def _telling(shown: list[tuple[str, Miss]]) -> list[tuple[str, Miss]]:
+    """Misses in the order in which they deserve a picture: the worst of each pair, then the second worst, ..."""
+    worst = sorted(shown, key=lambda one: (one[1].kind != NEVER_FOUND, -one[1].cut_length, one[1].number))
+    seen: Counter[int] = Counter()
+    turns = []
+    for place, (_, miss) in enumerate(worst):
+        turns.append((seen[miss.pair], place))
+        seen[miss.pair] += 1
+    return [worst[place] for _, place in sorted(turns)]
+
+
+def _from_farther(eye: Eye) -> Eye:
+    """The same view from a little farther: a page has no way to step back."""
+    away = [t + 1.35 * (p - t) for p, t in zip(eye.position, eye.target, strict=True)]
+    return Eye((away[0], away[1], away[2]), eye.target)
+
+
+def _marked(result: RunResult, frame: int, pair: int) -> dict[int, np.ndarray[tuple[int], np.dtype[np.int64]]]:
+    trusted = result.detections[result.oracle]
+    if trusted.face_sets is None:
+        return {}
+    faces = trusted.faces(frame, pair)
+    first, second = result.assembly.pairs[pair].tolist()
+    return {first: np.unique(faces[:, 0]), second: np.unique(faces[:, 1])}

@@ -1,0 +1,134 @@
+"""The tables of the report; every number in them stands in the result."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from replay.audit.misses import NEVER_FOUND
+from replay.audit.outcome import Episode, Outcome
+from replay.report.markup import Markup, element, joined, table
+from replay.run_result import RunResult
+
+
+def fact_table(result: RunResult) -> Markup:
+    """What was recorded, and what was done to it."""
+    return table("Facts of the session", ("what", "value"), _facts(result), words=2)
+
+
+def _facts(result: RunResult) -> Iterator[tuple[str, object]]:
+    session = result.summary["session"]
+    yield "length", f"{session['duration']:.1f} s, {session['frames']:,} frames"
+    if session["median_step"]:
+        yield "rate", f"{1.0 / session['median_step']:.1f} Hz (median)"
+    yield "bodies", ", ".join(f"{name} ({body['faces']:,} faces)" for name, body in session["bodies"].items())
+    yield "pairs looked at", len(result.assembly.pairs)
+    yield from _gaps(result)
+    for note in result.assembly.notes:
+        yield "note", note
+    for span in result.session.intervals:
+        first = int(result.assembly.stamp_ns[0]) - round(float(result.assembly.motion.times[0]) * 1e9)
+        yield span.kind, f"{span.name}: {(span.start_ns - first) / 1e9:.1f} to {(span.end_ns - first) / 1e9:.1f} s"
+    for key, value in result.session.facts.items():
+        if value != "not stated":
+            yield key.replace("_", " "), value
+
+
+def _gaps(result: RunResult) -> Iterator[tuple[str, object]]:
+    """What a reader must know before believing anything: stand-ins, bodies and frames that were left out."""
+    if result.assembly.proxies:
+        yield "proxy meshes", f"stand in for the real ones of {', '.join(result.assembly.proxies)}"
+    if result.assembly.left_out:
+        yield "not looked at", f"no mesh: {', '.join(result.assembly.left_out)}"
+    dropped = {why: count for why, count in result.summary["session"]["dropped_frames"].items() if count}
+    if dropped:
+        yield "frames left out", ", ".join(f"{count} {why}" for why, count in dropped.items())
+
+
+def contact_table(result: RunResult) -> Markup:
+    """A row per pair that touched, or was said to."""
+    short = ("pair", "contacts", "seconds", "longest s")
+    if not result.comparisons:
+        every = range(len(result.assembly.pairs))
+        return joined(
+            table(
+                f"Contacts found by {label}",
+                short,
+                [_contacts(result, label, pair) for pair in every if _of(found, pair)],
+            )
+            for label, found in result.episodes.items()
+        )
+    head = (*short, "never found", "in part", "frames missed", "frames invented")
+    tables = []
+    for label, comparison in result.comparisons.items():
+        invented = (comparison.outcome == Outcome.INVENTED).any(axis=0)
+        touched = {episode.pair for episode in result.episodes[result.oracle]} | set(np.flatnonzero(invented).tolist())
+        rows = [(*_contacts(result, result.oracle, pair), *_audit(result, label, pair)) for pair in sorted(touched)]
+        tables.append(table(f"Contacts ({result.oracle}) and what {label} made of them", head, rows))
+    return joined(tables)
+
+
+def _of(found: Sequence[Episode], pair: int) -> list[float]:
+    return [episode.end - episode.start for episode in found if episode.pair == pair]
+
+
+def _contacts(result: RunResult, label: str, pair: int) -> tuple[object, ...]:
+    own = _of(result.episodes[label], pair)
+    held = " (held)" if result.assembly.held[pair] else ""
+    return result.assembly.pair_name(pair) + held, len(own), f"{sum(own):.3f}", f"{max(own, default=0.0):.3f}"
+
+
+def _audit(result: RunResult, label: str, pair: int) -> tuple[int, int, int, int]:
+    misses = [miss for miss in result.misses[label] if miss.pair == pair]
+    outcome = result.comparisons[label].outcome[:, pair]
+    whole = len({miss.episode for miss in misses if miss.kind == NEVER_FOUND})
+    part = sum(miss.kind != NEVER_FOUND for miss in misses)
+    return whole, part, int((outcome == Outcome.MISSED).sum()), int((outcome == Outcome.INVENTED).sum())
+
+
+def miss_table(result: RunResult, label: str) -> Markup:
+    """A row per miss, with the command that shows it."""
+    run = result.out or "RUN"
+    rows = [
+        (
+            element("b", miss.number),
+            f"{miss.body_a} - {miss.body_b}",
+            miss.kind,
+            element("code", f"replay view {run} --miss {miss.number}"),
+            f"{miss.start:.3f}",
+            miss.last - miss.first + 1,
+            f"{miss.cut_length * 1e3:.1f}",
+            miss.face_pairs,
+        )
+        for miss in result.misses[label]
+    ]
+    head = ("miss", "pair", "what", "look at it", "at s", "frames", "cut mm", "face pairs")
+    return table(f"What {label} missed", head, rows, words=4)
+
+
+def cost_table(result: RunResult) -> Markup:
+    """What each detector took."""
+    rows = []
+    for label, told in result.summary["detectors"].items():
+        seconds = told["seconds"]
+        frame = seconds.get("per_frame")
+        cells = [f"{frame[key] * 1e3:.3f}" if frame else "" for key in ("median", "p99", "max")]
+        role = "oracle" if label == result.oracle else "frame by frame" if told["online"] else "whole motion at once"
+        mean = f"{seconds['per_frame_mean'] * 1e3:.3f}"
+        rows.append((label, role, f"{seconds['detect']:.3f}", mean, *cells))
+    head = ("detector", "how", "whole s", "mean ms", "median ms", "99 % ms", "worst ms")
+    return table("Time of each detector", head, rows, words=2)
+
+
+def settings_table(result: RunResult) -> Markup:
+    """Settings, digests and machine: what it takes to get the same figures again."""
+    rows: list[tuple[object, object]] = [("session", result.summary["session"]["origin"] or "in memory")]
+    rows.append(("seed", result.summary["seed"]))
+    for label, told in result.summary["detectors"].items():
+        settings = json.dumps(told["settings"], sort_keys=True)
+        rows.append((label, f"{told['name']} {settings}, verdicts SHA-256 {told['digest']}"))
+    rows += [(name, value) for name, value in result.summary["machine"].items()]
+    rows.append(("versions", ", ".join(f"{name} {value}" for name, value in result.summary["versions"].items())))
+    return table("Settings, digests and machine", ("what", "value"), rows, words=2)

@@ -1,0 +1,120 @@
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import pytest
+from small_worlds import cubes
+
+from replay.engine import compute
+from replay.report.page import headline, report_html, write_report
+
+
+class Cells(HTMLParser):
+    """The tables of a page: caption -> rows of cell texts."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.tables, self.row, self.caption, self.text = {}, [], "", ""
+        self.feed(page)
+
+    def handle_starttag(self, tag, attrs):
+        if tag in ("td", "caption"):
+            self.text = ""
+        if tag == "tr":
+            self.row = []
+
+    def handle_data(self, data):
+        self.text += data
+
+    def handle_endtag(self, tag):
+        if tag == "caption":
+            self.caption = self.text
+            self.tables[self.caption] = []
+        elif tag == "td":
+            self.row.append(self.text)
+        elif tag == "tr" and self.row:
+            self.tables[self.caption].append(self.row)
+
+
+def test_the_headline_counts_what_the_result_counts(run, page):
+    never = {miss.episode for miss in run.misses["slow"] if miss.kind == "never found"}
+    assert f"{len(never)} of {len(run.episodes['exact'])} contacts missed by slow" in headline(run, "slow")
+    assert never and headline(run, "slow") in page
+
+
+def test_every_miss_is_a_row_with_its_numbers_and_the_command_that_shows_it(run, page):
+    rows = Cells(page).tables["What slow missed"]
+    assert [row[0] for row in rows] == [str(miss.number) for miss in run.misses["slow"]]
+    for row, miss in zip(rows, run.misses["slow"], strict=True):
+        assert row[1] == f"{miss.body_a} - {miss.body_b}" and row[2] == miss.kind
+        assert row[3].endswith(f"--miss {miss.number}")
+        assert [float(cell) for cell in row[4:]] == pytest.approx(
+            [miss.start, miss.last - miss.first + 1, miss.cut_length * 1e3, miss.face_pairs], abs=0.051
+        )
+
+
+def test_contacts_and_times_are_those_of_the_result(run, page):
+    tables = Cells(page).tables
+    (contacts,) = [rows for caption, rows in tables.items() if caption.startswith("Contacts (exact)")]
+    assert sum(int(row[1]) for row in contacts) == len(run.episodes["exact"])
+    assert sum(int(row[6]) for row in contacts) == int((run.comparisons["slow"].outcome == 2).sum())
+    times = {row[0]: float(row[2]) for row in tables["Time of each detector"]}
+    told = run.summary["detectors"]
+    assert times == pytest.approx({label: told[label]["seconds"]["detect"] for label in told}, abs=5e-4)
+    assert all(run.summary["detectors"][label]["digest"] in page for label in run.detections)
+
+
+def test_the_page_needs_nothing_from_outside(page):
+    places = re.findall(r'(?:src|href)="([^"]*)"', page)
+    assert all(place.startswith(("data:", "#")) for place in places)
+    assert "@import" not in page and "<script" not in page
+
+
+def test_the_same_result_gives_the_same_bytes(run, page, tmp_path):
+    write_report(run, tmp_path / "report.html")
+    assert (tmp_path / "report.html").read_text(encoding="utf-8") == page
+
+
+def test_hostile_names_stay_words():
+    session = cubes({"<script>alert(1)</script>": [0] * 30, 'b"&': [3, 2, 0.9, 2, 3] * 6})
+    text = report_html(compute(session, detectors="slow=discrete[rate_hz=5]"))
+    assert "<script" not in text and "&lt;script&gt;" in text
+
+
+def test_a_run_without_detectors_says_so(run):
+    session = run.session
+    text = report_html(compute(session, detectors=()))
+    assert "No contact was looked for" in text
+
+
+def test_a_run_without_an_oracle_lists_contacts(run):
+    text = report_html(compute(run.session, detectors="hybrid", oracle="none"))
+    assert "Contacts found by hybrid" in text and "contacts found by hybrid</h1>" in text
+
+
+def test_proxies_are_named_as_such(run):
+    text = report_html(replace(run, assembly=replace(run.assembly, proxies=("ball",))))
+    assert "stand in for the real ones of ball" in text
+
+
+@pytest.mark.slow
+def test_a_browser_shows_the_page(page, tmp_path):
+    browser = shutil.which("chromium") or shutil.which("chromium-browser")
+    if browser is None:
+        pytest.skip("Chromium is not installed: install the package chromium to look at the page")
+    (tmp_path / "report.html").write_text(page, encoding="utf-8")
+    words = [
+        browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+        "--disable-background-networking", "--disable-component-update", "--disable-sync", "--enable-logging=stderr",
+        f"--user-data-dir={tmp_path / 'profile'}", f"--screenshot={tmp_path / 'page.png'}", "--window-size=1280,3000",
+        (tmp_path / "report.html").as_uri(),
+    ]  # fmt: skip
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120)
+    from PIL import Image
+
+    with Image.open(tmp_path / "page.png") as picture:
+        colours = {colour for _, colour in picture.convert("RGB").getcolors(1 << 24)}
+    assert (255, 45, 85) in colours and len(colours) > 500, "the red of the missed and the pictures are on the page"
+    assert "CONSOLE" not in done.stderr
