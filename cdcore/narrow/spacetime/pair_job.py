@@ -33,6 +33,10 @@ for.
 """
 
 
+NO_FRAMES: IntArray = np.zeros(0, dtype=np.int64)
+NO_FACES: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
+
+
 @dataclass(frozen=True, eq=False)
 class Poses:
     """Poses of all bodies: (T, N, 3, 3), (T, N, 3), and where they exist, (T, N)."""
@@ -105,7 +109,7 @@ class PairJob:
             keys = np.concatenate([keys, self._settled(later, start, hits, work)])
         if self._verify:
             work[COUNTERS] = count_verified(self._trees, dismissed, self._placed)
-        frame, faces = self._unpacked(keys)
+        frame, faces = self._unpacked(keys) if len(keys) else (NO_FRAMES, NO_FACES)
         return Stretch(start, hits[start:].astype(np.bool_), frame + start, faces, work)
 
     def _unpacked(self, keys: IntArray) -> tuple[IntArray, NDArray[np.int32]]:
@@ -177,6 +181,8 @@ def _distinct_frames(
     if None not in lanes:
         if not moving:
             return frames, frames[:1], np.zeros(len(frames), dtype=np.int64)
+        if any(one is not None and one.restless for one in lanes):
+            return frames, frames, frames
         fresh = np.ones(len(frames), dtype=np.bool_)
         # a path grows whenever the pose changes in the least
         fresh[1:] = np.logical_or.reduce([path[1:] > path[:-1] for path in moving])

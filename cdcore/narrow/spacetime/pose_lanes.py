@@ -47,6 +47,8 @@ class PoseLanes(NamedTuple):
     """1, or 0 for a body that keeps one pose throughout: frame f is read at ``f * step``."""
     path: FloatArray
     """(F,) metres, not decreasing: no point moves further between f and h than path[h] - path[f]."""
+    restless: bool
+    """Whether the pose changes in every frame."""
     size: float
     """Largest distance of a translation from the origin."""
     skew: float
@@ -131,8 +133,11 @@ def place_centres(entries: FloatArray, stride: int, centre: FloatArray) -> tuple
 @kernel
 def fill_path(  # noqa: C901 - vector loop, then sum
     entries: FloatArray, stride: int, count: int, radius: float, size: float, path: FloatArray
-) -> None:
-    """Fill ``path`` (count,) for a root box of this half diagonal and a body of this size, distance included."""
+) -> bool:
+    """Fill ``path`` (count,) for a root box of this half diagonal and a body of this size, distance included.
+
+    Returns whether the pose changes in every frame.
+    """
     steps = np.empty(stride)
     reach, slack, grown = radius * (1.0 + 1e-12), STEP_ULPS * ROUNDOFF * size, 1.0 + 1e-12
     for f in range(0, stride - LANES, LANES):
@@ -150,13 +155,16 @@ def fill_path(  # noqa: C901 - vector loop, then sum
             for k in range(LANES):
                 if not moves(entries, stride, f + k):
                     steps[f + k] = 0.0
-    total = 0.0
+    total, restless = 0.0, True
     path[0] = 0.0
     for f in range(1, count):
         # rounding of the sum so far is below 2 u of it: growing by 4 u keeps every difference an upper bound
         if steps[f - 1] > 0.0:
             total = total * (1.0 + 4.0 * ROUNDOFF) + steps[f - 1]
+        else:
+            restless = False
         path[f] = total
+    return restless
 
 
 @hot_kernel
@@ -182,6 +190,7 @@ def pose_lanes(
     copy_poses(rotations, translations, body, frames, entries, stride)
     far, skew = place_centres(entries, stride, root_box)
     size = float(np.sqrt(far)) * (1 + 1e-12)
+    restless = False
     if not still:
-        fill_path(entries, stride, count, float(root_box[15]), size + reach, path)
-    return PoseLanes(entries, stride, 0 if still else 1, path, size, float(np.sqrt(skew)) + 16 * ROUNDOFF)
+        restless = fill_path(entries, stride, count, float(root_box[15]), size + reach, path)
+    return PoseLanes(entries, stride, 0 if still else 1, path, restless, size, float(np.sqrt(skew)) + 16 * ROUNDOFF)
