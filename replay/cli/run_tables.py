@@ -12,6 +12,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from replay.audit.headline import headline
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Outcome
 from replay.run_result import RunResult
@@ -43,7 +44,7 @@ def run_tables(result: RunResult) -> Group:
     """Everything a terminal shows of a run."""
     parts: list[RenderableType] = []
     for label in result.comparisons:
-        parts += [Text(), headline(result, label), Text(), pair_table(result, label)]
+        parts += [Text(), headline_text(result, label), Text(), pair_table(result, label)]
         if result.misses[label]:
             parts += [Text(), miss_table(result, label)]
     if not result.comparisons and result.detections:
@@ -64,21 +65,10 @@ def no_detection(result: RunResult) -> str:
     return f"No contact was looked for: the scene calls for {effects}. Ask with --detectors."
 
 
-def headline(result: RunResult, label: str) -> Text:
-    """What was missed, in one line."""
-    audit = result.summary["audit"][label]
-    contacts, missed = audit["contacts"], audit["contacts_missed"]
-    text = Text(" ")
-    if missed:
-        text.append(f"{missed} of {contacts} contacts missed", style=f"bold {RED}")
-    else:
-        text.append(f"no contact of {contacts} missed", style="bold green")
-    text.append(f" by {label}", style="bold")
-    late = audit["misses"] - audit["by_kind"][NEVER_FOUND]
-    if late:
-        text.append(f", {late} more missed in part")
-    text.append(f"   oracle: {result.oracle}", style="dim")
-    return text
+def headline_text(result: RunResult, label: str) -> Text:
+    """What was missed, in one line: red where a contact was, green where none was."""
+    text = Text(" ").append(headline(result, label), style=f"bold {RED}" if result.misses[label] else "bold green")
+    return text.append(f"   oracle: {result.oracle}", style="dim")
 
 
 def pair_table(result: RunResult, label: str) -> Table:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from replay.audit.headline import headline
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss
 from replay.report.bench_picture import bench_picture
@@ -41,19 +42,9 @@ def report_html(result: RunResult) -> str:
     return f'<!doctype html>\n<html lang="en"><head>{joined(head)}</head><body>{joined(body)}</body></html>\n'
 
 
-def headline(result: RunResult, label: str) -> str:
-    """What was missed, in one line."""
-    audit = result.summary["audit"][label]
-    contacts, missed = audit["contacts"], audit["contacts_missed"]
-    part = audit["misses"] - audit["by_kind"][NEVER_FOUND]
-    what = f"{missed} of {contacts} contacts missed" if missed else f"No contact of {contacts} missed"
-    late = f", {part} more in part" if part else ""
-    return f"{what} by {label}{late}, compared with {result.oracle}"
-
-
 def _headlines(result: RunResult) -> list[str]:
     if result.comparisons:
-        return [headline(result, label) for label in result.comparisons]
+        return [f"{headline(result, label)}, compared with {result.oracle}" for label in result.comparisons]
     if result.detections:
         counts = [f"{len(found)} contacts found by {label}" for label, found in result.episodes.items()]
         return [", ".join(counts)]

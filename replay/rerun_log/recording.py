@@ -12,6 +12,7 @@ import rerun as rr
 
 from cdcore.numerics import FloatArray
 from cdcore.protocol import counts_as_contact
+from replay.audit.headline import headline
 from replay.rerun_log.blueprint import Layout, Subject, build_blueprint
 from replay.rerun_log.camera import Eye, overview
 from replay.rerun_log.columns import Clock, RecordingWriter, entity
@@ -21,7 +22,7 @@ from replay.rerun_log.lanes import audit_lanes, log_audit_lanes, log_detector_la
 from replay.rerun_log.materials import is_ghost, tags_of
 from replay.rerun_log.miss_table import log_miss_table
 from replay.rerun_log.missed import log_missed_faces, log_pins
-from replay.rerun_log.report import headline, log_missed_list, log_notes, log_report, log_worst
+from replay.rerun_log.report import log_missed_list, log_notes, log_report, log_worst
 from replay.rerun_log.timing import TOTAL, cost_of, cost_table, log_timing, stage_path
 from replay.rerun_log.world import body_path, log_world
 from replay.run_result import RunResult

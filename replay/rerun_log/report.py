@@ -8,6 +8,8 @@ from typing import Final
 import numpy as np
 import rerun as rr
 
+from replay.audit.headline import headline
+from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss, Outcome
 from replay.rerun_log.colours import MISSED, PARTLY_MISSED, WHITE, packed
 from replay.rerun_log.columns import RecordingWriter
@@ -21,24 +23,6 @@ CAVEAT: Final = (
     "Exact about the recorded poses and these meshes. Tracker noise (VIVE: 0.14-0.77 mm from frame to frame) is larger "
     "than most margins."
 )
-
-NEVER_FOUND: Final = "never found"
-
-
-def headline(result: RunResult, label: str) -> str:
-    """What the subject missed, in one line, fit for a title."""
-    contacts = len(result.episodes.get(result.oracle, ()))
-    misses = result.misses.get(label, ())
-    touched = {miss.episode for miss in misses}
-    whole = {miss.episode for miss in misses if miss.kind == NEVER_FOUND}
-    part = len(touched - whole)
-    things = f"{contacts} contact" + "s" * (contacts != 1)
-    if not touched:
-        return f"None of {things} missed by {label}"
-    late = f", {part} more in part" if part and whole else ""
-    if not whole:
-        return f"{part} of {things} missed in part by {label}"
-    return f"{len(whole)} of {things} missed by {label}{late}"
 
 
 def log_missed_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], empty: str) -> None:

@@ -21,7 +21,7 @@ def text(result, width=120):
 
 def test_the_headline_counts_contacts_missed_and_names_both_detectors():
     shown = text(compute(cubes(PLACES), detectors="slow=discrete[rate_hz=20]", oracle="hybrid"))
-    assert "1 of 2 contacts missed by slow, 1 more missed in part   oracle: hybrid" in shown
+    assert "1 of 2 contacts missed by slow, 1 more in part   oracle: hybrid" in shown
 
 
 def test_misses_stand_under_their_numbers_never_found_ones_first():
@@ -41,7 +41,7 @@ def test_long_lists_say_how_much_they_leave_out(monkeypatch):
 
 
 def test_a_detector_that_misses_nothing_is_told_so():
-    assert "no contact of 2 missed by hybrid" in text(
+    assert "None of 2 contacts missed by hybrid" in text(
         compute(cubes(PLACES), detectors="hybrid", oracle="best=hybrid[skip=false]")
     )
 

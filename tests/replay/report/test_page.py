@@ -7,8 +7,9 @@ from html.parser import HTMLParser
 import pytest
 from small_worlds import cubes
 
+from replay.audit.headline import headline
 from replay.engine import compute
-from replay.report.page import headline, report_html, write_report
+from replay.report.page import report_html, write_report
 
 
 class Cells(HTMLParser):

@@ -6,38 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import pytest
-
-from replay.audit.outcome import Episode, Miss, Outcome
+from replay.audit.outcome import Miss, Outcome
 from replay.rerun_log.colours import MISSED, PARTLY_MISSED, packed
 from replay.rerun_log.miss_table import read_misses
-from replay.rerun_log.report import headline, report_text
+from replay.rerun_log.report import report_text
 from replay.run_result import RunResult
 
 SUBJECT = "22.5Hz"
-
-
-def with_misses(demo: RunResult, contacts: int, kinds: list[tuple[int, str]]) -> RunResult:
-    sample = demo.misses[SUBJECT][0]
-    misses = tuple(replace(sample, number=k, episode=one, kind=kind) for k, (one, kind) in enumerate(kinds, 1))
-    found = tuple(Episode(0, k, k, 0.0, 0.0) for k in range(contacts))
-    return replace(demo, misses={SUBJECT: misses}, episodes={"hybrid": found})
-
-
-@pytest.mark.parametrize(
-    ("contacts", "kinds", "words"),
-    [
-        (18, [(k, "never found") for k in range(1, 10)], "9 of 18 contacts missed by 22.5Hz"),
-        (9, [(1, "never found"), (2, "found late")], "1 of 9 contacts missed by 22.5Hz, 1 more in part"),
-        (5, [(1, "interrupted"), (1, "found late")], "1 of 5 contacts missed in part by 22.5Hz"),
-        (5, [], "None of 5 contacts missed by 22.5Hz"),
-        (1, [(1, "never found")], "1 of 1 contact missed by 22.5Hz"),
-    ],
-)  # fmt: skip
-def test_the_headline_counts_contacts_and_not_numbers(
-    demo: RunResult, contacts: int, kinds: list[tuple[int, str]], words: str
-) -> None:
-    assert headline(with_misses(demo, contacts, kinds), SUBJECT) == words
 
 
 def test_the_list_has_each_miss_at_its_deepest_frame(demo: RunResult, read: Any) -> None:
