@@ -25,8 +25,8 @@ WARM_FRAMES: Final = 128
 """Frames of each of the two warm-up samples: kernels compile on them, so that the time reported holds no compiling."""
 
 
-FACE_ROWS: Final = 50_000_000
-"""Face pairs kept of a session of hours, 400 MB; with more than that only the verdicts are kept."""
+FACE_ROWS: Final = 20_000_000
+"""Face pairs kept of a session of hours, 160 MB; with more than that only the verdicts are kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +95,10 @@ def _joined(parts: Iterator[Detection], detector: Detector, assembly: Assembly) 
     rows = 0
     for part in parts:
         rows += 0 if part.face_sets is None else len(part.face_sets.faces)
-        sets = part.face_sets if rows <= FACE_ROWS and not detector.online else None
-        kept.append(replace(part, face_sets=sets, section_source=None))
+        if rows > FACE_ROWS or detector.online:
+            kept = [replace(one, face_sets=None) for one in kept]
+            part = replace(part, face_sets=None)
+        kept.append(replace(part, section_source=None))
     whole = join(kept)
     if whole.face_sets is None:
         return whole

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -14,12 +14,17 @@ from replay.assembly import Assembly
 
 FloatArray = NDArray[np.float64]
 Vector = tuple[float, float, float]
+Place = tuple[int, int, int]
 
 LOOKS_PER_MISS: Final = 128
 """A longer miss is looked at in this many frames, evenly spread with both ends: at 90 Hz all frames of 1.4 s."""
 
 LOOKS_IN_ALL: Final = 20_000
 """Pair-frames looked at in all, some seconds of work; with more misses each is looked at once, in its middle."""
+
+
+LOOKS_AT_ONCE: Final = 4096
+"""Looks whose faces are held together: some 100 MB when every look has a thousand face pairs in every pair."""
 
 
 @dataclass(frozen=True)
@@ -56,30 +61,43 @@ class Evidence:
         self,
         assembly: Assembly,
         faces: Detection | Callable[[Motion], Detection],
-        places: Sequence[tuple[int, int, int]],
+        places: Sequence[Place],
     ) -> None:
         self._assembly = assembly
         self._middles = [_middle(body.mesh.referenced_vertices) for body in assembly.bodies]
         most = min(LOOKS_PER_MISS, max(1, LOOKS_IN_ALL // max(1, len(places))))
         self._frames = {place: _looks(place[1], place[2], most) for place in places}
-        asked = np.unique(np.concatenate([[], *self._frames.values()]).astype(np.int64))
-        self._row = {frame: row for row, frame in enumerate(asked.tolist())}
-        self._detection: Detection | None = None
-        if isinstance(faces, Detection):
-            self._detection, self._row = faces, {frame: frame for frame in self._row}
-        elif len(asked):
-            self._detection = faces(assembly.motion.take(asked))
+        self._faces = faces
+        self._groups = _grouped(self._frames)
+        self._group_of = {place: number for number, group in enumerate(self._groups) for place in group}
+        self._asked = -1
+        self._answer: tuple[Detection, dict[int, int]] | None = None
 
     def deepest(self, pair: int, first: int, last: int) -> Cut:
-        """The look with the longest curve; of equals the one with most faces, then the earliest."""
-        cuts = [self._cut(pair, frame) for frame in self._frames[pair, first, last].tolist()]
+        """The look with the longest curve; of equals the one with most faces, then the earliest.
+
+        Asked in the order of ``places``, every frame is looked at once, and memory holds one group of looks.
+        """
+        detection, row = self._detection((pair, first, last))
+        frames = self._frames[pair, first, last].tolist()
+        cuts = [self._cut(detection, row.get(frame, frame), pair, frame) for frame in frames]
         return max(cuts, key=lambda cut: (cut.length, cut.face_pairs, -cut.frame))
 
-    def _cut(self, pair: int, frame: int) -> Cut:
-        assert self._detection is not None
-        row = self._row[frame]
-        faces = self._detection.faces(row, pair)
-        segments = self._detection.section(row, pair) if len(faces) else np.zeros((0, 2, 3))
+    def _detection(self, place: Place) -> tuple[Detection, dict[int, int]]:
+        """A detection that holds the faces of a stretch, and which of its rows a frame is where that differs."""
+        if isinstance(self._faces, Detection):
+            return self._faces, {}
+        number = self._group_of[place]
+        if self._answer is None or number != self._asked:
+            self._answer = None
+            frames = np.unique(np.concatenate([self._frames[one] for one in self._groups[number]]))
+            rows = {frame: row for row, frame in enumerate(frames.tolist())}
+            self._answer, self._asked = (self._faces(self._assembly.motion.take(frames)), rows), number
+        return self._answer
+
+    def _cut(self, detection: Detection, row: int, pair: int, frame: int) -> Cut:
+        faces = detection.faces(row, pair)
+        segments = detection.section(row, pair) if len(faces) else np.zeros((0, 2, 3))
         way = segments[:, 1] - segments[:, 0]
         length = np.sqrt((way * way).sum(axis=-1))
         toward = self._toward(pair, frame)
@@ -111,6 +129,19 @@ class Evidence:
     def _between(self, pair: int, frame: int) -> FloatArray:
         a, b = self._centres(pair, frame)
         return (a + b) / 2
+
+
+def _grouped(frames: Mapping[Place, NDArray[np.int64]]) -> list[list[Place]]:
+    """Stretches in order, cut into groups of at most ``LOOKS_AT_ONCE`` looks (a single longer one is a group)."""
+    groups: list[list[Place]] = []
+    looks = LOOKS_AT_ONCE
+    for place, asked in frames.items():
+        if looks + len(asked) > LOOKS_AT_ONCE:
+            groups.append([])
+            looks = 0
+        groups[-1].append(place)
+        looks += len(asked)
+    return groups
 
 
 def _middle(vertices: FloatArray) -> FloatArray:

@@ -49,8 +49,12 @@ class Clock:
         stride = -(-len(ns) // limit)
         keep = np.arange(len(ns)) % stride == 0
         if stride > 1:
-            for start, end in whole:
-                keep |= (times >= start - KEPT_AROUND) & (times <= end + KEPT_AROUND)
+            spans = np.array(list(whole), dtype=np.float64).reshape(-1, 2) + np.array([-KEPT_AROUND, KEPT_AROUND])
+            first, last = np.searchsorted(times, spans[:, 0]), np.searchsorted(times, spans[:, 1], side="right")
+            # With misses everywhere nothing would be strided: the first ones keep their frames, up to two limits.
+            near = int((np.cumsum(last - first) <= 2 * limit).sum())
+            for begin, end in zip(first[:near], last[:near], strict=True):
+                keep[begin:end] = True
         return cls(ns, np.flatnonzero(keep))
 
     def frame_at(self, seconds: float) -> int:

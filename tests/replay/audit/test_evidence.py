@@ -34,7 +34,8 @@ def offset_cubes(places):
 def test_the_deepest_look_is_where_the_curve_is_longest():
     session = offset_cubes([0.68, 0.6, 0.5, 0.6, 0.68])
     evidence, asked = evidence_of(session, [(0, 0, 4), (0, 0, 1)])
-    cuts = {frame: evidence._cut(0, frame) for frame in range(5)}
+    detection, _ = evidence._detection((0, 0, 4))
+    cuts = {frame: evidence._cut(detection, frame, 0, frame) for frame in range(5)}
     assert cuts[2].length > cuts[1].length > cuts[0].length >= 0.0
     assert evidence.deepest(0, 0, 4) == cuts[2]
     assert evidence.deepest(0, 0, 1) == cuts[1]
@@ -65,6 +66,18 @@ def test_faces_that_are_there_already_are_used_as_they_are():
     whole = create_detector("hybrid", assembly.bodies, pairs=assembly.pairs).detect(assembly.motion, faces=True)
     asked, _ = evidence_of(session, [(0, 1, 4)])
     assert Evidence(assembly, whole, [(0, 1, 4)]).deepest(0, 1, 4) == asked.deepest(0, 1, 4)
+
+
+def test_many_looks_are_asked_for_in_groups_and_give_the_same_cuts(monkeypatch):
+    places = [(0, first, first + 2) for first in range(0, 30, 3)]
+    session = offset_cubes(np.linspace(0.68, 0.5, 30))
+    whole, asked = evidence_of(session, places)
+    expected = [whole.deepest(*place) for place in places]
+    monkeypatch.setattr("replay.audit.evidence.LOOKS_AT_ONCE", 7)
+    cut, asked_in_groups = evidence_of(session, places)
+    assert [cut.deepest(*place) for place in places] == expected
+    assert asked == [30] and asked_in_groups == [6] * 5
+    assert cut.deepest(*places[0]) == expected[0]
 
 
 def test_nothing_missed_asks_nobody():
