@@ -7,7 +7,9 @@
     ├── AssemblyError         a session that offers a detector nothing to look at, or whose scene contradicts itself
     ├── AuditError            detections that cannot be compared
     ├── OutputError           a run folder or file that cannot be written
-    └── RunFolderError        a folder that holds no run, or a run of another version
+    ├── RunFolderError        a folder that holds no run, or a run of another version
+    └── StudyError            metrics, questionnaire or codebook that cannot be analysed
+        └── RefusedError      a result that a rule of the study forbids (replay.study.refusals)
 """
 
 from __future__ import annotations
@@ -35,3 +37,7 @@ class OutputError(ReplayError, OSError):
 
 class RunFolderError(ReplayError, ValueError):
     """A folder is not a run folder, or one of another version."""
+
+
+class StudyError(ReplayError, ValueError):
+    """Metrics, a questionnaire or a codebook do not make a study."""

@@ -73,7 +73,7 @@ def write_run_folder(
         The folder exists, or cannot be written.
     """
     check_target(out, force=force)
-    with _replaced(out) as folder:
+    with replaced(out) as folder:
         _write_frames(result, folder / FRAMES)
         pq.write_table(episode_table(result), folder / EPISODES, compression="zstd")
         pq.write_table(miss_table(result), folder / MISSES, compression="zstd")
@@ -166,7 +166,7 @@ def _write_frames(result: RunResult, path: Path) -> None:
 
 
 @contextmanager
-def _replaced(out: Path) -> Iterator[Path]:
+def replaced(out: Path) -> Iterator[Path]:
     """A temporary folder that takes the name ``out`` when the block ends well, and is gone when it does not."""
     partial = out.with_name(f".{out.name}.{uuid4().hex[:8]}.partial")
     old = out.with_name(f".{out.name}.{uuid4().hex[:8]}.old")

@@ -11,8 +11,9 @@ def test_every_verb_leads_to_a_command_with_the_common_options(name):
     module, _, attribute = COMMANDS[name].entry.partition(":")
     command = getattr(import_module(module), attribute)
     assert isinstance(command, click.Command)
-    flags = {flag for option in command.params for flag in option.opts}
-    assert {"-v", "-q", "--debug"} <= flags
+    for verb in command.commands.values() if isinstance(command, click.Group) else [command]:
+        flags = {flag for option in verb.params for flag in option.opts}
+        assert {"-v", "-q", "--debug"} <= flags, verb.name
     assert COMMANDS[name].group in GROUPS
 
 

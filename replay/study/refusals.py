@@ -1,0 +1,86 @@
+"""What a study does not say: each rule has a name, a reason, and what would lift it.
+
+A refusal is a result, not a failure: the analysis goes on and the page lists it. ``RefusedError`` carries it to
+where the list is kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from replay.errors import StudyError
+
+LEAST_STUDENTS: Final = 10
+"""Below this many students no p-value is given."""
+
+LEAST_IN_CELL: Final = 5
+"""No cell of any output stands for fewer students than this: fewer could be recognised."""
+
+PERSONS_PER_ITEM: Final = 5
+"""Below this many students per questionnaire item, factor statistics carry a warning (usual advice: 5 to 10)."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One rule.
+
+    Parameters
+    ----------
+    reason : why the result would mislead.
+    lift : what would make it possible.
+    """
+
+    reason: str
+    lift: str
+
+
+RULES: Final[dict[str, Rule]] = {
+    "one-item": Rule("one item has no internal consistency", "ask at least two items for the construct"),
+    "no-variance": Rule("answers that are all equal have neither correlation nor consistency", "collect more answers"),
+    "few-students": Rule(
+        f"a p-value from fewer than {LEAST_STUDENTS} students depends on each single one of them",
+        f"study at least {LEAST_STUDENTS} students",
+    ),
+    "singular": Rule(
+        "the items' correlation matrix has no inverse: an item repeats others, or there are fewer students than items",
+        "drop the repeated item or study more students",
+    ),
+    "collinear": Rule(
+        "the predictors determine each other, so their shares cannot be told apart", "leave one of them out"
+    ),
+    "ids": Rule(
+        "rows whose student is missing or named twice cannot be joined without guessing",
+        "give every row one pseudonym, the same in both files",
+    ),
+    "small-cell": Rule(
+        f"a cell with fewer than {LEAST_IN_CELL} students could give a person away",
+        "merge groups or study more students",
+    ),
+    "undeclared-groups": Rule(
+        "a comparison invented after seeing the data finds too much", "declare the groups in the codebook"
+    ),
+    "causal-wording": Rule(
+        "these are associations; nothing here was assigned at random", "write 'is associated with'"
+    ),
+    "provenance": Rule(
+        "a figure without its n, its detector and what that detector misses cannot be judged",
+        "collect metrics from runs that were audited",
+    ),
+}  # fmt: skip
+"""Rule -> why and what lifts it; the refusal rules of the specification's section on statistics, and what they need."""
+
+
+class RefusedError(StudyError):
+    """A result that a rule forbids.
+
+    Parameters
+    ----------
+    rule : key of ``RULES``.
+    what : the result that is not given.
+    """
+
+    def __init__(self, rule: str, what: str) -> None:
+        self.rule, self.what = rule, what
+        self.reason, self.lift = RULES[rule].reason, RULES[rule].lift
+        super().__init__(f"{what}: refused ({rule}): {self.reason}; to lift it, {self.lift}")

@@ -1,0 +1,76 @@
+import json
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from study_samples import CODEBOOK, a_class, metrics, write_answers
+
+from replay.cli.main import main
+
+
+@pytest.fixture
+def files(tmp_path):
+    answers, contacts = a_class(30, seed=3)
+    pq.write_table(pa.table(metrics(contacts).columns), tmp_path / "metrics.parquet")
+    (tmp_path / "codebook.yaml").write_text(CODEBOOK)
+    write_answers(tmp_path / "answers.csv", answers)
+    return [
+        str(tmp_path / "metrics.parquet"),
+        str(tmp_path / "answers.csv"),
+        "--codebook",
+        str(tmp_path / "codebook.yaml"),
+    ]
+
+
+def test_analyse_prints_the_associations_and_writes_the_page(files, tmp_path, capsys):
+    assert main(["study", "analyse", *files, "--out", str(tmp_path / "study"), "--title", "Class"]) == 0
+    printed, said = capsys.readouterr()
+    assert "Ease of use is associated with more motivation" in printed
+    assert "contacts by exact, recall 100.0%" in printed
+    assert "study.html" in said and (tmp_path / "study" / "study.html").is_file()
+
+
+def test_analyse_as_json_is_the_summary(files, capsys):
+    assert main(["study", "analyse", *files, "--format", "json", "-q"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["students"] == 30 and told["associations"][0]["predictor"] == "ease of use"
+
+
+def test_a_refusal_of_the_whole_study_is_one_sentence_with_its_rule(files, tmp_path, capsys):
+    answers, _ = a_class(30)
+    write_answers(tmp_path / "answers.csv", answers, [f"Ada {k}" for k in range(30)])
+    assert main(["study", "analyse", *files]) == 1
+    error = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
+    assert len(error) == 1 and "ids" in error[0] and "Ada" not in error[0]
+
+
+def test_an_existing_folder_is_refused_before_the_work(files, tmp_path, capsys):
+    (tmp_path / "study").mkdir()
+    (tmp_path / "study" / "mine.txt").write_text("x")
+    assert main(["study", "analyse", *files, "--out", str(tmp_path / "study")]) == 1
+    assert "--force" in capsys.readouterr().err
+
+
+def test_check_tells_the_contradictions_of_the_papers_tables(capsys):
+    assert main(["study", "check"]) == 0
+    printed = capsys.readouterr().out
+    assert "3 of 16 checks contradict the print" in printed and "PU on attitude" in printed
+
+
+def test_check_strict_is_a_gate(tmp_path, capsys):
+    assert main(["study", "check", "--strict", "--format", "json"]) == 4
+    told = json.loads(capsys.readouterr().out)
+    assert sum(row["kind"] == "inconsistent" for row in told) == 3
+    good = tmp_path / "good.toml"
+    good.write_text(
+        "n = 52\n[reliability]\nitems = 19\nalpha = 0.9\nkmo = 0.8\nchi_square = 443.843\ndf = 171\np = 0.0\n"
+    )
+    assert main(["study", "check", str(good), "--strict"]) == 0
+
+
+def test_without_the_extra_one_sentence_says_what_to_install(monkeypatch, capsys):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "statsmodels", None)
+    assert main(["study", "check"]) == 1
+    assert 'pip install "vrlab-replay[study]"' in capsys.readouterr().err
