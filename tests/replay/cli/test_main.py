@@ -7,7 +7,7 @@ import time
 import pytest
 
 from replay.cli import main as module
-from replay.cli.commands import COMMANDS
+from replay.cli.commands import COMMANDS, GROUPS
 from replay.cli.main import main
 from replay.errors import AssemblyError
 
@@ -17,7 +17,9 @@ def test_help_lists_every_verb_under_its_group(capsys):
     text = capsys.readouterr().out
     for name, spec in COMMANDS.items():
         assert f"  {name} " in text.split(f"{spec.group}:")[1]
-    assert "Study" not in text
+    assert [group for group in GROUPS if f"{group}:" in text] == [
+        group for group in GROUPS if any(spec.group == group for spec in COMMANDS.values())
+    ]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
