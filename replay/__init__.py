@@ -7,6 +7,7 @@ from typing import Any
 
 _HOME = {
     "run": "replay.runner",
+    "audit": "replay.auditor",
     "plan": "replay.plan",
     "RunResult": "replay.run_result",
 }

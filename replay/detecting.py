@@ -12,6 +12,7 @@ import numpy as np
 from cdcore import Detection, Detector, create_detector, join
 from cdcore.detectors import load_detector
 from cdcore.narrow.section_source import sections_of
+from cdcore.protocol import FaceSets
 from replay.assembly import Assembly
 from replay.detector_spec import DetectorSpec
 from replay.progress import Advance
@@ -87,6 +88,21 @@ def run_detector(spec: DetectorSpec, assembly: Assembly, *, seed: int, faces: bo
     clock.append(perf_counter())
     settings = asdict(detector.settings)
     return Run(spec, detector, settings, detection, *np.diff(clock).tolist())
+
+
+def face_sets_again(detector: Detector, assembly: Assembly, advance: Advance) -> FaceSets | None:
+    """Which faces meet, asked for off the clock; ``None`` of a detector that lists none, or too many to keep."""
+    parts = _told(detector.stream(assembly.motion.blocks(WHOLE_FRAMES), faces=True), advance)
+    kept: list[tuple[int, FaceSets]] = []
+    first = rows = 0
+    for part in parts:
+        if part.face_sets is None:
+            return None
+        kept.append((first, part.face_sets))
+        first, rows = first + len(part.times), rows + len(part.face_sets.faces)
+        if rows > FACE_ROWS:
+            return None
+    return FaceSets.join(kept)
 
 
 def _joined(parts: Iterator[Detection], detector: Detector, assembly: Assembly) -> Detection:

@@ -14,9 +14,11 @@ from replay.assembly import Assembly
 from replay.audit.compare import compare
 from replay.audit.episodes import episodes
 from replay.audit.evidence import Evidence
+from replay.audit.face_recall import FaceRecall, face_recall
+from replay.audit.matching import EpisodeMatches, match_episodes
 from replay.audit.misses import misses, stretches
 from replay.audit.outcome import Comparison, Episode, Miss
-from replay.detecting import Run, make_detector, run_detector
+from replay.detecting import Run, face_sets_again, make_detector, run_detector
 from replay.detector_spec import DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
 from replay.errors import DetectorSpecError
 from replay.plan import plan
@@ -95,6 +97,7 @@ def compute(
     start: float | None = None,
     end: float | None = None,
     seed: int = 0,
+    faces: bool = False,
     progress: Progress | None = None,
 ) -> RunResult:
     """Assemble, detect, compare, number the misses.
@@ -105,6 +108,7 @@ def compute(
     detectors, oracle : as ``line_up``; ``None`` runs none where the scene's plan calls for none.
     pairs, start, end : as ``assemble``.
     seed : of every random stream.
+    faces : ask audited detectors again, off the clock, which faces meet, and compare those too.
     progress : told how far the work is.
 
     Raises
@@ -127,7 +131,9 @@ def compute(
     with told.stage("audit"):
         found = {label: episodes(run.detection) for label, run in runs.items()}
         comparisons = _comparisons(runs, lineup.oracle)
+        matches = _matches(comparisons, found, runs)
         missed = _misses(comparisons, found.get(lineup.oracle, ()), runs.get(lineup.oracle), assembly, seed)
+    recall = _face_recall(comparisons, runs, assembly, told) if faces else {}
     result = RunResult(
         session=session,
         assembly=assembly,
@@ -136,6 +142,8 @@ def compute(
         comparisons=comparisons,
         episodes=found,
         misses=missed,
+        matches=matches,
+        face_recall=recall,
     )
     return summarise(result, runs, layout.survey, window=(start, end), seed=seed)
 
@@ -145,6 +153,32 @@ def _comparisons(runs: dict[str, Run], oracle: str) -> dict[str, Comparison]:
         return {}
     truth = runs[oracle].detection
     return {label: compare(run.detection, truth, (label, oracle)) for label, run in runs.items() if label != oracle}
+
+
+def _matches(
+    comparisons: dict[str, Comparison], found: dict[str, tuple[Episode, ...]], runs: dict[str, Run]
+) -> dict[str, EpisodeMatches]:
+    matches = {}
+    for label, comparison in comparisons.items():
+        kinds = runs[label].detection.covers, runs[comparison.oracle].detection.covers
+        reach = 1 if kinds == ("instants", "intervals") else 0
+        matches[label] = match_episodes(comparison, found[comparison.oracle], found[label], reach=reach)
+    return matches
+
+
+def _face_recall(
+    comparisons: dict[str, Comparison], runs: dict[str, Run], assembly: Assembly, told: Progress
+) -> dict[str, FaceRecall]:
+    recalls = {}
+    for label, comparison in comparisons.items():
+        truth = runs[comparison.oracle].detection
+        if truth.face_sets is None or truth.covers != "instants":
+            continue
+        with told.stage(f"faces of {label}", len(assembly.motion)) as advance:
+            said = face_sets_again(runs[label].detector, assembly, advance)
+        if said is not None:
+            recalls[label] = face_recall(said, truth.face_sets, comparison)
+    return recalls
 
 
 def _misses(

@@ -9,6 +9,8 @@ from typing import Any
 
 from cdcore import Detection
 from replay.assembly import Assembly
+from replay.audit.face_recall import FaceRecall
+from replay.audit.matching import EpisodeMatches
 from replay.audit.outcome import Comparison, Episode, Miss
 from sessions import Session
 
@@ -26,6 +28,8 @@ class RunResult:
     comparisons : label -> comparison with the oracle.
     episodes : label -> that detection's contact episodes.
     misses : label -> numbered misses, in order of time.
+    matches : label -> its episodes matched one to one with the oracle's.
+    face_recall : label -> face pairs found, where it was asked for and both list faces of instants.
     effects : name -> series and events (empty until the scene declares some).
     summary : settings, seeds, counts, digests, machine; everything JSON can hold.
     out : the run folder, or ``None`` when nothing was written.
@@ -38,6 +42,8 @@ class RunResult:
     comparisons: Mapping[str, Comparison]
     episodes: Mapping[str, tuple[Episode, ...]]
     misses: Mapping[str, tuple[Miss, ...]]
+    matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)
+    face_recall: Mapping[str, FaceRecall] = field(default_factory=dict)
     effects: Mapping[str, Any] = field(default_factory=dict)
     summary: Mapping[str, Any] = field(default_factory=dict)
     out: Path | None = None

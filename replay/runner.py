@@ -23,6 +23,7 @@ def run(
     start: float | None = None,
     end: float | None = None,
     seed: int = 0,
+    faces: bool = False,
     picture: bool = True,
     force: bool = False,
     progress: Progress | None = None,
@@ -40,6 +41,7 @@ def run(
     pairs : pairs of body names; ``None``: the scene's, else all that move against each other.
     start, end : seconds after the first frame.
     seed : of every random stream.
+    faces : compare faces too, at the price of a second pass of every audited detector off the clock.
     picture : whether the run folder holds the recording for Rerun.
     force : replace an earlier run folder.
     progress : told how far the work is.
@@ -57,8 +59,9 @@ def run(
         check_target(target, force=force)
     session = session_or_path if isinstance(session_or_path, Session) else _read(Path(session_or_path))
     result = compute(
-        session, detectors=detectors, oracle=oracle, pairs=pairs, start=start, end=end, seed=seed, progress=told
-    )
+        session, detectors=detectors, oracle=oracle, pairs=pairs, start=start, end=end, seed=seed, faces=faces,
+        progress=told,
+    )  # fmt: skip
     if target is None:
         return result
     with told.stage("write"):

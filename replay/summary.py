@@ -9,8 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Detection, Verdict
-from replay.audit.misses import MISS_KINDS, NEVER_FOUND
-from replay.audit.outcome import Outcome
+from replay.audit.scores import score
 from replay.detecting import Run
 from replay.machine import machine, versions
 from replay.run_result import RunResult
@@ -45,7 +44,7 @@ def summarise(
         ],
         "oracle": result.oracle,
         "detectors": {label: _detector(run, len(result.episodes[label])) for label, run in runs.items()},
-        "audit": {label: _audit(result, label) for label in result.comparisons},
+        "audit": {label: score(result, label) for label in result.comparisons},
         "versions": versions(),
         "machine": machine(),
     }
@@ -122,16 +121,3 @@ def frame_seconds(detection: Detection) -> np.ndarray[Any, np.dtype[np.float64]]
         return None
     total: np.ndarray[Any, np.dtype[np.float64]] = np.sum(np.array(stages, dtype=np.float64), axis=0)
     return total
-
-
-def _audit(result: RunResult, label: str) -> dict[str, Any]:
-    comparison, missed = result.comparisons[label], result.misses[label]
-    unconfirmed = (result.detections[label].verdict == Verdict.CANDIDATE) & (comparison.outcome == Outcome.INVENTED)
-    return {
-        "pair_frames": {outcome.name: comparison.count(outcome) for outcome in Outcome},
-        "unconfirmed": int(unconfirmed.sum()),
-        "contacts": len(result.episodes[result.oracle]),
-        "contacts_missed": len({miss.episode for miss in missed if miss.kind == NEVER_FOUND}),
-        "misses": len(missed),
-        "by_kind": {kind: sum(miss.kind == kind for miss in missed) for kind in MISS_KINDS},
-    }

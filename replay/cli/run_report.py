@@ -22,6 +22,11 @@ def report_run(result: RunResult, people: People, format_: str) -> int:
         from replay.cli.run_tables import run_tables
 
         stdout_console().print(run_tables(result))
+    return close_run(result, people)
+
+
+def close_run(result: RunResult, people: People) -> int:
+    """Say what people should know about a run, and return its exit code."""
     for label, detector in result.summary["detectors"].items():
         settings = ", ".join(f"{name}={value}" for name, value in detector["settings"].items())
         people.detail(f"{label}: {detector['name']}[{settings}], verdicts {detector['digest'] or 'not reproducible'}")

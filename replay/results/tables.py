@@ -50,7 +50,9 @@ def episode_table(result: RunResult) -> pa.Table:
     """Every contact of every detector, in order of time; ``number`` counts from 1 within a detector.
 
     Columns: ``detector number body_a body_b held first last frames start end``; ``missed_by`` names the audited
-    detectors that never found an episode of the oracle, separated by commas.
+    detectors that never found an episode of the oracle, separated by commas. Of an audited detector ``status`` is
+    ``matched``, ``piece`` (of a split one), ``invented`` or ``excused``, and where matched ``truth`` is the number of
+    the oracle's episode, with ``overlap_frames``, ``onset_error`` and ``duration_error`` (seconds).
     """
     never = _never_found(result)
     rows = [
@@ -70,8 +72,21 @@ def episode_table(result: RunResult) -> pa.Table:
             "start": pa.array([episode.start for _, _, episode, _ in rows], pa.float64()),
             "end": pa.array([episode.end for _, _, episode, _ in rows], pa.float64()),
             "missed_by": pa.array([row[3] for row in rows], pa.string()),
+            **_match_columns(result, [(label, number) for label, number, _, _ in rows]),
         }
     )
+
+
+def _match_columns(result: RunResult, rows: list[tuple[str, int]]) -> Columns:
+    status = {label: matches.status() for label, matches in result.matches.items()}
+    match = {(label, one.found): one for label, matches in result.matches.items() for one in matches.matched}
+    words = [status.get(label, {}).get(number, "") for label, number in rows]
+    table: Columns = {"status": pa.array(words, pa.string())}
+    kinds = {"truth": pa.int64(), "overlap": pa.int64(), "onset_error": pa.float64(), "duration_error": pa.float64()}
+    for name, kind in kinds.items():
+        values = [getattr(match.get(row), name, None) for row in rows]
+        table["overlap_frames" if name == "overlap" else name] = pa.array(values, kind)
+    return table
 
 
 def miss_table(result: RunResult) -> pa.Table:

@@ -1,0 +1,91 @@
+"""``replay audit``: what detectors missed and invented beside an oracle, over one session or several, with gates."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from replay.cli.console import People, TerminalProgress, stdout_console
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, output_format, window
+
+
+@click.command()
+@click.argument("sessions", type=SESSION_FILE, metavar="SESSION...", nargs=-1, required=True)
+@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder; of several sessions a folder of them.")
+@click.option("--force", is_flag=True, help="Replace earlier run folders of that name.")
+@click.option(
+    "--detectors",
+    "--detector",
+    "detectors",
+    multiple=True,
+    metavar="SPEC",
+    help="What to audit: hybrid-qaco, slow=discrete[rate_hz=22.5], package.module:Class; several with commas.",
+)
+@click.option("--oracle", metavar="SPEC", help="The detector to trust: exact, continuous, a label. Default: exact.")
+@window
+@click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
+@click.option("--no-faces", is_flag=True, help="Leave out face recall, and the second pass it takes.")
+@click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
+@click.option("--max-missed", type=float, metavar="SHARE", help="Exit 4 when more contacts or pair-frames are missed.")
+@click.option("--max-p99-ms", type=float, metavar="MS", help="Exit 4 when the slowest 1 % of the frames take longer.")
+@output_format
+@common
+def command(
+    sessions: tuple[Path, ...],
+    out: Path | None,
+    force: bool,
+    detectors: tuple[str, ...],
+    oracle: str | None,
+    start: float | None,
+    end: float | None,
+    seed: int,
+    no_faces: bool,
+    no_picture: bool,
+    max_missed: float | None,
+    max_p99_ms: float | None,
+    format_: str,
+    verbose: bool,
+    quiet: bool,
+    debug: bool,
+) -> int:
+    """Replay each SESSION through detectors and say what each missed beside the oracle.
+
+    \b
+    replay audit session.mcap --detectors "hybrid-qaco,slow=discrete[rate_hz=22.5]" --out runs/audit
+    replay audit recordings/*.mcap --detector lab.engine:Detector --max-missed 0.01 --max-p99-ms 11.1
+    """
+    del debug
+    people = People(quiet=quiet, verbose=verbose)
+    from replay.audit.gates import Gates
+    from replay.auditor import audit
+    from replay.cli.main import GATE_FAILED, OK
+
+    result = audit(
+        list(sessions),
+        detectors=detectors or None,
+        oracle=oracle,
+        out=out,
+        start=start,
+        end=end,
+        seed=seed,
+        faces=not no_faces,
+        picture=not no_picture,
+        force=force,
+        progress=TerminalProgress(people),
+    )
+    summaries = [one.summary for one in result.results]
+    broken = Gates(max_missed, max_p99_ms).broken(result.summary, summaries)
+    if format_ == "json":
+        click.echo(json.dumps({"audit": result.summary, "runs": summaries, "broken": broken}, allow_nan=False))
+    else:
+        from replay.cli.audit_tables import audit_tables
+
+        stdout_console().print(audit_tables(result.summary))
+    from replay.cli.run_report import close_run
+
+    codes = [close_run(one, people) for one in result.results]
+    for sentence in broken:
+        people.say(f"gate: {sentence}")
+    return GATE_FAILED if broken else max(codes, default=OK)

@@ -1,0 +1,71 @@
+"""An audit as a table for a terminal: matched and unmatched counts of every detector, with intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich import box
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from replay.audit.gates import percent
+
+
+def audit_tables(audit: Mapping[str, Any]) -> Group:
+    """Three tables, a row per detector each: pair-frames, contacts, and how far off the matched ones are."""
+    return Group(Text(), frame_table(audit), Text(), contact_table(audit))
+
+
+def frame_table(audit: Mapping[str, Any]) -> Table:
+    """Pair-frames in the glossary's words."""
+    table = _table("pair-frames", "both", "missed", "missed %", "invented", "tolerance", "between", "left out", "faces")
+    for label, figures in audit.items():
+        frames = figures["pair_frames"]
+        faces = figures["faces"]
+        table.add_row(
+            label,
+            *(f"{frames[name]:,}" for name in ("BOTH", "MISSED")),
+            percent(figures["missed"]),
+            *(f"{frames[name]:,}" for name in ("INVENTED", "WITHIN_TOLERANCE")),
+            _count(figures["between_frames"]),
+            f"{frames['LEFT_OUT']:,}",
+            "not asked" if faces is None else percent(faces["recall"]),
+        )
+    return table
+
+
+def contact_table(audit: Mapping[str, Any]) -> Table:
+    """Contacts matched one to one."""
+    names = ("truth", "found", "matched", "missed", "missed %", "invented", "split", "merged", "onset", "duration")
+    table = _table("contacts", *names)
+    for label, figures in audit.items():
+        told = figures["episodes"]
+        table.add_row(
+            label,
+            *(f"{told[name]:,}" for name in ("truth", "found", "matched", "missed")),
+            percent(told["missed_share"]),
+            *(f"{told[name]:,}" for name in ("invented", "split", "merged")),
+            *(_off(told.get(name)) for name in ("onset_error", "duration_error")),
+        )
+    return table
+
+
+def _table(title: str, *columns: str) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left", title_style="bold", pad_edge=False)
+    table.add_column("detector")
+    for name in columns:
+        table.add_column(name, justify="right")
+    return table
+
+
+def _count(value: int | str) -> str:
+    return f"{value:,}" if isinstance(value, int) else value
+
+
+def _off(spread: Mapping[str, float] | None) -> str:
+    """Milliseconds: the mean, and the worst."""
+    if spread is None:
+        return ""
+    return f"{1e3 * spread['mean']:+.1f} ms, worst {1e3 * spread['most_off']:.1f}"

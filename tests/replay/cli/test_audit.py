@@ -1,0 +1,43 @@
+import json
+
+import pytest
+from small_worlds import cubes
+
+from replay.cli.main import main
+from sessions import write_session
+
+PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+SLOW = "slow=discrete[rate_hz=20]"
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("session") / "s.mcap"
+    write_session(cubes(PLACES), path)
+    return str(path)
+
+
+def test_counts_of_every_detector_are_printed(file, capsys):
+    assert main(["audit", file, "--detectors", f"{SLOW},hybrid"]) == 0
+    printed = capsys.readouterr().out
+    assert "slow" in printed and "hybrid" in printed
+    for word in ("matched", "missed", "invented", "split", "merged", "not examined"):
+        assert word in printed
+
+
+def test_json_holds_the_sums_and_the_runs(file, capsys):
+    assert main(["audit", file, file, "--detector", SLOW, "--format", "json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["audit"]["slow"]["episodes"]["missed"] == 2 and len(told["runs"]) == 2 and told["broken"] == []
+
+
+def test_a_broken_gate_ends_in_4_and_says_which(file, capsys):
+    assert main(["audit", file, "--detector", SLOW, "--max-missed", "0.01", "--max-p99-ms", "10000"]) == 4
+    assert "slow missed 1 of 2 contacts" in capsys.readouterr().err
+    assert main(["audit", file, "--detector", "hybrid", "--max-missed", "0.01"]) == 0
+    assert main(["audit", file, "--detector", "hybrid", "--max-p99-ms", "11.1"]) == 4
+
+
+def test_a_run_folder_is_written_when_asked(file, tmp_path):
+    assert main(["audit", file, "--detector", SLOW, "--out", str(tmp_path / "run"), "--no-picture", "--no-faces"]) == 0
+    assert {"summary.json", "episodes.parquet"} <= {path.name for path in (tmp_path / "run").iterdir()}
