@@ -60,10 +60,13 @@ class Layout:
     def assembly(self, frames: PlacedFrames, linked: NDArray[np.bool_], carried: int = 0) -> Assembly:
         """An assembly of placed frames, without the first ``carried`` ones, which only give the path into the rest."""
         times = (frames.stamp_ns - self.survey.stamp_ns[0]) / 1e9
-        motion = Motion(
-            times, frames.translation, frames.rotation, frames.origin != PoseOrigin.NONE, linked=linked,
-            names=[body.name for body in self.bodies],
-        )  # fmt: skip
+        valid = frames.origin != PoseOrigin.NONE
+        if len(self.pairs):
+            names = [body.name for body in self.bodies]
+            motion = Motion(times, frames.translation, frames.rotation, valid, linked=linked, names=names)
+        else:
+            # The survey has checked every sample, and nobody will place a triangle with these poses: no compiler.
+            motion = Motion.of_rigid(times, frames.translation, frames.rotation, valid, linked)
         return Assembly(
             bodies=self.bodies,
             motion=motion.frames(carried, len(frames)) if carried else motion,
@@ -77,8 +80,13 @@ class Layout:
         )
 
 
-def lay_out(session: Session, *, pairs: Pairs | None = None) -> Layout:
+def lay_out(session: Session, *, pairs: Pairs | None = None, looking: bool = True) -> Layout:
     """Look through a session once and decide what will be looked at.
+
+    Parameters
+    ----------
+    pairs : as ``assemble``.
+    looking : whether a detector will look; without one, a session without a pair is a session too.
 
     Raises
     ------
@@ -102,7 +110,7 @@ def lay_out(session: Session, *, pairs: Pairs | None = None) -> Layout:
     Placing(session.scene, session.names, names)
     moves = dict(zip(session.names, seen.moves.tolist(), strict=True))
     rows = chosen_pairs(session.scene, names, moves, pairs)
-    if not len(rows):
+    if not len(rows) and looking:
         raise AssemblyError(
             f"no pair to look at: none of {', '.join(names)} moves against another; name pairs in the scene"
         )

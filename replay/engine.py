@@ -8,6 +8,7 @@ from typing import Final
 
 from cdcore import Detection, Motion
 from cdcore.detectors import detector_names
+from replay.affecting import EffectRun, run_effects
 from replay.assemble import Pairs, lay_out
 from replay.assemble_stored import assemble_bounded
 from replay.assembly import Assembly
@@ -21,7 +22,7 @@ from replay.audit.outcome import Comparison, Episode, Miss
 from replay.detecting import Run, face_sets_again, make_detector, run_detector
 from replay.detector_spec import DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
 from replay.errors import DetectorSpecError
-from replay.plan import plan
+from replay.plan import Plan, plan
 from replay.progress import Progress, Silent
 from replay.run_result import RunResult
 from replay.summary import summarise
@@ -117,16 +118,16 @@ def compute(
         One sentence each.
     """
     told = progress or Silent()
-    called_for = detectors is not None or plan(session.scene).detection
-    lineup = line_up(detectors if called_for else (), oracle)
+    planned = plan(session.scene)
+    lineup = _called_for(planned, detectors, oracle)
     with told.stage("assemble"):
-        layout = lay_out(session, pairs=pairs)
+        layout = lay_out(session, pairs=_wanted(planned, pairs, session), looking=bool(lineup.specs))
         assembly = assemble_bounded(session, layout, start=start, end=end)
     runs: dict[str, Run] = {}
     for spec in lineup.specs:
         with told.stage(spec.label, len(assembly.motion)) as advance:
             runs[spec.label] = run_detector(
-                spec, assembly, seed=seed, faces=spec.label == lineup.oracle, advance=advance
+                spec, assembly, seed=seed, faces=spec.label in (lineup.oracle, *planned.detectors), advance=advance
             )
     with told.stage("audit"):
         found = {label: episodes(run.detection) for label, run in runs.items()}
@@ -134,6 +135,10 @@ def compute(
         matches = _matches(comparisons, found, runs)
         missed = _misses(comparisons, found.get(lineup.oracle, ()), runs.get(lineup.oracle), assembly, seed)
     recall = _face_recall(comparisons, runs, assembly, told) if faces else {}
+    effects: dict[str, EffectRun] = {}
+    if planned.effects:
+        with told.stage("effects"):
+            effects = run_effects(planned, session, assembly, _believed(planned, runs, lineup.oracle))
     result = RunResult(
         session=session,
         assembly=assembly,
@@ -144,8 +149,37 @@ def compute(
         misses=missed,
         matches=matches,
         face_recall=recall,
+        effects=effects,
     )
     return summarise(result, runs, layout.survey, window=(start, end), seed=seed)
+
+
+def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
+    """Who runs: those asked for, else the usual ones where the plan looks for contacts, else those effects believe."""
+    if detectors is None and not planned.detection:
+        return Lineup((), "")
+    lineup = line_up(detectors, oracle)
+    if lineup.specs or not planned.detectors:
+        return lineup
+    return Lineup(tuple(DetectorSpec(name, name) for name in planned.detectors), "")
+
+
+def _wanted(planned: Plan, asked: Pairs | None, session: Session) -> Pairs | None:
+    """The pairs asked for, and those that effects ask about; ``None`` where the scene declares neither."""
+    if session.scene.effects is None:
+        return asked
+    fixed = {body.id for body in session.scene.bodies if body.fixed is not None}
+    there = {name for name in (*session.names, *fixed) if name in session.meshes}
+    return [*(asked or ()), *(pair for pair in planned.pairs or () if there.issuperset(pair))]
+
+
+def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> Detection | None:
+    """The detection that effects read: of the detector their specs name, else of the oracle, else of the first."""
+    for run in runs.values():
+        if run.spec.name in planned.detectors and not run.spec.settings:
+            return run.detection
+    chosen = runs.get(oracle) or next(iter(runs.values()), None)
+    return None if chosen is None else chosen.detection
 
 
 def _comparisons(runs: dict[str, Run], oracle: str) -> dict[str, Comparison]:

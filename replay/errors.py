@@ -5,6 +5,8 @@
     ReplayError
     ├── DetectorSpecError     text or value that names no detector, or a label that cannot be one
     ├── AssemblyError         a session that offers a detector nothing to look at, or whose scene contradicts itself
+    ├── PlanError             a scene that declares an effect, field, body or tag there is not
+    ├── EffectError           an effect that cannot be loaded, or asks for what its spec does not name
     ├── AuditError            detections that cannot be compared
     ├── OutputError           a run folder or file that cannot be written
     ├── RunFolderError        a folder that holds no run, or a run of another version
@@ -25,6 +27,14 @@ class DetectorSpecError(ReplayError, ValueError):
 
 class AssemblyError(ReplayError, ValueError):
     """A session and its scene do not make a motion."""
+
+
+class PlanError(ReplayError, ValueError):
+    """A scene declares effects that cannot be planned; the message names file, table and key."""
+
+
+class EffectError(ReplayError, ValueError):
+    """An effect cannot be loaded, or cannot do its work with what the recording holds."""
 
 
 class AuditError(ReplayError, ValueError):

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cdcore import Detection
+from replay.affecting import EffectRun
 from replay.assembly import Assembly
 from replay.audit.face_recall import FaceRecall
 from replay.audit.matching import EpisodeMatches
@@ -30,7 +31,7 @@ class RunResult:
     misses : label -> numbered misses, in order of time.
     matches : label -> its episodes matched one to one with the oracle's.
     face_recall : label -> face pairs found, where it was asked for and both list faces of instants.
-    effects : name -> series and events (empty until the scene declares some).
+    effects : kind -> what the effect found and took, in running order; empty where the scene declares none.
     summary : settings, seeds, counts, digests, machine; everything JSON can hold.
     out : the run folder, or ``None`` when nothing was written.
     """
@@ -44,6 +45,6 @@ class RunResult:
     misses: Mapping[str, tuple[Miss, ...]]
     matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)
     face_recall: Mapping[str, FaceRecall] = field(default_factory=dict)
-    effects: Mapping[str, Any] = field(default_factory=dict)
+    effects: Mapping[str, EffectRun] = field(default_factory=dict)
     summary: Mapping[str, Any] = field(default_factory=dict)
     out: Path | None = None

@@ -91,6 +91,24 @@ class Motion:
             object.__setattr__(self, field, value)
 
     @classmethod
+    def of_rigid(
+        cls,
+        times: FloatArray,
+        translations: FloatArray,
+        rotations: FloatArray,
+        valid: NDArray[np.bool_],
+        linked: NDArray[np.bool_],
+    ) -> Motion:
+        """A motion of poses that are known to be finite and rigid: kept as they are, and no compiler is loaded.
+
+        Choose it where poses were checked sample by sample and only effects will read them; a detector's motion is
+        made by the constructor, which checks.
+        """
+        motion = object.__new__(cls)
+        motion._set(_times(times), translations, rotations, valid, linked & valid, 0, 0.0)
+        return motion
+
+    @classmethod
     def from_quaternions(
         cls,
         times: ArrayLike,

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from shapes import random_rotations
@@ -208,3 +211,12 @@ def test_taken_frames_are_linked_only_where_none_was_left_out():
 def test_no_frames_are_a_motion():
     assert len(Motion([], np.zeros((0, 3, 3)), np.zeros((0, 3, 3, 3)))) == 0
     assert Motion.from_quaternions([], np.zeros((0, 3, 3)), np.zeros((0, 3, 4))).body_count == 3
+
+
+def test_a_motion_of_poses_known_to_be_rigid_keeps_them_and_loads_no_compiler():
+    code = (
+        "import sys, numpy as np; from cdcore import Motion; yes = np.ones((2, 1), dtype=bool);"
+        "m = Motion.of_rigid(np.arange(2.0), np.zeros((2, 1, 3)), np.tile(np.eye(3), (2, 1, 1, 1)), yes, yes);"
+        "assert len(m) == 2 and m.linked.all() and 'numba' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

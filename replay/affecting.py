@@ -1,0 +1,125 @@
+"""The effects of a plan over one assembly, in order; each is timed and gets only what its spec names."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+
+from cdcore import Detection
+from replay.assembly import Assembly
+from replay.effects.inputs import EffectInputs
+from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Series
+from replay.effects.protocol import EffectSpec
+from replay.effects.spans import spans_of
+from replay.errors import EffectError
+from replay.plan import Plan, Step
+from sessions import Session
+
+SKIPPED = "skipped"
+"""Name of the lane that shows when an effect did not run."""
+
+
+@dataclass(frozen=True, eq=False)
+class EffectRun:
+    """What one effect found and what it took.
+
+    Parameters
+    ----------
+    spec : the effect.
+    because : why it was in the plan.
+    output : events, series, lanes, liquids.
+    seconds : its time.
+    counters : its work.
+    frames, frames_run : frames of the run, and those in which its trigger was on.
+    """
+
+    spec: EffectSpec
+    because: tuple[str, ...]
+    output: EffectOutput
+    seconds: float
+    counters: Mapping[str, int]
+    frames: int
+    frames_run: int
+
+    @property
+    def events(self) -> tuple[EffectEvent, ...]:
+        """In order of time."""
+        return self.output.events
+
+    @property
+    def series(self) -> Mapping[str, Series]:
+        """Name -> quantity over time."""
+        return self.output.series
+
+    @property
+    def frames_skipped(self) -> int:
+        """Frames in which the trigger was off."""
+        return self.frames - self.frames_run
+
+
+def run_effects(
+    planned: Plan, session: Session, assembly: Assembly, detection: Detection | None
+) -> dict[str, EffectRun]:
+    """Run every effect of a plan; kind -> outcome, in running order.
+
+    Parameters
+    ----------
+    detection : answer of the detector that effects believe; ``None`` where the plan calls for none.
+
+    Raises
+    ------
+    EffectError
+        The recording does not hold what a declared effect needs.
+    """
+    done: dict[str, EffectRun] = {}
+    for kind, step in planned.steps.items():
+        outputs = {name: done[name].output for name in step.inputs}
+        done[kind] = _run(step, frozenset(planned.bodies), session, assembly, detection, outputs)
+    return done
+
+
+def _run(
+    step: Step,
+    bodies: frozenset[str],
+    session: Session,
+    assembly: Assembly,
+    detection: Detection | None,
+    outputs: Mapping[str, EffectOutput],
+) -> EffectRun:
+    spec, there = step.spec, frozenset(assembly.names)
+    inputs = EffectInputs(
+        kind=spec.kind,
+        declared=step.declared,
+        pairs=tuple(pair for pair in step.pairs if there.issuperset(pair)),
+        session=session,
+        assembly=assembly,
+        known_bodies=bodies,
+        reads=spec.reads,
+        detection=detection if spec.detector else None,
+        outputs=outputs,
+        counters=Counter(),
+    )
+    start = perf_counter()
+    output = spec.compute(inputs)
+    seconds = perf_counter() - start
+    frames = len(inputs)
+    if output.ran is not None and output.ran.shape != (frames,):
+        raise EffectError(f"effect {spec.kind!r} says it ran in {output.ran.shape} of {frames} frames; repair it")
+    run = frames if output.ran is None else int(output.ran.sum())
+    return EffectRun(spec, step.because, _with_skipped(output, assembly), seconds, dict(inputs.counters), frames, run)
+
+
+def _with_skipped(output: EffectOutput, assembly: Assembly) -> EffectOutput:
+    """The output with a lane of the spans that were skipped."""
+    if output.ran is None or bool(output.ran.all()):
+        return output
+    times = assembly.motion.times
+    spans = tuple(
+        LaneSpan(float(times[first]), float(times[min(stop, len(times) - 1)]), SKIPPED)
+        for first, stop in spans_of(~np.asarray(output.ran))
+    )
+    return replace(output, lanes={**output.lanes, SKIPPED: spans})

@@ -1,0 +1,51 @@
+"""The table of effects: a kind leads to its file, which is imported when a plan holds the kind and never otherwise.
+
+Adding an effect is one file that defines a ``SPEC`` (see ``replay.effects.protocol``, which says how) and one row
+here. A row from outside is an entry point of the group below, ``kind = "package.module:SPEC"``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import TYPE_CHECKING, Final
+
+from replay.errors import EffectError
+
+if TYPE_CHECKING:
+    from replay.effects.protocol import EffectSpec
+
+EFFECTS: Final[dict[str, str]] = {
+    "contact": "replay.effects.contact:SPEC",
+}
+"""Kind -> ``module:SPEC``; the kinds are the words of ``kind = `` in a scene."""
+
+ENTRY_POINT_GROUP: Final = "vrlab_replay.effects"
+
+
+def effect_kinds(table: Mapping[str, str] = EFFECTS) -> tuple[str, ...]:
+    """Every kind a scene may declare: the table's first, those of installed packages after them."""
+    outside = sorted(point.name for point in entry_points(group=ENTRY_POINT_GROUP))
+    return (*table, *(name for name in outside if name not in table))
+
+
+def load_effect(kind: str, table: Mapping[str, str] = EFFECTS) -> EffectSpec:
+    """The spec of a kind; this imports the effect's file.
+
+    Raises
+    ------
+    EffectError
+        There is no such kind, or its file cannot be loaded.
+    """
+    entry = table.get(kind) or next((p.value for p in entry_points(group=ENTRY_POINT_GROUP, name=kind)), None)
+    if entry is None:
+        raise EffectError(f"no effect {kind!r}; there are: {', '.join(effect_kinds(table))}")
+    module, _, attribute = entry.partition(":")
+    try:
+        spec: EffectSpec = getattr(import_module(module), attribute or "SPEC")
+    except (ImportError, AttributeError) as error:
+        raise EffectError(f"effect {kind!r} cannot be loaded: {error}; repair or remove its package") from error
+    if spec.kind != kind:
+        raise EffectError(f"{entry} calls itself {spec.kind!r} and its row {kind!r}; give both one name")
+    return spec

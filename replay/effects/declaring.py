@@ -1,0 +1,244 @@
+"""What a scene says of an effect, checked field by field; a wrong one is named with file, table, key, nearest name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, cast
+
+from replay.errors import PlanError
+from sessions.scene import Scene, SceneEffect
+from sessions.scene_toml import TAG, selected_bodies
+from sessions.toml_table import is_number, nearest
+
+Pair = tuple[str, str]
+REQUIRED: Final = object()
+"""Default of a field without a default."""
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """One key of an ``[[effect]]`` table.
+
+    Parameters
+    ----------
+    kind : ``pairs``, ``bodies``, ``body``, ``number``, ``text``, ``flag``, ``vector`` or ``mapping``.
+    about : what it says, for the plan and the documentation.
+    unit : of a number or vector.
+    default : value when absent; ``REQUIRED``: must be given; ``None``: may be absent, and is then ``None``.
+    above, least, most : bounds of a number; ``above`` is excluded, the others are not.
+    among : the words a text may be.
+    source : where the default comes from.
+    """
+
+    kind: str
+    about: str
+    unit: str = ""
+    default: Any = REQUIRED
+    above: float | None = None
+    least: float | None = None
+    most: float | None = None
+    among: tuple[str, ...] = ()
+    source: str = ""
+
+
+def pairs(about: str, *, required: bool = True) -> Field:
+    """``between = [first, second]``: all pairs of a body of the first and one of the second selector."""
+    return Field("pairs", about, default=REQUIRED if required else ())
+
+
+def bodies(about: str, *, required: bool = True) -> Field:
+    """An id, ``tag:WORD``, or a list of them."""
+    return Field("bodies", about, default=REQUIRED if required else ())
+
+
+def body(about: str, *, required: bool = True) -> Field:
+    """An id, or a ``tag:WORD`` that one body has."""
+    return Field("body", about, default=REQUIRED if required else None)
+
+
+def number(
+    about: str,
+    unit: str = "",
+    *,
+    default: Any = REQUIRED,
+    above: float | None = None,
+    least: float | None = None,
+    most: float | None = None,
+    source: str = "",
+) -> Field:
+    """A finite number in this unit."""
+    return Field("number", about, unit, default, above, least, most, source=source)
+
+
+def text(about: str, *, default: Any = REQUIRED, among: tuple[str, ...] = ()) -> Field:
+    """A text, where ``among`` is given one of those."""
+    return Field("text", about, default=default, among=among)
+
+
+def flag(about: str, *, default: bool) -> Field:
+    """True or false."""
+    return Field("flag", about, default=default)
+
+
+def vector(about: str, unit: str = "m", *, default: Any = REQUIRED) -> Field:
+    """Three finite numbers."""
+    return Field("vector", about, unit, default)
+
+
+def mapping(about: str, *, default: Any = REQUIRED) -> Field:
+    """A table of the author's own keys."""
+    return Field("mapping", about, default=default)
+
+
+@dataclass(frozen=True, eq=False)
+class Declaration:
+    """One ``[[effect]]`` table, checked.
+
+    Parameters
+    ----------
+    kind : the effect.
+    file, place : where it stands: ``scene.toml``, ``[[effect]] 3 ('pour')``.
+    values : every field of the spec; absent ones have their default. Bodies are tuples of names, pairs tuples of pairs.
+    """
+
+    kind: str
+    file: str
+    place: str
+    values: Mapping[str, Any]
+
+    def fail(self, message: str) -> PlanError:
+        """The error to raise: file, table, message."""
+        return PlanError(f"{self.file}: {self.place}: {message}")
+
+    def pairs(self, key: str = "between") -> tuple[Pair, ...]:
+        """Pairs of names."""
+        return cast("tuple[Pair, ...]", self.values[key])
+
+    def bodies(self, key: str) -> tuple[str, ...]:
+        """Names of bodies, in the order declared, each once."""
+        return cast("tuple[str, ...]", self.values[key])
+
+    def body(self, key: str) -> str:
+        """Name of a body; ``""`` where an optional one is absent."""
+        return cast(str, self.values[key] or "")
+
+    def number(self, key: str) -> float:
+        """A number."""
+        return float(self.values[key])
+
+    def text(self, key: str) -> str:
+        """A text; ``""`` where an optional one is absent."""
+        return cast(str, self.values[key] or "")
+
+    def vector(self, key: str) -> tuple[float, float, float]:
+        """Three numbers."""
+        return cast("tuple[float, float, float]", self.values[key])
+
+    def mapping(self, key: str) -> Mapping[str, Any]:
+        """A table as written."""
+        return cast("Mapping[str, Any]", self.values[key])
+
+
+def declare(effect: SceneEffect, row: int, fields: Mapping[str, Field], scene: Scene, file: str) -> Declaration:
+    """Check one declared effect against the fields of its spec.
+
+    Raises
+    ------
+    PlanError
+        A key that is missing, unknown or wrong, a body or tag there is not.
+    """
+    place = f"[[effect]] {row} ({effect.kind!r})"
+    reading = _Reading(scene, PlanError(f"{file}: {place}: "))
+    for key in effect.settings:
+        if key not in fields:
+            raise reading.fail(f"unknown key {key!r}{nearest(key, fields)}")
+    return Declaration(effect.kind, file, place, {key: reading.read(key, fields[key], effect) for key in fields})
+
+
+class _Reading:
+    def __init__(self, scene: Scene, head: PlanError) -> None:
+        self._scene, self._head = scene, head
+
+    def fail(self, message: str) -> PlanError:
+        return PlanError(f"{self._head}{message}")
+
+    def read(self, key: str, field: Field, effect: SceneEffect) -> Any:
+        value = effect.settings.get(key, field.default)
+        if value is REQUIRED:
+            unit = f" in {field.unit}" if field.unit else ""
+            raise self.fail(f"{key} is missing: {field.about}{unit}")
+        if key not in effect.settings:
+            return value
+        readers: dict[str, Callable[[str, Any, Field], Any]] = {
+            "pairs": self._pairs, "bodies": self._bodies, "body": self._body, "number": self._number,
+            "text": self._text, "flag": self._flag, "vector": self._vector, "mapping": self._mapping,
+        }  # fmt: skip
+        return readers[field.kind](key, value, field)
+
+    def _selected(self, key: str, word: object) -> tuple[str, ...]:
+        if not isinstance(word, str) or not word:
+            raise self.fail(f"{key} names {word!r}; give ids of bodies or tag:WORD")
+        found = selected_bodies(word, self._scene.bodies)
+        if not found:
+            tags = {TAG + tag for one in self._scene.bodies for tag in one.tags}
+            raise self.fail(f"{key}: no body is {word!r}{nearest(word, {*tags, *(b.id for b in self._scene.bodies)})}")
+        return found
+
+    def _bodies(self, key: str, value: Any, _field: Field) -> tuple[str, ...]:
+        words = value if isinstance(value, list | tuple) else [value]
+        if not words:
+            raise self.fail(f"{key} is empty; give ids of bodies or tag:WORD")
+        return tuple(dict.fromkeys(name for word in words for name in self._selected(key, word)))
+
+    def _body(self, key: str, value: Any, _field: Field) -> str:
+        found = self._selected(key, value)
+        if len(found) > 1:
+            raise self.fail(f"{key} is {value!r}, which stands for {', '.join(found)}; give one body")
+        return found[0]
+
+    def _pairs(self, key: str, value: Any, _field: Field) -> tuple[Pair, ...]:
+        if not isinstance(value, list | tuple) or len(value) != 2:
+            raise self.fail(f"{key} is {value!r}; give two: [first, second], each an id or tag:WORD")
+        first, second = (self._selected(key, word) for word in value)
+        chosen: dict[frozenset[str], Pair] = {}
+        for pair in ((a, b) for a in first for b in second if a != b):
+            chosen.setdefault(frozenset(pair), pair)
+        if not chosen:
+            raise self.fail(f"{key} pairs {first[0]!r} with itself; a pair needs two bodies")
+        return tuple(chosen.values())
+
+    def _number(self, key: str, value: Any, field: Field) -> float:
+        unit = f" {field.unit}" if field.unit else ""
+        if not is_number(value):
+            raise self.fail(f"{key} is {value!r}; give a finite number{unit and ' in' + unit}")
+        for bad, words in (
+            (field.above is not None and not value > field.above, f"above {field.above}"),
+            (field.least is not None and value < field.least, f"at least {field.least}"),
+            (field.most is not None and value > field.most, f"at most {field.most}"),
+        ):
+            if bad:
+                raise self.fail(f"{key} is {value!r}; give {words}{unit}")
+        return float(value)
+
+    def _text(self, key: str, value: Any, field: Field) -> str:
+        if not isinstance(value, str) or not value:
+            raise self.fail(f"{key} is {value!r}; give text")
+        if field.among and value not in field.among:
+            raise self.fail(f"{key} is {value!r}{nearest(value, field.among)}")
+        return value
+
+    def _flag(self, key: str, value: Any, _field: Field) -> bool:
+        if not isinstance(value, bool):
+            raise self.fail(f"{key} is {value!r}; give true or false")
+        return value
+
+    def _vector(self, key: str, value: Any, _field: Field) -> tuple[float, ...]:
+        if not isinstance(value, list | tuple) or len(value) != 3 or not all(is_number(one) for one in value):
+            raise self.fail(f"{key} is {value!r}; give three finite numbers")
+        return tuple(float(one) for one in value)
+
+    def _mapping(self, key: str, value: Any, _field: Field) -> Mapping[str, Any]:
+        if not isinstance(value, Mapping):
+            raise self.fail(f"{key} is {value!r}; give a table")
+        return dict(value)

@@ -1,0 +1,240 @@
+"""All that an effect gets: what its spec asked for can be had here, and anything else is refused."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cdcore import Detection, Verdict
+from cdcore.protocol import is_undecided
+from replay.assembly import Assembly
+from replay.effects.declaring import Declaration, Pair
+from replay.effects.output import EffectOutput, FloatArray
+from replay.errors import EffectError
+from sessions.hand import HandTrack
+from sessions.mesh_data import MeshData
+from sessions.scene import Scene, SceneBody
+from sessions.session import Session
+
+HANDS: Final = "/hands"
+"""Topics below this: trigger, grip and buttons."""
+
+TOUCHING: Final = np.array([Verdict.CONTACT, Verdict.CONTAINED], dtype=np.uint8)
+"""Verdicts that are contact to an effect; a candidate of bounding volumes is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class BodyPoses:
+    """Where one body's mesh is, in every frame.
+
+    Parameters
+    ----------
+    times : (T,) seconds since the session's first frame.
+    translation : (T, 3) world metres.
+    rotation : (T, 3, 3) body to world.
+    valid : (T,) bool; elsewhere there is no pose and the numbers mean nothing.
+    linked : (T,) bool; whether the path from the frame before is known: False after a gap, a loss or a jump.
+    """
+
+    times: FloatArray
+    translation: FloatArray
+    rotation: FloatArray
+    valid: NDArray[np.bool_]
+    linked: NDArray[np.bool_]
+
+    def point(self, local: ArrayLike) -> FloatArray:
+        """World place (T, 3) of a point (3,) of the body's frame; NaN where there is no pose."""
+        x, y, z = (float(value) for value in np.asarray(local, dtype=np.float64))
+        turn = self.rotation
+        place = self.translation + ((turn[:, :, 0] * x + turn[:, :, 1] * y) + turn[:, :, 2] * z)
+        place[~self.valid] = np.nan
+        return place
+
+    def direction(self, local: ArrayLike) -> FloatArray:
+        """World direction (T, 3) of a direction (3,) of the body's frame; NaN where there is no pose."""
+        x, y, z = (float(value) for value in np.asarray(local, dtype=np.float64))
+        turn = self.rotation
+        way = (turn[:, :, 0] * x + turn[:, :, 1] * y) + turn[:, :, 2] * z
+        way[~self.valid] = np.nan
+        return np.asarray(way, dtype=np.float64)
+
+    def tilt(self) -> FloatArray:
+        """Angle (T,) in radians between the body's +Y and up; NaN where there is no pose."""
+        up = self.direction((0.0, 1.0, 0.0))
+        # The arc tangent keeps its digits near 0 and pi, where the arc cosine of a rounded cosine loses half of them.
+        return np.arctan2(np.hypot(up[:, 0], up[:, 2]), up[:, 1])
+
+    def relative_to(self, other: BodyPoses) -> BodyPoses:
+        """The same in the other body's frame."""
+        turn = other.rotation
+        away = self.translation - other.translation
+        place = np.einsum("tji,tj->ti", turn, away)
+        rotation = np.einsum("tji,tjk->tik", turn, self.rotation)
+        return BodyPoses(self.times, place, rotation, self.valid & other.valid, self.linked & other.linked)
+
+
+@dataclass(frozen=True, eq=False)
+class PairContact:
+    """What the detector said of one pair.
+
+    Parameters
+    ----------
+    pair : names as asked for.
+    touching : (T,) bool.
+    known : (T,) bool; elsewhere undecided or without a pose, and ``touching`` is False.
+    detection, column : whose answer it is.
+    """
+
+    pair: Pair
+    touching: NDArray[np.bool_]
+    known: NDArray[np.bool_]
+    detection: Detection
+    column: int
+
+    def section(self, frame: int) -> FloatArray:
+        """Segments (k, 2, 3), world metres, in which the surfaces meet; none where the detector keeps no faces."""
+        if self.detection.face_sets is None or self.detection.section_source is None:
+            return np.zeros((0, 2, 3))
+        return self.detection.section(frame, self.column)
+
+
+@dataclass(frozen=True, eq=False)
+class EffectInputs:
+    """What the function of one effect gets; ``replay.effects.protocol`` describes it.
+
+    Parameters
+    ----------
+    kind : the effect; ``declared`` its checked declarations, empty where it runs only because another needs it.
+    pairs : its own pairs and those of the effects that need it.
+    known_bodies : bodies that some effect of the plan names.
+    reads : topics its spec names; ``detector`` likewise.
+    outputs : of the effects it needs or uses.
+    """
+
+    kind: str
+    declared: tuple[Declaration, ...]
+    pairs: tuple[Pair, ...]
+    session: Session
+    assembly: Assembly
+    known_bodies: frozenset[str]
+    reads: tuple[str, ...] = ()
+    detection: Detection | None = None
+    outputs: Mapping[str, EffectOutput] = field(default_factory=dict)
+    counters: Counter[str] = field(default_factory=Counter)
+
+    @property
+    def scene(self) -> Scene:
+        """What was declared."""
+        return self.session.scene
+
+    @property
+    def times(self) -> FloatArray:
+        """(T,) seconds since the session's first frame."""
+        return self.assembly.motion.times
+
+    @property
+    def stamp_ns(self) -> NDArray[np.int64]:
+        """(T,) the frames' own stamps."""
+        return self.assembly.stamp_ns
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def count(self, name: str, by: int = 1) -> None:
+        """Add to a counter of this effect's work."""
+        self.counters[name] += int(by)
+
+    def body(self, name: str) -> SceneBody:
+        """The declaration of a body."""
+        found = self.scene.body(self._named(name))
+        return found if found is not None else SceneBody(name)
+
+    def poses(self, name: str) -> BodyPoses:
+        """Where a body's mesh is in every frame.
+
+        Raises
+        ------
+        EffectError
+            No effect of the plan names it, or it has no mesh or no track.
+        """
+        names = self.assembly.names
+        if self._named(name) not in names:
+            raise EffectError(f"effect {self.kind!r}: body {name!r} has no mesh or was not recorded; record it")
+        column, motion = names.index(name), self.assembly.motion
+        return BodyPoses(
+            motion.times,
+            motion.translations[:, column],
+            motion.rotations[:, column],
+            motion.valid[:, column],
+            motion.linked[:, column],
+        )
+
+    def mesh(self, name: str) -> MeshData:
+        """Vertices and faces in the body's frame."""
+        return self.session.meshes[self._named(name)]
+
+    def has(self, kind: str) -> bool:
+        """Whether a used effect is in the plan."""
+        return kind in self.outputs
+
+    def output(self, kind: str) -> EffectOutput:
+        """The output of an effect this one needs or uses.
+
+        Raises
+        ------
+        EffectError
+            Its spec names no such effect, or the plan does not hold it.
+        """
+        if kind not in self.outputs:
+            raise EffectError(f"effect {self.kind!r} asks for {kind!r}, which is not there; name it in `needs`")
+        return self.outputs[kind]
+
+    def hand_of(self, body: str) -> HandTrack | None:
+        """What the hand with this body pressed; ``None`` where nothing was recorded.
+
+        A body goes with ``participant/side`` by its tags, else by its name: it holds the side, and where several
+        participants have that side, the participant too.
+
+        Raises
+        ------
+        EffectError
+            The effect's spec does not read hands.
+        """
+        if HANDS not in self.reads:
+            raise EffectError(f"effect {self.kind!r} reads a hand; name {HANDS!r} in `reads`")
+        words = {*self.body(body).tags, *body.replace("_", "-").split("-")}
+        there = [key for key in self.session.hands if key.rpartition("/")[2] in words]
+        mine = [key for key in there if key.partition("/")[0] in words] or there
+        if not mine:
+            return None
+        self.count(f"decoded {HANDS}/{mine[0]}")
+        return self.session.hands[mine[0]]
+
+    def contact(self, pair: Pair) -> PairContact:
+        """What the detector said of a pair.
+
+        Raises
+        ------
+        EffectError
+            The spec names no detector, or the pair is not the effect's.
+        """
+        if self.detection is None:
+            raise EffectError(f"effect {self.kind!r} asks for contacts; name a `detector`")
+        columns = {
+            frozenset(self.detection.names[k] for k in row): c for c, row in enumerate(self.detection.pairs.tolist())
+        }
+        column = columns.get(frozenset(pair))
+        if column is None:
+            raise EffectError(f"effect {self.kind!r} asks for {pair[0]}-{pair[1]}, which was not looked at")
+        verdict = self.detection.verdict[:, column]
+        return PairContact(pair, np.isin(verdict, TOUCHING), ~is_undecided(verdict), self.detection, column)
+
+    def _named(self, name: str) -> str:
+        if name not in self.known_bodies:
+            raise EffectError(f"effect {self.kind!r} asks for body {name!r}, which no declared effect names")
+        return name

@@ -1,0 +1,146 @@
+"""What an effect gives back: events, series, lanes, liquids; outputs are equal exactly when their digests are."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class EffectEvent:
+    """Something an effect found.
+
+    Parameters
+    ----------
+    time : seconds since the session's first frame; the begin of a span.
+    name : one word: ``contact``, ``grasp``, ``spill``, ``end-point``, ...
+    bodies : who took part, the acting one first.
+    end : end of a span, seconds; ``None``: a moment, or a span that the recording does not end.
+    values : numbers and words; units in the names (``volume_ml``, ``speed_m_s``).
+    message : for a reader; ``""``: made from the name and the bodies.
+    level : ``info``, ``warning`` or ``error``: how a person at the bench should take it.
+    point : world metres: where a marker stands in the picture.
+    """
+
+    time: float
+    name: str
+    bodies: tuple[str, ...] = ()
+    end: float | None = None
+    values: Mapping[str, float | int | str | bool] = field(default_factory=dict)
+    message: str = ""
+    level: str = "info"
+    point: Vector | None = None
+
+    @property
+    def text(self) -> str:
+        """The words for a reader."""
+        return self.message or f"{self.name} {' - '.join(self.bodies)}".strip()
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """A quantity over time.
+
+    Parameters
+    ----------
+    times : (n,) seconds, not decreasing.
+    values : (n,) float64; NaN where it is not known.
+    unit : ``mL``, ``pH``, ``degC``, ``m``, ...
+    """
+
+    times: FloatArray
+    values: FloatArray
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        if self.times.shape != self.values.shape or self.times.ndim != 1:
+            raise ValueError(f"a series has times {self.times.shape} and values {self.values.shape}; give two of (n,)")
+
+
+@dataclass(frozen=True)
+class LaneSpan:
+    """A stretch of a lane: from ``start`` to ``end`` seconds it shows ``word``."""
+
+    start: float
+    end: float
+    word: str
+
+
+@dataclass(frozen=True, eq=False)
+class Liquid:
+    """What stands in a vessel, drawn in the glass; a row wherever it changes.
+
+    Parameters
+    ----------
+    times : (n,) seconds.
+    level : (n,) metres from the body's origin along its +Y to the surface.
+    floor : metres from the body's origin to the cavity's floor.
+    radius : metres, of the cylinder drawn.
+    rgba : (n, 4) uint8.
+    """
+
+    times: FloatArray
+    level: FloatArray
+    floor: float
+    radius: float
+    rgba: NDArray[np.uint8]
+
+    def __post_init__(self) -> None:
+        count = len(self.times)
+        if self.level.shape != (count,) or self.rgba.shape != (count, 4):
+            raise ValueError(f"a liquid has {count} times, level {self.level.shape}, rgba {self.rgba.shape}")
+
+
+@dataclass(frozen=True, eq=False)
+class EffectOutput:
+    """The outcome of one effect.
+
+    Parameters
+    ----------
+    events : in order of time.
+    series : name (``flask/volume``) -> quantity over time.
+    lanes : name -> spans in order.
+    ran : (T,) bool, frames in which it computed; ``None``: all. The rest were skipped because its trigger was off.
+    liquids : body -> what stands in it.
+    data : for the effects that need this one.
+    """
+
+    events: tuple[EffectEvent, ...] = ()
+    series: Mapping[str, Series] = field(default_factory=dict)
+    lanes: Mapping[str, tuple[LaneSpan, ...]] = field(default_factory=dict)
+    ran: NDArray[np.bool_] | None = None
+    liquids: Mapping[str, Liquid] = field(default_factory=dict)
+    data: Any = None
+
+    def named(self, name: str) -> tuple[EffectEvent, ...]:
+        """The events of one name."""
+        return tuple(event for event in self.events if event.name == name)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of everything but ``data``."""
+        told = hashlib.sha256()
+        for event in self.events:
+            told.update(json.dumps(asdict(event), sort_keys=True, default=_plain).encode())
+        for name, one in sorted(self.series.items()):
+            told.update(f"{name}/{one.unit}".encode() + one.times.tobytes() + one.values.tobytes())
+        for name, spans in sorted(self.lanes.items()):
+            told.update(json.dumps([name, [asdict(span) for span in spans]]).encode())
+        for name, liquid in sorted(self.liquids.items()):
+            told.update(name.encode() + np.array([liquid.floor, liquid.radius]).tobytes())
+            told.update(liquid.times.tobytes() + liquid.level.tobytes() + liquid.rgba.tobytes())
+        told.update(b"" if self.ran is None else self.ran.tobytes())
+        return told.hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if hasattr(value, "tolist") else str(value)

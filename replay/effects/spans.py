@@ -1,0 +1,72 @@
+"""Stretches of frames: a flag that flickers becomes spans that do not, by counting frames in and frames out."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+BoolArray = NDArray[np.bool_]
+Span = tuple[int, int]
+"""First frame, and the frame after the last."""
+
+
+def spans_of(mask: BoolArray) -> list[Span]:
+    """Maximal stretches of True in (T,), each ``(first, stop)``."""
+    change = np.diff(mask.astype(np.int8), prepend=0, append=0)
+    return list(zip(np.flatnonzero(change == 1).tolist(), np.flatnonzero(change == -1).tolist(), strict=True))
+
+
+def mask_of(spans: list[Span], count: int) -> BoolArray:
+    """(count,) True inside the spans."""
+    mask = np.zeros(count, dtype=np.bool_)
+    for first, stop in spans:
+        mask[first:stop] = True
+    return mask
+
+
+def steadied(flag: BoolArray, known: BoolArray, frames_in: int, frames_out: int) -> list[Span]:
+    """Spans that begin with ``frames_in`` frames of True in a row and end with ``frames_out`` of False in a row.
+
+    A span begins at the first of the frames that opened it and stops at the first of those that closed it. Frames that
+    are not known neither open nor close: they are passed over, and a span stays as it is across them.
+
+    Parameters
+    ----------
+    flag, known : (T,) bool.
+    frames_in, frames_out : at least 1.
+    """
+    rows = np.flatnonzero(known)
+    found: list[Span] = []
+    begin = -1
+    for first, stop in _runs(flag[rows]):
+        length = stop - first
+        if flag[rows[first]]:
+            begin = int(rows[first]) if begin < 0 and length >= frames_in else begin
+        elif begin >= 0 and length >= frames_out:
+            found.append((begin, int(rows[first])))
+            begin = -1
+    return [*found, (begin, len(flag))] if begin >= 0 else found
+
+
+def switched(value: NDArray[np.float64], enter: float, leave: float) -> list[Span]:
+    """Spans in which a value stays on: it goes on above ``enter`` and off below ``leave``; NaN changes nothing."""
+    found: list[Span] = []
+    begin = -1
+    above, below = value > enter, value < leave
+    for row in np.flatnonzero(above | below).tolist():
+        if begin < 0 and above[row]:
+            begin = row
+        elif begin >= 0 and below[row]:
+            found.append((begin, row))
+            begin = -1
+    return [*found, (begin, len(value))] if begin >= 0 else found
+
+
+def _runs(flag: BoolArray) -> list[Span]:
+    """Maximal stretches of equal values."""
+    if not len(flag):
+        return []
+    edges = [0, *(np.flatnonzero(np.diff(flag)) + 1).tolist(), len(flag)]
+    return list(pairwise(edges))

@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+from small_worlds import cubes
+
+from replay.effects.contact import SPEC
+from replay.engine import compute
+from sessions.scene import Scene, SceneBody, SceneEffect
+
+SCENE = Scene(
+    bodies=(SceneBody("a"), SceneBody("b"), SceneBody("c")), effects=(SceneEffect("contact", {"between": ["a", "b"]}),)
+)
+NEAR, FAR = 0.9, 3.0
+
+
+def run(places, **more):
+    count = len(places)
+    return compute(cubes({"a": [0] * count, "b": places, "c": [9.0] * (count - 1) + [0.5]}, scene=SCENE), **more)
+
+
+def test_a_contact_begins_with_two_frames_and_ends_with_two():
+    result = run([FAR, NEAR, FAR, NEAR, NEAR, FAR, NEAR, FAR, FAR, NEAR], detectors=())
+    (event,) = result.effects["contact"].events
+    assert (event.name, event.bodies, event.values) == ("contact", ("a", "b"), {"frames": 4})
+    assert (event.time, event.end) == pytest.approx((0.03, 0.07))
+    assert result.effects["contact"].counters == {"pair-frames": 10, "flickers": 3}
+
+
+def test_only_the_declared_pair_is_looked_at_by_the_detector_that_contact_names():
+    result = run([FAR, NEAR, NEAR], detectors=())
+    assert set(result.detections) == {SPEC.detector} and len(result.assembly.pairs) == 1
+
+
+def test_a_contact_stands_where_the_surfaces_met_and_lasts_to_the_end_of_the_recording():
+    (event,) = run([FAR, FAR, NEAR, NEAR], detectors=()).effects["contact"].events
+    assert event.end is None and event.point is not None and 0.4 <= event.point[0] <= 0.5
+
+
+def test_the_lane_and_the_faces_tell_of_the_pair():
+    output = run([FAR, NEAR, NEAR, FAR, FAR], detectors=()).effects["contact"].output
+    ((span,),) = output.lanes.values()
+    assert (span.start, span.end) == pytest.approx((0.01, 0.03)) and list(output.lanes) == ["a-b"]
+    assert output.series["a-b/face_pairs"].values[[0, -1]].tolist() == [0.0, 0.0]
+    assert output.series["a-b/face_pairs"].values.max() > 0
+
+
+def test_touches_remember_the_last_clear_frame():
+    touches = run([FAR, FAR, NEAR, NEAR], detectors=()).effects["contact"].output.data
+    (touch,) = touches.of(("b", "a"))
+    assert (touch.before, touch.first, touch.stop) == (1, 2, 4)
+
+
+def test_the_answer_is_the_same_whoever_else_is_audited():
+    places = [FAR, NEAR, NEAR, FAR, FAR, NEAR, NEAR]
+    alone = run(places, detectors=()).effects["contact"].output.digest
+    assert run(places, detectors="discrete[rate_hz=25]", oracle="exact").effects["contact"].output.digest == alone
+    assert np.array_equal(run(places, detectors="exact").effects["contact"].output.digest, alone)

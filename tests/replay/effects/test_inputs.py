@@ -1,0 +1,79 @@
+import numpy as np
+import pytest
+from small_worlds import along_x, cube
+
+from replay.assemble import assemble
+from replay.effects.inputs import HANDS, BodyPoses, EffectInputs
+from replay.effects.output import EffectOutput
+from replay.errors import EffectError
+from sessions import Session
+from sessions.hand import HandTrack
+from sessions.scene import Scene, SceneBody
+
+QUARTER = (0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5))
+"""A quarter turn about Z: +Y goes to -X."""
+
+
+def inputs(**more):
+    poses = {"cup": along_x([0, 1, 2], QUARTER), "hand_left": along_x([5, 5, 6])}
+    scene = Scene(bodies=(SceneBody("cup"), SceneBody("hand_left"), SceneBody("lost")))
+    session = Session.from_arrays([0, 10**7, 2 * 10**7], poses, {name: cube() for name in poses}, scene)
+    hands = {f"{who}/{side}": HandTrack([0, 10**7]) for who in ("ann", "bob") for side in ("left", "right")}
+    object.__setattr__(session, "hands", hands)
+    given = {"declared": (), "pairs": (), "known_bodies": frozenset(("cup", "hand_left", "lost")), **more}
+    return EffectInputs(kind="pour", session=session, assembly=assemble(session), **given)
+
+
+def test_a_point_and_a_direction_of_a_body_follow_its_pose():
+    cup = inputs().poses("cup")
+    assert np.allclose(cup.point((0.0, 2.0, 0.0)), [[-2, 0, 0], [-1, 0, 0], [0, 0, 0]])
+    assert np.allclose(cup.direction((0.0, 1.0, 0.0)), [-1, 0, 0])
+    assert np.allclose(cup.tilt(), np.pi / 2)
+
+
+def test_a_frame_without_a_pose_gives_no_number():
+    cup = inputs().poses("cup")
+    lost = BodyPoses(cup.times, cup.translation, cup.rotation, np.array([True, False, True]), cup.linked)
+    assert np.isnan(lost.point((0, 0, 0)))[:, 0].tolist() == [False, True, False]
+    assert np.isnan(lost.tilt()).tolist() == [False, True, False]
+
+
+def test_a_tilt_of_a_nanoradian_keeps_its_digits():
+    turn = np.eye(3)[None].copy()
+    turn[0, :2, :2] = [[1.0, -1e-9], [1e-9, 1.0]]
+    one = np.ones(1, dtype=np.bool_)
+    assert BodyPoses(np.zeros(1), np.zeros((1, 3)), turn, one, one).tilt()[0] == pytest.approx(1e-9, rel=1e-12)
+
+
+def test_a_pose_relative_to_another_body_is_in_its_frame():
+    given = inputs()
+    relative = given.poses("hand_left").relative_to(given.poses("cup"))
+    assert np.allclose(relative.translation, [[0, -5, 0], [0, -4, 0], [0, -4, 0]])
+
+
+def test_what_the_spec_does_not_name_cannot_be_had():
+    given = inputs()
+    for ask, said in (
+        (lambda: given.poses("flask"), "which no declared effect names"),
+        (lambda: given.poses("lost"), "has no mesh or was not recorded"),
+        (lambda: given.output("contact"), "name it in `needs`"),
+        (lambda: given.hand_of("hand_left"), "name '/hands' in `reads`"),
+        (lambda: given.contact(("cup", "lost")), "name a `detector`"),
+        (lambda: given.mesh("flask"), "which no declared effect names"),
+    ):
+        with pytest.raises(EffectError, match=said):
+            ask()
+
+
+def test_a_hand_is_found_by_the_words_of_its_body_and_counted_as_decoded():
+    given = inputs(reads=(HANDS,))
+    assert given.hand_of("hand_left") is given.session.hands["ann/left"]
+    assert given.counters == {"decoded /hands/ann/left": 1}
+    assert given.hand_of("cup") is None
+
+
+def test_outputs_of_needed_effects_clock_mesh_and_declaration_are_there():
+    given = inputs(outputs={"contact": EffectOutput()})
+    assert given.has("contact") and not given.has("sweep") and given.output("contact").events == ()
+    assert len(given) == 3 and given.times.tolist() == [0.0, 0.01, 0.02] and given.stamp_ns[1] == 10**7
+    assert given.body("cup").id == "cup" and len(given.mesh("cup").vertices) == 8

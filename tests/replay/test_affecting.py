@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+from small_worlds import cubes
+
+from replay.affecting import run_effects
+from replay.assemble import assemble
+from replay.effects.output import EffectOutput
+from replay.effects.protocol import EffectSpec
+from replay.errors import EffectError
+from replay.plan import Plan, Step
+
+
+def planned(*specs, **inputs):
+    steps = {s.kind: Step(s, (), (), inputs.get(s.kind, ()), ("the scene declares it",)) for s in specs}
+    return Plan(steps, (), detection=False, bodies={"a": ("x",)})
+
+
+def ran(*specs, **inputs):
+    session = cubes({"a": [0, 0, 0, 0], "b": [3, 3, 2, 3]})
+    return run_effects(planned(*specs, **inputs), session, assemble(session), None)
+
+
+def spec(kind, compute, **more):
+    return EffectSpec(kind, "x", compute, **more)
+
+
+def test_an_effect_gets_the_outputs_of_its_inputs_and_no_others():
+    seen = {}
+
+    def second(inputs):
+        seen.update(inputs.outputs)
+        return EffectOutput()
+
+    ran(
+        spec("one", lambda i: EffectOutput(data=1)),
+        spec("two", lambda i: EffectOutput(data=2)),
+        spec("x", second),
+        x=("two",),
+    )
+    assert {kind: output.data for kind, output in seen.items()} == {"two": 2}
+
+
+def test_frames_in_which_the_trigger_was_off_are_counted_and_shown():
+    mask = np.array([False, True, True, False])
+    run = ran(spec("pour", lambda inputs: EffectOutput(ran=mask)))["pour"]
+    assert (run.frames, run.frames_run, run.frames_skipped) == (4, 2, 2)
+    assert [(s.start, s.end, s.word) for s in run.output.lanes["skipped"]] == [
+        (0.0, 0.01, "skipped"),
+        (0.03, 0.03, "skipped"),
+    ]
+
+
+def test_an_effect_that_always_runs_has_no_lane_of_skips():
+    run = ran(spec("mix", lambda inputs: EffectOutput()))["mix"]
+    assert run.frames_skipped == 0 and "skipped" not in run.output.lanes and run.events == () and run.series == {}
+
+
+def test_counters_and_time_are_those_of_the_effect():
+    def compute(inputs):
+        inputs.count("drops", 3)
+        return EffectOutput()
+
+    runs = ran(spec("burette", compute), spec("mix", lambda inputs: EffectOutput()))
+    assert runs["burette"].counters == {"drops": 3} and runs["mix"].counters == {}
+    assert runs["burette"].seconds >= 0.0
+
+
+def test_a_mask_of_another_length_is_refused():
+    with pytest.raises(EffectError, match="says it ran in"):
+        ran(spec("pour", lambda inputs: EffectOutput(ran=np.ones(3, dtype=np.bool_))))
+
+
+def test_detections_are_kept_from_effects_that_name_no_detector():
+    with pytest.raises(EffectError, match="name a `detector`"):
+        ran(spec("pour", lambda inputs: inputs.contact(("a", "b"))))
