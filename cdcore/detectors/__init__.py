@@ -18,6 +18,7 @@ DETECTORS: Final[dict[str, str]] = {
     "static": "cdcore.detectors.static:StaticDetector",
     "discrete": "cdcore.detectors.discrete:DiscreteDetector",
     "hybrid": "cdcore.detectors.hybrid:HybridDetector",
+    "collider": "cdcore.detectors.collider:ColliderDetector",
     "exact": "cdcore.detectors.exact:ExactDetector",
 }
 """Name -> ``module:Class``. Rows from outside come in through the entry-point group below."""

@@ -19,11 +19,19 @@ from cdcore.narrow.containment import ContainmentStage
 from cdcore.narrow.mesh_stage import NO_FACES, MeshStage
 from cdcore.narrow.section_source import Pose, section_of_faces
 from cdcore.numerics import FloatArray
-from cdcore.protocol import Body, Detection, FaceSets, Motion, Verdict, blocks_in_order, pair_has_pose, require_bodies
+from cdcore.protocol import (
+    Body,
+    Detection,
+    Explanation,
+    FaceSets,
+    Motion,
+    Verdict,
+    blocks_in_order,
+    pair_has_pose,
+    require_bodies,
+)
 from cdcore.protocol.detection import SectionSource
-
-TICK_SLACK: Final = 1e-6
-"""A frame up to a microsecond before a tick counts as at it: stamps are whole nanoseconds, and k/rate is rounded."""
+from cdcore.protocol.ticks import looks_at, looks_of
 
 STAGES: Final = ("spheres", "boxes", "meshes", "containment")
 
@@ -112,6 +120,12 @@ class DiscreteDetector:
         for motion in blocks_in_order(motions):
             yield self._run(motion, memory, faces)
 
+    def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
+        """Say whether a frame was looked at; where it was, spheres and boxes let every contact through."""
+        del pair, faces
+        looked = self.settings.rate_hz is None or looks_at(motion.times, frame, self.settings.rate_hz)
+        return Explanation(looked=looked, spheres_meet=True)
+
     def _fresh_memory(self) -> _Memory:
         count = len(self.pairs)
         return _Memory(-np.inf, np.full(count, Verdict.NO_POSE, dtype=np.uint8), [None] * count)
@@ -146,9 +160,7 @@ class DiscreteDetector:
         rate = self.settings.rate_hz
         if rate is None or not len(times):
             return np.ones(len(times), dtype=np.bool_)
-        ticks = np.floor((times + TICK_SLACK) * rate)
-        looks = np.diff(ticks, prepend=memory.tick) > 0
-        memory.tick = float(ticks[-1])
+        looks, memory.tick = looks_of(times, rate, memory.tick)
         return looks
 
     def _look(self, now: Motion, memory: _Memory, log: _Log, faces: bool) -> list[float]:

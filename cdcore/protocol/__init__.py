@@ -4,6 +4,7 @@ from cdcore.protocol.blocks import blocks_in_order, ordered_by_name, pair_has_po
 from cdcore.protocol.body import Body, resolve_pairs
 from cdcore.protocol.detection import DECIDED, Detection, join
 from cdcore.protocol.detector import Detector
+from cdcore.protocol.explanation import Explains, Explanation
 from cdcore.protocol.face_sets import FaceSets
 from cdcore.protocol.motion import Motion
 from cdcore.protocol.verdict import Verdict, counts_as_contact, is_undecided
@@ -13,6 +14,8 @@ __all__ = [
     "Body",
     "Detection",
     "Detector",
+    "Explains",
+    "Explanation",
     "FaceSets",
     "Motion",
     "Verdict",

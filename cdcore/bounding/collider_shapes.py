@@ -1,0 +1,100 @@
+"""The simple solids that game engines put in place of a mesh; a hull and a box hold the mesh, the others may not.
+
+Sphere and capsule are fitted to the box along the body's axes as an editor proposes them: a sphere about its middle
+with the largest half extent as radius, a capsule along its longest side. Corners of the mesh may stick out of both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+
+from cdcore.mesh import TriangleMesh
+from cdcore.numerics import FloatArray
+
+AROUND: Final = 48
+"""Corners around a meshed sphere or capsule: its surface lies at most 0.5 % of the radius inside the true one."""
+
+
+def hull_collider(mesh: TriangleMesh) -> TriangleMesh:
+    """The convex hull, closed; of a flat mesh the mesh itself, which has no inside.
+
+    Source: Qhull by way of ``scipy.spatial.ConvexHull`` (Barber, Dobkin, Huhdanpaa 1996).
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    points = mesh.referenced_vertices
+    try:
+        hull = ConvexHull(points)
+    except (QhullError, ValueError):
+        return mesh
+    used, numbers = np.unique(hull.simplices, return_inverse=True)
+    faces = numbers.reshape(hull.simplices.shape)
+    corners = points[used]
+    a, b, c = (corners[faces[:, k]] for k in range(3))
+    inward = (np.cross(b - a, c - a) * hull.equations[:, :3]).sum(axis=1) < 0
+    faces[inward] = faces[inward][:, ::-1]
+    return TriangleMesh(corners, faces)
+
+
+def box_collider(mesh: TriangleMesh) -> TriangleMesh:
+    """The box along the body's axes."""
+    low, high = _bounds(mesh)
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
+    quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    faces = [face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))]
+    return TriangleMesh(np.where(corners == 0, low, high), faces)
+
+
+def sphere_collider(mesh: TriangleMesh) -> TriangleMesh:
+    """A sphere about the middle of the box, its radius the largest half extent."""
+    low, high = _bounds(mesh)
+    return _capsule((low + high) / 2, float((high - low).max()) / 2, 0.0, 1)
+
+
+def capsule_collider(mesh: TriangleMesh) -> TriangleMesh:
+    """A capsule along the longest side of the box, its radius half the longer of the other two."""
+    low, high = _bounds(mesh)
+    size = high - low
+    axis = int(size.argmax())
+    radius = float(np.delete(size, axis).max()) / 2
+    return _capsule((low + high) / 2, radius, max(0.0, float(size[axis]) / 2 - radius), axis)
+
+
+SHAPES: Final[dict[str, Callable[[TriangleMesh], TriangleMesh]]] = {
+    "hull": hull_collider,
+    "box": box_collider,
+    "sphere": sphere_collider,
+    "capsule": capsule_collider,
+    "mesh": lambda mesh: mesh,
+}
+"""What may stand in place of a mesh; ``mesh`` leaves it as it is."""
+
+
+def _bounds(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]:
+    points = mesh.referenced_vertices
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _capsule(centre: FloatArray, radius: float, half: float, axis: int) -> TriangleMesh:
+    """Rings of corners between two poles along an axis, meshed and closed; ``half``: of the straight part."""
+    rings = AROUND // 4
+    polar = np.linspace(0, np.pi / 2, rings + 1)[1:]
+    upper = [(radius * np.sin(angle), half + radius * np.cos(angle)) for angle in polar]
+    lower = [(out, -along) for out, along in reversed(upper if half > 0 else upper[:-1])]
+    profile = [*upper, *lower]
+    turn = 2 * np.pi * np.arange(AROUND) / AROUND
+    body = [(out * np.sin(t), along, out * np.cos(t)) for out, along in profile for t in turn]
+    points = np.array([(0.0, half + radius, 0.0), *body, (0.0, -half - radius, 0.0)])
+    last = len(points) - 1
+    faces = []
+    for k in range(AROUND):
+        after = (k + 1) % AROUND
+        faces.append((0, 1 + k, 1 + after))
+        for ring in range(len(profile) - 1):
+            a, b = 1 + ring * AROUND + k, 1 + ring * AROUND + after
+            faces += [(a, a + AROUND, b), (b, a + AROUND, b + AROUND)]
+        faces.append((last, last - AROUND + after, last - AROUND + k))
+    return TriangleMesh(np.roll(points, axis - 1, axis=1) + centre, faces)
