@@ -1,0 +1,175 @@
+"""Near misses: stretches in which two things came close without touching.
+
+Distances are between points spread over the surfaces, so they are too long by up to the spacing of the points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore import Body
+from cdcore.bounding.sphere import sphere_by_box_centre
+from replay.assembly import Assembly
+
+CLOSE_M: Final = 0.010
+"""Closer than this is close: a hand or a glass covers it in a tenth of a second."""
+
+SPACING_M: Final = 0.003
+LOOKS_HZ: Final = 10.0
+"""Points and looks: a near miss of a tenth of a second at 10 mm is seen, at some milliseconds a session minute."""
+
+APART_S: Final = 0.5
+"""Stretches less than this apart are one."""
+
+MOST_POINTS: Final = 20_000
+
+CELL_M: Final = 0.02
+"""Edge of the cubes that points are sorted into; half of a cube's diagonal is less than it."""
+
+
+@dataclass(frozen=True)
+class NearMiss:
+    """One near miss: the pair (column of ``assembly.pairs``), when, and the least distance seen, metres."""
+
+    pair: int
+    start: float
+    end: float
+    distance: float
+
+
+def close_stretches(assembly: Assembly, pairs: NDArray[np.int64], close: float = CLOSE_M) -> tuple[NearMiss, ...]:
+    """Stretches in which a pair came closer than ``close``, touching or not, in order of time.
+
+    Parameters
+    ----------
+    assembly : bodies and motion.
+    pairs : columns of ``assembly.pairs`` to look at.
+    close : metres.
+    """
+    clouds: dict[int, _Cloud] = {}
+    rows = _looks(assembly.motion.times)
+    found = []
+    for pair in pairs.tolist():
+        a, b = assembly.pairs[pair].tolist()
+        distance = _distances(assembly, a, b, rows, close, clouds)
+        found += [NearMiss(pair, *span) for span in _stretches(assembly.motion.times[rows], distance, close)]
+    return tuple(sorted(found, key=lambda one: (one.start, one.pair)))
+
+
+def without_contact(found: Sequence[NearMiss], touching: NDArray[np.float64]) -> tuple[NearMiss, ...]:
+    """Those with no contact of their pair within half a second.
+
+    Parameters
+    ----------
+    found : stretches in which a pair was close.
+    touching : (k, 3) column, start and end in seconds of every contact.
+    """
+    return tuple(
+        one
+        for one in found
+        if not np.any(
+            (touching[:, 0] == one.pair)
+            & (touching[:, 1] <= one.end + APART_S)
+            & (touching[:, 2] >= one.start - APART_S)
+        )
+    )
+
+
+class _Cloud:
+    """Points of a surface sorted into cubes, so that those far from everything are never moved one by one."""
+
+    def __init__(self, points: NDArray[np.float64]) -> None:
+        cell, own = np.unique(np.floor(points / CELL_M), axis=0, return_inverse=True)
+        order = np.argsort(own, kind="stable")
+        self.points = points[order]
+        self.start = np.searchsorted(own[order], np.arange(len(cell) + 1))
+        self.middle = (cell + 0.5) * CELL_M
+
+    def inside(
+        self, turn: NDArray[np.float64], move: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """The moved points inside a box; the cubes' own size is allowed for."""
+        middle = self.middle @ turn.T + move
+        near = ((middle >= low - CELL_M) & (middle <= high + CELL_M)).all(axis=1)
+        if not near.any():
+            return self.points[:0]
+        points = np.concatenate([self.points[self.start[k] : self.start[k + 1]] for k in np.flatnonzero(near)])
+        points = points @ turn.T + move
+        inside: NDArray[np.float64] = points[((points >= low) & (points <= high)).all(axis=1)]
+        return inside
+
+
+def spread_points(body: Body, spacing: float = SPACING_M) -> NDArray[np.float64]:
+    """Points over a body's surface, (k, 3) in its own frame, no larger gap than ``spacing`` while they suffice."""
+    corners = body.mesh.vertices[body.mesh.faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    parts = np.maximum(1, np.ceil(longest / spacing)).astype(np.int64)
+    while float(((parts + 1) * (parts + 2) // 2).sum()) > MOST_POINTS and parts.max() > 1:
+        parts = np.maximum(1, parts // 2)
+    points = []
+    for count in np.unique(parts).tolist():
+        i, j = np.meshgrid(np.arange(count + 1), np.arange(count + 1), indexing="ij")
+        u, v = i[i + j <= count] / count, j[i + j <= count] / count
+        weights = np.stack([1.0 - u - v, u, v], axis=1)
+        points.append(np.einsum("kc,fcx->fkx", weights, corners[parts == count]).reshape(-1, 3))
+    return np.unique(np.concatenate(points), axis=0)
+
+
+def _looks(times: NDArray[np.float64]) -> NDArray[np.int64]:
+    ticks = np.arange(float(times[0]), float(times[-1]), 1.0 / LOOKS_HZ)
+    return np.unique(np.minimum(np.searchsorted(times, ticks), len(times) - 1))
+
+
+def _distances(
+    assembly: Assembly, a: int, b: int, rows: NDArray[np.int64], close: float, clouds: dict[int, _Cloud]
+) -> NDArray[np.float64]:
+    """Least distance at each look, inf where the bounding spheres are farther apart than ``close`` or a pose lacks."""
+    from scipy.spatial import cKDTree
+
+    motion = assembly.motion
+    distance = np.full(len(rows), np.inf)
+    for body in (a, b):
+        if body not in clouds:
+            clouds[body] = _Cloud(spread_points(assembly.bodies[body]))
+    if len(clouds[a].points) > len(clouds[b].points):
+        a, b = b, a
+    there = clouds[b].points
+    tree, low, high = cKDTree(there), there.min(axis=0) - close, there.max(axis=0) + close
+    for k in np.flatnonzero(_spheres_near(assembly, a, b, rows, close)).tolist():
+        row = rows[k]
+        turn = motion.rotations[row, b].T @ motion.rotations[row, a]
+        move = motion.rotations[row, b].T @ (motion.translations[row, a] - motion.translations[row, b])
+        points = clouds[a].inside(turn, move, low, high)
+        if len(points):
+            distance[k] = tree.query(points, distance_upper_bound=close)[0].min()
+    return distance
+
+
+def _spheres_near(assembly: Assembly, a: int, b: int, rows: NDArray[np.int64], close: float) -> NDArray[np.bool_]:
+    motion = assembly.motion
+    centres, radii = [], []
+    for body in (a, b):
+        sphere = sphere_by_box_centre(assembly.bodies[body].mesh)
+        turn, move = motion.rotations[rows, body], motion.translations[rows, body]
+        centres.append(np.einsum("tij,j->ti", turn, sphere.centre) + move)
+        radii.append(sphere.radius)
+    apart = np.linalg.norm(centres[0] - centres[1], axis=1)
+    known = motion.valid[rows, a] & motion.valid[rows, b]
+    near: NDArray[np.bool_] = known & (apart <= sum(radii) + close)
+    return near
+
+
+def _stretches(
+    times: NDArray[np.float64], distance: NDArray[np.float64], close: float
+) -> list[tuple[float, float, float]]:
+    at = np.flatnonzero(distance < close)
+    if not len(at):
+        return []
+    cuts = np.flatnonzero(np.diff(times[at]) > APART_S) + 1
+    parts = np.split(at, cuts)
+    return [(float(times[part[0]]), float(times[part[-1]]), float(distance[part].min())) for part in parts]

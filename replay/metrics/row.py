@@ -1,0 +1,199 @@
+"""One row per session and detector: what the student did, as that detector sees it, and how far to trust that."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from replay.audit.outcome import Episode, Outcome
+from replay.metrics.hands import Grasp, grasps, hand_bodies
+from replay.metrics.moving import fixed_bodies, moving, task_seconds
+from replay.metrics.near import NearMiss, close_stretches, without_contact
+from replay.run_result import RunResult
+
+FLICKER_S: Final = 0.1
+"""Contacts of one pair closer together than this are one: a hand at rest on a glass flickers."""
+
+REACH_S: Final = 0.5
+"""A hand touching what it takes this long before or after the press means to."""
+
+METRICS: Final[dict[str, Any]] = {
+    "student": pa.string(),
+    "session": pa.string(),
+    "scene": pa.string(),
+    "tool": pa.string(),
+    "settings": pa.string(),
+    "detector": pa.string(),
+    "recall": pa.float64(),
+    "valid_minutes": pa.float64(),
+    "flagged_share": pa.float64(),
+    "contacts_per_min": pa.float64(),
+    "unintended_contacts_per_min": pa.float64(),
+    "near_misses": pa.int64(),
+    "grasp_attempts": pa.int64(),
+    "grasps": pa.int64(),
+    "breakages": pa.int64(),
+    "spilled_ml": pa.float64(),
+    "hazard_seconds": pa.float64(),
+    "path_m": pa.float64(),
+    "idle_share": pa.float64(),
+    "task_seconds": pa.float64(),
+}
+"""Column -> type. ``settings`` is a digest of all that decides a row; a value nobody measured is null. ``recall`` is
+the share of the oracle's contact pair-frames that the detector reports, 1 for the oracle itself."""
+
+TASK: Final = "task_seconds/"
+"""Followed by a task's name: a column for each task of the scene."""
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What is the same for every detector of a run."""
+
+    hands: Mapping[int, str]
+    grasps: tuple[Grasp, ...] | None
+    fixed: set[int]
+    close: tuple[NearMiss, ...]
+
+
+def metrics_table(result: RunResult) -> pa.Table:
+    """The rows of a run as a table, columns of ``METRICS`` and one per task."""
+    rows = metric_rows(result)
+    tasks = sorted(name for name in (rows[0] if rows else {}) if name.startswith(TASK))
+    kinds = {**METRICS, **dict.fromkeys(tasks, pa.float64())}
+    return pa.table({name: pa.array([row[name] for row in rows], kind) for name, kind in kinds.items()})
+
+
+def metric_rows(result: RunResult) -> list[dict[str, Any]]:
+    """One row per detector of the run; none where no detector ran."""
+    if not result.detections or len(result.assembly.motion) < 2:
+        return []
+    seen = _seen(result)
+    shared = _shared(result, seen)
+    return [{**shared, **_of_detector(result, label, seen, shared["valid_minutes"])} for label in result.detections]
+
+
+def _seen(result: RunResult) -> _Seen:
+    assembly = result.assembly
+    hands, fixed = hand_bodies(assembly, result.session), fixed_bodies(assembly)
+    taken = grasps(assembly, result.session)
+    loose = [
+        pair
+        for pair, (a, b) in enumerate(assembly.pairs.tolist())
+        if not assembly.held[pair] and a not in fixed and b not in fixed
+    ]
+    close = tuple(
+        one
+        for one in close_stretches(assembly, np.array(loose, dtype=np.int64))
+        if not intended(Episode(one.pair, 0, 0, one.start, one.end), assembly.pairs, fixed, hands, taken or ())
+    )
+    return _Seen(hands, taken, fixed, close)
+
+
+def _shared(result: RunResult, seen: _Seen) -> dict[str, Any]:
+    motion = moving(result.assembly, list(seen.hands))
+    tasks = task_seconds(result.session)
+    names = {event.name for event in result.session.events}
+    broken = sum(event.name == "break" for event in result.session.events)
+    return {
+        "student": result.session.facts.get("pseudonym", ""),
+        "session": session_digest(result),
+        "scene": result.session.scene.name,
+        "tool": str(result.summary.get("versions", {}).get("vrlab-replay", "")),
+        "valid_minutes": motion.valid_minutes,
+        "flagged_share": motion.flagged_share,
+        "grasp_attempts": None if seen.grasps is None else len(seen.grasps),
+        "grasps": None if seen.grasps is None else sum(one.thing >= 0 for one in seen.grasps),
+        "breakages": broken if names else None,
+        "spilled_ml": None,
+        "hazard_seconds": None,
+        "path_m": motion.path_m,
+        "idle_share": motion.idle_share,
+        "task_seconds": sum(tasks.values()) if tasks else None,
+        **{TASK + name: seconds for name, seconds in tasks.items()},
+    }
+
+
+def _of_detector(result: RunResult, label: str, seen: _Seen, minutes: float) -> dict[str, Any]:
+    assembly = result.assembly
+    own = [one for one in joined(result.episodes[label]) if not assembly.held[one.pair]]
+    unintended = [one for one in own if not intended(one, assembly.pairs, seen.fixed, seen.hands, seen.grasps or ())]
+    near = without_contact(seen.close, _spans(joined(result.episodes[label])))
+    return {
+        "settings": settings_digest(result, label),
+        "detector": label,
+        "recall": recall(result, label),
+        "contacts_per_min": len(own) / minutes if minutes else None,
+        "unintended_contacts_per_min": len(unintended) / minutes if minutes else None,
+        "near_misses": len(near),
+    }
+
+
+def joined(found: Sequence[Episode]) -> list[Episode]:
+    """Contacts of one pair less than ``FLICKER_S`` apart as one, in order of pair, then time."""
+    whole: list[Episode] = []
+    for one in sorted(found, key=lambda episode: (episode.pair, episode.start)):
+        last = whole[-1] if whole else None
+        if last is not None and last.pair == one.pair and one.start - last.end < FLICKER_S:
+            whole[-1] = Episode(last.pair, last.first, max(last.last, one.last), last.start, max(last.end, one.end))
+        else:
+            whole.append(one)
+    return whole
+
+
+def intended(
+    one: Episode, pairs: NDArray[np.int64], fixed: set[int], hands: Mapping[int, str], taken: Sequence[Grasp]
+) -> bool:
+    """Whether a contact is part of the work: on what carries things, or of a hand with what it takes."""
+    a, b = pairs[one.pair].tolist()
+    if a in fixed or b in fixed:
+        return True
+    hand, thing = (a, b) if a in hands else (b, a)
+    if hand not in hands:
+        return False
+    return any(
+        grasp.hand == hand
+        and grasp.thing in (thing, -1)
+        and one.start <= grasp.end + REACH_S
+        and one.end >= grasp.start - REACH_S
+        for grasp in taken
+    )
+
+
+def recall(result: RunResult, label: str) -> float | None:
+    """Share of the oracle's contact pair-frames that a detector reports; ``None``: there was none, or no oracle."""
+    if label == result.oracle:
+        return 1.0
+    comparison = result.comparisons.get(label)
+    if comparison is None:
+        return None
+    both, missed = comparison.count(Outcome.BOTH), comparison.count(Outcome.MISSED)
+    return both / (both + missed) if both + missed else None
+
+
+def session_digest(result: RunResult) -> str:
+    """What tells this session from others without naming its file: the first 16 hex digits over its clock and poses."""
+    motion = result.assembly.motion
+    digest = hashlib.sha256(np.ascontiguousarray(result.assembly.stamp_ns).tobytes())
+    digest.update(np.ascontiguousarray(motion.translations[-1]).tobytes())
+    digest.update(np.ascontiguousarray(motion.translations[len(motion.times) // 2]).tobytes())
+    return digest.hexdigest()[:16]
+
+
+def settings_digest(result: RunResult, label: str) -> str:
+    """The first 16 hex digits over everything that decides a row but the session."""
+    told = result.summary["detectors"][label]
+    decided = {"name": told["name"], "settings": told["settings"], "oracle": result.oracle,
+               "versions": result.summary.get("versions")}  # fmt: skip
+    return hashlib.sha256(json.dumps(decided, sort_keys=True, default=str).encode()).hexdigest()[:16]
+
+
+def _spans(found: Sequence[Episode]) -> NDArray[np.float64]:
+    return np.array([(one.pair, one.start, one.end) for one in found], dtype=np.float64).reshape(-1, 3)
