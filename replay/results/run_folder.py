@@ -14,6 +14,7 @@ from uuid import uuid4
 import pyarrow.parquet as pq
 
 from replay.errors import OutputError, RunFolderError
+from replay.metrics.row import metrics_table
 from replay.report.page import write_report
 from replay.results.tables import episode_table, event_table, frame_table, miss_table
 from replay.run_result import RunResult
@@ -24,6 +25,7 @@ FRAMES: Final = "frames.parquet"
 EPISODES: Final = "episodes.parquet"
 MISSES: Final = "misses.parquet"
 EVENTS: Final = "events.parquet"
+METRICS: Final = "metrics.parquet"
 PICTURE: Final = "run.rrd"
 REPORT: Final = "report.html"
 
@@ -78,6 +80,7 @@ def write_run_folder(
         pq.write_table(episode_table(result), folder / EPISODES, compression="zstd")
         pq.write_table(miss_table(result), folder / MISSES, compression="zstd")
         pq.write_table(event_table(result), folder / EVENTS, compression="zstd")
+        pq.write_table(metrics_table(result), folder / METRICS, compression="zstd")
         if picture is not None:
             picture(result, folder / PICTURE)
         write_report(replace(result, out=out), folder / REPORT)

@@ -28,7 +28,7 @@ def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path):
         picture=lambda got, path: path.write_text("p"),
         files={"session.mcap": session},
     )
-    tables = ["episodes.parquet", "events.parquet", "frames.parquet", "misses.parquet"]
+    tables = ["episodes.parquet", "events.parquet", "frames.parquet", "metrics.parquet", "misses.parquet"]
     assert names(out) == [*tables, "report.html", "run.rrd", "session.mcap", "summary.json"]
     assert json.loads((out / "summary.json").read_text()) == json.loads(json.dumps(result.summary))
     assert pq.read_table(out / "misses.parquet").num_rows == len(result.misses["slow"])

@@ -1,0 +1,104 @@
+import numpy as np
+import pytest
+from small_worlds import cubes
+
+from replay import run
+from replay.audit.outcome import Episode
+from replay.metrics.hands import Grasp
+from replay.metrics.row import METRICS, TASK, intended, joined, metric_rows, metrics_table, recall
+from sessions.synthetic.scenes import make_scene_session
+
+PAIRS = np.array([[0, 1], [1, 2], [0, 2]])
+HANDS = {0: "right"}
+
+
+@pytest.fixture(scope="module")
+def silver():
+    session, truth = make_scene_session("silver-chloride", seed=1, faces=600)
+    return run(session, detectors="slow=discrete[rate_hz=30],hybrid", oracle="exact"), truth
+
+
+def kinds(truth, kind):
+    return [fact for fact in truth.facts if fact.kind == kind]
+
+
+def test_what_was_planted_is_what_the_row_says(silver):
+    result, truth = silver
+    row = next(row for row in metric_rows(result) if row["detector"] == "exact")
+    assert row["grasps"] == row["grasp_attempts"] == len(kinds(truth, "grasp")) > 0
+    assert row["near_misses"] == len(kinds(truth, "near_miss")) == 1
+    assert row["breakages"] == len(kinds(truth, "break"))
+    planted = [episode for episode in truth.episodes if episode.kind == "contact" and episode.surely]
+    contacts = row["contacts_per_min"] * row["valid_minutes"]
+    assert len(planted) <= round(contacts) <= len([e for e in truth.episodes if e.nominal])
+    assert row["valid_minutes"] == pytest.approx(truth.seconds / 60, rel=0.02)
+    assert row["task_seconds"] == pytest.approx(sum(v for k, v in row.items() if k.startswith(TASK)))
+
+
+def test_a_row_per_detector_with_the_recall_that_the_audit_measured(silver):
+    result, _ = silver
+    rows = {row["detector"]: row for row in metric_rows(result)}
+    assert set(rows) == {"slow", "hybrid", "exact"}
+    assert rows["exact"]["recall"] == 1.0 and 0.0 < rows["slow"]["recall"] < 1.0
+    pair_frames = result.summary["audit"]["slow"]["pair_frames"]
+    assert rows["slow"]["recall"] == pair_frames["BOTH"] / (pair_frames["BOTH"] + pair_frames["MISSED"])
+    assert len({row["session"] for row in rows.values()}) == 1
+    assert len({row["settings"] for row in rows.values()}) == 3
+
+
+def test_the_table_of_a_run_folder_has_every_column_in_its_type(silver, tmp_path):
+    import pyarrow.parquet as pq
+
+    from replay.results.run_folder import write_run_folder
+
+    result, _ = silver
+    read = pq.read_table(write_run_folder(result, tmp_path / "run") / "metrics.parquet")
+    assert read == metrics_table(result)
+    for name, kind in METRICS.items():
+        assert read.schema.field(name).type == kind
+
+
+def test_another_session_has_another_digest_and_the_same_one_the_same():
+    def digest(shift):
+        result = run(
+            cubes({"a": [0.0] * 9, "b": list(np.linspace(3 + shift, 4, 9))}), detectors="hybrid", oracle="none"
+        )
+        return metric_rows(result)[0]["session"]
+
+    assert digest(0.0) == digest(0.0) != digest(0.1)
+
+
+def test_without_an_oracle_nobody_knows_the_recall():
+    result = run(cubes({"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] * 5}), detectors="hybrid", oracle="none")
+    assert recall(result, "hybrid") is None
+    assert metrics_table(result)["recall"].to_pylist() == [None]
+
+
+def test_a_flicker_is_one_contact_and_a_second_touch_is_two():
+    found = [
+        Episode(0, 0, 1, 0.0, 1.0),
+        Episode(0, 2, 3, 1.05, 2.0),
+        Episode(0, 9, 9, 3.0, 3.0),
+        Episode(1, 0, 0, 1.0, 1.0),
+    ]
+    assert [(one.pair, one.start, one.end) for one in joined(found)] == [(0, 0.0, 2.0), (0, 3.0, 3.0), (1, 1.0, 1.0)]
+
+
+@pytest.mark.parametrize(
+    "pair, start, fixed, taken, expected",
+    [
+        (0, 5.0, set(), (Grasp(0, 4.0, 6.0, 1),), True),  # the hand on what it holds
+        (0, 3.6, set(), (Grasp(0, 4.0, 6.0, 1),), True),  # as it reaches for it
+        (0, 3.0, set(), (Grasp(0, 4.0, 6.0, 1),), False),  # long before
+        (2, 5.0, set(), (Grasp(0, 4.0, 6.0, 1),), False),  # on another thing
+        (2, 5.0, set(), (Grasp(0, 4.0, 6.0, -1),), True),  # a grasp that failed
+        (1, 5.0, set(), (Grasp(0, 4.0, 6.0, 1),), False),  # two things against each other
+        (1, 5.0, {2}, (), True),  # a thing on what carries it
+    ],
+)
+def test_contacts_that_are_part_of_the_work(pair, start, fixed, taken, expected):
+    assert intended(Episode(pair, 0, 0, start, start + 0.1), PAIRS, fixed, HANDS, taken) is expected
+
+
+def test_a_run_of_effects_alone_has_no_row():
+    assert metric_rows(run(cubes({"a": [0.0] * 9, "b": [3.0] * 9}), detectors=())) == []
