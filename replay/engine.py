@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from cdcore import Detection, Motion
+from cdcore import Detection, Detector, Motion
 from cdcore.detectors import detector_names
 from replay.affecting import EffectRun, run_effects
 from replay.assemble import Pairs, lay_out
@@ -14,11 +14,10 @@ from replay.assemble_stored import assemble_bounded
 from replay.assembly import Assembly
 from replay.audit.compare import compare
 from replay.audit.episodes import episodes
-from replay.audit.evidence import Evidence
+from replay.audit.examine import examine
 from replay.audit.face_recall import FaceRecall, face_recall
 from replay.audit.matching import EpisodeMatches, match_episodes
-from replay.audit.misses import misses, stretches
-from replay.audit.outcome import Comparison, Episode, Miss
+from replay.audit.outcome import Comparison, Episode
 from replay.detecting import Run, face_sets_again, make_detector, run_detector
 from replay.detector_spec import DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
 from replay.errors import DetectorSpecError
@@ -133,7 +132,8 @@ def compute(
         found = {label: episodes(run.detection) for label, run in runs.items()}
         comparisons = _comparisons(runs, lineup.oracle)
         matches = _matches(comparisons, found, runs)
-        missed = _misses(comparisons, found.get(lineup.oracle, ()), runs.get(lineup.oracle), assembly, seed)
+        truth = found.get(lineup.oracle, ())
+        missed, causes = examine(comparisons, truth, runs, assembly, _face_source(assembly, seed))
     recall = _face_recall(comparisons, runs, assembly, told) if faces else {}
     effects: dict[str, EffectRun] = {}
     if planned.effects:
@@ -149,6 +149,7 @@ def compute(
         misses=missed,
         matches=matches,
         face_recall=recall,
+        causes=causes,
         effects=effects,
     )
     return summarise(result, runs, layout.survey, window=(start, end), seed=seed)
@@ -215,30 +216,17 @@ def _face_recall(
     return recalls
 
 
-def _misses(
-    comparisons: dict[str, Comparison],
-    contacts: Sequence[Episode],
-    trusted: Run | None,
-    assembly: Assembly,
-    seed: int,
-) -> dict[str, tuple[Miss, ...]]:
-    places = {label: stretches(comparison, contacts) for label, comparison in comparisons.items()}
-    asked = [(place.pair, place.first, place.last) for found in places.values() for place in found]
-    if not asked or trusted is None:
-        return dict.fromkeys(places, ())
-    evidence = Evidence(assembly, _face_source(trusted, assembly, seed), asked)
-    names = [(assembly.names[i], assembly.names[j]) for i, j in assembly.pairs.tolist()]
-    return {label: misses(found, names, assembly.motion.times, evidence) for label, found in places.items()}
-
-
-def _face_source(trusted: Run, assembly: Assembly, seed: int) -> Detection | Callable[[Motion], Detection]:
-    """The oracle's own faces where it has those of each single frame, else those of the best detector of instants.
+def _face_source(assembly: Assembly, seed: int) -> Callable[[Motion], Detection]:
+    """The faces of single frames by the most trusted detector of instants, made when somebody asks.
 
     An oracle of intervals, of volumes or of a lower rate says that there is contact, but not in which faces at a frame.
     """
-    answer = trusted.detection
-    if answer.face_sets is not None and answer.covers == "instants" and not trusted.detector.online:
-        return answer
-    best = next(name for name in ORACLES if name in detector_names())
-    detector = make_detector(DetectorSpec("faces", best), assembly, seed)
-    return lambda motion: detector.detect(motion, faces=True)
+    made: list[Detector] = []
+
+    def faces_of(motion: Motion) -> Detection:
+        if not made:
+            best = next(name for name in ORACLES if name in detector_names())
+            made.append(make_detector(DetectorSpec("faces", best), assembly, seed))
+        return made[0].detect(motion, faces=True)
+
+    return faces_of

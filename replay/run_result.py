@@ -10,6 +10,7 @@ from typing import Any
 from cdcore import Detection
 from replay.affecting import EffectRun
 from replay.assembly import Assembly
+from replay.audit.causes import Causes
 from replay.audit.face_recall import FaceRecall
 from replay.audit.matching import EpisodeMatches
 from replay.audit.outcome import Comparison, Episode, Miss
@@ -31,6 +32,7 @@ class RunResult:
     misses : label -> numbered misses, in order of time.
     matches : label -> its episodes matched one to one with the oracle's.
     face_recall : label -> face pairs found, where it was asked for and both list faces of instants.
+    causes : label -> why each of its misses was missed.
     effects : kind -> what the effect found and took, in running order; empty where the scene declares none.
     summary : settings, seeds, counts, digests, machine; everything JSON can hold.
     out : the run folder, or ``None`` when nothing was written.
@@ -45,6 +47,7 @@ class RunResult:
     misses: Mapping[str, tuple[Miss, ...]]
     matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)
     face_recall: Mapping[str, FaceRecall] = field(default_factory=dict)
+    causes: Mapping[str, Causes] = field(default_factory=dict)
     effects: Mapping[str, EffectRun] = field(default_factory=dict)
     summary: Mapping[str, Any] = field(default_factory=dict)
     out: Path | None = None

@@ -82,6 +82,7 @@ class Miss:
     deepest : the frame where the cut is longest; ``point`` (world metres) and ``normal`` are taken there.
     face_pairs : number of face pairs there.
     cut_length : length of the intersection curve there, metres.
+    cause : the stage that lost it, in the words of ``replay.audit.causes``.
     """
 
     number: int
@@ -99,3 +100,4 @@ class Miss:
     normal: tuple[float, float, float]
     face_pairs: int
     cut_length: float
+    cause: str = "not examined"

@@ -37,6 +37,8 @@ def score(result: RunResult, label: str) -> dict[str, Any]:
         "by_kind": {kind: sum(miss.kind == kind for miss in missed) for kind in MISS_KINDS},
         "faces": _faces(result.face_recall.get(label)),
     }
+    if label in result.causes:
+        figures["causes"] = result.causes[label].table()
     if label in result.matches:
         figures["episodes"] = episode_figures(
             result.matches[label], len(result.episodes[result.oracle]), len(result.episodes[label])

@@ -99,7 +99,13 @@ def miss_table(result: RunResult) -> pa.Table:
         **_pair_columns(result, pairs),
     }
     kinds = {"first": pa.int64(), "last": pa.int64(), "start": pa.float64(), "end": pa.float64(), "kind": pa.string()}
-    kinds |= {"episode": pa.int64(), "deepest": pa.int64(), "face_pairs": pa.int64(), "cut_length": pa.float64()}
+    kinds |= {
+        "episode": pa.int64(),
+        "deepest": pa.int64(),
+        "face_pairs": pa.int64(),
+        "cut_length": pa.float64(),
+        "cause": pa.string(),
+    }
     table |= {name: pa.array([getattr(miss, name) for _, miss in rows], kind) for name, kind in kinds.items()}
     for name in ("point", "normal"):
         for axis, letter in enumerate("xyz"):
