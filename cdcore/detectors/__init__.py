@@ -15,10 +15,13 @@ from cdcore.protocol import Body, Detector, resolve_pairs
 
 DETECTORS: Final[dict[str, str]] = {
     "sphere": "cdcore.detectors.sphere:SphereDetector",
+    "aabb": "cdcore.detectors.aabb:AabbDetector",
+    "obb": "cdcore.detectors.obb:ObbDetector",
     "static": "cdcore.detectors.static:StaticDetector",
     "discrete": "cdcore.detectors.discrete:DiscreteDetector",
     "hybrid": "cdcore.detectors.hybrid:HybridDetector",
     "collider": "cdcore.detectors.collider:ColliderDetector",
+    "rapid-style": "cdcore.detectors.rapid_style:RapidStyleDetector",
     "exact": "cdcore.detectors.exact:ExactDetector",
 }
 """Name -> ``module:Class``. Rows from outside come in through the entry-point group below."""

@@ -68,6 +68,11 @@ class ColliderDetector:
     name: ClassVar[str] = "collider"
     online: ClassVar[bool] = False
     Settings: ClassVar[type] = ColliderSettings
+    sources: ClassVar[tuple[str, ...]] = (
+        "C. Ericson, Real-Time Collision Detection, Morgan Kaufmann 2005, chapter 4, bounding volumes as colliders",
+    )
+    choose_when: ClassVar[str] = "you want to know what the simple colliders of an engine invent and miss"
+    cannot: ClassVar[str] = "list faces: those of a collider are not the mesh's"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: ColliderSettings) -> None:
         self.bodies = tuple(bodies)

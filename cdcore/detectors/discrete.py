@@ -99,6 +99,13 @@ class DiscreteDetector:
     name: ClassVar[str] = "discrete"
     online: ClassVar[bool] = True
     Settings: ClassVar[type] = DiscreteSettings
+    sources: ClassVar[tuple[str, ...]] = (
+        "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
+        "Unity3D, Fig. 5, discrete detection",
+        "J. Pan, S. Chitta, D. Manocha, FCL: a general purpose library for collision and proximity queries, ICRA 2012",
+    )
+    choose_when: ClassVar[str] = "you want to know what an engine of that rate misses"
+    cannot: ClassVar[str] = "see what happens between its looks"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: DiscreteSettings) -> None:
         self.bodies = tuple(bodies)

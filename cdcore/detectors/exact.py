@@ -51,6 +51,16 @@ class ExactDetector:
     name: ClassVar[str] = "exact"
     online: ClassVar[bool] = False
     Settings: ClassVar[type] = ExactSettings
+    sources: ClassVar[tuple[str, ...]] = (
+        "S. Gottschalk, M. C. Lin, D. Manocha, OBBTree: a hierarchical structure for rapid interference detection, "
+        "SIGGRAPH 1996",
+        "J. R. Shewchuk, Adaptive precision floating-point arithmetic and fast robust geometric predicates, Discrete & "
+        "Computational Geometry 18, 1997",
+        "I. Wald, On fast construction of SAH-based bounding volume hierarchies, Symposium on Interactive Ray Tracing "
+        "2007",
+    )
+    choose_when: ClassVar[str] = "you need the truth, or the fastest answer over a whole recording"
+    cannot: ClassVar[str] = "see what happens between frames"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: ExactSettings) -> None:
         self.bodies = tuple(bodies)

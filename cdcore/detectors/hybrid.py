@@ -50,6 +50,13 @@ class HybridDetector:
     name: ClassVar[str] = "hybrid"
     online: ClassVar[bool] = False
     Settings: ClassVar[type] = HybridSettings
+    sources: ClassVar[tuple[str, ...]] = (
+        "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
+        "Unity3D, section 4",
+        "J. Pan, S. Chitta, D. Manocha, FCL: a general purpose library for collision and proximity queries, ICRA 2012",
+    )
+    choose_when: ClassVar[str] = "you want contacts and faces of ordinary meshes from a widely used engine"
+    cannot: ClassVar[str] = "be exact on degenerate faces and resting ties"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: HybridSettings) -> None:
         self.bodies = tuple(bodies)

@@ -36,6 +36,12 @@ class SphereDetector:
     name: ClassVar[str] = "sphere"
     online: ClassVar[bool] = False
     Settings: ClassVar[type] = SphereSettings
+    sources: ClassVar[tuple[str, ...]] = (
+        "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
+        "Unity3D, equation (21)",
+    )
+    choose_when: ClassVar[str] = "you want the cheapest answer that never misses"
+    cannot: ClassVar[str] = "confirm anything"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: SphereSettings) -> None:
         self.bodies = tuple(bodies)

@@ -59,6 +59,13 @@ class StaticDetector:
     name: ClassVar[str] = "static"
     online: ClassVar[bool] = False
     Settings: ClassVar[type] = StaticSettings
+    sources: ClassVar[tuple[str, ...]] = (
+        "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
+        "Unity3D, Fig. 5, static detection",
+        "J. Pan, S. Chitta, D. Manocha, FCL: a general purpose library for collision and proximity queries, ICRA 2012",
+    )
+    choose_when: ClassVar[str] = "things stand still most of the time"
+    cannot: ClassVar[str] = "be fast when everything moves"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: StaticSettings) -> None:
         self.bodies = tuple(bodies)

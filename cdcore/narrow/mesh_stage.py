@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.narrow.fcl_meshes import FclMeshes
-from cdcore.narrow.pair_frames import rows_of_columns
+from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns, turned_faces
 from cdcore.numerics import FloatArray
 from cdcore.protocol import Body, FaceSets, Motion, ordered_by_name
 
@@ -58,7 +58,7 @@ class MeshStage:
         for column, rows in rows_of_columns(columns):
             a, b = self._pairs[column].tolist()
             pose_a, pose_b = (_poses(motion, frames[rows], body) for body in (a, b))
-            fresh = _differs_from_before(pose_a) | _differs_from_before(pose_b)
+            fresh = differs_from_before(pose_a) | differs_from_before(pose_b)
             asked = np.flatnonzero(fresh)
             number = np.cumsum(fresh) - 1
             queries += len(asked)
@@ -69,7 +69,7 @@ class MeshStage:
             found = self._meshes.faces_along(a, b, ask_a, ask_b)
             which[rows] = number + len(sets)
             hits[rows] = np.array([len(one) > 0 for one in found], dtype=np.bool_)[number]
-            sets += [_turned(one) for one in found] if self._turned[column] else found
+            sets += [turned_faces(one) for one in found] if self._turned[column] else found
         return MeshAnswer(hits, queries, len(frames) - queries, which, sets)
 
     def look(self, motion: Motion, frame: int, column: int, *, faces: bool = False) -> tuple[bool, NDArray[np.int32]]:
@@ -80,7 +80,7 @@ class MeshStage:
         if not faces:
             return self._meshes.touch(a, b), NO_FACES
         found = self._meshes.faces(a, b)
-        return len(found) > 0, _turned(found) if self._turned[column] else found
+        return len(found) > 0, turned_faces(found) if self._turned[column] else found
 
 
 NO_FACES: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
@@ -89,17 +89,3 @@ NO_FACES.setflags(write=False)
 
 def _poses(motion: Motion, frames: NDArray[np.int64], body: int) -> tuple[FloatArray, FloatArray]:
     return motion.rotations[frames, body], motion.translations[frames, body]
-
-
-def _differs_from_before(poses: tuple[FloatArray, FloatArray]) -> NDArray[np.bool_]:
-    """(K,): whether a pose is not bit for bit the one in the row before; True in row 0."""
-    turn, move = poses
-    differs = np.ones(len(turn), dtype=np.bool_)
-    differs[1:] = (turn[1:] != turn[:-1]).any(axis=(1, 2)) | (move[1:] != move[:-1]).any(axis=1)
-    return differs
-
-
-def _turned(faces: NDArray[np.int32]) -> NDArray[np.int32]:
-    """The same pairs, first and second exchanged, sorted again."""
-    swapped = faces[:, ::-1]
-    return np.ascontiguousarray(swapped[np.lexsort((swapped[:, 1], swapped[:, 0]))])

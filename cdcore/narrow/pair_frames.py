@@ -7,6 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from cdcore.numerics import FloatArray
+
 
 def rows_of_columns(columns: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
     """Each column that occurs in ``columns`` (K,), ascending, with the rows in which it stands, ascending.
@@ -22,3 +24,17 @@ def rows_of_columns(columns: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[n
     starts = np.flatnonzero(np.concatenate([[True], columns[1:] != columns[:-1]]))
     for start, stop in zip(starts, [*starts[1:], len(columns)], strict=True):
         yield int(columns[start]), order[start:stop]
+
+
+def differs_from_before(poses: tuple[FloatArray, FloatArray]) -> NDArray[np.bool_]:
+    """(K,): whether a pose (rotations, translations) is not bit for bit the one in the row before; True in row 0."""
+    turn, move = poses
+    differs = np.ones(len(turn), dtype=np.bool_)
+    differs[1:] = (turn[1:] != turn[:-1]).any(axis=(1, 2)) | (move[1:] != move[:-1]).any(axis=1)
+    return differs
+
+
+def turned_faces(faces: NDArray[np.int32]) -> NDArray[np.int32]:
+    """The same face pairs (k, 2), first and second exchanged, sorted again."""
+    swapped = faces[:, ::-1]
+    return np.ascontiguousarray(swapped[np.lexsort((swapped[:, 1], swapped[:, 0]))])

@@ -1,0 +1,1 @@
+"""Trees of axis-aligned world boxes, fitted anew to every pose."""

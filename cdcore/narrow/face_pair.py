@@ -1,0 +1,82 @@
+"""One face of each body at the points that count: they meet, they do not, or only integers can tell.
+
+The leaf test that every hierarchy ends in. It is compiled once; a traversal that calls it compiles in a second.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cdcore.narrow.compiling import become_part_of_caller, kernel, stay_one_function
+from cdcore.narrow.exact_sums import exponents_are_moderate
+from cdcore.narrow.triangle_exact import pair_intersects_exact
+from cdcore.narrow.triangle_filter import UNDECIDED, pair_intersects_filtered
+from cdcore.narrow.triangle_integers import pair_intersects_integers
+from cdcore.numerics import FloatArray, IntArray, place_points
+
+FOUND_COLUMNS = 4
+"""Row, face of A, face of B, answer: 1 or UNDECIDED."""
+
+
+@kernel
+def place_face(corners: FloatArray, face: int, turn: FloatArray, move: FloatArray, pair: FloatArray, o: int) -> None:
+    """World corners of a face to rows ``o`` to ``o + 2`` of ``pair``, rounded as the points that count."""
+    stay_one_function()
+    for c in range(3):
+        x, y, z = corners[face, c, 0], corners[face, c, 1], corners[face, c, 2]
+        for k in range(3):
+            pair[o + c, k] = ((turn[k, 0] * x + turn[k, 1] * y) + turn[k, 2] * z) + move[k]
+
+
+@kernel
+def placed_pair_meets(pair: FloatArray, digits: IntArray) -> int:
+    """1 or 0 for the faces in rows 0-2 and 3-5 of ``pair`` (6, 3); UNDECIDED where only integers can tell."""
+    stay_one_function()
+    answer = pair_intersects_filtered(pair)
+    if answer == UNDECIDED and exponents_are_moderate(pair):
+        answer = 1 if pair_intersects_exact(pair, digits) else 0
+    return answer
+
+
+@kernel
+def faces_meet(
+    corners_a: FloatArray, face_a: int, turn_a: FloatArray, move_a: FloatArray, corners_b: FloatArray, face_b: int,
+    turn_b: FloatArray, move_b: FloatArray, pair: FloatArray, digits: IntArray,
+) -> int:  # fmt: skip
+    """1, 0 or UNDECIDED for a face of A and a face of B, corners (f, 3, 3) in their own frames."""
+    stay_one_function()
+    place_face(corners_a, face_a, turn_a, move_a, pair, 0 * face_a)
+    place_face(corners_b, face_b, turn_b, move_b, pair, 0 * face_b + 3)
+    return placed_pair_meets(pair, digits)
+
+
+@kernel
+def keep_found(found: IntArray, count: int, row: int, face_a: int, face_b: int, answer: int) -> IntArray:
+    """Write entry ``count`` of ``found`` (n, 4); the array, or one twice as long where it was full."""
+    become_part_of_caller()
+    if count == found.shape[0]:
+        longer = np.empty((2 * count, 4), dtype=np.int64)
+        longer[:count] = found
+        found = longer
+    found[count, 0], found[count, 1], found[count, 2], found[count, 3] = row, face_a, face_b, answer
+    return found
+
+
+def decided_by_integers(
+    found: IntArray, corners: tuple[FloatArray, FloatArray], turns: tuple[FloatArray, FloatArray],
+    moves: tuple[FloatArray, FloatArray],
+) -> IntArray:  # fmt: skip
+    """The entries of ``found`` (n, 4) that meet, their UNDECIDED ones asked in integers; order is kept.
+
+    ``turns`` (K, 3, 3) and ``moves`` (K, 3) of both bodies, K rows.
+    """
+    meets = found[:, 3] == 1
+    for k in np.flatnonzero(found[:, 3] == UNDECIDED).tolist():
+        row, *faces = found[k, :3].tolist()
+        placed = [
+            place_points(corners[side][face], turns[side][row], moves[side][row]).tolist()
+            for side, face in enumerate(faces)
+        ]
+        meets[k] = pair_intersects_integers(placed)
+    kept: IntArray = found[meets]
+    return kept

@@ -1,0 +1,81 @@
+"""Binary trees over faces, grown level by level with whole-array operations: nothing to compile, no recursion.
+
+Nodes stand in order of their level, so children come after their parent and the two children of a node are neighbours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from cdcore.numerics import BoolArray, FloatArray, IntArray
+
+Look = Callable[[IntArray, IntArray, IntArray], FloatArray]
+"""``(faces, node, first) -> key``: called once a level with the faces of all its nodes (E,), the node within the
+level each belongs to (E,), and where each node's faces start (n,); gives each face its place along the cut, (E,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Topology:
+    """Which faces each of n nodes holds.
+
+    Parameters
+    ----------
+    child : (n,) number of the first child, the second follows it; -1 for a leaf.
+    start, stop : (n,) the node's faces are ``order[start:stop]``.
+    order : (f,) face numbers.
+    depth : levels.
+    """
+
+    child: IntArray
+    start: IntArray
+    stop: IntArray
+    order: IntArray
+    depth: int
+
+
+def grow_tree(count: int, leaf_faces: int, look: Look, *, balanced: bool) -> Topology:
+    """Cut ``count`` faces in two until none has more than ``leaf_faces``.
+
+    Parameters
+    ----------
+    look : sees every level and says where its faces lie along the cut.
+    balanced : cut at the median of the keys; else between keys up to 0 and keys above, and in the middle where that
+        leaves one side empty.
+    """
+    order = np.arange(count, dtype=np.int64)
+    start, stop = np.array([0], dtype=np.int64), np.array([count], dtype=np.int64)
+    levels: list[tuple[IntArray, IntArray, IntArray]] = []
+    nodes = 0
+    while len(start):
+        sizes = stop - start
+        first = np.cumsum(sizes) - sizes
+        node = np.repeat(np.arange(len(start)), sizes)
+        place = np.arange(len(node)) + np.repeat(start - first, sizes)
+        faces = order[place]
+        key = look(faces, node, first)
+        rank = key if balanced else key > 0
+        order[place] = faces[np.lexsort((faces, rank, node))]
+        opened = sizes > leaf_faces
+        cut = (sizes // 2 if balanced else _cut_at_zero(rank, first, sizes))[opened]
+        nodes += len(start)
+        child = np.full(len(start), -1, dtype=np.int64)
+        child[opened] = nodes + 2 * np.arange(len(cut))
+        levels.append((child, start, stop))
+        low, high = start[opened], stop[opened]
+        start, stop = np.column_stack([low, low + cut]).ravel(), np.column_stack([low + cut, high]).ravel()
+    child, start, stop = (np.concatenate(part) for part in zip(*levels, strict=True))
+    return Topology(child, start, stop, order, len(levels))
+
+
+def _cut_at_zero(above: BoolArray | FloatArray, first: IntArray, sizes: IntArray) -> IntArray:
+    below = sizes - np.add.reduceat(above.astype(np.int64), first)
+    cut: IntArray = np.where((below > 0) & (below < sizes), below, sizes // 2)
+    return cut
+
+
+def extents(along: FloatArray, first: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Least and largest coordinates (n, 3) of n nodes; ``along`` (E, c, 3): corners of their faces, node after node."""
+    return np.minimum.reduceat(along.min(axis=1), first), np.maximum.reduceat(along.max(axis=1), first)

@@ -1,0 +1,1 @@
+"""Trees of oriented boxes that turn with their body, both opened at once."""

@@ -1,0 +1,70 @@
+"""Fifteen axes decide about two oriented boxes; where they leave them together, both are opened at once."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cdcore.narrow.box_axes import apart_on_all_axes, box_seen_from, pose_seen_from
+from cdcore.narrow.compiling import kernel
+from cdcore.narrow.face_pair import faces_meet, keep_found
+from cdcore.narrow.obb.tree import ObbTree
+from cdcore.numerics import ByteArray, FloatArray, IntArray
+
+
+@kernel
+def search_rows(  # noqa: C901 - one loop with its stack
+    tree_a: ObbTree, tree_b: ObbTree, stack: IntArray, turn_a: FloatArray, move_a: FloatArray, turn_b: FloatArray,
+    move_b: FloatArray, pad: FloatArray, every: bool, budget: int, digits: IntArray, counts: IntArray,
+    truncated: ByteArray,
+) -> IntArray:  # fmt: skip
+    """Faces that meet, (M, 4), in K poses."""
+    turn, move, m, d = np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3)
+    pair = np.empty((6, 3))
+    found, known = np.empty((64, 4), dtype=np.int64), 0
+    for row in range(len(pad)):
+        pose_seen_from(turn_a[row], move_a[row], turn_b[row], move_b[row], turn, move)
+        tests, depth = 0, 1
+        stack[0, 0], stack[0, 1] = 0, 0
+        while depth > 0:
+            if tests == budget:
+                truncated[row] = 1
+                break
+            depth -= 1
+            a, b = stack[depth, 0], stack[depth, 1]
+            tests += 1
+            counts[row, 0] += 1
+            box_seen_from(tree_a.centre[a], tree_a.axes[a], tree_b.centre[b], tree_b.axes[b], turn, move, m, d)
+            if apart_on_all_axes(m, d, tree_a.half[a], tree_b.half[b], pad[row]):
+                continue
+            first_a, first_b = tree_a.child[a], tree_b.child[b]
+            if first_a >= 0 or first_b >= 0:
+                for k in range(2 if first_a >= 0 else 1):
+                    for l in range(2 if first_b >= 0 else 1):  # noqa: E741 - k of A, l of B
+                        stack[depth, 0] = first_a + k if first_a >= 0 else a
+                        stack[depth, 1] = first_b + l if first_b >= 0 else b
+                        depth += 1
+                continue
+            done = False
+            for face_a in range(tree_a.start[a], tree_a.stop[a]):
+                for face_b in range(tree_b.start[b], tree_b.stop[b]):
+                    if tests == budget:
+                        truncated[row] = 1
+                        done = True
+                        break
+                    tests += 1
+                    counts[row, 1] += 1
+                    answer = faces_meet(
+                        tree_a.corners, face_a, turn_a[row], move_a[row], tree_b.corners, face_b, turn_b[row],
+                        move_b[row], pair, digits,
+                    )  # fmt: skip
+                    if answer != 0:
+                        found = keep_found(found, known, row, tree_a.number[face_a], tree_b.number[face_b], answer)
+                        known += 1
+                        if answer == 1 and not every:
+                            done = True
+                            break
+                if done:
+                    break
+            if done:
+                break
+    return found[:known]

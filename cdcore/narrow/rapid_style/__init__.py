@@ -1,0 +1,1 @@
+"""RAPID's tree, descent and modes, with an exact leaf test."""

@@ -1,0 +1,217 @@
+"""From a traversal of one pair to a detection of all: every hierarchy is asked the same way and judged the same way.
+
+A search that runs to completion is complete: rounding is covered by a pad around volumes, and faces are decided at the
+points that count. A search that its budget ends says what it found and NOT_FOUND where that is nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from time import perf_counter
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.errors import InvalidSettingError
+from cdcore.narrow.containment import ContainmentStage
+from cdcore.narrow.exhaustive import meeting_faces_exhaustive
+from cdcore.narrow.face_pair import decided_by_integers
+from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns, turned_faces
+from cdcore.narrow.pair_search import UNLIMITED, PairPoses, PairSearch, Searched
+from cdcore.narrow.section_source import sections_of
+from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, position_pad
+from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
+from cdcore.protocol import Body, Detection, FaceSets, Motion, Verdict, ordered_by_name, pair_has_pose
+
+MODES: Final = ("all", "first")
+
+SKEW: Final = 2.0 * 3.0 * ORTHONORMAL_KEEP
+"""Joint Frobenius norm of R^T R - I of both bodies: a motion keeps each of nine entries within ORTHONORMAL_KEEP."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TreeSettings:
+    """Settings of a hierarchy.
+
+    ``mode``: "all" faces that meet, or the "first" found, which ends the search of its frame; verdicts are the same.
+    ``budget``: node and leaf tests per pair and frame; ``None``: until done. Cut short, a search without a hit says
+    NOT_FOUND and a set of faces may lack some.
+    ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
+    """
+
+    mode: str = "all"
+    budget: int | None = None
+    containment: bool = True
+
+    def __post_init__(self) -> None:
+        if self.mode not in MODES:
+            raise InvalidSettingError(f"mode={self.mode!r} is no mode; choose one of: {', '.join(MODES)}")
+        if self.budget is not None and self.budget < 1:
+            raise InvalidSettingError(f"budget is {self.budget}; give 1 test or more, or None")
+
+
+@dataclass(frozen=True, eq=False)
+class TreeAnswer:
+    """What became of K pair-frames."""
+
+    hits: BoolArray
+    truncated: BoolArray
+    which: IntArray
+    """(K,) row of ``sets``."""
+    sets: list[NDArray[np.int32]]
+    work: dict[str, int]
+
+
+class TreeStage:
+    """Asks a traversal about pair-frames, and makes a detection of its answers.
+
+    Parameters
+    ----------
+    bodies : N bodies.
+    pairs : (P, 2) body numbers; each pair is asked in the order of its names, whatever order it has here.
+    search : the traversal, over the same bodies.
+    settings : mode, budget, containment.
+    """
+
+    def __init__(
+        self, bodies: Sequence[Body], pairs: NDArray[np.int64], search: PairSearch, settings: TreeSettings
+    ) -> None:
+        self._bodies = tuple(bodies)
+        self._pairs = pairs
+        self._ordered, self._turned = ordered_by_name(bodies, pairs)
+        self._search = search
+        self._settings = settings
+        self._reach = [_reach(body.mesh.triangles) for body in bodies]
+        self._containment = ContainmentStage(bodies, pairs) if settings.containment else None
+
+    def everywhere(self, motion: Motion) -> NDArray[np.uint8]:
+        """CANDIDATE wherever a pair has its poses, (T, P): nothing is left out before the traversal."""
+        return np.where(pair_has_pose(motion, self._pairs), Verdict.CANDIDATE, Verdict.NO_POSE).astype(np.uint8)
+
+    def detection(
+        self, name: str, motion: Motion, verdict: NDArray[np.uint8], *, faces: bool, broad: float, work: dict[str, int]
+    ) -> Detection:
+        """Decide every CANDIDATE of ``verdict`` (T, P).
+
+        ``broad`` and ``work`` are seconds and counters of the stage that named the candidates.
+        """
+        columns, frames = np.nonzero(verdict.T == Verdict.CANDIDATE)
+        clock = [perf_counter()]
+        answer = self.decide(motion, frames, columns, every=faces and self._settings.mode == "all")
+        verdict = verdict.copy()
+        verdict[frames, columns] = np.where(answer.truncated, Verdict.NOT_FOUND, Verdict.CLEAR)
+        verdict[frames[answer.hits], columns[answer.hits]] = Verdict.CONTACT
+        clock.append(perf_counter())
+        left = ~answer.hits & ~answer.truncated
+        asked = self._contain(motion, frames[left], columns[left], verdict)
+        clock.append(perf_counter())
+        seconds = dict(zip(("traversal", "containment"), np.diff(clock).tolist(), strict=True))
+        return Detection(
+            detector=name,
+            names=tuple(body.name for body in self._bodies),
+            pairs=self._pairs,
+            times=motion.times,
+            verdict=verdict,
+            face_sets=FaceSets.from_shared(frames, columns, answer.which, answer.sets) if faces else None,
+            containment=self._words(),
+            work=work | answer.work | {"containment_tests": asked},
+            seconds={"broad": broad} | seconds,
+            section_source=sections_of(self._bodies, self._pairs, motion) if faces else None,
+        )
+
+    def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, every: bool) -> TreeAnswer:
+        """Answer for K pair-frames at which both bodies have a pose, sorted by column, then frame."""
+        hits, truncated = np.zeros(len(frames), dtype=np.bool_), np.zeros(len(frames), dtype=np.bool_)
+        which = np.zeros(len(frames), dtype=np.int64)
+        sets: list[NDArray[np.int32]] = []
+        total = np.zeros(len(self._search.counters), dtype=np.int64)
+        queries = exhaustive = 0
+        for column, rows in rows_of_columns(columns):
+            a, b = self._ordered[column].tolist()
+            pose_a, pose_b = ((motion.rotations[frames[rows], k], motion.translations[frames[rows], k]) for k in (a, b))
+            fresh = differs_from_before(pose_a) | differs_from_before(pose_b)
+            number = np.cumsum(fresh) - 1
+            poses, large = self._poses(a, b, pose_a, pose_b, fresh)
+            searched = self._searched(a, b, poses, large, every)
+            found = self._found(a, b, poses, searched, every)
+            for k in np.flatnonzero(large).tolist():
+                found[k] = self._exhaustive(a, b, poses, k)[: None if every else 1]
+            which[rows] = number + len(sets)
+            hits[rows] = np.array([len(one) > 0 for one in found], dtype=np.bool_)[number]
+            truncated[rows] = searched.truncated[number]
+            sets += [turned_faces(one) for one in found] if self._turned[column] else found
+            total += searched.counts.sum(axis=0)
+            queries += len(found)
+            exhaustive += int(large.sum())
+        work = dict(zip(self._search.counters, total.tolist(), strict=True))
+        work |= {"tree_queries": queries, "reused": len(frames) - queries, "exhaustive": exhaustive}
+        return TreeAnswer(hits, truncated & ~hits, which, sets, work)
+
+    def _poses(
+        self, a: int, b: int, pose_a: tuple[FloatArray, FloatArray], pose_b: tuple[FloatArray, FloatArray],
+        fresh: BoolArray,
+    ) -> tuple[PairPoses, BoolArray]:  # fmt: skip
+        """The poses to ask about, and which of them lie so far out that the pads no longer hold."""
+        (turn_a, move_a), (turn_b, move_b) = (
+            (np.ascontiguousarray(turn[fresh]), np.ascontiguousarray(move[fresh])) for turn, move in (pose_a, pose_b)
+        )
+        with np.errstate(over="ignore"):
+            size = self._reach[a] + self._reach[b] + np.linalg.norm(move_a, axis=1) + np.linalg.norm(move_b, axis=1)
+        large = ~(size <= LARGEST_SIZE)
+        pad = position_pad(1.0, SKEW) * np.where(large, 0.0, size) + UNDERFLOW_PAD
+        return PairPoses(turn_a, move_a, turn_b, move_b, pad), large
+
+    def _searched(self, a: int, b: int, poses: PairPoses, large: BoolArray, every: bool) -> Searched:
+        budget = UNLIMITED if self._settings.budget is None else self._settings.budget
+        if not large.any():
+            return self._search.search(a, b, poses, every=every, budget=budget)
+        near = np.flatnonzero(~large)
+        parts = (poses.turn_a, poses.move_a, poses.turn_b, poses.move_b, poses.pad)
+        some = self._search.search(a, b, PairPoses(*(part[near] for part in parts)), every=every, budget=budget)
+        found = some.found.copy()
+        found[:, 0] = near[found[:, 0]]
+        counts = np.zeros((len(large), some.counts.shape[1]), dtype=np.int64)
+        truncated = np.zeros(len(large), dtype=np.bool_)
+        counts[near], truncated[near] = some.counts, some.truncated
+        return Searched(found, counts, truncated)
+
+    def _found(self, a: int, b: int, poses: PairPoses, searched: Searched, every: bool) -> list[NDArray[np.int32]]:
+        """Per pose the faces that meet, (k, 2), sorted."""
+        corners = self._bodies[a].mesh.triangles, self._bodies[b].mesh.triangles
+        turns, moves = (poses.turn_a, poses.turn_b), (poses.move_a, poses.move_b)
+        found = decided_by_integers(searched.found, corners, turns, moves)
+        order = np.lexsort((found[:, 2], found[:, 1], found[:, 0]))
+        if not every:
+            _, order = np.unique(found[:, 0], return_index=True)
+        bounds = np.searchsorted(found[order, 0], np.arange(len(poses.pad) + 1)).tolist()
+        faces = found[order, 1:3].astype(np.int32)
+        return [faces[start:stop] for start, stop in pairwise(bounds)]
+
+    def _exhaustive(self, a: int, b: int, poses: PairPoses, row: int) -> NDArray[np.int32]:
+        placed = [
+            place_points(self._bodies[body].mesh.triangles, turn[row], move[row])
+            for body, turn, move in ((a, poses.turn_a, poses.move_a), (b, poses.turn_b, poses.move_b))
+        ]
+        return meeting_faces_exhaustive(*placed).astype(np.int32)
+
+    def _contain(self, motion: Motion, frames: IntArray, columns: IntArray, verdict: NDArray[np.uint8]) -> int:
+        """Mark the contained among pair-frames without contact; returns how many were asked about."""
+        if self._containment is None:
+            return 0
+        inside = self._containment.contained(motion, frames, columns)
+        verdict[frames[inside], columns[inside]] = Verdict.CONTAINED
+        return len(frames)
+
+    def _words(self) -> tuple[str, ...]:
+        if self._containment is None:
+            return ("refused: containment=False",) * len(self._pairs)
+        return self._containment.words
+
+
+def _reach(triangles: FloatArray) -> float:
+    """Largest distance of a corner from the body's origin; infinite where its square overflows."""
+    with np.errstate(over="ignore"):
+        return float(np.sqrt((triangles * triangles).sum(axis=-1).max()))

@@ -1,0 +1,50 @@
+"""The README's table of detectors, written from the detectors themselves: ``python -m replay.choosing README.md``."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import sys
+from pathlib import Path
+from typing import Any, Final
+
+BEGIN: Final = "<!-- made by: python -m replay.choosing README.md -->"
+END: Final = "<!-- end of the made table -->"
+HEAD: Final = "| name | what it does | choose it when | it cannot |\n|---|---|---|---|"
+
+
+def choosing_table() -> str:
+    """Markdown: a row for each detector of the table, in its order."""
+    from cdcore.detectors import DETECTORS, load_detector
+
+    return "\n".join([HEAD, *(_row(name, load_detector(name)) for name in DETECTORS)])
+
+
+def with_table(text: str, table: str) -> str:
+    """A text with the table between its two marks.
+
+    Raises
+    ------
+    ValueError
+        The marks are not there.
+    """
+    pattern = re.compile(re.escape(BEGIN) + ".*?" + re.escape(END), re.DOTALL)
+    if not pattern.search(text):
+        raise ValueError(f"the text has no {BEGIN} and {END}; put both where the table belongs")
+    return pattern.sub(lambda _: f"{BEGIN}\n{table}\n{END}", text)
+
+
+def _row(name: str, detector: type[Any]) -> str:
+    cells = (_first_sentence(detector), getattr(detector, "choose_when", ""), getattr(detector, "cannot", ""))
+    return f"| `{name}` | " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def _first_sentence(detector: type[Any]) -> str:
+    """The first paragraph of the class's docstring as one line of Markdown."""
+    paragraph = (inspect.getdoc(detector) or "").split("\n\n")[0]
+    return " ".join(paragraph.split()).replace("``", "`").removesuffix(".")
+
+
+if __name__ == "__main__":
+    for path in map(Path, sys.argv[1:]):
+        path.write_text(with_table(path.read_text("utf-8"), choosing_table()), encoding="utf-8")

@@ -1,0 +1,109 @@
+"""A hierarchy run to completion equals the exhaustive test on hard meshes, far out and tiny; cut short it admits it."""
+
+import numpy as np
+import pytest
+from motions import KINDS, motion_of, placed
+from shapes import ball_mesh, box_mesh, lab, still
+
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
+from cdcore.errors import InvalidSettingError
+from cdcore.narrow.exhaustive import meeting_faces_exhaustive
+
+TREES = ["aabb", "obb", "rapid-style"]
+FRAMES = 24
+
+
+def body_of(name, triangles):
+    return Body(name, TriangleMesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)))
+
+
+def scene(kind, scale, away=0.0):
+    rng = np.random.default_rng(7)
+    meshes = [KINDS[kind](rng) * scale for _ in range(3)]
+    turn, move = motion_of(kind, rng, FRAMES, 3)
+    move = move * scale + away
+    return meshes, [body_of(f"b{k}", mesh) for k, mesh in enumerate(meshes)], Motion(np.arange(FRAMES) / 90, move, turn)
+
+
+@pytest.mark.parametrize("name", TREES)
+@pytest.mark.parametrize(
+    ("kind", "scale", "away"),
+    [*((kind, 1.0, 0.0) for kind in KINDS), ("soup", 1e-6, 1e3), ("lattice", 2.0**-700, 0.0), ("soup", 1e90, 0.0)],
+)
+def test_faces_equal_the_exhaustive_test(name, kind, scale, away):
+    meshes, bodies, motion = scene(kind, scale, away)
+    detection = create_detector(name, bodies, containment=False).detect(motion, faces=True)
+    some = 0
+    for frame in range(0, FRAMES, 3):
+        world = [
+            placed(mesh, motion.rotations[frame, k], motion.translations[frame, k]) for k, mesh in enumerate(meshes)
+        ]
+        for column, (i, j) in enumerate(detection.pairs.tolist()):
+            want = meeting_faces_exhaustive(world[i], world[j])
+            assert np.array_equal(detection.faces(frame, column), want)
+            assert (detection.verdict[frame, column] == Verdict.CONTACT) == (len(want) > 0)
+            some += len(want)
+    assert some
+    assert (detection.work["exhaustive"] > 0) == (scale > 1e75)
+
+
+@pytest.mark.parametrize("name", TREES)
+def test_verdicts_and_faces_of_a_laboratory_are_those_of_the_exact_detector(name):
+    bodies, motion = lab(150)
+    want = create_detector("exact", bodies).detect(motion, faces=True)
+    found = create_detector(name, bodies).detect(motion, faces=True)
+    assert found.digest == want.digest
+    assert found.faces_digest == want.faces_digest
+    assert found.work["reused"] > 0
+    assert found.section(*np.argwhere(found.face_counts > 0)[0]).shape[1:] == (2, 3)
+
+
+@pytest.mark.parametrize("name", TREES)
+def test_first_contact_changes_no_verdict_and_lists_one_pair_of_faces_a_contact(name):
+    bodies, motion = lab(60)
+    every = create_detector(name, bodies).detect(motion, faces=True)
+    first = create_detector(name, bodies, mode="first").detect(motion, faces=True)
+    assert first.digest == every.digest
+    assert np.array_equal(first.face_counts, (every.face_counts > 0).astype(int))
+    frame, pair = np.argwhere(every.face_counts > 1)[0].tolist()
+    assert tuple(first.faces(frame, pair)[0]) in {tuple(row) for row in every.faces(frame, pair).tolist()}
+    assert first.work["leaf_tests"] < every.work["leaf_tests"]
+
+
+@pytest.mark.parametrize("name", TREES)
+def test_a_search_cut_short_says_not_found_and_invents_nothing(name):
+    bodies, motion = lab(60)
+    whole = create_detector(name, bodies).detect(motion, faces=True)
+    before = np.zeros_like(whole.face_counts)
+    for budget in (1, 30, 300, 10**6):
+        cut = create_detector(name, bodies, budget=budget).detect(motion, faces=True)
+        for frame, pair in np.argwhere(cut.face_counts > 0).tolist():
+            found = {tuple(row) for row in cut.faces(frame, pair).tolist()}
+            assert found <= {tuple(row) for row in whole.faces(frame, pair).tolist()}
+        changed = cut.verdict != whole.verdict
+        assert (cut.verdict[changed] == Verdict.NOT_FOUND).all()
+        assert (cut.face_counts >= before).all()
+        before = cut.face_counts
+        assert changed.any() == (budget < 10**6)
+        assert cut.work["node_tests"] + cut.work["leaf_tests"] <= budget * cut.work["tree_queries"]
+    assert np.array_equal(before, whole.face_counts)
+
+
+@pytest.mark.parametrize("name", TREES)
+def test_a_ball_in_a_box_is_contained_unless_nobody_asks(name):
+    bodies = [Body("box", box_mesh((1, 1, 1))), Body("ball", ball_mesh(0.2))]
+    motion = still(bodies, [(0, 0, 0), (0.1, 0, 0)])
+    asked = create_detector(name, bodies).detect(motion)
+    assert asked.verdict.tolist() == [[Verdict.CONTAINED]]
+    silent = create_detector(name, bodies, containment=False).detect(motion)
+    assert silent.verdict.tolist() == [[Verdict.CLEAR]]
+    assert silent.containment == ("refused: containment=False",)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [({"mode": "some"}, "mode='some' is no mode; choose one of: all, first"), ({"budget": 0}, "budget is 0; give 1")],
+)
+def test_a_setting_out_of_range_is_refused(settings, message):
+    with pytest.raises(InvalidSettingError, match=message):
+        create_detector("obb", [Body("a", box_mesh()), Body("b", box_mesh())], **settings)
