@@ -62,13 +62,13 @@ class EffectRun:
 
 
 def run_effects(
-    planned: Plan, session: Session, assembly: Assembly, detection: Detection | None
+    planned: Plan, session: Session, assembly: Assembly, detections: Mapping[str, Detection]
 ) -> dict[str, EffectRun]:
     """Run every effect of a plan; kind -> outcome, in running order.
 
     Parameters
     ----------
-    detection : answer of the detector that effects believe; ``None`` where the plan calls for none.
+    detections : name of a detector that a spec names -> the answer its effect reads.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def run_effects(
     done: dict[str, EffectRun] = {}
     for kind, step in planned.steps.items():
         outputs = {name: done[name].output for name in step.inputs}
-        done[kind] = _run(step, frozenset(planned.bodies), session, assembly, detection, outputs)
+        done[kind] = _run(step, frozenset(planned.bodies), session, assembly, detections, outputs)
     return done
 
 
@@ -87,7 +87,7 @@ def _run(
     bodies: frozenset[str],
     session: Session,
     assembly: Assembly,
-    detection: Detection | None,
+    detections: Mapping[str, Detection],
     outputs: Mapping[str, EffectOutput],
 ) -> EffectRun:
     spec, there = step.spec, frozenset(assembly.names)
@@ -99,7 +99,7 @@ def _run(
         assembly=assembly,
         known_bodies=bodies,
         reads=spec.reads,
-        detection=detection if spec.detector else None,
+        detection=detections.get(spec.detector),
         outputs=outputs,
         counters=Counter(),
     )

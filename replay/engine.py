@@ -35,6 +35,9 @@ ORACLES: Final = ("exact", "hybrid")
 
 NO_ORACLE: Final = "none"
 
+TRUSTED: Final = "exact"
+"""The detector that effects name for instants; the oracle, or whoever runs, stands in for it in a run of others."""
+
 
 @dataclass(frozen=True)
 class Lineup:
@@ -160,9 +163,9 @@ def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | N
     if detectors is None and not planned.detection:
         return Lineup((), "")
     lineup = line_up(detectors, oracle)
-    if lineup.specs or not planned.detectors:
-        return lineup
-    return Lineup(tuple(DetectorSpec(name, name) for name in planned.detectors), "")
+    there = {spec.name for spec in lineup.specs} | ({TRUSTED} if lineup.specs else set())
+    more = [DetectorSpec(name, name) for name in planned.detectors if name not in there]
+    return Lineup((*lineup.specs, *more), lineup.oracle)
 
 
 def _wanted(planned: Plan, asked: Pairs | None, session: Session) -> Pairs | None:
@@ -174,13 +177,12 @@ def _wanted(planned: Plan, asked: Pairs | None, session: Session) -> Pairs | Non
     return [*(asked or ()), *(pair for pair in planned.pairs or () if there.issuperset(pair))]
 
 
-def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> Detection | None:
-    """The detection that effects read: of the detector their specs name, else of the oracle, else of the first."""
-    for run in runs.values():
-        if run.spec.name in planned.detectors and not run.spec.settings:
-            return run.detection
+def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Detection]:
+    """What effects read: of the detector their specs name, else of the oracle, else of the first."""
     chosen = runs.get(oracle) or next(iter(runs.values()), None)
-    return None if chosen is None else chosen.detection
+    by_name = {run.spec.name: run for run in reversed(runs.values()) if not run.spec.settings}
+    found = {name: by_name.get(name, chosen) for name in planned.detectors}
+    return {name: run.detection for name, run in found.items() if run is not None}
 
 
 def _comparisons(runs: dict[str, Run], oracle: str) -> dict[str, Comparison]:

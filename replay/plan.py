@@ -19,7 +19,7 @@ from sessions.toml_table import nearest
 
 NOT_BUILT: Final = frozenset(
     ("pour", "spill", "dropper", "burette", "mixing", "reaction", "precipitation", "colour", "gas", "heat",
-     "flame-test", "penetration", "sweep", "grasp", "placement", "hazard-proximity", "breakage", "burn-exposure")
+     "flame-test", "penetration")
 )  # fmt: skip
 """Kinds of the catalogue that this version does not compute; a scene may declare them, and the plan says so."""
 
@@ -136,7 +136,24 @@ def _declared(
             not_built[effect.kind] = None
         else:
             raise PlanError(f"{file}: [[effect]] {row}: no effect of kind {effect.kind!r}{nearest(effect.kind, known)}")
+    for kind in [kind for kind, declarations in found.items() if _lacks(kind, declarations, known, table)]:
+        not_built[kind] = None
+        del found[kind]
     return found, tuple(not_built)
+
+
+def _lacks(kind: str, declared: tuple[Declaration, ...], known: tuple[str, ...], table: Mapping[str, str]) -> bool:
+    """Whether an effect needs, at any remove, one of the catalogue that this version does not compute."""
+    seen = {kind}
+    waiting = list(load_effect(kind, table).needed(declared))
+    while waiting:
+        one = waiting.pop()
+        if one in NOT_BUILT and one not in known:
+            return True
+        if one not in seen:
+            seen.add(one)
+            waiting += load_effect(one, table).needed(())
+    return False
 
 
 def _check(declaration: Declaration, spec: EffectSpec, scene: Scene) -> None:

@@ -18,6 +18,12 @@ if TYPE_CHECKING:
 
 EFFECTS: Final[dict[str, str]] = {
     "contact": "replay.effects.contact:SPEC",
+    "sweep": "replay.effects.sweep:SPEC",
+    "grasp": "replay.effects.grasp:SPEC",
+    "placement": "replay.effects.placement:SPEC",
+    "hazard-proximity": "replay.effects.hazard_proximity:SPEC",
+    "breakage": "replay.effects.breakage:SPEC",
+    "burn-exposure": "replay.effects.burn_exposure:SPEC",
 }
 """Kind -> ``module:SPEC``; the kinds are the words of ``kind = `` in a scene."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -10,13 +11,17 @@ from numpy.typing import NDArray
 
 from replay.effects.declaring import Pair, pairs
 from replay.effects.inputs import EffectInputs, PairContact
-from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Series, Vector
+from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan, Series, Vector
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of, steadied
 
 FRAMES_IN: Final = 2
 FRAMES_OUT: Final = 2
 """Frames in a row. A resting tracker steps by 0.14-0.77 mm from frame to frame, so that a contact at rest flickers."""
+
+
+FLAT: Final = 1e-3
+"""A curve narrower than this share of its length is a line, and a line has no plane."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +34,7 @@ class Touch:
     first, stop : first frame in contact, and the first frame clear of it (T where the recording ends before).
     before : last frame before ``first`` known to be clear; -1 where there is none.
     point : where the surfaces met in the first frame, world metres, or ``None`` without faces.
+    normal : unit vector across the curve in which they met there, either way, or ``None`` where it spans no plane.
     """
 
     pair: Pair
@@ -36,25 +42,33 @@ class Touch:
     stop: int
     before: int
     point: Vector | None
+    normal: Vector | None
 
 
 @dataclass(frozen=True, eq=False)
 class Touches:
-    """All contacts: pair -> touches in order of time, and pair -> (T,) bool in contact, hysteresis applied."""
+    """All contacts, hysteresis applied: pair -> touches in order of time, and pair -> what the detector said."""
 
-    by_pair: dict[Pair, tuple[Touch, ...]]
+    by_pair: Mapping[Pair, tuple[Touch, ...]]
+    told: Mapping[Pair, PairContact]
 
     def of(self, pair: Pair) -> tuple[Touch, ...]:
         """The contacts of a pair in either order of names."""
         return self.by_pair.get(pair) or self.by_pair.get((pair[1], pair[0]), ())
 
+    def meeting(self, pair: Pair, frame: int) -> FloatArray:
+        """Points (n, 3), world metres, of the curve in which a pair meets at a frame; none without faces."""
+        told = self.told.get(pair) or self.told[pair[1], pair[0]]
+        return told.section(frame).reshape(-1, 3)
+
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``contact`` with begin and end, a lane and a count of face pairs per pair."""
     touches: dict[Pair, tuple[Touch, ...]] = {}
+    heard: dict[Pair, PairContact] = {}
     series: dict[str, Series] = {}
     for pair in inputs.pairs:
-        told = inputs.contact(pair)
+        told = heard[pair] = inputs.contact(pair)
         inputs.count("pair-frames", len(inputs))
         touches[pair] = tuple(
             _touch(told, first, stop) for first, stop in steadied(told.touching, told.known, FRAMES_IN, FRAMES_OUT)
@@ -67,18 +81,28 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         events=tuple(_event(inputs, one) for one in found),
         series=series,
         lanes={f"{a}-{b}": _lane(inputs, many) for (a, b), many in touches.items() if many},
-        data=Touches(touches),
+        data=Touches(touches, heard),
     )
 
 
 def _touch(told: PairContact, first: int, stop: int) -> Touch:
     clear = np.flatnonzero(told.known[:first] & ~told.touching[:first])
-    segments = told.section(first)
-    point: Vector | None = None
-    if len(segments):
-        x, y, z = segments.reshape(-1, 3).mean(axis=0).tolist()
-        point = (x, y, z)
-    return Touch(told.pair, first, stop, int(clear[-1]) if len(clear) else -1, point)
+    points = told.section(first).reshape(-1, 3)
+    point = _vector(points.mean(axis=0)) if len(points) else None
+    return Touch(told.pair, first, stop, int(clear[-1]) if len(clear) else -1, point, _normal(points))
+
+
+def _normal(points: FloatArray) -> Vector | None:
+    """Normal of the plane that fits the curve of intersection: a fresh contact cuts a small flat loop."""
+    if len(points) < 3:
+        return None
+    _, size, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    return _vector(axes[2]) if size[1] > FLAT * size[0] else None
+
+
+def _vector(array: FloatArray) -> Vector:
+    x, y, z = array.tolist()
+    return x, y, z
 
 
 def _event(inputs: EffectInputs, touch: Touch) -> EffectEvent:

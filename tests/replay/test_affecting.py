@@ -17,7 +17,7 @@ def planned(*specs, **inputs):
 
 def ran(*specs, **inputs):
     session = cubes({"a": [0, 0, 0, 0], "b": [3, 3, 2, 3]})
-    return run_effects(planned(*specs, **inputs), session, assemble(session), None)
+    return run_effects(planned(*specs, **inputs), session, assemble(session), {})
 
 
 def spec(kind, compute, **more):

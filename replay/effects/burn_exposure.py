@@ -1,0 +1,136 @@
+"""A hand on a hot part for too long is a burn; the threshold is the author's, from ISO 13732-1."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from replay.effects.declaring import Declaration, number, pairs
+from replay.effects.inputs import EffectInputs
+from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan, Series
+from replay.effects.protocol import EffectSpec, Need
+from replay.errors import EffectError
+from sessions.scene import Scene
+
+if TYPE_CHECKING:
+    from replay.effects.contact import Touch, Touches
+
+GAS_CONSTANT: Final = 8.314462618
+"""J/(mol K), exact. Source: CODATA 2018, from the SI of 2019."""
+
+KELVIN: Final = 273.15
+
+DAMAGE: Final = (
+    "damage_rate_per_s", "damage_energy_j_mol", "skin_c", "skin_effusivity", "part_effusivity",
+)  # fmt: skip
+
+
+def compute(inputs: EffectInputs) -> EffectOutput:
+    """Events ``exposed`` and, above the threshold for long enough, ``burn``; what was felt, as a series."""
+    touches: Touches = inputs.output("contact").data
+    events: list[EffectEvent] = []
+    lanes: dict[str, list[LaneSpan]] = {}
+    series: dict[str, Series] = {}
+    ran = np.zeros(len(inputs), dtype=np.bool_)
+    for declared in inputs.declared:
+        for pair in declared.pairs():
+            for touch in touches.of(pair):
+                ran[touch.first : touch.stop] = True
+                inputs.count("contacts with a hot part")
+                felt = surface(inputs, declared, pair[1], touch)
+                events += _judged(inputs, declared, pair, touch, felt)
+                lanes.setdefault(f"{pair[0]}-{pair[1]}", []).append(LaneSpan(*_ends(inputs, touch), events[-1].name))
+                name = f"{pair[1]}/touched at {touch.first}"
+                series[name] = Series(inputs.times[touch.first : touch.stop], felt, "degC")
+    shown = {name: tuple(spans) for name, spans in lanes.items()}
+    return EffectOutput(tuple(sorted(events, key=lambda event: event.time)), series, shown, ran)
+
+
+def surface(inputs: EffectInputs, declared: Declaration, part: str, touch: Touch) -> FloatArray:
+    """Temperature (n,) of the part during a contact: declared, else what ``heat`` says of it.
+
+    Raises
+    ------
+    EffectError
+        Nobody says how hot it is.
+    """
+    times = inputs.times[touch.first : touch.stop]
+    if declared.values["surface_c"] is not None:
+        return np.full(len(times), declared.number("surface_c"))
+    told = inputs.output("heat").series.get(f"{part}/temperature")
+    if told is None or not len(told.times):
+        raise EffectError(
+            f"{declared.file}: {declared.place}: nothing says how hot {part!r} is; give surface_c or an effect heat"
+        )
+    return np.asarray(np.interp(times, told.times, told.values))
+
+
+def damage(declared: Declaration, times: FloatArray, felt: FloatArray) -> float:
+    """Damage integral: 1 is a burn that is not reversible. Source: Henriques and Moritz 1947, constants the author's.
+
+    The interface of two half spaces lies at ``(b1 T1 + b2 T2) / (b1 + b2)`` with effusivities ``b = sqrt(k rho c)``.
+    """
+    rate, energy, skin_c, skin, part = (declared.number(key) for key in DAMAGE)
+    interface = (skin * skin_c + part * felt) / (skin + part) + KELVIN
+    # The rate is of the order of 1e98 and the exponential of 1e-98: multiplied as logarithms neither overflows.
+    speed = np.exp(np.minimum(np.log(rate) - energy / (GAS_CONSTANT * interface), 700.0))
+    return float(np.trapezoid(speed, times))
+
+
+def _judged(
+    inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], touch: Touch, felt: FloatArray
+) -> list[EffectEvent]:
+    start, end = _ends(inputs, touch)
+    times = inputs.times[touch.first : touch.stop]
+    hot = felt > declared.number("threshold_c")
+    steps = np.diff(np.append(times, end))
+    above = float(steps[hot].sum())
+    values: dict[str, float | int | str | bool] = {
+        "seconds": end - start, "seconds_above": above, "surface_c": float(felt.max()),
+    }  # fmt: skip
+    if declared.values[DAMAGE[0]] is not None:
+        values["damage"] = damage(declared, times, felt)
+    words = f"{pair[0]} on {pair[1]} at {float(felt.max()):.0f} degC for {end - start:.2f} s"
+    last = None if touch.stop >= len(inputs) else end
+    exposed = EffectEvent(start, "exposed", pair, last, values, words, "warning" if above else "info", touch.point)
+    if above < declared.number("seconds"):
+        return [exposed]
+    return [exposed, EffectEvent(start, "burn", pair, last, values, f"burn: {words}", "error", touch.point)]
+
+
+def _ends(inputs: EffectInputs, touch: Touch) -> tuple[float, float]:
+    return float(inputs.times[touch.first]), float(inputs.times[min(touch.stop, len(inputs) - 1)])
+
+
+def _check(declared: Declaration, _scene: Scene) -> None:
+    given = [key for key in DAMAGE if declared.values[key] is not None]
+    if given and len(given) < len(DAMAGE):
+        missing = next(key for key in DAMAGE if key not in given)
+        raise declared.fail(f"{given[0]} is given and {missing} is not; the damage integral needs {', '.join(DAMAGE)}")
+
+
+SPEC = EffectSpec(
+    kind="burn-exposure",
+    about="A hand touches a hot part.",
+    compute=compute,
+    needs=("contact", Need("heat", "surface_c", (None,))),
+    fields={
+        "between": pairs("[hands, hot parts]"),
+        "threshold_c": number("surface temperature that burns in that time, ISO 13732-1 by material", "degC"),
+        "seconds": number("contact for this long above the threshold is a burn", "s", least=0.0),
+        "surface_c": number("temperature of the part, where no effect heat computes it", "degC", default=None),
+        "damage_rate_per_s": number("A of the damage integral", "1/s", default=None, above=0.0),
+        "damage_energy_j_mol": number("E of the damage integral", "J/mol", default=None, above=0.0),
+        "skin_c": number("temperature of the skin before", "degC", default=None),
+        "skin_effusivity": number("sqrt(k rho c) of skin", "W s^0.5/(m2 K)", default=None, above=0.0),
+        "part_effusivity": number("sqrt(k rho c) of the part", "W s^0.5/(m2 K)", default=None, above=0.0),
+    },
+    trigger="a hand in contact with a hot part",
+    sources=(
+        "thresholds: the scene's author from ISO 13732-1",
+        "damage integral: Henriques and Moritz, Studies of thermal injury, 1947; constants the scene's author's",
+        "gas constant: CODATA 2018",
+    ),
+    check=_check,
+)

@@ -1,0 +1,206 @@
+"""A grasp is a pressed trigger and a thing that rides on the hand: held a while and moved, or it failed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from replay.effects.declaring import Pair, number, pairs
+from replay.effects.inputs import HANDS, BodyPoses, EffectInputs
+from replay.effects.output import EffectEvent, EffectOutput, LaneSpan
+from replay.effects.protocol import EffectSpec
+from replay.effects.spans import Span, mask_of, spans_of, switched
+from sessions.hand import HandTrack
+
+if TYPE_CHECKING:
+    from replay.effects.contact import Touches
+
+CATCH_S: Final = 0.3
+"""A thing may take this long after the press to snap to the hand."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Numbers of one declaration; see its fields."""
+
+    press: float
+    release: float
+    spread_m: float
+    spread_rad: float
+    window_s: float
+    held_s: float
+    moved_m: float
+
+
+@dataclass(frozen=True)
+class Hold:
+    """A thing that rode on a hand from frame ``first`` to before ``stop``, and how far it went (metres)."""
+
+    pair: Pair
+    first: int
+    stop: int
+    moved: float
+
+
+def compute(inputs: EffectInputs) -> EffectOutput:
+    """Events ``grasp`` (with their end), ``release`` and ``failed``; a lane per hand with the name of what it holds."""
+    events: list[EffectEvent] = []
+    lanes: dict[str, list[LaneSpan]] = {}
+    ran = np.zeros(len(inputs), dtype=np.bool_)
+    for hand, things in _reach(inputs).items():
+        track = inputs.hand_of(hand)
+        if track is None:
+            inputs.count(f"no buttons recorded: {hand}")
+            continue
+        presses = pressed(inputs, track, next(iter(things.values())))
+        ran |= mask_of(presses, len(inputs))
+        for press in presses:
+            events += _judged(inputs, hand, things, press, lanes)
+    return EffectOutput(
+        events=tuple(sorted(events, key=lambda event: event.time)),
+        lanes={hand: tuple(sorted(spans, key=lambda span: span.start)) for hand, spans in lanes.items()},
+        ran=ran,
+    )
+
+
+def _reach(inputs: EffectInputs) -> dict[str, dict[str, Limits]]:
+    """Hand -> what it may take, each with the limits of its table; the first table sets the levels of the trigger."""
+    reach: dict[str, dict[str, Limits]] = {}
+    for declared in inputs.declared:
+        limits = Limits(*(declared.number(field.name) for field in fields(Limits)))
+        for hand, thing in declared.pairs():
+            reach.setdefault(hand, {}).setdefault(thing, limits)
+    return reach
+
+
+def pressed(inputs: EffectInputs, track: HandTrack, limits: Limits) -> list[Span]:
+    """Frames in which trigger or grip is pressed, with hysteresis on the hand's own samples."""
+    found = []
+    for first, stop in switched(np.maximum(track.trigger, track.grip), limits.press, limits.release):
+        begin = int(np.searchsorted(inputs.stamp_ns, track.times_ns[first]))
+        end = len(inputs) if stop >= len(track) else int(np.searchsorted(inputs.stamp_ns, track.times_ns[stop]))
+        if end > begin:
+            found.append((begin, end))
+    return found
+
+
+def _judged(
+    inputs: EffectInputs, hand: str, things: Mapping[str, Limits], press: Span, lanes: dict[str, list[LaneSpan]]
+) -> list[EffectEvent]:
+    inputs.count("presses")
+    holds = [_hold(inputs, hand, thing, press, limits) for thing, limits in things.items()]
+    held = [hold for hold in holds if hold is not None and _is_success(inputs, hold, things[hold.pair[1]])]
+    times = inputs.times
+    if held:
+        best = max(held, key=lambda hold: hold.moved)
+        open_end = press[1] >= len(inputs)
+        last = float(times[min(press[1], len(inputs) - 1)])
+        start, name = float(times[press[0]]), best.pair[1]
+        lanes.setdefault(hand, []).append(LaneSpan(start, last, name))
+        values = {
+            "held_s": float(times[best.stop - 1] - times[best.first]), "moved_m": best.moved,
+            "touching": name in _touched(inputs, hand, things, press),
+        }  # fmt: skip
+        grasp = EffectEvent(start, "grasp", (hand, name), None if open_end else last, values, f"{hand} takes {name}")
+        release = EffectEvent(last, "release", (hand, name), message=f"{hand} lets go of {name}")
+        return [grasp] if open_end else [grasp, release]
+    return [
+        EffectEvent(
+            float(times[press[0]]), "failed", (hand, thing), None, {}, f"{hand} fails to take {thing}", "warning"
+        )
+        for thing in _touched(inputs, hand, things, press)
+    ]
+
+
+def _hold(inputs: EffectInputs, hand: str, thing: str, press: Span, limits: Limits) -> Hold | None:
+    """The longest stretch of the press in which the thing rides on the hand, if it began soon after the press."""
+    inputs.count("hand-thing looks")
+    part = slice(*press)
+    one, other = (_cut(inputs.poses(name), part) for name in (hand, thing))
+    rides = riding(other.relative_to(one), limits)
+    times = inputs.times[part]
+    spans = [span for span in _bridged(rides, one.valid & other.valid) if times[span[0]] - times[0] <= CATCH_S]
+    if not spans:
+        return None
+    first, stop = max(spans, key=lambda span: span[1] - span[0])
+    known = other.valid[first:stop]
+    place = other.translation[first:stop][known]
+    if not len(place):
+        return None
+    away = place - place[0]
+    moved = float(np.sqrt((away * away).sum(axis=1)).max())
+    return Hold((hand, thing), press[0] + first, press[0] + stop, moved)
+
+
+def riding(relative: BodyPoses, limits: Limits) -> NDArray[np.bool_]:
+    """(T,) whether the pose relative to the hand stays within its bounds over the window that begins there."""
+    times = relative.times
+    stops = np.searchsorted(times, times + limits.window_s, side="right")
+    steady = relative.valid.copy()
+    for step in range(1, int((stops - np.arange(len(times))).max(initial=0))):
+        early, late = slice(None, -step), slice(step, None)
+        inside = (times[late] - times[early] <= limits.window_s) & relative.valid[early] & relative.valid[late]
+        away = relative.translation[late] - relative.translation[early]
+        trace = np.einsum("tij,tij->t", relative.rotation[early], relative.rotation[late])
+        far = ((away * away).sum(axis=1) > limits.spread_m**2) | (trace < 1.0 + 2.0 * np.cos(limits.spread_rad))
+        steady[early] &= ~(inside & far)
+    return steady
+
+
+def _bridged(rides: NDArray[np.bool_], known: NDArray[np.bool_]) -> list[Span]:
+    """Stretches of riding; frames without a pose do not end one."""
+    return spans_of(rides | ~known)
+
+
+def _is_success(inputs: EffectInputs, hold: Hold, limits: Limits) -> bool:
+    length = float(inputs.times[hold.stop - 1] - inputs.times[hold.first])
+    return length > limits.held_s and hold.moved > limits.moved_m
+
+
+def _touched(inputs: EffectInputs, hand: str, things: Mapping[str, Limits], press: Span) -> list[str]:
+    touches: Touches = inputs.output("contact").data
+    return [
+        thing for thing in things
+        if any(touch.first < press[1] and touch.stop > press[0] for touch in touches.of((hand, thing)))
+    ]  # fmt: skip
+
+
+def _cut(poses: BodyPoses, part: slice) -> BodyPoses:
+    return BodyPoses(
+        poses.times[part], poses.translation[part], poses.rotation[part], poses.valid[part], poses.linked[part]
+    )
+
+
+OURS: Final = (
+    "project specification, section 8.1 (chosen by us: above a tracker's noise, below a person's quickest grasp)"
+)
+
+SPEC = EffectSpec(
+    kind="grasp",
+    about="A hand takes a thing and lets go of it.",
+    compute=compute,
+    needs=("contact",),
+    fields={
+        "between": pairs("[hands, what they may take]"),
+        "press": number(
+            "level at which trigger or grip counts as pressed", default=0.6, above=0.0, most=1.0, source=OURS
+        ),
+        "release": number("level at which it counts as let go", default=0.4, least=0.0, most=1.0, source=OURS),
+        "spread_m": number(
+            "most the thing moves in the hand within the window", "m", default=0.002, above=0.0, source=OURS
+        ),
+        "spread_rad": number(
+            "most it turns in the hand within the window", "rad", default=float(np.radians(2.0)), above=0.0, source=OURS
+        ),
+        "window_s": number("the window", "s", default=0.1, above=0.0, source=OURS),
+        "held_s": number("held longer than this it is a grasp", "s", default=0.3, least=0.0, source=OURS),
+        "moved_m": number("moved further than this it is a grasp", "m", default=0.02, least=0.0, source=OURS),
+    },
+    reads=(HANDS,),
+    trigger="a pressed trigger or grip",
+    sources=(OURS,),
+)

@@ -1,0 +1,154 @@
+"""A thing is placed when it rests on a support with its centre of mass over what it stands on; else it tips."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from replay.effects.declaring import Declaration, number, pairs
+from replay.effects.fitting import settled_runs, velocities
+from replay.effects.inputs import BodyPoses, EffectInputs
+from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan
+from replay.effects.protocol import EffectSpec
+from replay.effects.spans import spans_of
+from sessions.mesh_data import MeshData
+
+if TYPE_CHECKING:
+    from replay.effects.contact import Touch, Touches
+
+UPRIGHT: Final = (0.0, 1.0, 0.0)
+
+
+def compute(inputs: EffectInputs) -> EffectOutput:
+    """Events ``placed`` and ``tipped`` with tilt and margin, once per contact; a lane of rest per pair."""
+    touches: Touches = inputs.output("contact").data
+    events: list[EffectEvent] = []
+    lanes: dict[str, tuple[LaneSpan, ...]] = {}
+    ran = np.zeros(len(inputs), dtype=np.bool_)
+    for declared in inputs.declared:
+        for pair in declared.pairs():
+            rests = []
+            for touch in touches.of(pair):
+                ran[touch.first : touch.stop] = True
+                rest = _rest(inputs, declared, pair, touch)
+                if rest is not None:
+                    rests.append(LaneSpan(float(inputs.times[rest]), _end(inputs, touch), "rests"))
+                    events.append(_event(inputs, declared, pair, rest))
+            if rests:
+                lanes[f"{pair[0]}-{pair[1]}"] = tuple(rests)
+    return EffectOutput(events=tuple(sorted(events, key=lambda event: event.time)), lanes=lanes, ran=ran)
+
+
+def _end(inputs: EffectInputs, touch: Touch) -> float:
+    return float(inputs.times[min(touch.stop, len(inputs) - 1)])
+
+
+def _rest(inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], touch: Touch) -> int | None:
+    """First frame of the first stretch of the contact in which the thing stands still on its support long enough."""
+    inputs.count("contacts looked at")
+    moving = inputs.poses(pair[0]).relative_to(inputs.poses(pair[1]))
+    runs = settled_runs(moving.times, moving.valid, moving.linked)
+    rows = slice(touch.first, touch.stop)
+    still = _speed(moving, runs, rows) < declared.number("speed_m_s")
+    still &= _turning(moving, runs, rows) < declared.number("turn_rad_s")
+    times = inputs.times[rows]
+    for first, stop in spans_of(still):
+        if times[stop - 1] - times[first] >= declared.number("still_s"):
+            return touch.first + first
+    return None
+
+
+def _speed(moving: BodyPoses, runs: NDArray[np.int64], rows: slice) -> FloatArray:
+    velocity = velocities(moving.times[rows], moving.translation[rows], runs[rows])
+    return np.asarray(np.sqrt((velocity * velocity).sum(axis=1)))
+
+
+def _turning(moving: BodyPoses, runs: NDArray[np.int64], rows: slice) -> FloatArray:
+    """Angular speed: how fast the columns of the rotation move, ``|dR| = sqrt(2) omega``."""
+    columns = moving.rotation[rows].reshape(-1, 9)
+    rate = velocities(moving.times[rows], columns, runs[rows])
+    return np.asarray(np.sqrt(0.5 * (rate * rate).sum(axis=1)))
+
+
+def _event(inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], frame: int) -> EffectEvent:
+    thing = inputs.poses(pair[0])
+    tilt = float(np.degrees(thing.tilt()[frame]))
+    centre = thing.rotation[frame] @ centre_of_mass(inputs.mesh(pair[0])) + thing.translation[frame]
+    told = inputs.output("contact").data.meeting(pair, frame)
+    margin = margin_over(centre[[0, 2]], told[:, [0, 2]]) if len(told) else float("nan")
+    values: dict[str, float | int | str | bool] = {"tilt_deg": tilt}
+    if len(told):
+        values["margin_m"] = margin
+    tipped = tilt > declared.number("tilt_deg") or margin < 0.0
+    word, level = ("tipped", "warning") if tipped else ("placed", "info")
+    message = f"{pair[0]} {'tips over' if tipped else 'is placed'} on {pair[1]}"
+    x, y, z = centre.tolist()
+    return EffectEvent(float(inputs.times[frame]), word, pair, None, values, message, level, (x, y, z))
+
+
+def centre_of_mass(mesh: MeshData) -> FloatArray:
+    """Centre (3,) of the volume of a closed mesh, of the area of an open one, in its own frame."""
+    corners = np.asarray(mesh.vertices, dtype=np.float64)[np.asarray(mesh.faces)]
+    middle = corners.reshape(-1, 3).mean(axis=0)
+    a, b, c = (corners[:, k] - middle for k in range(3))
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
+    total = float(volume.sum())
+    area = np.sqrt((np.cross(b - a, c - a) ** 2).sum(axis=1)) / 2.0
+    # An open surface has no volume: what its cone over the middle sums to is small against its own size.
+    if abs(total) > 1e-6 * float(area.sum()) ** 1.5:
+        return np.asarray(middle + ((a + b + c) / 4.0 * volume[:, None]).sum(axis=0) / total)
+    return np.asarray(middle + ((a + b + c) / 3.0 * area[:, None]).sum(axis=0) / max(float(area.sum()), 1e-300))
+
+
+def margin_over(point: FloatArray, places: FloatArray) -> float:
+    """How far (metres) a point (2,) lies inside the convex hull of places (n, 2); negative outside."""
+    hull = _hull(places)
+    if len(hull) < 3:
+        away = places - point
+        return -float(np.sqrt((away * away).sum(axis=1)).min())
+    following = np.roll(hull, -1, axis=0)
+    edge = following - hull
+    length = np.sqrt((edge * edge).sum(axis=1))
+    across = (edge[:, 0] * (point - hull)[:, 1] - edge[:, 1] * (point - hull)[:, 0]) / length
+    return float(across.min())
+
+
+def _hull(places: FloatArray) -> FloatArray:
+    """Convex hull of points (n, 2), anticlockwise. Source: Andrew, monotone chain, 1979."""
+    points = sorted(set(map(tuple, places.tolist())))
+    if len(points) < 3:
+        return np.array(points)
+    halves = []
+    for row in (points, points[::-1]):
+        half: list[tuple[float, ...]] = []
+        for one in row:
+            while len(half) >= 2 and _turn(half[-2], half[-1], one) <= 0.0:
+                half.pop()
+            half.append(one)
+        halves.append(half[:-1])
+    return np.array(halves[0] + halves[1])
+
+
+def _turn(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+OURS: Final = "project specification, section 8.1 (chosen by us: above a resting tracker's noise)"
+
+SPEC = EffectSpec(
+    kind="placement",
+    about="A thing comes to rest on a support, or tips over.",
+    compute=compute,
+    needs=("contact",),
+    fields={
+        "between": pairs("[what is placed, what it stands on]"),
+        "speed_m_s": number("slower than this it is at rest", "m/s", default=0.01, above=0.0, source=OURS),
+        "turn_rad_s": number("turning slower than this it is at rest", "rad/s", default=0.1, above=0.0, source=OURS),
+        "still_s": number("at rest for this long it is placed", "s", default=0.2, least=0.0, source=OURS),
+        "tilt_deg": number("tilted further than this it is tipped", "deg", above=0.0, most=180.0),
+    },
+    trigger="contact with the support",
+    sources=(OURS, "tilt: the scene's author", "convex hull: Andrew, monotone chain, 1979"),
+)

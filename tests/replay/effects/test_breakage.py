@@ -1,0 +1,136 @@
+import numpy as np
+import pytest
+from small_worlds import cube
+
+from replay.engine import compute
+from replay.errors import PlanError
+from replay.plan import plan
+from sessions import Session
+from sessions.scene import Scene, SceneBody, SceneEffect
+from sessions.track import Track
+
+GRAVITY, RATE, FLOOR = 9.80665, 90.0, 0.5
+"""A cube of 0.2 m falls from rest on a cube of 1 m whose top is at 0.5 m."""
+
+
+def scene(**limits):
+    given = limits or {"speed_m_s": 1.0}
+    bodies = (SceneBody("cup", extra={"mass": 0.1}), SceneBody("top"))
+    return Scene(bodies=bodies, effects=(SceneEffect("breakage", {"between": ["cup", "top"], **given}),))
+
+
+def world(heights, times=None, valid=None, **limits):
+    """The cube's underside at these heights over the top."""
+    count = len(heights)
+    stamps = np.round(np.arange(count) / RATE * 1e9 if times is None else times * 1e9).astype(np.int64)
+    place = np.zeros((count, 3))
+    place[:, 1] = FLOOR + 0.1 + np.asarray(heights)
+    turn = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
+    tracks = {"cup": Track(stamps, place, turn, valid), "top": Track(stamps, np.zeros((count, 3)), turn)}
+    return Session.from_tracks(tracks, {"cup": cube(0.2), "top": cube()}, scene(**limits))
+
+
+def falling(height, phase=0.0, rest=-0.0005, count=60, **more):
+    times = np.arange(count) / RATE
+    fall = np.maximum(0.0, times - 0.1 - phase)
+    return world(np.maximum(rest, height - 0.5 * GRAVITY * fall**2), **more)
+
+
+def broken(session):
+    run = compute(session, detectors=()).effects["breakage"]
+    return run.output.named("broken"), run.output.named("impact"), run.counters
+
+
+@pytest.mark.parametrize("height", [0.06, 0.1, 0.25])
+@pytest.mark.parametrize("phase", [0.0, 0.003, 0.007])
+def test_the_speed_of_a_fall_is_that_of_its_height_wherever_the_frames_fall(height, phase):
+    (crash,), (impact,), _ = broken(falling(height, phase))
+    assert impact.values["speed_m_s"] == pytest.approx(np.sqrt(2 * GRAVITY * height), rel=0.005)
+    assert impact.values["energy_j"] == pytest.approx(0.1 * GRAVITY * height, rel=0.01)
+    assert crash.time == pytest.approx(0.1 + phase + np.sqrt(2 * height / GRAVITY), abs=0.001)
+    assert crash.level == "error" and crash.point is not None
+
+
+def test_a_body_set_down_gently_meets_and_does_not_break():
+    crash, (impact,), _ = broken(world(np.maximum(-0.0005, 0.02 - 0.1 * np.arange(60) / RATE)))
+    assert not crash and impact.values["speed_m_s"] == pytest.approx(0.1, rel=0.01) and not impact.values["broken"]
+
+
+def test_sliding_into_contact_counts_only_the_speed_across_the_surface():
+    session = world(np.maximum(-0.0005, 0.03 - 0.1 * np.arange(60) / RATE))
+    frames = session.frames
+    frames.position.setflags(write=True)
+    frames.position[:, 0, 0] = -0.35 + 2.0 * np.arange(60) / RATE * 0.5
+    crash, (impact,), _ = broken(session)
+    assert not crash and impact.values["across"] and impact.values["speed_m_s"] == pytest.approx(0.1, rel=0.05)
+
+
+def test_a_tracking_jump_into_contact_breaks_nothing():
+    for step in (0.005, 0.03, 0.2, 3.0):
+        heights = np.full(60, step - 0.0005)
+        heights[30:] = -0.0005
+        crash, _, _ = broken(world(heights))
+        assert not crash, step
+
+
+def test_a_jump_shortly_before_a_gentle_contact_breaks_nothing():
+    heights = 0.05 - 0.02 * np.arange(60) / RATE
+    heights[30:] -= 0.03
+    crash, _, counters = broken(world(np.maximum(heights - 0.0115, -0.001), speed_m_s=0.3))
+    assert not crash and counters
+
+
+def test_a_fall_that_is_lost_before_the_impact_is_not_judged():
+    valid = np.ones(60, dtype=np.bool_)
+    valid[26:29] = False
+    crash, impact, counters = broken(falling(0.25, valid=valid))
+    assert not crash and not impact and counters == {"not judged: gap, loss or jump before it": 1}
+
+
+def test_a_pose_that_drifts_back_after_a_loss_breaks_nothing():
+    times = np.arange(120) / RATE
+    back = times - 50 / RATE
+    heights = np.where(back < 0, 0.04, 0.03 * np.exp(-np.maximum(back, 0) / 0.02) - 0.001)
+    valid = (back < -0.1) | (back >= 0)
+    crash, impact, _ = broken(world(heights, valid=valid, speed_m_s=0.2))
+    assert not crash and not impact
+
+
+def test_a_gap_in_the_recording_breaks_nothing():
+    times = np.arange(60) / RATE
+    times[30:] += 0.3
+    crash, impact, counters = broken(world(np.where(np.arange(60) < 30, 0.3, -0.0005), times))
+    assert not crash and not impact and counters == {"not judged: gap, loss or jump before it": 1}
+
+
+def test_a_contact_from_the_first_frame_is_not_judged():
+    assert broken(world(np.full(20, -0.0005)))[2] == {"not judged: in contact from the start": 1}
+
+
+def test_a_body_breaks_once():
+    times = np.arange(150) / RATE
+    bounce = np.abs((times % 0.6) - 0.3)
+    heights = np.maximum(-0.0005, 0.3 - 0.5 * GRAVITY * (0.3 - bounce) ** 2)
+    crash, impact, _ = broken(world(heights))
+    assert len(crash) == 1 and len(impact) == 1
+
+
+def test_thresholds_of_energy_and_of_probability():
+    assert broken(falling(0.25, energy_j=0.2))[0] and not broken(falling(0.25, energy_j=0.3))[0]
+    likely = {"scale_m_s": 2.0, "shape": 3.0, "probability": 0.5}
+    (crash,), _, _ = broken(falling(0.25, **likely))
+    speed = crash.values["speed_m_s"]
+    assert crash.values["probability"] == pytest.approx(1 - np.exp(-((speed / 2.0) ** 3)))
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [
+        ({"speed_m_s": 1.0, "energy_j": 1.0}, "it has speed_m_s and energy_j; give one of"),
+        ({"shape": 1.0}, "it has no threshold; give one of"),
+        ({"scale_m_s": 1.0}, "scale_m_s needs shape and probability"),
+    ],
+)
+def test_a_threshold_is_declared_once_and_whole(limits, said):
+    with pytest.raises(PlanError, match=said):
+        plan(scene(**limits))
