@@ -24,6 +24,7 @@ from replay.placing import PlacedFrames, Placing
 from replay.pose_filling import filled
 from replay.survey import Survey, survey
 from sessions import Session
+from sessions.live_contact import LiveContact
 from sessions.scene_pairs import absent_bodies
 
 GAP_STEPS: Final = 3.0
@@ -33,6 +34,9 @@ TELEPORT_SPEED: Final = 20.0
 """Metres per second above which a pose did not get there by moving: a thrown ball reaches 20 m/s, a hand half of it."""
 
 BLOCK_FRAMES: Final = 4096
+
+RESIDUAL_FACT: Final = "contacts_clock_residual_s"
+"""Fact of a session whose reported contacts came from another clock."""
 
 Pairs = Sequence[tuple[str, str]]
 
@@ -46,7 +50,7 @@ class Layout:
     survey : the first pass over the frames.
     bodies : N bodies, tracked ones first, then fixed ones.
     pairs : (P, 2) int64 body numbers; ``held`` (P,) bool.
-    proxies, left_out, notes : as in ``Assembly``.
+    proxies, left_out, notes, live_contacts, live_residual : as in ``Assembly``.
     """
 
     survey: Survey
@@ -56,6 +60,8 @@ class Layout:
     proxies: tuple[str, ...]
     left_out: tuple[str, ...]
     notes: tuple[str, ...]
+    live_contacts: Sequence[LiveContact] = ()
+    live_residual: float = 0.0
 
     def assembly(self, frames: PlacedFrames, linked: NDArray[np.bool_], carried: int = 0) -> Assembly:
         """An assembly of placed frames, without the first ``carried`` ones, which only give the path into the rest."""
@@ -77,6 +83,8 @@ class Layout:
             proxies=self.proxies,
             left_out=self.left_out,
             notes=self.notes,
+            live_contacts=self.live_contacts,
+            live_residual=self.live_residual,
         )
 
 
@@ -122,6 +130,8 @@ def lay_out(session: Session, *, pairs: Pairs | None = None, looking: bool = Tru
         proxies=_proxies(session, names),
         left_out=tuple(name for name in session.names if name not in session.meshes),
         notes=(*seen.notes(), *_absent(session)),
+        live_contacts=session.live_contacts,
+        live_residual=_residual(session),
     )
 
 
@@ -245,6 +255,14 @@ def _body(session: Session, name: str) -> Body:
 def _proxies(session: Session, names: Sequence[str]) -> tuple[str, ...]:
     declared = {body.id for body in session.scene.bodies if body.proxy}
     return tuple(name for name in names if name in declared)
+
+
+def _residual(session: Session) -> float:
+    """Seconds by which the clock of reported contacts may be off, as their import wrote it down."""
+    try:
+        return max(0.0, float(session.facts.get(RESIDUAL_FACT, "0")))
+    except ValueError:
+        return 0.0
 
 
 def _absent(session: Session) -> list[str]:

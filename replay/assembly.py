@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore import Body, Motion
+from sessions.live_contact import LiveContact
 
 
 class PoseOrigin(IntEnum):
@@ -40,6 +42,7 @@ class Assembly:
     origin : (T, N) uint8, values of ``PoseOrigin``.
     proxies : names of bodies whose mesh only stands in for the real one.
     left_out : names of tracked bodies without a mesh.
+    live_contacts : what an engine reported, on the frames' clock; ``live_residual`` seconds it may be off.
     notes : sentences about what was done to the poses (renormalised rotations, ...).
     """
 
@@ -52,6 +55,13 @@ class Assembly:
     proxies: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    live_contacts: Sequence[LiveContact] = ()
+    live_residual: float = 0.0
+
+    @property
+    def first_ns(self) -> int:
+        """The stamp of second 0 of ``motion.times``."""
+        return int(self.stamp_ns[0]) - round(float(self.motion.times[0]) * 1e9)
 
     @property
     def names(self) -> tuple[str, ...]:

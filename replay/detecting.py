@@ -14,6 +14,7 @@ from cdcore.detectors import load_detector
 from cdcore.narrow.section_source import sections_of
 from cdcore.protocol import FaceSets
 from replay.assembly import Assembly
+from replay.audit.recorded import RECORDED, recorded_detector
 from replay.detector_spec import DetectorSpec
 from replay.progress import Advance
 from replay.stored_motion import StoredMotion
@@ -55,10 +56,17 @@ class Run:
 def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector:
     """The detector of a spec for the bodies and pairs of an assembly; the run's seed goes to those that draw.
 
+    ``recorded`` is the one that is no row of the core's table: its answers come with the session.
+
     Raises
     ------
     UnknownDetectorError, InvalidSettingError
     """
+    if spec.name == RECORDED:
+        return recorded_detector(
+            assembly.bodies, assembly.pairs, assembly.live_contacts, assembly.first_ns, assembly.live_residual,
+            spec.settings,
+        )  # fmt: skip
     settings = dict(spec.settings)
     if "seed" in {item.name for item in fields(load_detector(spec.name).Settings)}:
         settings.setdefault("seed", seed)

@@ -21,6 +21,10 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, common
 @click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv: which column is what.")
 @click.option("--convention", metavar="NAME", help="csv: axes of the source, for example unity.")
 @click.option("--mesh-axes", metavar="NAME", help="csv: axes of the mesh files, same or x-flipped.")
+@click.option("--session", type=SESSION_FILE, metavar="FILE.mcap", help="contacts: the session they belong to.")
+@click.option(
+    "--offset", type=float, metavar="SECONDS", help="contacts: what to add to their clock. Default: estimated."
+)
 @common
 def command(
     format_: str,
@@ -32,15 +36,18 @@ def command(
     mapping: Path | None,
     convention: str | None,
     mesh_axes: str | None,
+    session: Path | None,
+    offset: float | None,
     verbose: bool,
     quiet: bool,
     debug: bool,
 ) -> int:
-    """Read SOURCE, a recording of another program in FORMAT (aframe, csv), and write it as a session file.
+    """Read SOURCE, a recording of another program in FORMAT (aframe, csv, contacts), and write it as a session file.
 
     \b
     replay import aframe motion.json -o session.mcap --mesh left=wand.glb --mesh right=wand.glb
     replay import csv unity.csv -o session.mcap --convention unity
+    replay import contacts engine.csv --session session.mcap -o with_contacts.mcap
     """
     del debug
     people = People(quiet=quiet, verbose=verbose)
@@ -53,14 +60,31 @@ def command(
 
     if out.exists() and not force:
         raise OutputError(f"{out} exists; name another file, or replace it with --force")
+    if format_ == "contacts":
+        return _contacts(source, session, offset, out, people)
     if scene is not None:
         from sessions.scene_toml import read_scene
 
         given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
-    session = import_session(format_, source, **given)
+    imported = import_session(format_, source, **given)
     out.parent.mkdir(parents=True, exist_ok=True)
-    write_session(session, out)
-    _say_what(session, people)
+    write_session(imported, out)
+    _say_what(imported, people)
+    click.echo(out)
+    return 0
+
+
+def _contacts(source: Path, session: Path | None, offset: float | None, out: Path, people: People) -> int:
+    """Put reported contacts into a session, and say how well their clock fits."""
+    if session is None:
+        raise click.UsageError("contacts belong to a session; name it with --session FILE.mcap")
+    from replay.contact_import import import_contacts
+    from sessions import read_session, write_session
+
+    joined, fit = import_contacts(source, read_session(session), offset=offset)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    write_session(joined, out)
+    people.say(f"{len(joined.live_contacts):,} reports of {source}; {fit}")
     click.echo(out)
     return 0
 

@@ -1,0 +1,77 @@
+"""Contacts that an engine reported join a session: their clock is fitted to true contacts, and said how well."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from replay.assemble import RESIDUAL_FACT
+from replay.audit.clock_offset import ClockOffset, estimate_offset
+from replay.audit.reports import reported_spans
+from replay.engine import compute
+from replay.errors import AuditError
+from replay.progress import Progress
+from replay.run_result import RunResult
+from sessions import Session
+from sessions.importers.contacts_csv import read_contacts
+from sessions.live_contact import LiveContact
+
+OFFSET_FACT: Final = "contacts_clock_offset_s"
+
+Found = dict[tuple[str, str, str], list[float]]
+
+
+def import_contacts(
+    source: str | Path, session: Session, *, offset: float | None = None, progress: Progress | None = None
+) -> tuple[Session, ClockOffset]:
+    """The session with the contacts of a CSV in place of those it had, on the session's clock.
+
+    Parameters
+    ----------
+    source : rows ``time, a, b, begin|end``, seconds on any clock.
+    session : with the meshes, so that true contacts can be found.
+    offset : seconds to add to the CSV's times, so that 0 is the first frame; ``None``: estimated.
+
+    Raises
+    ------
+    ImportFileError
+        A file that is not what it should be; names the line.
+    AuditError
+        No body of the file is in the session, or nothing to estimate the offset from.
+    """
+    contacts = read_contacts(source)
+    known = {name for contact in contacts for name in (contact.body_a, contact.body_b)} & set(session.meshes)
+    if not known:
+        raise AuditError(f"{source} names no body of the session, which has: {', '.join(session.meshes)}; rename them")
+    result = compute(session, detectors="exact", oracle="none", progress=progress)
+    found = estimate_offset(_reported(contacts), _true(result), offset)
+    shift = result.assembly.first_ns + round(found.seconds * 1e9)
+    placed = tuple(replace(contact, time_ns=contact.time_ns + shift) for contact in contacts)
+    facts = {**session.facts, OFFSET_FACT: f"{found.seconds:.9f}", RESIDUAL_FACT: f"{found.residual:.9f}"}
+    return replace(session, live_contacts=placed, facts=facts), found
+
+
+def _reported(contacts: Iterable[LiveContact]) -> Found:
+    moments: Found = {}
+    for (a, b), spans in reported_spans(contacts).items():
+        for begin, end in spans:
+            if begin is not None:
+                moments.setdefault((a, b, "begin"), []).append(begin / 1e9)
+            if end is not None:
+                moments.setdefault((a, b, "end"), []).append(end / 1e9)
+    return moments
+
+
+def _true(result: RunResult) -> Found:
+    moments: Found = {}
+    last = len(result.assembly.motion) - 1
+    for episode in result.episodes["exact"]:
+        i, j = result.assembly.pairs[episode.pair].tolist()
+        a, b = sorted((result.assembly.names[i], result.assembly.names[j]))
+        if episode.first > 0:
+            moments.setdefault((a, b, "begin"), []).append(episode.start)
+        if episode.last < last:
+            moments.setdefault((a, b, "end"), []).append(episode.end)
+    return moments

@@ -1,0 +1,68 @@
+"""Contacts that an engine reported, as a CSV of ``time, a, b, begin|end`` on the engine's own clock."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+from typing import Final
+
+from sessions.errors import ImportFileError
+from sessions.live_contact import LiveContact
+
+PHASE_OF: Final = {"begin": "enter", "enter": "enter", "end": "exit", "exit": "exit", "stay": "stay"}
+"""Words of the last column and what they mean."""
+
+COLUMNS: Final = 4
+LONGEST_STAMP_S: Final = Decimal(9_000_000_000)
+"""Seconds beyond which nanoseconds no longer fit 64 bits: the year 2255 of the Unix epoch."""
+
+
+def read_contacts(source: str | Path) -> tuple[LiveContact, ...]:
+    """Every report of the file in order of time; stamps are nanoseconds of the file's own clock.
+
+    Parameters
+    ----------
+    source : rows ``time, a, b, what``: seconds, two body names, begin or end (enter, exit, stay); a header is skipped.
+
+    Raises
+    ------
+    ImportFileError
+        Names file and line: another number of columns, a time that is none, an unknown word; or nothing is in it.
+    """
+    path = Path(source)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise ImportFileError(f"{path}: this is no UTF-8 text; save the CSV as UTF-8") from None
+    found = list(_rows(path, text))
+    if not found:
+        raise ImportFileError(f"{path} holds no contact; write rows of: time, a, b, begin or end")
+    return tuple(sorted(found, key=lambda contact: contact.time_ns))
+
+
+def _rows(path: Path, text: str) -> Iterator[LiveContact]:
+    for line, cells in enumerate(csv.reader(text.splitlines()), 1):
+        row = [cell.strip() for cell in cells]
+        if not any(row) or (line == 1 and row[0].lower() in ("time", "t", "time_s", "seconds")):
+            continue
+        where = f"{path}: line {line}"
+        if len(row) != COLUMNS:
+            raise ImportFileError(f"{where}: {len(row)} columns; write four: time, a, b, begin or end")
+        phase = PHASE_OF.get(row[3].lower())
+        if phase is None:
+            raise ImportFileError(
+                f"{where}: {row[3][:40]!r} is neither begin nor end; use one of: {', '.join(PHASE_OF)}"
+            )
+        yield LiveContact(_stamp(where, row[0]), row[1], row[2], phase)
+
+
+def _stamp(where: str, text: str) -> int:
+    try:
+        seconds = Decimal(text)
+    except InvalidOperation:
+        raise ImportFileError(f"{where}: {text[:40]!r} is no time; write seconds") from None
+    if not seconds.is_finite() or abs(seconds) > LONGEST_STAMP_S:
+        raise ImportFileError(f"{where}: {text[:40]!r} is no time in seconds; write seconds of one clock")
+    return int((seconds * 1_000_000_000).to_integral_value())
