@@ -10,6 +10,7 @@
     ├── AuditError            detections that cannot be compared
     ├── OutputError           a run folder or file that cannot be written
     ├── RunFolderError        a folder that holds no run, or a run of another version
+    ├── StressError           hard cases asked for in words or files that mean nothing
     └── StudyError            metrics, questionnaire or codebook that cannot be analysed
         └── RefusedError      a result that a rule of the study forbids (replay.study.refusals)
 """
@@ -51,3 +52,7 @@ class RunFolderError(ReplayError, ValueError):
 
 class StudyError(ReplayError, ValueError):
     """Metrics, a questionnaire or a codebook do not make a study."""
+
+
+class StressError(ReplayError, ValueError):
+    """Hard cases were asked for in words, numbers or files that mean nothing."""

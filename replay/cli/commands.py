@@ -41,4 +41,5 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "study": CommandSpec(
         "replay.cli.study:command", "Study", "Join what students did with what they answered; check printed tables."
     ),
+    "stress": CommandSpec("replay.cli.stress:command", "Audit", "Ask detectors hard questions with known answers."),
 }

@@ -1,0 +1,96 @@
+"""The answers of ``replay stress`` for a terminal: one table of sums, one with a row per family."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from rich import box
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from replay.stress.runner import StressResult, Tally
+
+COLUMNS: Final = {
+    "missed": "missed",
+    "invented": "invented",
+    "within": "within tolerance",
+    "refused": "refused",
+    "unconfirmed": "unconfirmed",
+}
+"""Field of a tally -> heading."""
+
+NONE: Final = "·"
+
+
+def stress_tables(result: StressResult) -> Group:
+    """The sums of each detector; below them where they come from, and the files that were written."""
+    head = Text(f"seed {result.seed}, {result.pairs:,} pairs of each family, tau {result.tau:g} m")
+    rows = dict(result.by_detector())
+    parts: list[Table | Text] = [head, Text()]
+    if len(rows) == 1:
+        parts.append(family_table(next(iter(rows.values()))))
+    else:
+        parts += [sum_table(rows), Text(), cross_table(rows)]
+    parts += [Text(f"  {tally.file}", overflow="fold") for tally in result.tallies if tally.file]
+    return Group(*parts)
+
+
+def sum_table(rows: dict[str, list[Tally]]) -> Table:
+    """A row per detector, summed over the families."""
+    table = _table("all families", "detector")
+    table.add_column("pairs", justify="right")
+    for heading in COLUMNS.values():
+        table.add_column(heading, justify="right")
+    for name, tallies in rows.items():
+        table.add_row(name, f"{sum(one.pairs for one in tallies):,}", *(_count(_sum(tallies, at)) for at in COLUMNS))
+    return table
+
+
+def family_table(tallies: Sequence[Tally]) -> Table:
+    """A row per family of one detector, and the sums."""
+    table = _table(tallies[0].detector, "family", show_footer=len(tallies) > 1, footer="all")
+    for field, heading in COLUMNS.items():
+        table.add_column(heading, justify="right", footer=_count(_sum(tallies, field)))
+    for tally in tallies:
+        table.add_row(_label(tally), *(_count(getattr(tally, field)) for field in COLUMNS))
+    return table
+
+
+def cross_table(rows: dict[str, list[Tally]]) -> Table:
+    """A row per family, a column per detector."""
+    table = _table("missed + invented, ~ within tolerance, ! refused", "family")
+    for name in rows:
+        table.add_column(name, justify="right")
+    for number in range(len(next(iter(rows.values())))):
+        tallies = [of_one[number] for of_one in rows.values()]
+        table.add_row(_label(tallies[0]), *(_cell(tally) for tally in tallies))
+    return table
+
+
+def _cell(tally: Tally) -> str:
+    parts = [f"{tally.missed:,} + {tally.invented:,}"] if tally.missed or tally.invented else []
+    parts += [f"{sign} {count:,}" for sign, count in (("~", tally.within), ("!", tally.refused)) if count]
+    return "  ".join(parts) or NONE
+
+
+def _label(tally: Tally) -> str:
+    return f"{tally.number:02d} {tally.name}"
+
+
+def _sum(tallies: Sequence[Tally], field: str) -> int:
+    return sum(getattr(tally, field) for tally in tallies)
+
+
+def _count(count: int) -> str:
+    return f"{count:,}" if count else NONE
+
+
+def _table(title: str, first: str, *, show_footer: bool = False, footer: str = "") -> Table:
+    table = Table(
+        box=box.SIMPLE_HEAD, title=title, title_justify="left", title_style="bold", pad_edge=False,
+        header_style="dim", show_footer=show_footer,
+    )  # fmt: skip
+    table.add_column(first, footer=footer)
+    return table

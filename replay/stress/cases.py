@@ -1,0 +1,87 @@
+"""Failing triangle pairs in a file: all that is needed to fail again, and to hold that it does not."""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.numerics import FloatArray
+from replay.errors import OutputError, StressError
+
+ARRAYS = ("row", "triangles", "truth", "verdict")
+NUMBERS = ("family", "seed", "count")
+
+
+@dataclass(frozen=True, eq=False)
+class Cases:
+    """Pairs of one family that one detector answered wrongly or refused.
+
+    Parameters
+    ----------
+    detector, family, seed, count : where they come from; ``count`` pairs of the family were made with ``seed``.
+    row : (k,) which of them these are.
+    triangles : (k, 2, 3, 3).
+    truth : (k,) bool, whether they meet.
+    verdict : (k,) uint8, what the detector said.
+    """
+
+    detector: str
+    family: int
+    seed: int
+    count: int
+    row: NDArray[np.int64]
+    triangles: FloatArray
+    truth: NDArray[np.bool_]
+    verdict: NDArray[np.uint8]
+
+    @property
+    def file_name(self) -> str:
+        """``family-09-hybrid-seed-100.npz``."""
+        return f"family-{self.family:02d}-{re.sub('[^a-z0-9]+', '-', self.detector.lower())}-seed-{self.seed}.npz"
+
+
+def write_cases(cases: Cases, folder: Path) -> Path:
+    """Write the file, under a temporary name first; returns its path.
+
+    Raises
+    ------
+    OutputError
+        The folder cannot be written.
+    """
+    target = folder / cases.file_name
+    partial = target.with_suffix(".partial")
+    values = {name: np.asarray(getattr(cases, name)) for name in (*ARRAYS, *NUMBERS, "detector")}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with partial.open("wb") as file:
+            np.savez_compressed(file, allow_pickle=False, **values)
+        partial.replace(target)
+    except OSError as error:
+        raise OutputError(f"{target} cannot be written ({error.strerror}); give another folder with --out") from None
+    return target
+
+
+def read_cases(path: Path) -> Cases:
+    """Read a file of ``write_cases``.
+
+    Raises
+    ------
+    StressError
+        It is not such a file.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            row, triangles, truth, verdict = (file[name] for name in ARRAYS)
+            family, seed, count = (int(file[name]) for name in NUMBERS)
+            detector = str(file["detector"])
+    except (ValueError, KeyError, EOFError, TypeError, AttributeError, zipfile.BadZipFile) as error:
+        raise StressError(f"{path} holds no stress cases ({error}); give a file that replay stress wrote") from None
+    rows = (len(row),)
+    if triangles.shape != (*rows, 2, 3, 3) or truth.shape != rows or verdict.shape != rows:
+        raise StressError(f"{path} holds arrays of different lengths; give a file that replay stress wrote")
+    return Cases(detector, family, seed, count, row, triangles, truth, verdict)

@@ -1,0 +1,68 @@
+"""``replay stress`` prints each word of the audit, writes what failed, and exits with 4 for a broken promise."""
+
+import json
+
+import numpy as np
+import pytest
+
+from replay.cli.main import main
+from replay.stress import peers, runner
+from replay.stress.cases import read_cases
+
+
+def test_one_detector_gets_a_row_per_family_and_the_seed(capsys):
+    assert main(["stress", "--detector", "hybrid", "--family", "1,10", "--pairs", "50", "--seed", "7"]) == 0
+    printed = capsys.readouterr().out
+    assert "seed 7, 50 pairs of each family" in printed
+    for words in ("01 generic control", "10 point on a face", "missed", "invented", "within tolerance", "refused"):
+        assert words in printed
+
+
+def test_all_prints_a_row_per_detector_and_names_absent_peers(capsys, monkeypatch):
+    monkeypatch.setattr(peers, "find_spec", lambda name: None)
+    assert main(["stress", "--family", "10", "--pairs", "20"]) == 0
+    printed, said = capsys.readouterr()
+    for name in ("exact", "discrete", "hybrid"):
+        assert name in printed
+    assert "not installed, so not asked: coal, trimesh" in said
+
+
+@pytest.mark.parametrize("words", [["--json"], ["--format", "json"]])
+def test_json_holds_every_tally(capsys, words):
+    assert main(["stress", "--detector", "exact", "--family", "3-5", "--pairs", "9", *words]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [one["number"] for one in told["tallies"]] == [3, 4, 5]
+    assert (told["pairs"], told["seed"], told["broken"]) == (9, 100, [])
+
+
+def test_failing_pairs_are_written_to_files_that_load(capsys, tmp_path):
+    assert main(["stress", "--detector", "hybrid", "--family", "16", "--pairs", "100", "--out", str(tmp_path)]) == 0
+    (path,) = tmp_path.iterdir()
+    assert path.name in capsys.readouterr().out.replace("\n", "")
+    assert len(read_cases(path).row) > 0
+
+
+def test_a_wrong_answer_of_exact_exits_with_4(capsys, monkeypatch):
+    monkeypatch.setattr(runner, "verdicts_of", lambda name, pairs: np.zeros(len(pairs), dtype=np.uint8))
+    assert main(["stress", "--detector", "exact", "--family", "3", "--pairs", "5"]) == 4
+    assert "gate: exact claims exactness and failed 5 of 5 pairs of 03 shared vertex" in capsys.readouterr().err
+
+
+def test_too_many_missed_exit_with_4(capsys):
+    words = ["stress", "--detector", "hybrid", "--family", "16", "--pairs", "100"]
+    assert main([*words, "--max-missed", "0"]) == 4
+    assert "more than --max-missed 0" in capsys.readouterr().err
+    assert main([*words, "--max-missed", "100"]) == 0
+
+
+def test_quick_asks_about_few_pairs(capsys):
+    assert main(["stress", "--detector", "exact", "--family", "1", "--quick"]) == 0
+    assert "200 pairs of each family" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"), [(["--detector", "spoon"], "no detector 'spoon'"), (["--family", "44"], "no family '44'")]
+)
+def test_what_means_nothing_is_one_sentence(capsys, words, sentence):
+    assert main(["stress", "--pairs", "1", *words]) == 1
+    assert sentence in capsys.readouterr().err

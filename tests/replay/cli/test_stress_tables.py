@@ -1,0 +1,32 @@
+"""Sums are sums of what is below them, and a zero is a dot."""
+
+from rich.console import Console
+
+from replay.cli.stress_tables import stress_tables
+from replay.stress.runner import StressResult, Tally
+
+
+def shown(*tallies):
+    console = Console(width=120)
+    with console.capture() as captured:
+        console.print(stress_tables(StressResult(100, 40, 2e-6, tallies)))
+    return [line.split() for line in captured.get().splitlines() if line.strip()]
+
+
+def tally(detector, number, missed=0, invented=0, within=0, refused=0, file=None):
+    return Tally(detector, number, "name", 100, 40, missed, invented, within, refused, 0, file)
+
+
+def test_the_sums_of_a_detector_stand_above_its_families():
+    rows = shown(tally("a", 1, 2, 3), tally("a", 2, 5), tally("b", 1, within=4), tally("b", 2, refused=1))
+    assert ["a", "80", "7", "3", "·", "·", "·"] in rows
+    assert ["b", "80", "·", "·", "4", "1", "·"] in rows
+    assert ["01", "name", "2", "+", "3", "~", "4"] in rows
+    assert ["02", "name", "5", "+", "0", "!", "1"] in rows
+
+
+def test_one_detector_has_one_table_with_its_sums_at_the_foot():
+    rows = shown(tally("a", 1, 2, 3), tally("a", 2, 5, file="x.npz"))
+    assert ["01", "name", "2", "3", "·", "·", "·"] in rows
+    assert ["all", "7", "3", "·", "·", "·"] in rows
+    assert ["x.npz"] in rows
