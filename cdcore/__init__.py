@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from cdcore.detectors import DETECTORS, create_detector
     from cdcore.mesh import TriangleMesh
+    from cdcore.narrow.continuous.time_of_impact import Impact, TimeOfImpact, time_of_impact
     from cdcore.narrow.intersecting_faces import intersecting_faces
     from cdcore.narrow.predicates import triangles_intersect
     from cdcore.protocol import Body, Detection, Detector, FaceSets, Motion, Verdict, join
@@ -20,10 +21,13 @@ _HOME = {
     "Detection": "cdcore.protocol",
     "Detector": "cdcore.protocol",
     "FaceSets": "cdcore.protocol",
+    "Impact": "cdcore.narrow.continuous.time_of_impact",
     "Motion": "cdcore.protocol",
     "Verdict": "cdcore.protocol",
     "intersecting_faces": "cdcore.narrow.intersecting_faces",
     "join": "cdcore.protocol",
+    "TimeOfImpact": "cdcore.narrow.continuous.time_of_impact",
+    "time_of_impact": "cdcore.narrow.continuous.time_of_impact",
     "triangles_intersect": "cdcore.narrow.predicates",
 }
 """Public name -> module; loaded on first use, so that ``import cdcore`` costs nothing."""
@@ -34,12 +38,15 @@ __all__ = [
     "Detection",
     "Detector",
     "FaceSets",
+    "Impact",
     "Motion",
+    "TimeOfImpact",
     "TriangleMesh",
     "Verdict",
     "create_detector",
     "intersecting_faces",
     "join",
+    "time_of_impact",
     "triangles_intersect",
 ]
 

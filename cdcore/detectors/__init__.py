@@ -23,6 +23,7 @@ DETECTORS: Final[dict[str, str]] = {
     "collider": "cdcore.detectors.collider:ColliderDetector",
     "rapid-style": "cdcore.detectors.rapid_style:RapidStyleDetector",
     "exact": "cdcore.detectors.exact:ExactDetector",
+    "continuous": "cdcore.detectors.continuous:ContinuousDetector",
 }
 """Name -> ``module:Class``. Rows from outside come in through the entry-point group below."""
 

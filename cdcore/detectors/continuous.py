@@ -1,0 +1,240 @@
+"""Between the frames: no contact on the way from one recorded pose to the next is missed; CLEAR is always proven."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import ClassVar, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.bounding.sphere import sphere_best
+from cdcore.narrow.containment import ContainmentStage
+from cdcore.narrow.continuous.leg_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, LegAnswer, LegStage
+from cdcore.narrow.continuous.search import FREE, HIT
+from cdcore.narrow.continuous.swept_spheres import SweptSpheres
+from cdcore.narrow.continuous.time_of_impact import require_search_settings
+from cdcore.narrow.spacetime.box_tree import build_box_tree
+from cdcore.narrow.spacetime.pair_job import Poses
+from cdcore.narrow.spacetime.whole_motion import decide_motion
+from cdcore.numerics import FloatArray
+from cdcore.protocol import (
+    Body,
+    Detection,
+    Motion,
+    Verdict,
+    blocks_in_order,
+    ordered_by_name,
+    pair_has_pose,
+    require_bodies,
+)
+
+LOST_BEFORE: Final = "no pose in the frame before"
+GAP_BEFORE: Final = "gap in the track before this frame: the way here is not known"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContinuousSettings:
+    """Settings of ``continuous``.
+
+    ``tolerance``: metres; what comes no closer than this is always decided, nearer things almost always.
+    ``effort``: most tests spent on one interval of what is nearer.
+    ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
+    """
+
+    tolerance: float = DEFAULT_TOLERANCE
+    effort: int = DEFAULT_EFFORT
+    containment: bool = True
+
+    def __post_init__(self) -> None:
+        require_search_settings(self.tolerance, self.effort)
+
+
+@dataclass(eq=False)
+class _Found:
+    """What the intervals of a motion came to, filled stage by stage."""
+
+    verdict: NDArray[np.uint8]
+    reasons: dict[tuple[int, int], str]
+    toi: dict[tuple[int, int], tuple[float, float]]
+    work: dict[str, int]
+
+
+class ContinuousDetector:
+    """Follows faces from frame to frame: row t is the interval before frame t, clear by proof or in contact since when.
+
+    Row t of its answer is the closed interval from frame t-1 to t; row 0 is the pose itself.
+    CONTACT: the surfaces meet at either end or between, seen exactly on triangles. ``toi`` holds, for every contact
+    that begins in the interval, seconds (low, high): proven clear before ``low``, in contact at ``high``, at most 1e-6
+    s apart; a contact that the interval starts in has no entry. CLEAR and CONTAINED: proven for the whole way.
+    UNRESOLVED: neither, with a reason in ``reasons``. Where a pose is missing before a frame, or the track has a gap or
+    a teleport, there is no way to speak of: CONTACT if the frame's own poses meet, else NO_POSE with the reason.
+
+    Between frames body origins move along lines and rotations turn at a constant rate along the shorter arc. Choose it
+    for whatever moves faster than the things it may hit are thick, as hands among thin glass do. It says in which
+    interval and when, not in which faces; ask ``exact`` for those of a frame and ``time_of_impact`` for one interval.
+
+    Source: section 2.1 of the project's specification. Cost: ``exact``, and 1 to 30 microseconds for each interval in
+    which bounding spheres meet and no contact is known.
+    """
+
+    name: ClassVar[str] = "continuous"
+    choose_when: ClassVar[str] = "hands move fast among thin glass, through which every look at frames can pass"
+    cannot: ClassVar[str] = "look across lost poses and gaps, or list faces"
+    online: ClassVar[bool] = False
+    Settings: ClassVar[type] = ContinuousSettings
+
+    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: ContinuousSettings) -> None:
+        self.bodies = tuple(bodies)
+        self.pairs = pairs
+        self.settings = settings
+        self._trees = [build_box_tree(body.mesh.triangles) for body in bodies]
+        self._spheres = SweptSpheres([sphere_best(body.mesh) for body in bodies])
+        ordered, _ = ordered_by_name(bodies, pairs)
+        self._legs = LegStage(self._trees, ordered, tolerance=settings.tolerance, effort=settings.effort)
+        self._containment = ContainmentStage(bodies, pairs) if settings.containment else None
+
+    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
+        """Answer for every interval of the motion; it keeps no faces, so ``faces`` changes nothing."""
+        del faces
+        require_bodies(motion, self.bodies)
+        return self._run(motion, first=0)
+
+    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
+        """Answer block by block; the last pose of a block is where the next one's first interval starts."""
+        del faces
+        last: Motion | None = None
+        for motion in blocks_in_order(motions):
+            require_bodies(motion, self.bodies)
+            yield self._run(motion, first=0) if last is None else self._run(_joined(last, motion), first=1)
+            if len(motion):
+                last = motion.frames(len(motion) - 1, len(motion))
+
+    def _run(self, motion: Motion, first: int) -> Detection:
+        """Detect, and leave out the rows before ``first``."""
+        clock = [perf_counter()]
+        poses = Poses(motion.rotations, motion.translations, motion.valid)
+        answer = decide_motion(self._trees, self.pairs, poses)
+        clock.append(perf_counter())
+        found = self._between(motion, answer.hits, first)
+        found.work["face_tests_at_frames"] = answer.work["face_tests"]
+        clock.append(perf_counter())
+        self._contain(motion, found)
+        clock.append(perf_counter())
+        return Detection(
+            detector=self.name,
+            names=tuple(body.name for body in self.bodies),
+            pairs=self.pairs,
+            times=motion.times[first:],
+            verdict=found.verdict[first:].copy(),
+            covers="intervals",
+            containment=self._containment_words(),
+            work=found.work,
+            seconds=dict(zip(("frames", "between", "containment"), np.diff(clock).tolist(), strict=True)),
+            reasons={(t - first, p): why for (t, p), why in found.reasons.items()},
+            toi={(t - first, p): toi for (t, p), toi in found.toi.items()},
+        )
+
+    def _between(self, motion: Motion, hits: NDArray[np.bool_], first: int) -> _Found:
+        has_pose = pair_has_pose(motion, self.pairs)
+        way = motion.linked[:, self.pairs[:, 0]] & motion.linked[:, self.pairs[:, 1]]
+        way[:1] = False
+        before = np.zeros_like(hits)
+        before[1:] = hits[:-1]
+        verdict = np.where(hits | (before & way), np.uint8(Verdict.CONTACT), np.uint8(Verdict.CLEAR))
+        verdict[~has_pose] = Verdict.NO_POSE
+        nowhere = has_pose & ~way & ~hits
+        nowhere[:1] = False
+        verdict[nowhere] = Verdict.NO_POSE
+        found = _Found(verdict, _no_way(motion, self.pairs, nowhere, first), {}, {})
+        found.toi.update(_instants(motion, hits & ~way, first))
+        self._search(motion, way & ~before, hits, found, first)
+        return found
+
+    def _search(
+        self, motion: Motion, asked: NDArray[np.bool_], hits: NDArray[np.bool_], found: _Found, first: int
+    ) -> None:
+        """Decide the intervals that do not start in contact."""
+        asked[:first] = False
+        moving = _moves(motion)
+        asked &= moving[:, self.pairs[:, 0]] | moving[:, self.pairs[:, 1]]
+        near = self._spheres.may_meet(motion.rotations, motion.translations, motion.valid, self.pairs, asked)
+        columns, frames = np.nonzero(near.T)
+        answer = self._legs.decide(motion.times, motion.rotations, motion.translations, frames, columns)
+        self._note(motion.times, frames, columns, answer, hits, found)
+        found.work |= {"intervals": int(asked.sum()), "searched": len(frames)} | answer.work
+
+    def _note(
+        self, times: FloatArray, frames: NDArray[np.int64], columns: NDArray[np.int64], answer: LegAnswer,
+        hits: NDArray[np.bool_], found: _Found,
+    ) -> None:  # fmt: skip
+        """Write down what the search of K intervals came to."""
+        open_ = 0
+        for k in np.flatnonzero(answer.states != FREE).tolist():
+            place = (int(frames[k]), int(columns[k]))
+            low, high = answer.impact[k].tolist()
+            if answer.states[k] == HIT or hits[place]:
+                found.verdict[place] = Verdict.CONTACT
+                found.toi[place] = (low, high if answer.states[k] == HIT else float(times[frames[k]]))
+                continue
+            open_ += 1
+            found.verdict[place] = Verdict.UNRESOLVED
+            found.reasons[place] = f"{self._legs.reason(int(answer.states[k]))} ({low:.6f} to {high:.6f} s)"
+        found.work["unresolved"] = open_
+
+    def _contain(self, motion: Motion, found: _Found) -> None:
+        """Mark the contained among intervals that are clear of contact: as one end is, so is the whole way."""
+        asked = found.verdict == Verdict.CLEAR
+        found.work["containment_tests"] = 0
+        if self._containment is None:
+            return
+        columns, frames = np.nonzero(asked.T)
+        inside = self._containment.contained(motion, frames, columns)
+        found.verdict[frames[inside], columns[inside]] = Verdict.CONTAINED
+        found.work["containment_tests"] = len(frames)
+
+    def _containment_words(self) -> tuple[str, ...]:
+        if self._containment is None:
+            return ("refused: containment=False",) * len(self.pairs)
+        return self._containment.words
+
+
+def _joined(last: Motion, motion: Motion) -> Motion:
+    """A block with the last frame of the block before at its head; poses keep their bits."""
+    both = (last, motion)
+    return Motion(
+        np.concatenate([part.times for part in both]),
+        np.concatenate([part.translations for part in both]),
+        np.concatenate([part.rotations for part in both]),
+        np.concatenate([part.valid for part in both]),
+        linked=np.concatenate([part.linked for part in both]),
+    )
+
+
+def _moves(motion: Motion) -> NDArray[np.bool_]:
+    """(T, N): whether a body's pose differs from the frame before in any bit."""
+    moves = np.ones(motion.valid.shape, dtype=np.bool_)
+    turn, place = motion.rotations, motion.translations
+    moves[1:] = (turn[1:] != turn[:-1]).any(axis=(2, 3)) | (place[1:] != place[:-1]).any(axis=2)
+    return moves
+
+
+def _no_way(
+    motion: Motion, pairs: NDArray[np.int64], nowhere: NDArray[np.bool_], first: int
+) -> dict[tuple[int, int], str]:
+    """Why a frame with poses has no interval before it."""
+    reasons = {}
+    for t, p in np.argwhere(nowhere).tolist():
+        if t >= first:
+            known = motion.valid[t - 1, pairs[p, 0]] and motion.valid[t - 1, pairs[p, 1]]
+            reasons[t, p] = GAP_BEFORE if known else LOST_BEFORE
+    return reasons
+
+
+def _instants(motion: Motion, contact: NDArray[np.bool_], first: int) -> dict[tuple[int, int], tuple[float, float]]:
+    """A contact in a frame without an interval before it begins, as far as is known, in that frame."""
+    return {
+        (t, p): (float(motion.times[t]), float(motion.times[t])) for t, p in np.argwhere(contact).tolist() if t >= first
+    }

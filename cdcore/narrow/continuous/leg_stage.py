@@ -1,0 +1,114 @@
+"""Decides what happens between frames: for each leg asked about, clear by proof, a time of impact, or why neither."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from cdcore.narrow.continuous.leg_loop import HALF_TURN, TOO_LARGE, decide_legs
+from cdcore.narrow.continuous.search import (
+    BOX_TESTS,
+    FACE_TESTS,
+    HIT,
+    MEETING_TESTS,
+    PARTS,
+    TOO_CLOSE,
+    TOO_LONG,
+    make_room,
+)
+from cdcore.narrow.pair_frames import rows_of_columns
+from cdcore.narrow.spacetime.box_tree import BoxTree
+from cdcore.numerics import ByteArray, FloatArray, IntArray
+
+DEFAULT_TOLERANCE: Final = 1e-4
+"""Metres. A tracker's noise from frame to frame is 0.14 mm; what comes no closer than this is always decided."""
+
+DEFAULT_EFFORT: Final = 50_000
+"""Tests spent on one leg below the tolerance, some 20 ms: a sliding graze within micrometres needs a few thousand."""
+
+SHORTEST: Final = 2.5e-7
+"""Seconds. A hit lies at most this far from what is proven clear: a quarter of the microsecond that is promised."""
+
+SHARE_SLACK: Final = 2.0**-51
+"""Added to the share of a leg at which a contact was seen: poses and the points that count are rounded there."""
+
+REASONS: Final = {
+    TOO_CLOSE: "closer than parts of {shortest:.3g} s can tell apart",
+    TOO_LONG: "within the tolerance of {tolerance:g} m, effort of {effort} tests spent",
+    HALF_TURN: "half a turn between two frames: which way round is not known",
+    TOO_LARGE: "coordinates too large, or a rotation too far off, for the bounds of rounding",
+}
+"""Why a leg is neither clear nor a contact; part of what a detection says beside UNRESOLVED."""
+
+COUNTERS: Final = {"box_tests": BOX_TESTS, "face_tests": FACE_TESTS, "meeting_tests": MEETING_TESTS, "parts": PARTS}
+
+
+@dataclass(frozen=True, eq=False)
+class LegAnswer:
+    """What was found on K legs."""
+
+    states: ByteArray
+    """(K,) ``search.FREE``, ``search.HIT``, or a key of ``REASONS``."""
+    impact: FloatArray
+    """(K, 2) seconds: before the first nothing touches, at the second a contact was seen; else what is undecided."""
+    faces: IntArray
+    """(K, 2) faces that were seen to meet, in the order of the pair, where HIT."""
+    work: dict[str, int]
+
+
+class LegStage:
+    """Searches legs for their first contact.
+
+    Parameters
+    ----------
+    trees : one per body.
+    pairs : (P, 2) body numbers; a pair and its turned form give one answer if the caller orders them.
+    tolerance : metres; parts of a leg in which something moves further than this are always divided further.
+    effort : tests per leg spent on parts in which nothing does.
+    """
+
+    def __init__(self, trees: Sequence[BoxTree], pairs: IntArray, *, tolerance: float, effort: int) -> None:
+        self._trees = trees
+        self._pairs = pairs.tolist()
+        self._tolerance, self._effort = tolerance, effort
+
+    def decide(
+        self, times: FloatArray, rotations: FloatArray, places: FloatArray, frames: IntArray, columns: IntArray
+    ) -> LegAnswer:
+        """Answer for K legs from ``frames - 1`` to ``frames``; contact at their very start is the caller's to know."""
+        count = len(frames)
+        states, shares = np.zeros(count, dtype=np.uint8), np.zeros((count, 2))
+        faces = np.full((count, 2), -1, dtype=np.int64)
+        work = dict.fromkeys(COUNTERS, 0)
+        start, steps = times[frames - 1], times[frames] - times[frames - 1]
+        settings = np.array([self._tolerance, SHORTEST])
+        for column, rows in rows_of_columns(columns):
+            a, b = self._pairs[column]
+            room = make_room(self._trees[a], self._trees[b])
+            found = np.zeros(len(rows), dtype=np.uint8), np.zeros((len(rows), 2)), faces[rows]
+            decide_legs(
+                self._trees[a], a, self._trees[b], b, rotations, places, frames[rows], steps[rows], settings,
+                self._effort, room, *found,
+            )  # fmt: skip
+            states[rows], shares[rows] = found[:2]
+            hit = rows[found[0] == HIT]
+            for side, body in enumerate((a, b)):
+                faces[hit, side] = self._trees[body].faces[found[2][found[0] == HIT, side]]
+            for name, which in COUNTERS.items():
+                work[name] += int(room.work[which])
+        return LegAnswer(states, _seconds(start, steps, times[frames], shares), faces, work)
+
+    def reason(self, state: int) -> str:
+        """The sentence behind a state that is neither FREE nor HIT."""
+        return REASONS[state].format(tolerance=self._tolerance, effort=self._effort, shortest=SHORTEST)
+
+
+def _seconds(start: FloatArray, steps: FloatArray, stop: FloatArray, shares: FloatArray) -> FloatArray:
+    """Shares of legs as seconds, rounded outwards, (K, 2)."""
+    low = np.nextafter(start + shares[:, 0] * steps, -np.inf)
+    high = np.nextafter(start + (shares[:, 1] + SHARE_SLACK) * steps, np.inf)
+    low = np.where(shares[:, 0] == 0.0, start, np.maximum(start, low))
+    return np.stack([low, np.where(shares[:, 1] == 1.0, stop, np.minimum(stop, high))], axis=1)

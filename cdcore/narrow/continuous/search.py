@@ -1,0 +1,296 @@
+"""The first contact of two meshes on one leg: the way is halved until each part is proven clear or a contact is seen.
+
+Parts are taken in order of time. For a part, pairs of nodes that stay apart are dropped; what is left goes on into both
+halves. In a part so short that nothing can be said about it but by looking, the faces left are tested exactly at its
+middle and its end.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.narrow.compiling import kernel, stay_one_function
+from cdcore.narrow.continuous.legs import pose_at, seen_from
+from cdcore.narrow.continuous.meeting import faces_meet_at
+from cdcore.narrow.continuous.swept_boxes import boxes_stay_apart, turned_between
+from cdcore.narrow.continuous.swept_faces import CORNERS, faces_stay_apart
+from cdcore.narrow.exact_sums import new_digits
+from cdcore.narrow.spacetime.box_tree import BoxTree
+from cdcore.numerics import FloatArray, IntArray
+
+Items = NDArray[np.int32]
+
+FREE: Final = 0
+"""Proven apart all the way."""
+HIT: Final = 1
+"""A contact was seen; ``lo`` is proven clear up to, ``hi`` is when it was seen."""
+TOO_CLOSE: Final = 2
+"""Apart or not by less than the shortest parts can tell."""
+TOO_LONG: Final = 3
+"""Closer than the tolerance, and the effort ended."""
+
+BOXES: Final = 0
+FACES: Final = 1
+
+MOST_ITEMS: Final = 1 << 17
+"""Pairs kept at a time, 1.5 MB; more than that end the effort for the part."""
+MOST_PARTS: Final = 256
+"""Depth of the halving is at most 60 (a double has 53 bits), two parts waiting at each."""
+
+BOX_TESTS: Final = 0
+FACE_TESTS: Final = 1
+MEETING_TESTS: Final = 2
+PARTS: Final = 3
+COUNTERS: Final = 4
+
+
+class Bounds(NamedTuple):
+    """What bounds one leg of A seen from B, per unit of the leg, and when to stop halving."""
+
+    speed: float
+    acceleration: float
+    pad: float
+    tolerance: float
+    """Parts in which something moves further than this, metres, are always halved."""
+    shortest: float
+    """Parts this short are not halved."""
+    effort: int
+    """Box and face tests spent on parts in which nothing moves further than the tolerance."""
+
+
+class Room(NamedTuple):
+    """Memory that a search works in, made once for a pair."""
+
+    items: Items
+    """(MOST_ITEMS, 3) kind, A, B."""
+    waiting: Items
+    """(n, 3) pairs of nodes still to be looked at within a part."""
+    parts: FloatArray
+    """(MOST_PARTS, 2) start and end of parts still to be looked at."""
+    spans: IntArray
+    """(MOST_PARTS, 2) their items: first and count."""
+    poses: FloatArray
+    """(6, 12): A seen from B at start and end; A and B at the instant that is tested; two to build them."""
+    corners: FloatArray
+    """(27,)."""
+    scratch: FloatArray
+    """(32,)."""
+    pair: FloatArray
+    """(6, 3)."""
+    digits: IntArray
+    found: FloatArray
+    """(4,): lo, hi, and the faces (leaf order) that were seen to meet or could not be told apart."""
+    work: IntArray
+    """(COUNTERS,)."""
+
+
+def make_room(tree_a: BoxTree, tree_b: BoxTree) -> Room:
+    """Memory for searches between two trees, either way round."""
+    depth = len(tree_a.boxes) + len(tree_b.boxes) + 16
+    return Room(
+        np.empty((MOST_ITEMS, 3), dtype=np.int32), np.empty((depth, 3), dtype=np.int32), np.empty((MOST_PARTS, 2)),
+        np.empty((MOST_PARTS, 2), dtype=np.int64), np.empty((6, 12)), np.empty(CORNERS), np.empty(32),
+        np.empty((6, 3)), new_digits(), np.zeros(4), np.zeros(COUNTERS, dtype=np.int64),
+    )  # fmt: skip
+
+
+@kernel
+def load_corners(tree: BoxTree, face: int, pose: FloatArray, corners: FloatArray, at: int) -> None:
+    """Corners of a face at a relative pose to ``corners[at:at + 9]``."""
+    stay_one_function()
+    placed = tree.placed
+    for corner in range(3):
+        x, y, z = placed[face, corner], placed[face, 4 + corner], placed[face, 8 + corner]
+        for k in range(3):
+            corners[at + 3 * corner + k] = (pose[3 * k] * x + pose[3 * k + 1] * y + pose[3 * k + 2] * z) + pose[9 + k]
+
+
+@kernel
+def face_pair_apart(tree_a: BoxTree, face_a: int, tree_b: BoxTree, face_b: int, margin: float, room: Room) -> bool:
+    """Whether two faces certainly stay apart in the part whose end poses are in ``room.poses``."""
+    stay_one_function()
+    room.work[FACE_TESTS] += 1
+    corners, placed = room.corners, tree_b.placed
+    load_corners(tree_a, face_a, room.poses[0], corners, 0)
+    load_corners(tree_a, face_a, room.poses[1], corners, 9)
+    for corner in range(3):
+        for k in range(3):
+            corners[18 + 3 * corner + k] = placed[face_b, 4 * k + corner]
+    return bool(faces_stay_apart(corners, margin, room.scratch))
+
+
+@kernel
+def leaves_left(tree_a: BoxTree, leaf_a: int, tree_b: BoxTree, leaf_b: int, margin: float, room: Room, end: int) -> int:
+    """Append the face pairs of two leaves that may meet; returns the new end of the items, -1 if too many."""
+    stay_one_function()
+    items = room.items
+    for i in range(tree_a.leaves[leaf_a, 0], tree_a.leaves[leaf_a, 0] + tree_a.leaves[leaf_a, 1]):
+        for j in range(tree_b.leaves[leaf_b, 0], tree_b.leaves[leaf_b, 0] + tree_b.leaves[leaf_b, 1]):
+            if face_pair_apart(tree_a, i, tree_b, j, margin, room):
+                continue
+            if end >= len(items):
+                return -1
+            items[end, 0], items[end, 1], items[end, 2] = FACES, i, j
+            end += 1
+    return end
+
+
+@kernel
+def boxes_left(
+    tree_a: BoxTree, tree_b: BoxTree, motion: float, margin: float, chord: float, room: Room, end: int
+) -> int:
+    """Append what may meet below the node pairs waiting in ``room``, of which row 0 is the first; new end or -1.
+
+    Where something moves further than the boxes are large, the pair of boxes is kept for a shorter part instead.
+    """
+    stay_one_function()
+    items, waiting, depth = room.items, room.waiting, 1
+    while depth > 0:
+        depth -= 1
+        a, b = int(waiting[depth, 1]), int(waiting[depth, 2])
+        room.work[BOX_TESTS] += 1
+        box_a, box_b = tree_a.boxes[a], tree_b.boxes[b]
+        if boxes_stay_apart(box_a, box_b, room.poses[0], room.poses[1], chord, margin, room.scratch):
+            continue
+        if motion > box_a[15] + box_b[15]:
+            if end >= len(items):
+                return -1
+            items[end, 0], items[end, 1], items[end, 2] = BOXES, a, b
+            end += 1
+            continue
+        leaf_a, leaf_b = int(tree_a.links[a, 1]), int(tree_b.links[b, 1])
+        if leaf_a >= 0 and leaf_b >= 0:
+            end = leaves_left(tree_a, leaf_a, tree_b, leaf_b, margin, room, end)
+            if end < 0:
+                return end
+            continue
+        split_a = leaf_b >= 0 or (leaf_a < 0 and box_a[15] > box_b[15])
+        for child in range(2):
+            waiting[depth, 1] = tree_a.links[a, 0] + child if split_a else a
+            waiting[depth, 2] = b if split_a else tree_b.links[b, 0] + child
+            depth += 1
+    return end
+
+
+@kernel
+def items_left(
+    tree_a: BoxTree, tree_b: BoxTree, first: int, count: int, motion: float, margin: float, room: Room
+) -> int:
+    """Append after items ``first`` to ``first + count`` what of them may meet in the part; new end or -1."""
+    stay_one_function()
+    items, end = room.items, first + count
+    chord = turned_between(room.poses[0], room.poses[1])
+    for k in range(first, first + count):
+        a, b = int(items[k, 1]), int(items[k, 2])
+        if items[k, 0] == BOXES:
+            room.waiting[0, 1], room.waiting[0, 2] = a, b
+            end = boxes_left(tree_a, tree_b, motion, margin, chord, room, end)
+            if end < 0:
+                return end
+        elif not face_pair_apart(tree_a, a, tree_b, b, margin, room):
+            if end >= len(items):
+                return -1
+            items[end, 0], items[end, 1], items[end, 2] = FACES, a, b
+            end += 1
+    return end
+
+
+@kernel
+def seen_meeting(
+    tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, share: float, first: int, end: int,
+    room: Room,
+) -> int:  # fmt: skip
+    """The first of the items whose faces meet at a share of the leg, -1 if none does."""
+    stay_one_function()
+    pose_a, pose_b = room.poses[2], room.poses[3]
+    pose_at(leg_a, share, pose_a)
+    pose_at(leg_b, share, pose_b)
+    for k in range(first, end):
+        room.work[MEETING_TESTS] += 1
+        i, j = int(room.items[k, 1]), int(room.items[k, 2])
+        if faces_meet_at(tree_a, i, pose_a, tree_b, j, pose_b, room.pair, room.digits):
+            return k
+    return -1
+
+
+@kernel
+def look(
+    tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, start: float, stop: float, first: int,
+    end: int, room: Room,
+) -> float:  # fmt: skip
+    """When in a part that is not halved a contact is seen, at its middle or its end; -1.0 if at neither."""
+    stay_one_function()
+    for share in (0.5 * (start + stop), stop):
+        k = seen_meeting(tree_a, leg_a, tree_b, leg_b, share, first, end, room)
+        if k >= 0:
+            room.found[2], room.found[3] = room.items[k, 1], room.items[k, 2]
+            return share
+    return -1.0
+
+
+@kernel
+def place_ends(leg_a: FloatArray, leg_b: FloatArray, start: float, stop: float, room: Room) -> None:
+    """A seen from B at both ends of a part, to the first two rows of ``room.poses``."""
+    for k, share in enumerate((start, stop)):
+        pose_at(leg_a, share, room.poses[4])
+        pose_at(leg_b, share, room.poses[5])
+        seen_from(room.poses[4], room.poses[5], room.poses[k])
+
+
+@kernel
+def halve(room: Room, depth: int, start: float, stop: float, first: int, end: int) -> None:
+    """Put both halves of a part on the stack, the earlier one on top, each with items ``first`` to ``end``."""
+    middle = 0.5 * (start + stop)
+    for k in range(2):
+        room.parts[depth + k, 0] = middle if k == 0 else start
+        room.parts[depth + k, 1] = stop if k == 0 else middle
+        room.spans[depth + k, 0], room.spans[depth + k, 1] = first, end - first
+
+
+@kernel
+def first_contact(
+    tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, bounds: Bounds, room: Room
+) -> int:
+    """FREE, HIT, TOO_CLOSE or TOO_LONG for A on one leg seen from B; shares of the leg and faces in ``room.found``.
+
+    A contact at the very start is not looked for: who asks knows it.
+    """
+    stay_one_function()
+    items, parts, spans, found = room.items, room.parts, room.spans, room.found
+    items[0, 0], items[0, 1], items[0, 2] = BOXES, 0, 0
+    parts[0, 0], parts[0, 1], spans[0, 0], spans[0, 1] = 0.0, 1.0, 0, 1
+    depth, state, spent = 1, FREE, 0
+    while depth > 0:
+        depth -= 1
+        start, stop, first, count = parts[depth, 0], parts[depth, 1], spans[depth, 0], spans[depth, 1]
+        width = stop - start
+        motion = bounds.speed * width
+        slow = motion <= bounds.tolerance
+        last = width <= bounds.shortest or (slow and spent > bounds.effort)
+        room.work[PARTS] += 1
+        place_ends(leg_a, leg_b, start, stop, room)
+        before = room.work[BOX_TESTS] + room.work[FACE_TESTS]
+        margin = bounds.pad + 0.125 * width * width * bounds.acceleration
+        end = items_left(tree_a, tree_b, first, count, 0.0 if last else motion, margin, room)
+        if slow:
+            spent += room.work[BOX_TESTS] + room.work[FACE_TESTS] - before
+        if end == first + count:
+            continue
+        if end >= 0 and not last:
+            halve(room, depth, start, stop, first + count, end)
+            depth += 2
+            continue
+        share = look(tree_a, leg_a, tree_b, leg_b, start, stop, first + count, end, room) if end >= 0 else -1.0
+        if state == FREE:
+            found[0] = start
+        if share >= 0.0:
+            found[1] = share
+            return HIT
+        found[1] = stop
+        if end >= 0:
+            found[2], found[3] = items[first + count, 1], items[first + count, 2]
+        state = max(state, TOO_CLOSE if width <= bounds.shortest else TOO_LONG)
+    return state

@@ -1,0 +1,121 @@
+"""Whether a moving face certainly stays clear of a resting one: a direction that separates them at both ends of a part
+of the way, by more than the way can leave its chord.
+
+No direction is trusted for how it was found; each is measured on the corners at both ends.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.numerics import FloatArray
+
+CORNERS = 27
+"""Doubles of the corners of one face pair: A's at the start 9 and at the end 9, B's 9."""
+
+
+@hot_kernel
+def separates(c: FloatArray, x: float, y: float, z: float, margin: float) -> bool:
+    """Whether the direction keeps the corners ``c`` (27,) apart by more than ``margin`` at both ends."""
+    stay_one_function()
+    size = max(abs(x), abs(y), abs(z))
+    if not 1e-150 < size < 1e150:
+        return False
+    x, y, z = x / size, y / size, z / size
+    length = np.sqrt(x * x + y * y + z * z)
+    x, y, z = x / length, y / length, z / length
+    low_a = high_a = x * c[0] + y * c[1] + z * c[2]
+    for k in range(3, 18, 3):
+        along = x * c[k] + y * c[k + 1] + z * c[k + 2]
+        low_a, high_a = min(low_a, along), max(high_a, along)
+    low_b = high_b = x * c[18] + y * c[19] + z * c[20]
+    for k in range(21, 27, 3):
+        along = x * c[k] + y * c[k + 1] + z * c[k + 2]
+        low_b, high_b = min(low_b, along), max(high_b, along)
+    return bool(low_a - high_b > margin or low_b - high_a > margin)
+
+
+@hot_kernel
+def nearest_direction(p: FloatArray, b: FloatArray, way: FloatArray) -> None:
+    """Between the nearest points of the edges of two faces, corners ``p`` (9,) and ``b[18:27]``, to ``way`` (3,).
+
+    Separates any faces that are apart and whose nearest points lie on edges, flat and pointlike faces included.
+    """
+    stay_one_function()
+    best = np.inf
+    for i in range(3):
+        i0, i1 = 3 * i, 3 * ((i + 1) % 3)
+        ux, uy, uz = p[i1] - p[i0], p[i1 + 1] - p[i0 + 1], p[i1 + 2] - p[i0 + 2]
+        uu = ux * ux + uy * uy + uz * uz
+        for j in range(3):
+            j0, j1 = 18 + 3 * j, 18 + 3 * ((j + 1) % 3)
+            vx, vy, vz = b[j1] - b[j0], b[j1 + 1] - b[j0 + 1], b[j1 + 2] - b[j0 + 2]
+            wx, wy, wz = p[i0] - b[j0], p[i0 + 1] - b[j0 + 1], p[i0 + 2] - b[j0 + 2]
+            vv, uv = vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
+            uw, vw = ux * wx + uy * wy + uz * wz, vx * wx + vy * wy + vz * wz
+            spread = uu * vv - uv * uv
+            s = min(1.0, max(0.0, (uv * vw - vv * uw) / spread)) if spread > 0.0 else 0.0
+            t = (uv * s + vw) / vv if vv > 0.0 else 0.0
+            if t < 0.0 or t > 1.0 or vv == 0.0:
+                t = min(1.0, max(0.0, t))
+                s = min(1.0, max(0.0, (uv * t - uw) / uu)) if uu > 0.0 else 0.0
+            dx, dy, dz = wx + s * ux - t * vx, wy + s * uy - t * vy, wz + s * uz - t * vz
+            distance = dx * dx + dy * dy + dz * dz
+            if distance < best:
+                best = distance
+                way[0], way[1], way[2] = dx, dy, dz
+
+
+@hot_kernel
+def edge(p: FloatArray, first: int, k: int, out: FloatArray, at: int) -> None:
+    """Edge ``k`` of the face whose corners start at ``p[first]``, to ``out[at:at + 3]``."""
+    i, j = first + 3 * k, first + 3 * ((k + 1) % 3)
+    for n in range(3):
+        out[at + n] = p[j + n] - p[i + n]
+
+
+@hot_kernel
+def faces_stay_apart(c: FloatArray, margin: float, scratch: FloatArray) -> bool:
+    """Whether the faces with corners ``c`` (27,) are certainly apart all the way; ``scratch`` (32,).
+
+    Directions are those of the middle of the way: both planes, pairs of edges, the nearest points of edges.
+    """
+    stay_one_function()
+    # scratch: corners of A in the middle 9, edges of A 9, of B 9, a direction 3
+    for k in range(9):
+        scratch[k] = 0.5 * (c[k] + c[9 + k])
+    for k in range(3):
+        edge(scratch, 0, k, scratch, 9 + 3 * k)
+        edge(c, 18, k, scratch, 18 + 3 * k)
+    e = scratch
+    if separates(
+        c, e[19] * e[23] - e[20] * e[22], e[20] * e[21] - e[18] * e[23], e[18] * e[22] - e[19] * e[21], margin
+    ):
+        return True
+    if separates(c, e[10] * e[14] - e[11] * e[13], e[11] * e[12] - e[9] * e[14], e[9] * e[13] - e[10] * e[12], margin):
+        return True
+    nearest_direction(scratch, c, scratch[27:30])
+    if separates(c, e[27], e[28], e[29], margin):
+        return True
+    return edges_separate(c, e, margin)
+
+
+@hot_kernel
+def edges_separate(c: FloatArray, e: FloatArray, margin: float) -> bool:
+    """Whether a direction perpendicular to an edge of each face, ``e[9:18]`` and ``e[18:27]``, separates them."""
+    stay_one_function()
+    for i in range(9, 18, 3):
+        for j in range(18, 27, 3):
+            x = e[i + 1] * e[j + 2] - e[i + 2] * e[j + 1]
+            y = e[i + 2] * e[j] - e[i] * e[j + 2]
+            z = e[i] * e[j + 1] - e[i + 1] * e[j]
+            if separates(c, x, y, z, margin):
+                return True
+    return False
+
+
+@kernel
+def faces_stay_apart_checked(corners: FloatArray, margin: float) -> bool:
+    """The test for one pair of faces, callable from Python."""
+    return faces_stay_apart(corners, margin, np.empty(32))

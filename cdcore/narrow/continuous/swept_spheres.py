@@ -1,0 +1,87 @@
+"""Bounding spheres over whole legs: a leg whose spheres stay apart is clear, whatever the bodies inside them do.
+
+A sphere's centre follows its body's origin along a line and turns about it; it leaves the chord between its places at
+both ends by at most an eighth of the squared angle times its distance from the origin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from cdcore.bounding.sphere import Sphere
+from cdcore.narrow.compiling import kernel
+from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
+
+SWEPT_ULPS: Final = 4096.0
+"""Pad in eps of both bodies' sizes: what ``legs.leg_pad`` keeps, with rotations as far off as a motion lets them be."""
+
+ANGLE_OF_CHORD: Final = 1.1108
+"""An angle of at most half a turn is at most pi / (2 sqrt 2) times the Frobenius norm of the rotations' difference."""
+
+
+class SweptSpheres:
+    """Finds the legs on which the bounding spheres of a pair may meet.
+
+    Parameters
+    ----------
+    spheres : one per body.
+    """
+
+    def __init__(self, spheres: Sequence[Sphere]) -> None:
+        self._spheres = tuple(spheres)
+
+    def may_meet(
+        self, rotations: FloatArray, places: FloatArray, valid: BoolArray, pairs: IntArray, asked: BoolArray
+    ) -> BoolArray:
+        """Which of the legs asked about (T, P), row t from frame t-1 to t, may bring the spheres together, (T, P).
+
+        Rows whose poses are not valid must not be asked about.
+        """
+        near = np.zeros_like(asked)
+        if not asked.any():
+            return near
+        used = np.unique(pairs)
+        centres, slack = {}, {}
+        for body in used.tolist():
+            centres[body], slack[body] = self._path(body, rotations[:, body], places[:, body], valid[:, body])
+        for column, (i, j) in enumerate(pairs.tolist()):
+            reach = self._spheres[i].radius + self._spheres[j].radius + UNDERFLOW_PAD
+            mark_near(centres[i], slack[i], centres[j], slack[j], reach, asked[:, column], near[:, column])
+        return near
+
+    def _path(
+        self, body: int, rotations: FloatArray, places: FloatArray, valid: BoolArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """World centres (T, 3), and how far off the chord to frame t the sphere may reach, rounding included, (T,)."""
+        sphere = self._spheres[body]
+        off = float(np.linalg.norm(sphere.centre))
+        slack = np.zeros(len(rotations))
+        with np.errstate(invalid="ignore", over="ignore"):
+            centres = place_points(sphere.centre[None], rotations, places)[:, 0]
+            angle = ANGLE_OF_CHORD * np.sqrt(((rotations[1:] - rotations[:-1]) ** 2).sum(axis=(1, 2)))
+            far = np.abs(places).max(axis=1)
+            slack[1:] = angle**2 * (off / 8.0)
+            slack[1:] += SWEPT_ULPS * EPS * (off + sphere.radius + np.maximum(far[1:], far[:-1]))
+        return np.where(valid[:, None], centres, np.nan), slack
+
+
+@kernel
+def mark_near(
+    a: FloatArray, slack_a: FloatArray, b: FloatArray, slack_b: FloatArray, reach: float, asked: BoolArray,
+    near: BoolArray,
+) -> None:  # fmt: skip
+    """Set ``near`` where the centres come as close as ``reach`` and the slacks on the chord to frame t."""
+    for t in range(1, len(asked)):
+        if not asked[t]:
+            continue
+        x, y, z = a[t - 1, 0] - b[t - 1, 0], a[t - 1, 1] - b[t - 1, 1], a[t - 1, 2] - b[t - 1, 2]
+        u, v, w = a[t, 0] - b[t, 0] - x, a[t, 1] - b[t, 1] - y, a[t, 2] - b[t, 2] - z
+        along, length = -(x * u + y * v + z * w), u * u + v * v + w * w
+        share = min(1.0, max(0.0, along / length)) if length > 0.0 else 0.0
+        x, y, z = x + share * u, y + share * v, z + share * w
+        # asked this way round, a distance that overflowed to NaN is near
+        if not np.sqrt(x * x + y * y + z * z) > reach + slack_a[t] + slack_b[t]:
+            near[t] = True

@@ -1,0 +1,161 @@
+"""When two moving meshes first meet between two poses: HIT with its interval, FREE by proof, or why neither."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from math import isfinite
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cdcore.errors import InvalidPoseError, InvalidSettingError
+from cdcore.mesh import TriangleMesh
+from cdcore.narrow.containment import wholly_inside
+from cdcore.narrow.continuous.leg_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, LegStage
+from cdcore.narrow.continuous.search import FREE, HIT
+from cdcore.narrow.spacetime.box_tree import BoxTree, build_box_tree
+from cdcore.narrow.spacetime.pair_job import Poses
+from cdcore.narrow.spacetime.whole_motion import decide_motion
+from cdcore.protocol import Motion
+
+
+class Impact(Enum):
+    """What is known of the way between two poses."""
+
+    HIT = "HIT"
+    """The surfaces meet; seen on triangles, exactly."""
+    FREE = "FREE"
+    """Proven: at no time do the surfaces meet."""
+    UNRESOLVED = "UNRESOLVED"
+    """Neither, with a reason."""
+
+
+@dataclass(frozen=True)
+class TimeOfImpact:
+    """The answer of :func:`time_of_impact`.
+
+    Parameters
+    ----------
+    verdict : HIT, FREE or UNRESOLVED.
+    toi : seconds (low, high): nothing touches before ``low``, at ``high`` a contact was seen; where UNRESOLVED, the
+        time within which the question is open; ``None`` where FREE.
+    faces : a face of A and one of B that meet at ``high``; ``None`` unless HIT.
+    inside : at the start, whether one mesh is wholly inside the other, without touching; ``None`` where the outer one
+        would be open and the question has no answer. It stays so on the whole way where FREE.
+    reason : why UNRESOLVED.
+    """
+
+    verdict: Impact
+    toi: tuple[float, float] | None
+    faces: tuple[int, int] | None
+    inside: bool | None
+    reason: str = ""
+
+
+def time_of_impact(
+    mesh_a: TriangleMesh, poses_a: ArrayLike, mesh_b: TriangleMesh, poses_b: ArrayLike, *,
+    times: tuple[float, float] = (0.0, 1.0), tolerance: float = DEFAULT_TOLERANCE, effort: int = DEFAULT_EFFORT,
+) -> TimeOfImpact:  # fmt: skip
+    """When two meshes first meet on their way from one pose to another.
+
+    Body origins move along lines, rotations turn at a constant rate along the shorter arc, both at once. Choose it for
+    one way of one pair; for a recording the detector ``continuous`` builds its trees once.
+
+    Parameters
+    ----------
+    mesh_a, mesh_b : surfaces, open or closed, degenerate faces allowed.
+    poses_a, poses_b : (2, 4, 4) body to world at both times, column convention.
+    times : seconds of both poses.
+    tolerance : metres; meshes that come no closer than this are always decided, nearer ones almost always.
+    effort : most tests spent on what is nearer.
+
+    Returns
+    -------
+    TimeOfImpact
+        ``toi`` is at most 1e-6 s wide where HIT, unless a graze just before could not be told from a contact.
+
+    Raises
+    ------
+    InvalidPoseError
+        A pose is not finite or not rigid; body 0 is A, body 1 is B.
+    InvalidSettingError
+        A tolerance or effort that is none.
+
+    Notes
+    -----
+    Differs: the literature's conservative advancement bounds the speed of the nearest points; here faces are followed
+    along their chords, whose error falls with the square of the time, so that sliding surfaces cost little.
+
+    Source: section 2.1 of the project's specification. Cost: 0.01 to 3 ms.
+
+    Examples
+    --------
+    >>> floor = TriangleMesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]])
+    >>> poses = np.tile(np.eye(4), (2, 1, 1))
+    >>> fall = poses.copy()
+    >>> fall[:, 2, 3] = 0.25, -0.75
+    >>> low, high = time_of_impact(floor, fall, floor, poses).toi
+    >>> low <= 0.25 <= high < low + 1e-6
+    True
+    """
+    require_search_settings(tolerance, effort)
+    stacked = np.stack([_two(poses_a, "poses_a"), _two(poses_b, "poses_b")], axis=1)
+    motion = Motion.from_matrices(times, stacked, names=("A", "B"))
+    trees = [build_box_tree(mesh.triangles) for mesh in (mesh_a, mesh_b)]
+    touching = _touching(trees, motion)
+    if touching is not None:
+        start = float(motion.times[0])
+        return TimeOfImpact(Impact.HIT, (start, start), touching, False)
+    pair, one = np.array([[0, 1]]), np.array([1])
+    stage = LegStage(trees, pair, tolerance=tolerance, effort=effort)
+    answer = stage.decide(motion.times, motion.rotations, motion.translations, one, np.array([0]))
+    state, inside = int(answer.states[0]), _inside(mesh_a, mesh_b, motion)
+    if state == FREE:
+        return TimeOfImpact(Impact.FREE, None, None, inside)
+    toi = (float(answer.impact[0, 0]), float(answer.impact[0, 1]))
+    if state == HIT:
+        return TimeOfImpact(Impact.HIT, toi, (int(answer.faces[0, 0]), int(answer.faces[0, 1])), inside)
+    return TimeOfImpact(Impact.UNRESOLVED, toi, None, inside, stage.reason(state))
+
+
+def require_search_settings(tolerance: float, effort: int) -> None:
+    """Refuse a tolerance that is no distance or an effort that is no count.
+
+    Raises
+    ------
+    InvalidSettingError
+    """
+    if not (tolerance > 0.0 and isfinite(tolerance)):
+        raise InvalidSettingError(f"tolerance={tolerance!r} is no distance; give metres above 0")
+    if effort < 0:
+        raise InvalidSettingError(f"effort={effort!r} is no number of tests; give 0 or more")
+
+
+def _two(poses: ArrayLike, what: str) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    try:
+        array = np.asarray(poses, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidPoseError(f"{what} are not an array of numbers ({error}); give (2, 4, 4)") from None
+    if array.shape != (2, 4, 4):
+        raise InvalidPoseError(f"{what} have shape {array.shape}; give (2, 4, 4): one pose at each of both times")
+    return array
+
+
+def _touching(trees: list[BoxTree], motion: Motion) -> tuple[int, int] | None:
+    """The first faces that meet at the start."""
+    poses = Poses(motion.rotations[:1], motion.translations[:1], motion.valid[:1])
+    found = decide_motion(trees, np.array([[0, 1]]), poses, faces=True).faces
+    return (int(found[0, 0]), int(found[0, 1])) if len(found) else None
+
+
+def _inside(mesh_a: TriangleMesh, mesh_b: TriangleMesh, motion: Motion) -> bool | None:
+    """Whether one is inside the other at the start; ``None`` where it could only be inside an open one."""
+    if not (mesh_a.is_closed or mesh_b.is_closed):
+        return None
+    a, b = ((motion.rotations[0, k], motion.translations[0, k]) for k in (0, 1))
+    if mesh_b.is_closed and wholly_inside(mesh_a, a, mesh_b, b):
+        return True
+    if mesh_a.is_closed and wholly_inside(mesh_b, b, mesh_a, a):
+        return True
+    return False if mesh_a.is_closed and mesh_b.is_closed else None

@@ -1,0 +1,105 @@
+"""A 5 mm cube through a 1 mm plate at 90 Hz: frame by frame it is missed as often as arithmetic says, between frames
+never; and what passes by is not reported.
+
+The surfaces meet over 6 mm of the way. A step of s metres jumps over them from 1 - 0.006 / s of all phases.
+"""
+
+import numpy as np
+import pytest
+from shapes import box_mesh
+
+from cdcore import Body, Motion, Verdict, create_detector
+from cdcore.protocol import counts_as_contact
+
+CUBE, PLATE = Body("cube", box_mesh((0.005,) * 3)), Body("plate", box_mesh((0.2, 0.2, 0.001)))
+PHASES = (np.arange(1000) + 0.5) / 1000
+REACH = 0.003
+"""Half the cube and half the plate, metres: the surfaces meet while the centres are no further apart."""
+
+
+def crossings(speed, aside=0.0):
+    """1,000 crossings one after another, each from clear to clear; returns the motion and its first frames."""
+    step = speed / 90
+    before = int(np.ceil(0.012 / step)) + 1
+    frames = 2 * before + 2
+    place = np.zeros((1000, frames, 2, 3))
+    # frame `before` is the first one lower than where the surfaces meet by a phase of one step
+    place[:, :, 0, 2] = REACH + (PHASES[:, None] - 1 - np.arange(-before, frames - before)) * step
+    place[:, :, 0, 0] = aside
+    linked = np.ones((1000, frames, 2), dtype=bool)
+    linked[:, 0] = False
+    count = 1000 * frames
+    turn = np.broadcast_to(np.eye(3), (count, 2, 3, 3))
+    motion = Motion(np.arange(count) / 90, place.reshape(count, 2, 3), turn, linked=linked.reshape(count, 2))
+    return motion, frames, before
+
+
+@pytest.mark.parametrize(("speed", "missed"), [(0.4, 0), (0.6, 100), (1.0, 460), (2.0, 730), (4.0, 865)])
+def test_frame_by_frame_misses_what_arithmetic_says_and_between_frames_nothing(speed, missed):
+    motion, frames, before = crossings(speed)
+    exact = create_detector("exact", (CUBE, PLATE)).detect(motion)
+    seen = counts_as_contact(exact.verdict.reshape(1000, frames)).any(axis=1)
+    assert 1000 - seen.sum() == missed
+    detection = create_detector("continuous", (CUBE, PLATE)).detect(motion)
+    verdict = detection.verdict.reshape(1000, frames)
+    assert (verdict[:, 1:] == Verdict.CONTACT).any(axis=1).all()
+    assert not (verdict == Verdict.UNRESOLVED).any()
+    # frame `before` lies a share 1 - phase of a step below the first touch
+    touch = (np.arange(1000) * frames + before - (1 - PHASES)) / 90
+    times = np.array([detection.toi[k * frames + before, 0] for k in range(1000)])
+    assert len(detection.toi) == 1000
+    rounding = 4 * np.spacing(touch)
+    assert (times[:, 0] <= touch + rounding).all()
+    assert (touch - rounding <= times[:, 1]).all()
+    assert (times[:, 1] - times[:, 0]).max() <= 1e-6
+
+
+@pytest.mark.parametrize("speed", [0.4, 4.0])
+def test_a_thousand_near_passes_are_proven_clear(speed):
+    gaps = np.geomspace(3e-6, 1e-3, 1000)
+    motion, frames, _ = crossings(speed)
+    place = motion.translations.reshape(1000, frames, 2, 3).copy()
+    place[:, :, 0, 0] = 0.1 + 0.0025 + gaps[:, None]
+    beside = Motion(motion.times, place.reshape(-1, 2, 3), motion.rotations, linked=motion.linked)
+    verdict = create_detector("continuous", (CUBE, PLATE)).detect(beside).verdict.reshape(1000, frames)
+    assert (verdict[:, 1:] == Verdict.CLEAR).all()
+
+
+def test_turning_near_passes_are_proven_clear_too():
+    gaps = np.geomspace(3e-6, 1e-3, 1000)
+    motion, frames, _ = crossings(2.0)
+    turn, place = motion.rotations.copy(), motion.translations.reshape(1000, frames, 2, 3).copy()
+    angle = np.linspace(0, 1.5, frames)
+    spin = np.zeros((frames, 3, 3))
+    spin[:, 1, 1] = 1.0
+    spin[:, 0, 0] = spin[:, 2, 2] = np.cos(angle)
+    spin[:, 0, 2], spin[:, 2, 0] = np.sin(angle), -np.sin(angle)
+    turn[:, 0] = np.tile(spin, (1000, 1, 1))
+    # nothing of the cube is further from its centre than half its diagonal across the axis it turns about
+    place[:, :, 0, 0] = 0.1 + 0.0025 * np.sqrt(2) + gaps[:, None]
+    beside = Motion(motion.times, place.reshape(-1, 2, 3), turn, linked=motion.linked)
+    verdict = create_detector("continuous", (CUBE, PLATE)).detect(beside).verdict.reshape(1000, frames)
+    assert (verdict[:, 1:] == Verdict.CLEAR).all()
+
+
+def test_of_intervals_that_survive_the_spheres_fewer_than_one_in_a_hundred_stay_open():
+    rng = np.random.default_rng(2026)
+    bodies = [CUBE, PLATE, Body("brick", box_mesh((0.03, 0.02, 0.05))), Body("bar", box_mesh((0.2, 0.004, 0.004)))]
+    frames = 6000
+    time = np.arange(frames) / 90
+    place, turn = np.zeros((frames, 4, 3)), np.empty((frames, 4, 3, 3))
+    for body in range(4):
+        rate, phase = rng.uniform(0.2, 3, (3, 3)), rng.uniform(0, 6.28, (3, 3))
+        place[:, body] = 0.02 * np.sin(time[:, None, None] * 6.28 * rate + phase).sum(axis=2)
+        place[:, body] += rng.normal(scale=1.4e-4, size=(frames, 3))
+        q = np.column_stack([np.sin(time[:, None] * rate[0] + phase[0]), 1 + 0 * time])
+        q /= np.linalg.norm(q, axis=1, keepdims=True)
+        turn[:, body] = Motion.from_quaternions(time, place[:, :1], q[:, None]).rotations[:, 0]
+    detection = create_detector("continuous", bodies).detect(Motion(time, place, turn))
+    verdict = detection.verdict
+    assert detection.work["searched"] > 10_000
+    assert (verdict == Verdict.CONTACT).any()
+    open_ = int((verdict == Verdict.UNRESOLVED).sum())
+    assert open_ == detection.work["unresolved"] <= 0.01 * detection.work["searched"]
+    assert all(verdict[place] == Verdict.UNRESOLVED for place in detection.reasons)
+    assert len(detection.reasons) == open_

@@ -1,0 +1,186 @@
+"""HIT, FREE and UNRESOLVED on ways whose answer is known, forwards, backwards and in parts."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation, Slerp
+from shapes import ball_mesh, box_mesh, moved, without_faces
+
+from cdcore import Impact, TriangleMesh, intersecting_faces, time_of_impact
+from cdcore.errors import InvalidPoseError, InvalidSettingError
+
+REST = np.tile(np.eye(4), (2, 1, 1))
+
+
+def pose(place=(0, 0, 0), rotvec=(0, 0, 0)):
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = Rotation.from_rotvec(rotvec).as_matrix(), place
+    return matrix
+
+
+def way(before, after):
+    return np.stack([before, after])
+
+
+def test_a_ball_through_a_plate_in_one_step_hits_at_the_closed_form():
+    answer = time_of_impact(
+        ball_mesh(0.01), way(pose((0, 0, 0.1)), pose((0, 0, -0.1))), box_mesh((0.3, 0.3, 0.002)), REST
+    )
+    assert answer.verdict is Impact.HIT
+    assert answer.toi[0] <= 0.445 <= answer.toi[1] <= answer.toi[0] + 1e-6
+    assert answer.inside is False
+
+
+@pytest.mark.parametrize("degrees", [179, 181])
+def test_a_rod_that_turns_between_two_frames_hits_a_post_on_the_shorter_side_only(degrees):
+    rod = moved(box_mesh((1.0, 0.02, 0.02)), (0.5, 0, 0))
+    post = box_mesh((0.02, 0.02, 1.0))
+    turning = way(pose(), pose(rotvec=(0, 0, np.radians(degrees))))
+    left, right = (time_of_impact(rod, turning, post, way(pose((0, y, 0)), pose((0, y, 0)))) for y in (0.9, -0.9))
+    hit, free = (left, right) if degrees < 180 else (right, left)
+    assert hit.verdict is Impact.HIT
+    assert free.verdict is Impact.FREE
+    # the rod's side reaches the post's near corner: 0.9 cos a... in closed form
+    corner = np.array([0.01, 0.89])
+    angle = np.arctan2(corner[1], corner[0]) - np.arcsin(0.01 / np.linalg.norm(corner))
+    assert hit.toi[0] <= angle / np.radians(179) <= hit.toi[1] <= hit.toi[0] + 1e-6
+
+
+def test_half_a_turn_is_unresolved_and_says_why():
+    rod = moved(box_mesh((1.0, 0.02, 0.02)), (0.5, 0, 0))
+    answer = time_of_impact(rod, way(pose(), pose(rotvec=(0, 0, np.pi))), box_mesh((0.02, 0.02, 1)), REST + 0)
+    assert answer.verdict is Impact.HIT
+    beside = way(pose((0, 0.9, 0)), pose((0, 0.9, 0)))
+    answer = time_of_impact(rod, way(pose(), pose(rotvec=(0, 0, np.pi))), box_mesh((0.02, 0.02, 1)), beside)
+    assert answer.verdict is Impact.UNRESOLVED
+    assert "half a turn" in answer.reason
+
+
+@pytest.mark.parametrize("gap", [0.0, 2.0**-20, -(2.0**-20), 2.0**-18, -(2.0**-18)])
+def test_a_way_along_a_face_touches_it_or_is_proven_clear(gap):
+    cube, floor = box_mesh((0.5, 0.5, 0.5)), box_mesh((4, 4, 0.5))
+    sliding = way(pose((-3, 0, 0.5 + gap)), pose((3, 0, 0.5 + gap)))
+    answer = time_of_impact(cube, sliding, floor, REST)
+    assert answer.verdict is (Impact.FREE if gap > 0 else Impact.HIT)
+    if gap <= 0:
+        assert answer.toi[0] <= 0.75 / 6 <= answer.toi[1] + 1e-15
+
+
+def test_contact_at_the_start_at_the_end_only_and_without_motion():
+    cube, floor = box_mesh((1, 1, 1)), box_mesh((4, 4, 1))
+    low, high, far = pose((0, 0, 1)), pose((0, 0, 1.25)), pose((0, 0, 3))
+    assert time_of_impact(cube, way(low, far), floor, REST).toi == (0.0, 0.0)
+    ending = time_of_impact(cube, way(far, low), floor, REST)
+    assert ending.verdict is Impact.HIT
+    assert ending.toi[0] >= 1 - 1e-6
+    assert ending.toi[1] == 1.0
+    assert time_of_impact(cube, way(low, low), floor, REST).verdict is Impact.HIT
+    assert time_of_impact(cube, way(high, high), floor, REST).verdict is Impact.FREE
+
+
+def test_being_inside_is_a_fact_of_its_own_and_only_of_closed_meshes():
+    ball, box = ball_mesh(0.1), box_mesh((1, 1, 1))
+    staying, leaving = way(pose(), pose((0.2, 0, 0))), way(pose(), pose((3, 0, 0)))
+    for first, second, swap in ((ball, box, False), (box, ball, True)):
+        poses = (REST, staying) if swap else (staying, REST)
+        kept = time_of_impact(first, poses[0], second, poses[1])
+        assert (kept.verdict, kept.inside) == (Impact.FREE, True)
+    out = time_of_impact(ball, leaving, box, REST)
+    assert (out.verdict, out.inside) == (Impact.HIT, True)
+    assert out.toi[0] <= 0.4 / 3 <= out.toi[1]
+    open_box = without_faces(box, 1)
+    assert time_of_impact(ball, staying, open_box, REST).inside is None
+    assert time_of_impact(ball, way(pose((5, 0, 0)), pose((5, 0, 1))), box, REST).inside is False
+
+
+def test_what_the_effort_does_not_reach_is_unresolved_with_the_time_it_concerns():
+    # two tetrahedra whose tips pass at a hundredth of a nanometre's fraction: nothing is seen and nothing is proven
+    tip = TriangleMesh([[0, 0, 0], [-1, -1, 1], [1, -1, 1], [0, 1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 2, 3]])
+    spike = TriangleMesh(-tip.vertices, tip.faces)
+    passing = way(pose((-0.3, 0, 1e-16)), pose((0.7, 0, 1e-16)))
+    answer = time_of_impact(tip, passing, spike, REST)
+    assert answer.verdict is Impact.UNRESOLVED
+    assert answer.toi[0] <= 0.3 <= answer.toi[1]
+    assert answer.reason
+    assert answer.faces is None
+
+
+def test_the_witness_faces_meet_where_the_bodies_are_at_the_upper_time():
+    ball, box = ball_mesh(0.1), box_mesh((1, 1, 1))
+    start, stop = pose((0, 0.1, 2)), pose((0.3, 0, -2), (1, 0.5, 0))
+    answer = time_of_impact(ball, way(start, stop), box, REST)
+    assert answer.verdict is Impact.HIT
+    share = answer.toi[1]
+    turn = Slerp([0, 1], Rotation.from_matrix([start[:3, :3], stop[:3, :3]]))(share)
+    there = pose((1 - share) * start[:3, 3] + share * stop[:3, 3], turn.as_rotvec())
+    found = intersecting_faces(ball, box, there, None).tolist()
+    assert list(answer.faces) in found
+
+
+def random_way(rng, reach, turn):
+    first = Rotation.from_rotvec(rng.normal(size=3))
+    second = Rotation.from_rotvec(turn * rng.normal(size=3)) * first
+    return np.stack([pose(rng.normal(size=3) * reach, one.as_rotvec()) for one in (first, second)])
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6), turn=st.floats(0, 1.2))
+def test_dense_sampling_finds_no_contact_that_is_denied_and_none_before_its_time(seed, turn):
+    rng = np.random.default_rng(seed)
+    a, b = box_mesh(rng.uniform(0.05, 0.6, 3)), ball_mesh(rng.uniform(0.1, 0.4), 4, 6)
+    ways = random_way(rng, 0.7, turn), random_way(rng, 0.7, turn)
+    answer = time_of_impact(a, ways[0], b, ways[1])
+    turns = [Slerp([0, 1], Rotation.from_matrix(one[:, :3, :3])) for one in ways]
+    until = 1.0 if answer.toi is None else answer.toi[0]
+    for share in np.linspace(0, until, 60)[: -1 if answer.toi else None] if until else ():
+        poses = [
+            pose((1 - share) * one[0, :3, 3] + share * one[1, :3, 3], turned(share).as_rotvec())
+            for one, turned in zip(ways, turns, strict=True)
+        ]
+        assert not len(intersecting_faces(a, b, *poses))
+    if answer.verdict is Impact.HIT:
+        assert answer.toi[1] - answer.toi[0] <= 1e-6
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10**6), turn=st.floats(0, 1.2), at=st.sampled_from([0.25, 1 / 3, 0.5]))
+def test_backwards_and_in_two_parts_the_answer_is_the_same(seed, turn, at):
+    rng = np.random.default_rng(seed)
+    a, b = box_mesh(rng.uniform(0.05, 0.6, 3)), ball_mesh(rng.uniform(0.1, 0.4), 4, 6)
+    ways = random_way(rng, 0.7, turn), random_way(rng, 0.7, turn)
+    whole = time_of_impact(a, ways[0], b, ways[1])
+    back = time_of_impact(a, ways[0][::-1], b, ways[1][::-1])
+    assert back.verdict is whole.verdict
+    if whole.verdict is Impact.HIT:
+        assert whole.toi[0] + back.toi[0] <= 1.0
+    halfway = []
+    for one in ways:
+        turned = Slerp([0, 1], Rotation.from_matrix(one[:, :3, :3]))(at)
+        halfway.append(pose((1 - at) * one[0, :3, 3] + at * one[1, :3, 3], turned.as_rotvec()))
+    parts = [
+        time_of_impact(
+            a, way(ways[0][k], halfway[0])[:: 1 - 2 * k], b, way(ways[1][k], halfway[1])[:: 1 - 2 * k], times=span
+        )
+        for k, span in enumerate([(0.0, at), (at, 1.0)])
+    ]
+    assert (Impact.HIT in [part.verdict for part in parts]) == (whole.verdict is Impact.HIT)
+    if whole.verdict is Impact.HIT:
+        first = next(part for part in parts if part.verdict is Impact.HIT)
+        assert first.toi[0] == pytest.approx(whole.toi[0], abs=1e-5)
+
+
+def test_bad_input_is_refused_in_one_sentence():
+    ball = ball_mesh(0.1)
+    with pytest.raises(InvalidPoseError, match=r"poses_b have shape \(4, 4\); give \(2, 4, 4\)"):
+        time_of_impact(ball, REST, ball, np.eye(4))
+    with pytest.raises(InvalidPoseError, match="poses_a are not an array"):
+        time_of_impact(ball, "here", ball, REST)
+    with pytest.raises(InvalidPoseError, match="body B"):
+        time_of_impact(ball, REST, ball, REST * 1.5)
+    with pytest.raises(InvalidPoseError, match="does not come after"):
+        time_of_impact(ball, REST, ball, REST, times=(1.0, 1.0))
+    with pytest.raises(InvalidSettingError, match="give metres above 0"):
+        time_of_impact(ball, REST, ball, REST, tolerance=0.0)
+    with pytest.raises(InvalidSettingError, match="give 0 or more"):
+        time_of_impact(ball, REST, ball, REST, effort=-1)
