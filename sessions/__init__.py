@@ -7,6 +7,7 @@ from typing import Any
 
 _HOME = {
     "Event": "sessions.event",
+    "Finding": "sessions.doctor.finding",
     "Frames": "sessions.frames",
     "IMPORTERS": "sessions.importers",
     "HandTrack": "sessions.hand",
@@ -16,8 +17,10 @@ _HOME = {
     "Recorder": "sessions.mcap_format.recorder",
     "Scene": "sessions.scene",
     "Session": "sessions.session",
+    "Severity": "sessions.doctor.finding",
     "Status": "sessions.frames",
     "Track": "sessions.track",
+    "examine": "sessions.doctor.examine",
     "import_session": "sessions.importers",
     "parse_scene": "sessions.scene_toml",
     "read_scene": "sessions.scene_toml",

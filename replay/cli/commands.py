@@ -30,6 +30,9 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "info": CommandSpec(
         "replay.cli.info:command", "Check", "Say what a session file holds: bodies, clock, gaps, tasks."
     ),
+    "doctor": CommandSpec(
+        "replay.cli.doctor:command", "Check", "Say whether a recording can be trusted, and what is wrong with it."
+    ),
     "demo": CommandSpec(
         "replay.cli.demo:command", "Replay", "Record a made-up lab session, replay it, show the misses."
     ),

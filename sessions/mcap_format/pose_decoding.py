@@ -13,7 +13,7 @@ from sessions.frames import Frames, Status
 from sessions.mcap_format.facts import MAX_BODIES
 from sessions.mcap_format.pose_encoding import FRAME_WITHOUT_SAMPLES
 from sessions.mcap_format.schemas import message_class
-from sessions.mcap_format.transform_reading import TransformReader
+from sessions.mcap_format.transform_reading import Samples, TransformReader
 from sessions.mcap_format.unpacking import MessageTable
 
 # Cells (frames times bodies) made at once, 65 bytes each: an ordinary chunk of 12 bodies has 11,000, a hostile one
@@ -73,9 +73,7 @@ class FrameDecoder:
 
     def _frames(self, table: MessageTable, rows: NDArray[np.int64], notes: dict[int, bytes]) -> Frames:
         end = np.where(np.isin(table.channel[rows], list(self._tf)), table.end[rows], table.start[rows])
-        samples = self._reader.read(table.data, table.start[rows], end)
-        samples = [part for part in samples if len(part.rows)]
-        samples.sort(key=lambda part: (part.rows[0], part.step))
+        samples = self._samples(table, rows, end)
         columns = [self._column(part.parent, part.child) for part in samples]
         stamp, shape = table.publish_ns[rows], (len(rows), len(self._columns))
         sample = np.zeros(shape, dtype=np.int64)
@@ -91,6 +89,12 @@ class FrameDecoder:
         for row, payload in notes.items():
             self._apply(status[row], payload)
         return Frames(self.names, stamp, table.log_ns[rows], sample, position, quaternion, status)
+
+    def _samples(self, table: MessageTable, rows: NDArray[np.int64], end: NDArray[np.int64]) -> list[Samples]:
+        """The samples of some messages, body by body, in the order in which the messages hold them."""
+        samples = [part for part in self._reader.read(table.data, table.start[rows], end) if len(part.rows)]
+        samples.sort(key=lambda part: (part.rows[0], part.step))
+        return samples
 
     def _column(self, parent: str, name: str) -> int:
         self._parent = parent if self._parent is None else self._parent

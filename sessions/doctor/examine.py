@@ -1,0 +1,209 @@
+"""``examine``: a recording, a scene or a mesh in, everything wrong with it out; nothing in it ends the search."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from sessions.doctor.finding import Finding, Severity, Span, in_order
+from sessions.doctor.meshes import all_mesh_findings, mesh_findings
+from sessions.doctor.pose_pass import Looked, look_through
+from sessions.doctor.poses import pose_findings
+from sessions.doctor.scale import is_in_other_units, scale_findings
+from sessions.doctor.scene_faults import scene_findings
+from sessions.doctor.structure import chunk_places, is_mcap, structure_findings
+from sessions.doctor.timing import time_findings
+from sessions.doctor.tolerant_frames import Noted, TolerantFrames
+from sessions.errors import SessionError, SessionFileError
+from sessions.mcap_format.facts import BODIES_RECORD, SESSION_RECORD, facts_of, migrated, names_of
+from sessions.mcap_format.mcap_file import McapFile
+from sessions.mcap_format.schemas import PROFILE_FAMILY, WORLD
+from sessions.mcap_format.writer import MESH_FOLDER, MESH_TYPE, SCENE_FILE
+from sessions.scene import Scene
+from sessions.session import Session
+
+MESH_FILES: Final = (".glb", ".obj", ".stl", ".ply", ".off")
+BLOCK_FRAMES: Final = 16384
+
+
+def examine(recording: str | Path | Session) -> list[Finding]:
+    """Everything that is wrong with a recording, or odd about it, the worst first.
+
+    Parameters
+    ----------
+    recording : a session file, a mesh file (GLB, OBJ, STL, PLY, OFF), a scene (TOML), or a session in memory.
+
+    Raises
+    ------
+    SessionFileError
+        The file is missing or may not be read; whatever is *in* it becomes findings.
+    """
+    if isinstance(recording, Session):
+        return in_order([*examine_session(recording)])
+    path = Path(recording)
+    try:
+        size = path.stat().st_size
+        kind = path.suffix.lower()
+        if kind in MESH_FILES:
+            return in_order([*_mesh_file(path)])
+        if kind == ".toml":
+            return in_order([*_scene_file(path)])
+        if is_mcap(path):
+            return in_order([*_session_file(path)])
+    except OSError as error:
+        raise SessionFileError(
+            f"{path} cannot be read ({error.strerror or error}); check the path and who may read it"
+        ) from None
+    what = "it is empty" if not size else "it does not begin as an MCAP file does"
+    return [Finding("not-mcap", Severity.ERROR, what)]
+
+
+def examine_session(session: Session, looked: Looked | None = None) -> Iterator[Finding]:
+    """Everything about a session but its file; ``looked`` is the pass over its frames, made here when not given."""
+    looked = looked or look_through(session.blocks(BLOCK_FRAMES))
+    yield from frame_findings(looked, session.scene, dict(session.facts))
+    yield from all_mesh_findings(session.meshes)
+    yield from scene_findings(session.scene, session.names, [*session.meshes])
+
+
+def frame_findings(looked: Looked, scene: Scene, facts: dict[str, str]) -> Iterator[Finding]:
+    """Everything that the frames tell; in a body whose positions are no metres every step is a teleport, so none is."""
+    yield from time_findings(looked)
+    odd = {name for column, name in enumerate(looked.names) if is_in_other_units(looked, column)}
+    for finding in pose_findings(looked):
+        if finding.code != "teleport" or finding.body not in odd:
+            yield finding
+    yield from scale_findings(looked, scene, facts)
+
+
+def _mesh_file(path: Path) -> Iterator[Finding]:
+    from sessions.meshes import load_mesh
+
+    try:
+        mesh = load_mesh(path)
+    except SessionError as error:
+        code = "mesh-empty" if "no triangle" in str(error) or "is empty" in str(error) else "mesh-unreadable"
+        yield Finding(code, Severity.ERROR, str(error), path.stem)
+        return
+    yield from mesh_findings(path.stem, mesh)
+
+
+def _scene_file(path: Path) -> Iterator[Finding]:
+    from sessions.scene_meshes import scene_meshes
+    from sessions.scene_toml import read_scene
+
+    try:
+        scene = read_scene(path)
+        meshes = scene_meshes(scene, path.parent)
+    except SessionError as error:
+        yield Finding("bad-scene", Severity.ERROR, str(error))
+        return
+    yield from all_mesh_findings(meshes)
+    for finding in scene_findings(scene, [body.id for body in scene.bodies if body.fixed is None], [*meshes]):
+        if finding.code != "no-mesh":
+            yield finding
+
+
+def _session_file(path: Path) -> Iterator[Finding]:
+    try:
+        file = McapFile(path)
+    except SessionFileError as error:
+        yield Finding("unreadable", Severity.ERROR, str(error))
+        return
+    yield from structure_findings(file)
+    names: tuple[str, ...] = ()
+    hashes: dict[str, str] = {}
+    facts: dict[str, str] = {}
+    own = file.catalogue.profile.startswith(PROFILE_FAMILY)
+    if own:
+        try:
+            record = migrated(file.catalogue.metadata_record(SESSION_RECORD) or {}, file.catalogue.profile)
+            facts, hashes = facts_of(record)
+        except SessionFileError as error:
+            yield Finding("unknown-version", Severity.ERROR, str(error))
+        try:
+            listed = file.catalogue.metadata_record(BODIES_RECORD)
+            names = () if listed is None else names_of(listed)
+        except SessionFileError as error:
+            yield Finding("unreadable", Severity.ERROR, str(error))
+    frames = TolerantFrames(file, names)
+    looked = look_through(frames.blocks())
+    scene, scene_faults = _scene(file)
+    yield from scene_faults
+    yield from _noted(frames.noted, looked, names if own else looked.names, file)
+    if not len(looked.stamp_ns):
+        yield Finding("no-poses", Severity.ERROR, "it holds no pose that can be read")
+    yield from frame_findings(looked, scene, facts)
+    meshes = []
+    for name, expected in hashes.items():
+        meshes.append(name)
+        yield from _attached_mesh(file, name, expected)
+    yield from scene_findings(scene, looked.names, meshes)
+
+
+def _scene(file: McapFile) -> tuple[Scene, list[Finding]]:
+    from sessions.scene_toml import parse_scene
+
+    try:
+        data = file.attachment(SCENE_FILE)
+        return (Scene() if data is None else parse_scene(data.decode("utf-8", errors="replace"), SCENE_FILE)), []
+    except SessionError as error:
+        return Scene(), [Finding("bad-scene", Severity.ERROR, str(error))]
+
+
+def _attached_mesh(file: McapFile, name: str, expected: str) -> Iterator[Finding]:
+    from sessions.meshes import mesh_from_bytes
+
+    try:
+        data = file.attachment(f"{MESH_FOLDER}{name}{MESH_TYPE}")
+        if data is None:
+            yield Finding("mesh-unreadable", Severity.ERROR, "the file lists its hash but does not hold it", name)
+            return
+        found = hashlib.sha256(data).hexdigest()
+        if found != expected:
+            message = f"its SHA-256 is {found[:12]}..., recorded was {expected[:12]}..."
+            yield Finding("mesh-hash", Severity.ERROR, message, name)
+        mesh = mesh_from_bytes(data, "glb")
+    except SessionError as error:
+        code = "mesh-empty" if "no triangle" in str(error) else "mesh-unreadable"
+        yield Finding(code, Severity.ERROR, str(error), name)
+        return
+    yield from mesh_findings(name, mesh)
+
+
+def _noted(noted: Noted, looked: Looked, listed: tuple[str, ...], file: McapFile) -> Iterator[Finding]:
+    """What a strict reader would have refused."""
+    zero = int(looked.stamp_ns[0]) if len(looked.stamp_ns) else 0
+    times = {place.region.offset: place for place in chunk_places(file.catalogue)}
+    for code, regions in (("damaged-chunk", noted.unpacked), ("bad-message", noted.unread)):
+        for region, why in regions:
+            place = times.get(region.offset)
+            message = why.removeprefix(f"{file.catalogue.path}: ").split(";")[0]
+            if place is None:
+                yield Finding(code, Severity.ERROR, message, count=region.size)
+            else:
+                span = Span(place.first_ns, place.last_ns, zero)
+                yield span.finding(code, Severity.ERROR, message, count=region.size)
+    usual = _usual_parent(noted)
+    for (parent, child), seen in noted.frames.items():
+        span = Span(seen.first_ns, seen.last_ns, zero)
+        if parent != usual:
+            message = f"{seen.count} samples are given in frame {parent!r}, the others in {usual!r}"
+            yield span.finding("unknown-frame", Severity.ERROR, message, child, seen.count)
+        elif child not in listed:
+            message = f"{seen.count} samples of a body that the file does not list"
+            yield span.finding("unknown-frame", Severity.ERROR, message, child, seen.count)
+    for child, count in noted.doubled.items():
+        message = f"{count} frames hold two samples of it; the first was taken"
+        yield Finding("duplicate-stamps", Severity.WARNING, message, child, count=count)
+
+
+def _usual_parent(noted: Noted) -> str:
+    """The frame that most samples are given in; the world where any is."""
+    count = Counter[str]()
+    for (parent, _), seen in noted.frames.items():
+        count[parent] += seen.count
+    return WORLD if WORLD in count else (count.most_common(1)[0][0] if count else WORLD)

@@ -1,0 +1,93 @@
+"""One thing that was found in a recording, and the table of everything that can be found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+from sessions.doctor.codes import CODES
+
+
+class Severity(IntEnum):
+    """How much a finding matters; a gate asks for this much or more."""
+
+    NOTE = 0
+    """Worth knowing; no answer changes."""
+    WARNING = 1
+    """Answers about this body or span are less sure than they look."""
+    ERROR = 2
+    """Something here is not what was measured; nothing should rest on it."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was found.
+
+    Parameters
+    ----------
+    code : a name of `CODES`, for example ``frozen``.
+    severity : how much it matters here.
+    message : one sentence with the figures.
+    body : the body or mesh it is about, or ``""`` for the whole recording.
+    start_ns, end_ns : first and last frame it covers, by their stamps; ``None`` where it is not about a span.
+    start, end : the same in seconds after the first frame.
+    count : how many (samples, steps, faces, bytes, ...; the message says of what).
+    """
+
+    code: str
+    severity: Severity
+    message: str
+    body: str = ""
+    start_ns: int | None = None
+    end_ns: int | None = None
+    start: float | None = None
+    end: float | None = None
+    count: int = 1
+
+    @property
+    def meaning(self) -> str:
+        """What it means for whoever looks at the recording."""
+        return CODES[self.code].meaning
+
+    @property
+    def fix(self) -> str:
+        """What to do about it."""
+        return CODES[self.code].fix
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything, as JSON can hold it."""
+        return {
+            "code": self.code,
+            "severity": self.severity.name.lower(),
+            "body": self.body or None,
+            "start": self.start,
+            "end": self.end,
+            "start_ns": self.start_ns,
+            "end_ns": self.end_ns,
+            "count": self.count,
+            "message": self.message,
+            "meaning": self.meaning,
+            "fix": self.fix,
+        }
+
+
+@dataclass(frozen=True)
+class Span:
+    """A stretch of the recording by the stamps of its first and last frame, and the stamp that seconds count from."""
+
+    start_ns: int
+    end_ns: int
+    zero_ns: int
+
+    def finding(self, code: str, severity: Severity, message: str, body: str = "", count: int = 1) -> Finding:
+        """A finding that covers this stretch."""
+        start, end = (self.start_ns - self.zero_ns) / 1e9, (self.end_ns - self.zero_ns) / 1e9
+        return Finding(code, severity, message, body, self.start_ns, self.end_ns, start, end, count)
+
+
+def in_order(findings: Sequence[Finding]) -> list[Finding]:
+    """The worst first; then by what it is, whom it is about, and when."""
+    order = list(CODES)
+    return sorted(findings, key=lambda one: (-one.severity, order.index(one.code), one.body, one.start_ns or 0))

@@ -1,0 +1,166 @@
+"""From marks on samples to spans of one fault each: the rows a policy acts on, and the rows a finding names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.doctor.pose_pass import Looked
+from sessions.doctor.runs import runs
+from sessions.doctor.track_watch import Mark
+
+LEAST_FROZEN: Final = 5
+"""Repeats of a position that are worth a word; browsers repeat one or two samples in a row."""
+LEAST_FROZEN_NS: Final = 80_000_000
+
+CATCH_UP: Final = 3.0
+"""A thawing track that steps so many times further than around it was moving while it stood still ..."""
+CATCH_UP_M: Final = 0.002
+"""... and at least 2 mm further, which is more than a tracker jitters (0.77 mm at p99)."""
+
+ODD_SHARE: Final = 0.005
+"""In a track that moves, positions repeat bit for bit in fewer steps than this (0 to 4 in 1,000 for browsers' captures
+outside the stretch)."""
+LEAST_OTHERS: Final = 300
+
+LOST_JUMP_M: Final = 0.01
+"""An exact identity pose that is entered or left by less than a centimetre may be where the body is."""
+
+
+@dataclass(frozen=True)
+class PoseSpan:
+    """Consecutive samples of one body with one fault.
+
+    Parameters
+    ----------
+    code : a code of group ``pose``.
+    column : the body's column.
+    first, last : frame numbers in the file, included.
+    count : samples.
+    size : metres for jumps, else 0.
+    """
+
+    code: str
+    column: int
+    first: int
+    last: int
+    count: int
+    size: float = 0.0
+
+
+SIMPLE: Final = {
+    "not-finite": Mark.NOT_FINITE,
+    "zero-quaternion": Mark.ZERO_QUATERNION,
+    "non-unit-quaternion": Mark.NON_UNIT,
+    "tracking-lost": Mark.LOST,
+}
+"""Codes that are one mark."""
+
+
+def pose_spans(looked: Looked) -> list[PoseSpan]:
+    """Every span in which a sample is no trustworthy pose, by body and then time."""
+    found: list[PoseSpan] = []
+    for column in range(len(looked.names)):
+        track = _Track.of(looked, column)
+        for code, mark in SIMPLE.items():
+            found += track.spans(code, track.present, track.has(mark, track.present))
+        found += track.identity()
+        found += track.still("frozen")
+        found += track.teleports()
+    return sorted(found, key=lambda span: (span.column, span.first, span.code))
+
+
+def rest_spans(looked: Looked) -> list[PoseSpan]:
+    """Every span in which a body repeats its pose because it lies still."""
+    return [span for column in range(len(looked.names)) for span in _Track.of(looked, column).still("at-rest")]
+
+
+@dataclass(frozen=True, eq=False)
+class _Track:
+    """The samples of one column: rows of all that are there, rows of those that are poses, and marks by row."""
+
+    column: int
+    stamp_ns: NDArray[np.int64]
+    marks: NDArray[np.uint16]
+    steps: NDArray[np.float32]
+    present: NDArray[np.int64]
+    usable: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, looked: Looked, column: int) -> _Track:
+        marks = looked.marks[:, column]
+        there = (marks & np.uint16(Mark.PRESENT)) != 0
+        gone = (marks & np.uint16(Mark.LOST | Mark.NOT_FINITE)) != 0
+        return cls(
+            column,
+            looked.stamp_ns,
+            marks,
+            looked.steps[:, column],
+            np.flatnonzero(there),
+            np.flatnonzero(there & ~gone),
+        )
+
+    def has(self, mark: Mark, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
+        found: NDArray[np.bool_] = (self.marks[rows] & np.uint16(mark)) != 0
+        return found
+
+    def spans(self, code: str, rows: NDArray[np.int64], mask: NDArray[np.bool_]) -> Iterator[PoseSpan]:
+        for first, last in runs(mask).tolist():
+            yield PoseSpan(code, self.column, int(rows[first]), int(rows[last]), last - first + 1)
+
+    def identity(self) -> Iterator[PoseSpan]:
+        """Exact identity poses that the body jumped into or out of."""
+        rows = self.usable
+        for first, last in runs(self.has(Mark.IDENTITY, rows)).tolist():
+            jump = self._jump(first, last + 1)
+            if jump > LOST_JUMP_M:
+                yield PoseSpan(
+                    "identity-while-lost", self.column, int(rows[first]), int(rows[last]), last - first + 1, jump
+                )
+
+    def _jump(self, first: int, after: int) -> float:
+        steps = self.steps[self.usable]
+        into = float(steps[first]) if first > 0 else 0.0
+        out = float(steps[after]) if after < len(steps) else 0.0
+        return max(into, out)
+
+    def teleports(self) -> Iterator[PoseSpan]:
+        for row in self.usable[self.has(Mark.TELEPORT, self.usable)].tolist():
+            yield PoseSpan("teleport", self.column, row, row, 1, float(self.steps[row]))
+
+    def still(self, code: str) -> Iterator[PoseSpan]:
+        """Stretches of one repeated position: ``frozen`` ones, or those of a body ``at-rest``."""
+        rows, same = self.usable, self.has(Mark.SAME_PLACE, self.usable)
+        repeats = int(same.sum())
+        for first, last in runs(same).tolist():
+            if (
+                last - first + 1 < LEAST_FROZEN
+                or self.stamp_ns[rows[last]] - self.stamp_ns[rows[first]] < LEAST_FROZEN_NS
+            ):
+                continue
+            if self.has(Mark.IDENTITY, rows[first : last + 1]).all() and self._jump(first - 1, last + 1) > LOST_JUMP_M:
+                continue
+            if (code == "frozen") == self._is_frozen(first, last, repeats):
+                size = float(self.steps[rows[last + 1]]) if last + 1 < len(rows) else 0.0
+                first -= int(
+                    code == "frozen" and first > 0 and bool(self.has(Mark.TELEPORT, rows[first - 1 : first])[0])
+                )
+                yield PoseSpan(code, self.column, int(rows[first]), int(rows[last]), last - first + 1, size)
+
+    def _is_frozen(self, first: int, last: int, repeats: int) -> bool:
+        rows = self.usable
+        steps = self.steps[rows]
+        thaw = float(steps[last + 1]) if last + 1 < len(steps) else 0.0
+        near = np.r_[max(1, first - 5) : first, last + 2 : min(last + 7, len(rows))].astype(np.int64)
+        near = near[~self.has(Mark.TELEPORT, rows[near])]
+        around = float(steps[near].max(initial=0.0))
+        if thaw > CATCH_UP * around + CATCH_UP_M:
+            return True
+        others = len(rows) - (last - first + 1)
+        turning = not self.has(Mark.SAME_ROTATION, rows[first : last + 1]).any()
+        elsewhere = repeats - (last - first + 1)
+        return turning and others >= LEAST_OTHERS and elsewhere <= ODD_SHARE * others

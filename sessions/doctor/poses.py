@@ -1,0 +1,117 @@
+"""Findings about poses: each fault of a body with the span it covers."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+
+from sessions.doctor.finding import Finding, Severity, Span
+from sessions.doctor.pose_pass import MOST_DECIMALS, Looked
+from sessions.doctor.pose_spans import PoseSpan, pose_spans, rest_spans
+from sessions.doctor.track_watch import Mark
+
+MOST_OF_A_KIND: Final = 40
+"""Spans of one fault of one body that are listed one by one; the rest is counted in one finding."""
+
+SEVERITIES: Final = {
+    "not-finite": Severity.ERROR,
+    "zero-quaternion": Severity.ERROR,
+    "non-unit-quaternion": Severity.ERROR,
+    "identity-while-lost": Severity.ERROR,
+    "tracking-lost": Severity.WARNING,
+    "frozen": Severity.WARNING,
+    "teleport": Severity.WARNING,
+}
+
+
+def pose_findings(looked: Looked, spans: Sequence[PoseSpan] | None = None) -> Iterator[Finding]:
+    """Everything about single poses, body by body."""
+    if not len(looked.stamp_ns):
+        return
+    grouped: dict[tuple[str, int], list[PoseSpan]] = defaultdict(list)
+    for span in pose_spans(looked) if spans is None else spans:
+        grouped[span.code, span.column].append(span)
+    for (code, column), found in grouped.items():
+        for span in found[:MOST_OF_A_KIND]:
+            yield _listed(looked, span)
+        if len(found) > MOST_OF_A_KIND:
+            yield _rest(looked, code, column, found[MOST_OF_A_KIND:])
+    yield from _resting(looked)
+    for column, name in enumerate(looked.names):
+        yield from _notes(looked, column, name)
+
+
+def span_of(looked: Looked, first: int, last: int) -> Span:
+    """The stretch between two frames."""
+    stamps = looked.stamp_ns
+    return Span(int(stamps[first]), int(stamps[last]), int(stamps[0]))
+
+
+def _listed(looked: Looked, span: PoseSpan) -> Finding:
+    name = looked.names[span.column]
+    seconds = (int(looked.stamp_ns[span.last]) - int(looked.stamp_ns[span.first])) / 1e9
+    samples = f"{span.count} sample" if span.count == 1 else f"{span.count} samples ({seconds:.3g} s)"
+    message = {
+        "not-finite": f"{samples} with a number that is not finite",
+        "zero-quaternion": f"{samples} with a quaternion of zeros",
+        "non-unit-quaternion": f"{samples} with a quaternion of norm {looked.worst_norm[span.column]:.6g}"
+        + (" at worst" if span.count > 1 else ""),
+        "identity-while-lost": f"{samples} say the origin, unturned, {span.size:.3g} m from where the body was",
+        "tracking-lost": f"{samples} flagged as lost",
+        "frozen": f"the position repeats in {samples}, then steps {1e3 * span.size:.3g} mm",
+        "teleport": f"{span.size:.3g} m in one step",
+    }[span.code]
+    return span_of(looked, span.first, span.last).finding(span.code, SEVERITIES[span.code], message, name, span.count)
+
+
+def _rest(looked: Looked, code: str, column: int, found: Sequence[PoseSpan]) -> Finding:
+    count = sum(span.count for span in found)
+    message = f"{len(found)} more stretches of the same, {count} samples"
+    span = span_of(looked, found[0].first, found[-1].last)
+    return span.finding(code, SEVERITIES[code], message, looked.names[column], count)
+
+
+def _resting(looked: Looked) -> Iterator[Finding]:
+    grouped: dict[int, list[PoseSpan]] = defaultdict(list)
+    for span in rest_spans(looked):
+        grouped[span.column].append(span)
+    for column, found in grouped.items():
+        count = sum(span.count for span in found)
+        message = f"the position repeats bit for bit in {count} samples, {len(found)} stretches"
+        whole = span_of(looked, found[0].first, found[-1].last)
+        yield whole.finding("at-rest", Severity.NOTE, message, looked.names[column], count)
+
+
+def _notes(looked: Looked, column: int, name: str) -> Iterator[Finding]:
+    flips = np.flatnonzero(looked.has(Mark.SIGN_FLIP)[:, column])
+    if len(flips):
+        span = span_of(looked, int(flips[0]), int(flips[-1]))
+        yield span.finding("sign-flips", Severity.NOTE, f"{len(flips)} times q becomes -q", name, len(flips))
+    off = np.flatnonzero(looked.has(Mark.OFF_UNIT)[:, column])
+    if len(off):
+        span = span_of(looked, int(off[0]), int(off[-1]))
+        message = f"{len(off)} quaternions are off unit length by more than 1e-6"
+        yield span.finding("off-unit-quaternion", Severity.NOTE, message, name, len(off))
+    decimals = _decimals(looked.quaternion[:, column])
+    if decimals is not None:
+        message = f"quaternions have {decimals} decimals, {np.degrees(10.0**-decimals):.1g} degrees"
+        count = int(np.isfinite(looked.quaternion[:, column, 0]).sum())
+        yield Finding("rounded-rotations", Severity.NOTE, message, name, count=count)
+
+
+LEAST_DIFFERENT: Final = 8
+"""Rotations that must differ before their decimals are judged: 0, 0, 0, 1 has none to judge."""
+
+
+def _decimals(quaternions: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> int | None:
+    """The number of decimals that all these quaternions were printed with, if they were."""
+    there = quaternions[np.isfinite(quaternions).all(axis=1)]
+    if len(there) < LEAST_DIFFERENT or len(np.unique(there[:512], axis=0)) < LEAST_DIFFERENT:
+        return None
+    for decimals in range(1, MOST_DECIMALS + 1):
+        if (np.abs(there - np.round(there, decimals)) < 1e-12).all():
+            return decimals
+    return None

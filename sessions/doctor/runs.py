@@ -1,0 +1,19 @@
+"""Stretches of a mask: where they begin, where they end, none forgotten."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def runs(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """First and last number of every stretch of True, (k, 2), both included.
+
+    Examples
+    --------
+    >>> runs(np.array([True, False, True, True])).tolist()
+    [[0, 0], [2, 3]]
+    """
+    edge = np.diff(np.concatenate([[0], mask.astype(np.int8), [0]]))
+    found: NDArray[np.int64] = np.stack([np.flatnonzero(edge == 1), np.flatnonzero(edge == -1) - 1], axis=1)
+    return found

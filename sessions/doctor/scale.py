@@ -1,0 +1,157 @@
+"""Findings about scale and axes: positions that are no metres, a head that is not where heads are."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.doctor.finding import Finding, Severity
+from sessions.doctor.pose_pass import Looked
+from sessions.scene import Scene
+
+FAR_M: Final = 25.0
+"""Metres from the origin in the median: no tracked room is that large (VIVE: 10 m by 10 m)."""
+MILLIMETRES_M: Final = 400.0
+"""Beyond this a head would be 4 m up even in centimetres."""
+FAST_M: Final = 20.0
+"""Metres per second in the ordinary step of a moving body: no hand does that."""
+
+LEAST_HEAD_M, MOST_HEAD_M = 0.7, 2.3
+"""Heights of a head, seated to tall; bending over a bench turns the crown but does not leave them."""
+
+MOST: Final = 0.8
+"""A share of the session that is no accident."""
+LEAST_LOOKS: Final = 20
+APART_M: Final = 0.05
+"""Hands closer to each other sideways than this do not tell left from right."""
+
+_HEADS = frozenset({"head", "hmd", "headset", "camera"})
+_HAND_WORDS = frozenset({"hand", "controller", "left", "right", "vive", "wand", "index", "palm", "glove"})
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Roles:
+    """Columns of the head and the hands, or ``None``; told by their names."""
+
+    head: int | None
+    left: int | None
+    right: int | None
+
+
+def roles_of(names: tuple[str, ...], scene: Scene) -> Roles:
+    """Who is head and who is hand; bodies with a parent are in another frame and left out."""
+    found: dict[str, int] = {}
+    for column, name in enumerate(names):
+        declared = scene.body(name)
+        words = frozenset(re.findall(r"[a-z]+", re.sub(r"([a-z])([A-Z])", r"\1 \2", name).lower()))
+        if (declared is not None and declared.parent) or not words:
+            continue
+        if words & _HEADS and words <= _HEADS | {"vive"}:
+            found.setdefault("head", column)
+        elif words <= _HAND_WORDS:
+            for side in ("left", "right"):
+                if side in words:
+                    found.setdefault(side, column)
+    return Roles(found.get("head"), found.get("left"), found.get("right"))
+
+
+def scale_findings(looked: Looked, scene: Scene, facts: Mapping[str, str]) -> Iterator[Finding]:
+    """Everything about units and axes that poses alone can tell."""
+    for column, name in enumerate(looked.names):
+        declared = scene.body(name)
+        if declared is None or not declared.parent:
+            yield from _units(looked, column, name)
+    roles = roles_of(looked.names, scene)
+    yield from _up(looked, roles)
+    yield from _sides(looked, roles)
+    if facts.get("handedness") == "left" and "hand" not in facts.get("conversions", ""):
+        yield Finding(
+            "handedness", Severity.WARNING, "the facts say that the source was left-handed and name no conversion"
+        )
+
+
+def is_in_other_units(looked: Looked, column: int) -> bool:
+    """Whether the positions of a body can hardly be metres."""
+    return _unit_guess(looked, column) is not None
+
+
+def _unit_guess(looked: Looked, column: int) -> tuple[str, float] | None:
+    place = _there(looked.position[:, column])
+    if len(place) < 2:
+        return None
+    far = float(np.median(np.sqrt((place * place).sum(axis=1))))
+    moving = looked.steps[:, column]
+    moving = moving[moving > 0]
+    step = float(np.median(np.diff(looked.stamp_ns))) / 1e9
+    speed = float(np.median(moving)) / step if len(moving) >= LEAST_LOOKS and step > 0 else 0.0
+    if far <= FAR_M and speed <= FAST_M:
+        return None
+    return ("millimetres" if far > MILLIMETRES_M or speed > FAST_M else "centimetres"), far
+
+
+def _units(looked: Looked, column: int, name: str) -> Iterator[Finding]:
+    guess = _unit_guess(looked, column)
+    if guess is not None:
+        unit, far = guess
+        message = f"{far:.4g} m from the origin in the median: {unit}?"
+        zero, end = int(looked.stamp_ns[0]), int(looked.stamp_ns[-1])
+        seconds = (end - zero) / 1e9
+        yield Finding("unit-suspect", Severity.WARNING, message, name, zero, end, 0.0, seconds, len(looked.stamp_ns))
+
+
+def _up(looked: Looked, roles: Roles) -> Iterator[Finding]:
+    if roles.head is None:
+        return
+    name = looked.names[roles.head]
+    q = _there(looked.quaternion[:, roles.head])
+    if len(q) >= LEAST_LOOKS:
+        height = float(np.median(_there(looked.position[:, roles.head])[:, 1]))
+        up = np.median(_turned(q, np.array([0.0, 1.0, 0.0])), axis=0)
+        axis = int(np.abs(up).argmax())
+        if (axis != 1 or up[1] < 0) and not LEAST_HEAD_M <= height <= MOST_HEAD_M:
+            sign = "+" if up[axis] > 0 else "-"
+            message = f"the crown points along {sign}{'XYZ'[axis]} and is at a height of {height:.2f} m"
+            yield Finding("up-axis", Severity.WARNING, message, name)
+    hands = [column for column in (roles.left, roles.right) if column is not None]
+    if hands:
+        height = looked.position[:, hands, 1].max(axis=1) - looked.position[:, roles.head, 1]
+        height = height[np.isfinite(height)]
+        share = float((height > 0).mean()) if len(height) >= LEAST_LOOKS else 0.0
+        if share > MOST:
+            message = f"a hand is above the head {100 * share:.0f} % of the time, by {np.median(height):.2f} m"
+            yield Finding("head-below-hands", Severity.WARNING, message, name)
+
+
+def _sides(looked: Looked, roles: Roles) -> Iterator[Finding]:
+    """The right hand belongs on the right of the head; mirrored coordinates or swapped devices put it on the left."""
+    if roles.head is None or roles.left is None or roles.right is None:
+        return
+    right = _turned(looked.quaternion[:, roles.head], np.array([1.0, 0.0, 0.0]))
+    apart = ((looked.position[:, roles.right] - looked.position[:, roles.left]) * right).sum(axis=1)
+    apart = apart[np.isfinite(apart)]
+    told = apart[np.abs(apart) > APART_M]
+    if len(told) >= LEAST_LOOKS and (told < 0).mean() > MOST:
+        message = (
+            f"{looked.names[roles.right]} is on the left of {looked.names[roles.left]}, as the head sees it, "
+            f"{100 * float((told < 0).mean()):.0f} % of the time"
+        )
+        yield Finding("handedness", Severity.WARNING, message)
+
+
+def _there(rows: FloatArray) -> FloatArray:
+    kept: FloatArray = rows[np.isfinite(rows).all(axis=1)]
+    return kept
+
+
+def _turned(q: FloatArray, vector: FloatArray) -> FloatArray:
+    """A vector turned by unit quaternions xyzw (n, 4)."""
+    axis, w = q[:, :3], q[:, 3:]
+    twice = 2.0 * np.cross(axis, vector)
+    turned: FloatArray = vector + w * twice + np.cross(axis, twice)
+    return turned

@@ -1,0 +1,148 @@
+"""Findings about clocks: stamps that do not go forward, gaps, uneven steps, and two clocks that disagree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.doctor.finding import Finding, Severity, Span
+from sessions.doctor.pose_pass import Looked
+from sessions.doctor.runs import runs
+from sessions.doctor.track_watch import Mark
+
+GAP_STEPS: Final = 3.0
+"""A step longer than three median steps is a gap."""
+UNEVEN_STEPS: Final = 1.5
+"""A step longer than one and a half median steps has lost a frame."""
+LONG_GAP_NS: Final = 250_000_000
+"""A longer gap is worth a warning: a quarter of a second is enough for a hand to touch and leave a glass."""
+SKEW_NS: Final = 1_000_000_000
+"""A recorder writes a frame within milliseconds of its stamp; a second is two clocks."""
+EPOCH_NS: Final = 86_400_000_000_000
+"""A day or more apart, the two clocks merely start at different zeros."""
+DRIFT_NS: Final = 50_000_000
+"""An offset that grows by more than this between the first and the last tenth is drift."""
+
+
+def time_findings(looked: Looked) -> Iterator[Finding]:
+    """Everything about the clocks of a session."""
+    stamps = looked.stamp_ns
+    if not len(stamps):
+        return
+    zero = int(stamps[0])
+    yield from _order(stamps, zero)
+    yield from _gaps(stamps, zero, "")
+    yield from _uneven(stamps, zero)
+    yield from _skew(looked, zero)
+    for column, name in enumerate(looked.names):
+        yield from _device_clock(looked, column, name)
+
+
+def out_of_order(stamps: NDArray[np.int64]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which frames lie before, and which exactly at, the latest stamp so far, (T,) each."""
+    peak = np.maximum.accumulate(np.concatenate([[np.iinfo(np.int64).min], stamps]))[:-1]
+    return stamps < peak, stamps == peak
+
+
+def _order(stamps: NDArray[np.int64], zero: int) -> Iterator[Finding]:
+    backwards, repeated = out_of_order(stamps)
+    for first, last in runs(backwards).tolist():
+        count = last - first + 1
+        step = (int(stamps[first - 1]) - int(stamps[first])) / 1e9
+        message = f"time goes back by {step:.6g} s; {count} frames lie before the latest stamp"
+        low, high = int(stamps[first : last + 1].min()), int(stamps[first : last + 1].max())
+        yield Span(low, high, zero).finding("time-backwards", Severity.ERROR, message, count=count)
+    for first, last in runs(repeated).tolist():
+        count = last - first + 1
+        message = f"{count} frames repeat the stamp before"
+        yield Span(int(stamps[first]), int(stamps[last]), zero).finding(
+            "duplicate-stamps", Severity.WARNING, message, count=count
+        )
+
+
+def _gaps(stamps: NDArray[np.int64], zero: int, body: str) -> Iterator[Finding]:
+    step = np.diff(stamps)
+    forward = step[step > 0]
+    if not len(forward):
+        return
+    median = float(np.median(forward))
+    rows = np.flatnonzero(step > GAP_STEPS * median)
+    long = rows[step[rows] > LONG_GAP_NS]
+    for row in long.tolist():
+        message = f"nothing for {step[row] / 1e9:.3g} s, {step[row] / median:.0f} steps of {median / 1e6:.1f} ms"
+        span = Span(int(stamps[row]), int(stamps[row + 1]), zero)
+        yield span.finding("gap", Severity.WARNING, message, body)
+    short = rows[step[rows] <= LONG_GAP_NS]
+    if len(short):
+        longest = step[short].max() / 1e6
+        message = f"{len(short)} steps over 3 medians of {median / 1e6:.1f} ms, the longest {longest:.0f} ms"
+        span = Span(int(stamps[short[0]]), int(stamps[short[-1] + 1]), zero)
+        yield span.finding("gap", Severity.NOTE, message, body, len(short))
+
+
+def _uneven(stamps: NDArray[np.int64], zero: int) -> Iterator[Finding]:
+    step = np.diff(stamps)
+    forward = step[step > 0]
+    median = float(np.median(forward)) if len(forward) else 0.0
+    uneven = np.flatnonzero(step > UNEVEN_STEPS * median)
+    if len(uneven):
+        message = (
+            f"{1e9 / median:.1f} Hz in the median, steps of {forward.min() / 1e6:.1f} to {forward.max() / 1e6:.1f} ms, "
+            f"{len(uneven)} over 1.5 times the median"
+        )
+        span = Span(int(stamps[uneven[0]]), int(stamps[uneven[-1] + 1]), zero)
+        yield span.finding("uneven-steps", Severity.NOTE, message, count=len(uneven))
+
+
+def _skew(looked: Looked, zero: int) -> Iterator[Finding]:
+    stamps, skew = looked.stamp_ns, looked.log_ns - looked.stamp_ns
+    middle = float(np.median(skew))
+    whole = Span(int(stamps[0]), int(stamps[-1]), zero)
+    if abs(middle) > EPOCH_NS:
+        message = f"log time and frame time have different zeros, {middle / 1e9:.0f} s apart"
+        yield whole.finding("clock-skew", Severity.NOTE, message, count=len(stamps))
+        off = np.abs(skew - middle) > SKEW_NS
+    else:
+        off = np.abs(skew) > SKEW_NS
+    for first, last in runs(off).tolist():
+        worst = skew[first : last + 1]
+        message = f"log time and frame time are {float(np.median(worst)) / 1e9:+.3f} s apart"
+        span = Span(int(stamps[first]), int(stamps[last]), zero)
+        yield span.finding("clock-skew", Severity.WARNING, message, count=last - first + 1)
+    tenth = len(skew) // 10
+    drift = float(np.median(skew[-tenth:]) - np.median(skew[:tenth])) if tenth >= 10 and not off.any() else 0.0
+    if abs(drift) > DRIFT_NS:
+        message = f"log time runs away from frame time by {drift / 1e6:+.0f} ms"
+        yield whole.finding("clock-drift", Severity.WARNING, message, count=len(stamps))
+
+
+def _device_clock(looked: Looked, column: int, name: str) -> Iterator[Finding]:
+    """What the device stamps of one body say; only where the frames' own stamps do not say it already."""
+    zero = int(looked.stamp_ns[0])
+    backwards, repeated = out_of_order(looked.stamp_ns)
+    plain = ~(backwards | repeated | np.concatenate([[False], (backwards | repeated)[:-1]]))
+    for code, mark, severity, what in (
+        ("time-backwards", Mark.SAMPLE_BACKWARDS, Severity.ERROR, "device stamps go back"),
+        ("duplicate-stamps", Mark.SAMPLE_REPEATED, Severity.WARNING, "device stamps repeat with another pose"),
+        ("clock-skew", Mark.SAMPLE_SKEWED, Severity.WARNING, "device stamps are over 0.5 s off their frames"),
+    ):
+        rows = np.flatnonzero(looked.has(mark)[:, column] & plain)
+        if len(rows):
+            span = Span(int(looked.stamp_ns[rows[0]]), int(looked.stamp_ns[rows[-1]]), zero)
+            yield span.finding(code, severity, f"{len(rows)} {what}", name, len(rows))
+    there = looked.has(Mark.PRESENT)[:, column]
+    if not there.all() and there.any():
+        own = looked.stamp_ns[there & plain]
+        yield from _own_gaps(looked.stamp_ns, own, zero, name)
+
+
+def _own_gaps(frames: NDArray[np.int64], own: NDArray[np.int64], zero: int, name: str) -> Iterator[Finding]:
+    """Gaps of one body in which other frames were recorded."""
+    for finding in _gaps(own, zero, name):
+        if finding.start_ns is None or finding.end_ns is None:
+            continue
+        if ((frames > finding.start_ns) & (frames < finding.end_ns)).any():
+            yield finding

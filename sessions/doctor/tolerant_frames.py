@@ -1,0 +1,113 @@
+"""Reads every frame that can be read, whatever is wrong with the others; what a strict reader refuses is noted."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.errors import SessionFileError
+from sessions.frames import Frames
+from sessions.mcap_format.catalogue import Region
+from sessions.mcap_format.facts import MAX_BODIES
+from sessions.mcap_format.mcap_file import McapFile
+from sessions.mcap_format.pose_decoding import FrameDecoder
+from sessions.mcap_format.schemas import TF, TRACKING
+from sessions.mcap_format.transform_reading import Samples
+from sessions.mcap_format.unpacking import MessageTable, read_region
+
+
+@dataclass
+class Appearance:
+    """How often, and from when to when (frame stamps), a body was given in a frame."""
+
+    first_ns: int
+    last_ns: int
+    count: int = 0
+
+
+@dataclass
+class Noted:
+    """What a strict reader would have refused.
+
+    Parameters
+    ----------
+    frames : (parent, child) -> when it was met.
+    doubled : bodies that one message holds twice, with how often; the first is kept.
+    unpacked : regions whose bytes are damaged, and why.
+    unread : regions whose messages are not what their schema says, and why.
+    """
+
+    frames: dict[tuple[str, str], Appearance] = field(default_factory=dict)
+    doubled: Counter[str] = field(default_factory=Counter)
+    unpacked: list[tuple[Region, str]] = field(default_factory=list)
+    unread: list[tuple[Region, str]] = field(default_factory=list)
+
+
+class TolerantFrames:
+    """The frames of a file, chunk by chunk, without those that cannot be had; ``noted`` fills while they are read.
+
+    Parameters
+    ----------
+    file : the file.
+    names : bodies that it lists; others become further columns where they appear.
+    """
+
+    def __init__(self, file: McapFile, names: tuple[str, ...]) -> None:
+        self.file, self.noted = file, Noted()
+        self._decoder = _Decoder(file, names, self.noted)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The bodies met so far, listed ones first."""
+        return self._decoder.names
+
+    def blocks(self) -> Iterator[Frames]:
+        """All frames in file order; every region of the file is unpacked, whatever it holds."""
+        with self.file.catalogue.path.open("rb") as stream:
+            for region in self.file.catalogue.regions:
+                try:
+                    table = read_region(stream, region, self.file.catalogue)
+                except SessionFileError as error:
+                    self.noted.unpacked.append((region, str(error)))
+                    continue
+                try:
+                    yield from self._decoder.decode(table)
+                except SessionFileError as error:
+                    self.noted.unread.append((region, str(error)))
+
+
+class _Decoder(FrameDecoder):
+    def __init__(self, file: McapFile, names: tuple[str, ...], noted: Noted) -> None:
+        ids = file.catalogue.ids
+        super().__init__(str(file.catalogue.path), ids(TF), ids(TRACKING), names)
+        self._noted = noted
+
+    def _column(self, parent: str, name: str) -> int:
+        del parent
+        return self._columns.setdefault(name, len(self._columns))
+
+    def _samples(self, table: MessageTable, rows: NDArray[np.int64], end: NDArray[np.int64]) -> list[Samples]:
+        kept: list[Samples] = []
+        taken: dict[str, NDArray[np.bool_]] = {}
+        for part in super()._samples(table, rows, end):
+            if part.child not in self._columns and len(self._columns) >= MAX_BODIES:
+                continue
+            self._note(part, table.publish_ns[rows[part.rows]])
+            before = taken.setdefault(part.child, np.zeros(len(rows), dtype=np.bool_))
+            single = part.without(before)
+            if len(single.rows) < len(part.rows):
+                self._noted.doubled[part.child] += len(part.rows) - len(single.rows)
+            before[part.rows] = True
+            if len(single.rows):
+                kept.append(single)
+        return kept
+
+    def _note(self, part: Samples, times: NDArray[np.int64]) -> None:
+        first, last = int(times.min()), int(times.max())
+        seen = self._noted.frames.setdefault((part.parent, part.child), Appearance(first, last))
+        seen.first_ns, seen.last_ns = min(seen.first_ns, first), max(seen.last_ns, last)
+        seen.count += len(part.rows)

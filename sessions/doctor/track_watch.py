@@ -1,0 +1,147 @@
+"""Watches one body sample by sample for what cannot be motion; the answer does not depend on how it was cut in blocks.
+
+A teleport is a step that neither the speed bound nor the body's own motion around it explains: faster than 20 m/s, or
+off the median velocity of the two steps before and after by more than 2.5 m/s and four times their own spread. At
+90 Hz the second rule sees a jump of 28 mm of a body at rest and leaves a shaken hand alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntFlag
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+SPEED_BOUND: Final = 20.0
+"""Metres per second above which a pose did not get there by moving: a thrown ball reaches 20 m/s, a hand half of it."""
+
+ODD_SPEED: Final = 2.5
+"""Metres per second by which one step may differ from those around it: a blow of 100 m/s2 changes 1.1 m/s at 90 Hz."""
+
+SPREADS: Final = 4.0
+"""... or so many times the spread of the steps around it, so that a shaken hand is not taken for a broken tracker."""
+
+AHEAD: Final = 2
+KEPT: Final = 4
+
+
+class Mark(IntFlag):
+    """What is odd about one sample (stored as uint16)."""
+
+    NOT_FINITE = 1
+    ZERO_QUATERNION = 2
+    NON_UNIT = 4
+    OFF_UNIT = 8
+    IDENTITY = 16
+    TELEPORT = 32
+    LOST = 64
+    SAME_PLACE = 128
+    SAME_ROTATION = 256
+    SIGN_FLIP = 512
+    SAMPLE_BACKWARDS = 1024
+    SAMPLE_REPEATED = 2048
+    SAMPLE_SKEWED = 4096
+    PRESENT = 8192
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Consecutive samples of one body that somebody could take for poses.
+
+    Parameters
+    ----------
+    rows : (n,) frame numbers.
+    time : (n,) seconds; ``sample_ns`` (n,) the device's own stamps.
+    position (n, 3), quaternion (n, 4).
+    """
+
+    rows: NDArray[np.int64]
+    time: FloatArray
+    sample_ns: NDArray[np.int64]
+    position: FloatArray
+    quaternion: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def after(self, earlier: Samples | None) -> Samples:
+        """These behind earlier ones."""
+        if earlier is None:
+            return self
+        return Samples(*(np.concatenate([getattr(earlier, name), getattr(self, name)]) for name in _FIELDS))
+
+    def part(self, start: int, stop: int) -> Samples:
+        """Some of them."""
+        return Samples(*(getattr(self, name)[start:stop] for name in _FIELDS))
+
+
+_FIELDS = ("rows", "time", "sample_ns", "position", "quaternion")
+
+
+class TrackWatch:
+    """Takes the samples of one body block by block.
+
+    Parameters
+    ----------
+    least_step : seconds; a shorter step is taken to be this long, because stamps jitter more than bodies move.
+    """
+
+    def __init__(self, least_step: float) -> None:
+        self._least_step = least_step
+        self._held: Samples | None = None
+        self._done = 0
+
+    def add(self, samples: Samples, marks: NDArray[np.uint16], steps: NDArray[np.float32], *, last: bool) -> None:
+        """Enter marks and step lengths (metres) of all samples whose neighbours are known, (T,) by frame number."""
+        window = samples.after(self._held)
+        stop = len(window) if last else max(self._done, len(window) - AHEAD)
+        if stop > self._done:
+            self._enter(window, stop, marks, steps)
+        keep = max(0, stop - KEPT)
+        self._held, self._done = window.part(keep, len(window)), stop - keep
+
+    def _enter(self, window: Samples, stop: int, marks: NDArray[np.uint16], steps: NDArray[np.float32]) -> None:
+        if len(window) < 2:
+            return
+        way = np.diff(window.position, axis=0)
+        distance = np.sqrt((way * way).sum(axis=1))
+        step = np.maximum(np.diff(window.time), self._least_step)
+        found = np.where(_teleports(way / step[:, None]), Mark.TELEPORT, 0)
+        found |= np.where((way == 0).all(axis=1), Mark.SAME_PLACE, 0)
+        turn = np.einsum("ij,ij->i", window.quaternion[1:], window.quaternion[:-1])
+        same = (window.quaternion[1:] == window.quaternion[:-1]).all(axis=1)
+        found |= np.where(same, Mark.SAME_ROTATION, 0) | np.where(turn < 0, Mark.SIGN_FLIP, 0)
+        since = np.diff(window.sample_ns)
+        found |= np.where(since < 0, Mark.SAMPLE_BACKWARDS, 0)
+        found |= np.where((since == 0) & ~((way == 0).all(axis=1) & same), Mark.SAMPLE_REPEATED, 0)
+        begin = max(self._done, 1)
+        rows = window.rows[begin:stop]
+        marks[rows] |= found[begin - 1 : stop - 1].astype(np.uint16)
+        steps[rows] = distance[begin - 1 : stop - 1]
+
+
+def _teleports(velocity: FloatArray) -> NDArray[np.bool_]:
+    """Which of consecutive velocities (n, 3) are no motion."""
+    speed = np.sqrt((velocity * velocity).sum(axis=1))
+    if len(velocity) < 3:
+        return np.asarray(speed > SPEED_BOUND)
+    padded = np.concatenate([velocity[1::-1], velocity, velocity[:-3:-1]])
+    count = len(velocity)
+    around = np.stack([padded[shift : shift + count] for shift in (0, 1, 3, 4)])
+    usual = _middle(around)
+    apart = around - usual
+    spread = _middle(np.sqrt((apart * apart).sum(axis=2)))
+    off = velocity - usual
+    odd: NDArray[np.bool_] = np.sqrt((off * off).sum(axis=1)) > ODD_SPEED + SPREADS * spread
+    odd |= speed > SPEED_BOUND
+    return odd
+
+
+def _middle(four: FloatArray) -> FloatArray:
+    """Median of four arrays (4, ...): the mean of the two in the middle."""
+    middle: FloatArray = (four.sum(axis=0) - four.max(axis=0) - four.min(axis=0)) / 2.0
+    return middle

@@ -1,0 +1,114 @@
+"""On recordings and meshes nobody here made the doctor finds what their notes say is wrong with them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shared_data import DATA, needs_data
+
+from sessions import Session, Severity, examine, import_session, write_session
+
+pytestmark = needs_data
+
+CAPTURES = DATA / "aframe-motion-capture"
+
+
+def of(findings, code, body=None):
+    return [one for one in findings if one.code == code and body in (None, one.body)]
+
+
+@pytest.fixture(scope="module")
+def tracker(tmp_path_factory):
+    """The log of a tracker at rest, 250 Hz by its header."""
+    table = np.loadtxt(DATA / "vive-accuracy" / "measurementPoint3.txt", skiprows=1)
+    times = np.arange(len(table)) * 4_000_000
+    session = Session.from_arrays(times, {"tracker": (table[:, :3], table[:, [4, 5, 6, 3]])})
+    path = tmp_path_factory.mktemp("vive") / "vive.mcap"
+    write_session(session, path)
+    return table, path
+
+
+def test_the_vive_log_has_159_rows_of_identity_and_a_jump_of_three_metres(tracker):
+    table, path = tracker
+    findings = examine(path)
+    (lost,) = of(findings, "identity-while-lost")
+    rows = np.flatnonzero((table[:, :3] == 0).all(axis=1))
+    assert (lost.body, lost.count, lost.severity) == ("tracker", 159, Severity.ERROR)
+    assert (lost.start_ns, lost.end_ns) == (int(rows[0]) * 4_000_000, int(rows[-1]) * 4_000_000)
+    away, back = sorted(of(findings, "teleport"), key=lambda one: one.start)
+    assert away.start_ns == lost.start_ns and back.start_ns == lost.end_ns + 4_000_000
+    assert "2.93 m in one step" in (away.message, back.message)
+    assert {one.code for one in findings if one.severity > Severity.NOTE} == {"identity-while-lost", "teleport"}
+
+
+@pytest.mark.parametrize(
+    ("name", "frames", "uneven"), [("grabLeft", 1127, 59), ("grabRight", 1436, 121), ("tracked-recording", 2568, 114)]
+)
+def test_the_captures_have_the_gaps_their_notes_count(name, frames, uneven):
+    session = import_session("aframe", CAPTURES / f"{name}.json")
+    findings = examine(session)
+    (steps,) = of(findings, "uneven-steps")
+    assert (len(session.frames), steps.count) == (frames, uneven)
+
+
+def test_the_right_hand_of_the_long_capture_is_frozen_for_74_frames():
+    session = import_session("aframe", CAPTURES / "tracked-recording.json")
+    (frozen,) = of(examine(session), "frozen")
+    assert (frozen.body, frozen.count) == ("right", 74)
+    place = session.frames.position[:, session.names.index("right")]
+    stamps = session.frames.stamp_ns
+    first, last = np.searchsorted(stamps, [frozen.start_ns, frozen.end_ns])
+    assert (place[first - 1 : last + 1] == place[first]).all()
+    assert (place[first - 2] != place[first]).any() and (place[last + 1] != place[last]).any()
+
+
+def test_no_capture_is_taken_for_a_broken_one():
+    for file in [*CAPTURES.glob("*.json"), *(DATA / "a-saturday-night").glob("*.json")]:
+        findings = examine(import_session("aframe", file))
+        assert [one for one in findings if one.severity > Severity.WARNING] == []
+        assert of(findings, "unit-suspect") + of(findings, "handedness") + of(findings, "up-axis") == []
+
+
+@pytest.mark.parametrize(
+    ("folder", "name", "code", "count"),
+    [
+        ("trimesh-models", "chair_model.obj", "mesh-duplicate", 6382),
+        ("trimesh-models", "joined_tetrahedra.obj", "mesh-duplicate", 1),
+        ("trimesh-models", "wallhole.obj", "mesh-duplicate", 1),
+        ("trimesh-models", "wallhole.obj", "mesh-degenerate", 11),
+        ("trimesh-models", "soup.stl", "mesh-open", 300),
+        ("trimesh-models", "teapot.stl", "mesh-open", 64),
+        ("trimesh-models", "not_convex.obj", "mesh-non-manifold", 12),
+        ("webxr-vive-controller", "htc-vive-none.glb", "mesh-open", 248),
+        ("sweethome3d-vessels", "cc0/plasticCup.obj", "mesh-degenerate", 512),
+    ],
+)
+def test_the_meshes_have_the_faults_their_notes_count(folder, name, code, count):
+    path = DATA / folder / name
+    if not path.exists():
+        (path,) = (DATA / folder).rglob(path.name)
+    (found,) = of(examine(path), code)
+    assert (found.body, found.count) == (path.stem, count)
+
+
+def test_mirrored_or_turned_captures_are_told_from_their_hands_and_head():
+    session = import_session("aframe", CAPTURES / "grabRight.json")
+    frames = session.frames
+    times = frames.stamp_ns
+    mirrored = {n: (frames.position[:, c] * [-1, 1, 1], frames.quaternion_xyzw[:, c] * [1, -1, -1, 1])
+                for c, n in enumerate(session.names)}  # fmt: skip
+    swapped = {"left": "right", "right": "left"}
+    wrong = {swapped.get(name, name): (frames.position[:, c], frames.quaternion_xyzw[:, c])
+             for c, name in enumerate(session.names)}  # fmt: skip
+    upright = {n: (frames.position[:, c][:, [0, 2, 1]] * [1, -1, 1], turned(frames.quaternion_xyzw[:, c]))
+               for c, n in enumerate(session.names)}  # fmt: skip
+    assert of(examine(Session.from_arrays(times, mirrored)), "handedness")
+    assert of(examine(Session.from_arrays(times, wrong)), "handedness")
+    assert of(examine(Session.from_arrays(times, upright)), "up-axis")
+
+
+def turned(q):
+    """Quaternions after a quarter turn about X: what was +Y is +Z."""
+    x, y, z, w = q.T
+    s = np.sqrt(0.5)
+    return s * np.stack([w + x, y - z, z + y, w - x], axis=1)

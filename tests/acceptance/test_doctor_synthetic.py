@@ -1,0 +1,63 @@
+"""On made-up sessions the doctor finds what was planted and nothing else."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from small_worlds import cube
+
+from sessions import Session, Severity, examine, write_session
+from sessions.synthetic import ANALYTIC, SCENES, make_analytic, make_scene_session
+
+LOSSES = ("tracking-lost", "identity-while-lost", "frozen")
+
+
+@pytest.mark.parametrize("name", [*SCENES, *ANALYTIC])
+@pytest.mark.parametrize("jitter", ["even", pytest.param("browser", marks=pytest.mark.slow)])
+def test_without_noise_nothing_is_above_a_note(name, jitter):
+    make = make_scene_session if name in SCENES else make_analytic
+    session, _ = make(name, noise="off", jitter=jitter)
+    assert [one for one in examine(session) if one.severity > Severity.NOTE] == []
+
+
+@pytest.mark.parametrize("losses", ["flagged", "identity"])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", SCENES)
+def test_with_noise_every_loss_is_found_and_nothing_else_is_above_a_warning(name, seed, losses):
+    session, truth = make_scene_session(name, seed=seed, noise="vive", losses=losses)
+    findings = examine(session)
+    # The first body is the one whose tracker is lost; what it carries is where it says, and has no tracker to be lost.
+    lost = [fact for fact in truth.facts if fact.kind == "loss"]
+    tracked = [(fact.bodies[0], fact.start, fact.end) for fact in lost]
+    planted = [(body, fact.start, fact.end) for fact in lost for body in fact.bodies]
+    assert planted
+    spans = [(one.body, one.start, one.end) for one in findings if one.code in LOSSES]
+    for body, start, end in tracked:
+        assert any(who == body and start <= low <= high <= end for who, low, high in spans), (body, start, end)
+    for who, low, high in spans:
+        assert any(who == body and start <= low <= high <= end for body, start, end in planted), (who, low, high)
+    assert {one.code for one in findings if one.severity > Severity.WARNING} <= set(LOSSES)
+    strange = [one for one in findings if one.severity > Severity.NOTE and one.code not in (*LOSSES, "teleport")]
+    assert strange == []
+
+
+@pytest.mark.slow
+def test_ten_minutes_of_twelve_bodies_take_under_three_seconds(tmp_path):
+    count, rng = 54_000, np.random.default_rng(5)
+    upright = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
+    poses = {}
+    for number in range(12):
+        turn = upright + rng.normal(0, 1e-3, (count, 4))
+        turn /= np.linalg.norm(turn, axis=1)[:, None]
+        poses[f"body-{number}"] = (np.cumsum(rng.normal(0, 1e-4, (count, 3)), axis=0), turn)
+    session = Session.from_arrays(np.arange(count) * 11_111_111, poses, {name: cube(0.1) for name in poses})
+    write_session(session, tmp_path / "long.mcap")
+    examine(session.from_arrays([0, 1], {"a": ([[0, 0, 0]] * 2, [[0, 0, 0, 1]] * 2)}))
+    start = time.perf_counter()
+    findings = examine(tmp_path / "long.mcap")
+    seconds = time.perf_counter() - start
+    print(f"54,000 frames of 12 bodies examined in {seconds:.2f} s")
+    assert [one for one in findings if one.severity > Severity.NOTE] == []
+    assert seconds < 3.0

@@ -1,0 +1,90 @@
+import struct
+
+import numpy as np
+import pytest
+from planted_faults import clean
+
+from sessions.doctor.examine import examine
+from sessions.doctor.structure import chunk_places, is_mcap, structure_findings
+from sessions.mcap_format import writer
+from sessions.mcap_format.mcap_file import McapFile
+
+
+@pytest.fixture
+def path(tmp_path, monkeypatch):
+    """A clean session in many small chunks."""
+    monkeypatch.setattr(writer, "CHUNK_BYTES", 1 << 15)
+    return clean().write(tmp_path / "s.mcap")
+
+
+def codes(path):
+    return [one.code for one in structure_findings(McapFile(path))]
+
+
+def test_a_sound_file_has_no_fault_and_its_chunks_say_when_they_are(path):
+    assert is_mcap(path) and codes(path) == []
+    places = chunk_places(McapFile(path).catalogue)
+    log = clean().arrays["log_ns"]
+    poses = [place for place in places if place.last_ns > place.first_ns]
+    assert len(poses) > 5 and poses[0].first_ns == log[0] and poses[-1].last_ns == log[-1]
+    assert path.read_bytes()[places[0].start] == 6
+
+
+@pytest.mark.parametrize("share", [0.3, 0.7, 0.999])
+def test_a_file_cut_short_is_torn_and_the_rest_is_still_examined(path, share):
+    data = path.read_bytes()
+    path.write_bytes(data[: int(share * len(data))])
+    found = examine(path)
+    assert found[0].code in ("torn", "no-poses")
+    torn = next(one for one in found if one.code == "torn")
+    assert f"of {int(share * len(data))}" in torn.message
+
+
+def test_a_flipped_byte_in_a_chunk_is_found_with_the_time_it_costs(path):
+    place = chunk_places(McapFile(path).catalogue)[4]
+    data = bytearray(path.read_bytes())
+    data[place.region.offset + 100] ^= 0x10
+    path.write_bytes(data)
+    found = {one.code: one for one in examine(path)}
+    assert (found["damaged-chunk"].start_ns, found["damaged-chunk"].end_ns) == (place.first_ns, place.last_ns)
+    assert "data-crc" in found and "gap" in found
+
+
+def test_an_attachment_that_changed_is_found(path):
+    data = bytearray(path.read_bytes())
+    data[data.find(b"glTF") + 40] ^= 1
+    path.write_bytes(data)
+    found = {one.code for one in examine(path)}
+    assert {"damaged-attachment", "data-crc"} <= found
+
+
+def test_an_index_that_lies_is_found(path):
+    data = bytearray(path.read_bytes())
+    summary, _, _ = struct.unpack("<QQI", data[-28:-8])
+    place = chunk_places(McapFile(path).catalogue)[2]
+    at = data.find(struct.pack("<Q", place.start), summary)
+    data[at] ^= 1
+    path.write_bytes(data)
+    assert codes(path) == ["index-wrong", "index-wrong"]
+
+
+def test_a_file_without_an_index_is_noted(path):
+    data = bytearray(path.read_bytes())
+    summary, _, _ = struct.unpack("<QQI", data[-28:-8])
+    path.write_bytes(bytes(data[:summary]) + struct.pack("<BQQQI", 2, 20, 0, 0, 0) + data[-8:])
+    assert codes(path) == ["index-missing"]
+
+
+def test_chunks_out_of_order_are_found(path, tmp_path):
+    draft = clean()
+    order = np.r_[450:900, 0:450]
+    draft.arrays = {name: values[order] for name, values in draft.arrays.items()}
+    assert "unordered-chunks" in codes(draft.write(tmp_path / "turned.mcap"))
+
+
+def test_an_unknown_version_is_named_and_the_poses_are_examined_all_the_same(path):
+    data = path.read_bytes().replace(b"vrlab/1", b"vrlab/9", 1)
+    path.write_bytes(data)
+    found = {one.code: one for one in examine(path)}
+    assert "newer" in found["unknown-version"].message
+    assert "at-rest" in found

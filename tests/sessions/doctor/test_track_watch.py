@@ -1,0 +1,82 @@
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sessions.doctor.track_watch import Mark, Samples, TrackWatch
+
+STEP = 1 / 90
+
+
+def samples(position, quaternion=None, sample_ns=None):
+    count = len(position)
+    turn = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)) if quaternion is None else np.asarray(quaternion, float)
+    stamps = np.arange(count) if sample_ns is None else np.asarray(sample_ns)
+    return Samples(np.arange(count), np.arange(count) * STEP, stamps, np.asarray(position, float), turn)
+
+
+def watched(all_of, cuts=()):
+    count = len(all_of)
+    marks, steps = np.zeros(count, np.uint16), np.full(count, np.nan, np.float32)
+    watch, edges = TrackWatch(STEP), [0, *sorted(cuts), count]
+    for start, stop in pairwise(edges):
+        watch.add(all_of.part(start, stop), marks, steps, last=stop == count)
+    return marks, steps
+
+
+def swing(count=60, size=0.3):
+    t = np.arange(count) * STEP
+    return np.stack([size * np.sin(6 * t), np.cos(5 * t), 0 * t], axis=1)
+
+
+@given(st.lists(st.integers(0, 60), max_size=8), st.integers(0, 5))
+def test_the_marks_do_not_depend_on_how_the_track_was_cut(cuts, seed):
+    rng = np.random.default_rng(seed)
+    place = swing() + rng.normal(0, 1e-3, (60, 3))
+    place[rng.integers(5, 55) :] += [0.4, 0, 0]
+    place[30:34] = place[29]
+    whole = watched(samples(place))
+    parts = watched(samples(place), cuts)
+    assert whole[0].tolist() == parts[0].tolist()
+    assert whole[1].tobytes() == parts[1].tobytes()
+
+
+def test_a_smooth_swing_of_two_metres_a_second_has_no_teleport():
+    assert not (watched(samples(swing()))[0] & Mark.TELEPORT).any()
+
+
+@pytest.mark.parametrize("size", [0.05, 0.3, 3.0])
+@pytest.mark.parametrize("at", [1, 2, 30, 58, 59])
+def test_a_jump_is_marked_where_it_arrives_and_nowhere_else(size, at):
+    place = swing(size=0.05)
+    place[at:] += [size, 0, 0]
+    assert np.flatnonzero(watched(samples(place))[0] & Mark.TELEPORT).tolist() == [at]
+
+
+def test_a_body_that_starts_at_once_or_is_struck_is_not_teleported():
+    place = np.zeros((60, 3))
+    place[30:, 0] = np.arange(30) * 10 * STEP  # from rest to 10 m/s in one step
+    bounced = np.abs(np.arange(-30, 30))[:, None] * [4 * STEP, 0, 0]
+    assert not (watched(samples(place))[0] & Mark.TELEPORT).any()
+    assert not (watched(samples(bounced))[0] & Mark.TELEPORT).any()
+
+
+def test_faster_than_anything_thrown_is_no_motion():
+    place = np.arange(60)[:, None] * [25 * STEP, 0, 0]
+    assert (watched(samples(place))[0][1:] & Mark.TELEPORT).all()
+
+
+def test_repeats_flips_and_device_stamps_are_marked():
+    place, turn, stamps = swing(10), np.tile([0.0, 0.6, 0.0, 0.8], (10, 1)), np.arange(10) * 10
+    place[4], turn[6:] = place[3], -turn[6:]
+    stamps[7:] = stamps[7:] - 15
+    stamps[2] = stamps[1]
+    marks, steps = watched(samples(place, turn, stamps))
+    assert np.flatnonzero(marks & Mark.SAME_PLACE).tolist() == [4]
+    assert np.flatnonzero(marks & Mark.SIGN_FLIP).tolist() == [6]
+    assert np.flatnonzero(marks & Mark.SAMPLE_BACKWARDS).tolist() == [7]
+    assert np.flatnonzero(marks & Mark.SAMPLE_REPEATED).tolist() == [2]
+    assert np.isnan(steps[0]) and steps[4] == 0
+    assert steps[1:] == pytest.approx(np.linalg.norm(np.diff(place, axis=0), axis=1), rel=1e-6)
