@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from time import perf_counter
 from typing import Final
 
 from cdcore import Detection, Detector, Motion
@@ -20,6 +21,7 @@ from replay.audit.matching import EpisodeMatches, match_episodes
 from replay.audit.outcome import Comparison, Episode
 from replay.detecting import Run, face_sets_again, make_detector, run_detector
 from replay.detector_spec import DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
+from replay.effect_summary import effect_summary, plan_summary
 from replay.errors import DetectorSpecError
 from replay.plan import Plan, plan
 from replay.progress import Progress, Silent
@@ -119,7 +121,7 @@ def compute(
     ReplayError, CollisionCoreError, SessionError
         One sentence each.
     """
-    told = progress or Silent()
+    told, began = progress or Silent(), perf_counter()
     planned = plan(session.scene)
     lineup = _called_for(planned, detectors, oracle)
     with told.stage("assemble"):
@@ -155,7 +157,9 @@ def compute(
         causes=causes,
         effects=effects,
     )
-    return summarise(result, runs, layout.survey, window=(start, end), seed=seed)
+    done = summarise(result, runs, layout.survey, window=(start, end), seed=seed)
+    called = {"plan": plan_summary(planned), "effects": effect_summary(effects, perf_counter() - began)}
+    return replace(done, summary={**done.summary, **called})
 
 
 def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:

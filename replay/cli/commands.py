@@ -36,6 +36,7 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "demo": CommandSpec(
         "replay.cli.demo:command", "Replay", "Record a made-up lab session, replay it, show the misses."
     ),
+    "plan": CommandSpec("replay.cli.plan:command", "Replay", "Say what a scene calls for, and why."),
     "run": CommandSpec(
         "replay.cli.run:command", "Replay", "Replay a session through detectors and write a run folder."
     ),

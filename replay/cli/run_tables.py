@@ -53,6 +53,8 @@ def run_tables(result: RunResult) -> Group:
         parts += [Text(), cost_table(result)]
     else:
         parts += [Text(), Text(f" {no_detection(result)}")]
+    if result.effects:
+        parts += [Text(), effect_table(result)]
     parts += [Text(), Padding(Text(CAVEAT, style="dim"), (0, 1))]
     if result.assembly.proxies:
         parts.append(Text(f" Proxy meshes stand in for: {', '.join(result.assembly.proxies)}.", style="dim"))
@@ -152,6 +154,18 @@ def cost_table(result: RunResult) -> Table:
         table.add_column(name, justify="left" if name in ("role", "longest stage") else "right")
     for label, detector in result.summary["detectors"].items():
         table.add_row(label, *_cost_row(detector, label == result.oracle))
+    return table
+
+
+def effect_table(result: RunResult) -> Table:
+    """What each effect found, its share of the run's time, and how much of the session its trigger skipped."""
+    table = _table("effects", "effect")
+    for name in ("found", "time", "of the run", "skipped"):
+        table.add_column(name, justify="left" if name == "found" else "right")
+    for kind, told in result.summary["effects"].items():
+        found = ", ".join(f"{count} {name}" for name, count in told["events"].items()) or "nothing"
+        skipped = 1.0 - told["frames_run"] / max(1, told["frames"])
+        table.add_row(kind, found, _duration(told["seconds"]), f"{100 * told['share']:.1f} %", f"{100 * skipped:.0f} %")
     return table
 
 

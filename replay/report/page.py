@@ -13,6 +13,7 @@ from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss
 from replay.report.bench_picture import bench_picture
 from replay.report.charts import timeline, timing
+from replay.report.effects import effect_section
 from replay.report.markup import Markup, element, joined, picture
 from replay.report.tables import contact_table, cost_table, fact_table, miss_table, settings_table
 from replay.rerun_log.camera import Eye, Obstacles, overview, towards_user
@@ -61,6 +62,8 @@ def _sections(result: RunResult) -> list[Markup]:
             parts.append(_section(f"Every miss of {label}", miss_table(result, label)))
     if result.detections:
         parts.append(_section("What it cost in time", timing(result), cost_table(result)))
+    if result.effects or result.summary["plan"]["not_built"]:
+        parts.append(_section("Effects that the scene calls for", effect_section(result)))
     parts.append(_section("How to get the same again", settings_table(result)))
     return parts
 

@@ -13,6 +13,7 @@ from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 from replay.rerun_log.camera import Eye
 from replay.rerun_log.colours import BACKGROUND
 from replay.rerun_log.columns import FRAME, SESSION
+from replay.rerun_log.effects import EffectViews
 from replay.rerun_log.timing import BUDGET_MS
 
 LANES_IN_VIEW: Final = 7
@@ -30,6 +31,9 @@ BOTTOM_POINTS: Final = 200
 
 BUDGET_SHOWN: Final = 0.25
 """Share of the budget from which its line is in the plot of the audit."""
+
+EFFECT_PLOTS: Final = 5
+"""Plots of effects, one per unit; more would be too flat to read."""
 
 SCREEN_POINTS: Final = 980
 """Height the tabs share on a 1080-line screen."""
@@ -78,6 +82,7 @@ class Layout:
     """Milliseconds of the slowest look of all detectors."""
     end: float
     """Seconds at which the time axes end; left alone, the viewer shows one minute around the cursor."""
+    effects: EffectViews | None = None
 
 
 def build_blueprint(layout: Layout) -> rrb.Blueprint:
@@ -88,6 +93,8 @@ def build_blueprint(layout: Layout) -> rrb.Blueprint:
     if not tabs:
         tabs.append(_plain(layout))
     tabs.append(_costs(layout))
+    if layout.effects is not None:
+        tabs.append(_effects(layout, layout.effects))
     if layout.detector_lanes:
         tabs.append(_detectors(layout))
     return rrb.Blueprint(
@@ -222,7 +229,12 @@ def _timing(layout: Layout) -> Any:
 
 def _plain(layout: Layout) -> Any:
     """Without anything to compare: the session, and what the one detector found."""
-    space = rrb.Spatial3DView(
+    report = rrb.TextDocumentView(origin="/report", contents=["/report"], name="Report")
+    return rrb.Horizontal(_room(layout), report, column_shares=[0.7, 0.3], name="Session")
+
+
+def _room(layout: Layout) -> Any:
+    return rrb.Spatial3DView(
         origin="/world",
         contents=["/world/**", *(f"- /{path}" for path in layout.arrows)],
         name=layout.title,
@@ -230,8 +242,6 @@ def _plain(layout: Layout) -> Any:
         background=rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor),
         line_grid=rrb.LineGrid3D(visible=False),
     )
-    report = rrb.TextDocumentView(origin="/report", contents=["/report"], name="Report")
-    return rrb.Horizontal(space, report, column_shares=[0.7, 0.3], name="Session")
 
 
 def _costs(layout: Layout) -> Any:
@@ -250,6 +260,27 @@ def _costs(layout: Layout) -> Any:
     if not plots:
         return rrb.Horizontal(table, name="What accuracy costs")
     return rrb.Horizontal(rrb.Vertical(*plots), table, column_shares=[0.62, 0.38], name="What accuracy costs")
+
+
+def _effects(layout: Layout, views: EffectViews) -> Any:
+    """What happened in the room, when, and in numbers."""
+    rows: list[Any] = []
+    if views.lanes:
+        lanes = [f"/{path}" for path in views.lanes]
+        rows.append(rrb.StateTimelineView(origin="/effects", contents=lanes, name="When", time_view=_whole(layout)))
+    for unit, paths in list(views.plots.items())[:EFFECT_PLOTS]:
+        rows.append(
+            rrb.TimeSeriesView(
+                origin="/effects",
+                contents=[f"/{path}" for path in paths],
+                name=unit or "numbers",
+                axis_x=_whole(layout),
+                plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
+            )
+        )
+    words = rrb.TextLogView(origin="/effects", contents=[f"/{path}" for path in views.events], name="What happened")
+    left = rrb.Vertical(_room(layout), words, row_shares=[0.68, 0.32])
+    return rrb.Horizontal(left, *([rrb.Vertical(*rows)] if rows else []), name="Effects")
 
 
 def _detectors(layout: Layout) -> Any:

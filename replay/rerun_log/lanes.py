@@ -76,7 +76,7 @@ def log_lane(writer: RecordingWriter, path: str, state: NDArray[np.uint8], words
     """Send one lane: a row where the state changes, a reset a nanosecond before it, a gap for states without a word."""
     text = np.array([words[code][0] if code in words else "" for code in range(256)], dtype=object)
     changes = np.flatnonzero(np.diff(state.astype(np.int16), prepend=-1))
-    _send_lane(writer, path, writer.clock.ns[changes], text[state[changes]].tolist(), [words[k] for k in words])
+    send_lane(writer, path, writer.clock.ns[changes], text[state[changes]].tolist(), [words[k] for k in words])
 
 
 def log_number_lane(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
@@ -90,7 +90,7 @@ def log_number_lane(writer: RecordingWriter, path: str, misses: Sequence[Miss]) 
     stamps = np.array([stamp for _, start, end in boxes for stamp in (start, end)], dtype=np.int64)
     states = [text for name in names for text in (name, "")]
     colours = [(name, MISSED if k % 2 else MISSED_DARK) for k, name in enumerate(names)]
-    _send_lane(writer, path, stamps, states, colours)
+    send_lane(writer, path, stamps, states, colours)
 
 
 def number_boxes(misses: Sequence[Miss], session_ns: int) -> list[tuple[str, int, int]]:
@@ -110,13 +110,14 @@ def number_boxes(misses: Sequence[Miss], session_ns: int) -> list[tuple[str, int
     return boxes
 
 
-def _send_lane(
+def send_lane(
     writer: RecordingWriter,
     path: str,
     stamps: NDArray[np.int64],
     states: Sequence[str],
     words: Sequence[tuple[str, Rgba]],
 ) -> None:
+    """Send states at these nanoseconds, ``""`` for none, and the colours of the words."""
     writer.static(
         path,
         rr.StateConfiguration(values=[word for word, _ in words], colors=packed(colour for _, colour in words)),

@@ -17,6 +17,7 @@ from replay.rerun_log.blueprint import Layout, Subject, build_blueprint
 from replay.rerun_log.camera import Eye, overview
 from replay.rerun_log.columns import Clock, RecordingWriter, entity
 from replay.rerun_log.contacts import contacts_path, log_contacts
+from replay.rerun_log.effects import effect_views, log_effects
 from replay.rerun_log.focus import eyes_of, focus, log_eye
 from replay.rerun_log.lanes import audit_lanes, log_audit_lanes, log_detector_lanes, number_boxes, ranked_pairs
 from replay.rerun_log.materials import is_ghost, tags_of
@@ -113,6 +114,7 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
     log_timing(writer, result.detections, remarks)
     table = rr.TextDocument(cost_table(result.detections, remarks), media_type=rr.MediaType.MARKDOWN)
     writer.static(TABLE, table)
+    log_effects(writer, result.effects)
     log_report(writer, "report", result)
 
 
@@ -166,6 +168,7 @@ def _layout(result: RunResult, subjects: Sequence[Subject]) -> Layout:
         detector_lanes=bool(_spoken_of(result)),
         slowest_ms=max((float(value.max()) for value in timed.values() if len(value)), default=0.0),
         end=_end(result),
+        effects=effect_views(result.effects) if result.effects else None,
     )
 
 

@@ -16,6 +16,7 @@ import pyarrow.parquet as pq
 from replay.errors import OutputError, RunFolderError
 from replay.metrics.row import metrics_table
 from replay.report.page import write_report
+from replay.results.effect_tables import series_table
 from replay.results.tables import episode_table, event_table, frame_table, miss_table
 from replay.run_result import RunResult
 from replay.summary import SCHEMA
@@ -25,6 +26,7 @@ FRAMES: Final = "frames.parquet"
 EPISODES: Final = "episodes.parquet"
 MISSES: Final = "misses.parquet"
 EVENTS: Final = "events.parquet"
+SERIES: Final = "series.parquet"
 METRICS: Final = "metrics.parquet"
 PICTURE: Final = "run.rrd"
 REPORT: Final = "report.html"
@@ -81,6 +83,8 @@ def write_run_folder(
         pq.write_table(miss_table(result), folder / MISSES, compression="zstd")
         pq.write_table(event_table(result), folder / EVENTS, compression="zstd")
         pq.write_table(metrics_table(result), folder / METRICS, compression="zstd")
+        if result.effects:
+            pq.write_table(series_table(result), folder / SERIES, compression="zstd")
         if picture is not None:
             picture(result, folder / PICTURE)
         write_report(replace(result, out=out), folder / REPORT)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from cdcore import Verdict
 from cdcore.protocol import counts_as_contact
 from replay.audit.outcome import Outcome
+from replay.results.effect_tables import EventRow, effect_event_rows
 from replay.run_result import RunResult
 from replay.summary import frame_seconds
 
@@ -114,19 +115,23 @@ def miss_table(result: RunResult) -> pa.Table:
 
 
 def event_table(result: RunResult) -> pa.Table:
-    """What the recording says happened: moments, and spans with an end; ``source`` is ``event`` or the span's kind.
+    """What the recording says happened, and what the effects found: moments, and spans with an end.
 
-    Columns: ``stamp_ns time end_stamp_ns end_time source name body level message``.
+    ``source`` is ``event``, a span's kind, or ``effect/<kind>``; ``values`` holds an effect's numbers as JSON, and is
+    empty for what was recorded. Columns: ``stamp_ns time end_stamp_ns end_time source name body level message values``.
     """
     zero = int(result.assembly.stamp_ns[0]) - round(float(result.assembly.motion.times[0]) * 1e9)
-    rows = [(e.time_ns, None, "event", e.name, e.body, e.level, e.message) for e in result.session.events]
+    rows: list[EventRow] = [
+        (e.time_ns, None, "event", e.name, e.body, e.level, e.message, "") for e in result.session.events
+    ]
     rows += [
-        (i.start_ns, i.end_ns, i.kind, i.name, "", "info", "; ".join(f"{k}={v}" for k, v in i.data.items()))
+        (i.start_ns, i.end_ns, i.kind, i.name, "", "info", "; ".join(f"{k}={v}" for k, v in i.data.items()), "")
         for i in result.session.intervals
     ]
+    rows += effect_event_rows(result, zero)
     rows.sort(key=lambda row: row[0])
-    names = ("stamp_ns", "end_stamp_ns", "source", "name", "body", "level", "message")
-    kinds = (pa.int64(), pa.int64(), *[pa.string()] * 5)
+    names = ("stamp_ns", "end_stamp_ns", "source", "name", "body", "level", "message", "values")
+    kinds = (pa.int64(), pa.int64(), *[pa.string()] * 6)
     table = {name: pa.array([row[k] for row in rows], kinds[k]) for k, name in enumerate(names)}
     table["time"] = pa.array([(row[0] - zero) / 1e9 for row in rows], pa.float64())
     table["end_time"] = pa.array([None if row[1] is None else (row[1] - zero) / 1e9 for row in rows], pa.float64())
