@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from cdcore.narrow.continuous.time_of_impact import Impact, TimeOfImpact, time_of_impact
     from cdcore.narrow.intersecting_faces import intersecting_faces
     from cdcore.narrow.predicates import triangles_intersect
-    from cdcore.protocol import Body, Detection, Detector, FaceSets, Motion, Verdict, join
+    from cdcore.protocol import Body, Detection, Detector, FaceSets, FrameDetector, Motion, Verdict, join
 
 _HOME = {
     "DETECTORS": "cdcore.detectors",
@@ -21,6 +21,7 @@ _HOME = {
     "Detection": "cdcore.protocol",
     "Detector": "cdcore.protocol",
     "FaceSets": "cdcore.protocol",
+    "FrameDetector": "cdcore.protocol",
     "Impact": "cdcore.narrow.continuous.time_of_impact",
     "Motion": "cdcore.protocol",
     "Verdict": "cdcore.protocol",
@@ -38,6 +39,7 @@ __all__ = [
     "Detection",
     "Detector",
     "FaceSets",
+    "FrameDetector",
     "Impact",
     "Motion",
     "TimeOfImpact",

@@ -14,6 +14,7 @@ from replay.assemble import Pairs, lay_out
 from replay.assemble_stored import assemble_bounded
 from replay.assembly import Assembly
 from replay.audit.compare import compare
+from replay.audit.dwell import dwell_of
 from replay.audit.episodes import episodes
 from replay.audit.examine import examine
 from replay.audit.face_recall import FaceRecall, face_recall
@@ -138,6 +139,7 @@ def compute(
         comparisons = _comparisons(runs, lineup.oracle)
         matches = _matches(comparisons, found, runs)
         truth = found.get(lineup.oracle, ())
+        dwell = dwell_of(assembly, runs[lineup.oracle].detection, truth) if lineup.oracle else None
         missed, causes = examine(comparisons, truth, runs, assembly, _face_source(assembly, seed))
     recall = _face_recall(comparisons, runs, assembly, told) if faces else {}
     effects: dict[str, EffectRun] = {}
@@ -155,6 +157,7 @@ def compute(
         matches=matches,
         face_recall=recall,
         causes=causes,
+        dwell=dwell,
         effects=effects,
     )
     done = summarise(result, runs, layout.survey, window=(start, end), seed=seed)

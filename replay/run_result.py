@@ -11,6 +11,7 @@ from cdcore import Detection
 from replay.affecting import EffectRun
 from replay.assembly import Assembly
 from replay.audit.causes import Causes
+from replay.audit.dwell import Dwell
 from replay.audit.face_recall import FaceRecall
 from replay.audit.matching import EpisodeMatches
 from replay.audit.outcome import Comparison, Episode, Miss
@@ -33,6 +34,7 @@ class RunResult:
     matches : label -> its episodes matched one to one with the oracle's.
     face_recall : label -> face pairs found, where it was asked for and both list faces of instants.
     causes : label -> why each of its misses was missed.
+    dwell : how long each contact of the oracle lasted; ``None`` without an oracle.
     effects : kind -> what the effect found and took, in running order; empty where the scene declares none.
     summary : settings, seeds, counts, digests, machine; everything JSON can hold.
     out : the run folder, or ``None`` when nothing was written.
@@ -48,6 +50,7 @@ class RunResult:
     matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)
     face_recall: Mapping[str, FaceRecall] = field(default_factory=dict)
     causes: Mapping[str, Causes] = field(default_factory=dict)
+    dwell: Dwell | None = None
     effects: Mapping[str, EffectRun] = field(default_factory=dict)
     summary: Mapping[str, Any] = field(default_factory=dict)
     out: Path | None = None

@@ -45,6 +45,7 @@ def summarise(
         "oracle": result.oracle,
         "detectors": {label: _detector(run, len(result.episodes[label])) for label, run in runs.items()},
         "audit": {label: score(result, label) for label in result.comparisons},
+        "dwell": None if result.dwell is None else result.dwell.table(),
         "versions": versions(),
         "machine": machine(),
     }

@@ -6,6 +6,7 @@ from cdcore.protocol.detection import DECIDED, Detection, join
 from cdcore.protocol.detector import Detector
 from cdcore.protocol.explanation import Explains, Explanation
 from cdcore.protocol.face_sets import FaceSets
+from cdcore.protocol.frame_detector import FrameDetector
 from cdcore.protocol.motion import Motion
 from cdcore.protocol.verdict import Verdict, counts_as_contact, is_undecided
 
@@ -17,6 +18,7 @@ __all__ = [
     "Explains",
     "Explanation",
     "FaceSets",
+    "FrameDetector",
     "Motion",
     "Verdict",
     "blocks_in_order",

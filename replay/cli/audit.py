@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from replay.cli.console import People, TerminalProgress, stdout_console
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, output_format, window
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, let_modules_here_be_found, output_format, window
 
 
 @click.command()
@@ -58,6 +58,7 @@ def command(
     """
     del debug
     people = People(quiet=quiet, verbose=verbose)
+    let_modules_here_be_found([*detectors, oracle or ""])
     from replay.audit.gates import Gates
     from replay.auditor import audit
     from replay.cli.main import GATE_FAILED, OK

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -43,3 +44,9 @@ def window(command: Command) -> Command:
     """``--start --end``: which part of the session."""
     command = click.option("--end", type=float, metavar="SECONDS", help="Leave out what comes after.")(command)
     return click.option("--start", type=float, metavar="SECONDS", help="Leave out what comes before.")(command)
+
+
+def let_modules_here_be_found(specs: Iterable[str]) -> None:
+    """Where a detector is named ``module:Class``, look for modules in the current folder too, after all others."""
+    if any(":" in spec for spec in specs) and "" not in sys.path and str(Path.cwd()) not in sys.path:
+        sys.path.append(str(Path.cwd()))

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, output_format, window
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, let_modules_here_be_found, output_format, window
 
 
 @click.command()
@@ -51,6 +51,7 @@ def command(
     """
     del debug
     people = People(quiet=quiet, verbose=verbose)
+    let_modules_here_be_found([*detectors, oracle or ""])
     people.say(f"replaying {session}")
     from replay.cli.run_report import report_run
     from replay.runner import run

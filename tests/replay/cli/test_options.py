@@ -1,7 +1,9 @@
+import sys
+
 import click
 from click.testing import CliRunner
 
-from replay.cli.options import common, output_format, window
+from replay.cli.options import common, let_modules_here_be_found, output_format, window
 
 
 @click.command()
@@ -26,3 +28,13 @@ def test_nothing_asked_for_is_text_and_the_whole_session():
 
 def test_another_format_is_refused():
     assert CliRunner().invoke(command, ["--format", "xml"]).exit_code == 2
+
+
+def test_modules_of_the_current_folder_are_found_only_for_a_detector_that_names_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.path", [path for path in sys.path if path])
+    let_modules_here_be_found(["hybrid", ""])
+    assert str(tmp_path) not in sys.path
+    let_modules_here_be_found(["mine=engine:Detector"])
+    let_modules_here_be_found(["mine=engine:Detector"])
+    assert sys.path.count(str(tmp_path)) == 1 and sys.path[-1] == str(tmp_path)
