@@ -22,6 +22,7 @@ DETECTORS: Final[dict[str, str]] = {
     "hybrid": "cdcore.detectors.hybrid:HybridDetector",
     "collider": "cdcore.detectors.collider:ColliderDetector",
     "rapid-style": "cdcore.detectors.rapid_style:RapidStyleDetector",
+    "solid-style": "cdcore.detectors.solid_style:SolidStyleDetector",
     "exact": "cdcore.detectors.exact:ExactDetector",
     "continuous": "cdcore.detectors.continuous:ContinuousDetector",
 }

@@ -56,7 +56,9 @@ def keep_found(found: IntArray, count: int, row: int, face_a: int, face_b: int, 
     become_part_of_caller()
     if count == found.shape[0]:
         longer = np.empty((2 * count, 4), dtype=np.int64)
-        longer[:count] = found
+        for k in range(count):  # assigning a slice compiles its error message, some four seconds
+            for column in range(4):
+                longer[k, column] = found[k, column]
         found = longer
     found[count, 0], found[count, 1], found[count, 2], found[count, 3] = row, face_a, face_b, answer
     return found

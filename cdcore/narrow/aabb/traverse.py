@@ -111,8 +111,10 @@ def search_rows(  # noqa: C901 - one loop with its stack
                     break
                 tests += 1
                 counts[row, 1] += 1
-                pair[:3] = world_a[leaf_a[a]]
-                pair[3:] = world_b[leaf_b[b]]
+                for corner in range(3):
+                    for k in range(3):
+                        pair[corner, k] = world_a[leaf_a[a], corner, k]
+                        pair[3 + corner, k] = world_b[leaf_b[b], corner, k]
                 answer = placed_pair_meets(pair, digits)
                 if answer != 0:
                     found = keep_found(found, known, row, leaf_a[a], leaf_b[b], answer)

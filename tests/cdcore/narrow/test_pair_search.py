@@ -8,8 +8,9 @@ from cdcore.narrow.aabb.search import AabbSearch
 from cdcore.narrow.obb.search import ObbSearch
 from cdcore.narrow.pair_search import UNLIMITED
 from cdcore.narrow.rapid_style.search import RapidSearch
+from cdcore.narrow.solid_style.search import SolidSearch
 
-SEARCHES = [AabbSearch, ObbSearch, RapidSearch]
+SEARCHES = [AabbSearch, ObbSearch, RapidSearch, SolidSearch]
 
 
 @pytest.mark.parametrize("made", SEARCHES)

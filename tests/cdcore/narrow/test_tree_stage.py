@@ -9,7 +9,7 @@ from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.exhaustive import meeting_faces_exhaustive
 
-TREES = ["aabb", "obb", "rapid-style"]
+TREES = ["aabb", "obb", "rapid-style", "solid-style"]
 FRAMES = 24
 
 
