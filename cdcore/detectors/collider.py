@@ -69,7 +69,8 @@ class ColliderDetector:
     online: ClassVar[bool] = False
     Settings: ClassVar[type] = ColliderSettings
     sources: ClassVar[tuple[str, ...]] = (
-        "C. Ericson, Real-Time Collision Detection, Morgan Kaufmann 2005, chapter 4, bounding volumes as colliders",
+        "C. B. Barber, D. P. Dobkin, H. Huhdanpaa, The Quickhull algorithm for convex hulls, ACM Transactions on "
+        "Mathematical Software 22(4), 1996",
     )
     choose_when: ClassVar[str] = "you want to know what the simple colliders of an engine invent and miss"
     cannot: ClassVar[str] = "list faces: those of a collider are not the mesh's"

@@ -81,6 +81,10 @@ class ContinuousDetector:
     """
 
     name: ClassVar[str] = "continuous"
+    sources: ClassVar[tuple[str, ...]] = (
+        "S. Redon, A. Kheddar, S. Coquillart, Fast continuous collision detection between rigid bodies, Computer "
+        "Graphics Forum 21(3), 2002",
+    )
     choose_when: ClassVar[str] = "hands move fast among thin glass, through which every look at frames can pass"
     cannot: ClassVar[str] = "look across lost poses and gaps, or list faces"
     online: ClassVar[bool] = False
