@@ -20,6 +20,8 @@ DETECTORS: Final[dict[str, str]] = {
     "static": "cdcore.detectors.static:StaticDetector",
     "discrete": "cdcore.detectors.discrete:DiscreteDetector",
     "hybrid": "cdcore.detectors.hybrid:HybridDetector",
+    "qaco": "cdcore.detectors.qaco:QacoDetector",
+    "hybrid-qaco": "cdcore.detectors.hybrid_qaco:HybridQacoDetector",
     "collider": "cdcore.detectors.collider:ColliderDetector",
     "rapid-style": "cdcore.detectors.rapid_style:RapidStyleDetector",
     "solid-style": "cdcore.detectors.solid_style:SolidStyleDetector",

@@ -23,10 +23,11 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 @cache
-def _sources_stamp() -> tuple[tuple[str, int, int], ...]:
-    """Name, time and size of every source file that kernels may come from."""
+def _sources_stamp(own: Path) -> tuple[tuple[str, int, int], ...]:
+    """Name, time and size of every source file that kernels of a folder may come from: that folder and this one."""
     folder = Path(__file__).parent
-    files = [*sorted(folder.rglob("*.py")), folder.parent / "numerics.py"]
+    beside = [] if folder in (own, *own.parents) else sorted(own.glob("*.py"))
+    files = [*sorted(folder.rglob("*.py")), *beside, folder.parent / "numerics.py"]
     return tuple((file.name, file.stat().st_mtime_ns, file.stat().st_size) for file in files if file.exists())
 
 
@@ -50,7 +51,8 @@ def _compiled(function: Function, options: dict[str, Any]) -> Function:
     compiled = made(cache=True, nogil=True, no_cfunc_wrapper=True, **options)(function)
     files = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
     if files is not None and hasattr(files, "_source_stamp"):
-        files._source_stamp = (files._source_stamp, _sources_stamp())
+        own = Path(function.__code__.co_filename).parent
+        files._source_stamp = (files._source_stamp, _sources_stamp(own))
     return cast(Function, compiled)
 
 

@@ -1,0 +1,32 @@
+"""What one search of one pair of bodies found and took; a hit in it has passed the exact triangle test."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+Pair = tuple[int, int]
+"""Places of two faces in the order of the search, one of each body."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """What one search found and took.
+
+    Parameters
+    ----------
+    hit : places (i, j) in the order of the features of a pair that meets, or ``None``: not found.
+    closest : places of the pair whose centroids came closest.
+    distance : of those centroids, metres.
+    evaluations, tests, restarts, iterations : distances of centroids; triangle tests; populations drawn anew;
+        iterations of the colony.
+    reason : "hit", "budget" or "broken" (the equations as printed gave a probability that is none).
+    """
+
+    hit: Pair | None
+    closest: Pair
+    distance: float
+    evaluations: int
+    tests: int
+    restarts: int
+    iterations: int
+    reason: str

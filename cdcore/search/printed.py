@@ -1,0 +1,111 @@
+"""Equations (15) to (20) as the paper prints them: within a few iterations their probabilities are none.
+
+Kept to show that they break, and how. Fitness is the distance to be driven down, which (19) then rewards for growing;
+powers of differences are added to pheromone without a clamp; the gate of (17) with ``-cos`` shrinks its vector.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from cdcore.numerics import FloatArray
+from cdcore.search.settings import SearchSettings
+
+
+@dataclass(frozen=True)
+class PrintedOutcome:
+    """How a search as printed ended: iterations done, and whether its probabilities broke."""
+
+    iterations: int
+    broken: bool
+
+
+def printed_gate(theta: FloatArray, qubits: FloatArray) -> FloatArray:
+    """(17) as printed on qubits (..., 2) by angles (...): its last entry is ``-cos``, so that it is no rotation."""
+    cos, sin = np.cos(theta), np.sin(theta)
+    a, b = qubits[..., 0], qubits[..., 1]
+    turned: FloatArray = np.stack([cos * a - sin * b, sin * a - cos * b], axis=-1)
+    return turned
+
+
+def not_gate(qubits: FloatArray) -> FloatArray:
+    """(18): the two amplitudes change places."""
+    return qubits[..., ::-1]
+
+
+def signed_power(change: FloatArray, exponent: float) -> FloatArray:
+    """``sgn(x) |x|^exponent`` of (19)."""
+    powered: FloatArray = np.sign(change) * np.abs(change) ** exponent
+    return powered
+
+
+def probabilities(pheromone: FloatArray, heuristic: FloatArray, alpha: float, beta: float) -> FloatArray:
+    """(16) as a plain ratio of powers; what it gives may be negative or no number."""
+    with np.errstate(all="ignore"):
+        weight = pheromone**alpha * heuristic**beta
+        ratio: FloatArray = weight / weight.sum()
+    return ratio
+
+
+def search_as_printed(
+    evaluate: Callable[[int, int], float],
+    is_over: Callable[[], bool],
+    sizes: tuple[int, int],
+    settings: SearchSettings,
+    stream: np.random.Generator,
+) -> PrintedOutcome:
+    """Search until a hit, the end of the budget, or probabilities that are none.
+
+    Parameters
+    ----------
+    evaluate : distance of a pair of features by their places.
+    is_over : whether a pair was hit or the budget is spent.
+    sizes : features of both bodies.
+    settings : ants, turn, mutation, alpha, beta and evaporation count.
+    """
+    ants = settings.ants
+    angle = 2 * np.pi * stream.random((ants, 2))
+    qubits = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    pheromone, heuristic = np.ones(ants), np.ones(ants)
+    f, change = np.zeros(ants), np.zeros(ants)
+    iterations = 0
+    while not is_over():
+        iterations += 1
+        for ant in range(ants):
+            distance, change_before = _closest(evaluate, is_over, sizes, qubits[ant]), change[ant]
+            change[ant], f[ant] = distance - f[ant], distance
+            pheromone[ant] += signed_power(change[ant], settings.alpha)
+            heuristic[ant] += signed_power(change[ant] - change_before, settings.beta)
+            if is_over():
+                return PrintedOutcome(iterations, False)
+        best = int(np.argmin(f))
+        pheromone *= 1 - settings.evaporation
+        pheromone[best] += settings.evaporation * f[best]
+        chance = probabilities(pheromone, heuristic, settings.alpha, settings.beta)
+        if not (np.isfinite(chance).all() and (chance >= 0).all()):
+            return PrintedOutcome(iterations, True)
+        followed = np.searchsorted(np.cumsum(chance), stream.random(ants)).clip(max=ants - 1)
+        # the lookup rule of the double-chain papers: minus the sign of the determinant
+        ahead, behind = qubits[followed], qubits
+        sign = -np.sign(ahead[..., 0] * behind[..., 1] - ahead[..., 1] * behind[..., 0])
+        qubits = printed_gate(-sign * settings.turn * stream.random((ants, 2)), qubits)
+        mutated = stream.random((ants, 2)) < settings.mutation
+        qubits[mutated] = not_gate(qubits[mutated])
+    return PrintedOutcome(iterations, False)
+
+
+def _closest(
+    evaluate: Callable[[int, int], float], is_over: Callable[[], bool], sizes: tuple[int, int], qubits: FloatArray
+) -> float:
+    """The closer of the two candidates of an ant, decoded by the linear map of amplitudes."""
+    closest = np.inf
+    for chain in range(2):
+        share = np.clip(0.5 + 0.5 * qubits[:, chain], 0.0, 1.0)
+        i, j = (min(int(share[k] * sizes[k]), sizes[k] - 1) for k in range(2))
+        closest = min(closest, evaluate(i, j))
+        if is_over():
+            break
+    return closest

@@ -1,0 +1,158 @@
+"""The search over a whole motion, frame after frame as a live engine would, each pair starting where it was closest.
+
+Where both poses of a pair are bit for bit those of its look before, the answer is that answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.numerics import BoolArray, IntArray
+from cdcore.protocol import Body, FaceSets, Motion, ordered_by_name
+from cdcore.search.features import Features, features_of
+from cdcore.search.look import Look, Pair
+from cdcore.search.pair_search import PairSearch
+from cdcore.search.settings import SearchSettings
+
+SEEDS = 64
+"""Pairs of the frame before from which the flood fill starts as well: a second curve then is found again."""
+
+NO_FACES: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
+NO_FACES.setflags(write=False)
+NO_SEEDS: IntArray = np.zeros((0, 2), dtype=np.int64)
+NO_SEEDS.setflags(write=False)
+
+COUNTERS = ("looks", "reused", "evaluations", "exact_tests", "flood_tests", "restarts", "iterations", "broken")
+
+
+@dataclass(eq=False)
+class PairMemory:
+    """What is known of a pair from its last look: its poses, whether it met and in which faces, the closest pair."""
+
+    poses: bytes = b""
+    hit: bool = False
+    start: Pair | None = None
+    seeds: IntArray = field(default_factory=lambda: NO_SEEDS)
+    faces: NDArray[np.int32] = field(default_factory=lambda: NO_FACES)
+    number: int = -1
+    """Of the face set, in this block; -1: not in this block yet."""
+
+
+@dataclass(frozen=True, eq=False)
+class SearchAnswer:
+    """Which pair-frames (T, P) have a confirmed contact, the work, and the faces if asked for."""
+
+    hits: BoolArray
+    work: dict[str, int]
+    frame: IntArray
+    column: IntArray
+    which: IntArray
+    sets: list[NDArray[np.int32]]
+
+    def face_sets(self) -> FaceSets:
+        """The faces as a detection keeps them."""
+        return FaceSets.from_shared(self.frame, self.column, self.which, self.sets)
+
+
+class _Log:
+    """What the looks of one block gave."""
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        self.hits = np.zeros(shape, dtype=np.bool_)
+        self.work = dict.fromkeys(COUNTERS, 0)
+        self.entries: list[tuple[int, int, int]] = []
+        self.sets: list[NDArray[np.int32]] = []
+
+    def count(self, look: Look, flood_tests: int) -> None:
+        """Add the work of one look."""
+        amounts = (look.evaluations, look.tests, flood_tests, look.restarts, look.iterations, look.reason == "broken")
+        for name, amount in zip(COUNTERS[2:], amounts, strict=True):
+            self.work[name] += int(amount)
+
+
+class SearchStage:
+    """Searches candidate pair-frames for contact.
+
+    Parameters
+    ----------
+    bodies : N bodies.
+    pairs : (P, 2) body numbers; each pair is searched in the order of its names, whatever order it has here.
+    settings : who searches, with which constants, seed and budget.
+    """
+
+    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: SearchSettings) -> None:
+        self._settings = settings
+        ordered, self._turned = ordered_by_name(bodies, pairs)
+        self._ends: list[tuple[int, int]] = [(a, b) for a, b in ordered.tolist()]
+        features: dict[int, Features] = {k: features_of(bodies[k].mesh) for k in np.unique(pairs).tolist()}
+        names = [(bodies[a].name, bodies[b].name) for a, b in self._ends]
+        self._searches = [
+            PairSearch(features[a], features[b], name, settings) for (a, b), name in zip(self._ends, names, strict=True)
+        ]
+        self._order = np.array(sorted(range(len(names)), key=names.__getitem__), dtype=np.int64)
+
+    def fresh_memory(self) -> list[PairMemory]:
+        """What is known before the first frame: nothing."""
+        return [PairMemory() for _ in self._ends]
+
+    def decide(self, motion: Motion, near: BoolArray, memory: list[PairMemory], *, faces: bool = False) -> SearchAnswer:
+        """Search where ``near`` (T, P) says so; what is learned stays in ``memory`` for the block after."""
+        log = _Log(near.shape)
+        for known in memory:
+            known.number = -1
+        by_name = near[:, self._order]
+        for frame in np.flatnonzero(by_name.any(axis=1)).tolist():
+            for column in self._order[by_name[frame]].tolist():
+                self._decide_one(motion, frame, column, memory[column], log, faces)
+        frames, columns, which = np.array(log.entries, dtype=np.int64).reshape(-1, 3).T.copy()
+        return SearchAnswer(log.hits, log.work, frames, columns, which, log.sets)
+
+    def _decide_one(self, motion: Motion, frame: int, column: int, known: PairMemory, log: _Log, faces: bool) -> None:
+        a, b = self._ends[column]
+        pose_a = motion.rotations[frame, a], motion.translations[frame, a]
+        pose_b = motion.rotations[frame, b], motion.translations[frame, b]
+        poses = b"".join(part.tobytes() for part in (*pose_a, *pose_b))
+        if poses == known.poses:
+            log.work["reused"] += 1
+        else:
+            log.work["looks"] += 1
+            search, stamp = self._searches[column], float(motion.times[frame])
+            look = search.look(pose_a, pose_b, stamp, start=known.start if self._settings.warm_start else None)
+            known.poses, known.hit = poses, look.hit is not None
+            known.start, known.number = look.hit or look.closest, -1
+            if faces:
+                look = self._collect(column, look, known)
+            log.count(look, search.flood_tests)
+        log.hits[frame, column] = known.hit
+        if faces and known.hit:
+            if known.number < 0:
+                known.number = len(log.sets)
+                log.sets.append(known.faces)
+            log.entries.append((frame, column, known.number))
+
+    def _collect(self, column: int, look: Look, known: PairMemory) -> Look:
+        """Fill the curve of a hit and, if asked to, search on for others."""
+        search = self._searches[column]
+        if look.hit is None:
+            known.seeds, known.faces = NO_SEEDS, NO_FACES
+            return look
+        pairs = search.curve(known.seeds if self._settings.warm_start else NO_SEEDS)
+        while look.hit is not None and not self._settings.stop_first:
+            look = search.look_on()
+            if look.hit is not None:
+                pairs = search.curve(NO_SEEDS)
+        known.seeds = pairs[np.linspace(0, len(pairs) - 1, min(SEEDS, len(pairs))).astype(np.int64)]
+        known.faces = self._faces(column, pairs)
+        return look
+
+    def _faces(self, column: int, pairs: IntArray) -> NDArray[np.int32]:
+        """Places as face numbers, first and second as the pair was asked for, sorted."""
+        search = self._searches[column]
+        faces = np.stack([search.first.face[pairs[:, 0]], search.second.face[pairs[:, 1]]], axis=1)
+        if self._turned[column]:
+            faces = faces[:, ::-1]
+        return faces[np.lexsort((faces[:, 1], faces[:, 0]))].astype(np.int32)

@@ -1,0 +1,200 @@
+"""The quantum ant colony: equations (15) to (20) as corrected, each of which can be switched off."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cdcore.narrow.compiling import hot_kernel, stay_one_function
+from cdcore.numerics import FloatArray, IntArray
+from cdcore.search.descent import descend, is_over
+from cdcore.search.pair_test import evaluate
+from cdcore.search.state import (
+    ALPHA,
+    AMPLITUDE,
+    ANTS,
+    BETA,
+    CURSOR,
+    DAEMON,
+    EVAPORATION,
+    FIRST_ANGLE,
+    FITNESS,
+    HEURISTIC,
+    ITERATIONS,
+    LAST_A,
+    LAST_B,
+    LEAST,
+    MOST,
+    MUTATION,
+    NEXT_FIRST,
+    PHEROMONE,
+    REWARD,
+    SCALE,
+    SECOND_ANGLE,
+    START_A,
+    START_B,
+    TURN,
+    WEIGHT,
+    WITHOUT,
+)
+
+PI = 3.141592653589793
+TWO_PI = 2.0 * PI
+NUMBERS_PER_ANT = 7
+"""Random numbers an ant uses in one iteration: whom it follows; per angle a sign, a size and a mutation."""
+FARTHEST = 1e-3
+"""Added to distance over scale in the heuristic, so that a distance of zero stays finite."""
+
+
+@hot_kernel
+def wrapped(angle: float) -> float:
+    """The same direction in [-pi, pi]."""
+    turned: float = angle - TWO_PI * np.floor(angle / TWO_PI + 0.5)
+    return turned
+
+
+@hot_kernel
+def decoded(angle: float, chain: int, features: int, amplitude: int, without: int) -> int:
+    """Place of the feature an angle stands for, by its cosine (chain 0) or its sine (chain 1): (15).
+
+    ``arccos(cos t) / pi`` is the distance of t to the nearest multiple of 2 pi, over pi; so written it needs no cosine.
+    """
+    stay_one_function()
+    share = 0.0
+    if without == 15:
+        share = wrapped(angle) / TWO_PI + 0.5
+    elif amplitude != 0:
+        share = 0.5 + 0.5 * (np.cos(angle) if chain == 0 else np.sin(angle))
+    else:
+        share = abs(wrapped(angle - 0.5 * PI * chain)) / PI
+    return max(0, min(int(share * features), features - 1))
+
+
+@hot_kernel
+def populate(swarm: FloatArray, features_a: int, features_b: int, count: IntArray, random: FloatArray) -> None:
+    """Angles anew, pheromone 1, fitness 0; the first ant at the pair to start from, if any; two numbers an ant."""
+    stay_one_function()
+    for ant in range(count[ANTS]):
+        swarm[ant, FIRST_ANGLE] = TWO_PI * random[count[CURSOR]]
+        swarm[ant, SECOND_ANGLE] = TWO_PI * random[count[CURSOR] + 1]
+        swarm[ant, PHEROMONE] = 1.0
+        swarm[ant, FITNESS] = 0.0
+        count[CURSOR] += 2
+    if count[START_A] >= 0:
+        swarm[0, FIRST_ANGLE] = PI * (count[START_A] + 0.5) / features_a
+        swarm[0, SECOND_ANGLE] = PI * (count[START_B] + 0.5) / features_b
+        count[START_A] = -1
+
+
+@hot_kernel
+def clamped(value: float, number: FloatArray) -> float:
+    """Pheromone inside its clamp."""
+    return float(max(number[LEAST], min(value, number[MOST])))
+
+
+@hot_kernel
+def reward(swarm: FloatArray, ant: int, distance: float, number: FloatArray, count: IntArray) -> None:
+    """New fitness and heuristic of an ant, and (19): pheromone follows the change of fitness."""
+    stay_one_function()
+    fitness = 1.0 / (1.0 + distance / number[SCALE])
+    change = fitness - swarm[ant, FITNESS]
+    swarm[ant, FITNESS] = fitness
+    swarm[ant, HEURISTIC] = 1.0 / (FARTHEST + distance / number[SCALE])
+    if count[WITHOUT] != 19:
+        size = abs(change) if number[REWARD] == 1.0 else abs(change) ** number[REWARD]
+        step = size if change > 0.0 else -size
+        swarm[ant, PHEROMONE] = clamped(swarm[ant, PHEROMONE] + step, number)
+
+
+@hot_kernel
+def weigh(swarm: FloatArray, best: int, number: FloatArray, count: IntArray) -> float:
+    """(20), then (16): cumulated weights of the ants; returns their sum."""
+    stay_one_function()
+    highest = -np.inf
+    for ant in range(count[ANTS]):
+        if count[WITHOUT] != 20:
+            left = (1.0 - number[EVAPORATION]) * swarm[ant, PHEROMONE]
+            if ant == best:
+                left += number[EVAPORATION] * swarm[ant, FITNESS]
+            swarm[ant, PHEROMONE] = clamped(left, number)
+        weight = 0.0
+        if count[WITHOUT] != 16:
+            weight = number[ALPHA] * np.log(swarm[ant, PHEROMONE]) + number[BETA] * np.log(swarm[ant, HEURISTIC])
+        swarm[ant, WEIGHT] = weight
+        highest = max(highest, weight)
+    total = 0.0
+    for ant in range(count[ANTS]):
+        total += np.exp(swarm[ant, WEIGHT] - highest)
+        swarm[ant, WEIGHT] = total
+    return total
+
+
+@hot_kernel
+def followed(swarm: FloatArray, ants: int, level: float) -> int:
+    """The ant whose cumulated weight first exceeds a level."""
+    for ant in range(ants):
+        if swarm[ant, WEIGHT] > level:
+            return ant
+    return ants - 1
+
+
+@hot_kernel
+def stepped(angle: float, target: float, number: FloatArray, without: int, random: FloatArray, at: int) -> float:
+    """(17): a rotation towards the target angle, and (18): with some probability a NOT gate; uses three numbers."""
+    stay_one_function()
+    ahead = wrapped(target - angle)
+    sign = 1.0 if random[at] < 0.5 else -1.0
+    size = number[TURN] * random[at + 1]
+    if ahead != 0.0:
+        size = 2.0 * random[at + 1] * min(number[TURN], abs(ahead))
+        if without != 17:
+            sign = 1.0 if ahead > 0.0 else -1.0
+    turned = wrapped(angle + sign * size)
+    if without != 18 and random[at + 2] < number[MUTATION]:
+        turned = 0.5 * PI - turned
+    return turned
+
+
+@hot_kernel
+def move(swarm: FloatArray, total: float, number: FloatArray, count: IntArray, random: FloatArray) -> None:
+    """Every ant follows one drawn by weight, all from the places before the move."""
+    stay_one_function()
+    ants, without = count[ANTS], count[WITHOUT]
+    for ant in range(ants):
+        at = count[CURSOR]
+        chosen = followed(swarm, ants, random[at] * total)
+        for k in range(2):
+            swarm[ant, NEXT_FIRST + k] = stepped(
+                swarm[ant, FIRST_ANGLE + k], swarm[chosen, FIRST_ANGLE + k], number, without, random, at + 1 + 3 * k
+            )
+        count[CURSOR] += NUMBERS_PER_ANT
+    for ant in range(ants):
+        swarm[ant, FIRST_ANGLE] = swarm[ant, NEXT_FIRST]
+        swarm[ant, SECOND_ANGLE] = swarm[ant, NEXT_FIRST + 1]
+
+
+@hot_kernel
+def iterate(
+    swarm: FloatArray, rows_a: FloatArray, rows_b: FloatArray, near_a: IntArray, near_b: IntArray, pose: FloatArray,
+    number: FloatArray, count: IntArray, table: IntArray, pair: FloatArray, random: FloatArray,
+) -> None:  # fmt: skip
+    """One iteration: evaluate every ant, weigh, move, and improve the best pair by local search if asked to."""
+    stay_one_function()
+    count[ITERATIONS] += 1
+    best, best_i, best_j, best_d = -1, 0, 0, 0.0
+    chains = 1 if count[WITHOUT] == 15 else 2
+    for ant in range(count[ANTS]):
+        closest = np.inf
+        for chain in range(chains):
+            i = decoded(swarm[ant, FIRST_ANGLE], chain, rows_a.shape[0], count[AMPLITUDE], count[WITHOUT])
+            j = decoded(swarm[ant, SECOND_ANGLE], chain, rows_b.shape[0], count[AMPLITUDE], count[WITHOUT])
+            d = evaluate(i, j, rows_a, rows_b, pose, number, count, table, pair)
+            closest = min(closest, d)
+            if best < 0 or d < best_d:
+                best, best_i, best_j, best_d = ant, i, j, d
+            if is_over(count):
+                return
+        reward(swarm, ant, closest, number, count)
+    move(swarm, weigh(swarm, best, number, count), number, count, random)
+    if count[DAEMON] != 0 and (best_i != count[LAST_A] or best_j != count[LAST_B]):
+        count[LAST_A], count[LAST_B] = best_i, best_j
+        descend(best_i, best_j, best_d, rows_a, rows_b, near_a, near_b, pose, number, count, table, pair)

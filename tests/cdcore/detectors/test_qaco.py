@@ -1,0 +1,88 @@
+"""``qaco`` invents nothing, never says CLEAR where spheres overlap, and counts what it did."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from search_scenes import ball_of, torus_mesh
+from shapes import lab, still
+
+from cdcore import Body, Verdict, create_detector
+from cdcore.errors import InvalidSettingError
+
+VARIANTS = ("memetic", "corrected", "local", "random", "printed")
+
+
+@cache
+def truth():
+    bodies, motion = lab(150)
+    return create_detector("exact", bodies).detect(motion, faces=True)
+
+
+@cache
+def searched(variant):
+    bodies, motion = lab(150)
+    budget = 100 if variant == "printed" else 2000
+    return create_detector("qaco", bodies, variant=variant, budget=budget).detect(motion, faces=True)
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_every_contact_and_every_face_pair_is_true(variant):
+    found, exact = searched(variant), truth()
+    contact = found.verdict == Verdict.CONTACT
+    assert (exact.verdict[contact] == Verdict.CONTACT).all()
+    for frame, pair in np.argwhere(contact).tolist():
+        assert set(map(tuple, found.faces(frame, pair))) <= set(map(tuple, exact.faces(frame, pair)))
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_where_spheres_overlap_it_never_says_clear(variant):
+    bodies, motion = lab(150)
+    candidate = create_detector("sphere", bodies).detect(motion).verdict == Verdict.CANDIDATE
+    verdicts = searched(variant).verdict[candidate]
+    assert set(np.unique(verdicts).tolist()) <= {Verdict.CONTACT, Verdict.NOT_FOUND}
+    assert (searched(variant).verdict[~candidate] != Verdict.NOT_FOUND).all()
+
+
+def test_the_default_finds_nearly_all_contact_of_the_lab_and_says_what_it_took():
+    found, exact = searched("memetic"), truth()
+    contact = exact.verdict == Verdict.CONTACT
+    assert (found.verdict[contact] == Verdict.CONTACT).mean() > 0.97
+    assert found.work["evaluations"] > found.work["exact_tests"] > 0
+    assert found.work["restarts"] > 0
+    assert all(word.startswith("refused") for word in found.containment)
+
+
+def test_the_equations_as_printed_are_counted_as_broken():
+    bodies = [Body("ring", torus_mesh()), Body("ball", ball_of(400, 0.3))]
+    motion = still(bodies, [[0, 0, 0], [0.1, 0, 0]])
+    detection = create_detector("qaco", bodies, variant="printed", budget=20_000).detect(motion)
+    assert detection.work["broken"] == 1
+    assert detection.work["evaluations"] < 20_000
+    assert detection.verdict[0, 0] == Verdict.NOT_FOUND
+    assert searched("memetic").work["broken"] == 0
+
+
+def test_a_budget_in_seconds_has_no_digest():
+    bodies = [Body("a", ball_of(300)), Body("b", ball_of(300))]
+    motion = still(bodies, [[1.5, 0, 0], [0, 0, 0]])
+    timed = create_detector("qaco", bodies, budget_seconds=0.01).detect(motion)
+    assert timed.digest is None
+    assert timed.verdict[0, 0] == Verdict.CONTACT
+    assert create_detector("qaco", bodies).detect(motion).digest is not None
+
+
+def test_a_larger_budget_finds_no_fewer_contacts_from_cold_starts():
+    bodies, motion = lab(150)
+    found = [
+        create_detector("qaco", bodies, budget=budget, warm_start=False).detect(motion).verdict == Verdict.CONTACT
+        for budget in (50, 500, 5000)
+    ]
+    assert (found[0] <= found[1]).all()
+    assert (found[1] <= found[2]).all()
+    assert found[0].sum() < found[2].sum()
+
+
+def test_settings_are_checked_by_name():
+    with pytest.raises(InvalidSettingError, match="variant='best'"):
+        create_detector("qaco", lab(2)[0], variant="best")

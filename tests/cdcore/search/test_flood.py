@@ -1,0 +1,70 @@
+"""From one pair of each curve the flood fill finds exactly the pairs that meet."""
+
+import numpy as np
+import pytest
+from search_scenes import I3, NO_SEEDS, ball_of, colliding_poses, exact_pairs, search_of, torus_mesh
+from shapes import box_mesh, rod_mesh
+
+HERE = (I3, np.zeros(3))
+
+
+def curve_from(search, pose, seeds):
+    search.look(pose, HERE, 0.0, budget=1)
+    search._count[5] = -1
+    return {tuple(row) for row in search.curve(np.array(seeds, dtype=np.int64).reshape(-1, 2)).tolist()}
+
+
+def components(search, pose, pairs):
+    left, parts = set(pairs), []
+    while left:
+        part = curve_from(search, pose, [min(left)])
+        assert min(left) in part
+        parts.append(part)
+        left -= part
+    return parts
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_one_seed_per_curve_gives_the_whole_set(seed):
+    torus, ball = torus_mesh(), ball_of(1500, 0.5)
+    search = search_of(torus, ball, variant="random")
+    for pose in colliding_poses(torus, ball, 4, seed):
+        truth = exact_pairs(search, torus, ball, pose, HERE)
+        parts = components(search, pose, truth)
+        assert set().union(*parts) == truth
+        assert curve_from(search, pose, [min(part) for part in parts]) == truth
+
+
+def test_a_rod_through_a_ball_has_two_curves_and_one_seed_gives_one():
+    rod, ball = rod_mesh(0.1, 4.0, 12), ball_of(2000)
+    search = search_of(rod, ball, variant="random")
+    pose = (I3, np.array([0.013, 0.007, -2.0]))
+    truth = exact_pairs(search, rod, ball, pose, HERE)
+    parts = components(search, pose, truth)
+    assert len(parts) == 2
+    assert set().union(*parts) == truth
+
+
+@pytest.mark.parametrize("offset", [(1.0, 0.25, 0.125), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (1.0, 1.0, 0.5)])
+def test_resting_faces_edges_and_corners_are_filled_over_corners(offset):
+    box = box_mesh()
+    search = search_of(box, box, variant="local", budget=5000)
+    pose = (I3, np.array(offset))
+    truth = exact_pairs(search, box, box, pose, HERE)
+    assert search.look(pose, HERE, 0.0).hit in truth
+    assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth
+
+
+def test_seeds_that_no_longer_meet_add_nothing():
+    ball = ball_of(600)
+    search = search_of(ball, ball)
+    assert curve_from(search, (I3, np.array([2.5, 0, 0])), [(k, k) for k in range(50)]) == set()
+
+
+def test_arrays_grow_with_thousands_of_pairs():
+    ball = ball_of(1000)
+    search = search_of(ball, ball)
+    truth = exact_pairs(search, ball, ball, HERE, HERE)
+    assert len(truth) > 10_000
+    assert search.look(HERE, HERE, 0.0).hit is not None
+    assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth

@@ -1,0 +1,135 @@
+"""The search invents nothing, repeats itself to the bit, and with budget enough finds everything."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from search_scenes import I3, NO_SEEDS, ball_of, colliding_poses, exact_pairs, search_of, torus_mesh
+from shapes import box_mesh, random_rotations
+
+from cdcore import TriangleMesh, intersecting_faces
+
+VARIANTS = ["memetic", "corrected", "local", "random"]
+HERE = (I3, np.zeros(3))
+
+
+@pytest.mark.parametrize("variant", [*VARIANTS, "printed"])
+def test_every_hit_and_every_face_of_its_curve_is_in_the_exact_set(variant):
+    torus, ball = torus_mesh(), ball_of(800, 0.5)
+    search = search_of(torus, ball, variant=variant, budget=5000)
+    hits = 0
+    for stamp, pose in enumerate(colliding_poses(torus, ball, 12, 5)):
+        look = search.look(pose, HERE, stamp)
+        truth = exact_pairs(search, torus, ball, pose, HERE)
+        if look.hit is not None:
+            hits += 1
+            assert look.hit in truth
+            assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} <= truth
+    assert hits > 0 or variant == "printed"
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_apart_bodies_are_never_hit(variant):
+    ball = ball_of(300)
+    search = search_of(ball, ball, variant=variant, budget=3000)
+    for stamp in range(10):
+        assert search.look((I3, np.array([2.001, 0, 0])), HERE, stamp).hit is None
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_on_tiny_meshes_an_exhaustive_budget_finds_everything(variant):
+    box = box_mesh()
+    rng = np.random.default_rng(2)
+    search = search_of(box, box, variant=variant, budget=20_000, stop_first=False)
+    for stamp, turn in enumerate(random_rotations(rng, 12)):
+        pose = turn, rng.uniform(-0.9, 0.9, 3)
+        truth = exact_pairs(search, box, box, pose, HERE)
+        look, found = search.look(pose, HERE, stamp), set()
+        while look.hit is not None:
+            found.add(look.hit)
+            look = search.look_on()
+        assert found == truth
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_the_same_seed_gives_the_same_look_in_any_thread(variant):
+    ball = ball_of(800)
+    poses = colliding_poses(ball, ball, 8, 7)
+
+    def look(stamp):
+        return search_of(ball, ball, variant=variant, budget=4000).look(poses[stamp], HERE, stamp)
+
+    alone = [look(stamp) for stamp in range(8)]
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(look, range(8))) == alone
+    again = search_of(ball, ball, variant=variant, budget=4000)
+    assert [again.look(poses[stamp], HERE, stamp) for stamp in reversed(range(8))] == alone[::-1]
+
+
+def test_another_seed_pair_or_frame_draws_another_stream():
+    ball = ball_of(800)
+
+    def drawn(stamp=0.0, names=("a", "b"), seed=0):
+        search = search_of(ball, ball, names=names, variant="random", budget=300, seed=seed)
+        return search.look((I3, np.array([2.5, 0, 0])), HERE, stamp)
+
+    assert drawn(seed=1) != drawn()
+    assert drawn(stamp=1.0) != drawn()
+    assert drawn(names=("a", "c")) != drawn()
+    assert drawn(names=("b", "a")) == drawn()
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_permuting_vertices_or_an_exact_rigid_move_of_both_changes_nothing(variant):
+    ball = ball_of(800)
+    order = np.random.default_rng(0).permutation(len(ball.vertices))
+    back = np.argsort(order)
+    permuted = TriangleMesh(ball.vertices[order], back[ball.faces])
+    place = np.round(np.array([1.6, 0.3, 0.2]) * 64) / 64
+    quarter = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    base = search_of(ball, ball, variant=variant, budget=4000).look((I3, place), HERE, 0.0)
+    assert search_of(permuted, ball, variant=variant, budget=4000).look((I3, place), HERE, 0.0) == base
+    shift = np.array([4.0, -8.0, 16.0])
+    moved = (quarter, quarter @ place + shift), (quarter, shift)
+    turned = search_of(ball, ball, variant=variant, budget=4000).look(*moved, 0.0)
+    assert (turned.hit is None) == (base.hit is None)
+    assert turned.evaluations == base.evaluations
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_degenerate_and_smallest_input_is_searched_all_the_same(variant):
+    point = TriangleMesh([[0, 0, 0]], [[0, 0, 0]])
+    search = search_of(point, point, variant=variant, budget=10)
+    assert search.look(HERE, HERE, 0.0).hit == (0, 0)
+    assert search.look((I3, np.array([0, 0, 1e-300])), HERE, 0.0).hit is None
+
+
+@pytest.mark.parametrize("scale", [2.0**-600, 2.0**400])
+def test_sizes_beyond_the_compiled_predicate_are_decided_by_integers(scale):
+    box = box_mesh((scale, scale, scale))
+    search = search_of(box, box, variant="local", budget=2000)
+    pose = (I3, np.array([0.75, 0.5, 0.25]) * scale)
+    look = search.look(pose, HERE, 0.0)
+    assert look.hit in exact_pairs(search, box, box, pose, HERE)
+    assert search.look((I3, np.array([1.5, 0, 0]) * scale), HERE, 0.0).hit is None
+
+
+def test_a_budget_in_seconds_ends_in_time_and_still_invents_nothing():
+    ball = ball_of(800)
+    search = search_of(ball, ball, budget_seconds=0.02)
+    look = search.look((I3, np.array([2.5, 0, 0])), HERE, 0.0)
+    assert (look.hit, look.reason) == (None, "budget")
+    assert look.evaluations > 1000
+    hit = search.look((I3, np.array([1.5, 0, 0])), HERE, 0.0).hit
+    assert hit in exact_pairs(search, ball, ball, (I3, np.array([1.5, 0, 0])), HERE)
+
+
+@pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random"])
+def test_a_start_at_a_pair_that_meets_is_a_hit_at_once(variant):
+    ball = ball_of(800)
+    search = search_of(ball, ball, variant=variant, budget=100_000)
+    pose = (I3, np.array([1.5, 0.1, 0.2]))
+    assert len(intersecting_faces(ball, ball, np.block([[I3, pose[1][:, None]], [np.zeros((1, 3)), 1]])))
+    start = min(exact_pairs(search, ball, ball, pose, HERE))
+    look = search.look(pose, HERE, 0.0, start=start)
+    assert (look.hit, look.evaluations) == (start, 1)

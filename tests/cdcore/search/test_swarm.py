@@ -1,0 +1,159 @@
+"""The corrected equations keep what they promise: rotations rotate, probabilities are some, pheromone stays clamped."""
+
+import numpy as np
+import pytest
+from search_scenes import I3, ball_of, search_of
+
+from cdcore.narrow.compiling import kernel
+from cdcore.search.state import (
+    ALPHA,
+    ANT,
+    ANTS,
+    BETA,
+    COUNTERS,
+    EVAPORATION,
+    FITNESS,
+    HEURISTIC,
+    LEAST,
+    MOST,
+    MUTATION,
+    NUMBERS,
+    PHEROMONE,
+    TURN,
+    WEIGHT,
+    WITHOUT,
+)
+from cdcore.search.swarm import decoded, stepped, weigh
+
+
+@kernel
+def decode_all(angles, chain, features, amplitude, places):
+    for k in range(angles.shape[0]):
+        places[k] = decoded(angles[k], chain, features, amplitude, 0)
+
+
+@kernel
+def step_along(angles, targets, number, without, random):
+    for k in range(angles.shape[0]):
+        for step in range(random.shape[0] // 3):
+            angles[k] = stepped(angles[k], targets[k], number, without, random, 3 * step)
+
+
+@kernel
+def weigh_once(swarm, best, number, count):
+    return weigh(swarm, best, number, count)
+
+
+def constants(**changes):
+    number = np.zeros(NUMBERS)
+    number[[TURN, ALPHA, BETA, LEAST, MOST, EVAPORATION]] = 0.15 * np.pi, 1.0, 3.0, 1e-3, 10.0, 0.1
+    places = {"turn": TURN, "mutation": MUTATION, "least": LEAST, "most": MOST, "evaporation": EVAPORATION}
+    for name, value in changes.items():
+        number[places[name]] = value
+    return number
+
+
+@pytest.mark.parametrize("chain", [0, 1])
+def test_the_angle_map_draws_every_face_about_equally_often(chain):
+    angles = np.random.default_rng(0).uniform(0, 2 * np.pi, 2_000_000)
+    places = np.zeros(len(angles), dtype=np.int64)
+    decode_all(angles, chain, 1000, 0, places)
+    often = np.bincount(places, minlength=1000) / 2000
+    assert 0.88 < often.min() < often.max() < 1.12
+
+
+def test_the_amplitude_map_draws_the_ends_twenty_times_too_often():
+    angles = np.random.default_rng(0).uniform(0, 2 * np.pi, 2_000_000)
+    places = np.zeros(len(angles), dtype=np.int64)
+    decode_all(angles, 0, 1000, 1, places)
+    often = np.bincount(places, minlength=1000) / 2000
+    assert often[[0, -1]].mean() == pytest.approx(20.1, rel=0.02)
+    assert often[450:550].mean() == pytest.approx(0.64, rel=0.02)
+
+
+def test_places_follow_the_arc_cosine_of_the_amplitude():
+    angles = np.random.default_rng(1).uniform(-9, 9, 5000)
+    for chain, amplitude in ((0, np.cos(angles)), (1, np.sin(angles))):
+        places = np.zeros(5000, dtype=np.int64)
+        decode_all(angles, chain, 40, 0, places)
+        exact = np.arccos(amplitude) / np.pi * 40
+        clear = np.abs(exact - np.round(exact)) > 1e-6
+        assert np.array_equal(places[clear], np.minimum(exact[clear].astype(int), 39))
+
+
+def test_one_feature_is_always_the_first():
+    places = np.full(100, -1)
+    decode_all(np.linspace(-7, 7, 100), 0, 1, 0, places)
+    assert not places.any()
+
+
+def test_amplitudes_stay_on_the_unit_circle_through_a_hundred_thousand_gates():
+    angles, random = np.array([0.3]), np.random.default_rng(0).random(300_000)
+    step_along(angles, np.array([2.0]), constants(mutation=0.05), 0, random)
+    assert abs(np.cos(angles[0]) ** 2 + np.sin(angles[0]) ** 2 - 1) < 1e-12
+    assert abs(angles[0]) <= np.pi * (1 + 1e-12)
+
+
+def test_not_twice_is_the_identity():
+    start = np.linspace(-3.1, 3.1, 63)
+    angles = start.copy()
+    step_along(angles, start, constants(turn=0.0, mutation=1.0), 0, np.full(3, 0.5))
+    assert np.allclose(np.sin(angles), np.cos(start))
+    step_along(angles, angles.copy(), constants(turn=0.0, mutation=1.0), 0, np.full(3, 0.5))
+    assert np.allclose(np.exp(1j * angles), np.exp(1j * start), atol=1e-12)
+
+
+def test_a_step_goes_the_short_way_and_without_17_either_way():
+    start, target = np.full(2000, 3.0), np.full(2000, -3.0)
+    angles = start.copy()
+    step_along(angles, target, constants(), 0, np.array([0.9, 0.3, 0.9]))
+    assert (np.exp(1j * (angles - start)).imag > 0).all()
+    other = start.copy()
+    step_along(other, target, constants(), 17, np.array([0.9, 0.3, 0.9]))
+    assert (np.exp(1j * (other - start)).imag < 0).all()
+    assert np.allclose(np.abs(np.angle(np.exp(1j * (other - start)))), np.abs(np.angle(np.exp(1j * (angles - start)))))
+
+
+@pytest.mark.parametrize("spread", [0.0, 2.0, 300.0])
+@pytest.mark.parametrize("without", [0, 16, 20])
+def test_probabilities_are_finite_not_negative_and_sum_to_one(spread, without):
+    rng = np.random.default_rng(5)
+    ants = 50
+    swarm, count = np.ones((ants, ANT)), np.zeros(COUNTERS, dtype=np.int64)
+    swarm[:, PHEROMONE] = 10.0 ** rng.uniform(-spread, spread, ants)
+    swarm[:, HEURISTIC] = 1 / (1e-3 + rng.random(ants) * 1e3)
+    swarm[:, FITNESS] = rng.random(ants)
+    count[ANTS], count[WITHOUT] = ants, without
+    number = constants(least=1e-300, most=1e300, evaporation=0.0)
+    expected = swarm[:, PHEROMONE] / swarm[:, PHEROMONE].max() * (swarm[:, HEURISTIC] / swarm[:, HEURISTIC].max()) ** 3
+    total = weigh_once(swarm, 0, number, count)
+    chance = np.diff(swarm[:, WEIGHT], prepend=0.0) / total
+    assert np.isfinite(chance).all()
+    assert (chance >= 0).all()
+    assert chance.sum() == pytest.approx(1.0, abs=1e-12)
+    expected = np.ones(ants) if without == 16 else expected
+    assert np.allclose(chance, expected / expected.sum(), atol=1e-9)
+
+
+def test_evaporation_pulls_pheromone_down_and_lifts_the_best():
+    swarm, count = np.ones((3, ANT)), np.zeros(COUNTERS, dtype=np.int64)
+    swarm[:, FITNESS] = 0.5
+    count[ANTS] = 3
+    weigh_once(swarm, 1, constants(), count)
+    assert np.allclose(swarm[:, PHEROMONE], [0.9, 0.95, 0.9])
+    count[WITHOUT] = 20
+    weigh_once(swarm, 1, constants(), count)
+    assert np.allclose(swarm[:, PHEROMONE], [0.9, 0.95, 0.9])
+
+
+@pytest.mark.parametrize("equation", [None, 15, 16, 17, 18, 19, 20])
+def test_pheromone_stays_inside_its_clamp_and_every_equation_matters(equation):
+    ball = ball_of(600)
+    search = search_of(ball, ball, variant="corrected", budget=4000, without_equation=equation, restart_after=10**9)
+    look = search.look((I3, np.array([2.3, 0, 0])), (I3, np.zeros(3)), 0.0)
+    pheromone = search._swarm[:, PHEROMONE]
+    assert (pheromone >= 1e-3).all()
+    assert (pheromone <= 10.0).all()
+    whole = search_of(ball, ball, variant="corrected", budget=4000, restart_after=10**9)
+    same = whole.look((I3, np.array([2.3, 0, 0])), (I3, np.zeros(3)), 0.0)
+    assert (look == same) == (equation is None)
