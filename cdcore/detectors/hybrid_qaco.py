@@ -68,7 +68,7 @@ class HybridQacoDetector:
         "J. Pan, S. Chitta, D. Manocha, FCL: a general purpose library for collision and proximity queries, ICRA 2012",
     )
     choose_when: ClassVar[str] = (
-        "you audit the paper's pipeline (what a run does unasked), or with `decide=mesh` want all contacts with early evidence"
+        "you audit the paper's pipeline (what a run does unasked), or with `decide=mesh` want all contacts"
     )
     cannot: ClassVar[str] = "promise to find a contact with `decide=search`"
 
