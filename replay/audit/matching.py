@@ -83,8 +83,7 @@ def match_episodes(
     truth, found : episodes of the oracle and of the subject, in order.
     reach : frames after its last for which a subject's contact still speaks: 1 for instants beside intervals.
     """
-    overlaps = [one for pair in _columns(truth, found) for one in _overlaps(*pair, reach)]
-    chosen = sorted(_best(overlaps), key=lambda one: one.truth)
+    overlaps, chosen = _matched(truth, found, reach)
     of_truth, of_found = Counter(one.truth for one in overlaps), Counter(one.found for one in overlaps)
     taken, used = {one.truth for one in chosen}, {one.found for one in chosen}
     alone = [(number, episode) for number, episode in enumerate(truth, 1) if number not in of_truth]
@@ -102,6 +101,17 @@ def match_episodes(
         excused_truth=tuple(sorted({number for number, _ in alone} - set(missed))),
         excused_found=tuple(sorted({number for number, _ in extra} - set(invented))),
     )
+
+
+def partners(one: Sequence[Episode], other: Sequence[Episode]) -> list[tuple[int, int]]:
+    """Numbers, from 1, of the episodes of two lists that belong together: one to one, by most frames in common."""
+    return [(overlap.truth, overlap.found) for overlap in _matched(one, other, 0)[1]]
+
+
+def _matched(truth: Sequence[Episode], found: Sequence[Episode], reach: int) -> tuple[list[_Overlap], list[_Overlap]]:
+    """All overlaps, and the ones of the best assignment in order of the first list."""
+    overlaps = [one for pair in _columns(truth, found) for one in _overlaps(*pair, reach)]
+    return overlaps, sorted(_best(overlaps), key=lambda one: one.truth)
 
 
 Numbered = list[tuple[int, Episode]]

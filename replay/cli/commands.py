@@ -41,6 +41,7 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
         "replay.cli.run:command", "Replay", "Replay a session through detectors and write a run folder."
     ),
     "audit": CommandSpec("replay.cli.audit:command", "Audit", "Count what detectors missed beside an oracle; gates."),
+    "diff": CommandSpec("replay.cli.diff:command", "Audit", "Say which contacts two runs disagree about, and why."),
     "view": CommandSpec("replay.cli.view:command", "Replay", "Open the picture of a run, at a miss if you like."),
     "study": CommandSpec(
         "replay.cli.study:command", "Study", "Join what students did with what they answered; check printed tables."

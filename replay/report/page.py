@@ -11,6 +11,7 @@ import numpy as np
 from replay.audit.headline import headline
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss
+from replay.report.audit_parts import cause_table, count_tables, dwell_table, heat_map, latency_histogram
 from replay.report.bench_picture import bench_picture
 from replay.report.charts import timeline, timing
 from replay.report.effects import effect_section
@@ -56,16 +57,32 @@ def _sections(result: RunResult) -> list[Markup]:
     parts = [_section("The session", fact_table(result)), _section("The bench", joined(_pictures(result)))]
     if result.detections:
         parts.append(_section("Contacts", contact_table(result)))
-    for label in result.comparisons:
-        parts.append(_section(f"When: {label}", timeline(result, label)))
-        if result.misses[label]:
-            parts.append(_section(f"Every miss of {label}", miss_table(result, label)))
+    parts += [_section(f"When: {label}", timeline(result, label)) for label in result.comparisons]
+    if result.comparisons:
+        parts.append(_section("What was missed, and why", *_audit(result)))
+    parts += [
+        _section(f"Every miss of {label}", miss_table(result, label))
+        for label in result.comparisons
+        if result.misses[label]
+    ]
     if result.detections:
-        parts.append(_section("What it cost in time", timing(result), cost_table(result)))
+        parts.append(_section("What it cost in time", timing(result), *_latency(result), cost_table(result)))
+    if result.comparisons and (steps := dwell_table(result)) is not None:
+        parts.append(_section("Which step rate would have missed it", steps))
     if result.effects or result.summary["plan"]["not_built"]:
         parts.append(_section("Effects that the scene calls for", effect_section(result)))
     parts.append(_section("How to get the same again", settings_table(result)))
     return parts
+
+
+def _audit(result: RunResult) -> list[Markup]:
+    parts = [count_tables(result), heat_map(result)]
+    return parts + ([cause_table(result)] if result.causes else [])
+
+
+def _latency(result: RunResult) -> list[Markup]:
+    histogram = latency_histogram(result)
+    return [] if histogram is None else [histogram]
 
 
 def _section(title: str, *content: object) -> Markup:

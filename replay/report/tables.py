@@ -96,6 +96,7 @@ def miss_table(result: RunResult, label: str) -> Markup:
             element("b", miss.number),
             f"{miss.body_a} - {miss.body_b}",
             miss.kind,
+            miss.cause,
             element("code", f"replay view {run} --miss {miss.number}"),
             f"{miss.start:.3f}",
             miss.last - miss.first + 1,
@@ -104,8 +105,8 @@ def miss_table(result: RunResult, label: str) -> Markup:
         )
         for miss in result.misses[label]
     ]
-    head = ("miss", "pair", "what", "look at it", "at s", "frames", "cut mm", "face pairs")
-    return table(f"What {label} missed", head, rows, words=4)
+    head = ("miss", "pair", "what", "cause", "look at it", "at s", "frames", "cut mm", "face pairs")
+    return table(f"What {label} missed", head, rows, words=5)
 
 
 def cost_table(result: RunResult) -> Markup:

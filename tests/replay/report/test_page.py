@@ -2,41 +2,14 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
-from html.parser import HTMLParser
 
 import pytest
+from page_cells import Cells
 from small_worlds import cubes
 
 from replay.audit.headline import headline
 from replay.engine import compute
 from replay.report.page import report_html, write_report
-
-
-class Cells(HTMLParser):
-    """The tables of a page: caption -> rows of cell texts."""
-
-    def __init__(self, page):
-        super().__init__()
-        self.tables, self.row, self.caption, self.text = {}, [], "", ""
-        self.feed(page)
-
-    def handle_starttag(self, tag, attrs):
-        if tag in ("td", "caption"):
-            self.text = ""
-        if tag == "tr":
-            self.row = []
-
-    def handle_data(self, data):
-        self.text += data
-
-    def handle_endtag(self, tag):
-        if tag == "caption":
-            self.caption = self.text
-            self.tables[self.caption] = []
-        elif tag == "td":
-            self.row.append(self.text)
-        elif tag == "tr" and self.row:
-            self.tables[self.caption].append(self.row)
 
 
 def test_the_headline_counts_what_the_result_counts(run, page):
@@ -50,8 +23,8 @@ def test_every_miss_is_a_row_with_its_numbers_and_the_command_that_shows_it(run,
     assert [row[0] for row in rows] == [str(miss.number) for miss in run.misses["slow"]]
     for row, miss in zip(rows, run.misses["slow"], strict=True):
         assert row[1] == f"{miss.body_a} - {miss.body_b}" and row[2] == miss.kind
-        assert row[3].endswith(f"--miss {miss.number}")
-        assert [float(cell) for cell in row[4:]] == pytest.approx(
+        assert row[3] == miss.cause and row[4].endswith(f"--miss {miss.number}")
+        assert [float(cell) for cell in row[5:]] == pytest.approx(
             [miss.start, miss.last - miss.first + 1, miss.cut_length * 1e3, miss.face_pairs], abs=0.051
         )
 

@@ -1,0 +1,173 @@
+"""Compares two run folders: episodes gained, lost and shifted, the ratio of times, and every setting that differs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import pyarrow.parquet as pq
+
+from replay.audit.matching import partners
+from replay.audit.outcome import Episode
+from replay.results.run_folder import EPISODES, read_run_folder
+
+TICKS: Final = 1_000_000
+"""Episodes are compared in microseconds: seconds of a session are whole nanoseconds rounded to float64."""
+
+SETTINGS: Final = ("seed", "window", "oracle", "pairs", "versions", "machine")
+"""Parts of a summary that say how a run was made, besides the settings of its detectors and its session."""
+
+Row = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Shift:
+    """A contact that both runs have, at other times.
+
+    Parameters
+    ----------
+    before, after : its rows in the two tables of episodes.
+    start, end : seconds by which begin and end come later.
+    """
+
+    before: Row
+    after: Row
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
+class DetectorDiff:
+    """One detector in two runs.
+
+    Parameters
+    ----------
+    same : contacts that begin and end at the same time in both.
+    gained, lost : rows of contacts that only the second, or only the first, run has.
+    shifted : contacts of both that moved.
+    time_ratio, p99_ratio : seconds of the second over those of the first; ``None`` where one was not measured.
+    same_verdicts : whether the digests are equal; ``None`` where one has none.
+    """
+
+    same: int
+    gained: tuple[Row, ...]
+    lost: tuple[Row, ...]
+    shifted: tuple[Shift, ...]
+    time_ratio: float | None
+    p99_ratio: float | None
+    same_verdicts: bool | None
+
+
+@dataclass(frozen=True)
+class RunDiff:
+    """Two runs beside each other.
+
+    Parameters
+    ----------
+    detectors : label -> comparison, of detectors that both runs have.
+    only_a, only_b : labels of the others.
+    settings : name -> (first, second) of everything set differently.
+    """
+
+    detectors: Mapping[str, DetectorDiff]
+    only_a: tuple[str, ...]
+    only_b: tuple[str, ...]
+    settings: Mapping[str, tuple[Any, Any]]
+
+    @property
+    def changed(self) -> bool:
+        """Whether any contact was gained, lost or shifted."""
+        return any(one.gained or one.lost or one.shifted for one in self.detectors.values())
+
+
+def diff_runs(a: str | Path, b: str | Path) -> RunDiff:
+    """Compare two run folders.
+
+    Raises
+    ------
+    RunFolderError
+        One of them is no run folder, or of another version.
+    """
+    first, second = read_run_folder(Path(a)), read_run_folder(Path(b))
+    labels = [list(run.summary["detectors"]) for run in (first, second)]
+    rows = [_rows(run.path) for run in (first, second)]
+    common = [label for label in labels[0] if label in labels[1]]
+    return RunDiff(
+        {
+            label: _detector(
+                *(run.summary["detectors"][label] for run in (first, second)),
+                *(table.get(label, []) for table in rows),
+            )
+            for label in common
+        },
+        tuple(label for label in labels[0] if label not in common),
+        tuple(label for label in labels[1] if label not in common),
+        dict(_differences(first.summary, second.summary, common)),
+    )
+
+
+def _rows(folder: Path) -> dict[str, list[Row]]:
+    found: dict[str, list[Row]] = {}
+    for row in pq.read_table(folder / EPISODES).to_pylist():
+        found.setdefault(row["detector"], []).append(row)
+    return found
+
+
+def _detector(told: Row, told_after: Row, before: Sequence[Row], after: Sequence[Row]) -> DetectorDiff:
+    names = {_pair(row): None for row in (*before, *after)}
+    number = {name: k for k, name in enumerate(names)}
+    sides = [[_episode(row, number[_pair(row)]) for row in rows] for rows in (before, after)]
+    matched = partners(*sides)
+    shifts = [_shift(before[i - 1], after[j - 1]) for i, j in matched]
+    moved = tuple(one for one in shifts if round(one.start * TICKS) or round(one.end * TICKS))
+    kept, come = {i for i, _ in matched}, {j for _, j in matched}
+    digests = told["digest"], told_after["digest"]
+    return DetectorDiff(
+        same=len(shifts) - len(moved),
+        gained=tuple(row for k, row in enumerate(after, 1) if k not in come),
+        lost=tuple(row for k, row in enumerate(before, 1) if k not in kept),
+        shifted=moved,
+        time_ratio=_ratio(told["seconds"]["detect"], told_after["seconds"]["detect"]),
+        p99_ratio=_ratio(*(one["seconds"].get("per_frame", {}).get("p99") for one in (told, told_after))),
+        same_verdicts=None if None in digests else digests[0] == digests[1],
+    )
+
+
+def _pair(row: Row) -> tuple[str, str]:
+    a, b = sorted((row["body_a"], row["body_b"]))
+    return a, b
+
+
+def _episode(row: Row, pair: int) -> Episode:
+    start, end = row["start"], row["end"]
+    return Episode(pair, round(start * TICKS), round(end * TICKS), start, end)
+
+
+def _shift(before: Row, after: Row) -> Shift:
+    return Shift(before, after, after["start"] - before["start"], after["end"] - before["end"])
+
+
+def _ratio(before: float | None, after: float | None) -> float | None:
+    return after / before if before and after is not None else None
+
+
+def _differences(a: Row, b: Row, common: Sequence[str]) -> Iterator[tuple[str, tuple[Any, Any]]]:
+    for name in SETTINGS:
+        yield from _unequal(name, a.get(name), b.get(name))
+    yield from _unequal("session.origin", a["session"]["origin"], b["session"]["origin"])
+    yield from _unequal("session.frames", a["session"]["frames"], b["session"]["frames"])
+    yield from _unequal("session.bodies", a["session"]["bodies"], b["session"]["bodies"])
+    for label in common:
+        for key in ("name", "settings"):
+            yield from _unequal(f"{label}.{key}", a["detectors"][label][key], b["detectors"][label][key])
+
+
+def _unequal(name: str, a: Any, b: Any) -> Iterator[tuple[str, tuple[Any, Any]]]:
+    """Leaves that differ, with their path."""
+    if isinstance(a, Mapping) and isinstance(b, Mapping):
+        for key in dict.fromkeys([*a, *b]):
+            yield from _unequal(f"{name}.{key}", a.get(key), b.get(key))
+    elif a != b:
+        yield name, (a, b)

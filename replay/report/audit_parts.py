@@ -1,0 +1,167 @@
+"""Parts of the report that only an audit has: counts, causes, a map of the pairs, how long frames took, step rates."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from replay.audit.gates import percent
+from replay.audit.outcome import Outcome
+from replay.report.markup import Markup, element, joined, table
+from replay.run_result import RunResult
+from replay.summary import frame_seconds
+
+BUDGET_MS: Final = 1000.0 / 90.0
+BINS: Final = 40
+WIDTH, HEIGHT, LEFT, BOTTOM = 1100, 150, 190, 20
+MOST_PAIRS: Final = 60
+
+FRAME_ROWS: Final = {
+    "both": "BOTH", "missed": "MISSED", "invented": "INVENTED", "within tolerance": "WITHIN_TOLERANCE",
+    "left out": "LEFT_OUT",
+}  # fmt: skip
+CONTACT_ROWS: Final = (
+    "truth", "found", "matched", "missed", "absorbed", "excused_truth", "invented", "pieces", "excused_found", "split",
+    "merged",
+)  # fmt: skip
+
+
+def count_tables(result: RunResult) -> Markup:
+    """Pair-frames and contacts of every audited detector, matched and unmatched."""
+    audit = result.summary["audit"]
+    labels = list(audit)
+    frames = [(word, *(audit[label]["pair_frames"][name] for label in labels)) for word, name in FRAME_ROWS.items()]
+    frames.append(("missed, with interval", *(percent(audit[label]["missed"]) for label in labels)))
+    frames.append(("between frames", *(audit[label]["between_frames"] for label in labels)))
+    frames.append(("face recall", *(_recall(audit[label]["faces"]) for label in labels)))
+    contacts = [
+        (name.replace("_", " "), *(audit[label]["episodes"][name] for label in labels)) for name in CONTACT_ROWS
+    ]
+    contacts.append(("missed, with interval", *(percent(audit[label]["episodes"]["missed_share"]) for label in labels)))
+    for name in ("onset_error", "duration_error"):
+        contacts.append(
+            (f"{name.replace('_', ' ')}, ms", *(_spread(audit[label]["episodes"][name]) for label in labels))
+        )
+    return joined(
+        [table("Pair-frames", ("", *labels), frames), table("Contacts matched one to one", ("", *labels), contacts)]
+    )
+
+
+def cause_table(result: RunResult) -> Markup:
+    """Why contacts were missed: misses, and pair-frames decided again, by the stage that lost them."""
+    audit = result.summary["audit"]
+    told = {label: audit[label]["causes"] for label in audit if "causes" in audit[label]}
+    words = list(dict.fromkeys(word for causes in told.values() for word in causes["misses"]))
+    rows = [
+        (word, *(f"{causes['misses'][word]} ({causes['pair_frames'][word]})" for causes in told.values()))
+        for word in words
+        if any(causes["misses"][word] or causes["pair_frames"][word] for causes in told.values())
+    ]
+    rows.append(("decided again, of pair-frames missed", *(f"{c['examined']} of {c['missed']}" for c in told.values())))
+    return table("Causes: misses (pair-frames decided again)", ("cause", *told), rows)
+
+
+def heat_map(result: RunResult) -> Markup:
+    """A row per pair and a column per detector: the share of contact that was missed, the redder the more."""
+    labels = list(result.comparisons)
+    counts = {label: _per_pair(result.comparisons[label].outcome) for label in labels}
+    touched = sorted(
+        {pair for table_ in counts.values() for pair in np.flatnonzero(table_.sum(axis=1)).tolist()},
+        key=lambda pair: (-max(int(counts[label][pair, 0]) for label in labels), pair),
+    )
+    rows = [
+        (result.assembly.pair_name(pair), *(_heat(*counts[label][pair].tolist()) for label in labels))
+        for pair in touched[:MOST_PAIRS]
+    ]
+    more = f" ({len(touched) - MOST_PAIRS} more in frames.parquet)" if len(touched) > MOST_PAIRS else ""
+    return table(f"Pair-frames missed of those in contact, by pair{more}", ("pair", *labels), rows)
+
+
+def latency_histogram(result: RunResult) -> Markup | None:
+    """How many frames took how long, on a log axis, of every detector that decides frame by frame."""
+    timed = {label: frame_seconds(found) for label, found in result.detections.items()}
+    shown = {
+        label: np.maximum(seconds * 1e3, 1e-4)
+        for label, seconds in timed.items()
+        if seconds is not None and len(seconds)
+    }
+    if not shown:
+        return None
+    low = min(float(values.min()) for values in shown.values())
+    high = max(BUDGET_MS * 1.5, *(float(values.max()) for values in shown.values()))
+    edges = np.geomspace(low * 0.9, high * 1.1, BINS + 1)
+    lanes = [_lane(label, values, edges, row) for row, (label, values) in enumerate(shown.items())]
+    height = HEIGHT * len(shown) + BOTTOM
+    x = _along(BUDGET_MS, edges)
+    line = element(
+        "line", x1=f"{x:.1f}", x2=f"{x:.1f}", y1=0, y2=height - BOTTOM, stroke="#555", stroke_dasharray="4 3"
+    )
+    ticks = [
+        element("text", f"{value:g} ms", x=f"{_along(value, edges):.1f}", y=height - 5, class_="tick")
+        for value in (0.001, 0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)
+        if edges[0] <= value <= edges[-1]
+    ]
+    words = "How many frames took how long; dashed: one frame at 90 Hz, 11.1 ms"
+    svg = element("svg", *lanes, line, *ticks, viewBox=f"0 0 {WIDTH} {height}", role="img", aria_label=words)
+    return element("figure", svg, element("figcaption", f"{words}."))
+
+
+def dwell_table(result: RunResult) -> Markup | None:
+    """Which step rate would have missed how many of the contacts."""
+    told = result.summary.get("dwell")
+    if not told or not told["contacts"]:
+        return None
+    rows: list[tuple[object, object]] = [
+        (f"{rate:g} Hz", f"{missed:.2f}")
+        for rate, missed in zip(told["rates_hz"], told["expected_misses"], strict=True)
+    ]
+    safe = told["none_missed_from_hz"]
+    rows.append(("none is missed from", "no rate" if safe is None else f"{safe:.1f} Hz"))
+    return table(
+        f"Contacts of {told['contacts']} that a look at fixed steps misses, on average", ("step rate", "missed"), rows
+    )
+
+
+def _per_pair(outcome: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """(P, 2): pair-frames missed, and pair-frames found."""
+    missed, both = (outcome == Outcome.MISSED).sum(axis=0), (outcome == Outcome.BOTH).sum(axis=0)
+    counts: NDArray[np.int64] = np.stack([missed, both], axis=1).astype(np.int64)
+    return counts
+
+
+def _heat(missed: int, both: int) -> Markup:
+    of = missed + both
+    share = missed / of if of else 0.0
+    return element("span", f"{missed} of {of}", class_="heat", style=f"background:rgba(255,45,85,{0.85 * share:.3f})")
+
+
+def _lane(label: str, values: NDArray[np.float64], edges: NDArray[np.float64], row: int) -> Markup:
+    count, _ = np.histogram(values, edges)
+    top = HEIGHT * row
+    p99 = float(np.quantile(values, 0.99))
+    words = element("text", f"{label}: 99 % {p99:.3g} ms", x=0, y=top + 20, class_="lane")
+    bars = []
+    for k in np.flatnonzero(count).tolist():
+        x, after = _along(float(edges[k]), edges), _along(float(edges[k + 1]), edges)
+        tall = max(2.0, (HEIGHT - 10) * float(count[k]) / float(count.max()))
+        title = element("title", f"{count[k]} frames of {edges[k]:.3g} to {edges[k + 1]:.3g} ms")
+        bars.append(
+            element("rect", title, x=f"{x:.1f}", y=f"{top + HEIGHT - tall:.1f}", width=f"{after - x - 1:.1f}",
+                    height=f"{tall:.1f}", fill="#5aa9e6")
+        )  # fmt: skip
+    return joined([words, *bars])
+
+
+def _along(value: float, edges: NDArray[np.float64]) -> float:
+    share = np.log(value / edges[0]) / np.log(edges[-1] / edges[0])
+    return LEFT + (WIDTH - LEFT) * float(share)
+
+
+def _recall(faces: dict[str, Any] | None) -> str:
+    return "not asked" if faces is None else percent(faces["recall"])
+
+
+def _spread(spread: dict[str, float] | None) -> str:
+    return "" if spread is None else f"{1e3 * spread['mean']:+.1f}, worst {1e3 * spread['most_off']:.1f}"

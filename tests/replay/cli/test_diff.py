@@ -1,0 +1,18 @@
+from small_worlds import cubes
+
+from replay import run
+from replay.cli.main import main
+
+
+def test_a_long_list_is_cut_in_the_terminal_and_says_so(tmp_path, capsys):
+    places = [3, 0.9] * 40
+    run(cubes({"a": [0] * 80, "b": places}), detectors="hybrid", oracle="none", out=tmp_path / "a", picture=False)
+    run(cubes({"a": [0] * 80, "b": [3, 2] * 40}), detectors="hybrid", oracle="none", out=tmp_path / "b", picture=False)
+    assert main(["diff", str(tmp_path / "a"), str(tmp_path / "b")]) == 0
+    printed = capsys.readouterr().out
+    assert printed.count("hybrid: lost") == 20 and "and 20 more with --format json" in printed
+
+
+def test_a_folder_that_is_none_ends_in_one_sentence(tmp_path, capsys):
+    assert main(["diff", str(tmp_path), str(tmp_path)]) == 1
+    assert "is not a run folder" in capsys.readouterr().err

@@ -1,0 +1,68 @@
+import json
+
+import pytest
+from small_worlds import cubes
+
+from replay import run
+from replay.cli.main import main
+from replay.diff.runs import diff_runs
+from replay.errors import RunFolderError
+
+BEFORE = {"a": [0] * 14, "b": [3, 0.9, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 3]}
+AFTER = {"a": [0] * 14, "b": [3, 0.9, 3, 3, 3.0, 3, 3, 0.9, 0.9, 0.8, 3.0, 3, 0.9, 3]}
+"""Beside the first, the second lost the contact at 4, shifted the one at 8 to 10, and gained one at 12."""
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    at = tmp_path_factory.mktemp("runs")
+    more = {"picture": False, "oracle": "none"}
+    run(cubes(BEFORE), detectors="slow=discrete[rate_hz=100],hybrid", out=at / "a", **more)
+    run(cubes(AFTER), detectors="slow=discrete[rate_hz=50],sphere", out=at / "b", seed=3, **more)
+    run(cubes(AFTER), detectors="slow=discrete[rate_hz=100]", out=at / "c", **more)
+    return at
+
+
+def test_contacts_gained_lost_and_shifted_are_those_planted(folders):
+    found = diff_runs(folders / "a", folders / "c").detectors["slow"]
+    assert found.same == 1
+    assert [row["start"] for row in found.lost] == [pytest.approx(0.04)]
+    assert [row["start"] for row in found.gained] == [pytest.approx(0.12)]
+    (shift,) = found.shifted
+    assert (shift.start, shift.end) == (pytest.approx(-0.01), pytest.approx(-0.01))
+    assert found.same_verdicts is False
+
+
+def test_the_ratio_is_that_of_the_seconds_in_the_summaries(folders):
+    seconds = [
+        json.loads((folders / name / "summary.json").read_text())["detectors"]["slow"]["seconds"] for name in "ac"
+    ]
+    found = diff_runs(folders / "a", folders / "c").detectors["slow"]
+    assert found.time_ratio == pytest.approx(seconds[1]["detect"] / seconds[0]["detect"])
+    assert found.p99_ratio == pytest.approx(seconds[1]["per_frame"]["p99"] / seconds[0]["per_frame"]["p99"])
+
+
+def test_every_setting_that_differs_is_named_and_no_other(folders):
+    found = diff_runs(folders / "a", folders / "b")
+    assert found.settings == {"seed": (0, 3), "slow.settings.rate_hz": (100, 50)}
+    assert (found.only_a, found.only_b) == (("hybrid",), ("sphere",))
+
+
+def test_a_run_beside_itself_changed_nothing(folders):
+    found = diff_runs(folders / "a", folders / "a")
+    assert not found.changed and not found.settings
+    assert all(one.same_verdicts and one.time_ratio == 1.0 for one in found.detectors.values())
+
+
+def test_the_command_prints_both_forms(folders, capsys):
+    assert main(["diff", str(folders / "a"), str(folders / "c")]) == 0
+    printed = capsys.readouterr().out
+    assert "lost    a - b at 0.040 s" in printed and "begins -10.0 ms" in printed and "only in the first" in printed
+    assert main(["diff", str(folders / "a"), str(folders / "b"), "--format", "json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["settings"]["seed"] == [0, 3] and told["changed"] is True
+
+
+def test_what_is_no_run_folder_is_refused(folders, tmp_path):
+    with pytest.raises(RunFolderError, match="not a run folder"):
+        diff_runs(folders / "a", tmp_path)
