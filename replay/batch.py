@@ -9,15 +9,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-import multiprocessing
-import os
 import shutil
-import threading
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, Final
 from uuid import uuid4
@@ -26,13 +20,11 @@ import pyarrow.parquet as pq
 
 from replay.errors import OutputError
 from replay.machine import versions
+from replay.processes import Told, in_processes
 from replay.results.run_folder import METRICS, SUMMARY, read_run_folder
 
 BATCH: Final = "batch.json"
 SCHEMA: Final = "vrlab-batch/1"
-
-Told = Callable[[str, str], None]
-"""Called with a session's name and what became of it: ``done``, ``kept`` or why it failed."""
 
 
 @dataclass(frozen=True)
@@ -148,42 +140,8 @@ def _before(out: Path, request: dict[str, Any]) -> dict[str, str]:
 def _run_all(
     sessions: Mapping[str, Path], out: Path, jobs: int, request: Mapping[str, Any], tell: Told
 ) -> dict[str, str]:
-    failed: dict[str, str] = {}
-
-    def note(name: str, why: str) -> None:
-        if why:
-            failed[name] = why
-        tell(name, why or "done")
-
-    if jobs <= 1 or len(sessions) <= 1:
-        for name, path in sessions.items():
-            note(name, run_one(path, out / name, request["settings"]))
-        return failed
-    lost = _pooled(sessions, out, min(jobs, len(sessions)), request["settings"], note)
-    for name in lost:
-        # A process that dies takes its pool along; alone, each session shows whether it was the one.
-        for again in _pooled({name: sessions[name]}, out, 1, request["settings"], note):
-            note(again, "its process was ended, perhaps for want of memory")
-    return failed
-
-
-def _pooled(sessions: Mapping[str, Path], out: Path, jobs: int, settings: Mapping[str, Any], note: Told) -> list[str]:
-    """Run sessions in processes; the names of those that a dying process took along."""
-    lost = []
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_end_with_parent)
-    try:
-        waiting: dict[Future[str], str] = {
-            pool.submit(run_one, path, out / name, settings): name for name, path in sessions.items()
-        }
-        for finished in as_completed(waiting):
-            if isinstance(finished.exception(), BrokenProcessPool):
-                lost.append(waiting[finished])
-            else:
-                note(waiting[finished], finished.result())
-    finally:
-        pool.shutdown(cancel_futures=True)
-    return sorted(lost)
+    tasks = {name: (path, out / name, request["settings"]) for name, path in sessions.items()}
+    return in_processes(run_one, tasks, jobs, tell)
 
 
 def run_one(path: Path, out: Path, settings: Mapping[str, Any]) -> str:
@@ -195,18 +153,6 @@ def run_one(path: Path, out: Path, settings: Mapping[str, Any]) -> str:
     except Exception as error:
         return " ".join(f"{type(error).__name__}: {error}".split())
     return ""
-
-
-def _end_with_parent() -> None:
-    """A worker whose batch was killed ends too, instead of waiting for work for ever."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=_wait_and_end, args=(parent,), daemon=True).start()
-
-
-def _wait_and_end(parent: BaseProcess) -> None:
-    parent.join()
-    os._exit(1)
 
 
 def _untold(name: str, became: str) -> None:

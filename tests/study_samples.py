@@ -81,6 +81,7 @@ def metrics(contacts, *, detectors=("exact",), recall=(1.0,), sessions=1) -> Met
             "student": [row[0] for row in rows],
             "detector": [row[1] for row in rows],
             "recall": [row[2] for row in rows],
+            "contact_frames": [None if row[2] is None else 100 for row in rows],
             "contacts_per_min": [row[3] for row in rows],
             "grasps": [float(k % 7) for k in range(len(rows))],
         }

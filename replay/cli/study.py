@@ -9,6 +9,7 @@ import click
 
 from replay.cli.console import People, stdout_console
 from replay.cli.options import ANY_PATH, SESSION_FILE, common, output_format
+from replay.cli.study_runs import collect_runs, demo_class, require_extra, run_sessions
 
 
 @click.group()
@@ -19,14 +20,8 @@ def command() -> None:
     """
 
 
-def _require_extra() -> None:
-    from replay.errors import StudyError
-
-    try:
-        import statsmodels  # noqa: F401
-        import yaml  # noqa: F401
-    except ImportError as error:
-        raise StudyError(f'{error.name} is not installed; pip install "vrlab-replay[study]"') from error
+for _name, _verb in {"run": run_sessions, "collect": collect_runs, "demo": demo_class}.items():
+    command.add_command(_verb, _name)
 
 
 @command.command()
@@ -60,7 +55,7 @@ def analyse(
     replay study analyse metrics.parquet answers.csv --codebook codebook.yaml --out study1
     """
     del debug
-    _require_extra()
+    require_extra()
     people = People(quiet=quiet, verbose=verbose)
     from replay.study.analysis import analyse as work
     from replay.study.codebook import read_codebook
@@ -106,7 +101,7 @@ def check(tables: Path | None, strict: bool, format_: str, verbose: bool, quiet:
     replay study check ours.toml --strict
     """
     del debug
-    _require_extra()
+    require_extra()
     from dataclasses import asdict
     from importlib.resources import as_file, files
 

@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from replay.study.analysis import Study, associated
-from replay.study.page import CAVEAT, headlines
+from replay.study.page import CAVEAT, headlines, words
 from replay.study.published import AGREES, INCONSISTENT, Remark
 
 COLOURS = {INCONSISTENT: "bold yellow", "weak": "cyan", AGREES: "dim"}
@@ -26,7 +26,9 @@ def study_tables(study: Study) -> Group:
         parts += [Text(), _reliability(study)]
     changed = [row for row in study.sensitivity if row.changes]
     for row in changed:
-        parts.append(Text(f" another conclusion with {row.detector}: {row.predictor} with {row.outcome}", "yellow"))
+        parts.append(
+            Text(f" another conclusion with {row.detector}: {words(row.predictor)} with {words(row.outcome)}", "yellow")
+        )
     parts += [Text(f" not given: {refused}", style="yellow") for refused in study.refusals]
     parts += [Text(f" {warning}", style="yellow") for warning in study.warnings]
     return Group(*parts, Text(), Text(f" {CAVEAT}", style="dim"))
@@ -39,8 +41,8 @@ def check_table(remarks: Sequence[Remark]) -> Group:
     for one in sorted(remarks, key=lambda remark: order.index(remark.kind)):
         table.add_row(Text(one.kind, COLOURS[one.kind]), one.table, one.row, one.message)
     wrong = sum(one.kind == INCONSISTENT for one in remarks)
-    words = f" {wrong} of {len(remarks)} checks contradict the print" if wrong else " every printed figure agrees"
-    return Group(Text(), Text(words, style="bold"), Text(), table)
+    said = f" {wrong} of {len(remarks)} checks contradict the print" if wrong else " every printed figure agrees"
+    return Group(Text(), Text(said, style="bold"), Text(), table)
 
 
 def _coefficients(study: Study) -> Table:
@@ -56,7 +58,7 @@ def _coefficients(study: Study) -> Table:
         for c in one.coefficients:
             p = "none" if c.p_holm is None else "< 0.001" if c.p_holm < 0.001 else f"{c.p_holm:.3f}"
             cells = (f"{c.beta:+.3f}", f"{c.low:+.2f} to {c.high:+.2f}", p, f"{one.adjusted_r2:.3f}")
-            table.add_row(one.outcome, c.name, one.kind, *cells, style="bold" if associated(c) else "")
+            table.add_row(words(one.outcome), words(c.name), one.kind, *cells, style="bold" if associated(c) else "")
     return table
 
 

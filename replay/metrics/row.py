@@ -12,6 +12,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from cdcore.protocol import counts_as_contact
 from replay.audit.outcome import Episode, Outcome
 from replay.metrics.hands import Grasp, grasps, hand_bodies
 from replay.metrics.moving import fixed_bodies, moving, task_seconds
@@ -32,6 +33,7 @@ METRICS: Final[dict[str, Any]] = {
     "settings": pa.string(),
     "detector": pa.string(),
     "recall": pa.float64(),
+    "contact_frames": pa.int64(),
     "valid_minutes": pa.float64(),
     "flagged_share": pa.float64(),
     "contacts_per_min": pa.float64(),
@@ -47,7 +49,8 @@ METRICS: Final[dict[str, Any]] = {
     "task_seconds": pa.float64(),
 }
 """Column -> type. ``settings`` is a digest of all that decides a row; a value nobody measured is null. ``recall`` is
-the share of the oracle's contact pair-frames that the detector reports, 1 for the oracle itself."""
+the share of the oracle's ``contact_frames`` (pair-frames) that the detector reports, 1 for the oracle itself; null
+where there are none."""
 
 TASK: Final = "task_seconds/"
 """Followed by a task's name: a column for each task of the scene."""
@@ -130,6 +133,7 @@ def _of_detector(result: RunResult, label: str, seen: _Seen, minutes: float) -> 
         "settings": settings_digest(result, label),
         "detector": label,
         "recall": recall(result, label),
+        "contact_frames": contact_frames(result),
         "contacts_per_min": len(own) / minutes if minutes else None,
         "unintended_contacts_per_min": len(unintended) / minutes if minutes else None,
         "near_misses": len(near),
@@ -170,12 +174,20 @@ def intended(
 def recall(result: RunResult, label: str) -> float | None:
     """Share of the oracle's contact pair-frames that a detector reports; ``None``: there was none, or no oracle."""
     if label == result.oracle:
-        return 1.0
+        return 1.0 if contact_frames(result) else None
     comparison = result.comparisons.get(label)
     if comparison is None:
         return None
     both, missed = comparison.count(Outcome.BOTH), comparison.count(Outcome.MISSED)
     return both / (both + missed) if both + missed else None
+
+
+def contact_frames(result: RunResult) -> int | None:
+    """Pair-frames that the oracle calls contact; ``None``: there is no oracle."""
+    if not result.oracle:
+        return None
+    verdict = result.detections[result.oracle].verdict
+    return sum(int(counts_as_contact(verdict[:, pair]).sum()) for pair in range(verdict.shape[1]))
 
 
 def session_digest(result: RunResult) -> str:

@@ -25,6 +25,7 @@ PSEUDONYM: Final = re.compile(r"(?=.*\d)[A-Za-z0-9_-]{1,32}")
 STUDENT: Final = "student"
 DETECTOR: Final = "detector"
 RECALL: Final = "recall"
+CONTACT_FRAMES: Final = "contact_frames"
 
 
 @dataclass(frozen=True)
@@ -153,9 +154,12 @@ class Metrics:
         return np.array([np.nan if value is None else float(value) for value in self.columns[name]], dtype=np.float64)
 
     def recall(self) -> float | None:
-        """Mean measured recall of the rows, or ``None`` when a row has none."""
-        values = self.numbers(RECALL)
-        return float(values.mean()) if len(values) and np.isfinite(values).all() else None
+        """Share of all contact frames of all rows that are reported; ``None`` when it was not measured in each row."""
+        frames, share = self.numbers(CONTACT_FRAMES), self.numbers(RECALL)
+        touched = frames > 0
+        if not np.isfinite(frames).all() or not np.isfinite(share[touched]).all() or not touched.any():
+            return None
+        return float(np.average(share[touched], weights=frames[touched]))
 
 
 def read_metrics(path: Path) -> Metrics:
@@ -175,7 +179,7 @@ def read_metrics(path: Path) -> Metrics:
         columns = pq.read_table(path).to_pydict()
     except (OSError, pa.ArrowException) as error:
         raise StudyError(f"{path} cannot be read as a table of metrics: {error}") from error
-    for name in (STUDENT, DETECTOR, RECALL):
+    for name in (STUDENT, DETECTOR, RECALL, CONTACT_FRAMES):
         if name not in columns:
             raise StudyError(f"{path.name} lacks the column {name!r}; make it with `replay study collect`")
     check_pseudonyms([str(student or "") for student in columns[STUDENT]], path.name)

@@ -72,12 +72,18 @@ def headlines(study: Study) -> list[str]:
 
 
 def _sentence(regression: Regression, c: Coefficient) -> str:
-    more = "more" if c.beta > 0 else "less"
+    more = "higher" if c.beta > 0 else "lower"
     held = "" if regression.kind == "simple" else ", the other predictors held equal"
+    name = words(c.name)
     return (
-        f"{c.name.capitalize()} is associated with {more} {regression.outcome}{held}: "
+        f"{name[:1].upper()}{name[1:]} is associated with {more} {words(regression.outcome)}{held}: "
         f"{c.beta:+.2f} [{c.low:+.2f}, {c.high:+.2f}], n = {regression.students}"
     )
+
+
+def words(name: str) -> str:
+    """A column's name as words: ``contacts_per_min`` is contacts per minute."""
+    return re.sub(r"\bper min\b", "per minute", name.replace("_", " "))
 
 
 def _names(study: Study) -> list[str]:
@@ -111,7 +117,8 @@ def _behind(study: Study) -> str:
 def _coefficients(study: Study) -> Markup:
     rows = [
         (
-            one.outcome, c.name, one.kind, f"{one.students}", f"{c.beta:+.3f}", f"{c.low:+.3f} to {c.high:+.3f}",
+            words(one.outcome), words(c.name), one.kind, f"{one.students}",
+            f"{c.beta:+.3f}", f"{c.low:+.3f} to {c.high:+.3f}",
             _p(c.p), _p(c.p_holm), c.p_from, f"{one.adjusted_r2:.3f}", "" if c.vif is None else f"{c.vif:.2f}",
         )
         for one in study.regressions
@@ -131,20 +138,21 @@ def _p(p: float | None) -> str:
 def _sensitivity(study: Study) -> list[Markup]:
     changed = [row for row in study.sensitivity if row.changes]
     names = list(dict.fromkeys(row.detector for row in study.sensitivity))
-    words = f"No conclusion changes when {' or '.join(names)} decides what a contact was."
+    said = f"No conclusion changes when {' or '.join(names)} decides what a contact was."
     if changed:
-        told = [f"{row.predictor} with {row.outcome} (seen by {row.detector})" for row in changed]
-        words = f"{len(changed)} conclusions change with the detector: {'; '.join(told)}."
+        told = [f"{words(row.predictor)} with {words(row.outcome)} (seen by {row.detector})" for row in changed]
+        said = f"{len(changed)} conclusions change with the detector: {'; '.join(told)}."
     rows = [
         (
-            row.outcome, row.predictor, row.detector, "not measured" if row.recall is None else f"{row.recall:.1%}",
+            words(row.outcome), words(row.predictor), row.detector,
+            "not measured" if row.recall is None else f"{row.recall:.1%}",
             f"{row.beta:+.3f}", _p(row.p_holm), "another conclusion" if row.changes else "the same",
         )
         for row in study.sensitivity
     ]  # fmt: skip
     head = ["outcome", "predictor", "detector", "recall", "beta", "p (Holm)", "conclusion"]
     caption = f"n = {study.students}; compared with {study.detector} above"
-    return [element("p", words), table(caption, head, rows, words=3)]
+    return [element("p", said), table(caption, head, rows, words=3)]
 
 
 def _questionnaire(study: Study) -> list[Markup]:
@@ -159,11 +167,11 @@ def _questionnaire(study: Study) -> list[Markup]:
     parts = [table(f"n = {study.students}", head, rows)] if rows else []
     if study.kmo is not None and study.bartlett is not None:
         b = study.bartlett
-        words = (
+        said = (
             f"All items together: KMO {study.kmo:.3f} ({kaiser_word(study.kmo)}); Bartlett's chi-square "
             f"{b.chi_square:.1f} with {b.degrees} degrees of freedom, p {_p(b.p)}; n = {study.students}."
         )
-        parts.append(element("p", words))
+        parts.append(element("p", said))
     return parts + [element("p", warning) for warning in study.warnings]
 
 
@@ -198,7 +206,7 @@ def _forest(study: Study) -> Markup:
             axes.plot([c.low, c.high], [k, k], color="#34618f", lw=1.6)
             axes.plot(c.beta, k, "o", ms=7, color="#34618f", mfc="#34618f" if associated(c) else "white")
         axes.axvline(0.0, color="#8a93a0", lw=1)
-        axes.set_yticks(range(len(rows)), [f"{c.name} – {one.outcome}" for one, c in rows])
+        axes.set_yticks(range(len(rows)), [f"{words(c.name)} – {words(one.outcome)}" for one, c in rows])
         axes.invert_yaxis()
         axes.set_xlabel("standardised coefficient with 95 % interval; filled: associated after Holm's correction")
         axes.spines[["top", "right", "left"]].set_visible(False)

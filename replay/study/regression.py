@@ -198,7 +198,7 @@ def _betas(weights: NDArray[np.generic], table: Floats) -> Floats:
     mean = share @ table
     second = np.einsum("bn,ni,nj->bij", share, table, table, optimize=True)
     covariance = second - mean[:, :, None] * mean[:, None, :]
-    size = np.sqrt(np.einsum("bii->bi", covariance))
+    size = np.sqrt(np.maximum(np.einsum("bii->bi", covariance), 0.0))
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = covariance / (size[:, :, None] * size[:, None, :])
     usable = np.isfinite(correlation).all(axis=(1, 2))

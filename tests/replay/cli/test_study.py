@@ -25,7 +25,7 @@ def files(tmp_path):
 def test_analyse_prints_the_associations_and_writes_the_page(files, tmp_path, capsys):
     assert main(["study", "analyse", *files, "--out", str(tmp_path / "study"), "--title", "Class"]) == 0
     printed, said = capsys.readouterr()
-    assert "Ease of use is associated with more motivation" in printed
+    assert "Ease of use is associated with higher motivation" in printed
     assert "contacts by exact, recall 100.0%" in printed
     assert "study.html" in said and (tmp_path / "study" / "study.html").is_file()
 

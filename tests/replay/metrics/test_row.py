@@ -5,7 +5,7 @@ from small_worlds import cubes
 from replay import run
 from replay.audit.outcome import Episode
 from replay.metrics.hands import Grasp
-from replay.metrics.row import METRICS, TASK, intended, joined, metric_rows, metrics_table, recall
+from replay.metrics.row import METRICS, TASK, contact_frames, intended, joined, metric_rows, metrics_table, recall
 from sessions.synthetic.scenes import make_scene_session
 
 PAIRS = np.array([[0, 1], [1, 2], [0, 2]])
@@ -66,6 +66,18 @@ def test_another_session_has_another_digest_and_the_same_one_the_same():
         return metric_rows(result)[0]["session"]
 
     assert digest(0.0) == digest(0.0) != digest(0.1)
+
+
+def test_contact_frames_are_those_of_the_oracle(silver):
+    result, _ = silver
+    pair_frames = result.summary["audit"]["hybrid"]["pair_frames"]
+    assert contact_frames(result) == pair_frames["BOTH"] + pair_frames["MISSED"] > 0
+    assert {row["contact_frames"] for row in metric_rows(result)} == {contact_frames(result)}
+
+
+def test_where_nothing_touches_there_is_nothing_to_recall():
+    result = run(cubes({"a": [0.0] * 9, "b": list(np.linspace(3, 4, 9))}), detectors="hybrid", oracle="exact")
+    assert [(row["recall"], row["contact_frames"]) for row in metric_rows(result)] == [(None, 0)] * 2
 
 
 def test_without_an_oracle_nobody_knows_the_recall():

@@ -86,9 +86,17 @@ def test_metrics_come_back_by_detector_with_their_recall(tmp_path):
     assert read.of("hybrid").numbers("contacts_per_min") == pytest.approx(0.9 * np.arange(6.0))
 
 
-def test_a_recall_that_is_missing_once_is_no_recall():
-    table = metrics(np.arange(6.0))
-    table.columns["recall"][2] = None
+def test_recall_of_a_class_counts_every_contact_frame_once_and_students_without_any_not_at_all():
+    table = metrics(np.arange(3.0))
+    table.columns["recall"] = [1.0, 0.5, None]
+    table.columns["contact_frames"] = [30, 10, 0]
+    assert table.recall() == pytest.approx((30 * 1.0 + 10 * 0.5) / 40)
+
+
+@pytest.mark.parametrize("recall, frames", [([1.0, None], [10, 10]), ([1.0, 1.0], [10, None]), ([None, None], [0, 0])])
+def test_a_recall_that_was_not_measured_everywhere_is_none(recall, frames):
+    table = metrics(np.arange(2.0))
+    table.columns["recall"], table.columns["contact_frames"] = recall, frames
     assert table.recall() is None
 
 

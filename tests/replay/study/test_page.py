@@ -28,7 +28,7 @@ def words_of(page):
 
 def test_the_first_sentence_is_the_association_with_its_interval_and_n(study, page):
     first = headlines(study)[0]
-    assert first.startswith("Ease of use is associated with more motivation: +") and "n = 40" in first
+    assert first.startswith("Ease of use is associated with higher motivation: +") and "n = 40" in first
     assert first in page
 
 

@@ -1,0 +1,163 @@
+"""``replay study run|collect|demo``: from many recordings to one table of metrics, and a whole class made up."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+import click
+
+from replay.cli.console import People
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, output_format
+
+SLOW = "22.5Hz=discrete[rate_hz=22.5]"
+"""The detector whose misses the made-up class is analysed with besides the oracle."""
+
+jobs_option = click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
+
+
+def require_extra() -> None:
+    """Say what to install where the extra `study` is not.
+
+    Raises
+    ------
+    StudyError
+        Names the package.
+    """
+    from replay.errors import StudyError
+
+    try:
+        import statsmodels  # noqa: F401
+        import yaml  # noqa: F401
+    except ImportError as error:
+        raise StudyError(f'{error.name} is not installed; pip install "vrlab-replay[study]"') from error
+
+
+@click.command()
+@click.argument("sessions", type=SESSION_FILE, nargs=-1, required=True, metavar="FILE.mcap...")
+@click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Folder with a run folder per session.")
+@click.option("--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", help="As in `replay run`.")
+@click.option("--oracle", metavar="SPEC", help="The detector to trust. Default: exact.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
+@click.option("--pictures", is_flag=True, help="A recording for Rerun in each run folder too.")
+@jobs_option
+@output_format
+@common
+def run_sessions(
+    sessions: tuple[Path, ...],
+    out: Path,
+    detectors: tuple[str, ...],
+    oracle: str | None,
+    seed: int,
+    pictures: bool,
+    jobs: int,
+    format_: str,
+    verbose: bool,
+    quiet: bool,
+    debug: bool,
+) -> int:
+    """Replay many sessions, each into a run folder of its own; killed, the same command goes on where it stopped.
+
+    \b
+    replay study run class/sessions/*.mcap --out class/runs --jobs 2
+    """
+    del debug
+    people = People(quiet=quiet, verbose=verbose)
+    settings = {"detectors": list(detectors) or None, "oracle": oracle, "seed": seed, "picture": pictures}
+    batch = _run(list(sessions), out, jobs, settings, people)
+    if format_ == "json":
+        told = {"out": str(out), "done": batch.done, "kept": batch.kept, "failed": batch.failed, "digest": batch.digest}
+        click.echo(json.dumps(told, indent=1))
+    else:
+        click.echo(f"{len(batch.done)} of {len(sessions)} sessions are in {out}")
+        for name, why in batch.failed.items():
+            click.echo(f"failed: {name}: {why}")
+        click.echo(f"digest: {batch.digest or 'none, sessions failed'}")
+    return _code(batch.failed)
+
+
+@click.command()
+@click.argument("runs", type=click.Path(exists=True, file_okay=False, path_type=Path), nargs=-1, required=True)
+@click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.parquet", help="Table to write.")
+@click.option("--students", type=SESSION_FILE, metavar="FILE.csv", help="session,student for those without pseudonym.")
+@click.option("--force", is_flag=True, help="Replace a file of that name.")
+@common
+def collect_runs(
+    runs: tuple[Path, ...], out: Path, students: Path | None, force: bool, verbose: bool, quiet: bool, debug: bool
+) -> int:
+    """Join the metrics of run folders, or of folders of them, into one table.
+
+    \b
+    replay study collect class/runs --out class/metrics.parquet
+    """
+    del debug
+    from replay.study.collecting import collect, write_table
+
+    table = collect(runs, students)
+    write_table(table, out, force=force)
+    rows = len(table)
+    people = len(set(table["student"].to_pylist()))
+    People(quiet=quiet, verbose=verbose).say(f"{rows} rows of {people} students")
+    click.echo(out)
+    return 0
+
+
+@click.command()
+@click.option("--out", "-o", type=ANY_PATH, default="class", show_default=True, metavar="DIR", help="Folder to make.")
+@click.option("--students", type=click.IntRange(min=5, max=999), default=52, show_default=True, help="How many.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of the class.")
+@jobs_option
+@common
+def demo_class(out: Path, students: int, seed: int, jobs: int, verbose: bool, quiet: bool, debug: bool) -> int:
+    """Make up a class, replay its sessions, analyse it: the whole way from recordings to the page, in one folder.
+
+    \b
+    replay study demo --jobs 2
+    """
+    del debug
+    require_extra()
+    people = People(quiet=quiet, verbose=verbose)
+    from replay.study.made_up_class import ANSWERS, CODEBOOK, SESSIONS, make_class
+
+    people.say(f"making up {students} students and recording their sessions ...")
+    failed = make_class(out, students=students, seed=seed, jobs=jobs, told=_counting(people, students))
+    files = sorted((out / SESSIONS).glob("*.mcap"))
+    people.say(f"replaying {len(files)} sessions ...")
+    settings = {"detectors": SLOW, "oracle": None, "seed": 0, "picture": False}
+    batch = _run(files, out / "runs", jobs, settings, people)
+    from replay.cli.study import analyse
+    from replay.study.collecting import collect, write_table
+
+    write_table(collect([out / "runs"]), out / "metrics.parquet", force=True)
+    analyse.callback(  # type: ignore[misc]
+        out / "metrics.parquet", out / ANSWERS, out / CODEBOOK, out / "study", None, "A class that was made up", seed,
+        True, "text", verbose, quiet, False,
+    )  # fmt: skip
+    return _code({**failed, **batch.failed})
+
+
+def _run(files: list[Path], out: Path, jobs: int, settings: dict[str, Any], people: People) -> Any:
+    from replay.batch import run_batch
+
+    return run_batch(files, out, jobs=jobs, settings=settings, told=_counting(people, len(files)))
+
+
+def _counting(people: People, total: int) -> Any:
+    """Tells each finished piece with how many there are and how long the rest may take."""
+    count, begun = [0], time.monotonic()
+
+    def tell(name: str, became: str) -> None:
+        count[0] += 1
+        left = (time.monotonic() - begun) / count[0] * (total - count[0])
+        rest = f", about {left:.0f} s left" if count[0] < total else ""
+        people.say(f"{count[0]:>4} of {total}  {name}: {became}{rest}")
+
+    return tell
+
+
+def _code(failed: dict[str, str]) -> int:
+    from replay.cli.main import DATA_LOSS, OK
+
+    return DATA_LOSS if failed else OK

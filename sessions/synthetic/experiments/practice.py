@@ -1,0 +1,68 @@
+"""Practice at the bench: one beaker is taken and put back, touched by accident and nearly touched, as often as told.
+
+Made to be one of many: half a minute, few things, and a student's pseudonym; how clumsy the student is, is given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from sessions.scene import SceneEffect
+from sessions.session import Session
+from sessions.synthetic.bench import Placed, standing
+from sessions.synthetic.experiments.lab import SPOUT_LEFT, Lab
+from sessions.synthetic.experiments.record import Experiment, make_session
+from sessions.synthetic.experiments.steps import come_close, rap
+from sessions.synthetic.paths import Path
+from sessions.synthetic.truth import Truth
+
+FACES = 800
+HEIGHT_M = 0.045
+CLEARANCE_M = 0.004
+
+
+def make_practice(
+    touches: Sequence[float] = (), near: int = 0, *, pseudonym: str = "S01", **settings: Any
+) -> tuple[Session, Truth]:
+    """Make a session and its truth.
+
+    Parameters
+    ----------
+    touches : seconds that each accidental touch lasts.
+    near : how often the hand stops short of the glass.
+    pseudonym : of the student.
+    **settings : as ``make_session``.
+    """
+
+    def perform(lab: Lab) -> Mapping[str, Path]:
+        lab.stage("practice")
+        with lab.task("take the beaker and put it back"):
+            home = lab.where["beaker"][0]
+            lab.grasp("right", "beaker", (0.0, 0.05, 0.0))
+            lab.place("right", home, high=lab.travel - 0.1)
+            lab.leave("right")
+            lab.rest("right")
+        with lab.task("read the scale of a standing glass"):
+            for _ in range(near):
+                come_close(lab, "left", "glass", HEIGHT_M, CLEARANCE_M)
+            for seconds in touches:
+                rap(lab, "left", "glass", HEIGHT_M, seconds, note="knuckles touch the glass")
+            lab.wait(0.5)
+            lab.rest("left")
+        return {}
+
+    experiment = Experiment(
+        "practice",
+        ("A beaker is taken and put back; a glass beside it is touched by accident.",),
+        {
+            "beaker": Placed("beaker_50", standing(0.13, 0.04), SPOUT_LEFT),
+            "glass": Placed("beaker_100", standing(-0.10, 0.02)),
+        },
+        (0.034, 0.034),
+        perform,
+        (SceneEffect("contact", {"between": ["tag:hand", "tag:glass"]}),),
+    )
+    session, truth = make_session(experiment, **{"faces": FACES, **settings})
+    return replace(session, facts={**session.facts, "pseudonym": pseudonym}), truth
