@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +37,9 @@ def require_extra() -> None:
 
 
 @click.command()
-@click.argument("sessions", type=SESSION_FILE, nargs=-1, required=True, metavar="FILE.mcap...")
+@click.argument(
+    "sessions", type=click.Path(exists=True, path_type=Path), nargs=-1, required=True, metavar="FILE|DIR..."
+)
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Folder with a run folder per session.")
 @click.option("--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", help="As in `replay run`.")
 @click.option("--oracle", metavar="SPEC", help="The detector to trust. Default: exact.")
@@ -61,17 +64,18 @@ def run_sessions(
     """Replay many sessions, each into a run folder of its own; killed, the same command goes on where it stopped.
 
     \b
-    replay study run class/sessions/*.mcap --out class/runs --jobs 2
+    replay study run class/sessions --out class/runs --jobs 2
     """
     del debug
     people = People(quiet=quiet, verbose=verbose)
     settings = {"detectors": list(detectors) or None, "oracle": oracle, "seed": seed, "picture": pictures}
-    batch = _run(list(sessions), out, jobs, settings, people)
+    files = session_files(sessions)
+    batch = _run(files, out, jobs, settings, people)
     if format_ == "json":
         told = {"out": str(out), "done": batch.done, "kept": batch.kept, "failed": batch.failed, "digest": batch.digest}
         click.echo(json.dumps(told, indent=1))
     else:
-        click.echo(f"{len(batch.done)} of {len(sessions)} sessions are in {out}")
+        click.echo(f"{len(batch.done)} of {len(files)} sessions are in {out}")
         for name, why in batch.failed.items():
             click.echo(f"failed: {name}: {why}")
         click.echo(f"digest: {batch.digest or 'none, sessions failed'}")
@@ -136,6 +140,25 @@ def demo_class(out: Path, students: int, seed: int, jobs: int, verbose: bool, qu
         True, "text", verbose, quiet, False,
     )  # fmt: skip
     return _code({**failed, **batch.failed})
+
+
+def session_files(given: Sequence[Path]) -> list[Path]:
+    """The files given, and the session files in the folders given.
+
+    Raises
+    ------
+    StudyError
+        A folder without any.
+    """
+    from replay.errors import StudyError
+
+    files: list[Path] = []
+    for path in given:
+        found = sorted(path.glob("*.mcap")) if path.is_dir() else [path]
+        if not found:
+            raise StudyError(f"{path} holds no session files (*.mcap)")
+        files += found
+    return files
 
 
 def _run(files: list[Path], out: Path, jobs: int, settings: dict[str, Any], people: People) -> Any:

@@ -6,6 +6,8 @@ import pytest
 from small_worlds import cubes
 
 from replay.cli.main import main
+from replay.cli.study_runs import session_files
+from replay.errors import StudyError
 from sessions import write_session
 
 
@@ -36,6 +38,14 @@ def test_a_broken_session_is_listed_with_exit_code_three(files, tmp_path, capsys
     assert main(["study", "run", *files, "--out", str(tmp_path / "runs"), "--detectors", "hybrid"]) == 3
     printed = capsys.readouterr().out
     assert "2 of 3 sessions" in printed and "failed: s1:" in printed and "digest: none" in printed
+
+
+def test_a_folder_stands_for_the_session_files_in_it(files, tmp_path):
+    found = session_files([tmp_path, tmp_path / "s1.mcap"])
+    assert [path.name for path in found] == ["s0.mcap", "s1.mcap", "s2.mcap", "s1.mcap"]
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(StudyError, match="holds no session files"):
+        session_files([tmp_path / "empty"])
 
 
 def test_the_rest_of_the_time_is_told(files, tmp_path, capsys):
