@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.narrow.compiling import kernel, stay_one_function
+from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.narrow.continuous.legs import pose_at, seen_from
 from cdcore.narrow.continuous.meeting import faces_meet_at
 from cdcore.narrow.continuous.swept_boxes import boxes_stay_apart, turned_between
@@ -97,39 +97,40 @@ def make_room(tree_a: BoxTree, tree_b: BoxTree) -> Room:
     )  # fmt: skip
 
 
-@kernel
-def load_corners(tree: BoxTree, face: int, pose: FloatArray, corners: FloatArray, at: int) -> None:
-    """Corners of a face at a relative pose to ``corners[at:at + 9]``."""
-    stay_one_function()
-    placed = tree.placed
+@hot_kernel
+def load_corners(placed: FloatArray, face: int, poses: FloatArray, row: int, corners: FloatArray, at: int) -> None:
+    """Corners of a face at the relative pose ``poses[row]`` to ``corners[at:at + 9]``."""
     for corner in range(3):
         x, y, z = placed[face, corner], placed[face, 4 + corner], placed[face, 8 + corner]
         for k in range(3):
-            corners[at + 3 * corner + k] = (pose[3 * k] * x + pose[3 * k + 1] * y + pose[3 * k + 2] * z) + pose[9 + k]
+            turned = poses[row, 3 * k] * x + poses[row, 3 * k + 1] * y + poses[row, 3 * k + 2] * z
+            corners[at + 3 * corner + k] = turned + poses[row, 9 + k]
 
 
-@kernel
-def face_pair_apart(tree_a: BoxTree, face_a: int, tree_b: BoxTree, face_b: int, margin: float, room: Room) -> bool:
-    """Whether two faces certainly stay apart in the part whose end poses are in ``room.poses``."""
+@hot_kernel
+def face_pair_apart(
+    placed_a: FloatArray, face_a: int, placed_b: FloatArray, face_b: int, margin: float, poses: FloatArray,
+    corners: FloatArray, scratch: FloatArray,
+) -> bool:  # fmt: skip
+    """Whether two faces certainly stay apart in the part whose end poses are the first two of ``poses``."""
     stay_one_function()
-    room.work[FACE_TESTS] += 1
-    corners, placed = room.corners, tree_b.placed
-    load_corners(tree_a, face_a, room.poses[0], corners, 0)
-    load_corners(tree_a, face_a, room.poses[1], corners, 9)
+    load_corners(placed_a, face_a, poses, 0, corners, 0)
+    load_corners(placed_a, face_a, poses, 1, corners, 9)
     for corner in range(3):
         for k in range(3):
-            corners[18 + 3 * corner + k] = placed[face_b, 4 * k + corner]
-    return bool(faces_stay_apart(corners, margin, room.scratch))
+            corners[18 + 3 * corner + k] = placed_b[face_b, 4 * k + corner]
+    return bool(faces_stay_apart(corners, margin, scratch))
 
 
-@kernel
+@hot_kernel
 def leaves_left(tree_a: BoxTree, leaf_a: int, tree_b: BoxTree, leaf_b: int, margin: float, room: Room, end: int) -> int:
     """Append the face pairs of two leaves that may meet; returns the new end of the items, -1 if too many."""
     stay_one_function()
-    items = room.items
+    items, placed_a, placed_b = room.items, tree_a.placed, tree_b.placed
     for i in range(tree_a.leaves[leaf_a, 0], tree_a.leaves[leaf_a, 0] + tree_a.leaves[leaf_a, 1]):
         for j in range(tree_b.leaves[leaf_b, 0], tree_b.leaves[leaf_b, 0] + tree_b.leaves[leaf_b, 1]):
-            if face_pair_apart(tree_a, i, tree_b, j, margin, room):
+            room.work[FACE_TESTS] += 1
+            if face_pair_apart(placed_a, i, placed_b, j, margin, room.poses, room.corners, room.scratch):
                 continue
             if end >= len(items):
                 return -1
@@ -138,7 +139,7 @@ def leaves_left(tree_a: BoxTree, leaf_a: int, tree_b: BoxTree, leaf_b: int, marg
     return end
 
 
-@kernel
+@hot_kernel
 def boxes_left(
     tree_a: BoxTree, tree_b: BoxTree, motion: float, margin: float, chord: float, room: Room, end: int
 ) -> int:
@@ -175,7 +176,7 @@ def boxes_left(
     return end
 
 
-@kernel
+@hot_kernel
 def items_left(
     tree_a: BoxTree, tree_b: BoxTree, first: int, count: int, motion: float, margin: float, room: Room
 ) -> int:
@@ -190,7 +191,9 @@ def items_left(
             end = boxes_left(tree_a, tree_b, motion, margin, chord, room, end)
             if end < 0:
                 return end
-        elif not face_pair_apart(tree_a, a, tree_b, b, margin, room):
+            continue
+        room.work[FACE_TESTS] += 1
+        if not face_pair_apart(tree_a.placed, a, tree_b.placed, b, margin, room.poses, room.corners, room.scratch):
             if end >= len(items):
                 return -1
             items[end, 0], items[end, 1], items[end, 2] = FACES, a, b
@@ -231,7 +234,7 @@ def look(
     return -1.0
 
 
-@kernel
+@hot_kernel
 def place_ends(leg_a: FloatArray, leg_b: FloatArray, start: float, stop: float, room: Room) -> None:
     """A seen from B at both ends of a part, to the first two rows of ``room.poses``."""
     for k, share in enumerate((start, stop)):
@@ -240,7 +243,7 @@ def place_ends(leg_a: FloatArray, leg_b: FloatArray, start: float, stop: float, 
         seen_from(room.poses[4], room.poses[5], room.poses[k])
 
 
-@kernel
+@hot_kernel
 def halve(room: Room, depth: int, start: float, stop: float, first: int, end: int) -> None:
     """Put both halves of a part on the stack, the earlier one on top, each with items ``first`` to ``end``."""
     middle = 0.5 * (start + stop)

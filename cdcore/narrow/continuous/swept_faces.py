@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
 from cdcore.numerics import FloatArray
 
 CORNERS = 27
@@ -17,23 +17,26 @@ CORNERS = 27
 
 @hot_kernel
 def separates(c: FloatArray, x: float, y: float, z: float, margin: float) -> bool:
-    """Whether the direction keeps the corners ``c`` (27,) apart by more than ``margin`` at both ends."""
-    stay_one_function()
-    size = max(abs(x), abs(y), abs(z))
-    if not 1e-150 < size < 1e150:
-        return False
-    x, y, z = x / size, y / size, z / size
-    length = np.sqrt(x * x + y * y + z * z)
-    x, y, z = x / length, y / length, z / length
-    low_a = high_a = x * c[0] + y * c[1] + z * c[2]
-    for k in range(3, 18, 3):
-        along = x * c[k] + y * c[k + 1] + z * c[k + 2]
-        low_a, high_a = min(low_a, along), max(high_a, along)
-    low_b = high_b = x * c[18] + y * c[19] + z * c[20]
-    for k in range(21, 27, 3):
-        along = x * c[k] + y * c[k + 1] + z * c[k + 2]
-        low_b, high_b = min(low_b, along), max(high_b, along)
-    return bool(low_a - high_b > margin or low_b - high_a > margin)
+    """Whether the direction keeps the corners ``c`` (27,) apart by more than ``margin`` at both ends.
+
+    Compared as squares, so that no direction need be divided by its length; where a square under- or overflows, the
+    answer is False or right.
+    """
+    a0, a1, a2 = along(c, 0, x, y, z), along(c, 3, x, y, z), along(c, 6, x, y, z)
+    a3, a4, a5 = along(c, 9, x, y, z), along(c, 12, x, y, z), along(c, 15, x, y, z)
+    b0, b1, b2 = along(c, 18, x, y, z), along(c, 21, x, y, z), along(c, 24, x, y, z)
+    above = min(min(min(a0, a1), min(a2, a3)), min(a4, a5)) - max(max(b0, b1), b2)
+    below = min(min(b0, b1), b2) - max(max(max(a0, a1), max(a2, a3)), max(a4, a5))
+    gap = max(above, below)
+    return bool(gap > 0.0 and gap * gap > margin * margin * (x * x + y * y + z * z))
+
+
+@hot_kernel
+def along(c: FloatArray, k: int, x: float, y: float, z: float) -> float:
+    """Corner ``c[k:k + 3]`` along a direction."""
+    become_part_of_caller()
+    length: float = x * c[k] + y * c[k + 1] + z * c[k + 2]
+    return length
 
 
 @hot_kernel
@@ -95,10 +98,10 @@ def faces_stay_apart(c: FloatArray, margin: float, scratch: FloatArray) -> bool:
         return True
     if separates(c, e[10] * e[14] - e[11] * e[13], e[11] * e[12] - e[9] * e[14], e[9] * e[13] - e[10] * e[12], margin):
         return True
-    nearest_direction(scratch, c, scratch[27:30])
-    if separates(c, e[27], e[28], e[29], margin):
+    if edges_separate(c, e, margin):
         return True
-    return edges_separate(c, e, margin)
+    nearest_direction(scratch, c, scratch[27:30])
+    return bool(separates(c, e[27], e[28], e[29], margin))
 
 
 @hot_kernel
