@@ -13,7 +13,8 @@ from sessions.mesh_data import MeshData
 
 _GLB_MAGIC, _GLB_JSON, _GLB_BINARY = 0x46546C67, 0x4E4F534A, 0x004E4942
 _FLOAT32, _UINT32, _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER, _TRIANGLES = 5126, 5125, 34962, 34963, 4
-_EXACT, _EXACT_SEARCHED = "vrlab_positions_float64", 4096
+_EXACT = "vrlab_positions_float64"
+_GENERATOR, _GENERATOR_SEARCHED = "vrlab-replay", 4096
 _Block = tuple[NDArray[Any], int | None]
 
 
@@ -22,7 +23,7 @@ def mesh_to_glb(mesh: MeshData, name: str) -> bytes:
     bytes.
 
     Positions are float32, as glTF demands. Where that loses bits, the float64 positions stand in a buffer view of their
-    own, named by the primitive's ``extras``: viewers pass over it, `read_exact_glb` reads it, so that no mesh changes
+    own, named by the primitive's ``extras``: viewers pass over it, `read_own_glb` reads it, so that no mesh changes
     on its way through a file. There are no normals: a viewer then shades each face flat, as the format asks for.
 
     Source: Khronos glTF 2.0 specification, sections 3.7 (meshes) and 4.4 (GLB container).
@@ -35,7 +36,7 @@ def mesh_to_glb(mesh: MeshData, name: str) -> bytes:
         blocks.append((mesh.vertices.astype("<f8"), None))
         primitive["extras"] = {_EXACT: 2}
     tree = {
-        "asset": {"version": "2.0", "generator": "vrlab-replay"},
+        "asset": {"version": "2.0", "generator": _GENERATOR},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [{"name": name, "mesh": 0}],
@@ -70,14 +71,17 @@ def _buffer_views(blocks: list[_Block]) -> list[dict[str, int]]:
     return views
 
 
-def read_exact_glb(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:
-    """Read the float64 positions that `mesh_to_glb` put beside the float32 ones; ``None`` when there are none."""
-    if data[:4] != b"glTF" or _EXACT.encode() not in data[:_EXACT_SEARCHED]:
+def read_own_glb(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:
+    """Read what `mesh_to_glb` wrote, bit for bit, without a library for meshes; ``None`` for a file of others.
+
+    A session is read and its effects run without any geometry engine: a library for meshes loads one.
+    """
+    if data[:4] != b"glTF" or _GENERATOR.encode() not in data[:_GENERATOR_SEARCHED]:
         return None
     length = struct.unpack_from("<I", data, 12)[0]
     tree = json.loads(data[20 : 20 + length])
-    primitive = tree["meshes"][0]["primitives"][0]
-    if _EXACT not in primitive.get("extras", {}):
+    primitives = [primitive for mesh in tree["meshes"] for primitive in mesh["primitives"]]
+    if tree["asset"].get("generator") != _GENERATOR or len(primitives) != 1 or len(tree["nodes"]) != 1:
         return None
     binary = memoryview(data)[28 + length :]
 
@@ -85,4 +89,6 @@ def read_exact_glb(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]]
         place = tree["bufferViews"][number]
         return np.frombuffer(binary[place["byteOffset"] :][: place["byteLength"]], dtype=dtype).reshape(-1, 3)
 
-    return view(primitive["extras"][_EXACT], "<f8").astype(np.float64), view(1, "<u4").astype(np.int64)
+    exact = primitives[0].get("extras", {}).get(_EXACT)
+    vertices = view(0, "<f4") if exact is None else view(exact, "<f8")
+    return vertices.astype(np.float64), view(1, "<u4").astype(np.int64)

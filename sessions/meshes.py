@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import MeshFileError
-from sessions.glb import mesh_to_glb, read_exact_glb
+from sessions.glb import mesh_to_glb, read_own_glb
 from sessions.mesh_data import MeshData, concatenated, is_closed, least_area
 
 if TYPE_CHECKING:
@@ -174,11 +174,11 @@ def _from_manifold(solid: Any) -> MeshData:
 
 
 def _read_with_trimesh(data: bytes, kind: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    own = read_own_glb(data) if kind == "glb" else None
+    if own is not None:
+        return own
     import trimesh
 
-    exact = read_exact_glb(data) if kind == "glb" else None
-    if exact is not None:
-        return exact
     options: dict[str, Any] = {"skip_materials": True} if kind == "glb" else {}
     scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False, **options)
     parts = list(_placed_parts(scene))

@@ -2,10 +2,12 @@ import json
 import struct
 
 import numpy as np
+import pytest
 import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sessions.errors import MeshFileError
 from sessions.glb import mesh_to_glb
 from sessions.mesh_data import MeshData
 from sessions.meshes import mesh_from_bytes
@@ -68,3 +70,17 @@ def test_another_reader_sees_the_mesh_of_a_file_with_float64_positions():
     scene = trimesh.load_scene(io.BytesIO(mesh_to_glb(third, "x")), file_type="glb", process=False)
     (mesh,) = scene.geometry.values()
     assert np.array_equal(mesh.vertices, third.vertices.astype(np.float32))
+
+
+def test_a_file_of_our_own_is_read_without_a_library_for_meshes_and_one_of_others_with_it(monkeypatch):
+    import sys
+
+    fine, rounded = box((0.1, 0.2, 0.3)), box()
+    foreign = mesh_to_glb(rounded, "x").replace(b"vrlab-replay", b"other-writer")
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    for mesh in (fine, rounded):
+        assert same(mesh_from_bytes(mesh_to_glb(mesh, "x"), "glb"), mesh)
+    with pytest.raises(MeshFileError):
+        mesh_from_bytes(foreign, "glb")
+    monkeypatch.undo()
+    assert same(mesh_from_bytes(foreign, "glb"), rounded)

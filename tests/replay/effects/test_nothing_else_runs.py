@@ -1,0 +1,241 @@
+"""Undeclared effects cost nothing: structure, imports, counters, trace, outputs and log, and mutants that show it."""
+
+import random
+from dataclasses import replace
+from itertools import chain, combinations
+
+import effect_proofs as proofs
+import pytest
+from effect_proofs import LAMP, MEET, NEAR, QUERIES, files_of, run_small, scene_of, small_session
+
+from replay.affecting import run_effects
+from replay.effects import EFFECTS, load_effect
+from replay.effects.protocol import Need
+from replay.engine import compute
+from replay.plan import plan
+from sessions import read_session, write_session
+from sessions.scene import SceneEffect
+
+KINDS = tuple(EFFECTS)
+MOST = 300
+"""Subsets drawn where all would be too many."""
+
+
+def subsets():
+    """All sets of kinds where there are few; else none, every one, every two, all, and many at random."""
+    if len(KINDS) <= 8:
+        return list(chain.from_iterable(combinations(KINDS, size) for size in range(len(KINDS) + 1)))
+    drawn = random.Random(8)
+    some = [tuple(kind for kind in KINDS if drawn.random() < drawn.random()) for _ in range(MOST)]
+    return [(), *combinations(KINDS, 1), *combinations(KINDS, 2), KINDS, *some]
+
+
+def closed(kinds, scene):
+    """Another way to the closure: grow the set until nothing is missing."""
+    tables = {kind: [effect.settings for effect in scene.effects if effect.kind == kind] for kind in KINDS}
+    found = set(kinds)
+    while True:
+        more = {
+            need.kind if isinstance(need, Need) else need
+            for kind in found & set(KINDS)
+            for need in load_effect(kind).needs
+            if not isinstance(need, Need)
+            or not need.when
+            or any(
+                table.get(need.when, load_effect(kind).fields[need.when].default) in need.equals
+                for table in tables[kind]
+            )
+        }
+        if more <= found:
+            return found
+        found |= more
+
+
+def buildable(kinds):
+    return [kind for kind in kinds if closed([kind], scene_of([kind])) <= set(KINDS)]
+
+
+def test_every_kind_has_a_declaration_to_try():
+    assert set(KINDS) <= set(proofs.declarations())
+
+
+def test_a_plan_is_the_closure_of_what_is_declared_for_every_subset():
+    for kinds in subsets():
+        scene = scene_of(kinds)
+        declared = buildable(kinds)
+        planned = plan(scene)
+        assert set(planned.effects) == closed(declared, scene), kinds
+        assert set(planned.not_run) == set(KINDS) - set(planned.effects)
+        for kind, step in planned.steps.items():
+            assert all(planned.effects.index(one) < planned.effects.index(kind) for one in step.inputs)
+
+
+def test_pairs_and_detectors_are_those_of_effects_that_ask_for_them_for_every_subset():
+    for kinds in subsets():
+        planned = plan(scene_of(kinds))
+        asking = {kind for kind in planned.effects if load_effect(kind).detector}
+        assert set(planned.detectors) == {load_effect(kind).detector for kind in asking}
+        assert bool(planned.pairs) == planned.detection == bool(asking), kinds
+        assert {frozenset(pair) for pair in planned.pairs} == {
+            frozenset(pair) for kind in asking for pair in planned.steps[kind].pairs
+        }
+
+
+def test_the_files_of_undeclared_effects_are_never_imported():
+    code = (
+        "from effect_proofs import scene_of\nfrom replay.effects import EFFECTS\nfrom replay.plan import plan\n"
+        "def there(): return {m for m in sys.modules if m.startswith('replay.effects.')}\n"
+        "files = {kind: entry.partition(':')[0] for kind, entry in EFFECTS.items()}\n"
+        "scenes = {kind: scene_of([kind]) for kind in EFFECTS}\n"
+        "for kind in EFFECTS:\n"
+        "    for name in set(files.values()) & there(): del sys.modules[name]\n"
+        "    planned = plan(scenes[kind])\n"
+        "    wanted = {files[one] for one in (*planned.effects, kind)}\n"
+        "    assert set(files.values()) & there() == wanted, (kind, there())\n"
+    )
+    assert "replay.plan" in proofs.modules_after(code)
+
+
+def test_a_run_without_contacts_loads_no_compiler_no_engine_and_no_other_effect():
+    loaded = proofs.modules_after("from effect_proofs import NEAR, run_small\nrun_small(NEAR)")
+    assert "replay.effects.hazard_proximity" in loaded
+    assert not loaded & {"numba", "fcl", "replay.effects.contact", "replay.effects.grasp", "cdcore.detectors.exact"}
+    assert not {name for name in loaded if "kernels" in name}
+
+
+def test_counters_pairs_and_detections_of_what_is_undeclared_are_zero(monkeypatch):
+    result = run_small(NEAR)
+    assert dict(result.detections) == {} and len(result.assembly.pairs) == 0 and list(result.effects) == [NEAR.kind]
+    assert proofs.detectors_made(lambda: run_small(NEAR), monkeypatch) == []
+    assert proofs.detectors_made(lambda: run_small(MEET), monkeypatch) != []
+
+
+def test_topics_that_the_plan_does_not_read_are_never_decoded(tmp_path, monkeypatch):
+    from sessions.mcap_format.mcap_file import McapFile
+
+    asked = []
+    payloads = McapFile.payloads
+    monkeypatch.setattr(McapFile, "payloads", lambda self, topic: asked.append(topic) or payloads(self, topic))
+    grasp = SceneEffect("grasp", {"between": ["hand-left", "lamp"]})
+    for effects, hands in (((NEAR,), []), ((NEAR, grasp), ["/hands/ann/left"])):
+        write_session(small_session(*effects), tmp_path / "s.mcap")
+        session = read_session(tmp_path / "s.mcap")
+        asked.clear()
+        result = compute(session, detectors=())
+        assert [topic for topic in asked if topic.startswith("/hands")] == hands
+        decoded = [name for run in result.effects.values() for name in run.counters if name.startswith("decoded")]
+        assert decoded == [f"decoded {topic}" for topic in hands]
+        (tmp_path / "s.mcap").unlink()
+
+
+def test_no_function_of_an_undeclared_effect_or_of_a_detector_is_entered():
+    others = files_of(kind for kind in KINDS if kind != NEAR.kind)
+    assert proofs.calls(lambda: run_small(NEAR), *others, *QUERIES) == {}
+    assert proofs.calls(lambda: run_small(MEET), *files_of(["contact"]))["contact.py:compute"] == 1
+
+
+def test_what_declared_effects_say_is_the_same_to_the_byte_with_the_others_removed(monkeypatch):
+    breakage = SceneEffect("breakage", {"between": ["lamp", "hand-left"], "speed_m_s": 1.0})
+    declared = (NEAR, breakage)
+    whole = {kind: run.output.digest for kind, run in compute(small_session(*declared), detectors=()).effects.items()}
+    for kind in set(KINDS) - set(whole):
+        monkeypatch.delitem(EFFECTS, kind)
+    alone = {kind: run.output.digest for kind, run in compute(small_session(*declared), detectors=()).effects.items()}
+    assert alone == whole and set(whole) == {"contact", "breakage", "hazard-proximity"}
+
+
+def test_what_an_effect_says_does_not_depend_on_what_else_is_declared():
+    alone = compute(small_session(NEAR), detectors=()).effects[NEAR.kind].output.digest
+    together = compute(small_session(MEET, NEAR), detectors=()).effects
+    assert together[NEAR.kind].output.digest == alone and "contact" in together
+
+
+def test_the_log_has_no_path_and_no_column_of_what_is_undeclared(tmp_path):
+    import pyarrow.parquet as pq
+    from rerun.chunk import RrdReader
+
+    from replay.runner import run
+
+    run(small_session(NEAR), out=tmp_path / "run")
+    paths = {str(chunk.entity_path) for chunk in RrdReader(str(tmp_path / "run" / "run.rrd")).stream()}
+    effects = {path.split("/")[2] for path in paths if path.startswith("/effects/")}
+    assert effects == {NEAR.kind} and not any(path.startswith(("/detectors", "/lanes")) for path in paths)
+    columns = pq.read_schema(tmp_path / "run" / "frames.parquet").names
+    assert not any("/" in name for name in columns)
+    sources = set(pq.read_table(tmp_path / "run" / "events.parquet")["source"].to_pylist())
+    assert sources == {f"effect/{NEAR.kind}"}
+
+
+@pytest.fixture
+def mutant(monkeypatch):
+    """Put another spec behind the row of the effect that the proofs run."""
+
+    def install(spec):
+        monkeypatch.setitem(EFFECTS, NEAR.kind, f"effect_proofs:{spec}")
+        monkeypatch.setattr(
+            proofs, spec, replace(getattr(proofs, spec), fields=load_effect("hazard-proximity", ORIGINAL).fields)
+        )
+
+    return install
+
+
+ORIGINAL = dict(EFFECTS)
+
+
+def test_an_effect_that_secretly_asks_a_detector_is_found_by_counters_trace_and_imports(mutant, monkeypatch):
+    mutant("ASKS")
+    assert proofs.detectors_made(lambda: run_small(NEAR), monkeypatch) == ["static"]
+    assert proofs.calls(lambda: run_small(NEAR), *QUERIES) != {}
+    code = (
+        "import effect_proofs as p\nfrom dataclasses import replace\nfrom replay.effects import EFFECTS, load_effect\n"
+        "p.ASKS = replace(p.ASKS, fields=load_effect('hazard-proximity').fields)\n"
+        "EFFECTS['hazard-proximity'] = 'effect_proofs:ASKS'\np.run_small(p.NEAR)"
+    )
+    assert {"numba", "cdcore.detectors.static"} & proofs.modules_after(code)
+
+
+def test_an_effect_that_looks_at_who_else_is_there_is_found_by_its_outputs(mutant, monkeypatch):
+    mutant("LOOKS")
+    whole = run_small(NEAR).effects[NEAR.kind].output.digest
+    for kind in set(KINDS) - {NEAR.kind}:
+        monkeypatch.delitem(EFFECTS, kind)
+    assert run_small(NEAR).effects[NEAR.kind].output.digest != whole
+
+
+def test_an_effect_that_asks_for_contacts_it_did_not_name_is_stopped():
+    spec = replace(load_effect(NEAR.kind), compute=lambda inputs: inputs.contact(("hand-left", "lamp")))
+    session = small_session(NEAR)
+    planned = plan(session.scene)
+    step = replace(planned.steps[NEAR.kind], spec=spec)
+    with pytest.raises(ValueError, match="name a `detector`"):
+        run_effects(replace(planned, steps={NEAR.kind: step}), session, compute(session).assembly, {})
+
+
+OUTSIDE = """
+from replay.effects.declaring import bodies
+from replay.effects.output import EffectEvent, EffectOutput
+from replay.effects.protocol import EffectSpec
+
+def compute(inputs):
+    names = [name for declared in inputs.declared for name in declared.bodies("of")]
+    return EffectOutput(events=tuple(EffectEvent(float(inputs.times[0]), "seen", (name,)) for name in names))
+
+SPEC = EffectSpec("glow", "Things glow.", compute, fields={"of": bodies("what glows")})
+"""
+
+
+def test_an_effect_from_outside_is_one_file_and_one_row(tmp_path, monkeypatch):
+    import sys
+
+    (tmp_path / "glow_effect.py").write_text(OUTSIDE, encoding="utf-8")
+    info = tmp_path / "glow-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: glow\nVersion: 1.0\n", encoding="utf-8")
+    (info / "entry_points.txt").write_text("[vrlab_replay.effects]\nglow = glow_effect:SPEC\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert "glow" in plan(small_session(NEAR).scene).not_run and "glow_effect" not in sys.modules
+    result = run_small(SceneEffect("glow", {"of": ["lamp", "hand-left"]}))
+    assert [event.bodies for event in result.effects["glow"].events] == [("lamp",), ("hand-left",)]
+    assert "glow_effect" in sys.modules
+    sys.modules.pop("glow_effect")
+    assert LAMP["hazard"] == "lamp"
