@@ -18,7 +18,8 @@ from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment import ContainmentStage
 from cdcore.narrow.mesh_stage import NO_FACES, MeshAnswer, MeshStage
 from cdcore.narrow.section_source import sections_of
-from cdcore.protocol import Body, Detection, FaceSets, Motion, Verdict, blocks_in_order, require_bodies
+from cdcore.protocol import Body, Detection, Explanation, FaceSets, Motion, Verdict, blocks_in_order, require_bodies
+from cdcore.search.explaining import SearchExplainer
 from cdcore.search.settings import SearchSettings
 from cdcore.search.stage import PairMemory, SearchAnswer, SearchStage
 
@@ -80,6 +81,7 @@ class HybridQacoDetector:
         self._spheres = SphereStage([sphere_in_mode(body.mesh, settings.sphere) for body in bodies], pairs)
         self._boxes = BoxStage([box_best(body.mesh) for body in bodies], pairs)
         self._search = SearchStage(bodies, pairs, settings)
+        self._explainer = SearchExplainer(self.bodies, pairs, settings)
         self._meshes = MeshStage(bodies, pairs) if complete else None
         self._containment = ContainmentStage(bodies, pairs) if complete and settings.containment else None
 
@@ -92,6 +94,15 @@ class HybridQacoDetector:
         memory = self._search.fresh_memory()
         for motion in blocks_in_order(motions):
             yield self._run(motion, memory, faces)
+
+    def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
+        """Say whether spheres and boxes met, and with ``decide="search"`` whether a more patient search finds it."""
+        now = motion.frames(frame, frame + 1)
+        near = int(self._spheres.candidates(now).verdict[0, pair]) == Verdict.CANDIDATE
+        near = near and bool(self._boxes.may_meet(now, np.zeros(1, dtype=np.int64), np.array([pair]))[0])
+        if self._meshes is not None:
+            return Explanation(spheres_meet=near)
+        return self._explainer.explain(motion, frame, pair, faces, volumes_meet=near)
 
     def _run(self, motion: Motion, memory: list[PairMemory], faces: bool) -> Detection:
         require_bodies(motion, self.bodies)

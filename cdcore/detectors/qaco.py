@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.narrow.section_source import sections_of
-from cdcore.protocol import Body, Detection, Motion, Verdict, blocks_in_order, require_bodies
+from cdcore.protocol import Body, Detection, Explanation, Motion, Verdict, blocks_in_order, require_bodies
+from cdcore.search.explaining import SearchExplainer
 from cdcore.search.settings import SearchSettings
 from cdcore.search.stage import PairMemory, SearchStage
 
@@ -64,6 +65,7 @@ class QacoDetector:
         self.settings = settings
         self._spheres = SphereStage([sphere_in_mode(body.mesh, settings.sphere) for body in bodies], pairs)
         self._search = SearchStage(bodies, pairs, settings)
+        self._explainer = SearchExplainer(self.bodies, pairs, settings)
 
     def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
         """Answer for every frame; on request the faces of every curve that was hit."""
@@ -74,6 +76,11 @@ class QacoDetector:
         memory = self._search.fresh_memory()
         for motion in blocks_in_order(motions):
             yield self._run(motion, memory, faces)
+
+    def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
+        """Say whether the spheres met, and whether a more patient search finds the contact."""
+        spheres = self._spheres.candidates(motion.frames(frame, frame + 1)).verdict[0, pair]
+        return self._explainer.explain(motion, frame, pair, faces, volumes_meet=int(spheres) == Verdict.CANDIDATE)
 
     def _run(self, motion: Motion, memory: list[PairMemory], faces: bool) -> Detection:
         require_bodies(motion, self.bodies)

@@ -42,6 +42,8 @@ class Cause(StrEnum):
     """Within what is not known of the detector's clock."""
     COLLIDER_SHAPE = "collider shape"
     """What stands in place of the meshes does not meet."""
+    CONTAINMENT = "inside, not asked"
+    """One body is inside the other, and the detector does not ask that."""
     SPHERE_STAGE = "sphere stage"
     """Volumes dismissed it before any triangle was asked."""
     SAMPLING = "sampling"
@@ -119,7 +121,7 @@ def find_causes(places: Sequence[Stretch], comparison: Comparison, scene: Scene)
     return Causes(words, dict(frames), sum(map(len, found)), comparison.count(Outcome.MISSED))
 
 
-def first_failed(told: Explanation, verdict: int, *, at_instant: bool) -> Cause:
+def first_failed(told: Explanation, verdict: int, *, at_instant: bool, asks_inside: bool = True) -> Cause:
     """The first stage that lost a contact.
 
     Parameters
@@ -127,6 +129,7 @@ def first_failed(told: Explanation, verdict: int, *, at_instant: bool) -> Cause:
     told : what the detector says of its stages.
     verdict : its verdict there.
     at_instant : whether the contact shows at the frame itself.
+    asks_inside : False where one body is inside the other and the detector refuses to say so.
     """
     no, yes = _saying(told, False), _saying(told, True)
     asked = (
@@ -134,6 +137,7 @@ def first_failed(told: Explanation, verdict: int, *, at_instant: bool) -> Cause:
         ("looked" in no, Cause.BETWEEN_LOOKS),
         ("within_clock" in yes, Cause.CLOCK),
         ("shapes_meet" in no, Cause.COLLIDER_SHAPE),
+        (not asks_inside, Cause.CONTAINMENT),
         ("spheres_meet" in no, Cause.SPHERE_STAGE),
         ("sample_meets" in no, Cause.SAMPLING),
         ("found_with_more" in yes, Cause.BUDGET),
@@ -159,7 +163,13 @@ def _causes(places: Sequence[Stretch], scene: Scene) -> Iterator[tuple[int, Caus
                 shown = bool(contact[row[frame], pair] or (frame - 1 in row and contact[row[frame - 1], pair]))
                 at_instant = shown or scene.oracle.covers == "instants"
                 told = _told(scene, frame, pair, truth.faces(row[frame], pair))
-                yield number, first_failed(told, int(scene.subject.verdict[frame, pair]), at_instant=at_instant)
+                asks = int(truth.verdict[row[frame], pair]) != Verdict.CONTAINED or _asks_inside(scene.subject, pair)
+                verdict = int(scene.subject.verdict[frame, pair])
+                yield number, first_failed(told, verdict, at_instant=at_instant, asks_inside=asks)
+
+
+def _asks_inside(subject: Detection, pair: int) -> bool:
+    return not (subject.containment and subject.containment[pair].startswith("refused"))
 
 
 def _told(scene: Scene, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:

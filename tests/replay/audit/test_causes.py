@@ -14,6 +14,7 @@ from replay.audit.compare import compare
 from replay.audit.misses import Stretch
 from replay.engine import compute
 from sessions import Session
+from sessions.synthetic import make_analytic
 
 PLANTED = {
     Cause.SPHERE_STAGE: "planted_stages:SmallSpheres",
@@ -80,6 +81,24 @@ def test_disagreement_within_tolerance_is_counted_as_such_and_is_no_miss():
 def test_the_first_stage_that_failed_is_the_cause(told, cause):
     assert first_failed(Explanation(**told), Verdict.CLEAR, at_instant=True) == cause
     assert first_failed(Explanation(**told), Verdict.CLEAR, at_instant=False) == Cause.BETWEEN_FRAMES
+
+
+def test_a_body_inside_another_is_missed_by_whoever_does_not_ask():
+    session, _ = make_analytic("ball-in-box", seconds=3.0)
+    result = compute(session, detectors="hybrid[containment=false],qaco")
+    for label in ("hybrid-false", "qaco"):
+        words = {cause for cause, count in result.causes[label].pair_frames.items() if count}
+        assert words == {Cause.CONTAINMENT}
+
+
+def test_a_colony_without_budget_says_that_it_ran_out_and_an_ample_one_misses_nothing():
+    session, _ = make_analytic("ball-plate", seconds=2.0)
+    poor = "poor=hybrid-qaco[budget=1,variant=random,warm_start=false]"
+    result = compute(session, detectors=[poor, "hybrid-qaco[budget=20000]"])
+    told = result.causes["poor"]
+    words = {cause for cause, count in told.pair_frames.items() if count}
+    assert told.missed > 0 and words <= {Cause.BUDGET, Cause.SEARCH}
+    assert result.summary["audit"]["hybrid-qaco-20000"]["missed"]["count"] == 0
 
 
 def test_a_search_that_says_not_found_and_no_more_is_a_search_that_failed():
