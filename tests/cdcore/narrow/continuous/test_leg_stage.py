@@ -20,9 +20,9 @@ def stage_of(a, b, **options):
     return LegStage([build_box_tree(a), build_box_tree(b)], PAIR, **asked)
 
 
-def decide(stage, ways, times=(0.0, 1.0)):
-    """One leg from (2, 2, 3) places, nothing turned."""
-    turn = np.tile(np.eye(3), (2, 2, 1, 1))
+def decide(stage, ways, times=(0.0, 1.0), turned=None):
+    """One leg from (2, 2, 3) places; rotations (2, 3, 3) of both bodies, the same at both ends."""
+    turn = np.tile(np.eye(3) if turned is None else turned, (2, 1, 1, 1) if turned is not None else (2, 2, 1, 1))
     return stage.decide(np.array(times), turn, np.asarray(ways, float), np.array([1]), np.array([0]))
 
 
@@ -32,6 +32,12 @@ def whole_number_faces(rng, kind):
     return (KINDS["degenerate"](rng)[rng.integers(0, 24)] - 2).astype(int)
 
 
+def grid_turn(rng):
+    """A rotation that takes the grid to itself, so that whole numbers stay whole."""
+    turn = np.eye(3)[rng.permutation(3)] * rng.choice([-1.0, 1.0], 3)[:, None]
+    return turn if np.linalg.det(turn) > 0 else -turn
+
+
 @pytest.mark.parametrize("kind", ["lattice", "degenerate"])
 def test_two_faces_on_straight_ways_meet_when_whole_numbers_say_so(kind):
     rng = np.random.default_rng(11)
@@ -39,10 +45,12 @@ def test_two_faces_on_straight_ways_meet_when_whole_numbers_say_so(kind):
     for _ in range(80):
         a, b = whole_number_faces(rng, kind), whole_number_faces(rng, kind)
         ways = rng.integers(-4, 5, (2, 2, 3))
+        turned = np.array([grid_turn(rng), grid_turn(rng)])
+        body_a, body_b = a @ turned[0], b @ turned[1]
         if triangles_intersect([[a + ways[0, 0], b + ways[0, 1]]])[0]:
             continue
         want = first_meeting(a + ways[0, 0], a + ways[1, 0], b + ways[0, 1], b + ways[1, 1])
-        answer = decide(stage_of(a[None].astype(float), b[None].astype(float)), ways)
+        answer = decide(stage_of(body_a[None], body_b[None]), ways, turned=turned)
         state = answer.states[0]
         if want is None:
             assert state == FREE
