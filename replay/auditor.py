@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 from replay.assemble import Pairs
 from replay.audit.pool import pool
+from replay.audit.tolerance import TAU
 from replay.detector_spec import SpecLike, SpecsLike
 from replay.errors import AuditError
 from replay.progress import Progress
@@ -44,6 +45,7 @@ def audit(
     end: float | None = None,
     seed: int = 0,
     faces: bool = True,
+    tau: float = TAU,
     picture: bool = True,
     force: bool = False,
     progress: Progress | None = None,
@@ -57,6 +59,7 @@ def audit(
     out : run folder to write; with several sessions the folder that gets a run folder for each, named after its file.
     pairs, start, end, seed, picture, force, progress : as ``replay.run``.
     faces : compare faces too, at the price of a second pass of every audited detector off the clock.
+    tau : metres; a disagreement about less is *within tolerance*.
 
     Raises
     ------
@@ -79,7 +82,7 @@ def audit(
     results = tuple(
         run(
             session, detectors=detectors, oracle=oracle, out=folder, pairs=pairs, start=start, end=end, seed=seed,
-            faces=faces, picture=picture, force=force, progress=progress,
+            faces=faces, tau=tau, picture=picture, force=force, progress=progress,
         )
         for session, folder in zip(given, folders, strict=True)
     )  # fmt: skip

@@ -20,6 +20,7 @@ from replay.audit.examine import examine
 from replay.audit.face_recall import FaceRecall, face_recall
 from replay.audit.matching import EpisodeMatches, match_episodes
 from replay.audit.outcome import Comparison, Episode
+from replay.audit.tolerance import TAU, Tolerance
 from replay.detecting import Run, face_sets_again, make_detector, run_detector
 from replay.detector_spec import DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
 from replay.effect_summary import effect_summary, plan_summary
@@ -104,6 +105,7 @@ def compute(
     end: float | None = None,
     seed: int = 0,
     faces: bool = False,
+    tau: float = TAU,
     progress: Progress | None = None,
 ) -> RunResult:
     """Assemble, detect, compare, number the misses.
@@ -115,6 +117,7 @@ def compute(
     pairs, start, end : as ``assemble``.
     seed : of every random stream.
     faces : ask audited detectors again, off the clock, which faces meet, and compare those too.
+    tau : metres; a disagreement about less is *within tolerance*.
     progress : told how far the work is.
 
     Raises
@@ -136,11 +139,12 @@ def compute(
             )
     with told.stage("audit"):
         found = {label: episodes(run.detection) for label, run in runs.items()}
-        comparisons = _comparisons(runs, lineup.oracle)
+        again = _face_source(assembly, seed)
+        comparisons = _comparisons(runs, lineup.oracle, Tolerance(assembly, again, tau))
         matches = _matches(comparisons, found, runs)
         truth = found.get(lineup.oracle, ())
         dwell = dwell_of(assembly, runs[lineup.oracle].detection, truth) if lineup.oracle else None
-        missed, causes = examine(comparisons, truth, runs, assembly, _face_source(assembly, seed))
+        missed, causes = examine(comparisons, truth, runs, assembly, again)
     recall = _face_recall(comparisons, runs, assembly, told) if faces else {}
     effects: dict[str, EffectRun] = {}
     if planned.effects:
@@ -160,7 +164,7 @@ def compute(
         dwell=dwell,
         effects=effects,
     )
-    done = summarise(result, runs, layout.survey, window=(start, end), seed=seed)
+    done = summarise(result, runs, layout.survey, window=(start, end), seed=seed, tau=tau)
     called = {"plan": plan_summary(planned), "effects": effect_summary(effects, perf_counter() - began)}
     return replace(done, summary={**done.summary, **called})
 
@@ -192,11 +196,15 @@ def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Det
     return {name: run.detection for name, run in found.items() if run is not None}
 
 
-def _comparisons(runs: dict[str, Run], oracle: str) -> dict[str, Comparison]:
+def _comparisons(runs: dict[str, Run], oracle: str, tolerance: Tolerance) -> dict[str, Comparison]:
     if not oracle:
         return {}
     truth = runs[oracle].detection
-    return {label: compare(run.detection, truth, (label, oracle)) for label, run in runs.items() if label != oracle}
+    asked = {label: run.detection for label, run in runs.items() if label != oracle}
+    return {
+        label: compare(answer, truth, (label, oracle), tolerance.judge(answer, truth))
+        for label, answer in asked.items()
+    }
 
 
 def _matches(

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from replay.assemble import Pairs
+from replay.audit.tolerance import TAU
 from replay.detector_spec import SpecLike, SpecsLike
 from replay.engine import compute
 from replay.progress import Progress, Silent
@@ -24,6 +25,7 @@ def run(
     end: float | None = None,
     seed: int = 0,
     faces: bool = False,
+    tau: float = TAU,
     picture: bool = True,
     force: bool = False,
     progress: Progress | None = None,
@@ -42,6 +44,7 @@ def run(
     start, end : seconds after the first frame.
     seed : of every random stream.
     faces : compare faces too, at the price of a second pass of every audited detector off the clock.
+    tau : metres; a disagreement about less is *within tolerance*.
     picture : whether the run folder holds the recording for Rerun.
     force : replace an earlier run folder.
     progress : told how far the work is.
@@ -60,7 +63,7 @@ def run(
     session = session_or_path if isinstance(session_or_path, Session) else _read(Path(session_or_path))
     result = compute(
         session, detectors=detectors, oracle=oracle, pairs=pairs, start=start, end=end, seed=seed, faces=faces,
-        progress=told,
+        tau=tau, progress=told,
     )  # fmt: skip
     if target is None:
         return result

@@ -30,6 +30,7 @@ def summarise(
     *,
     window: tuple[float | None, float | None],
     seed: int,
+    tau: float,
 ) -> RunResult:
     """The same result with its summary."""
     summary = {
@@ -38,6 +39,7 @@ def summarise(
         "session": _session(result, seen),
         "window": {"start": window[0], "end": window[1]},
         "seed": seed,
+        "tau": tau,
         "pairs": [
             {"name": result.assembly.pair_name(p), "held": bool(result.assembly.held[p])}
             for p in range(len(result.assembly.pairs))

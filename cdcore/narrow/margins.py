@@ -84,7 +84,7 @@ def pair_frame_margin(first: FloatArray, second: FloatArray, *, reach: float) ->
     Cost: a comparison of boxes per pair of near faces, then the integers of :func:`triangle_margins` for each face
     pair within reach.
     """
-    near = _near_faces(first, second, reach)
+    near = near_faces(first, second, reach)
     pairs = np.stack([first[near[:, 0]], second[near[:, 1]]], axis=1)
     meets = triangles_intersect(pairs)
     if not meets.any():
@@ -98,8 +98,8 @@ def pair_frame_margin(first: FloatArray, second: FloatArray, *, reach: float) ->
     return Margin(True, deepest)
 
 
-def _near_faces(first: FloatArray, second: FloatArray, reach: float) -> NDArray[np.int64]:
-    """Face pairs (k, 2) whose boxes are no further apart than ``reach`` along any axis."""
+def near_faces(first: FloatArray, second: FloatArray, reach: float) -> NDArray[np.int64]:
+    """Face pairs (k, 2) of placed triangles whose boxes are no further apart than ``reach`` along any axis."""
     low_a, high_a, low_b, high_b = first.min(axis=1), first.max(axis=1), second.min(axis=1), second.max(axis=1)
     # The sum rounds once: a step outward keeps every face pair within reach.
     low_a, high_a = np.nextafter(low_a - reach, -inf), np.nextafter(high_a + reach, inf)

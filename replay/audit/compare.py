@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Callable
+from typing import Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +16,15 @@ from replay.errors import AuditError
 FRAMES_AT_ONCE: Final = 65536
 """Frames compared at a time: some 20 MB for 66 pairs, however long the session."""
 
+Within: TypeAlias = NDArray[np.bool_] | Callable[[NDArray[np.int64], NDArray[np.int64]], NDArray[np.bool_]]
+"""(T, P) bool, or what says it of K pair-frames (frames, columns)."""
+
 
 def compare(
     subject: Detection,
     oracle: Detection,
     labels: tuple[str, str] | None = None,
-    within: NDArray[np.bool_] | None = None,
+    within: Within | None = None,
 ) -> Comparison:
     """Say of every pair-frame what the subject's verdict is worth beside the oracle's.
 
@@ -32,7 +36,8 @@ def compare(
     ----------
     subject, oracle : detections of the same frames and pairs.
     labels : what the run calls them; ``None``: the detectors' names.
-    within : (T, P) pair-frames whose deepest penetration or least clearance is at most tau; there they may disagree.
+    within : which pair-frames have a deepest penetration or least clearance of at most tau; there they may disagree.
+        Asked only of those missed or invented.
 
     Raises
     ------
@@ -43,13 +48,23 @@ def compare(
     outcome = np.empty(oracle.verdict.shape, dtype=np.uint8)
     for start in range(0, len(outcome), FRAMES_AT_ONCE):
         rows = slice(start, start + FRAMES_AT_ONCE)
-        outcome[rows] = _outcome(subject, oracle, rows, None if within is None else within[rows])
+        outcome[rows] = _outcome(subject, oracle, rows)
+        if within is not None:
+            _excuse(outcome[rows], start, within)
     outcome.setflags(write=False)
     names = labels or (subject.detector, oracle.detector)
     return Comparison(names[0], names[1], outcome)
 
 
-def _outcome(subject: Detection, oracle: Detection, rows: slice, within: NDArray[np.bool_] | None) -> NDArray[np.uint8]:
+def _excuse(outcome: NDArray[np.uint8], start: int, within: Within) -> None:
+    """Find the ill-posed among the missed and invented of a block that begins at frame ``start``."""
+    frames, columns = np.nonzero((outcome == Outcome.MISSED) | (outcome == Outcome.INVENTED))
+    if len(frames):
+        ill = within(frames + start, columns) if callable(within) else within[frames + start, columns]
+        outcome[frames[ill], columns[ill]] = Outcome.WITHIN_TOLERANCE
+
+
+def _outcome(subject: Detection, oracle: Detection, rows: slice) -> NDArray[np.uint8]:
     reports, truth = counts_as_contact(subject.verdict[rows]), counts_as_contact(oracle.verdict[rows])
     found = reports
     if (subject.covers, oracle.covers) == ("instants", "intervals"):
@@ -59,8 +74,6 @@ def _outcome(subject: Detection, oracle: Detection, rows: slice, within: NDArray
     outcome[truth & found] = Outcome.BOTH
     outcome[truth & ~found] = Outcome.MISSED
     outcome[reports & ~truth] = Outcome.BETWEEN_FRAMES if _is_finer(subject, oracle) else Outcome.INVENTED
-    if within is not None:
-        outcome[within & (truth != found)] = Outcome.WITHIN_TOLERANCE
     outcome[is_undecided(subject.verdict[rows]) | is_undecided(oracle.verdict[rows])] = Outcome.LEFT_OUT
     return outcome
 

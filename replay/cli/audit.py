@@ -26,6 +26,7 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, common, let_modules_here_
 @click.option("--oracle", metavar="SPEC", help="The detector to trust: exact, continuous, a label. Default: exact.")
 @window
 @click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
+@click.option("--tau", type=click.FloatRange(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
 @click.option("--no-faces", is_flag=True, help="Leave out face recall, and the second pass it takes.")
 @click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
 @click.option("--max-missed", type=float, metavar="SHARE", help="Exit 4 when more contacts or pair-frames are missed.")
@@ -41,6 +42,7 @@ def command(
     start: float | None,
     end: float | None,
     seed: int,
+    tau: float,
     no_faces: bool,
     no_picture: bool,
     max_missed: float | None,
@@ -71,6 +73,7 @@ def command(
         start=start,
         end=end,
         seed=seed,
+        tau=tau,
         faces=not no_faces,
         picture=not no_picture,
         force=force,

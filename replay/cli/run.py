@@ -25,6 +25,7 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, common, let_modules_here_
 @click.option("--oracle", metavar="SPEC", help="The detector to trust: a label, a detector, or none. Default: exact.")
 @window
 @click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
+@click.option("--tau", type=click.FloatRange(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
 @click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
 @output_format
 @common
@@ -37,6 +38,7 @@ def command(
     start: float | None,
     end: float | None,
     seed: int,
+    tau: float,
     no_picture: bool,
     format_: str,
     verbose: bool,
@@ -64,6 +66,7 @@ def command(
         start=start,
         end=end,
         seed=seed,
+        tau=tau,
         picture=not no_picture,
         force=force,
         progress=TerminalProgress(people),

@@ -16,15 +16,13 @@ from cdcore.narrow.margins import triangle_margins
 from cdcore.narrow.triangle_integers import pair_intersects_integers
 from cdcore.numerics import FloatArray
 from cdcore.protocol import counts_as_contact, is_undecided
+from replay.audit.tolerance import TAU
 from replay.errors import StressError
 from replay.progress import Progress, Silent
 from replay.stress.cases import Cases, write_cases
 from replay.stress.families import FAMILIES, FIRST_SEED, Family
 from replay.stress.peers import PEERS, installed_peers
 from replay.stress.posing import verdicts_of
-
-TAU: Final = 2e-6
-"""Metres. A disagreement about less is ill-posed: no tracker, and no engine with an absolute tolerance, resolves it."""
 
 ALL: Final = "all"
 

@@ -1,0 +1,187 @@
+"""Float bounds of clearance and penetration that never promise too much: what they leave open goes to the integers.
+
+``overlap_bounds`` looks along the eleven axes of two triangles, ``certainly_apart`` at two trees over many poses.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.numerics import EPS, BoolArray, FloatArray
+
+PROJECTION_ULPS = 16.0
+"""Rounding of a difference, a dot product and a division, in eps of the triangles' extent."""
+DIRECTION_ULPS = 64.0
+"""Rounding of a cross product turns an axis: by this many eps of the edges' lengths over the product's."""
+PARALLEL = 1e-9
+"""Edges whose cross product is shorter than this share of their lengths count as parallel. Their axis, if they have
+one, is across both; and across a common edge the least overlap is along a face's normal, so it adds nothing."""
+PARALLEL_PAD = 1e-8
+"""Of the extent: covers the angle below which edges count as parallel."""
+POSE_ULPS = 256.0
+"""Rounding of a relative pose beside the points that count, in eps of the bodies' coordinates in the world."""
+
+
+@kernel
+def overlap_bounds(pairs: FloatArray, low: FloatArray, high: FloatArray, apart: FloatArray) -> None:
+    """Fill for each pair (n, 6, 3): bounds of its least overlap along the axes, and a distance it certainly keeps."""
+    axes, points = np.empty((11, 4)), np.empty((6, 3))
+    for pair in range(len(pairs)):
+        low[pair], high[pair], apart[pair] = _bounds(pairs[pair], axes, points)
+
+
+@hot_kernel
+def _bounds(corners: FloatArray, axes: FloatArray, points: FloatArray) -> tuple[float, float, float]:
+    """Lower and upper bound of the least overlap, and a lower bound of the distance."""
+    stay_one_function()
+    extent = 0.0
+    for corner in range(6):
+        for k in range(3):
+            points[corner, k] = corners[corner, k] - corners[0, k]
+            extent = max(extent, abs(points[corner, k]))
+    extent *= 2.0
+    _fill_axes(points, axes)
+    low, high, apart, pad = np.inf, np.inf, -np.inf, 0.0
+    for axis in range(11):
+        x, y, z, lengths = axes[axis, 0], axes[axis, 1], axes[axis, 2], axes[axis, 3]
+        length = np.sqrt(x * x + y * y + z * z)
+        if not length > PARALLEL * lengths:
+            if axis < 2:
+                low = -np.inf
+            pad = PARALLEL_PAD * extent
+            continue
+        overlap = _overlap_along(points, x, y, z) / length
+        rounding = PROJECTION_ULPS * EPS * extent
+        turning = DIRECTION_ULPS * EPS * extent * lengths / length
+        low = min(low, overlap - rounding - turning)
+        high = min(high, overlap + rounding + turning)
+        apart = max(apart, -overlap - rounding)
+    return low - pad, high, apart
+
+
+@hot_kernel
+def _fill_axes(points: FloatArray, axes: FloatArray) -> None:
+    """Two normals and nine cross products of edges; beside each the product of the edges' lengths."""
+    stay_one_function()
+    _cross_of(points, 1, 0, 2, 0, axes[0])
+    _cross_of(points, 4, 3, 5, 3, axes[1])
+    for i in range(3):
+        for j in range(3):
+            _cross_of(points, (i + 1) % 3, i, 3 + (j + 1) % 3, 3 + j, axes[2 + 3 * i + j])
+
+
+@hot_kernel
+def _cross_of(points: FloatArray, a: int, b: int, c: int, d: int, axis: FloatArray) -> None:
+    stay_one_function()
+    ux, uy, uz = points[a, 0] - points[b, 0], points[a, 1] - points[b, 1], points[a, 2] - points[b, 2]
+    vx, vy, vz = points[c, 0] - points[d, 0], points[c, 1] - points[d, 1], points[c, 2] - points[d, 2]
+    axis[0], axis[1], axis[2] = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    axis[3] = np.sqrt((ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz))
+
+
+@hot_kernel
+def _overlap_along(points: FloatArray, x: float, y: float, z: float) -> float:
+    stay_one_function()
+    low_a, high_a, low_b, high_b = np.inf, -np.inf, np.inf, -np.inf
+    for corner in range(3):
+        along = points[corner, 0] * x + points[corner, 1] * y + points[corner, 2] * z
+        low_a, high_a = min(low_a, along), max(high_a, along)
+        along = points[3 + corner, 0] * x + points[3 + corner, 1] * y + points[3 + corner, 2] * z
+        low_b, high_b = min(low_b, along), max(high_b, along)
+    return min(high_a - low_b, high_b - low_a)
+
+
+@kernel
+def certainly_apart(
+    boxes_a: FloatArray, links_a: NDArray[np.int32], leaves_a: NDArray[np.int32], placed_a: FloatArray,
+    boxes_b: FloatArray, links_b: NDArray[np.int32], leaves_b: NDArray[np.int32], placed_b: FloatArray,
+    turns: FloatArray, moves: FloatArray, reach: FloatArray, apart: BoolArray,
+) -> None:  # fmt: skip
+    """Fill for each relative pose, of body a in the axes of b, whether the surfaces keep more than ``reach`` there.
+
+    Parameters
+    ----------
+    boxes, links, leaves, placed : of the two bodies' ``BoxTree``.
+    turns, moves, reach, apart : (K, 3, 3), (K, 3), (K,), (K,).
+    """
+    stack = np.empty((len(links_a) + len(links_b) + 2, 2), dtype=np.int64)
+    axes, points, pair = np.empty((11, 4)), np.empty((6, 3)), np.empty((6, 3))
+    axes_a, away = np.empty((3, 3)), np.empty(3)
+    for row in range(len(turns)):
+        turn, move, far = turns[row], moves[row], reach[row]
+        stack[0, 0], stack[0, 1] = 0, 0
+        depth = 1
+        apart[row] = True
+        while depth > 0 and apart[row]:
+            depth -= 1
+            a, b = stack[depth, 0], stack[depth, 1]
+            if _boxes_apart(boxes_a[a], boxes_b[b], turn, move, far, axes_a, away):
+                continue
+            if links_a[a, 0] < 0 and links_b[b, 0] < 0:
+                leaf_a, leaf_b = leaves_a[links_a[a, 1]], leaves_b[links_b[b, 1]]
+                apart[row] = _faces_apart(placed_a, leaf_a, placed_b, leaf_b, turn, move, far, axes, points, pair)
+                continue
+            split_a = links_b[b, 0] < 0 or (links_a[a, 0] >= 0 and boxes_a[a, 15] >= boxes_b[b, 15])
+            for child in range(2):
+                stack[depth, 0] = links_a[a, 0] + child if split_a else a
+                stack[depth, 1] = b if split_a else links_b[b, 0] + child
+                depth += 1
+
+
+@hot_kernel
+def _boxes_apart(
+    box_a: FloatArray, box_b: FloatArray, turn: FloatArray, move: FloatArray, far: float, axes_a: FloatArray,
+    away: FloatArray,
+) -> bool:  # fmt: skip
+    """Whether a face direction of one of the boxes shows a gap of more than ``far``."""
+    stay_one_function()
+    for i in range(3):
+        for k in range(3):
+            axes_a[k, i] = 0.0
+            for j in range(3):
+                axes_a[k, i] += turn[i, j] * box_a[3 + 3 * k + j]
+        away[i] = turn[i, 0] * box_a[0] + turn[i, 1] * box_a[1] + turn[i, 2] * box_a[2] + move[i] - box_b[i]
+    for k in range(3):
+        along_a, along_b, reach_a, reach_b = 0.0, 0.0, box_b[12 + k], box_a[12 + k]
+        for i in range(3):
+            along_b += away[i] * box_b[3 + 3 * k + i]
+            along_a += away[i] * axes_a[k, i]
+            onto_b, onto_a = 0.0, 0.0
+            for j in range(3):
+                onto_b += axes_a[i, j] * box_b[3 + 3 * k + j]
+                onto_a += axes_a[k, j] * box_b[3 + 3 * i + j]
+            reach_a += abs(onto_b) * box_a[12 + i]
+            reach_b += abs(onto_a) * box_b[12 + i]
+        if abs(along_b) > reach_a + far or abs(along_a) > reach_b + far:
+            return True
+    return False
+
+
+@hot_kernel
+def _faces_apart(
+    placed_a: FloatArray, leaf_a: NDArray[np.int32], placed_b: FloatArray, leaf_b: NDArray[np.int32],
+    turn: FloatArray, move: FloatArray, far: float, axes: FloatArray, points: FloatArray, pair: FloatArray,
+) -> bool:  # fmt: skip
+    """Whether every face of one leaf certainly keeps more than ``far`` from every face of the other."""
+    stay_one_function()
+    for i in range(leaf_a[0], leaf_a[0] + leaf_a[1]):
+        _place_face(placed_a[i], turn, move, pair)
+        for m in range(leaf_b[0], leaf_b[0] + leaf_b[1]):
+            for corner in range(3):
+                for k in range(3):
+                    pair[3 + corner, k] = placed_b[m, 4 * k + corner]
+            if not _bounds(pair, axes, points)[2] > far:
+                return False
+    return True
+
+
+@hot_kernel
+def _place_face(face: FloatArray, turn: FloatArray, move: FloatArray, pair: FloatArray) -> None:
+    stay_one_function()
+    for corner in range(3):
+        for k in range(3):
+            pair[corner, k] = move[k]
+            for j in range(3):
+                pair[corner, k] += turn[k, j] * face[4 * j + corner]

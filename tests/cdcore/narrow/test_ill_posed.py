@@ -1,0 +1,112 @@
+"""The stage says of placed surfaces what the integers say of all their face pairs, however many are asked at once."""
+
+import numpy as np
+import pytest
+from motions import KINDS, grid_plate, motion_of
+from shapes import ball_mesh, box_mesh, merged
+
+from cdcore import Body, TriangleMesh
+from cdcore.narrow.exhaustive import meeting_faces_exhaustive
+from cdcore.narrow.ill_posed import MarginStage
+from cdcore.narrow.margins import triangle_margins
+from cdcore.numerics import place_points
+
+
+def body(triangles, name="it"):
+    return Body(name, TriangleMesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)))
+
+
+def placed(triangles, turn, move):
+    return place_points(triangles.reshape(-1, 3), turn, move).reshape(-1, 3, 3)
+
+
+@pytest.mark.parametrize("tau", [1e-9, 0.02, 0.2])
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_answer_is_that_of_every_face_pair_in_integers(kind, tau):
+    rng = np.random.default_rng(4)
+    meshes = [KINDS[kind](rng, 10) for _ in range(2)]
+    turn, move = motion_of(kind, rng, 24, 2)
+    stage = MarginStage([body(meshes[0], "a"), body(meshes[1], "b")], tau)
+    near = stage.near((0, 1), turn, move)
+    for frame in range(0, 24, 3):
+        first, second = (placed(meshes[k], turn[frame, k], move[frame, k]) for k in range(2))
+        pairs = np.array([[a, b] for a in first for b in second])
+        meets, margin = triangle_margins(pairs)
+        if not meets.any():
+            assert near[frame] == (margin.min() <= tau)
+            continue
+        faces = meeting_faces_exhaustive(first, second)
+        assert not near[frame]
+        assert stage.shallow((0, 1), faces, turn[frame], move[frame]) == (margin[meets].max() <= tau)
+
+
+def ball_beside_box(gap, tau=2e-6):
+    """What the stage says of a ball whose extreme vertex is ``gap`` off the wall of a box; below 0 inside it."""
+    bodies = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
+    turn, move = np.tile(np.eye(3), (1, 2, 1, 1)), np.array([[[1.0 + gap, 0, 0], [0, 0, 0]]])
+    stage = MarginStage(bodies, tau)
+    first, second = (placed(bodies[k].mesh.triangles, turn[0, k], move[0, k]) for k in range(2))
+    faces = meeting_faces_exhaustive(first, second)
+    return stage.shallow((0, 1), faces, turn[0], move[0]) if len(faces) else bool(stage.near((0, 1), turn, move)[0])
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize(
+    ("gap", "within"), [(1e-12, True), (1e-6, True), (1.9e-6, True), (2.3e-6, False), (1e-3, False)]
+)
+def test_two_micrometres_on_either_side_of_touching_is_the_border(gap, within, side):
+    assert ball_beside_box(side * gap) == within
+
+
+def test_touching_is_within_any_tolerance():
+    assert ball_beside_box(0.0, tau=1e-15)
+
+
+def meeting(bodies, move):
+    """The arguments of ``shallow`` and ``loose`` for two bodies that stand unrotated."""
+    turn, move = np.tile(np.eye(3), (2, 1, 1)), np.array(move, dtype=float)
+    first, second = (placed(bodies[k].mesh.triangles, turn[k], move[k]) for k in range(2))
+    faces = meeting_faces_exhaustive(first, second)
+    assert len(faces)
+    return (0, 1), faces, turn, move
+
+
+@pytest.mark.parametrize("away", [[1.0, 0, 0], [1.0, 1.0, 0], [1.0, 1.0, 1.0], [0.3, 0.2, 1.0 - 1e-6]])
+def test_cubes_that_touch_come_loose(away):
+    bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
+    asked = meeting(bodies, [[0, 0, 0], away])
+    stage = MarginStage(bodies, 2e-6)
+    assert stage.shallow(*asked) and stage.loose(*asked)
+
+
+@pytest.mark.parametrize("away", [[0.5, 0, 0], [0.9, 0, 0], [0, 0.01, 0]])
+def test_cubes_in_each_other_with_faces_in_common_planes_do_not(away):
+    bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
+    asked = meeting(bodies, [[0, 0, 0], away])
+    stage = MarginStage(bodies, 2e-6)
+    assert stage.shallow(*asked), "every face pair only touches"
+    assert not stage.loose(*asked)
+
+
+def test_a_plug_that_fits_its_hole_exactly_comes_loose_though_no_shift_frees_it():
+    hole = merged(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
+    bodies = [Body("plug", box_mesh((1, 1, 3))), Body("hole", hole)]
+    asked = meeting(bodies, np.zeros((2, 3)))
+    assert MarginStage(bodies, 2e-6).loose(*asked)
+
+
+def test_a_tool_on_an_open_sheet_comes_loose_whichever_way_the_sheet_looks():
+    for faces in (grid_plate(), grid_plate()[:, ::-1]):
+        bodies = [body(faces, "sheet"), Body("box", box_mesh(centre=(2.3, 2.4, 0.5)))]
+        assert MarginStage(bodies, 2e-6).loose(*meeting(bodies, np.zeros((2, 3))))
+
+
+def test_equal_poses_are_asked_once(monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        "cdcore.narrow.ill_posed.pair_frame_margin", lambda *a, **k: asked.append(1) or type("M", (), {"contact": True})
+    )
+    bodies = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
+    turn, move = np.tile(np.eye(3), (50, 2, 1, 1)), np.tile([[1.000001, 0, 0], [0, 0, 0]], (50, 1, 1))
+    MarginStage(bodies, 2e-6).near((0, 1), turn, move)
+    assert len(asked) == 1
