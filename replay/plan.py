@@ -106,7 +106,8 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
         kind: Step(specs[kind], declared.get(kind, ()), tuple(asked[kind]), inputs[kind], because[kind])
         for kind in order
     }
-    return _whole(scene, steps, not_built, tuple(kind for kind in effect_kinds(table) if kind not in steps))
+    left = tuple(kind for kind in effect_kinds(table) if kind not in steps and kind not in not_built)
+    return _whole(scene, steps, not_built, left)
 
 
 def closure(kinds: Iterable[str], table: Mapping[str, str] = EFFECTS) -> frozenset[str]:
