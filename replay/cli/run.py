@@ -27,6 +27,7 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, common, let_modules_here_
 @click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
 @click.option("--tau", type=click.FloatRange(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
 @click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
+@click.option("--cite", is_flag=True, help="Print the sources behind the detectors and effects of this run.")
 @output_format
 @common
 def command(
@@ -40,6 +41,7 @@ def command(
     seed: int,
     tau: float,
     no_picture: bool,
+    cite: bool,
     format_: str,
     verbose: bool,
     quiet: bool,
@@ -71,6 +73,6 @@ def command(
         force=force,
         progress=TerminalProgress(people),
     )
-    code = report_run(result, people, format_)
+    code = report_run(result, people, format_, cite=cite)
     people.say(f"\nwrote {out}" + ("" if no_picture else f"\nopen the picture:  replay view {out}"))
     return code

@@ -14,15 +14,27 @@ from replay.cli.main import DATA_LOSS, OK
 from replay.run_result import RunResult
 
 
-def report_run(result: RunResult, people: People, format_: str) -> int:
-    """Print a run and return the exit code: 3 when frames of the recording could not be used."""
+def report_run(result: RunResult, people: People, format_: str, *, cite: bool = False) -> int:
+    """Print a run, with the sources behind it if asked, and return the exit code: 3 when frames could not be used."""
+    behind = _sources(result) if cite else {}
     if format_ == "json":
-        click.echo(json.dumps(as_json(result), indent=1, allow_nan=False))
+        told = as_json(result) | ({"sources": behind} if cite else {})
+        click.echo(json.dumps(told, indent=1, allow_nan=False))
     else:
         from replay.cli.run_tables import run_tables
 
         stdout_console().print(run_tables(result))
+        if cite:
+            from replay.citing import citations
+
+            click.echo("\n" + citations(behind))
     return close_run(result, people)
+
+
+def _sources(result: RunResult) -> dict[str, tuple[str, ...]]:
+    from replay.citing import sources_behind
+
+    return sources_behind(result)
 
 
 def close_run(result: RunResult, people: People) -> int:

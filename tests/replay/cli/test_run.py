@@ -85,3 +85,15 @@ def test_a_folder_in_the_way_is_refused_and_force_replaces_it(file, tmp_path, ca
     assert main(where) == 1
     assert "replace it with --force" in capsys.readouterr().err
     assert main([*where, "--force"]) == 0
+
+
+def test_cite_prints_the_sources_of_the_detectors_that_looked(file, tmp_path, capsys):
+    plain = ["run", str(file), "--no-picture", "--detectors", "sphere", "--oracle", "hybrid"]
+    assert main([*plain, "-o", str(tmp_path / "one"), "--cite"]) == 0
+    printed = capsys.readouterr().out
+    assert "detector sphere" in printed and "equation (21)" in printed and "FCL" in printed
+    assert main([*plain, "-o", str(tmp_path / "two"), "--cite", "--format", "json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert set(told["sources"]) == {"detector sphere", "detector hybrid"}
+    assert main([*plain, "-o", str(tmp_path / "three")]) == 0
+    assert "equation (21)" not in capsys.readouterr().out
