@@ -63,7 +63,7 @@ def command(
     chosen = families_of(family)
     absent = [name for name in PEERS if name not in installed_peers()]
     if detector == ALL and absent:
-        people.say(f"not installed, so not asked: {', '.join(absent)}; `pip install` of these names adds their rows")
+        people.say(f"not installed, so not asked: {', '.join(absent)}; install vrlab-replay[peers] to see them")
     result = stress(
         detector,
         families=chosen,

@@ -1,0 +1,129 @@
+"""At mesh level no exact relation changes a body verdict or a face pair of the exact detector, bit for bit."""
+
+import numpy as np
+import pytest
+from motions import KINDS, motion_of
+from shapes import lab
+
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
+
+FRAMES = 40
+
+
+def scene(kind):
+    rng = np.random.default_rng(11)
+    if kind == "lab":
+        bodies, motion = lab(FRAMES, seed=11)
+        return bodies[:3], Motion(
+            motion.times, motion.translations[:, :3], motion.rotations[:, :3], motion.valid[:, :3]
+        )
+    bodies = [body(f"body {k}", KINDS[kind](rng)) for k in range(3)]
+    turn, move = motion_of(kind, rng, FRAMES, 3)
+    return bodies, Motion(np.arange(FRAMES) / 90, move, turn)
+
+
+def body(name, triangles):
+    return Body(name, TriangleMesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)))
+
+
+def asked(bodies, motion, pairs=None):
+    return create_detector("exact", bodies, pairs=pairs, containment=False).detect(motion, faces=True)
+
+
+def remade(bodies, change):
+    return [Body(one.name, change(one.mesh)) for one in bodies]
+
+
+def same_faces(before, after, names=lambda faces: faces):
+    for frame, pair in np.argwhere(before.face_counts > 0).tolist():
+        want = names(before.faces(frame, pair))
+        assert np.array_equal(after.faces(frame, pair), want[np.lexsort((want[:, 1], want[:, 0]))])
+
+
+by_kind = pytest.mark.parametrize("kind", [*KINDS, "lab"])
+
+
+@by_kind
+def test_renumbering_vertices_and_turning_corners_round_changes_nothing(kind):
+    bodies, motion = scene(kind)
+    rng = np.random.default_rng(0)
+
+    def change(mesh):
+        order = rng.permutation(len(mesh.vertices))
+        number = np.argsort(order)
+        return TriangleMesh(mesh.vertices[order], number[mesh.faces][:, [1, 2, 0]])
+
+    before, after = asked(bodies, motion), asked(remade(bodies, change), motion)
+    assert (before.digest, before.faces_digest) == (after.digest, after.faces_digest)
+    assert (before.verdict == Verdict.CONTACT).any()
+
+
+@by_kind
+def test_reversing_every_face_changes_nothing(kind):
+    bodies, motion = scene(kind)
+    after = asked(remade(bodies, lambda mesh: TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])), motion)
+    assert asked(bodies, motion).faces_digest == after.faces_digest
+
+
+@by_kind
+def test_permuting_faces_permutes_the_face_pairs(kind):
+    bodies, motion = scene(kind)
+    orders = [np.random.default_rng(k).permutation(len(one.mesh.faces)) for k, one in enumerate(bodies)]
+    changed = [
+        Body(one.name, TriangleMesh(one.mesh.vertices, one.mesh.faces[order]))
+        for one, order in zip(bodies, orders, strict=True)
+    ]
+    before, after = asked(bodies, motion, [(0, 1)]), asked(changed, motion, [(0, 1)])
+    assert before.digest == after.digest
+    numbers = [np.argsort(order) for order in orders]
+    same_faces(before, after, lambda faces: np.stack([numbers[0][faces[:, 0]], numbers[1][faces[:, 1]]], axis=1))
+
+
+@by_kind
+def test_the_other_order_of_a_pair_swaps_the_columns(kind):
+    bodies, motion = scene(kind)
+    before, after = asked(bodies, motion, [(0, 1)]), asked(bodies, motion, [(1, 0)])
+    assert np.array_equal(before.verdict, after.verdict)
+    same_faces(before, after, lambda faces: faces[:, ::-1])
+
+
+@pytest.mark.parametrize("kind", ["lattice", "degenerate", "non-manifold"])
+def test_splitting_each_face_in_four_at_dyadic_midpoints_keeps_the_verdicts(kind):
+    """In poses that round nothing: quarter turns and shifts on a grid, where midpoints stay midpoints."""
+    bodies, motion = scene(kind)
+    exact = Motion(motion.times, motion.translations, np.tile(np.eye(3), (FRAMES, 3, 1, 1)))
+
+    def four(one):
+        t = one.mesh.triangles
+        a, b, c = t[:, 0], t[:, 1], t[:, 2]
+        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        return body(one.name, np.concatenate([np.stack(part, axis=1) for part in parts]))
+
+    before, after = asked(bodies, exact), asked([four(one) for one in bodies], exact)
+    assert np.array_equal(before.verdict, after.verdict)
+    assert 0 < (before.verdict == Verdict.CONTACT).mean() <= 1
+
+
+@by_kind
+def test_the_union_of_two_query_sets_has_the_answers_of_both(kind):
+    bodies, motion = scene(kind)
+    both = asked(bodies, motion, [(0, 1), (1, 2)])
+    parts = [asked(bodies, motion, [pair]) for pair in ((0, 1), (1, 2))]
+    assert np.array_equal(both.verdict, np.concatenate([part.verdict for part in parts], axis=1))
+    for column, part in enumerate(parts):
+        assert np.array_equal(both.face_counts[:, column], part.face_counts[:, 0])
+
+
+@pytest.mark.parametrize("relation", ["axes", "shift"])
+@pytest.mark.parametrize("kind", ["lattice", "degenerate", "non-manifold"])
+def test_turning_the_world_by_signed_axes_or_shifting_it_by_eights_keeps_every_face_pair(kind, relation):
+    bodies, motion = scene(kind)
+    turn, move = np.tile(np.eye(3), (FRAMES, 3, 1, 1)), motion.translations
+    before = asked(bodies, Motion(motion.times, move, turn))
+    if relation == "axes":
+        quarter = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
+        after = asked(bodies, Motion(motion.times, move @ quarter.T, quarter @ turn))
+    else:
+        after = asked(bodies, Motion(motion.times, move + np.array([8.0, -16.0, 24.0]), turn))
+    assert before.faces_digest == after.faces_digest
