@@ -21,6 +21,7 @@ from replay.audit.face_recall import FaceRecall, face_recall
 from replay.audit.matching import EpisodeMatches, match_episodes
 from replay.audit.outcome import Comparison, Episode
 from replay.audit.tolerance import TAU, Tolerance
+from replay.compiling import compiling_announced
 from replay.detecting import Run, face_sets_again, make_detector, run_detector
 from replay.detector_spec import DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
 from replay.effect_summary import effect_summary, plan_summary
@@ -133,7 +134,7 @@ def compute(
         assembly = assemble_bounded(session, layout, start=start, end=end)
     runs: dict[str, Run] = {}
     for spec in lineup.specs:
-        with told.stage(spec.label, len(assembly.motion)) as advance:
+        with told.stage(spec.label, len(assembly.motion)) as advance, compiling_announced(told):
             runs[spec.label] = run_detector(
                 spec, assembly, seed=seed, faces=spec.label in (lineup.oracle, *planned.detectors), advance=advance
             )

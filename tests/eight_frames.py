@@ -18,6 +18,9 @@ def relative_of(pose_a, pose_b, frame, relative, middle, scratch):
     return largest_chord(relative, 4 + 0 * frame, 8 + 0 * frame, middle, scratch)
 
 
+ARRAYS = ("boxes", "links", "leaves", "placed", "picks", "corners", "boxed", "spans", "planes")
+
+
 class EightFrames:
     def __init__(self, seed, size=0.3):
         rng = np.random.default_rng(seed)
@@ -28,6 +31,8 @@ class EightFrames:
         self.poses = [
             pose_lanes(self.turn, self.move, k, frames, tree.boxes[0], tree.reach) for k, tree in enumerate(self.trees)
         ]
+        # kernels index every array as one row
+        self.flat = [tree._replace(**{name: getattr(tree, name).ravel() for name in ARRAYS}) for tree in self.trees]
         a, b = self.poses
         self.pad = position_pad(sum(t.reach for t in self.trees) + a.size + b.size, a.skew + b.skew)
         self.relative, self.middle = np.empty(96), np.empty(9)

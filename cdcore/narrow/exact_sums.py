@@ -20,8 +20,9 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 
-from cdcore.narrow.compiling import become_part_of_caller, kernel, machine_operation
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, machine_operation, stay_one_function
+from cdcore.narrow.memory import Memory
+from cdcore.numerics import IntArray
 
 SPLITTER = 134217729.0
 """2^27 + 1: cuts a double into two halves of 26 bits whose products are exact (Dekker)."""
@@ -50,7 +51,7 @@ bits_of: Callable[[float], int] = machine_operation(_bits_of)
 """The 64 bits of a double as an integer."""
 
 
-@kernel
+@hot_kernel
 def two_sum(a: float, b: float) -> tuple[float, float]:
     """a + b as (rounded sum, error); exact for any finite operands without overflow."""
     total = a + b
@@ -59,7 +60,7 @@ def two_sum(a: float, b: float) -> tuple[float, float]:
     return total, (a - a_virtual) + (b - b_virtual)
 
 
-@kernel
+@hot_kernel
 def two_product(a: float, b: float) -> tuple[float, float]:
     """A product as (rounded product, error); no fused multiply-add, so every machine gives the same bits."""
     product = a * b
@@ -73,16 +74,16 @@ def two_product(a: float, b: float) -> tuple[float, float]:
     return product, error
 
 
-@kernel
-def clear_digits(digits: IntArray) -> None:
+@hot_kernel
+def clear_digits(digits: Memory) -> None:
     """Start a sum at zero."""
     become_part_of_caller()
     for k in range(DIGITS):
         digits[k] = 0
 
 
-@kernel
-def add_double(digits: IntArray, value: float) -> None:
+@hot_kernel
+def add_double(digits: Memory, value: float) -> None:
     """Add one double, exactly."""
     bits = bits_of(value)
     place = ((bits >> 52) & 0x7FF) - 1075 - LOWEST_BIT
@@ -102,16 +103,16 @@ def add_double(digits: IntArray, value: float) -> None:
         digits[digit + 2] += high >> 32
 
 
-@kernel
-def add_product(digits: IntArray, a: float, b: float) -> None:
+@hot_kernel
+def add_product(digits: Memory, a: float, b: float) -> None:
     """Add a b, exactly."""
     product, error = two_product(a, b)
     add_double(digits, product)
     add_double(digits, error)
 
 
-@kernel
-def sign_of_digits(digits: IntArray) -> int:
+@hot_kernel
+def sign_of_digits(digits: Memory) -> int:
     """-1, 0 or 1: the sign of the sum; the digits are spent."""
     carry = 0
     any_left = False
@@ -124,14 +125,14 @@ def sign_of_digits(digits: IntArray) -> int:
     return 1 if any_left or carry > 0 else 0
 
 
-@kernel
-def exponents_are_moderate(points: FloatArray) -> bool:
-    """True where exact arithmetic on these coordinates (n, 3) can neither underflow nor overflow."""
+@hot_kernel
+def exponents_are_moderate(points: Memory, count: int) -> bool:
+    """True where exact arithmetic on these ``count`` coordinates can neither underflow nor overflow."""
+    stay_one_function()
     moderate = True
-    for i in range(points.shape[0]):
-        for k in range(3):
-            size = abs(points[i, k])
-            moderate &= size <= LARGEST_EXACT and (size >= SMALLEST_EXACT or size == 0.0)
+    for k in range(count):
+        size = abs(points[k])
+        moderate &= size <= LARGEST_EXACT and (size >= SMALLEST_EXACT or size == 0.0)
     return moderate
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from cdcore.narrow.compiling import become_part_of_caller, kernel, stay_one_function
 from cdcore.narrow.exact_sums import exponents_are_moderate
+from cdcore.narrow.memory import doubles_of, words_of
 from cdcore.narrow.triangle_exact import pair_intersects_exact
 from cdcore.narrow.triangle_filter import UNDECIDED, pair_intersects_filtered
 from cdcore.narrow.triangle_integers import pair_intersects_integers
@@ -32,9 +33,10 @@ def place_face(corners: FloatArray, face: int, turn: FloatArray, move: FloatArra
 def placed_pair_meets(pair: FloatArray, digits: IntArray) -> int:
     """1 or 0 for the faces in rows 0-2 and 3-5 of ``pair`` (6, 3); UNDECIDED where only integers can tell."""
     stay_one_function()
-    answer = pair_intersects_filtered(pair)
-    if answer == UNDECIDED and exponents_are_moderate(pair):
-        answer = 1 if pair_intersects_exact(pair, digits) else 0
+    corners = doubles_of(pair)
+    answer = pair_intersects_filtered(corners)
+    if answer == UNDECIDED and exponents_are_moderate(corners, int(np.int64(18))):
+        answer = 1 if pair_intersects_exact(corners, words_of(digits)) else 0
     return answer
 
 

@@ -9,9 +9,9 @@ section 4, for the bounds.
 
 from __future__ import annotations
 
-from cdcore.narrow.compiling import kernel, stay_one_function
+from cdcore.narrow.compiling import hot_kernel, stay_one_function
 from cdcore.narrow.exact_sums import add_product, clear_digits, sign_of_digits, two_product, two_sum
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.narrow.memory import Memory
 
 ROUNDOFF = 2.0**-53
 ORIENT3D_BOUND = (7.0 + 56.0 * ROUNDOFF) * ROUNDOFF
@@ -24,12 +24,12 @@ OVERFLOW_GUARD = 1e300
 """A permanent above this may hide an overflowed term."""
 
 
-@kernel
-def orientation_filtered(p: FloatArray, a: int, b: int, c: int, d: int) -> int:
+@hot_kernel
+def orientation_filtered(p: Memory, a: int, b: int, c: int, d: int) -> int:
     """Sign of the volume (a-d) x (b-d) . (c-d) of rows a, b, c, d of p; 2 when the float64 bound cannot tell."""
-    ax, ay, az = p[a, 0] - p[d, 0], p[a, 1] - p[d, 1], p[a, 2] - p[d, 2]
-    bx, by, bz = p[b, 0] - p[d, 0], p[b, 1] - p[d, 1], p[b, 2] - p[d, 2]
-    cx, cy, cz = p[c, 0] - p[d, 0], p[c, 1] - p[d, 1], p[c, 2] - p[d, 2]
+    ax, ay, az = p[3 * a] - p[3 * d], p[3 * a + 1] - p[3 * d + 1], p[3 * a + 2] - p[3 * d + 2]
+    bx, by, bz = p[3 * b] - p[3 * d], p[3 * b + 1] - p[3 * d + 1], p[3 * b + 2] - p[3 * d + 2]
+    cx, cy, cz = p[3 * c] - p[3 * d], p[3 * c + 1] - p[3 * d + 1], p[3 * c + 2] - p[3 * d + 2]
     bxcy, cxby = bx * cy, cx * by
     cxay, axcy = cx * ay, ax * cy
     axby, bxay = ax * by, bx * ay
@@ -43,8 +43,8 @@ def orientation_filtered(p: FloatArray, a: int, b: int, c: int, d: int) -> int:
     return 2
 
 
-@kernel
-def orientation_exact(p: FloatArray, a: int, b: int, c: int, d: int, w: IntArray) -> int:  # noqa: C901 - three rows
+@hot_kernel
+def orientation_exact(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> int:  # noqa: C901 - three rows
     """The same sign by an exact sum, never undecided; needs moderate exponents."""
     clear_digits(w)
     for row in range(3):
@@ -54,9 +54,9 @@ def orientation_exact(p: FloatArray, a: int, b: int, c: int, d: int, w: IntArray
             q, r, s = b, c, a
         elif row == 2:
             q, r, s = c, a, b
-        r_x, r_y = two_sum(p[r, 0], -p[d, 0]), two_sum(p[r, 1], -p[d, 1])
-        s_x, s_y = two_sum(p[s, 0], -p[d, 0]), two_sum(p[s, 1], -p[d, 1])
-        for z in two_sum(p[q, 2], -p[d, 2]):
+        r_x, r_y = two_sum(p[3 * r], -p[3 * d]), two_sum(p[3 * r + 1], -p[3 * d + 1])
+        s_x, s_y = two_sum(p[3 * s], -p[3 * d]), two_sum(p[3 * s + 1], -p[3 * d + 1])
+        for z in two_sum(p[3 * q + 2], -p[3 * d + 2]):
             if z != 0.0:
                 for x in r_x:
                     for y in s_y:
@@ -67,8 +67,8 @@ def orientation_exact(p: FloatArray, a: int, b: int, c: int, d: int, w: IntArray
     return sign_of_digits(w)
 
 
-@kernel
-def add_triple(w: IntArray, x: float, y: float, z: float) -> None:
+@hot_kernel
+def add_triple(w: Memory, x: float, y: float, z: float) -> None:
     """Add x y z, exactly."""
     stay_one_function()
     if y == 0.0 or z == 0.0:
@@ -79,8 +79,8 @@ def add_triple(w: IntArray, x: float, y: float, z: float) -> None:
         add_product(w, error, x)
 
 
-@kernel
-def orientation_sign(p: FloatArray, a: int, b: int, c: int, d: int, w: IntArray) -> int:
+@hot_kernel
+def orientation_sign(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> int:
     """Exact sign of the volume of rows a, b, c, d of p."""
     stay_one_function()
     sign = orientation_filtered(p, a, b, c, d)
@@ -89,24 +89,24 @@ def orientation_sign(p: FloatArray, a: int, b: int, c: int, d: int, w: IntArray)
     return sign
 
 
-@kernel
-def cross_sign(p: FloatArray, a: int, b: int, c: int, d: int, axis: int, w: IntArray) -> int:
+@hot_kernel
+def cross_sign(p: Memory, a: int, b: int, c: int, d: int, axis: int, w: Memory) -> int:
     """Exact sign of (b - a) x (d - c) seen along ``axis`` (0, 1, 2): turn to the left is 1."""
     stay_one_function()
     i = (axis + 1) % 3
     j = (axis + 2) % 3
-    left = (p[b, i] - p[a, i]) * (p[d, j] - p[c, j])
-    right = (p[b, j] - p[a, j]) * (p[d, i] - p[c, i])
+    left = (p[3 * b + i] - p[3 * a + i]) * (p[3 * d + j] - p[3 * c + j])
+    right = (p[3 * b + j] - p[3 * a + j]) * (p[3 * d + i] - p[3 * c + i])
     determinant = left - right
     permanent = abs(left) + abs(right)
     size = abs(determinant)
     if size > CROSS2_BOUND * permanent and size > UNDERFLOW_GUARD and permanent < OVERFLOW_GUARD:
         return 1 if determinant > 0.0 else -1
     clear_digits(w)
-    for x in two_sum(p[b, i], -p[a, i]):
-        for y in two_sum(p[d, j], -p[c, j]):
+    for x in two_sum(p[3 * b + i], -p[3 * a + i]):
+        for y in two_sum(p[3 * d + j], -p[3 * c + j]):
             add_product(w, x, y)
-    for x in two_sum(p[b, j], -p[a, j]):
-        for y in two_sum(p[d, i], -p[c, i]):
+    for x in two_sum(p[3 * b + j], -p[3 * a + j]):
+        for y in two_sum(p[3 * d + i], -p[3 * c + i]):
             add_product(w, -x, y)
     return sign_of_digits(w)

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cdcore.errors import InvalidTrianglesError
 from cdcore.narrow.exact_sums import new_digits
+from cdcore.narrow.memory import row_of
 from cdcore.narrow.triangle_filter import UNDECIDED, pairs_intersect_compiled
 from cdcore.narrow.triangle_integers import pair_intersects_integers
 from cdcore.numerics import FloatArray
@@ -68,7 +69,8 @@ def triangles_intersect_counted(triangles: ArrayLike) -> tuple[NDArray[np.bool_]
     """The answers of :func:`triangles_intersect` and the work behind them."""
     pairs = checked_triangles(triangles)
     answers = np.empty(len(pairs), dtype=np.uint8)
-    undecided = int(pairs_intersect_compiled(pairs.reshape(-1, 6, 3), answers, new_digits()))
+    digits = new_digits()
+    undecided = int(pairs_intersect_compiled(row_of([pairs, answers, digits]), len(pairs)))
     hard = np.flatnonzero(answers == UNDECIDED)
     for index in hard.tolist():
         answers[index] = pair_intersects_integers(pairs[index].tolist())

@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdcore.narrow.compiling import kernel, stay_one_function
+from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.narrow.exact_sums import LARGEST_EXACT, SMALLEST_EXACT, new_digits
+from cdcore.narrow.memory import Memory, doubles_at, row_of, words_at
 from cdcore.narrow.orientation import cross_sign, orientation_sign
 from cdcore.narrow.predicates import checked_triangles
 from cdcore.narrow.triangle_exact import (
@@ -21,7 +22,7 @@ from cdcore.narrow.triangle_exact import (
     projection_axis,
     within_box_2d,
 )
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import FloatArray
 
 MOST_POINTS = 64
 """Room for the candidate ends of one pair: nine edge pairs of one plane give at most 36, six corners six more."""
@@ -51,7 +52,8 @@ def triangle_pair_sections(triangles: ArrayLike) -> FloatArray:
     if len(pairs) == 0:
         return segments
     scale = _scales(pairs)
-    fill_sections(pairs * scale, segments, new_digits())
+    scaled, digits, room = np.ascontiguousarray(pairs * scale), new_digits(), np.empty((MOST_POINTS, 3))
+    fill_sections(row_of([scaled, segments, digits, room]), len(pairs))
     return segments / scale
 
 
@@ -65,45 +67,46 @@ def _scales(pairs: FloatArray) -> FloatArray:
     return np.where(outside & (largest > 0), np.ldexp(1.0, np.clip(-exponent, -1000, 1000)), 1.0)
 
 
-@kernel
-def add_corner(p: FloatArray, q: int, out: FloatArray, count: int) -> int:
+@hot_kernel
+def add_corner(p: Memory, q: int, out: Memory, count: int) -> int:
     """Row q of p is one candidate end."""
     for k in range(3):
-        out[count, k] = p[q, k]
+        out[3 * count + k] = p[3 * q + k]
     return count + 1
 
 
-@kernel
-def add_between(p: FloatArray, a: int, b: int, from_a: float, from_b: float, out: FloatArray, count: int) -> int:
+@hot_kernel
+def add_between(p: Memory, a: int, b: int, from_a: float, from_b: float, out: Memory, count: int) -> int:
     """The point of segment ab that divides it as the signed distances ``from_a`` and ``from_b`` do."""
     whole = from_a - from_b
     share = 0.5 if whole == 0.0 else min(max(from_a / whole, 0.0), 1.0)
     for k in range(3):
-        out[count, k] = p[a, k] + share * (p[b, k] - p[a, k])
+        out[3 * count + k] = p[3 * a + k] + share * (p[3 * b + k] - p[3 * a + k])
     return count + 1
 
 
-@kernel
-def signed_volume(p: FloatArray, a: int, b: int, c: int, d: int) -> float:
+@hot_kernel
+def signed_volume(p: Memory, a: int, b: int, c: int, d: int) -> float:
     """Rounded volume whose exact sign is ``orientation_sign``."""
-    x, y, z = p[d, 0] - p[a, 0], p[d, 1] - p[a, 1], p[d, 2] - p[a, 2]
-    ux, uy, uz = p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], p[b, 2] - p[a, 2]
-    vx, vy, vz = p[c, 0] - p[a, 0], p[c, 1] - p[a, 1], p[c, 2] - p[a, 2]
+    x, y, z = p[3 * d] - p[3 * a], p[3 * d + 1] - p[3 * a + 1], p[3 * d + 2] - p[3 * a + 2]
+    ux, uy, uz = p[3 * b] - p[3 * a], p[3 * b + 1] - p[3 * a + 1], p[3 * b + 2] - p[3 * a + 2]
+    vx, vy, vz = p[3 * c] - p[3 * a], p[3 * c + 1] - p[3 * a + 1], p[3 * c + 2] - p[3 * a + 2]
     volume: float = x * (uy * vz - uz * vy) + y * (uz * vx - ux * vz) + z * (ux * vy - uy * vx)
     return volume
 
 
-@kernel
-def signed_area(p: FloatArray, a: int, b: int, c: int, axis: int) -> float:
+@hot_kernel
+def signed_area(p: Memory, a: int, b: int, c: int, axis: int) -> float:
     """Rounded area whose exact sign is that of the turn a, b, c seen along ``axis``."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
-    area: float = (p[b, i] - p[a, i]) * (p[c, j] - p[a, j]) - (p[b, j] - p[a, j]) * (p[c, i] - p[a, i])
+    a_i, a_j = p[3 * a + i], p[3 * a + j]
+    area: float = (p[3 * b + i] - a_i) * (p[3 * c + j] - a_j) - (p[3 * b + j] - a_j) * (p[3 * c + i] - a_i)
     return area
 
 
-@kernel
+@hot_kernel
 def add_meeting_in_plane(
-    p: FloatArray, a: int, b: int, c: int, d: int, axis: int, w: IntArray, out: FloatArray, count: int
+    p: Memory, a: int, b: int, c: int, d: int, axis: int, w: Memory, out: Memory, count: int
 ) -> int:
     """Common points of segments ab and cd of one plane: the crossing, or those ends that lie on the other segment."""
     stay_one_function()
@@ -124,10 +127,8 @@ def add_meeting_in_plane(
     return count
 
 
-@kernel
-def add_edge_in_triangle(
-    p: FloatArray, a: int, b: int, t: int, axis: int, w: IntArray, out: FloatArray, count: int
-) -> int:
+@hot_kernel
+def add_edge_in_triangle(p: Memory, a: int, b: int, t: int, axis: int, w: Memory, out: Memory, count: int) -> int:
     """Ends of what segment ab and the proper triangle t..t+2 have in common."""
     stay_one_function()
     a_side = orientation_sign(p, t, t + 1, t + 2, a, w)
@@ -147,17 +148,17 @@ def add_edge_in_triangle(
     return count
 
 
-@kernel
-def within_box(p: FloatArray, q: int, a: int, b: int) -> bool:
+@hot_kernel
+def within_box(p: Memory, q: int, a: int, b: int) -> bool:
     """Row q in the closed box of rows a and b."""
     inside = True
     for k in range(3):
-        inside = inside and min(p[a, k], p[b, k]) <= p[q, k] <= max(p[a, k], p[b, k])
+        inside = inside and min(p[3 * a + k], p[3 * b + k]) <= p[3 * q + k] <= max(p[3 * a + k], p[3 * b + k])
     return inside
 
 
-@kernel
-def add_segments(p: FloatArray, a: int, b: int, c: int, d: int, w: IntArray, out: FloatArray, count: int) -> int:
+@hot_kernel
+def add_segments(p: Memory, a: int, b: int, c: int, d: int, w: Memory, out: Memory, count: int) -> int:
     """Ends of what two segments in space have in common."""
     stay_one_function()
     if orientation_sign(p, a, b, c, d, w) != 0:
@@ -175,8 +176,8 @@ def add_segments(p: FloatArray, a: int, b: int, c: int, d: int, w: IntArray, out
     return count
 
 
-@kernel
-def candidate_ends(p: FloatArray, w: IntArray, out: FloatArray) -> int:
+@hot_kernel
+def candidate_ends(p: Memory, w: Memory, out: Memory) -> int:
     """Write every possible end of the common segment to ``out``; returns how many there are."""
     stay_one_function()
     o = int(np.int64(0))
@@ -200,17 +201,21 @@ def candidate_ends(p: FloatArray, w: IntArray, out: FloatArray) -> int:
 
 
 @kernel
-def fill_sections(pairs: FloatArray, segments: FloatArray, w: IntArray) -> None:
-    """For each pair (n, 6, 3) the two candidate ends farthest apart, into ``segments`` (n, 2, 3)."""
-    out = np.empty((MOST_POINTS, 3))
-    for row in range(len(pairs)):
-        count = candidate_ends(pairs[row], w, out)
-        farthest = -1.0
-        for i in range(count):
-            for j in range(i, count):
-                x, y, z = out[i, 0] - out[j, 0], out[i, 1] - out[j, 1], out[i, 2] - out[j, 2]
+def fill_sections(row: Memory, count: int) -> None:
+    """For each pair the two candidate ends farthest apart.
+
+    ``row`` holds addresses: of the pairs (n, 18), the segments (n, 6), the digits of an exact sum, and room for
+    MOST_POINTS points.
+    """
+    digits, out = words_at(row[2]), doubles_at(row[3])
+    for k in range(count):
+        segment, farthest = doubles_at(row[1] + 48 * k), -1.0
+        ends = candidate_ends(doubles_at(row[0] + 144 * k), digits, out)
+        for i in range(0, 3 * ends, 3):
+            for j in range(i, 3 * ends, 3):
+                x, y, z = out[i] - out[j], out[i + 1] - out[j + 1], out[i + 2] - out[j + 2]
                 apart = x * x + y * y + z * z
                 if apart > farthest:
                     farthest = apart
-                    segments[row, 0] = out[i]
-                    segments[row, 1] = out[j]
+                    segment[0], segment[1], segment[2] = out[i], out[i + 1], out[i + 2]
+                    segment[3], segment[4], segment[5] = out[j], out[j + 1], out[j + 2]

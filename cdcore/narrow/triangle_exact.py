@@ -9,19 +9,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.compiling import kernel, stay_one_function
+from cdcore.narrow.compiling import hot_kernel, stay_one_function
+from cdcore.narrow.memory import Memory
 from cdcore.narrow.orientation import cross_sign, orientation_sign
-from cdcore.numerics import FloatArray, IntArray
 
 
-@kernel
-def projection_axis(p: FloatArray, a: int, b: int, c: int, d: int, w: IntArray) -> int:
+@hot_kernel
+def projection_axis(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> int:
     """An axis along which (b - a) x (d - c) is not zero, the float64 largest first; -1 when the product is exactly
     zero.
     """
     stay_one_function()
-    ux, uy, uz = p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], p[b, 2] - p[a, 2]
-    vx, vy, vz = p[d, 0] - p[c, 0], p[d, 1] - p[c, 1], p[d, 2] - p[c, 2]
+    ux, uy, uz = p[3 * b] - p[3 * a], p[3 * b + 1] - p[3 * a + 1], p[3 * b + 2] - p[3 * a + 2]
+    vx, vy, vz = p[3 * d] - p[3 * c], p[3 * d + 1] - p[3 * c + 1], p[3 * d + 2] - p[3 * c + 2]
     x, y, z = abs(uy * vz - uz * vy), abs(uz * vx - ux * vz), abs(ux * vy - uy * vx)
     first = int(np.int64(2))
     if x > y and x > z:
@@ -35,23 +35,32 @@ def projection_axis(p: FloatArray, a: int, b: int, c: int, d: int, w: IntArray) 
     return -1
 
 
-@kernel
-def within_box_2d(p: FloatArray, q: int, a: int, b: int, axis: int) -> bool:
+@hot_kernel
+def within_box_2d(p: Memory, q: int, a: int, b: int, axis: int) -> bool:
     """Row q inside the closed box of rows a and b, both seen along ``axis``."""
     for step in range(1, 3):
         k = (axis + step) % 3
-        if p[q, k] < min(p[a, k], p[b, k]) or p[q, k] > max(p[a, k], p[b, k]):
+        if p[3 * q + k] < min(p[3 * a + k], p[3 * b + k]) or p[3 * q + k] > max(p[3 * a + k], p[3 * b + k]):
             return False
     return True
 
 
-@kernel
-def segments_meet_2d(p: FloatArray, a: int, b: int, c: int, d: int, axis: int, w: IntArray) -> bool:
+@hot_kernel
+def ranges_apart(p: Memory, a: int, b: int, c: int, d: int, k: int) -> bool:
+    """Along one coordinate, all of segment ab lies before or behind all of segment cd."""
+    stay_one_function()
+    a_k, b_k, c_k, d_k = p[3 * a + k], p[3 * b + k], p[3 * c + k], p[3 * d + k]
+    apart: bool = max(a_k, b_k) < min(c_k, d_k) or max(c_k, d_k) < min(a_k, b_k)
+    return apart
+
+
+@hot_kernel
+def segments_meet_2d(p: Memory, a: int, b: int, c: int, d: int, axis: int, w: Memory) -> bool:
     """Closed segments ab and cd seen along ``axis``; either may be a point."""
     stay_one_function()
     for step in range(1, 3):
         k = (axis + step) % 3
-        if max(p[a, k], p[b, k]) < min(p[c, k], p[d, k]) or max(p[c, k], p[d, k]) < min(p[a, k], p[b, k]):
+        if ranges_apart(p, a, b, c, d, k):
             return False
     c_side = cross_sign(p, a, b, a, c, axis, w)
     d_side = cross_sign(p, a, b, a, d, axis, w)
@@ -71,8 +80,8 @@ def segments_meet_2d(p: FloatArray, a: int, b: int, c: int, d: int, axis: int, w
     )
 
 
-@kernel
-def point_in_triangle_2d(p: FloatArray, q: int, t: int, axis: int, w: IntArray) -> bool:
+@hot_kernel
+def point_in_triangle_2d(p: Memory, q: int, t: int, axis: int, w: Memory) -> bool:
     """Row q in the closed proper triangle of rows t..t+2, both seen along ``axis``."""
     stay_one_function()
     left, right = False, False
@@ -83,8 +92,8 @@ def point_in_triangle_2d(p: FloatArray, q: int, t: int, axis: int, w: IntArray) 
     return not (left and right)
 
 
-@kernel
-def segment_meets_triangle_2d(p: FloatArray, a: int, b: int, t: int, axis: int, w: IntArray) -> bool:
+@hot_kernel
+def segment_meets_triangle_2d(p: Memory, a: int, b: int, t: int, axis: int, w: Memory) -> bool:
     """Segment ab and proper triangle t..t+2 of one plane that ``axis`` does not lie in."""
     for k in range(3):
         if segments_meet_2d(p, a, b, t + k, t + (k + 1) % 3, axis, w):
@@ -92,8 +101,8 @@ def segment_meets_triangle_2d(p: FloatArray, a: int, b: int, t: int, axis: int, 
     return point_in_triangle_2d(p, a, t, axis, w)
 
 
-@kernel
-def passes_inside(p: FloatArray, a: int, b: int, t: int, w: IntArray) -> bool:
+@hot_kernel
+def passes_inside(p: Memory, a: int, b: int, t: int, w: Memory) -> bool:
     """The line of ab, which crosses the plane of the proper triangle t..t+2, crosses it in the closed triangle."""
     left, right = False, False
     for k in range(3):
@@ -103,10 +112,8 @@ def passes_inside(p: FloatArray, a: int, b: int, t: int, w: IntArray) -> bool:
     return not (left and right)
 
 
-@kernel
-def segment_meets_triangle(
-    p: FloatArray, a: int, b: int, a_side: int, b_side: int, t: int, axis: int, w: IntArray
-) -> bool:
+@hot_kernel
+def segment_meets_triangle(p: Memory, a: int, b: int, a_side: int, b_side: int, t: int, axis: int, w: Memory) -> bool:
     """Segment ab, whose ends lie on the given sides of the plane, and the proper triangle t..t+2."""
     stay_one_function()
     if a_side * b_side > 0:
@@ -120,14 +127,14 @@ def segment_meets_triangle(
     return passes_inside(p, a, b, t, w)
 
 
-@kernel
-def on_one_line(p: FloatArray, a: int, b: int, c: int, w: IntArray) -> bool:
+@hot_kernel
+def on_one_line(p: Memory, a: int, b: int, c: int, w: Memory) -> bool:
     """Rows a, b, c exactly collinear."""
     return projection_axis(p, a, b, a, c, w) < 0
 
 
-@kernel
-def segments_meet(p: FloatArray, a: int, b: int, c: int, d: int, w: IntArray) -> bool:
+@hot_kernel
+def segments_meet(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> bool:
     """Closed segments ab and cd in space; either may be a point."""
     stay_one_function()
     if orientation_sign(p, a, b, c, d, w) != 0:
@@ -137,23 +144,21 @@ def segments_meet(p: FloatArray, a: int, b: int, c: int, d: int, w: IntArray) ->
         return segments_meet_2d(p, a, b, c, d, axis, w)
     if not (on_one_line(p, a, b, c, w) and on_one_line(p, c, d, a, w)):
         return False
-    for k in range(3):
-        if max(p[a, k], p[b, k]) < min(p[c, k], p[d, k]) or max(p[c, k], p[d, k]) < min(p[a, k], p[b, k]):
-            return False
-    return True
+    apart = ranges_apart(p, a, b, c, d, int(np.int64(0))) or ranges_apart(p, a, b, c, d, int(np.int64(1)))
+    return not (apart or ranges_apart(p, a, b, c, d, int(np.int64(2))))
 
 
-@kernel
-def comes_before(p: FloatArray, a: int, b: int) -> bool:
+@hot_kernel
+def comes_before(p: Memory, a: int, b: int) -> bool:
     """Row a lexicographically before row b."""
     for k in range(3):
-        if p[a, k] != p[b, k]:
-            return bool(p[a, k] < p[b, k])
+        if p[3 * a + k] != p[3 * b + k]:
+            return bool(p[3 * a + k] < p[3 * b + k])
     return False
 
 
-@kernel
-def lexicographic_ends(p: FloatArray, t: int) -> tuple[int, int]:
+@hot_kernel
+def lexicographic_ends(p: Memory, t: int) -> tuple[int, int]:
     """First and last of rows t..t+2: the segment that a triangle of zero area is."""
     first, last = t, t
     for k in range(1, 3):
@@ -164,8 +169,8 @@ def lexicographic_ends(p: FloatArray, t: int) -> tuple[int, int]:
     return first, last
 
 
-@kernel
-def flat_meets_proper(p: FloatArray, flat: int, t: int, axis: int, w: IntArray) -> bool:
+@hot_kernel
+def flat_meets_proper(p: Memory, flat: int, t: int, axis: int, w: Memory) -> bool:
     """Triangle of zero area at rows flat..flat+2 against the proper triangle t..t+2."""
     a, b = lexicographic_ends(p, flat)
     a_side = orientation_sign(p, t, t + 1, t + 2, a, w)
@@ -173,8 +178,8 @@ def flat_meets_proper(p: FloatArray, flat: int, t: int, axis: int, w: IntArray) 
     return segment_meets_triangle(p, a, b, a_side, b_side, t, axis, w)
 
 
-@kernel
-def edges_meet_triangle(p: FloatArray, s: int, t: int, axis: int, w: IntArray) -> int:
+@hot_kernel
+def edges_meet_triangle(p: Memory, s: int, t: int, axis: int, w: Memory) -> int:
     """One of: an edge of the proper triangle s..s+2 meets the proper triangle t..t+2 (1), all of s lies strictly
     to one side (-1), no (0).
     """
@@ -191,19 +196,19 @@ def edges_meet_triangle(p: FloatArray, s: int, t: int, axis: int, w: IntArray) -
     return 1 if segment_meets_triangle(p, s + 2, s, side2, side0, t, axis, w) else 0
 
 
-@kernel
-def boxes_apart(p: FloatArray) -> bool:
+@hot_kernel
+def boxes_apart(p: Memory) -> bool:
     """The axis-aligned boxes of the two triangles are disjoint; comparisons do not round."""
     for k in range(3):
-        if max(p[0, k], p[1, k], p[2, k]) < min(p[3, k], p[4, k], p[5, k]):
+        if max(max(p[k], p[3 + k]), p[6 + k]) < min(min(p[9 + k], p[12 + k]), p[15 + k]):
             return True
-        if max(p[3, k], p[4, k], p[5, k]) < min(p[0, k], p[1, k], p[2, k]):
+        if max(max(p[9 + k], p[12 + k]), p[15 + k]) < min(min(p[k], p[3 + k]), p[6 + k]):
             return True
     return False
 
 
-@kernel
-def pair_intersects_exact(p: FloatArray, w: IntArray) -> bool:
+@hot_kernel
+def pair_intersects_exact(p: Memory, w: Memory) -> bool:
     """Exact answer for one pair of moderate exponents; ``w`` are the digits of an exact sum."""
     stay_one_function()
     if boxes_apart(p):

@@ -7,25 +7,25 @@ resting contact.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdcore.narrow.compiling import kernel
+from cdcore.narrow.compiling import hot_kernel, kernel
 from cdcore.narrow.exact_sums import exponents_are_moderate
+from cdcore.narrow.memory import Memory, bytes_at, doubles_at, words_at
 from cdcore.narrow.orientation import orientation_filtered
 from cdcore.narrow.triangle_exact import boxes_apart, pair_intersects_exact
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import IntArray
 
 UNDECIDED = 2
 
 
-@kernel
+@hot_kernel
 def one_sided(first: int, second: int, third: int) -> bool:
     """Three certain and equal signs."""
     return first == second and second == third and first != UNDECIDED
 
 
-@kernel
-def pair_intersects_filtered(p: FloatArray) -> int:
+@hot_kernel
+def pair_intersects_filtered(p: Memory) -> int:
     """0 no, 1 yes, 2 undecided, for rows 0-2 against rows 3-5 of p (6, 3)."""
     if boxes_apart(p):
         return 0
@@ -61,22 +61,24 @@ def pair_intersects_filtered(p: FloatArray) -> int:
         or (b2 * b0 == -1 and one_sided(v02, v12, v22))
     ):
         return 1
-    uncertain = max(a0, a1, a2, b0, b1, b2, v00, v01, v02, v10, v11, v12, v20, v21, v22)
+    uncertain = max(max(max(a0, a1), max(a2, b0)), max(max(b1, b2), max(v00, v01)))
+    uncertain = max(uncertain, max(max(max(v02, v10), max(v11, v12)), max(max(v20, v21), v22)))
     return UNDECIDED if uncertain == UNDECIDED else 0
 
 
 @kernel
-def pairs_intersect_compiled(triangles: FloatArray, answers: NDArray[np.uint8], workspace: IntArray) -> int:
-    """Fill ``answers`` (n,) uint8 with 0, 1, or 2 where only integers can tell; returns how many the filter left
-    undecided.
+def pairs_intersect_compiled(row: IntArray, count: int) -> int:
+    """Answer 0, 1, or 2 where only integers can tell; returns how many the filter left undecided.
+
+    ``row`` holds addresses: of the pairs (n, 18), the answers (n,), and the digits of an exact sum.
     """
-    undecided = 0
-    for i in range(triangles.shape[0]):
-        pair = triangles[i]
+    answers, digits, undecided = bytes_at(row[1]), words_at(row[2]), 0
+    for k in range(count):
+        pair = doubles_at(row[0] + 144 * k)
         answer = pair_intersects_filtered(pair)
         if answer == UNDECIDED:
             undecided += 1
-            if exponents_are_moderate(pair):
-                answer = 1 if pair_intersects_exact(pair, workspace) else 0
-        answers[i] = answer
+            if exponents_are_moderate(pair, int(np.int64(18))):
+                answer = 1 if pair_intersects_exact(pair, digits) else 0
+        answers[k] = answer
     return undecided

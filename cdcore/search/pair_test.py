@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.narrow.memory import doubles_of
 from cdcore.narrow.triangle_filter import UNDECIDED, pair_intersects_filtered
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.search.features import CORNERS, RADIUS
@@ -78,7 +79,7 @@ def faces_meet(i: int, j: int, rows_a: FloatArray, rows_b: FloatArray, pose: Flo
     o = int(np.int64(0))
     place_corners(rows_a, i, pose, o + WORLD_A, pair, o)
     place_corners(rows_b, j, pose, o + WORLD_B, pair, o + 3)
-    return pair_intersects_filtered(pair)
+    return pair_intersects_filtered(doubles_of(pair))
 
 
 @hot_kernel

@@ -41,6 +41,7 @@ class TerminalProgress:
     """A bar per stage, on a terminal; elsewhere nothing."""
 
     def __init__(self, people: People) -> None:
+        self.say = people.say
         self._shown = sys.stderr.isatty() and not people.quiet
 
     @contextmanager

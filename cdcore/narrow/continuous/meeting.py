@@ -6,6 +6,7 @@ import numpy as np
 
 from cdcore.narrow.compiling import kernel, stay_one_function
 from cdcore.narrow.exact_sums import exponents_are_moderate
+from cdcore.narrow.memory import doubles_of, words_of
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.triangle_exact import pair_intersects_exact
 from cdcore.narrow.triangle_filter import UNDECIDED, pair_intersects_filtered
@@ -37,7 +38,9 @@ def faces_meet_at(
     first = int(np.int64(0))
     place_corners(tree_a, face_a, pose_a, pair, first)
     place_corners(tree_b, face_b, pose_b, pair, first + 3)
-    answer = pair_intersects_filtered(pair)
+    corners = doubles_of(pair)
+    answer = pair_intersects_filtered(corners)
     if answer != UNDECIDED:
         return bool(answer == 1)
-    return bool(exponents_are_moderate(pair) and pair_intersects_exact(pair, digits))
+    moderate = exponents_are_moderate(corners, int(np.int64(18)))
+    return bool(moderate and pair_intersects_exact(corners, words_of(digits)))

@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, stay_one_function
-from cdcore.narrow.spacetime.box_tree import BoxTree
+from cdcore.narrow.memory import Memory
 from cdcore.narrow.spacetime.lanes import widened
 from cdcore.narrow.spacetime.leaf_test import survivors_of_leaves
+from cdcore.narrow.spacetime.memory import PoseMemory, TreeMemory
 from cdcore.narrow.spacetime.node_test import lanes_that_may_meet
-from cdcore.narrow.spacetime.pose_lanes import PoseLanes
 from cdcore.narrow.spacetime.world_test import UNDECIDED, faces_meet
-from cdcore.numerics import ByteArray, FloatArray, IntArray
 
 NODE_TESTS, LEAF_PAIRS, FACE_PAIRS, WORLD_TESTS, EXACT_TESTS, INTEGER_TESTS, BLOCKS, SKIPPED_FRAMES = range(8)
 """Places of the counters in ``work``; the exact stage fills its own two."""
@@ -41,12 +40,16 @@ class Question(NamedTuple):
 class Lists(NamedTuple):
     """Lists that the kernels fill and their caller lengthens; place 0 holds how many follow."""
 
-    keys: IntArray
+    keys: Memory
     """Face pairs that meet: frame, face of A, face of B."""
-    later: IntArray
+    keys_end: int
+    """Length of the memory of ``keys``; likewise below."""
+    later: Memory
     """Those only exact arithmetic can decide, faces by their place in leaf order."""
-    dismissed: IntArray
+    later_end: int
+    dismissed: Memory
     """Four numbers a record: kind, first frame, lanes or last frame, node of A and of B packed by 32 bits."""
+    dismissed_end: int
 
 
 MOST_AT_ONCE = 512
@@ -56,21 +59,21 @@ MOST_AT_ONCE = 512
 class Scratch(NamedTuple):
     """Memory of a traversal, so that nothing is allocated inside it."""
 
-    stack: IntArray
-    relative: FloatArray
-    middle: FloatArray
-    offset: FloatArray
-    turned: FloatArray
-    moved: FloatArray
-    plane: FloatArray
-    span: FloatArray
-    found: IntArray
-    state: IntArray
+    stack: Memory
+    relative: Memory
+    middle: Memory
+    offset: Memory
+    turned: Memory
+    moved: Memory
+    plane: Memory
+    span: Memory
+    found: Memory
+    state: Memory
     """Height of the stack and lanes still alive, for a traversal that stopped because a list was full."""
 
 
 @hot_kernel
-def append(rows: IntArray, value: int) -> None:
+def append(rows: Memory, value: int) -> None:
     """One more number on a list that has room."""
     become_part_of_caller()
     count = rows[0] + 1
@@ -92,20 +95,21 @@ def note(lists: Lists, kind: int, frame: int, extent: int, a: int, b: int) -> No
 def have_room(lists: Lists) -> bool:
     """Whether every list can take what one step may add."""
     become_part_of_caller()
-    most = max(lists.keys[0] - len(lists.keys), lists.later[0] - len(lists.later))
-    room: bool = max(most, lists.dismissed[0] - len(lists.dismissed)) < -MOST_AT_ONCE
+    keys, later = lists.keys_end - lists.keys[0], lists.later_end - lists.later[0]
+    dismissed = lists.dismissed_end - lists.dismissed[0]
+    room: bool = min(min(keys, later), dismissed) > MOST_AT_ONCE
     return room
 
 
 @hot_kernel
 def ask_face_pair(
-    tree_a: BoxTree, pose_a: PoseLanes, face_a: int, tree_b: BoxTree, pose_b: PoseLanes, face_b: int, frame: int,
-    asked: int, question: Question, lists: Lists, hits: ByteArray, scratch: FloatArray,
+    tree_a: TreeMemory, pose_a: PoseMemory, face_a: int, tree_b: TreeMemory, pose_b: PoseMemory, face_b: int,
+    frame: int, asked: int, question: Question, lists: Lists, hits: Memory, scratch: Memory,
 ) -> int:  # fmt: skip
     """Ask two faces at the points that count, lane by lane; returns the lanes in contact."""
     become_part_of_caller()
-    edge_a = tree_a.planes[face_a, 10] * EDGE_SLACK + question.pad
-    edge_b = tree_b.planes[face_b, 10] * EDGE_SLACK + question.pad
+    edge_a = tree_a.planes[11 * face_a + 10] * EDGE_SLACK + question.pad
+    edge_b = tree_b.planes[11 * face_b + 10] * EDGE_SLACK + question.pad
     key = (widened(tree_a.faces[face_a]) << question.bits_b) | widened(tree_b.faces[face_b])
     place = (face_a << question.bits_b) | face_b
     contact, lane = 0, 0
@@ -131,8 +135,8 @@ def ask_face_pair(
 
 @hot_kernel
 def ask_leaves(
-    tree_a: BoxTree, pose_a: PoseLanes, leaf_a: int, tree_b: BoxTree, pose_b: PoseLanes, b: int, leaf_b: int,
-    frame: int, mask: int, alive: int, question: Question, lists: Lists, hits: ByteArray, work: IntArray,
+    tree_a: TreeMemory, pose_a: PoseMemory, leaf_a: int, tree_b: TreeMemory, pose_b: PoseMemory, b: int, leaf_b: int,
+    frame: int, mask: int, alive: int, question: Question, lists: Lists, hits: Memory, work: Memory,
     scratch: Scratch,
 ) -> int:  # fmt: skip
     """Ask the faces of two leaves; returns the lanes still alive."""
@@ -162,8 +166,8 @@ def ask_leaves(
 
 @hot_kernel
 def traverse_block(
-    tree_a: BoxTree, pose_a: PoseLanes, tree_b: BoxTree, pose_b: PoseLanes, frame: int, chord: float,
-    question: Question, lists: Lists, hits: ByteArray, work: IntArray, scratch: Scratch,
+    tree_a: TreeMemory, pose_a: PoseMemory, tree_b: TreeMemory, pose_b: PoseMemory, frame: int, chord: float,
+    question: Question, lists: Lists, hits: Memory, work: Memory, scratch: Scratch,
 ) -> bool:  # fmt: skip
     """Decide one block, going on from ``scratch.state``; False when it stopped because a list was full."""
     stay_one_function()
@@ -178,7 +182,7 @@ def traverse_block(
         a, b, mask = stack[depth], stack[depth + 1], stack[depth + 2] & alive
         if mask == 0:
             continue
-        leaf_a, leaf_b = widened(links_a[a, 1]), widened(links_b[b, 1])
+        leaf_a, leaf_b = widened(links_a[2 * a + 1]), widened(links_b[2 * b + 1])
         before = mask
         mask = lanes_that_may_meet(
             boxes_a, a, boxes_b, b, scratch.relative, scratch.middle, chord, pad, mask, leaf_a >= 0 and leaf_b >= 0,
@@ -194,13 +198,13 @@ def traverse_block(
                 tree_a, pose_a, leaf_a, tree_b, pose_b, b, leaf_b, frame, mask, alive, question, lists, hits, work,
                 scratch,
             )  # fmt: skip
-        elif leaf_b >= 0 or (leaf_a < 0 and boxes_a[a, 15] > boxes_b[b, 15]):
-            child = links_a[a, 0]
+        elif leaf_b >= 0 or (leaf_a < 0 and boxes_a[16 * a + 15] > boxes_b[16 * b + 15]):
+            child = widened(links_a[2 * a])
             stack[depth], stack[depth + 1], stack[depth + 2] = child, b, mask
             stack[depth + 3], stack[depth + 4], stack[depth + 5] = child + 1, b, mask
             depth += 6
         else:
-            child = links_b[b, 0]
+            child = widened(links_b[2 * b])
             stack[depth], stack[depth + 1], stack[depth + 2] = a, child, mask
             stack[depth + 3], stack[depth + 4], stack[depth + 5] = a, child + 1, mask
             depth += 6

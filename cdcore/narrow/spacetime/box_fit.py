@@ -1,131 +1,144 @@
-"""An oriented box around points: along their principal axes or along the body's axes, whichever has the smaller
+"""An oriented box around faces: along their principal axes or along the body's axes, whichever has the smaller
 surface.
 """
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import NamedTuple
 
-from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
-from cdcore.numerics import FloatArray
+import numpy as np
+
+from cdcore.narrow.compiling import hot_kernel, stay_one_function
+from cdcore.narrow.memory import Memory
 
 SWEEPS = 8
 """Jacobi rotations converge quadratically: 3 x 3 matrices are diagonal to rounding after five sweeps."""
 
 
+class FitMemory(NamedTuple):
+    """What fitting and splitting read and write; rows one after another."""
+
+    corners: Memory
+    """(f, 9) of the faces, body axes."""
+    order: Memory
+    """(f,) faces, those of a node next to each other."""
+    spans: Memory
+    """(f, 9) by face: least and largest coordinate and centroid along each axis of the node at hand."""
+    axes: Memory
+    """(9,) of the node at hand, by rows."""
+    extent: Memory
+    """(6,) least and largest coordinate of the node at hand along each axis."""
+    matrix: Memory
+    """(9,) scratch: the covariance."""
+
+
 @hot_kernel
-def diagonalise(m: FloatArray, v: FloatArray) -> None:  # noqa: C901 - loops over rows and columns
-    """Rotate the symmetric ``m`` (3, 3) to diagonal in place; the rows of ``v`` become its eigenvectors."""
+def diagonalise(m: Memory, v: Memory) -> None:
+    """Rotate the symmetric ``m`` (9,) to diagonal in place; the rows of ``v`` (9,) become its eigenvectors."""
     stay_one_function()
-    for i in range(3):
-        for j in range(3):
-            v[i, j] = 1.0 if i == j else 0.0
-    for _ in range(SWEEPS):
-        for p in range(2):
-            for q in range(p + 1, 3):
-                if m[p, q] == 0.0:
-                    continue
-                theta = (m[q, q] - m[p, p]) / (2.0 * m[p, q])
-                t = 1.0 / (abs(theta) + np.sqrt(theta * theta + 1.0))
-                if theta < 0.0:
-                    t = -t
-                c = 1.0 / np.sqrt(t * t + 1.0)
-                s = t * c
-                for k in range(3):
-                    a, b = m[k, p], m[k, q]
-                    m[k, p], m[k, q] = c * a - s * b, s * a + c * b
-                for k in range(3):
-                    a, b = m[p, k], m[q, k]
-                    m[p, k], m[q, k] = c * a - s * b, s * a + c * b
-                    a, b = v[p, k], v[q, k]
-                    v[p, k], v[q, k] = c * a - s * b, s * a + c * b
+    set_identity(v)
+    for turn in range(3 * SWEEPS):
+        p = (turn % 3) // 2
+        q = 1 + (turn % 3 + 1) // 2
+        off = m[3 * p + q]
+        if off == 0.0:
+            continue
+        theta = (m[4 * q] - m[4 * p]) / (2.0 * off)
+        t = 1.0 / (abs(theta) + np.sqrt(theta * theta + 1.0))
+        if theta < 0.0:
+            t = -t
+        c = 1.0 / np.sqrt(t * t + 1.0)
+        turn_entries(m, p, q, 3, c, t * c)
+        turn_entries(m, 3 * p, 3 * q, 1, c, t * c)
+        turn_entries(v, 3 * p, 3 * q, 1, c, t * c)
 
 
 @hot_kernel
-def orthonormal_rows(v: FloatArray) -> None:
-    """Make the nearly orthonormal rows of ``v`` (3, 3) orthonormal to a few roundings and right-handed."""
-    x, y, z = v[0, 0], v[0, 1], v[0, 2]
+def turn_entries(m: Memory, p: int, q: int, step: int, c: float, s: float) -> None:
+    """Turn two rows (step 1) or columns (step 3) of a matrix by an angle."""
+    stay_one_function()
+    for _ in range(3):
+        a, b = m[p], m[q]
+        m[p], m[q] = c * a - s * b, s * a + c * b
+        p, q = p + step, q + step
+
+
+@hot_kernel
+def set_identity(v: Memory) -> None:
+    """The body's axes as rows of ``v`` (9,)."""
+    stay_one_function()
+    for k in range(9):
+        v[k] = 1.0 if k % 4 == 0 else 0.0
+
+
+@hot_kernel
+def orthonormal_rows(v: Memory) -> None:
+    """Make the nearly orthonormal rows of ``v`` (9,) orthonormal to a few roundings and right-handed."""
+    stay_one_function()
+    x, y, z = v[0], v[1], v[2]
     n = np.sqrt(x * x + y * y + z * z)
     x, y, z = x / n, y / n, z / n
-    d = x * v[1, 0] + y * v[1, 1] + z * v[1, 2]
-    a, b, c = v[1, 0] - d * x, v[1, 1] - d * y, v[1, 2] - d * z
+    d = x * v[3] + y * v[4] + z * v[5]
+    a, b, c = v[3] - d * x, v[4] - d * y, v[5] - d * z
     n = np.sqrt(a * a + b * b + c * c)
     a, b, c = a / n, b / n, c / n
-    v[0, 0], v[0, 1], v[0, 2] = x, y, z
-    v[1, 0], v[1, 1], v[1, 2] = a, b, c
-    v[2, 0], v[2, 1], v[2, 2] = y * c - z * b, z * a - x * c, x * b - y * a
+    v[0], v[1], v[2], v[3], v[4], v[5] = x, y, z, a, b, c
+    v[6], v[7], v[8] = y * c - z * b, z * a - x * c, x * b - y * a
 
 
 @hot_kernel
-def extents_along(
-    corners: FloatArray, order: NDArray[np.int32], start: int, stop: int, v: FloatArray, out: FloatArray
-) -> None:
-    """Least and largest coordinate of triangles ``order[start:stop]`` along the rows of ``v``, into ``out`` (3, 2)."""
-    for k in range(3):
-        out[k, 0], out[k, 1] = np.inf, -np.inf
-    for row in range(start, stop):
-        face = order[row]
-        for c in range(3):
-            x, y, z = corners[face, c, 0], corners[face, c, 1], corners[face, c, 2]
-            for k in range(3):
-                along = v[k, 0] * x + v[k, 1] * y + v[k, 2] * z
-                out[k, 0] = min(out[k, 0], along)
-                out[k, 1] = max(out[k, 1], along)
-
-
-@hot_kernel
-def half_surface(extent: FloatArray) -> float:
-    """Half the surface of a box with these extents (3, 2)."""
-    x, y, z = extent[0, 1] - extent[0, 0], extent[1, 1] - extent[1, 0], extent[2, 1] - extent[2, 0]
-    area: float = x * y + y * z + z * x
-    return area
-
-
-@kernel
-def principal_axes(  # noqa: C901 - loops over faces, corners, rows and columns
-    corners: FloatArray, order: NDArray[np.int32], start: int, stop: int, v: FloatArray
-) -> None:
-    """Eigenvectors of the corners' covariance, as rows of ``v``, orthonormal to a few roundings."""
-    count = 3.0 * (stop - start)
-    mean, m = np.zeros(3), np.zeros((3, 3))
-    largest = 0.0
-    for row in range(start, stop):
-        for c in range(3):
-            for k in range(3):
-                mean[k] += corners[order[row], c, k] / count
-    for row in range(start, stop):
-        for c in range(3):
-            for k in range(3):
-                largest = max(largest, abs(corners[order[row], c, k] - mean[k]))
-    if largest == 0.0:
-        largest = 1.0
-    for row in range(start, stop):
-        for c in range(3):
-            for i in range(3):
-                for j in range(3):
-                    a = (corners[order[row], c, i] - mean[i]) / largest
-                    b = (corners[order[row], c, j] - mean[j]) / largest
-                    m[i, j] += a * b
-    diagonalise(m, v)
-    orthonormal_rows(v)
-
-
-@kernel
-def fit_box(
-    corners: FloatArray, order: NDArray[np.int32], start: int, stop: int, axes: FloatArray, extent: FloatArray
-) -> None:
-    """Write axes (rows) and extents along them of the better of two boxes around triangles ``order[start:stop]``."""
+def place_faces(fit: FitMemory, start: int, stop: int) -> float:
+    """Fill ``spans`` and ``extent`` of faces ``order[start:stop]`` along ``axes``; returns half the box's surface."""
     stay_one_function()
-    other_axes, other = np.empty((3, 3)), np.empty((3, 2))
-    principal_axes(corners, order, start, stop, axes)
-    extents_along(corners, order, start, stop, axes, extent)
-    for i in range(3):
-        for j in range(3):
-            other_axes[i, j] = 1.0 if i == j else 0.0
-    extents_along(corners, order, start, stop, other_axes, other)
-    if half_surface(other) <= half_surface(extent):
-        for i in range(3):
-            for j in range(3):
-                axes[i, j] = other_axes[i, j]
-            extent[i, 0], extent[i, 1] = other[i, 0], other[i, 1]
+    corners, spans, extent = fit.corners, fit.spans, fit.extent
+    for k in range(3):
+        x, y, z = fit.axes[3 * k], fit.axes[3 * k + 1], fit.axes[3 * k + 2]
+        low, high = np.inf, -np.inf
+        for row in range(start, stop):
+            at = 9 * fit.order[row]
+            a = x * corners[at] + y * corners[at + 1] + z * corners[at + 2]
+            b = x * corners[at + 3] + y * corners[at + 4] + z * corners[at + 5]
+            c = x * corners[at + 6] + y * corners[at + 7] + z * corners[at + 8]
+            least, most = min(min(a, b), c), max(max(a, b), c)
+            spans[at + k], spans[at + 3 + k], spans[at + 6 + k] = least, most, a / 3.0 + b / 3.0 + c / 3.0
+            low, high = min(low, least), max(high, most)
+        extent[2 * k], extent[2 * k + 1] = low, high
+    x, y, z = extent[1] - extent[0], extent[3] - extent[2], extent[5] - extent[4]
+    surface: float = x * y + y * z + z * x
+    return surface
+
+
+@hot_kernel
+def fill_covariance(fit: FitMemory, start: int, stop: int, scale: float) -> None:
+    """The covariance of the corners, times their number, in ``matrix``; ``scale`` keeps its entries finite."""
+    stay_one_function()
+    corners, m, count = fit.corners, fit.matrix, 3.0 * (stop - start)
+    cx, cy, cz = 0.0, 0.0, 0.0
+    for row in range(start, stop):
+        at = 9 * fit.order[row]
+        for _ in range(3):
+            cx, cy, cz = cx + corners[at] / count, cy + corners[at + 1] / count, cz + corners[at + 2] / count
+            at += 3
+    xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for row in range(start, stop):
+        at = 9 * fit.order[row]
+        for _ in range(3):
+            x, y, z = (corners[at] - cx) * scale, (corners[at + 1] - cy) * scale, (corners[at + 2] - cz) * scale
+            xx, xy, xz = xx + x * x, xy + x * y, xz + x * z
+            yy, yz, zz = yy + y * y, yz + y * z, zz + z * z
+            at += 3
+    m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8] = xx, xy, xz, xy, yy, yz, xz, yz, zz
+
+
+@hot_kernel
+def fit_box(fit: FitMemory, start: int, stop: int, scale: float) -> None:
+    """Write axes, extent and spans of the better of two boxes around faces ``order[start:stop]``."""
+    stay_one_function()
+    set_identity(fit.axes)
+    along_body = place_faces(fit, start, stop)
+    fill_covariance(fit, start, stop, scale)
+    diagonalise(fit.matrix, fit.axes)
+    orthonormal_rows(fit.axes)
+    if along_body <= place_faces(fit, start, stop):
+        set_identity(fit.axes)
+        place_faces(fit, start, stop)

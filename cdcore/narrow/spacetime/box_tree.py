@@ -13,10 +13,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.narrow.compiling import hot_kernel, kernel
-from cdcore.narrow.spacetime.box_fit import fit_box
+from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
+from cdcore.narrow.memory import Memory, doubles_at, integers_at, row_of, words_at
+from cdcore.narrow.spacetime.box_fit import FitMemory, fit_box
+from cdcore.narrow.spacetime.lanes import widened
 from cdcore.narrow.spacetime.leaf_data import fill_leaves
-from cdcore.numerics import FloatArray
+from cdcore.numerics import FloatArray, IntArray
 
 BINS = 16
 LEAF_FACES = 4
@@ -24,6 +26,11 @@ LEAF_FACES = 4
 LEAF_LIMIT = 8
 BOX_WIDTH = 16
 """Doubles of a node: centre 3, axes 9 (rows), half extents 3, half diagonal 1."""
+ROOM_DOUBLES = 24 + 7 * BINS + 1 + 6 + 2
+"""Scratch of a split: axes 9, extent 6, covariance 9, the bins' boxes and costs, one box, the choice."""
+SMALLEST_SCALED = 1e-300
+"""Meshes all of whose coordinates are smaller are not scaled up before their covariance is taken: they count as one
+point."""
 
 
 class BoxTree(NamedTuple):
@@ -52,169 +59,187 @@ class BoxTree(NamedTuple):
     leaf's centre 5; longest edge 1."""
     reach: float
     """Largest distance of a corner from the body's origin, rounded up."""
+    row: IntArray
+    """(10,) addresses of the arrays above, as the kernels take them."""
 
 
-@kernel
-def best_split(  # noqa: C901 - loops over axes, faces and bins
-    centroids: FloatArray, boxes: FloatArray, order: NDArray[np.int32], start: int, stop: int, extent: FloatArray,
-) -> tuple[int, float]:  # fmt: skip
-    """Axis and position of the cheapest of the binned splits; axis -1 when none separates the centroids."""
-    longest = 0.0
-    for k in range(3):
-        longest = max(longest, extent[k, 1] - extent[k, 0])
-    best_axis, best_at, best_cost = -1, 0.0, np.inf
-    bounds, counts = np.empty((BINS, 3, 2)), np.empty(BINS, dtype=np.int64)
-    left, right = np.empty(BINS), np.empty((3, 2))
+class SplitMemory(NamedTuple):
+    """What one split reads and writes."""
+
+    bounds: Memory
+    """(BINS, 6) least and largest coordinates of the faces of a bin."""
+    counts: Memory
+    """(BINS,) faces of a bin."""
+    left: Memory
+    """(BINS,) cost of the bins up to this one."""
+    right: Memory
+    """(6,) the box of several bins."""
+    choice: Memory
+    """(2,) cost and position of the best split so far."""
+
+
+@hot_kernel
+def best_split(fit: FitMemory, split: SplitMemory, start: int, stop: int) -> int:
+    """Axis of the cheapest of the binned splits, -1 when none separates the centroids; its place in ``choice``."""
+    stay_one_function()
+    extent, spans, choice = fit.extent, fit.spans, split.choice
+    longest = max(max(extent[1] - extent[0], extent[3] - extent[2]), extent[5] - extent[4])
+    best = widened(-1)
+    choice[0], choice[1] = np.inf, 0.0
     for axis in range(3):
-        if extent[axis, 1] - extent[axis, 0] < 0.25 * longest:
+        if extent[2 * axis + 1] - extent[2 * axis] < 0.25 * longest:
             continue
         low, high = np.inf, -np.inf
         for row in range(start, stop):
-            along = centroids[order[row], axis]
+            along = spans[9 * fit.order[row] + 6 + axis]
             low, high = min(low, along), max(high, along)
-        if not high > low:
-            continue
         width = (high - low) / BINS
         if not width > 0.0:
             continue
-        for b in range(BINS):
-            counts[b] = 0
-            empty_box(bounds[b])
-        for row in range(start, stop):
-            face = order[row]
-            b = min(BINS - 1, int((centroids[face, axis] - low) / width))
-            counts[b] += 1
-            for k in range(3):
-                bounds[b, k, 0] = min(bounds[b, k, 0], boxes[face, k])
-                bounds[b, k, 1] = max(bounds[b, k, 1], boxes[face, 3 + k])
-        axis_cost, axis_bin = cheapest_bin(bounds, counts, left, right)
-        if axis_cost < best_cost:
-            best_axis, best_at, best_cost = axis, low + (axis_bin + 1) * width, axis_cost
-    return best_axis, best_at
+        fill_bins(fit, split, start, stop, axis, low, width)
+        at = cheapest_bin(split)
+        if split.left[BINS] < choice[0]:
+            best, choice[0], choice[1] = axis, split.left[BINS], low + (at + 1) * width
+    return best
 
 
 @hot_kernel
-def cheapest_bin(
-    bounds: FloatArray, counts: NDArray[np.int64], left: FloatArray, right: FloatArray
-) -> tuple[float, int]:
-    """Cost and last bin of the left side of the cheapest split: faces times surface, both sides."""
-    empty_box(right)
-    total = 0
+def fill_bins(fit: FitMemory, split: SplitMemory, start: int, stop: int, axis: int, low: float, width: float) -> None:
+    """Sort the faces into bins along an axis by their centroids."""
+    stay_one_function()
     for b in range(BINS):
-        total = grow(right, bounds, counts, b, total)
+        split.counts[b] = 0
+        empty_box(split.bounds, 6 * b)
+    for row in range(start, stop):
+        face = 9 * fit.order[row]
+        b = min(widened(BINS - 1), int((fit.spans[face + 6 + axis] - low) / width))
+        split.counts[b] += 1
+        grow(split.bounds, 6 * b, fit.spans, face)
+
+
+@hot_kernel
+def cheapest_bin(split: SplitMemory) -> int:
+    """Last bin of the left side of the cheapest split, whose cost goes to ``left[BINS]``: faces times surface, both
+    sides.
+    """
+    stay_one_function()
+    left, right, counts = split.left, split.right, split.counts
+    empty_box(right, widened(0))
+    total = widened(0)
+    for b in range(BINS):
+        total += counts[b]
+        grow(right, widened(0), split.bounds, 6 * b)
         left[b] = total * surface(right)
-    empty_box(right)
-    total, best, at = 0, np.inf, 0
-    everything = 0
-    for b in range(BINS):
-        everything += counts[b]
+    empty_box(right, widened(0))
+    everything, total, at = total, widened(0), widened(0)
+    left[BINS] = np.inf
     for b in range(BINS - 1, 0, -1):
-        total = grow(right, bounds, counts, b, total)
+        total += counts[b]
+        grow(right, widened(0), split.bounds, 6 * b)
         cost = left[b - 1] + total * surface(right)
-        if cost < best and 0 < total < everything:
-            best, at = cost, b - 1
-    return best, at
+        if cost < left[BINS] and 0 < total < everything:
+            left[BINS], at = cost, b - 1
+    return at
 
 
 @hot_kernel
-def empty_box(box: FloatArray) -> None:
-    """Make ``box`` (3, 2) contain nothing."""
+def empty_box(box: Memory, at: int) -> None:
+    """Make the box (6,) at ``box[at]`` contain nothing."""
+    become_part_of_caller()
+    for k in range(at, at + 3):
+        box[k], box[k + 3] = np.inf, -np.inf
+
+
+@hot_kernel
+def grow(box: Memory, at: int, other: Memory, row: int) -> None:
+    """Enlarge the box at ``box[at]`` by the one at ``other[row]``."""
+    become_part_of_caller()
     for k in range(3):
-        box[k, 0], box[k, 1] = np.inf, -np.inf
+        box[at + k] = min(box[at + k], other[row + k])
+        box[at + 3 + k] = max(box[at + 3 + k], other[row + 3 + k])
 
 
 @hot_kernel
-def grow(box: FloatArray, bounds: FloatArray, counts: NDArray[np.int64], b: int, total: int) -> int:
-    """Enlarge ``box`` by bin ``b``; returns the faces so far."""
-    if counts[b] > 0:
-        for k in range(3):
-            box[k, 0] = min(box[k, 0], bounds[b, k, 0])
-            box[k, 1] = max(box[k, 1], bounds[b, k, 1])
-    return total + int(counts[b])
-
-
-@hot_kernel
-def surface(box: FloatArray) -> float:
+def surface(box: Memory) -> float:
     """Half the surface, 0 for the empty box."""
-    if not box[0, 1] >= box[0, 0]:
+    become_part_of_caller()
+    if not box[3] >= box[0]:
         return 0.0
-    x, y, z = box[0, 1] - box[0, 0], box[1, 1] - box[1, 0], box[2, 1] - box[2, 0]
+    x, y, z = box[3] - box[0], box[4] - box[1], box[5] - box[2]
     area: float = x * y + y * z + z * x
     return area
 
 
-@kernel
-def partition(
-    triangles: FloatArray, centroids: FloatArray, boxes: FloatArray, order: NDArray[np.int32], start: int, stop: int,
-    axes: FloatArray, extent: FloatArray,
-) -> int:  # fmt: skip
+@hot_kernel
+def partition(fit: FitMemory, split: SplitMemory, start: int, stop: int) -> int:
     """Reorder ``order[start:stop]`` for the best split and return where the second part starts."""
-    for row in range(start, stop):
-        face = order[row]
-        for k in range(3):
-            low, high, sum_ = np.inf, -np.inf, 0.0
-            for c in range(3):
-                along = (
-                    axes[k, 0] * triangles[face, c, 0]
-                    + axes[k, 1] * triangles[face, c, 1]
-                    + axes[k, 2] * triangles[face, c, 2]
-                )
-                low, high, sum_ = min(low, along), max(high, along), sum_ + along / 3.0
-            boxes[face, k], boxes[face, 3 + k], centroids[face, k] = low, high, sum_
-    axis, at = best_split(centroids, boxes, order, start, stop, extent)
-    if axis < 0:
-        return (start + stop) // 2
+    stay_one_function()
+    order, axis = fit.order, best_split(fit, split, start, stop)
     i, j = start, stop - 1
-    while i <= j:
-        if centroids[order[i], axis] < at:
+    while axis >= 0 and i <= j:
+        if fit.spans[9 * order[i] + 6 + axis] < split.choice[1]:
             i += 1
         else:
             order[i], order[j] = order[j], order[i]
             j -= 1
-    if i in (start, stop):
-        return (start + stop) // 2
-    return i
+    return i if start < i < stop else (start + stop) // 2
+
+
+@hot_kernel
+def write_box(fit: FitMemory, box: Memory, at: int) -> None:
+    """Centre, axes, half extents and half diagonal of the fitted box to ``box[at : at + 16]``."""
+    stay_one_function()
+    axes, extent = fit.axes, fit.extent
+    for i in range(3):
+        box[at + i] = 0.0
+    diagonal = 0.0
+    for k in range(3):
+        low, high = 0.5 * extent[2 * k], 0.5 * extent[2 * k + 1]
+        for i in range(3):
+            box[at + i] += (low + high) * axes[3 * k + i]
+            box[at + 3 + 3 * k + i] = axes[3 * k + i]
+        box[at + 12 + k] = high - low
+        diagonal += (high - low) * (high - low)
+    box[at + 15] = np.sqrt(diagonal)
 
 
 @kernel
-def split_all(
-    triangles: FloatArray, boxes: FloatArray, links: NDArray[np.int32], order: NDArray[np.int32],
-    leaves: NDArray[np.int32],
-) -> tuple[int, int]:  # fmt: skip
-    """Fill boxes, links and leaves from the root down; returns how many nodes and leaves there are."""
-    count = len(triangles)
-    centroids, bounds = np.empty((count, 3)), np.empty((count, 6))
-    axes, extent = np.empty((3, 3)), np.empty((3, 2))
-    todo = np.empty((count + 2, 3), dtype=np.int64)
-    todo[0, 0], todo[0, 1], todo[0, 2] = 0, 0, count
-    depth, nodes, leaf = 1, 1, 0
+def split_all(row: IntArray, count: int, scale: float) -> int:
+    """Fill boxes, links and leaves from the root down; returns how many nodes there are.
+
+    ``row`` holds addresses: of the corners (f, 9), order, boxes, links, leaves, room for doubles (9 f + ROOM_DOUBLES)
+    and for words (3 f + 6 + BINS).
+    """
+    boxes, links, leaves = doubles_at(row[2]), integers_at(row[3]), integers_at(row[4])
+    room, todo = row[5], words_at(row[6])
+    order = integers_at(row[1])
+    fit = FitMemory(
+        doubles_at(row[0]), order, doubles_at(room + 8 * ROOM_DOUBLES), doubles_at(room), doubles_at(room + 72),
+        doubles_at(room + 120),
+    )  # fmt: skip
+    split = SplitMemory(
+        doubles_at(room + 192), words_at(row[6] + 24 * (count + 2)), doubles_at(room + 960), doubles_at(room + 1096),
+        doubles_at(room + 1144),
+    )  # fmt: skip
+    todo[0], todo[1], todo[2] = 0, 0, count
+    depth, nodes, leaf = widened(3), widened(1), widened(0)
     while depth > 0:
-        depth -= 1
-        node, start, stop = todo[depth, 0], todo[depth, 1], todo[depth, 2]
-        fit_box(triangles, order, start, stop, axes, extent)
-        for k in range(3):
-            boxes[node, k] = 0.0
-        diagonal = 0.0
-        for k in range(3):
-            middle, half = 0.5 * extent[k, 0] + 0.5 * extent[k, 1], 0.5 * extent[k, 1] - 0.5 * extent[k, 0]
-            for i in range(3):
-                boxes[node, i] += middle * axes[k, i]
-                boxes[node, 3 + 3 * k + i] = axes[k, i]
-            boxes[node, 12 + k] = half
-            diagonal += half * half
-        boxes[node, 15] = np.sqrt(diagonal)
+        depth -= 3
+        node, start, stop = todo[depth], todo[depth + 1], todo[depth + 2]
+        fit_box(fit, start, stop, scale)
+        write_box(fit, boxes, BOX_WIDTH * node)
         if stop - start <= LEAF_FACES:
-            links[node, 0], links[node, 1] = -1, leaf
-            leaves[leaf, 0], leaves[leaf, 1] = start, stop - start
+            links[2 * node], links[2 * node + 1] = -1, leaf
+            leaves[4 * leaf], leaves[4 * leaf + 1] = start, stop - start
             leaf += 1
             continue
-        middle_row = partition(triangles, centroids, bounds, order, start, stop, axes, extent)
-        links[node, 0], links[node, 1] = nodes, -1
-        todo[depth, 0], todo[depth, 1], todo[depth, 2] = nodes + 1, middle_row, stop
-        todo[depth + 1, 0], todo[depth + 1, 1], todo[depth + 1, 2] = nodes, start, middle_row
-        depth += 2
+        middle = partition(fit, split, start, stop)
+        links[2 * node], links[2 * node + 1] = nodes, -1
+        todo[depth], todo[depth + 1], todo[depth + 2] = nodes + 1, middle, stop
+        todo[depth + 3], todo[depth + 4], todo[depth + 5] = nodes, start, middle
+        depth += 6
         nodes += 2
-    return nodes, leaf
+    return nodes
 
 
 def build_box_tree(triangles: FloatArray) -> BoxTree:
@@ -222,16 +247,23 @@ def build_box_tree(triangles: FloatArray) -> BoxTree:
     count = len(triangles)
     boxes, links = np.empty((2 * count, BOX_WIDTH)), np.empty((2 * count, 2), dtype=np.int32)
     order, leaves = np.arange(count, dtype=np.int32), np.zeros((count, 4), dtype=np.int32)
-    nodes, leaf_count = split_all(triangles, boxes, links, order, leaves)
+    room, words = np.empty(9 * count + ROOM_DOUBLES), np.empty(3 * count + 6 + BINS, dtype=np.int64)
+    largest = float(np.abs(triangles).max())
+    scale = 1.0 / largest if largest > SMALLEST_SCALED else 1.0
+    flat = np.ascontiguousarray(triangles)
+    nodes = split_all(row_of([flat, order, boxes, links, leaves, room, words]), count, scale)
+    leaf_count = (nodes + 1) // 2
     boxes, links, leaves = boxes[:nodes].copy(), links[:nodes].copy(), leaves[:leaf_count].copy()
     leaf_nodes = np.flatnonzero(links[:, 1] >= 0)[np.argsort(links[links[:, 1] >= 0, 1])].astype(np.int64)
     placed = np.ascontiguousarray(triangles[order][:, [0, 1, 2, 0]].transpose(0, 2, 1).reshape(count, 12))
     picks, corners = np.zeros((count, 3), dtype=np.int32), np.empty((3 * count, 3))
     boxed, planes = np.empty((count, 9)), np.empty((count, 11))
-    corner_count = fill_leaves(boxes, leaf_nodes, leaves, placed, picks, corners, boxed, planes)
+    row = row_of([boxes, leaf_nodes, leaves, placed, picks, corners, boxed, planes, room])
+    corner_count = fill_leaves(row, leaf_count)
     reach = float(np.sqrt((triangles**2).sum(axis=2).max())) * (1 + 2.0**-50)
     corners = corners[:corner_count].copy()
     spans = np.ascontiguousarray(
         np.stack([boxed.reshape(-1, 3, 3).min(axis=1), boxed.reshape(-1, 3, 3).max(axis=1)], axis=2).reshape(-1, 6)
     )
-    return BoxTree(boxes, links, leaves, order, placed, picks, corners, boxed, spans, planes, reach)
+    arrays = (boxes, links, leaves, order, placed, picks, corners, boxed, spans, planes)
+    return BoxTree(*arrays, reach, row_of([*arrays]))

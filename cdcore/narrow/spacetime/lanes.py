@@ -158,8 +158,13 @@ first4, second4, third4 = (_shuffled(k, k, k, k) for k in range(3))
 """One corner in every lane."""
 
 
+def _start(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    """Where an array, or what is an address already, starts."""
+    return value if isinstance(kind, types.CPointer) else context.make_array(kind)(context, builder, value).data
+
+
 def _address(context: Any, builder: Any, array_type: Any, array: Any, index: Any, kind: Any) -> Any:
-    data = context.make_array(array_type)(context, builder, array).data
+    data = _start(context, builder, array_type, array)
     return builder.bitcast(builder.gep(data, [index]), _vector(kind).as_pointer())
 
 
@@ -196,7 +201,7 @@ def _splat(kind: LanesType) -> Callable[[float], Lanes]:
 def _row(width: int) -> Callable[..., Any]:
     def typed(_context: Any, array: Any, row: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+            data = _start(context, builder, signature.args[0], arguments[0])
             first = builder.mul(arguments[1], ir.Constant(ir.IntType(64), width))
             places = [builder.add(first, ir.Constant(ir.IntType(64), k)) for k in range(width)]
             values = [builder.load(builder.gep(data, [place]), align=8) for place in places]
@@ -216,7 +221,7 @@ def _widened(_context: Any, number: Any) -> Any:
 
 
 load8, load4 = _load(eight), _load(four)
-"""``load8(array, index)``: consecutive doubles of a contiguous array, index in doubles from its start."""
+"""``load8(array, index)``: consecutive doubles of a contiguous array or an address, index in doubles from its start."""
 row16 = _row(16)
 """``row16(array, i)``: row i of a contiguous array (n, 16) as sixteen doubles."""
 store: Callable[..., None] = machine_operation(_store)

@@ -7,19 +7,22 @@ numbers: for a needle the direction may be poor, the certificate never is.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
-from cdcore.numerics import FloatArray
+from cdcore.narrow.memory import Memory, doubles_at, integers_at, words_at
+from cdcore.narrow.spacetime.lanes import widened
+from cdcore.numerics import IntArray
 
 
 @hot_kernel
-def write_plane(p: FloatArray, out: FloatArray, at: int) -> float:
-    """Unit normal of corners ``p`` (9,), with its range on them, to ``out[at:at + 5]``; returns the longest edge."""
-    ux, uy, uz = p[3] - p[0], p[4] - p[1], p[5] - p[2]
-    vx, vy, vz = p[6] - p[0], p[7] - p[1], p[8] - p[2]
-    wx, wy, wz = vx - ux, vy - uy, vz - uz
-    size = max(abs(ux), abs(uy), abs(uz), abs(vx), abs(vy), abs(vz))
+def write_plane(p: Memory, row: int, out: Memory, at: int) -> float:
+    """Unit normal of corners ``p[row : row + 9]``, with its range on them, to ``out[at:at + 5]``; returns the longest
+    edge.
+    """
+    stay_one_function()
+    ux, uy, uz = p[row + 3] - p[row], p[row + 4] - p[row + 1], p[row + 5] - p[row + 2]
+    vx, vy, vz = p[row + 6] - p[row], p[row + 7] - p[row + 1], p[row + 8] - p[row + 2]
+    size = max(max(max(abs(ux), abs(uy)), max(abs(uz), abs(vx))), max(abs(vy), abs(vz)))
     scale = 1.0 / size if size > 1e-300 else 0.0
     ux, uy, uz, vx, vy, vz = ux * scale, uy * scale, uz * scale, vx * scale, vy * scale, vz * scale
     x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -29,52 +32,61 @@ def write_plane(p: FloatArray, out: FloatArray, at: int) -> float:
     else:
         x, y, z = 1.0, 0.0, 0.0
     low, high = np.inf, -np.inf
-    for k in range(3):
-        along = x * p[3 * k] + y * p[3 * k + 1] + z * p[3 * k + 2]
+    for _ in range(3):
+        along = x * p[row] + y * p[row + 1] + z * p[row + 2]
         low, high = min(low, along), max(high, along)
+        row += 3
     out[at], out[at + 1], out[at + 2], out[at + 3], out[at + 4] = x, y, z, low, high
+    wx, wy, wz = vx - ux, vy - uy, vz - uz
     edge = max(ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz)
-    longest: float = size * np.sqrt(edge) + np.sqrt(wx * wx + wy * wy + wz * wz)
+    longest: float = size * (np.sqrt(edge) + np.sqrt(wx * wx + wy * wy + wz * wz))
     return longest
 
 
 @hot_kernel
-def pick_of(corners: FloatArray, first: int, count: int, x: float, y: float, z: float) -> int:
+def pick_of(corners: Memory, first: int, count: int, x: float, y: float, z: float) -> int:
     """Which of the leaf's corners so far equals this one; ``count`` if none."""
+    stay_one_function()
     for k in range(count):
-        if corners[first + k, 0] == x and corners[first + k, 1] == y and corners[first + k, 2] == z:
+        at = 3 * (first + k)
+        if corners[at] == x and corners[at + 1] == y and corners[at + 2] == z:
             return k
     return count
 
 
 @kernel
-def fill_leaves(
-    boxes: FloatArray, leaf_nodes: NDArray[np.int64], leaves: NDArray[np.int32], placed: FloatArray,
-    picks: NDArray[np.int32], corners: FloatArray, boxed: FloatArray, planes: FloatArray,
-) -> int:  # fmt: skip
-    """Fill the arrays of ``BoxTree`` that belong to leaves; returns the number of distinct corners."""
-    stay_one_function()
-    total = 0
-    local = np.empty(9)
-    for leaf in range(len(leaves)):
-        box = boxes[leaf_nodes[leaf]]
-        leaves[leaf, 2] = total
-        count = 0
-        for face in range(leaves[leaf, 0], leaves[leaf, 0] + leaves[leaf, 1]):
+def fill_leaves(row: IntArray, count: int) -> int:
+    """Fill the arrays of ``BoxTree`` that belong to leaves; returns the number of distinct corners.
+
+    ``row`` holds addresses: of boxes, the leaves' nodes, leaves, placed, picks, corners, boxed, planes, and nine
+    doubles of scratch.
+    """
+    boxes, leaf_nodes, leaves = doubles_at(row[0]), words_at(row[1]), integers_at(row[2])
+    placed, picks, corners = doubles_at(row[3]), integers_at(row[4]), doubles_at(row[5])
+    boxed, planes, local = doubles_at(row[6]), doubles_at(row[7]), doubles_at(row[8])
+    total = widened(0)
+    for leaf in range(count):
+        box = 16 * leaf_nodes[leaf]
+        leaves[4 * leaf + 2] = total
+        known = widened(0)
+        first = widened(leaves[4 * leaf])
+        for face in range(first, first + leaves[4 * leaf + 1]):
             for c in range(3):
-                x = placed[face, c] - box[0]
-                y = placed[face, 4 + c] - box[1]
-                z = placed[face, 8 + c] - box[2]
+                x = placed[12 * face + c] - boxes[box]
+                y = placed[12 * face + 4 + c] - boxes[box + 1]
+                z = placed[12 * face + 8 + c] - boxes[box + 2]
                 local[3 * c], local[3 * c + 1], local[3 * c + 2] = x, y, z
                 for k in range(3):
-                    boxed[face, 3 * c + k] = box[3 + 3 * k] * x + box[4 + 3 * k] * y + box[5 + 3 * k] * z
-                pick = pick_of(corners, total, count, x, y, z)
-                picks[face, c] = pick
-                if pick == count:
-                    corners[total + count, 0], corners[total + count, 1], corners[total + count, 2] = x, y, z
-                    count += 1
-            planes[face, 10] = write_plane(local, planes[face], 5)
-            write_plane(boxed[face], planes[face], 0)
-        leaves[leaf, 3] = count
-        total += count
+                    axis = box + 3 + 3 * k
+                    boxed[9 * face + 3 * c + k] = boxes[axis] * x + boxes[axis + 1] * y + boxes[axis + 2] * z
+                pick = pick_of(corners, total, known, x, y, z)
+                picks[3 * face + c] = pick
+                if pick == known:
+                    at = 3 * (total + known)
+                    corners[at], corners[at + 1], corners[at + 2] = x, y, z
+                    known += 1
+            planes[11 * face + 10] = write_plane(local, widened(0), planes, 11 * face + 5)
+            write_plane(boxed, 9 * face, planes, 11 * face)
+        leaves[4 * leaf + 3] = known
+        total += known
     return total

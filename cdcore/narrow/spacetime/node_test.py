@@ -7,14 +7,14 @@ strays from it; any direction separates if the widened radii say so.
 from __future__ import annotations
 
 from cdcore.narrow.compiling import become_part_of_caller, hot_kernel
+from cdcore.narrow.memory import Memory
 from cdcore.narrow.spacetime.lanes import above, dot, excess, fused, load8, minus, moved, outside, row16, store, turn
-from cdcore.numerics import FloatArray
 
 
 @hot_kernel
 def lanes_that_may_meet(
-    boxes_a: FloatArray, a: int, boxes_b: FloatArray, b: int, relative: FloatArray, middle: FloatArray, chord: float,
-    pad: float, mask: int, leaves: bool, offset: FloatArray,
+    boxes_a: Memory, a: int, boxes_b: Memory, b: int, relative: Memory, middle: Memory, chord: float,
+    pad: float, mask: int, leaves: bool, offset: Memory,
 ) -> int:  # fmt: skip
     """Lanes of ``mask`` in which node a (of A) and node b (of B) are not certainly apart.
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.narrow.exact_sums import new_digits
 from cdcore.narrow.exhaustive import meeting_faces_exhaustive
 from cdcore.narrow.predicates import triangles_intersect
 from cdcore.narrow.spacetime.block import COUNTERS, EXACT_TESTS, INTEGER_TESTS, Question
@@ -102,9 +101,7 @@ class PairJob:
         (tree_a, tree_b), (a, b), (bits_a, bits_b) = self._trees, self._lanes, self._bits
         hits, work = np.zeros(stop, dtype=np.uint8), np.zeros(COUNTERS + 1, dtype=np.int64)
         question = Question(start, stop, self._pad, self._faces, self._verify, bits_a, bits_b)
-        keys, later, dismissed = (
-            rows[1 : rows[0] + 1] for rows in traverse_pair(tree_a, a, tree_b, b, question, hits, work)
-        )
+        keys, later, dismissed = traverse_pair(tree_a, a, tree_b, b, question, hits, work)
         if len(later):
             keys = np.concatenate([keys, self._settled(later, start, hits, work)])
         if self._verify:
@@ -128,12 +125,10 @@ class PairJob:
 
     def _settled(self, keys: IntArray, start: int, hits: ByteArray, work: IntArray) -> IntArray:
         """Decide the face pairs the kernel left open, in leaf order; those that meet, by face numbers, if asked for."""
-        (tree_a, tree_b), (a, b), (bits_a, bits_b) = self._trees, self._lanes, self._bits
-        answers = np.empty(len(keys), dtype=np.uint8)
-        work[EXACT_TESTS], work[INTEGER_TESTS] = decide_undecided(
-            keys, bits_a, bits_b, start, tree_a.placed, a.entries, a.stride, a.step, tree_b.placed, b.entries, b.stride,
-            b.step, self._faces, hits, answers, new_digits(),
-        )  # fmt: skip
+        (tree_a, tree_b), (bits_a, bits_b) = self._trees, self._bits
+        answers, work[EXACT_TESTS], work[INTEGER_TESTS] = decide_undecided(
+            keys, (bits_a, bits_b), start, self._trees, self._lanes, self._faces, hits
+        )
         frame, face_a = keys >> (bits_a + bits_b), tree_a.faces[(keys >> bits_b) & ((1 << bits_a) - 1)].astype(np.int64)
         face_b = tree_b.faces[keys & ((1 << bits_b) - 1)].astype(np.int64)
         for k in np.flatnonzero(answers == UNDECIDED).tolist():

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.narrow.compiling import hot_kernel, kernel
+from cdcore.narrow.memory import row_of
 from cdcore.narrow.spacetime.bounds import ROUNDOFF
 from cdcore.narrow.spacetime.lanes import (
     LANES,
@@ -28,7 +29,7 @@ from cdcore.narrow.spacetime.lanes import (
     store,
     times,
 )
-from cdcore.numerics import FloatArray
+from cdcore.numerics import FloatArray, IntArray
 
 STEP_ULPS = 32.0
 """Placing two centres rounds each by at most 7 u of the body's size and distance; taken twice."""
@@ -53,6 +54,8 @@ class PoseLanes(NamedTuple):
     """Largest distance of a translation from the origin."""
     skew: float
     """Largest Frobenius norm of R^T R - I."""
+    row: IntArray
+    """(4,) address of ``entries``, stride, step, address of ``path``, as the kernels take them."""
 
 
 @kernel
@@ -193,4 +196,5 @@ def pose_lanes(
     restless = False
     if not still:
         restless = fill_path(entries, stride, count, float(root_box[15]), size + reach, path)
-    return PoseLanes(entries, stride, 0 if still else 1, path, restless, size, float(np.sqrt(skew)) + 16 * ROUNDOFF)
+    step, row = 0 if still else 1, row_of([entries, stride, 0 if still else 1, path])
+    return PoseLanes(entries, stride, step, path, restless, size, float(np.sqrt(skew)) + 16 * ROUNDOFF, row)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from cdcore.narrow.compiling import hot_kernel, stay_one_function
+from cdcore.narrow.memory import Memory
 from cdcore.narrow.spacetime.bounds import CHORD_SLACK
 from cdcore.narrow.spacetime.lanes import dot, fused, load8, minus, splat8, store
-from cdcore.narrow.spacetime.pose_lanes import PoseLanes
-from cdcore.numerics import FloatArray
+from cdcore.narrow.spacetime.memory import PoseMemory
 
 
 @hot_kernel
-def fill_relative(pose_a: PoseLanes, pose_b: PoseLanes, frame: int, relative: FloatArray) -> None:
+def fill_relative(pose_a: PoseMemory, pose_b: PoseMemory, frame: int, relative: Memory) -> None:
     """Poses of A in B's frame for eight frames, (96,): rotation by rows, then translation."""
     stay_one_function()
     a, n, f_a = pose_a.entries, pose_a.stride, frame * pose_a.step
@@ -29,7 +29,7 @@ def fill_relative(pose_a: PoseLanes, pose_b: PoseLanes, frame: int, relative: Fl
 
 
 @hot_kernel
-def largest_chord(relative: FloatArray, lane: int, lanes: int, middle: FloatArray, squares: FloatArray) -> float:
+def largest_chord(relative: Memory, lane: int, lanes: int, middle: Memory, squares: Memory) -> float:
     """Write the rotation of one lane to ``middle`` (9,); returns how far any lane's lies from it, spectral norm.
 
     ``squares`` (8,) is scratch.

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, stay_one_function
-from cdcore.narrow.spacetime.pose_lanes import PoseLanes
-from cdcore.numerics import FloatArray
+from cdcore.narrow.memory import Memory
+from cdcore.narrow.spacetime.memory import PoseMemory
 
 GAP_SHARE = 1.0 - 1e-12
 """Of a gap, the share that may be walked: covers the rounding of the sum of two paths."""
 
 
 @hot_kernel
-def distance_to_box(pose: PoseLanes, frame: int, box: FloatArray, x: float, y: float, z: float) -> float:
+def distance_to_box(pose: PoseMemory, frame: int, box: Memory, x: float, y: float, z: float) -> float:
     """Distance of a point, given by its world offset from a root box's centre, to that box."""
     become_part_of_caller()
     entries, stride = pose.entries, pose.stride
@@ -22,7 +22,7 @@ def distance_to_box(pose: PoseLanes, frame: int, box: FloatArray, x: float, y: f
     bz = entries[2 * stride + frame] * x + entries[5 * stride + frame] * y + entries[8 * stride + frame] * z
     squared = 0.0
     for k in range(3):
-        over = abs(box[0, 3 + 3 * k] * bx + box[0, 4 + 3 * k] * by + box[0, 5 + 3 * k] * bz) - box[0, 12 + k]
+        over = abs(box[3 + 3 * k] * bx + box[4 + 3 * k] * by + box[5 + 3 * k] * bz) - box[12 + k]
         if over > 0.0:
             squared += over * over
     distance: float = np.sqrt(squared)
@@ -30,23 +30,21 @@ def distance_to_box(pose: PoseLanes, frame: int, box: FloatArray, x: float, y: f
 
 
 @hot_kernel
-def root_gap(
-    boxes_a: FloatArray, pose_a: PoseLanes, boxes_b: FloatArray, pose_b: PoseLanes, frame: int, pad: float
-) -> float:
+def root_gap(boxes_a: Memory, pose_a: PoseMemory, boxes_b: Memory, pose_b: PoseMemory, frame: int, pad: float) -> float:
     """A distance the bodies certainly keep in this frame; not positive where none is certain."""
     stay_one_function()
     f_a, f_b = frame * pose_a.step, frame * pose_b.step
     x = pose_a.entries[12 * pose_a.stride + f_a] - pose_b.entries[12 * pose_b.stride + f_b]
     y = pose_a.entries[13 * pose_a.stride + f_a] - pose_b.entries[13 * pose_b.stride + f_b]
     z = pose_a.entries[14 * pose_a.stride + f_a] - pose_b.entries[14 * pose_b.stride + f_b]
-    to_b = distance_to_box(pose_b, f_b, boxes_b, x, y, z) - boxes_a[0, 15]
-    to_a = distance_to_box(pose_a, f_a, boxes_a, x, y, z) - boxes_b[0, 15]
+    to_b = distance_to_box(pose_b, f_b, boxes_b, x, y, z) - boxes_a[15]
+    to_a = distance_to_box(pose_a, f_a, boxes_a, x, y, z) - boxes_b[15]
     gap: float = max(to_a, to_b) - pad
     return gap
 
 
 @hot_kernel
-def first_unsafe(pose_a: PoseLanes, pose_b: PoseLanes, frame: int, stop: int, gap: float) -> int:
+def first_unsafe(pose_a: PoseMemory, pose_b: PoseMemory, frame: int, stop: int, gap: float) -> int:
     """First frame by which the two paths together may have used up the gap; at most ``stop``."""
     stay_one_function()
     path_a, step_a, path_b, step_b = pose_a.path, pose_a.step, pose_b.path, pose_b.step

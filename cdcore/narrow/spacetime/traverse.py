@@ -1,10 +1,17 @@
-"""One pair of bodies over all its frames: path-length skips, then blocks of eight frames through both trees."""
+"""One pair of bodies over all its frames: path-length skips, then blocks of eight frames through both trees.
+
+What one kernel is asked stands in one row of integers: addresses of arrays and numbers. Where a list is full it stops,
+and goes on from there when it has been lengthened.
+"""
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
-from cdcore.narrow.compiling import kernel, stay_one_function
+from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, kernel
+from cdcore.narrow.memory import address_of, bytes_at, doubles_at, row_of, words_at
 from cdcore.narrow.spacetime.block import (
     BLOCKS,
     BY_PATH,
@@ -18,7 +25,8 @@ from cdcore.narrow.spacetime.block import (
     traverse_block,
 )
 from cdcore.narrow.spacetime.box_tree import BoxTree
-from cdcore.narrow.spacetime.lanes import LANES
+from cdcore.narrow.spacetime.lanes import LANES, widened
+from cdcore.narrow.spacetime.memory import POSE_WORDS, TREE_WORDS, pose_memory, tree_memory
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes
 from cdcore.narrow.spacetime.relative_poses import fill_relative, largest_chord
 from cdcore.narrow.spacetime.skips import first_unsafe, root_gap
@@ -29,59 +37,113 @@ SHORTEST_SKIP = 4
 MOST_LEAF_CORNERS = 24
 """Three for each of at most eight faces of a leaf."""
 
+# a row of the kernel: two trees, two tracks, then these
+TREE_B: Final = TREE_WORDS
+POSE_A: Final = 2 * TREE_WORDS
+POSE_B: Final = POSE_A + POSE_WORDS
+ROOM: Final = POSE_B + POSE_WORDS
+STACK, FOUND, STATE, HITS, WORK = (ROOM + k for k in range(1, 6))
+LISTS: Final = ROOM + 6
+QUESTION: Final = LISTS + 6
+
+# doubles of the scratch memory
+MIDDLE, OFFSET, TURNED, PLANE, SPAN, MOVED = 96, 112, 136, 208, 240, 288
+ROOM_DOUBLES: Final = MOVED + 24 * MOST_LEAF_CORNERS
+
+AT_FRAME, IN_BLOCK = 2, 3
+"""Places of ``Scratch.state`` after the block's own two: the frame to go on from, whether inside its block."""
+
+
+@hot_kernel
+def scratch_memory(row: IntArray) -> Scratch:
+    """The scratch memory of a row."""
+    become_part_of_caller()
+    room = row[ROOM]
+    return Scratch(
+        words_at(row[STACK]), doubles_at(room), doubles_at(room + 8 * MIDDLE), doubles_at(room + 8 * OFFSET),
+        doubles_at(room + 8 * TURNED), doubles_at(room + 8 * MOVED), doubles_at(room + 8 * PLANE),
+        doubles_at(room + 8 * SPAN), words_at(row[FOUND]), words_at(row[STATE]),
+    )  # fmt: skip
+
 
 @kernel
-def longer(rows: IntArray) -> IntArray:
-    """The list itself if it has room for one step, else a copy in twice the room."""
-    stay_one_function()
-    if len(rows) - rows[0] > 2 * MOST_AT_ONCE:
-        return rows
-    copy = np.empty(2 * len(rows) + 2 * MOST_AT_ONCE, dtype=np.int64)
-    for k in range(rows[0] + 1):
-        copy[k] = rows[k]
-    return copy
+def traverse_frames(row: IntArray, pad: float) -> bool:
+    """Decide the frames of a row's question; False when it stopped because a list was full."""
+    tree_a, tree_b = tree_memory(row, widened(0)), tree_memory(row, widened(TREE_B))
+    pose_a, pose_b = pose_memory(row, widened(POSE_A)), pose_memory(row, widened(POSE_B))
+    scratch = scratch_memory(row)
+    state, hits, work = scratch.state, bytes_at(row[HITS]), words_at(row[WORK])
+    lists = Lists(
+        words_at(row[LISTS]), row[LISTS + 1], words_at(row[LISTS + 2]), row[LISTS + 3], words_at(row[LISTS + 4]),
+        row[LISTS + 5],
+    )  # fmt: skip
+    stop = row[QUESTION + 1]
+    question = Question(
+        row[QUESTION], stop, pad, row[QUESTION + 2] != 0, row[QUESTION + 3] != 0, row[QUESTION + 4], row[QUESTION + 5]
+    )
+    f = state[AT_FRAME]
+    while f < stop:
+        if not have_room(lists):
+            state[AT_FRAME] = f
+            return False
+        lanes = min(widened(LANES), stop - f)
+        if state[IN_BLOCK] == 0:
+            gap = root_gap(tree_a.boxes, pose_a, tree_b.boxes, pose_b, f, pad)
+            if gap > 0.0:
+                following = first_unsafe(pose_a, pose_b, f, stop, gap)
+                if following - f >= SHORTEST_SKIP or following == stop:
+                    work[SKIPPED_FRAMES] += following - f
+                    if question.record:
+                        note(lists, widened(BY_PATH), f, following - 1, widened(0), widened(0))
+                    f = following
+                    continue
+            fill_relative(pose_a, pose_b, f, scratch.relative)
+            work[BLOCKS] += 1
+            scratch.stack[0], scratch.stack[1], scratch.stack[2] = 0, 0, (1 << lanes) - 1
+            state[0], state[1], state[IN_BLOCK] = 3, (1 << lanes) - 1, 1
+        chord = largest_chord(scratch.relative, lanes // 2, lanes, scratch.middle, scratch.plane)
+        if not traverse_block(tree_a, pose_a, tree_b, pose_b, f, chord, question, lists, hits, work, scratch):
+            state[AT_FRAME] = f
+            return False
+        state[IN_BLOCK] = 0
+        f += lanes
+    return True
 
 
-@kernel
-def lengthened(lists: Lists) -> Lists:
-    """The lists, each with room for one step."""
-    stay_one_function()
-    return Lists(longer(lists.keys), longer(lists.later), longer(lists.dismissed))
-
-
-@kernel
 def traverse_pair(
     tree_a: BoxTree, pose_a: PoseLanes, tree_b: BoxTree, pose_b: PoseLanes, question: Question, hits: ByteArray,
     work: IntArray,
-) -> Lists:  # fmt: skip
-    """Decide the frames of a question; sets ``hits`` to 1 in frames with contact and returns what was found."""
-    scratch = Scratch(
-        np.empty(3 * (len(tree_a.links) + len(tree_b.links) + 2), dtype=np.int64), np.empty(96), np.empty(9),
-        np.empty(24), np.empty(72), np.empty(24 * MOST_LEAF_CORNERS), np.empty(32), np.empty(48),
-        np.empty(192, dtype=np.int64), np.empty(2, dtype=np.int64),
-    )  # fmt: skip
-    lists = Lists(np.empty(4096, np.int64), np.empty(1024, np.int64), np.empty(1024, np.int64))
-    lists.keys[0], lists.later[0], lists.dismissed[0] = 0, 0, 0
-    f = question.start
-    while f < question.stop:
-        if not have_room(lists):
-            lists = lengthened(lists)
-        gap = root_gap(tree_a.boxes, pose_a, tree_b.boxes, pose_b, f, question.pad)
-        if gap > 0.0:
-            following = first_unsafe(pose_a, pose_b, f, question.stop, gap)
-            if following - f >= SHORTEST_SKIP or following == question.stop:
-                work[SKIPPED_FRAMES] += following - f
-                if question.record:
-                    note(lists, BY_PATH, f, following - 1, 0 * f, 0 * f)
-                f = following
-                continue
-        lanes = min(LANES, question.stop - f)
-        fill_relative(pose_a, pose_b, f, scratch.relative)
-        chord = largest_chord(scratch.relative, lanes // 2, lanes, scratch.middle, scratch.plane)
-        work[BLOCKS] += 1
-        scratch.stack[0], scratch.stack[1], scratch.stack[2] = 0, 0, (1 << lanes) - 1
-        scratch.state[0], scratch.state[1] = 3, (1 << lanes) - 1
-        while not traverse_block(tree_a, pose_a, tree_b, pose_b, f, chord, question, lists, hits, work, scratch):
-            lists = lengthened(lists)
-        f += lanes
-    return lists
+) -> list[IntArray]:  # fmt: skip
+    """Decide the frames of a question.
+
+    Parameters
+    ----------
+    hits : (stop,) set to 1 in frames with contact.
+    work : (COUNTERS,) or longer, added to.
+
+    Returns
+    -------
+    list of arrays : ``Lists`` without the counts in front: face pairs that meet, those left open, dismissals.
+    """
+    room, found, state = np.empty(ROOM_DOUBLES), np.empty(3 * 64, dtype=np.int64), np.zeros(4, dtype=np.int64)
+    stack = np.empty(3 * (len(tree_a.links) + len(tree_b.links) + 2), dtype=np.int64)
+    state[AT_FRAME] = question.start
+    lists = [np.zeros(length, dtype=np.int64) for length in (4096, 2 * MOST_AT_ONCE, 2 * MOST_AT_ONCE)]
+    start, stop, pad, *rest = question
+    row = np.concatenate([
+        tree_a.row, tree_b.row, pose_a.row, pose_b.row, row_of([room, stack, found, state, hits, work]),
+        row_of([part for one in lists for part in (one, len(one))]), np.array([start, stop, *rest], dtype=np.int64),
+    ])  # fmt: skip
+    while not traverse_frames(row, pad):
+        lists = [_longer(one) for one in lists]
+        row[LISTS:QUESTION:2], row[LISTS + 1 : QUESTION : 2] = [address_of(one) for one in lists], [*map(len, lists)]
+    return [one[1 : one[0] + 1] for one in lists]
+
+
+def _longer(rows: IntArray) -> IntArray:
+    """The list itself if it has room for one step, else a copy in twice the room."""
+    if len(rows) - rows[0] > 2 * MOST_AT_ONCE:
+        return rows
+    copy = np.empty(2 * len(rows) + 2 * MOST_AT_ONCE, dtype=np.int64)
+    copy[: rows[0] + 1] = rows[: rows[0] + 1]
+    return copy

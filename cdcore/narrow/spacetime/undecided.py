@@ -7,57 +7,80 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.compiling import kernel, stay_one_function
-from cdcore.narrow.exact_sums import exponents_are_moderate
+from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.narrow.exact_sums import exponents_are_moderate, new_digits
+from cdcore.narrow.memory import Memory, bytes_at, doubles_at, row_of, words_at
+from cdcore.narrow.spacetime.box_tree import BoxTree
+from cdcore.narrow.spacetime.lanes import widened
+from cdcore.narrow.spacetime.pose_lanes import PoseLanes
 from cdcore.narrow.triangle_exact import pair_intersects_exact
-from cdcore.narrow.triangle_filter import UNDECIDED, pair_intersects_filtered
-from cdcore.numerics import ByteArray, FloatArray, IntArray
+from cdcore.narrow.triangle_filter import UNDECIDED
+from cdcore.numerics import ByteArray, IntArray
 
 
-@kernel
-def place_rows(
-    placed: FloatArray, face: int, entries: FloatArray, stride: int, frame: int, pair: FloatArray, first: int
-) -> None:
-    """World corners of a face to rows ``first`` to ``first + 2`` of ``pair``, rounded as the points that count."""
+@hot_kernel
+def place_rows(placed: Memory, face: int, entries: Memory, stride: int, frame: int, pair: Memory, first: int) -> None:
+    """World corners of a face to nine numbers from ``pair[first]`` on, rounded as the points that count."""
     stay_one_function()
     for corner in range(3):
-        x, y, z = placed[face, corner], placed[face, 4 + corner], placed[face, 8 + corner]
+        at = 12 * face + corner
+        x, y, z = placed[at], placed[at + 4], placed[at + 8]
         for k in range(3):
             row = 3 * k * stride + frame
             total = (entries[row] * x + entries[row + stride] * y) + entries[row + 2 * stride] * z
-            pair[first + corner, k] = total + entries[(9 + k) * stride + frame]
+            pair[first + 3 * corner + k] = total + entries[(9 + k) * stride + frame]
 
 
 @kernel
-def decide_undecided(
-    keys: IntArray, bits_a: int, bits_b: int, start: int, placed_a: FloatArray, entries_a: FloatArray, stride_a: int,
-    step_a: int, placed_b: FloatArray, entries_b: FloatArray, stride_b: int, step_b: int, faces: bool, hits: ByteArray,
-    answers: ByteArray, digits: IntArray,
-) -> tuple[int, int]:  # fmt: skip
+def answer_keys(row: IntArray, count: int, start: int, faces: bool) -> tuple[int, int]:
     """Fill ``answers`` with 0, 1, or UNDECIDED for integers, and set ``hits``; returns how many of each kind were
     asked.
 
-    ``keys`` are packed as frame from ``start``, face of A, face of B, both in leaf order. Without ``faces`` a frame
-    that is in contact already is asked no more.
+    ``row`` holds the numbers of bits of a face of A and of B, then of each body the address of its corners, of its
+    poses, their stride and step, then the addresses of the keys, hits, answers, digits and eighteen doubles of scratch.
     """
-    pair = np.empty((6, 3))
-    exact, integers = 0, 0
-    for k in range(len(keys)):
+    bits_a, bits_b, stride_a, step_a, stride_b, step_b = row[0], row[1], row[4], row[5], row[8], row[9]
+    placed_a, entries_a, placed_b, entries_b = (
+        doubles_at(row[2]), doubles_at(row[3]), doubles_at(row[6]), doubles_at(row[7]),
+    )  # fmt: skip
+    keys, hits, answers, digits, pair = (
+        words_at(row[10]), bytes_at(row[11]), bytes_at(row[12]), words_at(row[13]), doubles_at(row[14]),
+    )  # fmt: skip
+    exact, integers = widened(0), widened(0)
+    for k in range(count):
         frame = start + (keys[k] >> (bits_a + bits_b))
         answers[k] = 0
         if hits[frame] != 0 and not faces:
             continue
         face_a, face_b = (keys[k] >> bits_b) & ((1 << bits_a) - 1), keys[k] & ((1 << bits_b) - 1)
-        place_rows(placed_a, face_a, entries_a, stride_a, frame * step_a, pair, 0 * face_a)
-        place_rows(placed_b, face_b, entries_b, stride_b, frame * step_b, pair, 0 * face_b + 3)
-        answer = pair_intersects_filtered(pair)
-        if answer == UNDECIDED:
+        place_rows(placed_a, face_a, entries_a, stride_a, frame * step_a, pair, widened(0))
+        place_rows(placed_b, face_b, entries_b, stride_b, frame * step_b, pair, widened(9))
+        if exponents_are_moderate(pair, widened(18)):
             exact += 1
-            if exponents_are_moderate(pair):
-                answer = 1 if pair_intersects_exact(pair, digits) else 0
-            else:
-                integers += 1
-        answers[k] = answer
-        if answer == 1:
-            hits[frame] = 1
+            if pair_intersects_exact(pair, digits):
+                answers[k] = 1
+                hits[frame] = 1
+        else:
+            integers += 1
+            answers[k] = UNDECIDED
     return exact, integers
+
+
+def decide_undecided(
+    keys: IntArray, bits: tuple[int, int], start: int, trees: tuple[BoxTree, BoxTree], poses: tuple[PoseLanes, ...],
+    faces: bool, hits: ByteArray,
+) -> tuple[ByteArray, int, int]:  # fmt: skip
+    """Answers 0, 1, or UNDECIDED for integers, and how many were asked exactly and are left for integers.
+
+    ``keys`` are packed as frame from ``start``, face of A, face of B, both in leaf order, in ``bits`` bits. Sets
+    ``hits``; without ``faces`` a frame that is in contact already is asked no more.
+    """
+    answers, digits, pair = np.empty(len(keys), dtype=np.uint8), new_digits(), np.empty(18)
+    keys = np.ascontiguousarray(keys)
+    row = row_of([
+        *bits, *(part for tree, pose in zip(trees, poses, strict=True)
+                 for part in (tree.placed, pose.entries, pose.stride, pose.step)),
+        keys, hits, answers, digits, pair,
+    ])  # fmt: skip
+    exact, integers = answer_keys(row, len(keys), start, faces)
+    return answers, exact, integers

@@ -7,6 +7,7 @@ determinants for the edges and two for the planes.
 from __future__ import annotations
 
 from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, stay_one_function
+from cdcore.narrow.memory import Memory
 from cdcore.narrow.spacetime.bounds import DETERMINANT_ULPS, ROUNDOFF, TINY
 from cdcore.narrow.spacetime.lanes import (
     Lanes,
@@ -24,15 +25,12 @@ from cdcore.narrow.spacetime.lanes import (
     times,
     triple,
 )
-from cdcore.numerics import FloatArray
 
 UNDECIDED = 2
 
 
 @hot_kernel
-def place_face(
-    placed: FloatArray, face: int, entries: FloatArray, stride: int, frame: int
-) -> tuple[Lanes, Lanes, Lanes]:
+def place_face(placed: Memory, face: int, entries: Memory, stride: int, frame: int) -> tuple[Lanes, Lanes, Lanes]:
     """World x, y and z of a face's corners (0, 1, 2, 0), rounded as the points that count: no fused multiply-add."""
     become_part_of_caller()
     row = 12 * face
@@ -79,7 +77,7 @@ def edge_signs(
 
 
 @hot_kernel
-def largest(x: Lanes, y: Lanes, z: Lanes, scratch: FloatArray) -> float:
+def largest(x: Lanes, y: Lanes, z: Lanes, scratch: Memory) -> float:
     """Largest absolute value in the lanes."""
     become_part_of_caller()
     store(scratch, 0, most3(size(x), size(y), size(z)))
@@ -97,7 +95,7 @@ def crossing(sides: int) -> int:
 
 @hot_kernel
 def filtered_answer(
-    ax: Lanes, ay: Lanes, az: Lanes, bx: Lanes, by: Lanes, bz: Lanes, edge_a: float, edge_b: float, scratch: FloatArray
+    ax: Lanes, ay: Lanes, az: Lanes, bx: Lanes, by: Lanes, bz: Lanes, edge_a: float, edge_b: float, scratch: Memory
 ) -> int:
     """0, 1 or UNDECIDED for two faces given by their corners; ``edge_a`` and ``edge_b`` bound their edges."""
     become_part_of_caller()
@@ -134,9 +132,9 @@ def filtered_answer(
 
 @hot_kernel
 def faces_meet(
-    placed_a: FloatArray, face_a: int, edge_a: float, entries_a: FloatArray, stride_a: int, frame_a: int,
-    placed_b: FloatArray, face_b: int, edge_b: float, entries_b: FloatArray, stride_b: int, frame_b: int,
-    scratch: FloatArray,
+    placed_a: Memory, face_a: int, edge_a: float, entries_a: Memory, stride_a: int, frame_a: int,
+    placed_b: Memory, face_b: int, edge_b: float, entries_b: Memory, stride_b: int, frame_b: int,
+    scratch: Memory,
 ) -> int:  # fmt: skip
     """Whether two placed faces meet: 0, 1, or UNDECIDED where only exact arithmetic can tell."""
     stay_one_function()

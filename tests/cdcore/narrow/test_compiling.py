@@ -1,5 +1,10 @@
 """The mark that keeps a kernel one function leaves it callable, from Python and from other kernels."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 from numba import njit
 
 from cdcore.narrow.compiling import stay_one_function
@@ -20,3 +25,41 @@ def test_a_marked_kernel_gives_the_same_answers_and_is_not_copied_into_its_calle
     assert quadrupled(3) == 12
     code = next(iter(quadrupled.inspect_llvm().values()))
     assert any("call" in line and "doubled" in line for line in code.splitlines())
+
+
+READ_ONLY = """
+import os, sys
+from pathlib import Path
+import numba.core.caching as caching
+
+def refuse(self):
+    raise PermissionError("read-only")
+
+caching.InTreeCacheLocator.ensure_cache_path = refuse
+{more}
+import numpy as np
+from cdcore.narrow.spacetime.pose_lanes import stays_put
+print(stays_put(np.zeros((2, 1, 3, 3)), np.zeros((2, 1, 3)), 0, np.arange(2)), stays_put.stats.cache_path)
+"""
+
+
+def compiled_elsewhere(tmp_path, more=""):
+    environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path), "LOCALAPPDATA": str(tmp_path), "HOME": str(tmp_path)}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    code = READ_ONLY.format(more=more)
+    answer = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    return answer.stdout.rsplit(" ", 1)
+
+
+def test_an_installation_that_cannot_be_written_keeps_machine_code_in_the_users_cache_folder(tmp_path):
+    answer, folder = compiled_elsewhere(tmp_path)
+    assert answer == "True"
+    assert tmp_path in Path(folder.strip()).parents
+    assert list(tmp_path.rglob("pose_lanes.stays_put*.nbi"))
+
+
+def test_where_nothing_can_be_written_kernels_compile_at_every_start(tmp_path):
+    answer, folder = compiled_elsewhere(tmp_path, "caching.UserWideCacheLocator.ensure_cache_path = refuse")
+    assert answer == "True"
+    assert folder.strip() == "None"
+    assert not list(tmp_path.rglob("*.nbi"))

@@ -5,8 +5,24 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from cdcore.narrow import orientation
+from cdcore.narrow.compiling import kernel
 from cdcore.narrow.exact_sums import new_digits
-from cdcore.narrow.orientation import cross_sign, orientation_filtered, orientation_sign
+
+
+@kernel
+def orientation_sign(p, a, b, c, d, w):
+    return orientation.orientation_sign(p.ravel(), a, b, c, d, w)
+
+
+@kernel
+def orientation_filtered(p, a, b, c, d):
+    return orientation.orientation_filtered(p.ravel(), a, b, c, d)
+
+
+@kernel
+def cross_sign(p, a, b, c, d, axis, w):
+    return orientation.cross_sign(p.ravel(), a, b, c, d, axis, w)
 
 
 def exact_volume(p):

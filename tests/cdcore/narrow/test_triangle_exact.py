@@ -3,9 +3,25 @@
 import numpy as np
 import pytest
 
+from cdcore.narrow import triangle_exact
+from cdcore.narrow.compiling import kernel
 from cdcore.narrow.exact_sums import new_digits
-from cdcore.narrow.triangle_exact import lexicographic_ends, pair_intersects_exact, projection_axis
 from cdcore.narrow.triangle_integers import pair_intersects_integers
+
+
+@kernel
+def pair_intersects_exact(p, w):
+    return triangle_exact.pair_intersects_exact(p.ravel(), w)
+
+
+@kernel
+def projection_axis(p, a, b, c, d, w):
+    return triangle_exact.projection_axis(p.ravel(), a, b, c, d, w)
+
+
+@kernel
+def lexicographic_ends(p, t):
+    return triangle_exact.lexicographic_ends(p.ravel(), t)
 
 
 @pytest.mark.parametrize("high", [2, 3, 4])

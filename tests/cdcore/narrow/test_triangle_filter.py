@@ -2,9 +2,16 @@
 
 import pytest
 
-from cdcore.narrow.triangle_filter import UNDECIDED, pair_intersects_filtered
+from cdcore.narrow import triangle_filter
+from cdcore.narrow.compiling import kernel
+from cdcore.narrow.triangle_filter import UNDECIDED
 from cdcore.narrow.triangle_integers import pair_intersects_integers
 from replay.stress.families import FAMILIES
+
+
+@kernel
+def pair_intersects_filtered(pair):
+    return triangle_filter.pair_intersects_filtered(pair.ravel())
 
 
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)

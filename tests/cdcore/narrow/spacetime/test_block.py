@@ -14,7 +14,8 @@ def add(lists, value):
 
 
 def test_appending_keeps_the_order_and_the_length_in_front():
-    lists = Lists(*(np.zeros(MOST_AT_ONCE + 20, dtype=np.int64) for _ in range(3)))
+    length = MOST_AT_ONCE + 20
+    lists = Lists(*(part for _ in range(3) for part in (np.zeros(length, dtype=np.int64), length)))
     room = [add(lists, value) for value in range(1, 6)]
     assert lists.keys[:6].tolist() == [5, 1, 2, 3, 4, 5]
     assert lists.dismissed[0] == 20

@@ -32,8 +32,8 @@ def test_every_meeting_face_pair_survives_in_its_lanes_and_few_others_do(seed):
     for a in np.flatnonzero(a_tree.links[:, 1] >= 0):
         for b in np.flatnonzero(b_tree.links[:, 1] >= 0):
             count = survivors(
-                a_tree, a, int(a_tree.links[a, 1]), b_tree, b, int(b_tree.links[b, 1]), scene.relative, scene.middle,
-                scene.chord, scene.pad, found,
+                scene.flat[0], a, int(a_tree.links[a, 1]), scene.flat[1], b, int(b_tree.links[b, 1]), scene.relative,
+                scene.middle, scene.chord, scene.pad, found,
             )  # fmt: skip
             for face_a, face_b, left in found[: 3 * count].reshape(-1, 3):
                 lanes[a_tree.faces[face_a], b_tree.faces[face_b]] = left

@@ -23,7 +23,7 @@ def test_no_two_corners_are_nearer_than_the_gap(apart):
     scene = EightFrames(1)
     scene.poses[0].entries.reshape(15, -1)[[9, 12]] += apart
     for frame in range(8):
-        gap = gap_of(scene.trees[0].boxes, scene.poses[0], scene.trees[1].boxes, scene.poses[1], frame, scene.pad)
+        gap = gap_of(scene.flat[0].boxes, scene.poses[0], scene.flat[1].boxes, scene.poses[1], frame, scene.pad)
         first, second = (world.reshape(-1, 3) for world in scene.world(frame))
         nearest = np.linalg.norm((first + np.array([apart, 0, 0]))[:, None] - second[None], axis=2).min()
         assert gap <= nearest

@@ -3,7 +3,6 @@
 import numpy as np
 from motions import rotations
 
-from cdcore.narrow.exact_sums import new_digits
 from cdcore.narrow.predicates import triangles_intersect
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pose_lanes import pose_lanes
@@ -19,11 +18,9 @@ def test_answers_are_those_of_the_predicate_at_the_points_that_count():
     flat = rng.integers(0, 4, (2, 3, 3)).astype(float)
     trees = [build_box_tree(flat[k : k + 1]) for k in range(2)]
     a, b = (pose_lanes(turn, move, k, np.arange(frames), trees[k].boxes[0], trees[k].reach) for k in range(2))
-    hits, answers = np.zeros(frames, dtype=np.uint8), np.empty(frames, dtype=np.uint8)
-    decide_undecided(
-        np.arange(frames), 0, 0, 0, trees[0].placed, a.entries, a.stride, a.step, trees[1].placed, b.entries, b.stride,
-        b.step, True, hits, answers, new_digits(),
-    )  # fmt: skip
+    hits = np.zeros(frames, dtype=np.uint8)
+    answers, exact, integers = decide_undecided(np.arange(frames), (0, 0), 0, tuple(trees), (a, b), True, hits)
+    assert (exact, integers) == (frames, 0)
     world = np.array([[place_points(flat[k], turn[f, k], move[f, k]) for k in range(2)] for f in range(frames)])
     want = triangles_intersect(world)
     assert np.array_equal(answers, want)

@@ -26,10 +26,9 @@ def asked(placed_a, pose_a, edge_a, placed_b, pose_b, edge_b, frame):
 def answers(pair, turn, move):
     trees = [build_box_tree(pair[k : k + 1]) for k in range(2)]
     lanes = [pose_lanes(turn, move, k, np.arange(len(turn)), trees[k].boxes[0], trees[k].reach) for k in range(2)]
+    placed = [tree.placed.ravel() for tree in trees]
     edges = [float(tree.planes[0, 10]) * 1.001 for tree in trees]
-    ours = [
-        asked(trees[0].placed, lanes[0], edges[0], trees[1].placed, lanes[1], edges[1], f) for f in range(len(turn))
-    ]
+    ours = [asked(placed[0], lanes[0], edges[0], placed[1], lanes[1], edges[1], f) for f in range(len(turn))]
     world = [[place_points(pair[k], turn[f, k], move[f, k]) for k in range(2)] for f in range(len(turn))]
     return np.array(ours), triangles_intersect(np.array(world))
 

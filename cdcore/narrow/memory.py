@@ -1,0 +1,72 @@
+"""Arrays as the hot kernels see them: a bare address each, so that forty of them fit in one row of integers.
+
+numba hands an array over as seven numbers and counts its references; two trees, two tracks and the scratch memory came
+to four hundred numbers per call and most of the time to compile. Inside a kernel an address is indexed like a
+one-dimensional array, without any check: the caller keeps the arrays alive and their sizes right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numpy.typing import NDArray
+
+from cdcore.narrow.compiling import machine_operation
+from cdcore.numerics import IntArray
+
+Memory = Any
+"""What a kernel's author writes for an address of doubles, integers or bytes."""
+
+
+def address_of(array: NDArray[Any]) -> int:
+    """Address of the first entry of a contiguous array; valid as long as the caller keeps the array."""
+    assert array.flags.c_contiguous, "kernels read arrays as one row"
+    start: int = array.__array_interface__["data"][0]
+    return start
+
+
+def _at(kind: Any, bits: Any) -> Callable[[int], Memory]:
+    pointer: Any = types.CPointer
+
+    def typed(_context: Any, _address: Any) -> Any:
+        def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+            return builder.inttoptr(arguments[0], bits.as_pointer())
+
+        return pointer(kind)(types.int64), generate
+
+    return machine_operation(typed)
+
+
+doubles_at = _at(types.float64, ir.DoubleType())
+"""``doubles_at(address)``: what lies there, to be indexed as doubles; likewise below."""
+words_at = _at(types.int64, ir.IntType(64))
+integers_at = _at(types.int32, ir.IntType(32))
+bytes_at = _at(types.uint8, ir.IntType(8))
+
+
+def _of(kind: Any) -> Callable[[Any], Memory]:
+    pointer: Any = types.CPointer
+
+    def typed(_context: Any, array: Any) -> Any:
+        if isinstance(array, types.CPointer):
+            return array(array), lambda _context, _builder, _signature, arguments: arguments[0]
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return context.make_array(signature.args[0])(context, builder, arguments[0]).data
+
+        return pointer(kind)(array), generate
+
+    return machine_operation(typed)
+
+
+doubles_of, words_of = _of(types.float64), _of(types.int64)
+"""In a kernel: the memory of a contiguous array that the kernel was handed as such."""
+
+
+def row_of(parts: list[NDArray[Any] | int]) -> IntArray:
+    """Addresses of arrays, and numbers, as one row."""
+    return np.array([part if isinstance(part, int) else address_of(part) for part in parts], dtype=np.int64)

@@ -1,0 +1,42 @@
+"""Says once, on a machine that has not compiled the kernels yet, why the first answer takes seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Protocol, runtime_checkable
+
+
+@runtime_checkable
+class Speaker(Protocol):
+    """Somebody who passes sentences on to people."""
+
+    def say(self, sentence: str) -> None:
+        """Pass one sentence on, at once."""
+        ...
+
+
+@contextmanager
+def compiling_announced(listener: object) -> Iterator[None]:
+    """Tell a ``Speaker`` of each family of kernels that is compiled meanwhile, and what it took; others hear nothing.
+
+    Loads the compiler: to be entered where kernels will run anyway.
+    """
+    if not isinstance(listener, Speaker):
+        yield
+        return
+    from cdcore.narrow.compiling import told_of_compiling
+
+    def tell(family: str, seconds: float) -> None:
+        so_far = f" ({seconds:.0f} s so far)" if seconds >= 1 else ""
+        listener.say(f"compiling for this machine, once: {family}{so_far}")
+
+    with told_of_compiling(tell) as compiled:
+        yield
+    if compiled.families:
+        where = (
+            f"later starts load it from {compiled.folder}"
+            if compiled.folder
+            else "no folder to keep it could be written"
+        )
+        listener.say(f"compiled in {compiled.seconds:.0f} s; {where}")

@@ -1,0 +1,69 @@
+"""The first exact answer on a machine compiles for at most 15 s, every kernel there is for at most 40 s, and a later
+start loads in under a second: seconds of this process's own work, so that a busy machine changes little.
+"""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+FIRST = """
+import sys, time
+import numpy as np
+from numba.core import event
+from cdcore import Body, Motion, TriangleMesh, create_detector, intersecting_faces, triangles_intersect
+from cdcore.narrow.compiling import told_of_compiling
+import cdcore.narrow.predicates, cdcore.narrow.spacetime.whole_motion, cdcore.narrow.containment
+
+angle = np.linspace(0, 2 * np.pi, 13)[:-1]
+ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+corners = np.concatenate([ring, ring + [0, 0, 1], [[0, 0, 0], [0, 0, 1]]])
+k, n = np.arange(12), (np.arange(12) + 1) % 12
+faces = np.concatenate([np.stack(rows, axis=1) for rows in (
+    (k, n, n + 12), (k, n + 12, k + 12), (n, k, 24 + 0 * k), (k + 12, n + 12, 25 + 0 * k))])
+bodies = [Body("glass", TriangleMesh(corners, faces)), Body("table", TriangleMesh(corners, faces))]
+frames = 200
+turn, move = np.tile(np.eye(3), (frames, 2, 1, 1)), np.zeros((frames, 2, 3))
+move[:, 0, 0], move[:, 0, 2] = np.linspace(4, -0.5, frames), 0.25
+move[-1], move[-2] = 0, [[0, 0, 1], [0, 0, 0]]
+families = []
+start = time.process_time()
+with told_of_compiling(lambda family, _: families.append(family)):
+    detection = create_detector("exact", bodies).detect(Motion(np.arange(frames) / 90, move, turn), faces=True)
+    first = time.process_time() - start
+    if "all" in sys.argv:
+        detection.section(frames - 1, 0)
+        triangles_intersect(np.zeros((1, 2, 3, 3)))
+        intersecting_faces(bodies[0].mesh, bodies[1].mesh)
+        for name in ("hybrid", "static", "sphere", "discrete"):
+            create_detector(name, bodies).detect(Motion(np.arange(frames) / 90, move, turn))
+        Motion.from_matrices([0.0], np.tile(np.eye(4), (1, 2, 1, 1)))
+        Motion.from_quaternions([0.0], np.zeros((1, 2, 3)), np.tile([0, 0, 0, 1.0], (1, 2, 1)))
+print(first, time.process_time() - start, len(families))
+from numba.core.dispatcher import Dispatcher
+print(*sorted({value.py_func.__qualname__ for name, module in sys.modules.items() if name.startswith("cdcore.")
+               for value in vars(module).values() if isinstance(value, Dispatcher) and not value.signatures}))
+"""
+
+
+def started(folder, *arguments):
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(folder)}
+    answer = subprocess.run(
+        [sys.executable, "-c", FIRST, *arguments], env=environment, capture_output=True, text=True, check=True
+    )
+    figures, left = answer.stdout.split("\n")[:2]
+    first, everything, families = figures.split()
+    return float(first), float(everything), int(families), left.split()
+
+
+@pytest.mark.slow
+def test_the_first_answer_and_all_kernels_compile_in_time_and_later_starts_load(tmp_path):
+    first, everything, families, left = started(tmp_path, "all")
+    assert first <= 15
+    assert everything <= 40
+    assert families >= 5
+    assert left == [], "every kernel was compiled"
+    first, _, families, _ = started(tmp_path)
+    assert first < 1
+    assert families == 0

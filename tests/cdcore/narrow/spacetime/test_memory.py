@@ -1,0 +1,36 @@
+"""A row of addresses gives a tree's and a track's arrays under their names."""
+
+import numpy as np
+from eight_frames import ARRAYS, EightFrames
+
+from cdcore.narrow.compiling import kernel
+from cdcore.narrow.spacetime.lanes import widened
+from cdcore.narrow.spacetime.memory import pose_memory, tree_memory
+
+
+@kernel
+def first_entries(row, at):
+    tree = tree_memory(row, at)
+    return (
+        tree.boxes[3], widened(tree.links[3]), widened(tree.leaves[3]), widened(tree.faces[3]), tree.placed[3],
+        widened(tree.picks[3]), tree.corners[3], tree.boxed[3], tree.spans[3], tree.planes[3],
+    )  # fmt: skip
+
+
+@kernel
+def track(row, at):
+    pose = pose_memory(row, at)
+    return pose.entries[2], pose.stride, pose.step, pose.path[2]
+
+
+def test_the_row_of_a_tree_gives_its_arrays_under_their_names():
+    tree = EightFrames(0).trees[1]
+    names = [*ARRAYS[:3], "faces", *ARRAYS[3:]]
+    row = np.concatenate([np.zeros(5, dtype=np.int64), tree.row])
+    assert first_entries(row, 5) == tuple(getattr(tree, name).ravel()[3] for name in names)
+
+
+def test_the_row_of_a_track_gives_its_arrays_and_numbers():
+    pose = EightFrames(0).poses[1]
+    row = np.concatenate([np.zeros(3, dtype=np.int64), pose.row])
+    assert track(row, 3) == (pose.entries[2], pose.stride, pose.step, pose.path[2])
