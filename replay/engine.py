@@ -130,7 +130,9 @@ def compute(
     planned = plan(session.scene)
     lineup = _called_for(planned, detectors, oracle)
     with told.stage("assemble"):
-        layout = lay_out(session, pairs=_wanted(planned, pairs, session), looking=bool(lineup.specs))
+        layout = lay_out(
+            session, pairs=_wanted(planned, pairs, session, bool(lineup.specs)), looking=bool(lineup.specs)
+        )
         assembly = assemble_bounded(session, layout, start=start, end=end)
     runs: dict[str, Run] = {}
     for spec in lineup.specs:
@@ -180,13 +182,14 @@ def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | N
     return Lineup((*lineup.specs, *more), lineup.oracle)
 
 
-def _wanted(planned: Plan, asked: Pairs | None, session: Session) -> Pairs | None:
-    """The pairs asked for, and those that effects ask about; ``None`` where the scene declares neither."""
+def _wanted(planned: Plan, asked: Pairs | None, session: Session, looking: bool) -> Pairs | None:
+    """The pairs asked for, and those that effects ask about; ``None``, all that move, where there are neither."""
     if session.scene.effects is None:
         return asked
     fixed = {body.id for body in session.scene.bodies if body.fixed is not None}
     there = {name for name in (*session.names, *fixed) if name in session.meshes}
-    return [*(asked or ()), *(pair for pair in planned.pairs or () if there.issuperset(pair))]
+    wanted = [*(asked or ()), *(pair for pair in planned.pairs or () if there.issuperset(pair))]
+    return None if looking and not wanted else wanted
 
 
 def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Detection]:

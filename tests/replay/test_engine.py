@@ -125,3 +125,11 @@ def test_the_engine_gives_the_same_digests_again():
         for _ in range(2)
     ]
     assert digests[0] == digests[1] and all(digests[0].values())
+
+
+def test_a_scene_whose_effects_need_no_contact_is_audited_when_detectors_are_asked_for():
+    from replay.made_up import made_up_session
+
+    session, _ = made_up_session("titration")
+    result = compute(session, detectors="slow=discrete[rate_hz=22.5]", end=10.0)
+    assert len(result.assembly.pairs) > 5 and result.oracle
