@@ -26,10 +26,13 @@ from replay.detecting import Run, face_sets_again, make_detector, run_detector
 from replay.detector_spec import DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
 from replay.effect_summary import effect_summary, plan_summary
 from replay.errors import DetectorSpecError
+from replay.flags import Flags
 from replay.plan import Plan, plan
+from replay.policy import Policy, PolicyLike, parse_policy
 from replay.progress import Progress, Silent
 from replay.run_result import RunResult
 from replay.summary import summarise
+from replay.treatment import treat
 from sessions import Session
 
 SUBJECTS: Final = ("hybrid-qaco", "hybrid")
@@ -107,9 +110,10 @@ def compute(
     seed: int = 0,
     faces: bool = False,
     tau: float = TAU,
+    policy: PolicyLike | Policy | None = None,
     progress: Progress | None = None,
 ) -> RunResult:
-    """Assemble, detect, compare, number the misses.
+    """Examine and treat, assemble, detect, compare, number the misses.
 
     Parameters
     ----------
@@ -119,6 +123,7 @@ def compute(
     seed : of every random stream.
     faces : ask audited detectors again, off the clock, which faces meet, and compare those too.
     tau : metres; a disagreement about less is *within tolerance*.
+    policy : what is done with poses in doubt, as ``parse_policy``; ``None``: the defaults.
     progress : told how far the work is.
 
     Raises
@@ -127,8 +132,12 @@ def compute(
         One sentence each.
     """
     told, began = progress or Silent(), perf_counter()
+    rules = parse_policy(policy)
     planned = plan(session.scene)
     lineup = _called_for(planned, detectors, oracle)
+    with told.stage("examine"):
+        treatment = treat(session, rules)
+        session = treatment.session
     with told.stage("assemble"):
         layout = lay_out(
             session, pairs=_wanted(planned, pairs, session, bool(lineup.specs)), looking=bool(lineup.specs)
@@ -166,6 +175,8 @@ def compute(
         causes=causes,
         dwell=dwell,
         effects=effects,
+        treatment=treatment,
+        flags=Flags.of(treatment.spans, assembly, session.scene),
     )
     done = summarise(result, runs, layout.survey, window=(start, end), seed=seed, tau=tau)
     called = {"plan": plan_summary(planned), "effects": effect_summary(effects, perf_counter() - began)}

@@ -8,6 +8,8 @@
     ├── PlanError             a scene that declares an effect, field, body or tag there is not
     ├── EffectError           an effect that cannot be loaded, or asks for what its spec does not name
     ├── AuditError            detections that cannot be compared
+    ├── PolicyError           words that name no policy
+    ├── RefusedError          a recording with a fault that the policy refuses
     ├── OutputError           a run folder or file that cannot be written
     ├── RunFolderError        a folder that holds no run, or a run of another version
     ├── StressError           hard cases asked for in words or files that mean nothing
@@ -40,6 +42,14 @@ class EffectError(ReplayError, ValueError):
 
 class AuditError(ReplayError, ValueError):
     """Two detections do not speak of the same frames and pairs."""
+
+
+class PolicyError(ReplayError, ValueError):
+    """A policy was asked for in words that mean nothing."""
+
+
+class RefusedError(ReplayError, ValueError):
+    """A recording has a fault that the policy refuses."""
 
 
 class OutputError(ReplayError, OSError):

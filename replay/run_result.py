@@ -15,6 +15,8 @@ from replay.audit.dwell import Dwell
 from replay.audit.face_recall import FaceRecall
 from replay.audit.matching import EpisodeMatches
 from replay.audit.outcome import Comparison, Episode, Miss
+from replay.flags import Flags
+from replay.treatment import Treatment
 from sessions import Session
 
 
@@ -36,6 +38,8 @@ class RunResult:
     causes : label -> why each of its misses was missed.
     dwell : how long each contact of the oracle lasted; ``None`` without an oracle.
     effects : kind -> what the effect found and took, in running order; empty where the scene declares none.
+    treatment : what the doctor found, and what the policy made of it.
+    flags : which verdicts rest on a pose in doubt.
     summary : settings, seeds, counts, digests, machine; everything JSON can hold.
     out : the run folder, or ``None`` when nothing was written.
     """
@@ -52,5 +56,7 @@ class RunResult:
     causes: Mapping[str, Causes] = field(default_factory=dict)
     dwell: Dwell | None = None
     effects: Mapping[str, EffectRun] = field(default_factory=dict)
+    treatment: Treatment | None = None
+    flags: Flags | None = None
     summary: Mapping[str, Any] = field(default_factory=dict)
     out: Path | None = None

@@ -9,6 +9,7 @@ from replay.assemble import Pairs
 from replay.audit.tolerance import TAU
 from replay.detector_spec import SpecLike, SpecsLike
 from replay.engine import compute
+from replay.policy import Policy, PolicyLike
 from replay.progress import Progress, Silent
 from replay.run_result import RunResult
 from sessions import Session
@@ -26,6 +27,7 @@ def run(
     seed: int = 0,
     faces: bool = False,
     tau: float = TAU,
+    policy: PolicyLike | Policy | None = None,
     picture: bool = True,
     force: bool = False,
     progress: Progress | None = None,
@@ -45,6 +47,8 @@ def run(
     seed : of every random stream.
     faces : compare faces too, at the price of a second pass of every audited detector off the clock.
     tau : metres; a disagreement about less is *within tolerance*.
+    policy : what is done with poses in doubt: ``["frozen=drop", "tracking-lost=interpolate:0.2"]`` or a mapping;
+        ``None``: the defaults of ``replay.policy``.
     picture : whether the run folder holds the recording for Rerun.
     force : replace an earlier run folder.
     progress : told how far the work is.
@@ -63,7 +67,7 @@ def run(
     session = session_or_path if isinstance(session_or_path, Session) else _read(Path(session_or_path))
     result = compute(
         session, detectors=detectors, oracle=oracle, pairs=pairs, start=start, end=end, seed=seed, faces=faces,
-        tau=tau, progress=told,
+        tau=tau, policy=policy, progress=told,
     )  # fmt: skip
     if target is None:
         return result

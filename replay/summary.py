@@ -17,6 +17,9 @@ from replay.survey import Survey
 
 SCHEMA: Final = "vrlab-replay/run/1"
 
+FRAMES_AT_ONCE: Final = 65536
+"""Frames looked through at a time."""
+
 CAVEAT: Final = (
     "Exact about the recorded poses and these meshes; tracker noise (VIVE: 0.14-0.77 mm frame to frame) is larger than "
     "most margins."
@@ -48,10 +51,23 @@ def summarise(
         "detectors": {label: _detector(run, len(result.episodes[label])) for label, run in runs.items()},
         "audit": {label: score(result, label) for label in result.comparisons},
         "dwell": None if result.dwell is None else result.dwell.table(),
+        **({} if result.treatment is None else result.treatment.as_json()),
+        "flagged_verdicts": {label: _flagged(result, label) for label in runs},
         "versions": versions(),
         "machine": machine(),
     }
     return replace(result, summary=summary)
+
+
+def _flagged(result: RunResult, label: str) -> dict[str, int]:
+    """Verdicts of a detector that rest on a pose in doubt, by verdict; those without a pose rest on none."""
+    detection, count = result.detections[label], np.zeros(len(Verdict), dtype=np.int64)
+    if result.flags is not None:
+        for start in range(0, len(detection.verdict), FRAMES_AT_ONCE):
+            verdict = detection.verdict[start : start + FRAMES_AT_ONCE]
+            flag = result.flags.of_pairs(result.assembly.pairs, start, start + FRAMES_AT_ONCE)
+            count += np.bincount(verdict[flag > 0], minlength=len(Verdict))
+    return {verdict.name: int(count[verdict]) for verdict in Verdict if count[verdict] and verdict != Verdict.NO_POSE}
 
 
 def _session(result: RunResult, seen: Survey) -> dict[str, Any]:

@@ -131,7 +131,7 @@ class _Count:
         else:
             what = f"quaternion {frames.quaternion_xyzw[frame, body].tolist()} has norm {norm:.6g}, not 1"
         where = f"frame {number} ({time:.6f} s), body {self.names[body]}: "
-        return f"{where}{what}; flag the sample as lost or repair it"
+        return f"{where}{what}; flag the sample as lost, repair it, or choose a --policy"
 
     def result(self) -> Survey:
         """The figures as they stand."""

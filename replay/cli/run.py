@@ -26,6 +26,12 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, common, let_modules_here_
 @window
 @click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
 @click.option("--tau", type=click.FloatRange(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
+@click.option(
+    "--policy",
+    multiple=True,
+    metavar="KIND=ACTION",
+    help="What to do with a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it.",
+)
 @click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
 @click.option("--cite", is_flag=True, help="Print the sources behind the detectors and effects of this run.")
 @output_format
@@ -40,6 +46,7 @@ def command(
     end: float | None,
     seed: int,
     tau: float,
+    policy: tuple[str, ...],
     no_picture: bool,
     cite: bool,
     format_: str,
@@ -69,6 +76,7 @@ def command(
         end=end,
         seed=seed,
         tau=tau,
+        policy=policy,
         picture=not no_picture,
         force=force,
         progress=TerminalProgress(people),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
@@ -12,6 +13,7 @@ import click
 from replay.cli.console import People, stdout_console
 from replay.cli.main import DATA_LOSS, OK
 from replay.run_result import RunResult
+from replay.treatment import DAMAGE
 
 
 def report_run(result: RunResult, people: People, format_: str, *, cite: bool = False) -> int:
@@ -38,20 +40,39 @@ def _sources(result: RunResult) -> dict[str, tuple[str, ...]]:
 
 
 def close_run(result: RunResult, people: People) -> int:
-    """Say what people should know about a run, and return its exit code."""
+    """Say what people should know about a run, and return its exit code: 3 where poses or frames had to be left out."""
     for label, detector in result.summary["detectors"].items():
         settings = ", ".join(f"{name}={value}" for name, value in detector["settings"].items())
         people.detail(f"{label}: {detector['name']}[{settings}], verdicts {detector['digest'] or 'not reproducible'}")
     for note in result.assembly.notes:
         people.say(f"note: {note}")
+    for sentence in treated(result.summary):
+        people.say(f"note: {sentence}")
     if result.assembly.left_out:
         people.say(f"note: no mesh, so not looked at: {', '.join(result.assembly.left_out)}")
-    return DATA_LOSS if lost_frames(result.summary) else OK
+    return DATA_LOSS if lost_frames(result.summary) or lost_poses(result.summary) else OK
 
 
 def lost_frames(summary: Mapping[str, Any]) -> int:
     """Frames of the recording that were left out."""
     return sum(summary["session"]["dropped_frames"].values())
+
+
+def lost_poses(summary: Mapping[str, Any]) -> int:
+    """Samples that claimed to be poses and were none."""
+    return sum(one["dropped"] for one in summary.get("flagged", ()) if one["kind"] in DAMAGE)
+
+
+def treated(summary: Mapping[str, Any]) -> list[str]:
+    """A sentence per kind and body whose poses were in doubt; losses that the tracker flagged itself go without."""
+    count: Counter[tuple[str, str, str]] = Counter()
+    for one in summary.get("flagged", ()):
+        count[one["kind"], one["body"], one["action"]] += one["samples"]
+    return [
+        f"{kind}{' of ' + body if body else ''}: {samples} samples, {action}"
+        for (kind, body, action), samples in count.items()
+        if kind not in ("tracking-lost", "gap")
+    ]
 
 
 def as_json(result: RunResult) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from replay.report.audit_parts import cause_table, count_tables, dwell_table, he
 from replay.report.bench_picture import bench_picture
 from replay.report.charts import timeline, timing
 from replay.report.effects import effect_section
+from replay.report.findings import finding_tables
 from replay.report.markup import Markup, element, joined, picture
 from replay.report.tables import contact_table, cost_table, fact_table, miss_table, settings_table
 from replay.rerun_log.camera import Eye, Obstacles, overview, towards_user
@@ -71,6 +72,7 @@ def _sections(result: RunResult) -> list[Markup]:
         parts.append(_section("Which step rate would have missed it", steps))
     if result.effects or result.summary["plan"]["not_built"]:
         parts.append(_section("Effects that the scene calls for", effect_section(result)))
+    parts.append(_section("Can the recording be trusted?", finding_tables(result)))
     parts.append(_section("How to get the same again", settings_table(result)))
     return parts
 

@@ -14,6 +14,7 @@ from replay.rerun_log.camera import Eye
 from replay.rerun_log.colours import BACKGROUND
 from replay.rerun_log.columns import FRAME, SESSION
 from replay.rerun_log.effects import EffectViews
+from replay.rerun_log.findings import finding_tab
 from replay.rerun_log.timing import BUDGET_MS
 
 LANES_IN_VIEW: Final = 7
@@ -78,6 +79,8 @@ class Layout:
     arrows: tuple[str, ...]
     """Entities of the contact normals: in the recording, but not in the views, where they hide what they stand on."""
     detector_lanes: bool
+    finding_lanes: tuple[str, ...] | None
+    """Lanes of poses in doubt; without any the findings are a list only; ``None``: the session was not examined."""
     slowest_ms: float
     """Milliseconds of the slowest look of all detectors."""
     end: float
@@ -97,6 +100,8 @@ def build_blueprint(layout: Layout) -> rrb.Blueprint:
         tabs.append(_effects(layout, layout.effects))
     if layout.detector_lanes:
         tabs.append(_detectors(layout))
+    if layout.finding_lanes is not None:
+        tabs.append(finding_tab(layout.finding_lanes, _whole(layout)))
     return rrb.Blueprint(
         rrb.Tabs(*tabs, active_tab=0),
         rrb.TimePanel(timeline=SESSION, state="collapsed", playback_speed=0.25, play_state="paused"),

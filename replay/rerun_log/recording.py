@@ -18,6 +18,7 @@ from replay.rerun_log.camera import Eye, overview
 from replay.rerun_log.columns import Clock, RecordingWriter, entity
 from replay.rerun_log.contacts import contacts_path, log_contacts
 from replay.rerun_log.effects import effect_views, log_effects
+from replay.rerun_log.findings import finding_lanes, log_findings
 from replay.rerun_log.focus import eyes_of, focus, log_eye
 from replay.rerun_log.lanes import audit_lanes, log_audit_lanes, log_detector_lanes, number_boxes, ranked_pairs
 from replay.rerun_log.materials import is_ghost, tags_of
@@ -116,6 +117,7 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
     writer.static(TABLE, table)
     log_effects(writer, result.effects)
     log_report(writer, "report", result)
+    log_findings(writer, result)
 
 
 def _log_subject(writer: RecordingWriter, result: RunResult, subject: Subject, reach: float) -> None:
@@ -166,6 +168,7 @@ def _layout(result: RunResult, subjects: Sequence[Subject]) -> Layout:
         stages={label: tuple(stage_path(label, stage) for stage in cost.stages) for label, cost in costs.items()},
         arrows=tuple(f"{contacts_path(label)}/normals" for label in result.detections),
         detector_lanes=bool(_spoken_of(result)),
+        finding_lanes=finding_lanes(result),
         slowest_ms=max((float(value.max()) for value in timed.values() if len(value)), default=0.0),
         end=_end(result),
         effects=effect_views(result.effects) if result.effects else None,

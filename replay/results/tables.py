@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from cdcore import Verdict
 from cdcore.protocol import counts_as_contact
-from replay.audit.outcome import Outcome
+from replay.audit.outcome import Episode, Outcome
+from replay.flags import flag_words
 from replay.results.effect_tables import EventRow, effect_event_rows
 from replay.run_result import RunResult
 from replay.summary import frame_seconds
@@ -37,7 +38,8 @@ def frame_table(result: RunResult) -> Iterator[pa.Table]:
     A row stands for one pair in one frame that some detector calls contact, candidate, unresolved or invalid. Columns:
     ``frame stamp_ns time body_a body_b held``; per detector ``verdict/<label>``; per audited one ``outcome/<label>``
     and ``miss/<label>`` (number of the miss, null outside); ``work/<label>/<counter>`` where counted per pair-frame;
-    and ``frame_seconds/<label>`` (the whole frame, all pairs) of online detectors.
+    and ``frame_seconds/<label>`` (the whole frame, all pairs) of online detectors. ``flag`` names what was in doubt
+    about a pose of either body (``frozen+gap``; null: nothing); pair-frames in doubt have a row whatever was said.
     """
     rows, columns = _happened(result)
     numbers = {label: _miss_numbers(result, label, rows, columns) for label in result.comparisons}
@@ -53,7 +55,8 @@ def episode_table(result: RunResult) -> pa.Table:
     Columns: ``detector number body_a body_b held first last frames start end``; ``missed_by`` names the audited
     detectors that never found an episode of the oracle, separated by commas. Of an audited detector ``status`` is
     ``matched``, ``piece`` (of a split one), ``invented`` or ``excused``, and where matched ``truth`` is the number of
-    the oracle's episode, with ``overlap_frames``, ``onset_error`` and ``duration_error`` (seconds).
+    the oracle's episode, with ``overlap_frames``, ``onset_error`` and ``duration_error`` (seconds). ``flag`` names what
+    was in doubt about a pose in it (null: nothing).
     """
     never = _never_found(result)
     rows = [
@@ -73,6 +76,7 @@ def episode_table(result: RunResult) -> pa.Table:
             "start": pa.array([episode.start for _, _, episode, _ in rows], pa.float64()),
             "end": pa.array([episode.end for _, _, episode, _ in rows], pa.float64()),
             "missed_by": pa.array([row[3] for row in rows], pa.string()),
+            "flag": pa.array([_doubt(result, episode) for _, _, episode, _ in rows], pa.string()),
             **_match_columns(result, [(label, number) for label, number, _, _ in rows]),
         }
     )
@@ -145,10 +149,37 @@ def _happened(result: RunResult) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         verdicts = [found.verdict[start : start + FRAMES_AT_ONCE] for found in result.detections.values()]
         marked = [counts_as_contact(part) | np.isin(part, STATED) for part in verdicts]
         if marked:
+            flag = _flags(result, start)
+            marked += [(flag > 0) & (part != Verdict.NO_POSE) for part in verdicts if flag is not None]
             frame, column = np.nonzero(np.logical_or.reduce(marked))
             rows.append(frame + start)
             columns.append(column)
     return np.concatenate(rows), np.concatenate(columns)
+
+
+def _doubt(result: RunResult, episode: Episode) -> str | None:
+    """What is in doubt about any pose in a contact."""
+    if result.flags is None:
+        return None
+    part = result.flags.bodies[episode.first : episode.last + 1, result.assembly.pairs[episode.pair]]
+    return flag_words()[int(np.bitwise_or.reduce(part, axis=None))] or None
+
+
+def _flags(result: RunResult, start: int) -> NDArray[np.uint8] | None:
+    if result.flags is None:
+        return None
+    return result.flags.of_pairs(result.assembly.pairs, start, start + FRAMES_AT_ONCE)
+
+
+def _flag_column(result: RunResult, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> pa.DictionaryArray:
+    flag = np.zeros(len(rows), dtype=np.uint8)
+    if result.flags is not None:
+        ends = result.assembly.pairs[columns]
+        flag = result.flags.bodies[rows, ends[:, 0]] | result.flags.bodies[rows, ends[:, 1]]
+    codes, place = np.unique(flag, return_inverse=True)
+    words = flag_words()
+    named = pa.array(place.reshape(-1).astype(np.int32), mask=flag == 0)
+    return pa.DictionaryArray.from_arrays(named, pa.array([words[code] for code in codes.tolist()], pa.string()))
 
 
 def _frame_columns(
@@ -162,6 +193,7 @@ def _frame_columns(
         "stamp_ns": pa.array(result.assembly.stamp_ns[rows]),
         "time": pa.array(result.assembly.motion.times[rows]),
         **_pair_columns(result, columns),
+        "flag": _flag_column(result, rows, columns),
     }
     for label, detection in result.detections.items():
         table[f"verdict/{label}"] = _words(detection.verdict[rows, columns], VERDICT_WORDS)

@@ -11,11 +11,9 @@ from typing import Final
 from sessions.doctor.finding import Finding, Severity, Span, in_order
 from sessions.doctor.meshes import all_mesh_findings, mesh_findings
 from sessions.doctor.pose_pass import Looked, look_through
-from sessions.doctor.poses import pose_findings
-from sessions.doctor.scale import is_in_other_units, scale_findings
 from sessions.doctor.scene_faults import scene_findings
+from sessions.doctor.session_findings import examine_session, frame_findings
 from sessions.doctor.structure import chunk_places, is_mcap, structure_findings
-from sessions.doctor.timing import time_findings
 from sessions.doctor.tolerant_frames import Noted, TolerantFrames
 from sessions.errors import SessionError, SessionFileError
 from sessions.mcap_format.facts import BODIES_RECORD, SESSION_RECORD, facts_of, migrated, names_of
@@ -26,7 +24,6 @@ from sessions.scene import Scene
 from sessions.session import Session
 
 MESH_FILES: Final = (".glb", ".obj", ".stl", ".ply", ".off")
-BLOCK_FRAMES: Final = 16384
 
 
 def examine(recording: str | Path | Session) -> list[Finding]:
@@ -59,24 +56,6 @@ def examine(recording: str | Path | Session) -> list[Finding]:
         ) from None
     what = "it is empty" if not size else "it does not begin as an MCAP file does"
     return [Finding("not-mcap", Severity.ERROR, what)]
-
-
-def examine_session(session: Session, looked: Looked | None = None) -> Iterator[Finding]:
-    """Everything about a session but its file; ``looked`` is the pass over its frames, made here when not given."""
-    looked = looked or look_through(session.blocks(BLOCK_FRAMES))
-    yield from frame_findings(looked, session.scene, dict(session.facts))
-    yield from all_mesh_findings(session.meshes)
-    yield from scene_findings(session.scene, session.names, [*session.meshes])
-
-
-def frame_findings(looked: Looked, scene: Scene, facts: dict[str, str]) -> Iterator[Finding]:
-    """Everything that the frames tell; in a body whose positions are no metres every step is a teleport, so none is."""
-    yield from time_findings(looked)
-    odd = {name for column, name in enumerate(looked.names) if is_in_other_units(looked, column)}
-    for finding in pose_findings(looked):
-        if finding.code != "teleport" or finding.body not in odd:
-            yield finding
-    yield from scale_findings(looked, scene, facts)
 
 
 def _mesh_file(path: Path) -> Iterator[Finding]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sessions.doctor.pose_pass import Looked
 from sessions.doctor.runs import runs
+from sessions.doctor.scale import is_in_other_units
 from sessions.doctor.track_watch import Mark
 
 LEAST_FROZEN: Final = 5
@@ -28,7 +29,9 @@ outside the stretch)."""
 LEAST_OTHERS: Final = 300
 
 LOST_JUMP_M: Final = 0.01
-"""An exact identity pose that is entered or left by less than a centimetre may be where the body is."""
+"""An exact identity pose that is entered or left by less than a centimetre may be where the body is;"""
+LOST_JUMP_STEPS: Final = 5.0
+"""... and so it may by less than five of its ordinary steps."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +65,10 @@ SIMPLE: Final = {
 
 
 def pose_spans(looked: Looked) -> list[PoseSpan]:
-    """Every span in which a sample is no trustworthy pose, by body and then time."""
+    """Every span in which a sample is no trustworthy pose, by body and then time.
+
+    A body whose positions are no metres would be teleported in every frame; there, no step is called so.
+    """
     found: list[PoseSpan] = []
     for column in range(len(looked.names)):
         track = _Track.of(looked, column)
@@ -70,7 +76,8 @@ def pose_spans(looked: Looked) -> list[PoseSpan]:
             found += track.spans(code, track.present, track.has(mark, track.present))
         found += track.identity()
         found += track.still("frozen")
-        found += track.teleports()
+        if not is_in_other_units(looked, column):
+            found += track.teleports()
     return sorted(found, key=lambda span: (span.column, span.first, span.code))
 
 
@@ -115,9 +122,10 @@ class _Track:
     def identity(self) -> Iterator[PoseSpan]:
         """Exact identity poses that the body jumped into or out of."""
         rows = self.usable
+        usual = float(np.nanmedian(self.steps[rows])) if len(rows) > 1 else 0.0
         for first, last in runs(self.has(Mark.IDENTITY, rows)).tolist():
             jump = self._jump(first, last + 1)
-            if jump > LOST_JUMP_M:
+            if jump > max(LOST_JUMP_M, LOST_JUMP_STEPS * usual):
                 yield PoseSpan(
                     "identity-while-lost", self.column, int(rows[first]), int(rows[last]), last - first + 1, jump
                 )

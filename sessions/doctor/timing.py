@@ -47,6 +47,13 @@ def out_of_order(stamps: NDArray[np.int64]) -> tuple[NDArray[np.bool_], NDArray[
     return stamps < peak, stamps == peak
 
 
+def gap_rows(stamps: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Frames after which there is a gap, (k,)."""
+    step = np.diff(stamps)
+    forward = step[step > 0]
+    return np.flatnonzero(step > GAP_STEPS * float(np.median(forward))) if len(forward) else np.zeros(0, np.int64)
+
+
 def _order(stamps: NDArray[np.int64], zero: int) -> Iterator[Finding]:
     backwards, repeated = out_of_order(stamps)
     for first, last in runs(backwards).tolist():
@@ -69,7 +76,7 @@ def _gaps(stamps: NDArray[np.int64], zero: int, body: str) -> Iterator[Finding]:
     if not len(forward):
         return
     median = float(np.median(forward))
-    rows = np.flatnonzero(step > GAP_STEPS * median)
+    rows = gap_rows(stamps)
     long = rows[step[rows] > LONG_GAP_NS]
     for row in long.tolist():
         message = f"nothing for {step[row] / 1e9:.3g} s, {step[row] / median:.0f} steps of {median / 1e6:.1f} ms"

@@ -95,7 +95,7 @@ def test_progress_is_told_of_every_stage_and_every_frame():
             yield stages[name].append
 
     compute(cubes(BUMP), detectors="sphere", oracle="hybrid", progress=Listener())
-    assert list(stages) == ["assemble", "sphere", "hybrid", "audit"]
+    assert list(stages) == ["examine", "assemble", "sphere", "hybrid", "audit"]
     assert stages["hybrid"] == [12, 12]
 
 

@@ -1,0 +1,142 @@
+"""What a run does with each kind of finding: a table of defaults, and words that change them for one run.
+
+Nothing is repaired in silence: whatever is done here is listed in the summary, and verdicts on it carry a flag.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from replay.errors import PolicyError
+from sessions.doctor.codes import CODES
+
+DROP: Final = "drop"
+"""The body has no pose there: verdicts are NO_POSE; frames that are dropped are left out."""
+HOLD: Final = "hold"
+"""The last good pose stands in, for at most the limit; then there is none."""
+INTERPOLATE: Final = "interpolate"
+"""The way from the last good pose to the next stands in, if they are at most the limit apart; else there is none."""
+REFUSE: Final = "refuse"
+"""The run does not start."""
+KEEP: Final = "keep"
+"""Used as recorded, and flagged."""
+
+LIMIT_S: Final = 0.05
+"""Seconds that a pose is held or bridged when no limit is given: as long as one between two frames (`pose_filling`)."""
+
+_STAND_IN: Final = (DROP, HOLD, INTERPOLATE, REFUSE)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What is done with one kind.
+
+    Parameters
+    ----------
+    action : ``drop``, ``hold``, ``interpolate``, ``refuse`` or ``keep``.
+    limit : seconds, for ``hold`` and ``interpolate``.
+    """
+
+    action: str
+    limit: float = LIMIT_S
+
+    def __str__(self) -> str:
+        return f"{self.action}:{self.limit:g}" if self.action in (HOLD, INTERPOLATE) else self.action
+
+
+@dataclass(frozen=True)
+class KindSpec:
+    """One kind of finding.
+
+    Parameters
+    ----------
+    default : what is done when nobody asks for anything else.
+    allowed : actions that make sense.
+    """
+
+    default: str
+    allowed: tuple[str, ...]
+
+
+KINDS: Final[dict[str, KindSpec]] = {
+    # Refused by default: whoever wrote such a sample did not know that it was none, and may have written others.
+    "not-finite": KindSpec(REFUSE, _STAND_IN),
+    "zero-quaternion": KindSpec(REFUSE, _STAND_IN),
+    "non-unit-quaternion": KindSpec(REFUSE, _STAND_IN),
+    "identity-while-lost": KindSpec(DROP, (*_STAND_IN, KEEP)),
+    "tracking-lost": KindSpec(DROP, _STAND_IN),
+    # Kept by default: the position may be right, and only a person can tell.
+    "frozen": KindSpec(KEEP, (*_STAND_IN, KEEP)),
+    "teleport": KindSpec(KEEP, (DROP, REFUSE, KEEP)),
+    "gap": KindSpec(KEEP, (REFUSE, KEEP)),
+    # A motion needs stamps that increase, so these frames cannot be kept.
+    "time-backwards": KindSpec(DROP, (DROP, REFUSE)),
+    "duplicate-stamps": KindSpec(DROP, (DROP, REFUSE)),
+}
+"""Kinds with a choice of their own; every other code of the doctor can be kept (the default) or refused."""
+
+PolicyLike = Mapping[str, str] | Sequence[str]
+
+
+@dataclass(frozen=True)
+class Policy:
+    """The rules of one run: kind -> rule; complete for `KINDS`, and holding other codes only where asked for."""
+
+    rules: Mapping[str, Rule]
+
+    def rule(self, kind: str) -> Rule:
+        """What is done with this kind."""
+        return self.rules.get(kind) or Rule(KEEP)
+
+    def as_json(self) -> dict[str, str]:
+        """Kind -> words, as ``--policy`` takes them."""
+        return {kind: str(rule) for kind, rule in self.rules.items()}
+
+
+def parse_policy(words: PolicyLike | Policy | None = None) -> Policy:
+    """Defaults, changed by ``KIND=ACTION`` or ``KIND=ACTION:SECONDS``, or by a mapping from kind to action.
+
+    Raises
+    ------
+    PolicyError
+        An unknown kind or action, one that makes no sense for the kind, or a limit that is no positive number.
+
+    Examples
+    --------
+    >>> str(parse_policy(["frozen=interpolate:0.2"]).rule("frozen"))
+    'interpolate:0.2'
+    """
+    if isinstance(words, Policy):
+        return words
+    rules = {kind: Rule(spec.default) for kind, spec in KINDS.items()}
+    pairs = words.items() if isinstance(words, Mapping) else [_split(word) for word in words or ()]
+    for kind, action in pairs:
+        rules[kind] = _rule(kind, action)
+    return Policy(rules)
+
+
+def _split(word: str) -> tuple[str, str]:
+    kind, equals, action = word.partition("=")
+    if not equals:
+        raise PolicyError(f"policy {word!r} is not KIND=ACTION; write for example frozen=drop")
+    return kind.strip(), action.strip()
+
+
+def _rule(kind: str, words: str) -> Rule:
+    if kind not in CODES:
+        raise PolicyError(f"no kind of finding {kind!r}; there are: {', '.join(KINDS)}, and every code of the doctor")
+    action, colon, limit = words.partition(":")
+    allowed = KINDS[kind].allowed if kind in KINDS else (KEEP, REFUSE)
+    if action not in allowed:
+        raise PolicyError(f"{kind} cannot be met with {action!r}; it can with: {', '.join(allowed)}")
+    if not colon:
+        return Rule(action)
+    try:
+        seconds = float(limit)
+    except ValueError:
+        seconds = 0.0
+    if not 0.0 < seconds < float("inf") or action not in (HOLD, INTERPOLATE):
+        raise PolicyError(f"{kind}={words}: a limit is a positive number of seconds after hold: or interpolate:")
+    return Rule(action, seconds)

@@ -1,0 +1,100 @@
+"""Findings in the picture: a lane per body with what is in doubt and when, and the list of everything in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from replay.flags import FLAG_KINDS, FlagSpan
+from replay.rerun_log.colours import Rgba
+from replay.rerun_log.columns import RecordingWriter, entity
+from replay.rerun_log.lanes import log_lane
+from replay.run_result import RunResult
+from sessions.doctor.codes import CODES
+
+ROOT: Final = "findings"
+LIST: Final = "findings/list"
+ALL_BODIES: Final = "time"
+
+# None is the red of a missed contact or the yellow of an invented one.
+KIND_WORDS: Final[Mapping[int, tuple[str, Rgba]]] = {
+    number + 1: (kind, colour)
+    for number, (kind, colour) in enumerate(
+        zip(
+            FLAG_KINDS,
+            (
+                (190, 148, 230, 255), (160, 120, 210, 255), (130, 96, 190, 255), (245, 146, 62, 255),
+                (150, 110, 60, 255), (86, 180, 233, 255), (61, 201, 123, 255), (96, 100, 108, 255),
+            ),
+            strict=True,
+        )
+    )
+}  # fmt: skip
+"""State -> its word and colour."""
+
+
+def finding_lanes(result: RunResult) -> tuple[str, ...] | None:
+    """Paths of the lanes: one per body in doubt, by name, and one for the clock; ``None`` without an examination."""
+    if result.treatment is None:
+        return None
+    names = sorted({span.body or ALL_BODIES for span in result.treatment.spans})
+    return tuple(entity(ROOT, "lanes", name) for name in names)
+
+
+def log_findings(writer: RecordingWriter, result: RunResult) -> None:
+    """Send a lane per body in doubt and the list; where two kinds meet, the lane says the first of `FLAG_KINDS`."""
+    if result.treatment is None:
+        return
+    grouped: dict[str, list[FlagSpan]] = {}
+    for span in result.treatment.spans:
+        grouped.setdefault(span.body or ALL_BODIES, []).append(span)
+    stamps = result.assembly.stamp_ns
+    for name, spans in grouped.items():
+        state = np.zeros(len(stamps), dtype=np.uint8)
+        for span in sorted(spans, key=lambda one: -FLAG_KINDS.index(one.kind)):
+            first, last = np.searchsorted(stamps, [span.start_ns, span.end_ns + 1])
+            state[first:last] = FLAG_KINDS.index(span.kind) + 1
+        log_lane(writer, entity(ROOT, "lanes", name), state, KIND_WORDS)
+    text = rr.TextDocument(finding_list(result), media_type=rr.MediaType.MARKDOWN)
+    writer.static(LIST, text)
+
+
+def finding_list(result: RunResult) -> str:
+    """Markdown: what was found, the worst first, each code explained once."""
+    findings = () if result.treatment is None else result.treatment.findings
+    if not findings:
+        return "Nothing is wrong with this recording."
+    lines, said = ["| severity | what | body | seconds | |", "|---|---|---|---|---|"], set[str]()
+    for one in findings[:200]:
+        when = "" if one.start is None or one.end is None else f"{one.start:.2f}"
+        if when and one.end != one.start:
+            when += f" - {one.end:.2f}"
+        lines.append(
+            f"| {one.severity.name.lower()} | {one.code} | {_cell(one.body)} | {when} | {_cell(one.message)} |"
+        )
+        said.add(one.code)
+    lines.append("")
+    lines += [f"- **{code}**: {spec.meaning}; {spec.fix}" for code, spec in CODES.items() if code in said]
+    return "\n".join(lines)
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+def finding_tab(paths: Sequence[str], whole: rrb.TimeAxis) -> Any:
+    """The tab that says whether the recording can be trusted."""
+    listing = rrb.TextDocumentView(origin="/findings/list", name="Can the recording be trusted?")
+    if not paths:
+        return rrb.Horizontal(listing, name="Findings")
+    lanes = rrb.StateTimelineView(
+        origin="/findings/lanes",
+        contents=[f"/{lane}" for lane in paths],
+        name="Poses in doubt, body by body",
+        time_view=whole,
+    )
+    return rrb.Vertical(lanes, listing, row_shares=[0.45, 0.55], name="Findings")

@@ -1,0 +1,114 @@
+"""No verdict changes in silence: under every policy a run differs only in flagged spans, and its summary says how."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from planted_faults import FAULTS, clean
+
+from cdcore import Verdict
+from replay.cli.main import main
+from replay.policy import KINDS
+from replay.runner import run
+
+FAULTY = {
+    "not-finite": ("nan position", 100),
+    "zero-quaternion": ("zero quaternion", 200),
+    "non-unit-quaternion": ("non-unit quaternion", 250),
+    "identity-while-lost": ("identity while lost", 300),
+    "frozen": ("frozen pose", 400),
+    "teleport": ("teleport", 700),
+}
+STAND_INS = [(kind, action) for kind in FAULTY for action in KINDS[kind].allowed if action != "refuse"]
+
+
+def touching():
+    """A session in which the hand passes the flask's place, so that verdicts have something to lose."""
+    draft = clean()
+    draft.arrays["position"][:, 1] = draft.arrays["position"][:, 0] + 0.02 * np.sin(np.arange(900) / 9)[:, None]
+    return draft
+
+
+def verdicts(draft, **how):
+    return run(draft.session(), detectors="hybrid", oracle="none", **how)
+
+
+@pytest.fixture(scope="module")
+def sound():
+    return verdicts(touching()).detections["hybrid"].verdict
+
+
+@pytest.mark.parametrize(("kind", "action"), STAND_INS)
+def test_a_policy_changes_verdicts_in_the_flagged_span_only_and_says_how(kind, action, sound):
+    draft = touching()
+    name, at = FAULTY[kind]
+    planted = FAULTS[name](draft, 1, at)
+    words = f"{action}:2" if action in ("hold", "interpolate") else action
+    result = verdicts(draft, policy=[f"{kind}={words}"])
+    verdict, flag = result.detections["hybrid"].verdict, result.flags.of_pairs(result.assembly.pairs)
+    first, last = planted.rows
+    assert (flag[first : last + 1, [0, 2]] > 0).all() and (flag[:, 1] == 0).all()
+    if kind != "teleport":  # which moves the body for good
+        assert np.array_equal(verdict[flag == 0], sound[flag == 0])
+    if action == "drop":
+        assert (verdict[first : last + 1, 0] == Verdict.NO_POSE).all()
+    else:
+        assert not (verdict[:, 0] == Verdict.NO_POSE).any()
+    told = next(one for one in result.summary["flagged"] if one["kind"] == kind)
+    assert (told["body"], told["action"], result.summary["policy"][kind]) == ("hand-left", words, words)
+    done = {"drop": "dropped", "hold": "held", "interpolate": "interpolated"}.get(action)
+    counts = {key: told[key] for key in ("dropped", "held", "interpolated")}
+    assert counts == {key: told["samples"] if key == done else 0 for key in counts}
+    stated = sum(result.summary["flagged_verdicts"]["hybrid"].values())
+    assert stated == int(((flag > 0) & (verdict != Verdict.NO_POSE)).sum())
+
+
+def test_two_policies_differ_only_where_flagged():
+    draft = touching()
+    for name, at in FAULTY.values():
+        FAULTS[name](draft, 1, at)
+    dropped = {"not-finite": "drop", "zero-quaternion": "drop", "non-unit-quaternion": "drop"}
+    loose = verdicts(draft, policy={**dropped, "identity-while-lost": "keep", "frozen": "keep"})
+    strict = verdicts(draft, policy={**dropped, "identity-while-lost": "drop", "frozen": "drop", "teleport": "drop"})
+    flag = strict.flags.of_pairs(strict.assembly.pairs)
+    assert np.array_equal(flag, loose.flags.of_pairs(loose.assembly.pairs))
+    apart = loose.detections["hybrid"].verdict != strict.detections["hybrid"].verdict
+    assert apart.any() and (flag[apart] > 0).all()
+
+
+def test_the_run_folder_flags_every_verdict_that_rests_on_a_pose_in_doubt(tmp_path, capsys):
+    draft = touching()
+    FAULTS["frozen pose"](draft, 1, 400)
+    file = draft.write(tmp_path / "frozen.mcap")
+    out = tmp_path / "run"
+    assert main(["run", str(file), "--out", str(out), "--detector", "hybrid", "--oracle", "none", "--no-picture"]) == 0
+    said = capsys.readouterr().err
+    assert "frozen of hand-left: 60 samples, keep" in said
+    rows = pq.read_table(out / "frames.parquet").to_pylist()
+    doubt = [row for row in rows if row["flag"] is not None and "frozen" in row["flag"]]
+    assert {row["frame"] for row in doubt} == set(range(400, 460))
+    assert {row["verdict/hybrid"] for row in doubt} >= {"CLEAR"}
+    assert all("hand-left" in (row["body_a"], row["body_b"]) for row in doubt)
+    episodes = pq.read_table(out / "episodes.parquet").to_pylist()
+    for row in episodes:
+        touched = row["first"] <= 459 and row["last"] >= 400 and "hand-left" in (row["body_a"], row["body_b"])
+        assert ("frozen" in (row["flag"] or "")) == touched
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["policy"]["frozen"] == "keep" and summary["flagged"] and summary["findings"]
+
+
+def test_poses_that_had_to_be_dropped_are_data_loss_and_refusals_are_one_sentence(tmp_path, capsys):
+    draft = touching()
+    FAULTS["nan position"](draft, 1, 400)
+    file = draft.write(tmp_path / "nan.mcap")
+    usual = ["run", str(file), "--detector", "hybrid", "--oracle", "none", "--no-picture", "--out"]
+    assert main([*usual, str(tmp_path / "a"), "--policy", "not-finite=drop"]) == 3
+    assert "not-finite of hand-left: 3 samples, drop" in capsys.readouterr().err
+    assert main([*usual, str(tmp_path / "b")]) == 1
+    assert "frame 400 (4.444444 s), body hand-left" in capsys.readouterr().err
+    assert not (tmp_path / "b").exists()
+    assert main([*usual, str(tmp_path / "c"), "--policy", "not-finite=melt"]) == 1
+    assert "it can with: drop, hold" in capsys.readouterr().err
