@@ -59,13 +59,15 @@ def family_table(tallies: Sequence[Tally]) -> Table:
 
 
 def cross_table(rows: dict[str, list[Tally]]) -> Table:
-    """A row per family, a column per detector."""
-    table = _table("missed + invented, ~ within tolerance, ! refused", "family")
-    for name in rows:
+    """A row per family in which anybody failed, a column per detector that failed anywhere."""
+    failing = {name: tallies for name, tallies in rows.items() if any(one.failed for one in tallies)}
+    table = _table("missed + invented, ~ within tolerance, ! refused; nobody else failed anywhere", "family")
+    table.columns[0].no_wrap = True
+    for name in failing:
         table.add_column(name, justify="right")
-    for number in range(len(next(iter(rows.values())))):
-        tallies = [of_one[number] for of_one in rows.values()]
-        table.add_row(_label(tallies[0]), *(_cell(tally) for tally in tallies))
+    for tallies in zip(*failing.values(), strict=True):
+        if any(one.failed for one in tallies):
+            table.add_row(_label(tallies[0]), *(_cell(tally) for tally in tallies))
     return table
 
 

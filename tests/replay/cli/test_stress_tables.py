@@ -30,3 +30,10 @@ def test_one_detector_has_one_table_with_its_sums_at_the_foot():
     assert ["01", "name", "2", "3", "·", "·", "·"] in rows
     assert ["all", "7", "3", "·", "·", "·"] in rows
     assert ["x.npz"] in rows
+
+
+def test_only_families_and_detectors_that_failed_are_crossed():
+    rows = shown(tally("a", 1), tally("a", 2, 5), tally("b", 1), tally("b", 2))
+    assert ["02", "name", "5", "+", "0"] in rows
+    assert not any(row[:2] == ["01", "name"] for row in rows)
+    assert ["family", "a"] in rows
