@@ -1,4 +1,4 @@
-"""Hard case 40: time stamps that lie and poses that jump are each reported by name, with the body where there is one."""
+"""Hard case 40: time stamps that lie and poses that jump are each reported by name, with their body."""
 
 import numpy as np
 import pytest
@@ -21,8 +21,10 @@ def codes(stamps=None, position=None):
 def smooth():
     """Two bodies on slow circles with a little noise, a metre apart."""
     time = np.arange(COUNT)[:, None] * STEP / 1e9
-    place = np.stack([0.3 * np.sin(time + [0, 1]) + [0, 1], 1 + 0.1 * np.cos(time + [0, 2]), 0.2 * np.sin(2 * time)
-                      + [0, 0]], axis=-1)  # fmt: skip
+    place = np.empty((COUNT, 2, 3))
+    place[..., 0] = 0.3 * np.sin(time + np.array([0, 1])) + np.array([0, 1])
+    place[..., 1] = 1 + 0.1 * np.cos(time + np.array([0, 2]))
+    place[..., 2] = 0.2 * np.sin(2 * time)
     return place + np.random.default_rng(0).normal(size=place.shape) * 1e-4
 
 
