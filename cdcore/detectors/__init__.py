@@ -25,6 +25,7 @@ DETECTORS: Final[dict[str, str]] = {
     "collider": "cdcore.detectors.collider:ColliderDetector",
     "rapid-style": "cdcore.detectors.rapid_style:RapidStyleDetector",
     "solid-style": "cdcore.detectors.solid_style:SolidStyleDetector",
+    "image-space": "cdcore.detectors.image_space:ImageSpaceDetector",
     "exact": "cdcore.detectors.exact:ExactDetector",
     "continuous": "cdcore.detectors.continuous:ContinuousDetector",
 }

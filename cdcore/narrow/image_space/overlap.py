@@ -1,0 +1,157 @@
+"""How much two closed solids overlap, from layered depth images along three axes: approximate, and never more than a
+sampled ray has seen.
+
+Source: B. Heidelberger, M. Teschner, M. Gross, Real-time volumetric intersections of deforming objects (VMV 2003);
+Detection of collisions and self-collisions using image-space techniques (WSCG 2004).
+Differs: pixels tile the window exactly, so that a window thinner than a pixel is still looked through; three axes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cdcore.errors import InvalidMeshError, InvalidSettingError
+from cdcore.mesh import TriangleMesh
+from cdcore.narrow.image_space.layers import overlap_along
+from cdcore.numerics import EPS, UNDERFLOW_PAD, FloatArray, place_points
+from cdcore.protocol import Motion
+
+SHIFT: Final = (1e-4, 2e-4)
+"""Of a pixel: centres are moved off the middle, so that no ray runs along an edge of a mesh drawn on a grid."""
+
+DEPTH_ULPS: Final = 4096.0
+"""Stretches shorter than this many eps of both bodies' coordinates do not count: a depth is rounded by some 20 eps, a
+point by 10, and bodies that only touch must not seem to overlap."""
+
+MOST_PIXELS: Final = 4096
+"""Of the longest side: 16 million rays an axis."""
+
+
+@dataclass(frozen=True, eq=False)
+class Overlap:
+    """What the rays of three axes saw.
+
+    Parameters
+    ----------
+    volume : cubic metres, mean of the three axes.
+    by_axis : (3,) cubic metres along x, y and z.
+    pixel : metres, the longest side of the window by the resolution.
+    rays, layers : rays sent and surfaces they met.
+    unbalanced : rays that did not leave a mesh as often as they entered it; above 0 the volume means nothing.
+    inside : -1; or 0 where A, 1 where B lies wholly inside the other as far as the rays tell.
+    """
+
+    volume: float
+    by_axis: tuple[float, float, float]
+    pixel: float
+    rays: int
+    layers: int
+    unbalanced: int
+    inside: int
+
+
+NOTHING: Final = Overlap(0.0, (0.0, 0.0, 0.0), 0.0, 0, 0, 0, -1)
+"""Boxes that have no volume in common."""
+
+
+def require_resolution(resolution: int) -> None:
+    """Refuse a number of pixels out of range.
+
+    Raises
+    ------
+    InvalidSettingError
+    """
+    if not 1 <= resolution <= MOST_PIXELS:
+        raise InvalidSettingError(f"resolution is {resolution}; give 1 to {MOST_PIXELS} pixels")
+
+
+def overlap_volume(
+    mesh_a: TriangleMesh, mesh_b: TriangleMesh, pose_a: ArrayLike | None = None, pose_b: ArrayLike | None = None, *,
+    resolution: int = 32,
+) -> Overlap:  # fmt: skip
+    """The volume that two placed closed meshes have in common.
+
+    Choose it where the amount of overlap matters and a percent is enough. It misses overlaps thinner than a pixel
+    that no ray of three axes runs through.
+
+    Parameters
+    ----------
+    mesh_a, mesh_b : closed surfaces, normals all out or all in.
+    pose_a, pose_b : (4, 4) body to world, column convention; ``None``: the identity.
+    resolution : pixels along the longest side of the window.
+
+    Raises
+    ------
+    InvalidMeshError
+        A mesh is open: it has no inside.
+    InvalidSettingError, InvalidPoseError
+
+    Examples
+    --------
+    >>> tetrahedron = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
+    ...                            [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    >>> round(overlap_volume(tetrahedron, tetrahedron).volume, 2)
+    0.17
+    """
+    require_resolution(resolution)
+    for name, mesh in (("A", mesh_a), ("B", mesh_b)):
+        if not mesh.is_closed:
+            raise InvalidMeshError(f"mesh {name} is open and has no inside; close it or ask a detector of surfaces")
+    poses = [np.eye(4) if pose is None else np.asarray(pose, dtype=np.float64) for pose in (pose_a, pose_b)]
+    motion = Motion.from_matrices([0.0], np.array([poses]), names=("A", "B"))
+    world = [
+        place_points(mesh.triangles, motion.rotations[0, k], motion.translations[0, k])
+        for k, mesh in enumerate((mesh_a, mesh_b))
+    ]
+    return overlap_of_placed(world[0], turn_of_normals(mesh_a), world[1], turn_of_normals(mesh_b), resolution)
+
+
+def turn_of_normals(mesh: TriangleMesh) -> int:
+    """1 where the normals of a closed mesh point out, -1 where they point in."""
+    corners = mesh.triangles - mesh.triangles[0, 0]
+    with np.errstate(all="ignore"):
+        volume = np.einsum("fi,fi->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
+    return -1 if volume < 0 else 1
+
+
+def overlap_of_placed(world_a: FloatArray, flip_a: int, world_b: FloatArray, flip_b: int, resolution: int) -> Overlap:
+    """The overlap of placed faces (f, 3, 3) and (g, 3, 3), with the turn of each mesh's normals."""
+    low_a, high_a, low_b, high_b = (
+        pick(world, axis=(0, 1)) for world in (world_a, world_b) for pick in (np.min, np.max)
+    )
+    low, high = np.maximum(low_a, low_b), np.minimum(high_a, high_b)
+    if not (low < high).all():
+        return NOTHING
+    pixel = float((high - low).max()) / resolution
+    count = np.maximum(1, np.ceil((high - low) / pixel - 1e-9)).astype(np.int64)
+    size = (high - low) / count
+    least = DEPTH_ULPS * EPS * float(max(np.abs(world_a).max(), np.abs(world_b).max())) + UNDERFLOW_PAD
+    lengths = np.zeros((3, 3))
+    rays = layers = unbalanced = 0
+    for axis in range(3):
+        bad, met = overlap_along(
+            world_a, flip_a, world_b, flip_b, axis, low, size, count, np.array(SHIFT), least, lengths[axis]
+        )
+        rays += int(count[(axis + 1) % 3] * count[(axis + 2) % 3])
+        unbalanced, layers = unbalanced + bad, layers + met
+    areas = np.array([size[1] * size[2], size[2] * size[0], size[0] * size[1]])
+    by_axis = lengths[:, 2] * areas
+    volume = float(by_axis.mean())
+    inside = _inside(lengths, (low_a, high_a, low_b, high_b)) if volume > 0.0 else -1
+    return Overlap(
+        volume, (float(by_axis[0]), float(by_axis[1]), float(by_axis[2])), pixel, rays, layers, unbalanced, inside
+    )
+
+
+def _inside(lengths: FloatArray, boxes: tuple[NDArray[np.float64], ...]) -> int:
+    """Which body shares every stretch that a ray runs in it, its box inside the other's; -1 for neither."""
+    low_a, high_a, low_b, high_b = boxes
+    within = ((low_a > low_b) & (high_a < high_b)).all(), ((low_b > low_a) & (high_b < high_a)).all()
+    for body in range(2):
+        if within[body] and (lengths[:, 2] >= lengths[:, body] * (1.0 - 1e-9)).all():
+            return body
+    return -1

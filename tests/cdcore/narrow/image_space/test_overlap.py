@@ -1,0 +1,111 @@
+"""At 32 pixels the volume is that of an independent Boolean to 1 %, and no overlap is seen where there is none."""
+
+import numpy as np
+import pytest
+from manifold3d import Manifold, Mesh64
+from shapes import ball_mesh, box_mesh, random_rotations, revolved_mesh, without_faces
+
+from cdcore import TriangleMesh
+from cdcore.errors import InvalidMeshError, InvalidSettingError
+from cdcore.narrow.image_space.overlap import overlap_volume, turn_of_normals
+
+
+def ring_mesh(large=0.05, small=0.02, sides=40):
+    angle = 2 * np.pi * np.arange(21) / 20
+    profile = np.column_stack([large + small * np.cos(angle), small * np.sin(angle)])
+    profile[-1] = profile[0]
+    mesh = revolved_mesh(profile[::-1], sides)
+    return mesh if turn_of_normals(mesh) > 0 else TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
+
+
+def outward(mesh):
+    return mesh if turn_of_normals(mesh) > 0 else TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
+
+
+def boolean_volume(meshes, poses):
+    solids = []
+    for mesh, pose in zip(meshes, poses, strict=True):
+        _, first, merged = np.unique(mesh.vertices, axis=0, return_index=True, return_inverse=True)
+        points = mesh.vertices[first] @ pose[:3, :3].T + pose[:3, 3]
+        solids.append(Manifold(Mesh64(vert_properties=points, tri_verts=merged[mesh.faces].astype(np.uint64))))
+        assert solids[-1].volume() > 0
+    return (solids[0] ^ solids[1]).volume()
+
+
+def poses_of(rng, spread):
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    poses[:, :3, :3] = random_rotations(rng, 2)
+    poses[1, :3, 3] = rng.normal(size=3) * spread
+    return poses
+
+
+PAIRS = {
+    "ring and ball": (outward(ring_mesh()), outward(ball_mesh(0.035, 16, 24)), 0.03),
+    "box and ball": (outward(box_mesh((0.1, 0.06, 0.03))), outward(ball_mesh(0.04, 16, 24)), 0.03),
+    "boxes": (outward(box_mesh((0.1, 0.06, 0.03))), outward(box_mesh((0.05, 0.05, 0.05))), 0.02),
+}
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_the_volume_is_that_of_a_boolean_within_a_percent_at_32_pixels(name):
+    a, b, spread = PAIRS[name]
+    rng = np.random.default_rng(len(name))
+    checked = 0
+    for _ in range(12):
+        poses = poses_of(rng, spread)
+        want = boolean_volume((a, b), poses)
+        found = overlap_volume(a, b, *poses, resolution=32)
+        assert found.unbalanced == 0
+        if want > 1e-6:  # a cubic centimetre: below, the overlap is a sliver of few rays
+            assert found.volume == pytest.approx(want, rel=0.01)
+            checked += 1
+    assert checked >= 4
+
+
+def test_more_pixels_come_closer():
+    a, b, _ = PAIRS["ring and ball"]
+    rng = np.random.default_rng(7)
+    errors = np.zeros(3)
+    for _ in range(6):
+        poses = poses_of(rng, 0.02)
+        want = boolean_volume((a, b), poses)
+        errors += [abs(overlap_volume(a, b, *poses, resolution=r).volume - want) for r in (6, 24, 96)]
+    assert errors[0] > 2 * errors[1] > 4 * errors[2]
+
+
+def test_a_mesh_turned_inside_out_has_the_same_volume():
+    a, b, _ = PAIRS["box and ball"]
+    turned = TriangleMesh(a.vertices, a.faces[:, ::-1])
+    assert turn_of_normals(turned) == -1
+    assert overlap_volume(turned, b).volume == pytest.approx(overlap_volume(a, b).volume, rel=1e-12)
+
+
+def test_a_window_thinner_than_a_pixel_is_still_looked_through():
+    plate, lift = outward(box_mesh((1, 1, 1e-4))), np.eye(4)
+    lift[2, 3] = 0.5
+    found = overlap_volume(plate, outward(box_mesh()), pose_b=lift)
+    assert found.volume == pytest.approx(0.5e-4, rel=1e-6)
+
+
+def test_touching_bodies_share_nothing():
+    lift = np.eye(4)
+    for turn in [np.eye(3), *random_rotations(np.random.default_rng(1), 5)]:
+        base = np.eye(4)
+        base[:3, :3] = lift[:3, :3] = turn
+        base[:3, 3] = [0.1, 0.2, 0.3]
+        lift[:3, 3] = base[:3, 3] + turn @ [0, 0, 1.0]
+        assert overlap_volume(outward(box_mesh()), outward(box_mesh()), base, lift).volume == 0.0
+
+
+def test_a_body_within_another_is_said_to_be_inside_with_all_its_volume():
+    small, large = outward(box_mesh((0.2, 0.3, 0.1))), outward(ball_mesh(1.0))
+    assert overlap_volume(small, large).inside == 0 and overlap_volume(large, small).inside == 1
+    assert overlap_volume(small, large).volume == pytest.approx(0.006, rel=1e-9)
+    assert overlap_volume(outward(box_mesh((0.2, 0.3, 3))), large).inside == -1
+
+
+def test_an_open_mesh_is_refused_and_so_is_a_resolution_out_of_range():
+    with pytest.raises(InvalidMeshError, match="mesh B is open and has no inside"):
+        overlap_volume(ball_mesh(), without_faces(ball_mesh(), 1))
+    with pytest.raises(InvalidSettingError, match="resolution is 0; give 1 to 4096"):
+        overlap_volume(ball_mesh(), ball_mesh(), resolution=0)
