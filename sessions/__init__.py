@@ -23,6 +23,7 @@ _HOME = {
     "examine": "sessions.doctor.examine",
     "import_session": "sessions.importers",
     "parse_scene": "sessions.scene_toml",
+    "recover": "sessions.recovery.recover",
     "read_scene": "sessions.scene_toml",
     "read_session": "sessions.mcap_format.reader",
     "write_session": "sessions.mcap_format.writer",

@@ -33,6 +33,9 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "doctor": CommandSpec(
         "replay.cli.doctor:command", "Check", "Say whether a recording can be trusted, and what is wrong with it."
     ),
+    "recover": CommandSpec(
+        "replay.cli.recover:command", "Check", "Save what is left of a torn or damaged session file."
+    ),
     "demo": CommandSpec(
         "replay.cli.demo:command", "Replay", "Record a made-up lab session, replay it, show the misses."
     ),

@@ -49,11 +49,12 @@ class ContainerWriter:
     ----------
     stream : open for writing; this object never closes it.
     profile : the header's profile.
-    chunk_bytes : a chunk closes with the first block boundary at or beyond this many uncompressed bytes.
+    chunk_bytes : a chunk closes with the first group boundary at or beyond this many uncompressed bytes.
+    chunk_ns : a chunk closes before a group logged this long after its first message; ``None``: by size alone.
     """
 
-    def __init__(self, stream: BinaryIO, profile: str, chunk_bytes: int = 1 << 20) -> None:
-        self._stream, self._chunk_bytes = stream, chunk_bytes
+    def __init__(self, stream: BinaryIO, profile: str, chunk_bytes: int = 1 << 20, chunk_ns: int | None = None) -> None:
+        self._stream, self._chunk_bytes, self._chunk_ns = stream, chunk_bytes, chunk_ns
         self._position, self._crc = 0, 0
         self._schemas: dict[str, Schema] = {}
         self._channels: dict[str, Channel] = {}
@@ -107,15 +108,49 @@ class ContainerWriter:
             self._record(channel)
         return self._channels[topic].id
 
+    def adopt(self, channel: Channel, schema: Schema | None) -> int:
+        """The id of a channel of another file, which is written as it was but for its numbers."""
+        number = 0
+        if schema is not None:
+            key = f"{schema.name}\0{schema.id}"
+            if key not in self._schemas:
+                made = Schema(id=len(self._schemas) + 1, data=schema.data, encoding=schema.encoding, name=schema.name)
+                self._schemas[key] = made
+                self._record(made)
+            number = self._schemas[key].id
+        key = f"{channel.topic}\0{channel.id}"
+        if key not in self._channels:
+            taken = Channel(
+                id=len(self._channels) + 1,
+                topic=channel.topic,
+                message_encoding=channel.message_encoding,
+                metadata=channel.metadata,
+                schema_id=number,
+            )
+            self._channels[key] = taken
+            self._record(taken)
+        return self._channels[key].id
+
     def messages(self, block: RecordBlock) -> None:
         """Append message records; chunks close on the way, wherever the size says, whatever the blocks were."""
         while len(block.group_ends):
             room = self._chunk_bytes - self.open_bytes
             groups = int(np.searchsorted(block.group_ends, room, side="left")) + 1
-            head, block = block.split(groups)
-            self._open.append(head)
-            if self.open_bytes >= self._chunk_bytes:
+            in_time = self._groups_in_time(block)
+            if min(groups, in_time):
+                head, block = block.split(min(groups, in_time))
+                self._open.append(head)
+            if self.open_bytes >= self._chunk_bytes or (groups > in_time and len(block.group_ends)):
                 self.close_chunk()
+
+    def _groups_in_time(self, block: RecordBlock) -> int:
+        """How many groups at the start of a block may join the open chunk by their time."""
+        if self._chunk_ns is None:
+            return len(block.group_ends)
+        begun = int(self._open[0].log_ns[0]) if self._open else int(block.log_ns[0])
+        first = np.concatenate([np.zeros(1, dtype=np.int64), block.group_counts[:-1]])
+        late = np.flatnonzero(np.abs(block.log_ns[first] - begun) >= self._chunk_ns)
+        return int(late[0]) if len(late) else len(block.group_ends)
 
     def close_chunk(self) -> None:
         """Write what is open as one chunk with its message index; nothing when nothing is open."""

@@ -76,7 +76,7 @@ def read_region(stream: BinaryIO, region: Region, catalogue: Catalogue) -> Messa
         raise _damaged(catalogue, region, str(error)) from None
     if region.crc and zlib.crc32(data) != region.crc:
         raise _damaged(catalogue, region, "its checksum is wrong")
-    return _listed(data, region, catalogue)
+    return listed(data, region, catalogue)
 
 
 def _unpacked(packed: bytes, region: Region) -> bytes:
@@ -116,7 +116,14 @@ def _damaged(catalogue: Catalogue, region: Region, why: str) -> SessionFileError
     )
 
 
-def _listed(data: bytes, region: Region, catalogue: Catalogue) -> MessageTable:
+def listed(data: bytes, region: Region, catalogue: Catalogue) -> MessageTable:
+    """The messages in a region's unpacked bytes; schemas and channels among them go to the catalogue.
+
+    Raises
+    ------
+    SessionFileError
+        A record is longer than the rest, or stamped beyond what 64 bits hold.
+    """
     starts, at, size = array("q"), 0, len(data)
     head, head_size, message = _HEAD.unpack_from, _HEAD.size, int(Opcode.MESSAGE)
     while at + head_size <= size:

@@ -56,3 +56,31 @@ def test_every_checksum_notices_a_flipped_bit():
         broken[place] ^= 1
         with pytest.raises(Exception):  # noqa: B017 -- whichever checksum or decoder notices first
             list(StreamReader(io.BytesIO(bytes(broken)), validate_crcs=True).records)
+
+
+@pytest.mark.parametrize("cuts", [(100,), (1, 2, 97), (50, 50)])
+def test_chunks_end_by_time_too_wherever_blocks_end(cuts):
+    """A message every 0.3 s and a chunk closed before the message that comes a second after its first."""
+    stream = io.BytesIO()
+    writer = ContainerWriter(stream, "p", 1 << 20, chunk_ns=1_000_000_000)
+    channel, at = writer.channel("/tf"), 0
+    for count in cuts:
+        writer.messages(
+            RecordBlock.of((channel, k, k * 300_000_000, k * 300_000_000, b"x") for k in range(at, at + count))
+        )
+        at += count
+    writer.finish()
+    summary = make_reader(io.BytesIO(stream.getvalue())).get_summary()
+    spans = [(index.message_start_time, index.message_end_time) for index in summary.chunk_indexes]
+    assert [start for start, _ in spans] == [k * 1_200_000_000 for k in range(25)]
+    assert all(end - start == 900_000_000 for start, end in spans)
+    assert summary.statistics.message_count == 100
+
+
+def test_a_clock_that_jumps_back_closes_the_chunk():
+    stream = io.BytesIO()
+    writer = ContainerWriter(stream, "p", 1 << 20, chunk_ns=1_000_000_000)
+    channel = writer.channel("/tf")
+    writer.messages(RecordBlock.of((channel, k, t, t, b"x") for k, t in enumerate([5 * 10**9, 10**9, 10**9 + 5])))
+    writer.finish()
+    assert len(make_reader(io.BytesIO(stream.getvalue())).get_summary().chunk_indexes) == 2

@@ -14,11 +14,11 @@ from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.pose_encoding import FrameEncoder
 from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.schemas import message_class
-from sessions.mcap_format.unpacking import _listed
+from sessions.mcap_format.unpacking import listed
 
 
 def table(block):
-    return _listed(block.data, Region(0, 0, "", 0, 0, None), Catalogue(None))
+    return listed(block.data, Region(0, 0, "", 0, 0, None), Catalogue(None))
 
 
 def decoder(names=None):
@@ -38,7 +38,7 @@ def test_frames_survive_wherever_a_chunk_ends_even_between_a_note_and_its_frame(
     cuts = [*block.starts.tolist(), len(block.data)][::every]
     cuts = [0, *cuts, len(block.data)] if cuts else [0, 0]
     pieces = [block.data[a:b] for a, b in pairwise(cuts)]
-    tables = [_listed(piece, Region(0, 0, "", 0, 0, None), Catalogue(None)) for piece in pieces]
+    tables = [listed(piece, Region(0, 0, "", 0, 0, None), Catalogue(None)) for piece in pieces]
     assert_same_frames(decoded(tables, frames.names), frames)
 
 

@@ -1,0 +1,45 @@
+"""``replay recover``: what can be read of a torn or damaged session file, in a file that is whole."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+
+from replay.cli.console import People
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, output_format
+
+
+@click.command()
+@click.argument("torn", type=SESSION_FILE, metavar="TORN.mcap")
+@click.argument("out", type=ANY_PATH, metavar="OUT.mcap")
+@click.option("--force", is_flag=True, help="Replace a file of that name.")
+@output_format
+@common
+def command(torn: Path, out: Path, force: bool, format_: str, verbose: bool, quiet: bool, debug: bool) -> int:
+    """Save every whole message of every readable chunk of TORN.mcap to OUT.mcap; say what was lost.
+
+    Exits with 3 when anything was lost, with 0 when the file turns out to be whole.
+
+    \b
+    replay recover session.mcap.partial session.mcap
+    """
+    del debug
+    people = People(quiet=quiet, verbose=verbose)
+    from replay.cli.main import DATA_LOSS, OK
+    from sessions.recovery.recover import recover
+
+    people.say(f"reading {torn}")
+    result = recover(torn, out, overwrite=force)
+    if format_ == "json":
+        told = {**asdict(result), "out": str(result.out), "whole": result.whole, "source": str(torn)}
+        click.echo(json.dumps(told, indent=1))
+    else:
+        for sentence in result.sentences():
+            click.echo(sentence)
+        if result.whole:
+            click.echo("nothing was lost")
+    people.say(f"wrote {out}\nlook at it:  replay doctor {out}")
+    return OK if result.whole else DATA_LOSS

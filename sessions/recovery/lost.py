@@ -1,0 +1,83 @@
+"""What was lost when a damaged session file was saved: bytes, messages, spans of time, bodies, attachments."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class LostChunk:
+    """A stretch of messages that could not be kept.
+
+    Parameters
+    ----------
+    offset : its first byte in the damaged file.
+    first_ns, last_ns : log times between which its messages lay, as far as the file says.
+    messages : how many were lost, ``None`` where the file does not say.
+    why : ``damaged`` or ``cut short``.
+    """
+
+    offset: int
+    first_ns: int
+    last_ns: int
+    messages: int | None
+    why: str
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """What became of a file.
+
+    Parameters
+    ----------
+    out : the file written.
+    messages, frames : kept.
+    first_ns, last_ns : frame stamps kept, 0 without any.
+    chunks : stretches of messages that were lost.
+    bytes_skipped : bytes that belong to no record.
+    bodies : listed bodies of which no pose is left.
+    attachments : attachments that could not be kept.
+    unknown : messages left out because nothing says what they are.
+    whole : nothing at all was lost.
+    """
+
+    out: Path
+    messages: int
+    frames: int
+    first_ns: int
+    last_ns: int
+    chunks: tuple[LostChunk, ...] = ()
+    bytes_skipped: int = 0
+    bodies: tuple[str, ...] = ()
+    attachments: tuple[str, ...] = ()
+    unknown: int = 0
+    notes: tuple[str, ...] = field(default_factory=tuple)
+
+    @property
+    def whole(self) -> bool:
+        """Whether nothing was lost."""
+        lost = self.chunks or self.bytes_skipped or self.attachments or self.unknown or self.notes
+        return not (lost or self.bodies)
+
+    def sentences(self) -> list[str]:
+        """What was kept and lost, for a reader; times are seconds after the first frame kept."""
+        told = [f"kept {self.frames:,} frames and {self.messages:,} messages"]
+        told += [self._chunk(chunk) for chunk in self.chunks]
+        if self.bytes_skipped:
+            told.append(f"skipped {self.bytes_skipped:,} bytes that are no records")
+        if self.unknown:
+            told.append(f"left out {self.unknown:,} messages on channels that nothing declares")
+        if self.bodies:
+            told.append(f"no pose is left of: {', '.join(self.bodies)}")
+        if self.attachments:
+            told.append(f"lost attachments: {', '.join(self.attachments)}")
+        return [*told, *self.notes]
+
+    def _chunk(self, chunk: LostChunk) -> str:
+        span = ""
+        if self.frames and chunk.last_ns:
+            start, end = ((stamp - self.first_ns) / 1e9 for stamp in (chunk.first_ns, chunk.last_ns))
+            span = f", {start:.3f} s to {end:.3f} s"
+        count = "an unknown number of" if chunk.messages is None else f"{chunk.messages:,}"
+        return f"lost {count} messages{span}: the chunk at byte {chunk.offset} is {chunk.why}"

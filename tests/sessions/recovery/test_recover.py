@@ -1,0 +1,216 @@
+import hashlib
+import time
+
+import numpy as np
+import pytest
+from damage import chunks, flipped, records
+from mcap.opcode import Opcode
+from mcap_samples import assert_same_frames, protobuf_messages, random_frames, session_of, tetrahedron, write_foreign
+
+from sessions import Event, examine, read_session, write_session
+from sessions.errors import SessionFileError
+from sessions.frames import Frames
+from sessions.recovery.recover import RECOVERED, recover
+
+COUNT = 5400
+
+
+def frames_of(path):
+    return Frames.join(list(read_session(path).blocks(4096)))
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A minute at 90 Hz of six bodies with a mesh, a scene's worth of facts and an event."""
+    path = tmp_path_factory.mktemp("whole") / "s.mcap"
+    frames = random_frames(1, COUNT, 6, absent=0.05, odd=0.05)
+    event = Event(int(frames.stamp_ns[7]), "grasp", "takes a beaker", "body 1")
+    write_session(session_of(frames, meshes={"body 1": tetrahedron()}, events=[event], facts={"pseudonym": "S1"}), path)
+    return path
+
+
+def damaged(tmp_path, data):
+    path = tmp_path / "damaged.mcap"
+    path.write_bytes(data)
+    return path
+
+
+def test_a_whole_file_comes_back_whole_and_nothing_is_said_to_be_lost(whole, tmp_path):
+    before = whole.read_bytes()
+    result = recover(whole, tmp_path / "out.mcap")
+    assert result.whole and result.frames == COUNT
+    assert whole.read_bytes() == before
+    assert_same_frames(frames_of(tmp_path / "out.mcap"), frames_of(whole))
+    session, again = read_session(whole), read_session(tmp_path / "out.mcap")
+    assert list(again.events) == list(session.events) and again.facts["pseudonym"] == "S1"
+    assert np.array_equal(again.meshes["body 1"].vertices, session.meshes["body 1"].vertices)
+    codes = {finding.code for finding in examine(tmp_path / "out.mcap")}
+    assert not codes & {"torn", "data-crc", "index-wrong", "index-missing", "damaged-chunk"}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_two_hundred_flipped_bytes_in_a_chunk_cost_two_seconds_at_most(whole, tmp_path, seed):
+    data = whole.read_bytes()
+    start, end = chunks(data)[5 + 7 * seed]
+    path = damaged(tmp_path, flipped(data, start, end, 200, seed))
+    begun = time.process_time()
+    result = recover(path, tmp_path / "out.mcap")
+    assert time.process_time() - begun < 5.0
+    print(f"kept {result.frames} of {COUNT} frames")
+    assert 5200 <= result.frames < COUNT and not result.whole
+    kept = frames_of(tmp_path / "out.mcap")
+    truth = frames_of(whole)
+    rows = np.searchsorted(truth.stamp_ns, kept.stamp_ns)
+    assert np.array_equal(truth.position[rows], kept.position, equal_nan=True)
+    assert np.array_equal(truth.status[rows], kept.status)
+    lost = np.setdiff1d(truth.stamp_ns, kept.stamp_ns)
+    assert any(chunk.first_ns <= lost[0] + 700 and lost[-1] + 700 <= chunk.last_ns for chunk in result.chunks) or (
+        result.bytes_skipped > 0
+    )
+
+
+def test_what_was_lost_is_in_the_facts_of_the_new_file(whole, tmp_path):
+    data = whole.read_bytes()
+    start, end = chunks(data)[4]
+    recover(damaged(tmp_path, flipped(data, end - 40, end, 5, 0)), tmp_path / "out.mcap")
+    told = read_session(tmp_path / "out.mcap").facts[RECOVERED]
+    assert "lost" in told and "messages" in told and f"byte {start}" not in told
+
+
+def test_a_damaged_chunk_says_how_many_messages_it_had_and_when(whole, tmp_path):
+    data = whole.read_bytes()
+    _, end = chunks(data)[4]
+    result = recover(damaged(tmp_path, flipped(data, end - 40, end, 5, 0)), tmp_path / "out.mcap")
+    (chunk,) = result.chunks
+    truth = frames_of(whole)
+    inside = (truth.log_ns >= chunk.first_ns) & (truth.log_ns <= chunk.last_ns)
+    assert result.frames == COUNT - int(inside.sum())
+    assert chunk.messages >= int(inside.sum()) and chunk.why == "damaged"
+
+
+def cut_keeps_all_before(whole, tmp_path, data, truth, place):
+    """Every frame of every chunk that is whole before the cut is there, and no frame is another than it was."""
+    path = damaged(tmp_path, data[:place])
+    out = tmp_path / "out.mcap"
+    ends = [end for _, end in chunks(whole.read_bytes()) if end <= place]
+    try:
+        result = recover(path, out, overwrite=True)
+    except SessionFileError:
+        assert not ends
+        return 0
+    kept = frames_of(out)
+    assert np.array_equal(kept.position, truth.position[: len(kept)], equal_nan=True)
+    assert np.array_equal(kept.status, truth.status[: len(kept)])
+    assert len(kept) == result.frames
+    return len(kept)
+
+
+def test_a_file_cut_anywhere_keeps_all_but_the_torn_chunks_rest(whole, tmp_path):
+    data, truth = whole.read_bytes(), frames_of(whole)
+    spans = chunks(data)
+    places = sorted(np.random.default_rng(2).integers(0, len(data), 40).tolist() + [end for _, end in spans[2:5]])
+    for place in places:
+        kept = cut_keeps_all_before(whole, tmp_path, data, truth, place)
+        full = sum(end <= place for _, end in spans[2:])
+        assert kept >= min(COUNT, 150 * full), (place, kept)
+
+
+@pytest.mark.slow
+def test_five_hundred_cuts_never_lose_more_than_the_torn_chunks_rest(whole, tmp_path):
+    data, truth = whole.read_bytes(), frames_of(whole)
+    spans = chunks(data)
+    for place in np.random.default_rng(3).integers(0, len(data), 500).tolist():
+        kept = cut_keeps_all_before(whole, tmp_path, data, truth, place)
+        full = sum(end <= place for _, end in spans[2:])
+        assert kept >= min(COUNT, 150 * full), (place, kept)
+
+
+def test_the_torn_last_chunk_is_read_as_far_as_it_goes(tmp_path):
+    """An uncompressible chunk of several blocks: cut in its middle it still gives up its first half."""
+    frames = random_frames(4, 900, 12)
+    from dataclasses import replace
+
+    close = replace(
+        frames, stamp_ns=frames.stamp_ns[0] + np.arange(900) * 1000, log_ns=frames.log_ns[0] + np.arange(900) * 1000
+    )
+    write_session(session_of(close), tmp_path / "s.mcap")
+    data = (tmp_path / "s.mcap").read_bytes()
+    start, end = chunks(data)[0]
+    result = recover(damaged(tmp_path, data[: start + (end - start) * 2 // 3]), tmp_path / "out.mcap")
+    assert 300 < result.frames < 900
+    assert [chunk.why for chunk in result.chunks] == ["cut short"]
+    kept = frames_of(tmp_path / "out.mcap")
+    assert np.array_equal(kept.position, close.position[: len(kept)])
+
+
+def test_a_mesh_that_changed_is_lost_and_everything_else_is_not(whole, tmp_path):
+    data = whole.read_bytes()
+    start, end = next((start, end) for opcode, start, end in records(data) if opcode == Opcode.ATTACHMENT)
+    result = recover(damaged(tmp_path, flipped(data, start + 80, end, 3, 0)), tmp_path / "out.mcap")
+    assert result.attachments == ("meshes/body 1.glb",) and result.frames == COUNT
+    assert "body 1" not in read_session(tmp_path / "out.mcap").meshes
+
+
+@pytest.mark.parametrize("opcode", [Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA])
+def test_a_damaged_head_costs_no_frame_because_the_index_repeats_it(whole, tmp_path, opcode):
+    data = whole.read_bytes()
+    start, end = next((start, end) for found, start, end in records(data) if found == opcode)
+    result = recover(damaged(tmp_path, flipped(data, start + 9, end, 4, 1)), tmp_path / "out.mcap")
+    assert result.frames == COUNT
+
+
+def test_without_channels_and_index_poses_are_known_by_their_looks(whole, tmp_path):
+    data = whole.read_bytes()
+    last = chunks(data)[-1][1]
+    cut = bytearray(data[:last])
+    for opcode, start, end in records(data):
+        if opcode in (Opcode.SCHEMA, Opcode.CHANNEL) and end <= last:
+            cut[start + 9 : end] = bytes(end - start - 9)
+    result = recover(damaged(tmp_path, bytes(cut)), tmp_path / "out.mcap")
+    assert result.frames == COUNT and result.unknown > 0
+
+
+def test_bodies_without_a_pose_are_named(tmp_path):
+    frames = random_frames(2, 20, 2)
+    session = session_of(frames)
+    write_session(session, tmp_path / "s.mcap")
+    from sessions.mcap_format.facts import bodies_record
+
+    data = (tmp_path / "s.mcap").read_bytes()
+    listed = bodies_record(("body 0", "body 1"))["names"].encode()
+    assert data.count(listed) == 1
+    path = damaged(tmp_path, data.replace(listed, bodies_record(("body 0", "body 9"))["names"].encode()))
+    result = recover(path, tmp_path / "out.mcap")
+    assert result.bodies == ("body 9",)
+    assert set(read_session(tmp_path / "out.mcap").names) == {"body 0", "body 1", "body 9"}
+
+
+def test_a_file_of_another_program_is_saved_with_its_own_channels(tmp_path):
+    frames = random_frames(3, 200, 2)
+    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(frames), chunk_size=4096)
+    data = path.read_bytes()
+    start, end = chunks(data)[3]
+    result = recover(damaged(tmp_path, flipped(data, (start + end) // 2, end, 5, 0)), tmp_path / "out.mcap")
+    assert 150 < result.frames < 200
+    assert read_session(tmp_path / "out.mcap").facts["format"] == "foreign"
+
+
+@pytest.mark.parametrize(
+    "data, words", [(b"", "it is empty"), (b"hello", "not an MCAP"), (b"\x89MCAP0\r\n", "no chunk")]
+)
+def test_where_there_is_nothing_to_save_it_says_why_and_writes_nothing(tmp_path, data, words):
+    with pytest.raises(SessionFileError, match=words):
+        recover(damaged(tmp_path, data), tmp_path / "out.mcap")
+    assert not (tmp_path / "out.mcap").exists()
+
+
+def test_neither_the_damaged_file_nor_another_is_overwritten(whole, tmp_path):
+    digest = hashlib.sha256(whole.read_bytes()).hexdigest()
+    with pytest.raises(SessionFileError, match="the damaged file itself"):
+        recover(whole, whole, overwrite=True)
+    (tmp_path / "out.mcap").write_bytes(b"mine")
+    with pytest.raises(SessionFileError, match="there already"):
+        recover(whole, tmp_path / "out.mcap")
+    assert hashlib.sha256(whole.read_bytes()).hexdigest() == digest
+    with pytest.raises(SessionFileError, match="cannot be read"):
+        recover(tmp_path / "none.mcap", tmp_path / "new.mcap")
