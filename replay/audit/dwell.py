@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdcore import Detection, Motion, create_detector
-from cdcore.protocol import counts_as_contact
+from cdcore.protocol import counts_as_contact, is_undecided
 from replay.assembly import Assembly
 from replay.audit.outcome import Episode
 
@@ -131,10 +131,15 @@ def _edges(
 def _interval_edges(times: FloatArray, oracle: Detection, contact: Episode) -> tuple[Edge | None, Edge | None]:
     """Of an oracle of intervals: the contact begins at its time of impact and is over at its last frame."""
     impact = oracle.toi.get((contact.first, contact.pair))
-    if impact is None or contact.first == 0:
-        return None, None
-    inside = impact[1] if contact.last == contact.first else float(times[contact.last - 1])
-    return (impact[1], impact[0]), (inside, float(times[contact.last]))
+    begin = None if impact is None else (impact[1], impact[0])
+    after = contact.last + 1
+    if after == len(times) or bool(is_undecided(oracle.verdict[after, contact.pair])):
+        return begin, None
+    if contact.last > contact.first or impact is None:
+        inside = float(times[max(contact.last - 1, 0)])
+    else:
+        inside = impact[1]
+    return begin, (inside, float(times[contact.last]))
 
 
 def _halved(assembly: Assembly, pair: int, edges: FloatArray, times: FloatArray) -> FloatArray:

@@ -80,6 +80,18 @@ def test_a_time_of_impact_is_where_a_contact_between_frames_begins():
     assert dwell.seconds[0] == pytest.approx(0.01 * 2 / 6, abs=1e-6)
 
 
+def test_an_oracle_of_intervals_measures_what_one_of_instants_does_and_the_passes_it_cannot_see():
+    session, truth = make_analytic("fast-ball", seconds=6.0)
+    result = compute(session, detectors="slow=discrete[rate_hz=22.5]", oracle="continuous")
+    dwell = result.dwell
+    spans = [episode.nominal for episode in truth.episodes]
+    assert len(dwell.seconds) == len(spans) and not dwell.open.any()
+    assert np.allclose(np.stack([dwell.begin, dwell.end], axis=1), spans, atol=3e-6)
+    told = result.summary["audit"]["slow"]
+    assert {miss.cause for miss in result.misses["slow"]} <= {"between looks", "between frames"}
+    assert told["causes"]["misses"]["between frames"] > 0 and told["between_frames"] != "not examined"
+
+
 def test_the_table_of_a_run_is_in_its_summary_and_falls_with_the_rate():
     session, _ = make_analytic("fast-ball", seconds=6.0)
     summary = compute(session, detectors="hybrid").summary
