@@ -1,0 +1,91 @@
+"""A glass that rests exactly on a table for ten minutes costs next to nothing, face sets included: its pose is asked
+once. One that trembles by the last bits of its position is asked in every frame, exactly, within a bounded time.
+"""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+RUN = """
+import json, sys, time
+import numpy as np
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
+
+def grid(n, size, height=0.0):
+    k = np.arange(n + 1)
+    corners = np.array([[x, y, 0] for x in k for y in k], dtype=float)
+    corners[:, :2] = (corners[:, :2] / n - 0.5) * size
+    corners[:, 2] = height
+    at = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    faces = np.concatenate([np.stack([at, at + 1, at + n + 2], 1), np.stack([at, at + n + 2, at + n + 1], 1)])
+    return corners, faces[:, ::-1]
+
+def glass(around=50, up=46):
+    angle = np.arange(around) * 2 * np.pi / around
+    ring = np.stack([0.03 * np.cos(angle), 0.03 * np.sin(angle), 0 * angle], axis=1)
+    corners = np.concatenate([ring + [0, 0, 0.09 * k / up] for k in range(up + 1)] + [np.zeros((1, 3))])
+    k, n = np.arange(around), (np.arange(around) + 1) % around
+    two = [np.stack([k, n, n + around], 1), np.stack([k, n + around, k + around], 1)]
+    wall = [part + around * h for h in range(up) for part in two]
+    foot = np.stack([n, k, np.full(around, len(corners) - 1)], 1)
+    return corners, np.concatenate([*wall, foot])
+
+frames = 5_400 if "trembling" in sys.argv else 54_000
+bodies = [Body("table", TriangleMesh(*grid(50, 0.6))), Body("glass", TriangleMesh(*glass()))]
+turn, move = np.tile(np.eye(3), (frames, 2, 1, 1)), np.zeros((frames, 2, 3))
+move[:, 1, :2] = 0.0017, 0.0043
+if "trembling" in sys.argv:
+    move[:, 1, 0] += np.random.default_rng(0).integers(-2, 3, frames) * 2.0**-50
+motion = Motion(np.arange(frames) / 90, move, turn)
+detector = create_detector("exact", bodies)
+detector.detect(motion.take(np.arange(16)), faces=True)
+start = time.process_time()
+detection = detector.detect(motion, faces=True)
+seconds = time.process_time() - start
+from sys import platform
+if platform == "win32":
+    peak = 0
+else:
+    import resource
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if platform == "darwin" else 1024)
+print(json.dumps({
+    "seconds": seconds, "peak": peak, "faces": [len(body.mesh.faces) for body in bodies],
+    "contact": bool((detection.verdict == Verdict.CONTACT).all()), "pairs": int(detection.face_counts.min()),
+    "reused": detection.work["reused"], "exact": detection.work["exact_tests"]}))
+"""
+
+
+def rested(*arguments):
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+    answer = subprocess.run(
+        [sys.executable, "-c", RUN, *arguments], env=environment, capture_output=True, text=True, check=True
+    )
+    return json.loads(answer.stdout)
+
+
+def expect_contact(found):
+    assert found["faces"][0] == 5000 and 4600 <= found["faces"][1] <= 5000
+    assert found["contact"]
+    assert found["pairs"] >= 100
+    assert found["peak"] < 2**30
+
+
+@pytest.mark.slow
+def test_ten_minutes_of_exact_rest_are_one_question():
+    found = rested("still")
+    expect_contact(found)
+    assert found["reused"] == 54_000 - 1
+    assert found["seconds"] < 20
+
+
+@pytest.mark.slow
+def test_a_minute_of_trembling_rest_is_asked_exactly_in_every_frame():
+    found = rested("trembling")
+    expect_contact(found)
+    assert found["reused"] < 5_400
+    assert found["exact"] > 5_400 * 100
+    assert found["seconds"] < 20
