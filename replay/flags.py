@@ -18,6 +18,9 @@ FLAG_KINDS: Final = (
 )  # fmt: skip
 """Kinds that flag single frames; the n-th is bit n."""
 
+POSE_DOUBT: Final = np.uint8(0xFF ^ 1 << FLAG_KINDS.index("gap"))
+"""Bits that speak of the pose itself; after a gap only the way to it is unknown."""
+
 
 @dataclass(frozen=True)
 class FlagSpan:

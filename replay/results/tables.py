@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cdcore import Verdict
 from cdcore.protocol import counts_as_contact
 from replay.audit.outcome import Episode, Outcome
-from replay.flags import flag_words
+from replay.flags import POSE_DOUBT, flag_words
 from replay.results.effect_tables import EventRow, effect_event_rows
 from replay.run_result import RunResult
 from replay.summary import frame_seconds
@@ -39,7 +39,8 @@ def frame_table(result: RunResult) -> Iterator[pa.Table]:
     ``frame stamp_ns time body_a body_b held``; per detector ``verdict/<label>``; per audited one ``outcome/<label>``
     and ``miss/<label>`` (number of the miss, null outside); ``work/<label>/<counter>`` where counted per pair-frame;
     and ``frame_seconds/<label>`` (the whole frame, all pairs) of online detectors. ``flag`` names what was in doubt
-    about a pose of either body (``frozen+gap``; null: nothing); pair-frames in doubt have a row whatever was said.
+    about a pose of either body (``frozen+gap``; null: nothing); such pair-frames have a row whatever was said, but
+    for those after a gap, whose poses are as good as any.
     """
     rows, columns = _happened(result)
     numbers = {label: _miss_numbers(result, label, rows, columns) for label in result.comparisons}
@@ -150,7 +151,7 @@ def _happened(result: RunResult) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         marked = [counts_as_contact(part) | np.isin(part, STATED) for part in verdicts]
         if marked:
             flag = _flags(result, start)
-            marked += [(flag > 0) & (part != Verdict.NO_POSE) for part in verdicts if flag is not None]
+            marked += [((flag & POSE_DOUBT) > 0) & (part != Verdict.NO_POSE) for part in verdicts if flag is not None]
             frame, column = np.nonzero(np.logical_or.reduce(marked))
             rows.append(frame + start)
             columns.append(column)
