@@ -48,6 +48,8 @@ def close_run(result: RunResult, people: People) -> int:
         people.say(f"note: {note}")
     for sentence in treated(result.summary):
         people.say(f"note: {sentence}")
+    if result.summary["plan"]["not_built"]:
+        people.say(f"note: declared, not computed by this version: {', '.join(result.summary['plan']['not_built'])}")
     if result.assembly.left_out:
         people.say(f"note: no mesh, so not looked at: {', '.join(result.assembly.left_out)}")
     return DATA_LOSS if lost_frames(result.summary) or lost_poses(result.summary) else OK

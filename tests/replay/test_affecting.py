@@ -73,3 +73,27 @@ def test_a_mask_of_another_length_is_refused():
 def test_detections_are_kept_from_effects_that_name_no_detector():
     with pytest.raises(EffectError, match="name a `detector`"):
         ran(spec("pour", lambda inputs: inputs.contact(("a", "b"))))
+
+
+def test_effects_of_a_session_of_hours_with_its_poses_on_disk_are_the_same(monkeypatch):
+    import replay.assemble_stored as stored
+    from replay import detecting
+    from replay.engine import compute
+    from sessions.scene import Scene, SceneBody, SceneEffect
+
+    effects = (
+        SceneEffect("breakage", {"between": ["b", "a"], "speed_m_s": 0.1}),
+        SceneEffect("hazard-proximity", {"of": "b", "hazard": "a", "distance": 0.2}),
+    )
+    scene = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=effects)
+    places = [1.3 - 0.02 * min(k, 17) for k in range(60)]
+    session = cubes({"a": [0.0] * 60, "b": places}, scene=scene)
+    held = compute(session, detectors=()).effects
+    monkeypatch.setattr(stored, "HELD_FRAMES", 10)
+    monkeypatch.setattr(detecting, "WHOLE_FRAMES", 16)
+    on_disk = compute(session, detectors=())
+    assert type(on_disk.assembly.motion).__name__ == "StoredMotion"
+    assert {kind: run.output.digest for kind, run in on_disk.effects.items()} == {
+        kind: run.output.digest for kind, run in held.items()
+    }
+    assert held["breakage"].output.named("broken")

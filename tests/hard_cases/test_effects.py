@@ -1,0 +1,80 @@
+"""Effects of bodies at the limits: one frame, two, nobody there, everybody lost, a leap in every step, equal poses."""
+
+import numpy as np
+import pytest
+from small_worlds import cube
+
+from replay.effects import EFFECTS
+from replay.engine import compute
+from sessions import Session
+from sessions.hand import HandTrack
+from sessions.scene import Scene, SceneBody, SceneEffect
+from sessions.track import Track
+
+TWO = {"between": ["hand-left", "pot"]}
+DECLARED = {
+    "contact": TWO,
+    "sweep": TWO,
+    "grasp": TWO,
+    "placement": {**TWO, "tilt_deg": 30.0},
+    "breakage": {**TWO, "speed_m_s": 1.0},
+    "burn-exposure": {**TWO, "threshold_c": 65.0, "seconds": 0.5, "surface_c": 80.0},
+    "hazard-proximity": {"of": ["hand-left"], "hazard": "pot", "distance": 0.1},
+}
+FAR, NEAR = 3.0, 0.9
+
+WORLDS = {
+    "one frame apart": ([FAR], None),
+    "one frame in contact": ([NEAR], None),
+    "two frames in contact": ([NEAR, NEAR], None),
+    "in contact all the time": ([NEAR] * 40, None),
+    "at the same place": ([0.0] * 40, None),
+    "lost all the time": ([NEAR] * 40, [False] * 40),
+    "lost in every other frame": ([FAR, NEAR] * 20, [True, False] * 20),
+    "seen once": ([NEAR] * 40, [False] * 20 + [True] + [False] * 19),
+    "a leap in every step": ([FAR, NEAR] * 20, None),
+    "a kilometre away": ([1e3] * 40, None),
+}
+
+
+def world(places, valid, kind, step_ns=11_000_000):
+    count = len(places)
+    stamps = np.arange(count, dtype=np.int64) * step_ns
+    place = np.zeros((count, 3))
+    place[:, 0] = places
+    turn = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
+    tracks = {"hand-left": Track(stamps, place, turn, valid), "pot": Track(stamps, np.zeros((count, 3)), turn)}
+    bodies = (SceneBody("hand-left", tags=("hand", "left")), SceneBody("pot", extra={"mass": 0.2}))
+    scene = Scene(bodies=bodies, effects=(SceneEffect(kind, DECLARED[kind]),))
+    session = Session.from_tracks(tracks, {name: cube() for name in tracks}, scene)
+    object.__setattr__(session, "hands", {"ann/left": HandTrack(stamps, np.ones(count))})
+    return session
+
+
+@pytest.mark.parametrize("name", WORLDS)
+@pytest.mark.parametrize("kind", DECLARED)
+def test_an_effect_at_the_limits_answers_with_finite_numbers_and_breaks_nothing(kind, name):
+    run = compute(world(*WORLDS[name], kind), detectors=()).effects[kind]
+    for event in run.events:
+        numbers = [value for value in event.values.values() if not isinstance(value, str)]
+        assert np.isfinite([event.time, *numbers]).all(), event
+        assert event.end is None or event.end >= event.time
+        assert event.name not in ("broken", "grasp")
+        assert event.name != "placed" or name in ("in contact all the time", "at the same place")
+    for series in run.series.values():
+        assert np.isfinite(series.values).all() and (np.diff(series.times) >= 0).all()
+    for spans in run.output.lanes.values():
+        assert all(span.start <= span.end for span in spans)
+    assert 0 <= run.frames_run <= run.frames == len(WORLDS[name][0])
+
+
+@pytest.mark.parametrize("name", ["lost all the time", "seen once", "a kilometre away"])
+def test_who_is_not_there_costs_nothing_and_finds_nothing(name):
+    for kind in ("breakage", "placement", "burn-exposure"):
+        run = compute(world(*WORLDS[name], kind), detectors=()).effects[kind]
+        assert run.frames_run == 0 and run.events == (), kind
+
+
+def test_every_effect_of_bodies_is_tried_here():
+    bodies = {"contact", "sweep", "grasp", "placement", "hazard-proximity", "breakage", "burn-exposure"}
+    assert set(DECLARED) == bodies & set(EFFECTS)
