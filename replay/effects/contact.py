@@ -121,9 +121,10 @@ def _lane(inputs: EffectInputs, touches: tuple[Touch, ...]) -> tuple[LaneSpan, .
 
 
 def _faces(inputs: EffectInputs, told: PairContact) -> Series:
-    """Face pairs wherever their number changes."""
+    """Face pairs on both sides of every change of their number, so that a line through them has no slopes."""
     counts: NDArray[np.float64] = told.detection.face_counts[:, told.column].astype(np.float64)
-    rows = np.flatnonzero(np.diff(counts, prepend=-1.0))
+    changes = np.flatnonzero(np.diff(counts, prepend=-1.0))
+    rows = np.unique(np.concatenate([changes, np.maximum(changes - 1, 0)]))
     return Series(inputs.times[rows], counts[rows], "face pairs")
 
 

@@ -78,7 +78,7 @@ def log_effects(writer: RecordingWriter, effects: Mapping[str, EffectRun]) -> No
     number = 0
     for kind, run in effects.items():
         for name, series in run.series.items():
-            _log_series(writer, series_path(kind, name), f"{name} {series.unit}".strip(), series, number)
+            _log_series(writer, series_path(kind, name), name, series, number)
             number += 1
         for name, spans in run.output.lanes.items():
             _log_lane(writer, lane_path(kind, name), spans)

@@ -43,6 +43,12 @@ def test_the_lane_and_the_faces_tell_of_the_pair():
     assert output.series["a-b/face_pairs"].values.max() > 0
 
 
+def test_face_pairs_are_told_on_both_sides_of_every_change_and_nowhere_else():
+    series = run([FAR] * 9 + [NEAR] * 9 + [FAR] * 9, detectors=()).effects["contact"].series["a-b/face_pairs"]
+    assert np.round(series.times * 100).tolist() == [0, 8, 9, 17, 18]
+    assert (series.values > 0).tolist() == [False, False, True, True, False]
+
+
 def test_touches_remember_the_last_clear_frame():
     touches = run([FAR, FAR, NEAR, NEAR], detectors=()).effects["contact"].output.data
     (touch,) = touches.of(("b", "a"))
