@@ -8,16 +8,19 @@ volume's candidate, nor what an interval says about instants.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final
+from functools import cached_property
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cdcore import Detection, Motion, Verdict
-from cdcore.narrow.ill_posed import MarginStage
 from cdcore.narrow.pair_frames import rows_of_columns
 from replay.assembly import Assembly
 from replay.errors import AuditError
+
+if TYPE_CHECKING:
+    from cdcore.narrow.ill_posed import MarginStage
 
 TAU: Final = 2e-6
 """Metres. Float engines disagree about less, coal decides nothing below it, and no tracker resolves a hundred times
@@ -57,7 +60,13 @@ class Tolerance:
         self._assembly = assembly
         self._faces = faces
         self._tau = require_tau(tau)
-        self._stage = MarginStage(assembly.bodies, tau)
+
+    @cached_property
+    def _stage(self) -> MarginStage:
+        """The geometry behind a judgement, with its compiler: a run without a disagreement loads neither."""
+        from cdcore.narrow.ill_posed import MarginStage
+
+        return MarginStage(self._assembly.bodies, self._tau)
 
     def judge(
         self, subject: Detection, oracle: Detection
