@@ -97,6 +97,8 @@ class RecordScan:
         return self._read(piece.content, piece.end - piece.content)
 
     def _read(self, at: int, count: int) -> bytes:
+        if at > self._size:
+            return b""
         self._stream.seek(at)
         return self._stream.read(count)
 

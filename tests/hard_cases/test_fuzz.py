@@ -1,0 +1,94 @@
+"""Mutants of session files, foreign recordings and scenes: no crash, no hang, memory bounded, errors named."""
+
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from fuzzing import mutant, outcomes, seeds
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+SCRIPT = Path(__file__).resolve().parents[1] / "fuzzing.py"
+ROOT = SCRIPT.parents[1]
+LONGEST_S = 10.0
+MOST_MIB = 512.0
+
+
+def tried(folder, first, last):
+    """Run mutants in a process of their own; what came of them. A silence longer than ten seconds is a hang."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, str(SCRIPT), str(folder), str(first), str(last)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    lines, heard = [], [time.monotonic() + 60.0]
+
+    def listen():
+        for line in process.stdout:
+            lines.append(line.strip())
+            heard[0] = time.monotonic() + LONGEST_S
+
+    listener = threading.Thread(target=listen, daemon=True)
+    listener.start()
+    while process.poll() is None and time.monotonic() < heard[0]:
+        time.sleep(0.02)
+    hung = process.poll() is None
+    if hung:
+        process.kill()
+    listener.join(timeout=10)
+    errors = process.stderr.read()
+    assert not hung, f"mutant {lines[-1:]} took more than {LONGEST_S} s"
+    assert process.returncode == 0, f"mutant {lines[-1:]}: {errors[-2000:]}"
+    return json.loads(lines[-1])
+
+
+def judged(told, mutants):
+    print(json.dumps(told))
+    count = Counter(told["outcomes"])
+    assert told["peak_mib"] < MOST_MIB
+    for reader in ("read", "doctor", "recover", "scene", "csv", "aframe"):
+        assert sum(value for name, value in count.items() if name.startswith(f"{reader}:")) > mutants // 60, reader
+    assert count["recover: fine"] > count["read: fine"] > 0
+    assert count["read: SessionFileError"] > 0
+
+
+def test_two_hundred_mutants_are_results_or_named_errors(tmp_path):
+    judged(tried(tmp_path, 0, 200), 200)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", range(2))
+def test_ten_thousand_mutants_are_results_or_named_errors(tmp_path, part):
+    judged(tried(tmp_path, 5000 * part, 5000 * (part + 1)), 5000)
+
+
+@pytest.fixture(scope="module")
+def corpus(tmp_path_factory):
+    return seeds(tmp_path_factory.mktemp("corpus"))
+
+
+def test_a_mutant_is_one_file_for_ever_and_two_are_two(corpus):
+    assert mutant(corpus, 11) == mutant(corpus, 11) != mutant(corpus, 12)
+    kinds = {mutant(corpus, number)[0] for number in range(60)}
+    assert kinds == set(corpus)
+
+
+def test_a_good_file_is_read_by_all(corpus, tmp_path):
+    for name, data in corpus.items():
+        assert [told for told in outcomes(name, data, tmp_path) if not told.endswith(": fine")] == [], name
+
+
+@settings(max_examples=60, deadline=None)
+@given(data=st.data())
+def test_spliced_files_are_results_or_named_errors(corpus, tmp_path_factory, data):
+    """What hypothesis can cut and join out of two good files of one kind, shrunk where it fails."""
+    suffix = data.draw(st.sampled_from([".mcap", ".csv", ".json", ".toml"]))
+    names = [name for name in corpus if name.endswith(suffix)]
+    one, other = (corpus[data.draw(st.sampled_from(names))] for _ in range(2))
+    cut, join = data.draw(st.integers(0, len(one))), data.draw(st.integers(0, len(other)))
+    body = one[:cut] + data.draw(st.binary(max_size=20)) + other[join:]
+    assert outcomes(names[0], body, tmp_path_factory.getbasetemp())
