@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from shapes import ball_mesh, random_rotations
 
-from cdcore import TriangleMesh, intersecting_faces
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces
 from cdcore.search.features import features_of
 from cdcore.search.pair_search import PairSearch
 from cdcore.search.settings import SearchSettings
@@ -56,15 +56,19 @@ def exact_pairs(search: PairSearch, mesh_a, mesh_b, pose_a, pose_b) -> set[tuple
     return set(zip(*places, strict=True))
 
 
-def colliding_poses(mesh_a, mesh_b, count: int, seed: int, reach=1.0) -> list[tuple]:
-    """Random poses of A beside B, which stands at the origin, at which the surfaces meet: first in reach, then kept."""
+def colliding_poses(mesh_a, mesh_b, count: int, seed: int) -> list[tuple]:
+    """Random poses of A around B, which stands at the origin: the first so many at which the surfaces meet."""
     rng = np.random.default_rng(seed)
-    found: list[tuple] = []
+    bodies = [Body("a", mesh_a), Body("b", mesh_b)]
+    detector = create_detector("exact", bodies, containment=False)
     size = np.linalg.norm(mesh_a.vertices, axis=1).max() + np.linalg.norm(mesh_b.vertices, axis=1).max()
+    found: list[tuple] = []
+    tried = 8 * count
     while len(found) < count:
-        turn = random_rotations(rng, 1)[0]
-        way = rng.normal(size=3)
-        move = way / np.linalg.norm(way) * size * reach * rng.uniform(0.3, 1.0)
-        if len(intersecting_faces(mesh_a, mesh_b, matrix((turn, move)))):
-            found.append((turn, move))
-    return found
+        turn, way = random_rotations(rng, tried), rng.normal(size=(tried, 3))
+        move = way / np.linalg.norm(way, axis=1)[:, None] * (size * rng.uniform(0.3, 1.0, (tried, 1)))
+        rotations = np.stack([turn, np.broadcast_to(I3, turn.shape)], axis=1)
+        motion = Motion(np.arange(tried), np.stack([move, np.zeros_like(move)], axis=1), rotations)
+        meet = detector.detect(motion).verdict[:, 0] == Verdict.CONTACT
+        found += list(zip(turn[meet], move[meet], strict=True))
+    return found[:count]

@@ -21,7 +21,7 @@ from cdcore.narrow.section_source import sections_of
 from cdcore.protocol import Body, Detection, Explanation, FaceSets, Motion, Verdict, blocks_in_order, require_bodies
 from cdcore.search.explaining import SearchExplainer
 from cdcore.search.settings import SearchSettings
-from cdcore.search.stage import PairMemory, SearchAnswer, SearchStage
+from cdcore.search.stage import SearchAnswer, SearchMemory, SearchStage
 
 REFUSED: Final = "refused: a search that finds nothing does not know that surfaces are disjoint"
 
@@ -104,7 +104,7 @@ class HybridQacoDetector:
             return Explanation(spheres_meet=near)
         return self._explainer.explain(motion, frame, pair, faces, volumes_meet=near)
 
-    def _run(self, motion: Motion, memory: list[PairMemory], faces: bool) -> Detection:
+    def _run(self, motion: Motion, memory: SearchMemory, faces: bool) -> Detection:
         require_bodies(motion, self.bodies)
         clock = [perf_counter()]
         spheres = self._spheres.candidates(motion)

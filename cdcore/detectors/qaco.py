@@ -16,7 +16,7 @@ from cdcore.narrow.section_source import sections_of
 from cdcore.protocol import Body, Detection, Explanation, Motion, Verdict, blocks_in_order, require_bodies
 from cdcore.search.explaining import SearchExplainer
 from cdcore.search.settings import SearchSettings
-from cdcore.search.stage import PairMemory, SearchStage
+from cdcore.search.stage import SearchMemory, SearchStage
 
 REFUSED: Final = "refused: a search that finds nothing does not know that surfaces are disjoint"
 
@@ -82,7 +82,7 @@ class QacoDetector:
         spheres = self._spheres.candidates(motion.frames(frame, frame + 1)).verdict[0, pair]
         return self._explainer.explain(motion, frame, pair, faces, volumes_meet=int(spheres) == Verdict.CANDIDATE)
 
-    def _run(self, motion: Motion, memory: list[PairMemory], faces: bool) -> Detection:
+    def _run(self, motion: Motion, memory: SearchMemory, faces: bool) -> Detection:
         require_bodies(motion, self.bodies)
         clock = [perf_counter()]
         spheres = self._spheres.candidates(motion)

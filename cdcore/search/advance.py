@@ -37,14 +37,15 @@ RANDOM_STEP = 16
 
 @hot_kernel
 def random_round(
-    rows_a: FloatArray, rows_b: FloatArray, pose: FloatArray, number: FloatArray, count: IntArray, table: IntArray,
+    pick_a: IntArray, pick_b: IntArray, rows_a: FloatArray, rows_b: FloatArray, pose: FloatArray, number: FloatArray,
+    count: IntArray, table: IntArray,
     pair: FloatArray, random: FloatArray,
 ) -> None:  # fmt: skip
     """Sixteen uniform random pairs; needs 32 random numbers."""
     stay_one_function()
     for _ in range(RANDOM_STEP):
-        i = int(random[count[CURSOR]] * rows_a.shape[0])
-        j = int(random[count[CURSOR] + 1] * rows_b.shape[0])
+        i = pick_a[int(random[count[CURSOR]] * pick_a.shape[0])]
+        j = pick_b[int(random[count[CURSOR] + 1] * pick_b.shape[0])]
         count[CURSOR] += 2
         evaluate(i, j, rows_a, rows_b, pose, number, count, table, pair)
         if is_over(count):
@@ -71,7 +72,8 @@ def outcome(count: IntArray) -> int:
 
 @kernel
 def advance(
-    who: int, swarm: FloatArray, rows_a: FloatArray, rows_b: FloatArray, near_a: IntArray, near_b: IntArray,
+    who: int, swarm: FloatArray, pick_a: IntArray, pick_b: IntArray, rows_a: FloatArray, rows_b: FloatArray,
+    near_a: IntArray, near_b: IntArray,
     pose: FloatArray, number: FloatArray, count: IntArray, table: IntArray, random: FloatArray,
 ) -> int:  # fmt: skip
     """Search on: FOUND, SPENT, HUNGRY (give random numbers, cursor at 0), STALE (give those of another restart), FULL
@@ -88,14 +90,14 @@ def advance(
         if count[CURSOR] + needed(who, count) > random.shape[0]:
             return HUNGRY
         if who == RANDOM:
-            random_round(rows_a, rows_b, pose, number, count, table, pair, random)
+            random_round(pick_a, pick_b, rows_a, rows_b, pose, number, count, table, pair, random)
         elif who == LOCAL:
-            local_round(rows_a, rows_b, near_a, near_b, pose, number, count, table, pair, random)
+            local_round(pick_a, pick_b, rows_a, rows_b, near_a, near_b, pose, number, count, table, pair, random)
         else:
             if count[FRESH] != 0:
-                populate(swarm, rows_a.shape[0], rows_b.shape[0], count, random)
+                populate(swarm, pick_a.shape[0], pick_b.shape[0], count, random)
                 count[FRESH] = 0
-            iterate(swarm, rows_a, rows_b, near_a, near_b, pose, number, count, table, pair, random)
+            iterate(swarm, pick_a, pick_b, rows_a, rows_b, near_a, near_b, pose, number, count, table, pair, random)
     return outcome(count)
 
 

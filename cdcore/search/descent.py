@@ -47,7 +47,8 @@ def descend(
 
 @hot_kernel
 def local_round(
-    rows_a: FloatArray, rows_b: FloatArray, near_a: IntArray, near_b: IntArray, pose: FloatArray, number: FloatArray,
+    pick_a: IntArray, pick_b: IntArray, rows_a: FloatArray, rows_b: FloatArray, near_a: IntArray, near_b: IntArray,
+    pose: FloatArray, number: FloatArray,
     count: IntArray, table: IntArray, pair: FloatArray, random: FloatArray,
 ) -> None:  # fmt: skip
     """Down from the best of 32 random pairs; needs 64 random numbers."""
@@ -55,8 +56,8 @@ def local_round(
     count[ROUNDS] += 1
     best_i, best_j, best = -1, -1, 0.0
     for _ in range(DRAWS):
-        i = int(random[count[CURSOR]] * rows_a.shape[0])
-        j = int(random[count[CURSOR] + 1] * rows_b.shape[0])
+        i = pick_a[int(random[count[CURSOR]] * pick_a.shape[0])]
+        j = pick_b[int(random[count[CURSOR] + 1] * pick_b.shape[0])]
         count[CURSOR] += 2
         d = evaluate(i, j, rows_a, rows_b, pose, number, count, table, pair)
         if best_i < 0 or d < best:

@@ -20,6 +20,7 @@ from cdcore.search.look import Look, Pair
 from cdcore.search.open_pairs import meeting_pairs
 from cdcore.search.pair_test import grow_table
 from cdcore.search.printed import search_as_printed
+from cdcore.search.samples import Sample, sample_of
 from cdcore.search.settings import SearchSettings
 from cdcore.search.streams import BLOCK, stream_of
 
@@ -62,6 +63,12 @@ class PairSearch:
         self._restart = 0
         self._stream: np.random.Generator | None = None
         self._set_constants()
+        self.use(sample_of(first, None, 0, ""), sample_of(second, None, 0, ""))
+
+    def use(self, first: Sample, second: Sample) -> None:
+        """Search these samples of both bodies from here on; the flood fill goes over all faces still."""
+        self._pick = first.pick, second.pick
+        self._near = first.near, second.near
 
     def look(
         self, pose_a: Pose, pose_b: Pose, stamp: float, *, start: Pair | None = None, budget: int | None = None
@@ -79,6 +86,11 @@ class PairSearch:
         self._count[state.BUDGET] = self.settings.budget if budget is None else budget
         if start is not None:
             self._begin_at(start)
+        return self._search()
+
+    def look_longer(self, budget: int) -> Look:
+        """Search on without a hit, up to a larger budget; the same as a look with that budget from the start."""
+        self._count[state.BUDGET] = budget
         return self._search()
 
     def look_on(self) -> Look:
@@ -150,11 +162,12 @@ class PairSearch:
     def _begin_at(self, start: Pair) -> None:
         """Look at a pair first; who walks walks down from it, and the colony's first ant starts there."""
         walk = self.settings.variant in ("memetic", "local")
-        near = (self.first.near, self.second.near)
         count = self._count
-        follow(walk, *start, *self._rows(), *near, self._pose, self._number, count, self._table)
+        follow(walk, *start, *self._rows(), *self._near, self._pose, self._number, count, self._table)
         self._resolve()
-        count[state.START_A], count[state.START_B] = count[state.BEST_A], count[state.BEST_B]
+        best = count[state.BEST_A], count[state.BEST_B]
+        for at, place, pick in zip((state.START_A, state.START_B), best, self._pick, strict=True):
+            count[at] = min(int(np.searchsorted(pick, place)), len(pick) - 1)
 
     def _search(self) -> Look:
         if self.settings.variant == "printed":
@@ -171,24 +184,24 @@ class PairSearch:
     def _search_as_printed(self) -> Look:
         """The equations as printed, one pair at a time; their closest pair is kept here, not by them."""
         number, count = self._number, self._count
-        near = (self.first.near, self.second.near)
         closest, pair = np.inf, (-1, -1)
 
         def evaluate(i: int, j: int) -> float:
             nonlocal closest, pair
             number[state.CLOSEST] = np.inf
-            follow(False, i, j, *self._rows(), *near, self._pose, number, count, self._table)
+            pair_now = int(self._pick[0][i]), int(self._pick[1][j])
+            follow(False, *pair_now, *self._rows(), *self._near, self._pose, number, count, self._table)
             self._resolve()
             distance = float(number[state.CLOSEST])
             if distance < closest:
-                closest, pair = distance, (i, j)
+                closest, pair = distance, pair_now
             return distance
 
         def is_over() -> bool:
             return bool(count[state.HIT_A] >= 0 or count[state.EVALUATIONS] >= count[state.BUDGET])
 
         stream = stream_of(self.settings.seed, *self.names, self._stamp, self._restart)
-        sizes = (len(self.first), len(self.second))
+        sizes = (len(self._pick[0]), len(self._pick[1]))
         outcome = search_as_printed(evaluate, is_over, sizes, self.settings, stream)
         number[state.CLOSEST], (count[state.BEST_A], count[state.BEST_B]) = closest, pair
         count[state.ITERATIONS] = outcome.iterations
@@ -196,11 +209,10 @@ class PairSearch:
 
     def _run(self) -> None:
         """Serve the kernel with what it asks for until it has a hit or its budget is spent."""
-        near = (self.first.near, self.second.near)
         while True:
             outcome = advance(
-                self._who, self._swarm, *self._rows(), *near, self._pose, self._number, self._count, self._table,
-                self._random,
+                self._who, self._swarm, *self._pick, *self._rows(), *self._near, self._pose, self._number,
+                self._count, self._table, self._random,
             )  # fmt: skip
             if outcome in (state.FOUND, state.SPENT):
                 return

@@ -27,8 +27,11 @@ class SearchSettings:
     literature's linear map, which draws the end faces twenty times too often).
     ``seed``: of all random streams. ``budget``: evaluations for one pair in one frame; an iteration of the colony is
     begun only within it. ``budget_seconds``: a budget in time instead, whose answers differ from run to run.
-    ``stop_first``: whether to stop at the first hit; else, where faces are asked for, the rest of the budget looks for
-    further curves. ``warm_start``: whether a search starts at the closest pair of the frame before.
+    ``samples``: faces of each body that are searched, drawn by area; ``None``: all. "auto": as many as the session so
+    far advises, within ``frame_budget`` evaluations for all pairs of a frame together (``budget`` is then not used) and
+    such that ``target_recall`` of what that budget would find is found. ``stop_first``: whether to stop at the first
+    hit; else, where faces are asked for, the rest of the budget looks for further curves. ``warm_start``: whether a
+    search starts at the closest pair of the frame before.
     ``without_equation``: one of 15 to 20, switched off: 15 one candidate per ant, straight from the angle; 16 every ant
     is followed with equal probability; 17 steps of the same size in a random direction; 18 no NOT gates; 19 no reward
     for improvement; 20 neither evaporation nor a deposit on the best.
@@ -52,6 +55,9 @@ class SearchSettings:
     seed: int = 0
     budget: int = 2000
     budget_seconds: float | None = None
+    samples: int | str | None = None
+    frame_budget: int = 4000
+    target_recall: float = 0.99
     stop_first: bool = True
     warm_start: bool = True
 
@@ -59,18 +65,28 @@ class SearchSettings:
         _require_one_of("variant", self.variant, VARIANTS)
         _require_one_of("decode", self.decode, DECODERS)
         _require_one_of("without_equation", self.without_equation, (None, *EQUATIONS))
-        for name in ("ants", "restart_after", "budget"):
+        for name in ("ants", "restart_after", "budget", "frame_budget"):
             _require(name, getattr(self, name), 1, float("inf"), "a whole number of 1 or more")
-        for name in ("mutation", "evaporation"):
+        for name in ("mutation", "evaporation", "target_recall"):
             _require(name, getattr(self, name), 0.0, 1.0, "a number from 0 to 1")
         for name in ("turn", "alpha", "beta", "reward"):
             _require(name, getattr(self, name), 0.0, 1e3, "a number from 0 to 1000")
+        self._require_samples()
         if self.budget_seconds is not None:
             _require("budget_seconds", self.budget_seconds, 1e-9, 1e9, "seconds above 0, or None")
         if isinstance(self.seed, bool) or not isinstance(self.seed, int):
             raise InvalidSettingError(f"seed={self.seed!r} is no whole number; give one")
         _require("pheromone_most", self.pheromone_most, 1e-300, 1e300, "a number above 0")
         _require("pheromone_least", self.pheromone_least, 1e-300, self.pheromone_most, "above 0, up to pheromone_most")
+
+    def _require_samples(self) -> None:
+        if self.samples == "auto":
+            if self.budget_seconds is not None:
+                raise InvalidSettingError("samples='auto' has its budget in frame_budget; leave budget_seconds out")
+            if not self.stop_first:
+                raise InvalidSettingError("samples='auto' stops at the first hit; leave stop_first=False out")
+        elif self.samples is not None:
+            _require("samples", self.samples, 1, float("inf"), 'a whole number of 1 or more, "auto" or None')
 
 
 def _require_one_of(name: str, value: object, allowed: tuple[object, ...]) -> None:
@@ -79,7 +95,7 @@ def _require_one_of(name: str, value: object, allowed: tuple[object, ...]) -> No
         raise InvalidSettingError(f"{name}={value!r} is not known; choose one of: {known}")
 
 
-def _require(name: str, value: float, low: float, high: float, wanted: str) -> None:
+def _require(name: str, value: object, low: float, high: float, wanted: str) -> None:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
         raise InvalidSettingError(f"{name}={value!r} is out of range; give {wanted}")
     if isinstance(low, int) and not isinstance(value, int):

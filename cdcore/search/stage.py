@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from cdcore.numerics import BoolArray, IntArray
 from cdcore.protocol import Body, FaceSets, Motion, ordered_by_name
-from cdcore.search.features import Features, features_of
+from cdcore.search.features import RADIUS, Features, features_of
 from cdcore.search.look import Look, Pair
 from cdcore.search.pair_search import PairSearch
+from cdcore.search.sample_control import LEAST_SAMPLE, LEVELS, PROBE, SampleControl, band_of
+from cdcore.search.samples import Sample, sample_of
 from cdcore.search.settings import SearchSettings
 
 SEEDS = 64
@@ -42,6 +44,14 @@ class PairMemory:
     """Of the face set, in this block; -1: not in this block yet."""
 
 
+@dataclass(eq=False)
+class SearchMemory:
+    """What passes from block to block: what is known of each pair, and with ``samples="auto"`` of all searches."""
+
+    pairs: list[PairMemory]
+    control: SampleControl | None
+
+
 @dataclass(frozen=True, eq=False)
 class SearchAnswer:
     """Which pair-frames (T, P) have a confirmed contact, the work, and the faces if asked for."""
@@ -61,7 +71,8 @@ class SearchAnswer:
 class _Log:
     """What the looks of one block gave."""
 
-    def __init__(self, shape: tuple[int, ...]) -> None:
+    def __init__(self, shape: tuple[int, ...], faces: bool) -> None:
+        self.faces = faces
         self.hits = np.zeros(shape, dtype=np.bool_)
         self.work = dict.fromkeys(COUNTERS, 0)
         self.entries: list[tuple[int, int, int]] = []
@@ -93,46 +104,117 @@ class SearchStage:
         self._searches = [
             PairSearch(features[a], features[b], name, settings) for (a, b), name in zip(self._ends, names, strict=True)
         ]
+        self._samples = self._draw(bodies, features)
         self._order = np.array(sorted(range(len(names)), key=names.__getitem__), dtype=np.int64)
 
-    def fresh_memory(self) -> list[PairMemory]:
+    def fresh_memory(self) -> SearchMemory:
         """What is known before the first frame: nothing."""
-        return [PairMemory() for _ in self._ends]
+        control = None
+        if self._settings.samples == "auto":
+            control = SampleControl(self._settings.frame_budget, self._settings.target_recall)
+        return SearchMemory([PairMemory() for _ in self._ends], control)
 
-    def decide(self, motion: Motion, near: BoolArray, memory: list[PairMemory], *, faces: bool = False) -> SearchAnswer:
+    def decide(self, motion: Motion, near: BoolArray, memory: SearchMemory, *, faces: bool = False) -> SearchAnswer:
         """Search where ``near`` (T, P) says so; what is learned stays in ``memory`` for the block after."""
-        log = _Log(near.shape)
-        for known in memory:
+        log = _Log(near.shape, faces)
+        for known in memory.pairs:
             known.number = -1
         by_name = near[:, self._order]
         for frame in np.flatnonzero(by_name.any(axis=1)).tolist():
-            for column in self._order[by_name[frame]].tolist():
-                self._decide_one(motion, frame, column, memory[column], log, faces)
-        frames, columns, which = np.array(log.entries, dtype=np.int64).reshape(-1, 3).T.copy()
-        return SearchAnswer(log.hits, log.work, frames, columns, which, log.sets)
+            columns = self._order[by_name[frame]].tolist()
+            if memory.control is not None:
+                self._decide_within(memory.control, motion, frame, columns, memory, log)
+                continue
+            for column in columns:
+                known = memory.pairs[column]
+                look = self._look(motion, frame, column, known, self._settings.budget, log)
+                self._finish(frame, column, look, known, log)
+        frames, places, which = np.array(log.entries, dtype=np.int64).reshape(-1, 3).T.copy()
+        return SearchAnswer(log.hits, log.work, frames, places, which, log.sets)
 
-    def _decide_one(self, motion: Motion, frame: int, column: int, known: PairMemory, log: _Log, faces: bool) -> None:
+    def _decide_within(
+        self, control: SampleControl, motion: Motion, frame: int, columns: list[int], memory: SearchMemory, log: _Log
+    ) -> None:
+        """One frame within its budget: a probe of every pair, then what is left to those that came closest."""
+        left = control.frame_budget
+        looks: dict[int, Look | None] = {}
+        apart: list[tuple[float, int]] = []
+        for done, column in enumerate(columns):
+            share = left // (len(columns) - done)
+            if share == 0:
+                continue
+            search = self._searches[column]
+            search.use(*self._samples[column][0])
+            look = self._look(motion, frame, column, memory.pairs[column], min(PROBE, share), log)
+            looks[column] = look
+            left -= look.evaluations if look else 0
+            if look is not None and look.hit is None:
+                apart.append((_gap(search, look), column))
+        apart.sort()
+        for done, (gap, column) in enumerate(apart):
+            before, band = looks[column], band_of(gap)
+            extra = control.allowance(band, left, len(apart) - done)
+            if before is None or extra <= 0:
+                continue
+            level = control.level()
+            self._searches[column].use(*self._samples[column][level])
+            look = self._searches[column].look_longer(before.evaluations + extra)
+            spent = look.evaluations - before.evaluations
+            left -= spent
+            control.learn(level, band, spent, look.hit is not None)
+            looks[column] = look
+        for column, one in looks.items():
+            self._finish(frame, column, one, memory.pairs[column], log)
+
+    def _look(self, motion: Motion, frame: int, column: int, known: PairMemory, budget: int, log: _Log) -> Look | None:
+        """Search a pair in a frame; ``None``: it stands as it stood at its last look."""
         a, b = self._ends[column]
         pose_a = motion.rotations[frame, a], motion.translations[frame, a]
         pose_b = motion.rotations[frame, b], motion.translations[frame, b]
         poses = b"".join(part.tobytes() for part in (*pose_a, *pose_b))
         if poses == known.poses:
             log.work["reused"] += 1
-        else:
-            log.work["looks"] += 1
-            search, stamp = self._searches[column], float(motion.times[frame])
-            look = search.look(pose_a, pose_b, stamp, start=known.start if self._settings.warm_start else None)
-            known.poses, known.hit = poses, look.hit is not None
-            known.start, known.number = look.hit or look.closest, -1
-            if faces:
+            return None
+        log.work["looks"] += 1
+        known.poses = poses
+        start = known.start if self._settings.warm_start else None
+        return self._searches[column].look(pose_a, pose_b, float(motion.times[frame]), start=start, budget=budget)
+
+    def _finish(self, frame: int, column: int, look: Look | None, known: PairMemory, log: _Log) -> None:
+        """Write down a look, with its faces if they are asked for; ``None``: what the one before said."""
+        if look is not None:
+            known.hit, known.start, known.number = look.hit is not None, look.hit or look.closest, -1
+            if log.faces:
                 look = self._collect(column, look, known)
-            log.count(look, search.flood_tests)
+            log.count(look, self._searches[column].flood_tests)
         log.hits[frame, column] = known.hit
-        if faces and known.hit:
+        if log.faces and known.hit:
             if known.number < 0:
                 known.number = len(log.sets)
                 log.sets.append(known.faces)
             log.entries.append((frame, column, known.number))
+
+    def _draw(self, bodies: Sequence[Body], features: dict[int, Features]) -> list[list[tuple[Sample, Sample]]]:
+        """Samples of both bodies of every pair at every level; a fixed size is used at once."""
+        wanted = self._settings.samples
+        drawn: dict[tuple[int, int | None], Sample] = {}
+
+        def sample(body: int, size: int | None) -> Sample:
+            if (body, size) not in drawn:
+                drawn[body, size] = sample_of(features[body], size, self._settings.seed, bodies[body].name)
+            return drawn[body, size]
+
+        if wanted == "auto":
+            sizes = {
+                body: [max(len(faces) // part, min(LEAST_SAMPLE, len(faces))) for part in LEVELS]
+                for body, faces in features.items()
+            }
+            levels = range(len(LEVELS))
+            return [[(sample(a, sizes[a][n]), sample(b, sizes[b][n])) for n in levels] for a, b in self._ends]
+        if wanted is not None:
+            for (a, b), search in zip(self._ends, self._searches, strict=True):
+                search.use(sample(a, int(wanted)), sample(b, int(wanted)))
+        return []
 
     def _collect(self, column: int, look: Look, known: PairMemory) -> Look:
         """Fill the curve of a hit and, if asked to, search on for others."""
@@ -156,3 +238,11 @@ class SearchStage:
         if self._turned[column]:
             faces = faces[:, ::-1]
         return faces[np.lexsort((faces[:, 1], faces[:, 0]))].astype(np.int32)
+
+
+def _gap(search: PairSearch, look: Look) -> float:
+    """Distance of the balls of the closest faces of a look, in units of the mean size of the faces of both."""
+    (i, j), first, second = look.closest, search.first, search.second
+    size = first.mean_radius + second.mean_radius
+    gap = look.distance - float(first.rows[i, RADIUS] + second.rows[j, RADIUS])
+    return gap / size if size > 0.0 else gap

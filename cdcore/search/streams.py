@@ -10,12 +10,14 @@ BLOCK = 2048
 """Numbers drawn at a time; the answers are the same for any block."""
 
 
-def stream_of(seed: int, first: str, second: str, stamp: float, restart: int) -> np.random.Generator:
+def stream_of(
+    seed: int, first: str, second: str, stamp: float, restart: int, *, purpose: str = "qaco"
+) -> np.random.Generator:
     """The stream of one restart of one search; bodies in either order.
 
     A stream of its own per restart is what makes an answer independent of block sizes, workers and other pairs.
     """
     low, high = sorted((first, second))
-    words = [str(seed), "qaco", low, high, float(stamp).hex(), str(restart)]
+    words = [str(seed), purpose, low, high, float(stamp).hex(), str(restart)]
     key = hashlib.sha256("\x1f".join(words).encode()).digest()
     return np.random.Generator(np.random.PCG64(int.from_bytes(key, "big")))

@@ -174,7 +174,8 @@ def move(swarm: FloatArray, total: float, number: FloatArray, count: IntArray, r
 
 @hot_kernel
 def iterate(
-    swarm: FloatArray, rows_a: FloatArray, rows_b: FloatArray, near_a: IntArray, near_b: IntArray, pose: FloatArray,
+    swarm: FloatArray, pick_a: IntArray, pick_b: IntArray, rows_a: FloatArray, rows_b: FloatArray, near_a: IntArray,
+    near_b: IntArray, pose: FloatArray,
     number: FloatArray, count: IntArray, table: IntArray, pair: FloatArray, random: FloatArray,
 ) -> None:  # fmt: skip
     """One iteration: evaluate every ant, weigh, move, and improve the best pair by local search if asked to."""
@@ -185,8 +186,8 @@ def iterate(
     for ant in range(count[ANTS]):
         closest = np.inf
         for chain in range(chains):
-            i = decoded(swarm[ant, FIRST_ANGLE], chain, rows_a.shape[0], count[AMPLITUDE], count[WITHOUT])
-            j = decoded(swarm[ant, SECOND_ANGLE], chain, rows_b.shape[0], count[AMPLITUDE], count[WITHOUT])
+            i = pick_a[decoded(swarm[ant, FIRST_ANGLE], chain, pick_a.shape[0], count[AMPLITUDE], count[WITHOUT])]
+            j = pick_b[decoded(swarm[ant, SECOND_ANGLE], chain, pick_b.shape[0], count[AMPLITUDE], count[WITHOUT])]
             d = evaluate(i, j, rows_a, rows_b, pose, number, count, table, pair)
             closest = min(closest, d)
             if best < 0 or d < best_d:

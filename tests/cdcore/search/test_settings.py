@@ -17,6 +17,9 @@ BAD = [
     ("beta", float("nan"), "0 to 1000"),
     ("budget_seconds", 0.0, "above 0"),
     ("seed", 1.5, "whole number"),
+    ("samples", 0, "1 or more"),
+    ("samples", "many", "1 or more"),
+    ("target_recall", 1.5, "0 to 1"),
     ("pheromone_least", 11.0, "up to pheromone_most"),
 ]
 
@@ -25,6 +28,13 @@ BAD = [
 def test_a_value_out_of_range_is_refused_by_name(name, value, hint):
     with pytest.raises(InvalidSettingError, match=f"{name}=.*{hint}"):
         SearchSettings(**{name: value})
+
+
+def test_auto_has_its_own_budget_and_stops_at_the_first_hit():
+    with pytest.raises(InvalidSettingError, match="leave budget_seconds out"):
+        SearchSettings(samples="auto", budget_seconds=0.1)
+    with pytest.raises(InvalidSettingError, match="leave stop_first=False out"):
+        SearchSettings(samples="auto", stop_first=False)
 
 
 def test_the_defaults_are_those_of_the_sweep():

@@ -1,10 +1,11 @@
 """Over a motion the search carries on where it was closest, and a look at the same poses is not done twice."""
 
 import numpy as np
+from crossing_paths import crossing_paths
 from search_scenes import ball_of
 from shapes import still
 
-from cdcore import Body, Motion
+from cdcore import Body, Motion, Verdict, create_detector, join
 from cdcore.search.settings import SearchSettings
 from cdcore.search.stage import SearchStage
 
@@ -69,3 +70,22 @@ def test_without_stopping_at_the_first_hit_the_budget_is_spent_on_further_curves
     assert np.array_equal(first.hits, more.hits)
     assert more.work["evaluations"] == 3000 * 60
     assert first.work["evaluations"] < more.work["evaluations"]
+
+
+def test_auto_never_exceeds_the_budget_of_a_frame_and_is_the_same_for_any_block():
+    bodies, motion = crossing_paths(5, 120)
+    detector = create_detector("qaco", bodies, samples="auto", frame_budget=900)
+    parts = list(detector.stream(motion.blocks(1)))
+    assert 0 < max(part.work["evaluations"] for part in parts) <= 900
+    whole = detector.detect(motion)
+    assert join(parts).digest == whole.digest == detector.detect(motion, faces=True).digest
+    assert (whole.verdict == Verdict.CONTACT).any()
+
+
+def test_a_fixed_number_of_samples_finds_less_than_all_faces():
+    bodies, motion = crossing_paths(5, 120)
+    found = [
+        (create_detector("qaco", bodies, samples=samples).detect(motion).verdict == Verdict.CONTACT).sum()
+        for samples in (60, 10_000, None)
+    ]
+    assert found[0] < found[1] == found[2]

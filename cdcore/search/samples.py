@@ -1,0 +1,80 @@
+"""Feature samples: a search over S faces of a mesh, drawn by area, each larger sample holding every smaller one.
+
+A sampled search misses in two ways: no pair that meets is left in the sample, or it is there and is not found.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cdcore.numerics import FloatArray, IntArray, readonly
+from cdcore.search.features import CORNERS, NEIGHBOURS, RADIUS, Features
+from cdcore.search.streams import stream_of
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """The faces a search may look at, as places in the order of the features.
+
+    Parameters
+    ----------
+    pick : (S,) places, ascending.
+    near : (f, 15) for every face of the mesh up to 14 neighbours in the sample, -1 where there is none; the last
+        column is not used.
+    """
+
+    pick: IntArray
+    near: IntArray
+
+    def __len__(self) -> int:
+        return len(self.pick)
+
+
+def sample_of(features: Features, size: int | None, seed: int, name: str) -> Sample:
+    """Draw a sample.
+
+    Parameters
+    ----------
+    features : of a body.
+    size : faces to draw; ``None`` or as many as there are: all, with their neighbours on the mesh. Of fewer, the
+        neighbours are the 14 nearest centroids, because few of them share a corner.
+    seed, name : key of the draw; the same key draws nested samples.
+    """
+    if size is None or size >= len(features):
+        everything = np.arange(len(features))
+        readonly(everything)
+        return Sample(everything, features.near)
+    stream = stream_of(seed, name, name, 0.0, 0, purpose="samples")
+    with np.errstate(divide="ignore"):
+        # the S largest u^(1/area): a draw by weight without repeats (Efraimidis and Spirakis 2006)
+        rank = np.log(stream.random(len(features))) / _areas(features)
+    pick = np.sort(np.argsort(-rank, kind="stable")[:size])
+    near = _nearest(features.rows[:, :RADIUS], pick)
+    for array in (pick, near):
+        readonly(array)
+    return Sample(pick, near)
+
+
+def _areas(features: Features) -> FloatArray:
+    """Areas over the largest of them; all 1 where none has an area."""
+    corners = features.rows[:, CORNERS:].reshape(-1, 3, 3)
+    span = float(np.abs(corners).max())
+    corners = corners / (span if span > 0.0 else 1.0)
+    edges = corners[:, 1:] - corners[:, :1]
+    area: FloatArray = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    largest = float(area.max())
+    return area / largest if largest > 0.0 else np.ones(len(area))
+
+
+def _nearest(points: FloatArray, pick: IntArray) -> IntArray:
+    from scipy.spatial import cKDTree
+
+    near = np.full((len(points), NEIGHBOURS + 1), -1, dtype=np.int64)
+    wanted = min(NEIGHBOURS + 1, len(pick))
+    _, index = cKDTree(points[pick]).query(points, k=np.arange(1, wanted + 1))
+    for face, row in enumerate(pick[index]):
+        others = row[row != face][:NEIGHBOURS]
+        near[face, : len(others)] = others
+    return near

@@ -1,0 +1,70 @@
+"""Samples are drawn by area, nest in each other, and a search over one stays inside it."""
+
+import numpy as np
+import pytest
+from search_scenes import I3, NO_SEEDS, ball_of, exact_pairs, search_of, torus_mesh
+from shapes import merged, moved
+
+from cdcore import TriangleMesh
+from cdcore.search.features import NEIGHBOURS, features_of
+from cdcore.search.samples import sample_of
+
+HERE = (I3, np.zeros(3))
+
+
+def test_a_larger_sample_holds_every_smaller_one_and_a_name_of_its_own_draws_another():
+    features = features_of(torus_mesh())
+    small, large = (set(sample_of(features, size, 1, "ring").pick.tolist()) for size in (50, 400))
+    assert (len(small), len(large)) == (50, 400)
+    assert small < large
+    assert set(sample_of(features, 50, 1, "hoop").pick.tolist()) != small
+    assert set(sample_of(features, 50, 2, "ring").pick.tolist()) != small
+
+
+def test_as_many_as_there_are_is_the_mesh_itself():
+    features = features_of(ball_of(200))
+    for size in (None, len(features), 10**6):
+        sample = sample_of(features, size, 0, "a")
+        assert sample.pick.tolist() == list(range(len(features)))
+        assert sample.near is features.near
+
+
+def test_faces_are_drawn_by_their_area():
+    small, large = ball_of(300, 0.1), moved(ball_of(300, 1.0), (5, 0, 0))
+    features = features_of(merged(small, large))
+    is_large = features.face >= len(small.faces)
+    drawn = np.mean([is_large[sample_of(features, 30, seed, "a").pick].mean() for seed in range(40)])
+    assert drawn > 0.97
+
+
+def test_a_mesh_without_area_is_sampled_evenly():
+    needle = TriangleMesh([[k, 0, 0] for k in range(41)], [[k, k + 1, k] for k in range(40)])
+    assert len(sample_of(features_of(needle), 10, 0, "a")) == 10
+
+
+def test_neighbours_of_a_sample_are_its_nearest_centroids():
+    features = features_of(torus_mesh())
+    sample = sample_of(features, 100, 0, "a")
+    centroids = features.rows[:, :3]
+    for face in range(0, len(features), 37):
+        others = sample.pick[sample.pick != face]
+        away = np.linalg.norm(centroids[others] - centroids[face], axis=1)
+        mine = np.linalg.norm(centroids[sample.near[face, :NEIGHBOURS]] - centroids[face], axis=1)
+        assert np.allclose(np.sort(mine), np.sort(away)[:NEIGHBOURS])
+
+
+@pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random", "printed"])
+def test_a_sampled_search_hits_only_what_is_in_the_sample_and_its_flood_goes_over_all_faces(variant):
+    ball = ball_of(600)
+    search = search_of(ball, ball, variant=variant, budget=50_000)
+    first, second = (sample_of(one, 150, 3, name) for one, name in ((search.first, "a"), (search.second, "b")))
+    search.use(first, second)
+    pose = (I3, np.array([1.2, 0.1, 0.2]))
+    truth = exact_pairs(search, ball, ball, pose, HERE)
+    left = {(i, j) for i, j in truth if i in set(first.pick.tolist()) and j in set(second.pick.tolist())}
+    look = search.look(pose, HERE, 0.0)
+    if variant in ("memetic", "local"):
+        assert (look.hit is not None) == bool(left)
+    if look.hit is not None:
+        assert look.hit in left
+        assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth
