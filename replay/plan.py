@@ -18,7 +18,7 @@ from sessions.scene import Scene
 from sessions.toml_table import nearest
 
 NOT_BUILT: Final = frozenset(
-    ("pour", "spill", "dropper", "burette", "mixing", "reaction", "precipitation", "colour", "gas", "heat",
+    ("dropper", "burette", "mixing", "reaction", "precipitation", "colour", "gas", "heat",
      "flame-test", "penetration")
 )  # fmt: skip
 """Kinds of the catalogue that this version does not compute; a scene may declare them, and the plan says so."""

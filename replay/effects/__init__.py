@@ -24,6 +24,8 @@ EFFECTS: Final[dict[str, str]] = {
     "hazard-proximity": "replay.effects.hazard_proximity:SPEC",
     "breakage": "replay.effects.breakage:SPEC",
     "burn-exposure": "replay.effects.burn_exposure:SPEC",
+    "pour": "replay.effects.pour:SPEC",
+    "spill": "replay.effects.spill:SPEC",
 }
 """Kind -> ``module:SPEC``; the kinds are the words of ``kind = `` in a scene."""
 

@@ -84,8 +84,13 @@ def log_effects(writer: RecordingWriter, effects: Mapping[str, EffectRun]) -> No
             _log_lane(writer, lane_path(kind, name), spans)
         _log_events(writer, events_path(kind), run.events)
         _log_markers(writer, kind, run.events)
-        for body, liquid in run.output.liquids.items():
-            _log_liquid(writer, f"{body_path(body)}/liquid", liquid)
+    for body, liquid in _drawn(effects).items():
+        _log_liquid(writer, f"{body_path(body)}/liquid", liquid)
+
+
+def _drawn(effects: Mapping[str, EffectRun]) -> dict[str, Liquid]:
+    """One liquid per vessel: that of the effect that ran last, which knows most of it (its colour, what fell out)."""
+    return {body: liquid for run in effects.values() for body, liquid in run.output.liquids.items()}
 
 
 def _log_series(writer: RecordingWriter, path: str, title: str, series: Series, number: int) -> None:

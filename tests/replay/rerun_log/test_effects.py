@@ -80,3 +80,13 @@ def test_the_tab_gets_a_plot_per_unit_and_every_lane():
     views = effect_views(RUNS)
     assert views.plots == {"mL": ("effects/pour/cup/volume",)} and views.events == ("effects/pour/events",)
     assert views.lanes == ("effects/pour/lanes/cup", "effects/pour/lanes/skipped")
+
+
+def test_a_vessel_is_drawn_once_as_the_effect_that_ran_last_says():
+    from types import SimpleNamespace
+
+    from replay.rerun_log.effects import _drawn
+
+    runs = {kind: SimpleNamespace(output=SimpleNamespace(liquids=told)) for kind, told in
+            (("pour", {"a": "clear", "b": "clear"}), ("colour", {"b": "pink"}))}  # fmt: skip
+    assert _drawn(runs) == {"a": "clear", "b": "pink"}

@@ -1,0 +1,65 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from replay.effects.models.ballistic import GRAVITY, Disc, disc_entered, place_at_height
+
+UP = np.array([0.0, 1.0, 0.0])
+REST = np.zeros(3)
+
+
+def disc(name="cup", centre=(0.0, 0.0, 0.0), normal=UP, radius=0.03):
+    return Disc(name, np.array(centre), np.array(normal) / np.linalg.norm(normal), radius)
+
+
+@pytest.mark.parametrize(("x", "name"), [(0.0, "cup"), (0.0299, "cup"), (0.03, "cup"), (0.0301, "")])
+def test_from_rest_it_falls_straight_into_what_lies_below(x, name):
+    assert disc_entered(np.array([x, 0.05, 0.0]), REST, [disc()]) == name
+
+
+def test_a_push_carries_it_as_far_as_the_fall_takes_time():
+    start, drop = np.array([0.0, 0.2, 0.0]), np.sqrt(2 * 0.2 / GRAVITY)
+    aim = disc(centre=(0.3 * drop, 0.0, 0.0), radius=1e-6)
+    assert disc_entered(start, np.array([0.3, 0.0, 0.0]), [aim]) == "cup"
+    assert disc_entered(start, np.array([0.31, 0.0, 0.0]), [aim]) == ""
+
+
+def test_of_two_openings_one_over_the_other_the_upper_one_is_met():
+    both = [disc("low"), disc("high", (0.0, 0.1, 0.0))]
+    assert disc_entered(np.array([0.0, 0.2, 0.0]), REST, both) == "high"
+    assert disc_entered(np.array([0.0, 0.05, 0.0]), REST, both) == "low"
+
+
+def test_an_opening_above_sideways_or_overturned_is_not_entered():
+    start = np.array([0.0, 0.05, 0.0])
+    assert disc_entered(start, REST, [disc(centre=(0.0, 0.06, 0.0))]) == ""
+    assert disc_entered(start, REST, [disc(normal=(1.0, 0.0, 0.0)), disc(normal=-UP)]) == ""
+    assert disc_entered(start, REST, []) == ""
+
+
+def test_a_tilted_opening_is_met_on_its_own_plane():
+    tilted = disc(normal=(1.0, 1.0, 0.0), radius=0.03)
+    assert disc_entered(np.array([0.02, 0.05, 0.0]), REST, [tilted]) == "cup"
+    assert disc_entered(np.array([0.022, 0.05, 0.0]), REST, [tilted]) == ""
+
+
+def test_thrown_up_it_comes_down_through_an_opening_it_started_below():
+    start, up = np.array([0.0, -0.1, 0.0]), np.array([0.0, 2.0, 0.0])
+    assert disc_entered(start, up, [disc()]) == "cup"
+    assert disc_entered(start, up / 2, [disc()]) == ""
+
+
+@given(st.floats(-50, 50), st.floats(0.0, 10.0), st.floats(-5, 5))
+def test_where_it_lands_lies_on_its_parabola(vertical, drop, sideways):
+    start, velocity = np.array([0.0, drop, 0.0]), np.array([sideways, vertical, 0.0])
+    place = place_at_height(start, velocity, 0.0)
+    assert place[1] == pytest.approx(0.0, abs=1e-9 * (1 + vertical**2)) and np.isfinite(place).all()
+    if abs(sideways) > 1e-3:
+        time = place[0] / sideways
+        assert time >= 0.0 and drop + vertical * time - 0.5 * GRAVITY * time**2 == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_height_it_never_reaches_leaves_it_where_it_is():
+    start = np.array([1.0, 0.0, 2.0])
+    assert place_at_height(start, REST, 0.5).tolist() == start.tolist()

@@ -1,0 +1,62 @@
+"""What was poured, spilled, titrated and heated in the experiments, tracker noise on, is found again."""
+
+from functools import cache
+
+import pytest
+
+from replay.engine import compute
+from replay.made_up import made_up_session
+
+pytestmark = pytest.mark.slow
+
+ONSET_S = 0.05
+SEEDS = (0, 1)
+
+
+@cache
+def replayed(name, seed=0):
+    session, truth = made_up_session(name, seed)
+    return compute(session, detectors=()), truth
+
+
+def planted(truth, kind):
+    return sorted((fact for fact in truth.facts if fact.kind == kind), key=lambda fact: fact.start)
+
+
+def close(volume_ml):
+    """Within 1 mL or 2 %, whichever is less strict: what the eye reads off a beaker."""
+    return pytest.approx(volume_ml, abs=1.0, rel=0.02)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("name", ["acid-dilution", "silver-chloride", "gas-collection"])
+def test_every_pour_is_found_at_its_onset_with_its_volume_and_no_other(name, seed):
+    result, truth = replayed(name, seed)
+    found, facts = result.effects["pour"].output.named("pour"), planted(truth, "pour")
+    large = [event for event in found if event.values["volume_ml"] > 0.5]
+    assert [event.bodies for event in large] == [(f.values["source"], f.values["target"]) for f in facts]
+    assert sum(event.values["volume_ml"] for event in found if event not in large) < 0.5
+    for event, fact in zip(large, facts, strict=True):
+        assert event.time == pytest.approx(fact.start, abs=ONSET_S)
+        assert event.values["volume_ml"] == close(fact.values["volume_ml"])
+        left = result.effects["pour"].series[f"{fact.values['source']}/volume"]
+        assert left.values[left.times <= fact.end + 1.0][-1] == close(fact.values["left_ml"])
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_spill_is_found_where_it_was_and_the_volumes_add_up(seed):
+    result, truth = replayed("acid-dilution", seed)
+    (event,) = result.effects["spill"].output.named("spill")
+    (fact,) = planted(truth, "spill")
+    assert event.time == pytest.approx(fact.start, abs=ONSET_S) and event.bodies == ("acid",)
+    assert event.values["volume_ml"] == close(fact.values["volume_ml"])
+    pour, spill = (result.effects[kind].output for kind in ("pour", "spill"))
+    ends = [series.values[-1] for series in pour.series.values()]
+    lost = spill.series["spilled/volume"].values[-1]
+    assert sum(ends) + lost == pytest.approx(sum(pour.data.initial_ml.values()), rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["acid-dilution", "silver-chloride", "gas-collection"])
+def test_pouring_is_computed_in_a_few_frames_in_a_hundred(name):
+    run = replayed(name)[0].effects["pour"]
+    assert 0 < run.frames_run < 0.06 * run.frames

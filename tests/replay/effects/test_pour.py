@@ -1,0 +1,134 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from liquid_worlds import HEIGHT, RADIUS, glass, poured, still, tilted, world
+
+from replay.effects.models.tilted import tilt_of_onset, volume_kept
+from replay.engine import compute
+from replay.errors import EffectError, PlanError
+from replay.plan import plan
+
+ONSET = math.degrees(tilt_of_onset(60e-6, RADIUS, HEIGHT))
+
+
+def kept(degrees):
+    return volume_kept(math.radians(degrees), RADIUS, HEIGHT) * 1e6
+
+
+def all_of(run):
+    """Millilitres at the end, everywhere."""
+    data = run.output.data
+    ends = [run.series[f"{name}/volume"].values[-1] for name in data.initial_ml]
+    return math.fsum([*ends, *(one.volume_ml for one in data.transfers if not one.target)])
+
+
+def test_it_begins_at_the_tilt_that_keeps_the_fill_and_leaves_what_the_greatest_tilt_keeps():
+    degrees = [*np.arange(0.0, 60.0, 0.5), *np.arange(60.0, 0.0, -0.5)]
+    run = poured(degrees)["pour"]
+    (event,) = run.events
+    assert degrees[round(event.time / 0.01)] - 0.5 <= ONSET < degrees[round(event.time / 0.01)]
+    assert event.end == pytest.approx(1.2) and event.bodies == ("a", "b")
+    assert run.series["a/volume"].values[-1] == pytest.approx(kept(60.0), rel=1e-9)
+    assert event.values["volume_ml"] == pytest.approx(60.0 - kept(60.0), rel=1e-9)
+    assert run.series["b/volume"].values[-1] == pytest.approx(70.0 - kept(60.0), rel=1e-9)
+
+
+def test_it_computes_only_beyond_the_onset_and_nothing_when_the_glass_stays_upright():
+    upright = poured([0.0, 5.0, ONSET - 0.01, 0.0])["pour"]
+    assert upright.frames_run == 0 and upright.counters == {"tilts compared": 4} and upright.events == ()
+    run = poured([0.0, 60.0, 50.0, 61.0, 0.0])["pour"]
+    assert run.frames_run == run.counters["volumes kept"] == 2 and run.output.lanes["skipped"]
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.floats(0.0, 180.0), min_size=2, max_size=30), st.floats(0.0, 200.0), st.floats(0.0, 200.0))
+def test_volumes_are_conserved_and_none_is_negative_whatever_is_done(degrees, first, second):
+    run = poured(degrees, (glass("a", first), glass("b", second)))["pour"]
+    assert all_of(run) == pytest.approx(first + second, rel=1e-9, abs=1e-9)
+    assert all((series.values >= 0.0).all() for series in run.series.values())
+    assert (np.diff(run.series["a/volume"].values) <= 0.0).all()
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.lists(st.tuples(st.floats(0.0, 120.0), st.floats(0.0, 120.0)), min_size=2, max_size=20))
+def test_two_glasses_poured_into_each_other_conserve_in_order_of_time(angles):
+    first, second = np.array(angles).T
+    poses = {"a": tilted(first), "b": tilted(second, (-0.02, 0.05, 0.0))}
+    pair = ("pour", {"from": ["a", "b"], "into": ["a", "b"]})
+    run = compute(world(poses, (glass("a", 60.0), glass("b", 40.0)), pair)).effects["pour"]
+    frames = [one.frame for one in run.output.data.transfers]
+    assert frames == sorted(frames) and all_of(run) == pytest.approx(100.0, rel=1e-9)
+
+
+def test_what_is_received_late_does_not_flow_out_early():
+    degrees = [*([0.0] * 10), 62.0, 62.0, *([0.0] * 30)]
+    later = [*([0.0] * 30), 70.0, *([0.0] * 11)]
+    poses = {"a": tilted(degrees, (0.5, 0.2, 0.0)), "b": tilted(later, (0.48, 0.4, 0.0))}
+    pair = ("pour", {"from": ["a", "b"], "into": ["a", "b"]})
+    moved = compute(world(poses, (glass("a", 60.0), glass("b", 60.0)), pair)).effects["pour"].output.data.transfers
+    assert [(one.frame, one.source) for one in moved][:2] == [(10, "a"), (30, "b")]
+    assert all(one.frame >= 30 for one in moved[1:])
+
+
+@pytest.mark.parametrize(("beside", "target"), [(0.0, "b"), (RADIUS - 1e-4, "b"), (RADIUS + 1e-4, "")])
+def test_it_goes_into_the_opening_below_the_lip_and_nowhere_else(beside, target):
+    moved = poured([0.0, 0.0, 60.0, 60.0, 60.0], place=(beside, 0.0, 0.0))["pour"].output.data.transfers
+    assert {one.target for one in moved} == {target}
+
+
+def test_a_lost_pose_a_jump_or_a_glitch_pours_nothing():
+    degrees = np.array([0.0, 0.0, 120.0, 0.0, 0.0])
+    lost = {"a": np.array([1, 1, 0, 1, 1], dtype=bool), "b": np.ones(5, dtype=bool)}
+    assert poured(degrees, valid=lost)["pour"].events == ()
+    jump = {"a": tilted(degrees, (0.0, 0.2, 0.0)), "b": still(5)}
+    jump["a"][0][2] += (0.0, 3.0, 0.0)
+    effects = ("pour", {"from": ["a"], "into": ["b"]})
+    assert compute(world(jump, (glass("a", 60.0), glass("b")), effects)).effects["pour"].events == ()
+
+
+def test_an_empty_glass_pours_nothing_and_an_overfull_one_runs_over_upright():
+    assert poured([0.0, 90.0, 180.0], (glass("a"), glass("b")))["pour"].output.data.transfers == ()
+    brim = math.pi * RADIUS**2 * HEIGHT * 1e6
+    (over, *_) = poured([0.0, 0.0, 0.0], (glass("a", brim + 5.0), glass("b")))["pour"].output.data.transfers
+    assert over.frame == 0 and over.volume_ml == pytest.approx(5.0, rel=1e-9)
+
+
+def test_a_full_receiver_runs_over_its_brim():
+    run = poured([0.0, 60.0, 60.0], (glass("a", 60.0), glass("b", 70.0)))["pour"]
+    brim = math.pi * RADIUS**2 * HEIGHT * 1e6
+    assert run.series["b/volume"].values[-1] == pytest.approx(brim) and all_of(run) == pytest.approx(130.0)
+
+
+def test_an_overturned_glass_is_empty():
+    run = poured([0.0, 90.0, 180.0], (glass("a", 60.0), glass("b", cavity={"radius": 0.03})))["pour"]
+    assert run.series["a/volume"].values[-1] == 0.0
+
+
+def test_the_level_drawn_is_volume_over_cross_section():
+    liquid = poured([0.0, 60.0, 60.0])["pour"].output.liquids["b"]
+    assert liquid.level[0] == pytest.approx(10e-6 / (math.pi * RADIUS**2)) and liquid.radius == pytest.approx(RADIUS)
+
+
+@pytest.mark.parametrize(
+    ("cavity", "words"),
+    [({"radius": -1.0}, "cavity.radius = -1.0"), ({"lip": [0, 1]}, "cavity.lip"), ({"mark": -1.0}, "mark")],
+)
+def test_a_cavity_that_cannot_be_is_named(cavity, words):
+    with pytest.raises(EffectError, match=f"body 'a' has.*{words}"):
+        poured([0.0, 60.0, 60.0], (glass("a", 60.0, cavity=cavity), glass("b")))
+
+
+def test_a_vessel_that_is_no_cylinder_is_refused_and_so_is_pouring_into_itself():
+    from dataclasses import replace
+
+    body = glass("a", 60.0)
+    round_one = replace(body, extra={**body.extra, "cavity": {**body.extra["cavity"]}})
+    del round_one.extra["cavity"]["radius"]
+    with pytest.raises(EffectError, match="'a' is poured from and its cavity has no radius"):
+        poured([0.0, 60.0], (round_one, glass("b")))
+    alone = world({"a": still(2)}, (glass("a"),), ("pour", {"from": ["a"], "into": ["a"]}))
+    with pytest.raises(PlanError, match="pours into itself"):
+        plan(alone.scene)

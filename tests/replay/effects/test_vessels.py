@@ -1,0 +1,41 @@
+import math
+
+import numpy as np
+import pytest
+from liquid_worlds import HEIGHT, RADIUS, glass
+
+from replay.effects.models.transfers import Transfer
+from replay.effects.vessels import Vessel, volumes
+from replay.errors import EffectError
+from sessions.scene import SceneBody
+
+
+def test_a_body_without_a_cavity_is_no_vessel():
+    with pytest.raises(EffectError, match="body 'bench' has no cavity; give capacity_ml"):
+        Vessel(SceneBody("bench"))
+
+
+@pytest.mark.parametrize("volume", [-1.0, math.nan, "full", True])
+def test_a_volume_that_cannot_be_is_named(volume):
+    with pytest.raises(EffectError, match="volume_ml"):
+        assert Vessel(glass("a", volume)).volume_ml
+
+
+def test_the_brim_is_that_of_the_cylinder_and_unknown_for_any_other():
+    assert Vessel(glass("a")).brim_ml == pytest.approx(math.pi * RADIUS**2 * HEIGHT * 1e6)
+    body = glass("a")
+    del body.extra["cavity"]["radius"]
+    assert Vessel(body).brim_ml == math.inf and Vessel(body).cylinder is None
+
+
+def test_a_level_rises_from_the_floor_to_the_mark_as_it_fills():
+    liquid = Vessel(glass("a")).drawn(np.array([0.0, 1.0]), np.array([0.0, 50.0]))
+    assert liquid.level.tolist() == pytest.approx([0.0, 50e-6 / (math.pi * RADIUS**2)])
+
+
+def test_volumes_begin_and_end_with_the_recording_and_change_with_each_transfer():
+    moved = (Transfer(1, 0.1, "a", "b", 2.0, (0, 0, 0)), Transfer(2, 0.2, "a", "", 1.0, (0, 0, 0)))
+    told = volumes(np.array([0.0, 0.1, 0.2, 0.3]), {"a": 5.0, "b": 0.0}, moved)
+    assert told["a"].times.tolist() == [0.0, 0.1, 0.2, 0.3] and told["a"].values.tolist() == [5.0, 3.0, 2.0, 2.0]
+    assert told["b"].times.tolist() == [0.0, 0.1, 0.3] and told["b"].values.tolist() == [0.0, 2.0, 2.0]
+    assert volumes(np.zeros(0), {"a": 5.0}, ())["a"].values.tolist() == []
