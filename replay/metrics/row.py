@@ -52,6 +52,14 @@ METRICS: Final[dict[str, Any]] = {
 the share of the oracle's ``contact_frames`` (pair-frames) that the detector reports, 1 for the oracle itself; null
 where there are none."""
 
+SPILLS: Final = ("spill", "spill")
+HAZARDS: Final = ("hazard-proximity", "near")
+BREAKAGES: Final = ("breakage", "broken")
+"""Kind of an effect and the name of its events."""
+
+NOBODY: Final = "none"
+"""Stands for the detector where none ran."""
+
 TASK: Final = "task_seconds/"
 """Followed by a task's name: a column for each task of the scene."""
 
@@ -75,12 +83,34 @@ def metrics_table(result: RunResult) -> pa.Table:
 
 
 def metric_rows(result: RunResult) -> list[dict[str, Any]]:
-    """One row per detector of the run; none where no detector ran."""
-    if not result.detections or len(result.assembly.motion) < 2:
+    """One row per detector of the run; a run of effects alone has one, with the detector ``none`` and no contacts."""
+    if len(result.assembly.motion) < 2:
         return []
     seen = _seen(result)
     shared = _shared(result, seen)
+    if not result.detections:
+        return [{**dict.fromkeys(METRICS), **shared, "detector": NOBODY}]
     return [{**shared, **_of_detector(result, label, seen, shared["valid_minutes"])} for label in result.detections]
+
+
+def effect_metrics(result: RunResult) -> dict[str, Any]:
+    """What effects found, ``None`` where no effect looked for it; breakages also as the recording reports them."""
+    last = float(result.assembly.motion.times[-1])
+    spills, near, broken = (_events(result, *place) for place in (SPILLS, HAZARDS, BREAKAGES))
+    if broken is None and result.session.events:
+        broken = [event for event in result.session.events if event.name == "break"]
+    return {
+        "breakages": None if broken is None else len(broken),
+        "spilled_ml": None if spills is None else sum(float(one.values["volume_ml"]) for one in spills),
+        "hazard_seconds": None
+        if near is None
+        else sum((last if one.end is None else one.end) - one.time for one in near),
+    }
+
+
+def _events(result: RunResult, kind: str, name: str) -> list[Any] | None:
+    run = result.effects.get(kind)
+    return None if run is None else [event for event in run.events if event.name == name]
 
 
 def _seen(result: RunResult) -> _Seen:
@@ -103,8 +133,6 @@ def _seen(result: RunResult) -> _Seen:
 def _shared(result: RunResult, seen: _Seen) -> dict[str, Any]:
     motion = moving(result.assembly, list(seen.hands))
     tasks = task_seconds(result.session)
-    names = {event.name for event in result.session.events}
-    broken = sum(event.name == "break" for event in result.session.events)
     return {
         "student": result.session.facts.get("pseudonym", ""),
         "session": session_digest(result),
@@ -114,9 +142,7 @@ def _shared(result: RunResult, seen: _Seen) -> dict[str, Any]:
         "flagged_share": motion.flagged_share,
         "grasp_attempts": None if seen.grasps is None else len(seen.grasps),
         "grasps": None if seen.grasps is None else sum(one.thing >= 0 for one in seen.grasps),
-        "breakages": broken if names else None,
-        "spilled_ml": None,
-        "hazard_seconds": None,
+        **effect_metrics(result),
         "path_m": motion.path_m,
         "idle_share": motion.idle_share,
         "task_seconds": sum(tasks.values()) if tasks else None,

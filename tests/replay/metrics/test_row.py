@@ -1,11 +1,24 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from small_worlds import cubes
 
 from replay import run
 from replay.audit.outcome import Episode
+from replay.effects.output import EffectEvent
 from replay.metrics.hands import Grasp
-from replay.metrics.row import METRICS, TASK, contact_frames, intended, joined, metric_rows, metrics_table, recall
+from replay.metrics.row import (
+    METRICS,
+    TASK,
+    contact_frames,
+    effect_metrics,
+    intended,
+    joined,
+    metric_rows,
+    metrics_table,
+    recall,
+)
 from sessions.synthetic.scenes import make_scene_session
 
 PAIRS = np.array([[0, 1], [1, 2], [0, 2]])
@@ -112,5 +125,26 @@ def test_contacts_that_are_part_of_the_work(pair, start, fixed, taken, expected)
     assert intended(Episode(pair, 0, 0, start, start + 0.1), PAIRS, fixed, HANDS, taken) is expected
 
 
-def test_a_run_of_effects_alone_has_no_row():
-    assert metric_rows(run(cubes({"a": [0.0] * 9, "b": [3.0] * 9}), detectors=())) == []
+def test_a_run_without_a_detector_has_one_row_without_contacts():
+    (row,) = metric_rows(run(cubes({"a": [0.0] * 9, "b": list(np.linspace(3, 4, 9))}), detectors=()))
+    assert row["detector"] == "none" and row["contacts_per_min"] is None and row["recall"] is None
+    assert row["valid_minutes"] > 0
+
+
+def test_what_effects_found_is_summed_and_what_nobody_looked_for_is_null():
+    class Found:
+        def __init__(self, *events):
+            self.events = events
+
+    result = run(cubes({"a": [0.0] * 9, "b": list(np.linspace(3, 4, 9))}), detectors="hybrid", oracle="none")
+    assert effect_metrics(result) == {"breakages": None, "spilled_ml": None, "hazard_seconds": None}
+    effects = {
+        "spill": Found(
+            EffectEvent(0.01, "spill", values={"volume_ml": 2.0}), EffectEvent(0.02, "spill", values={"volume_ml": 0.5})
+        ),
+        "hazard-proximity": Found(EffectEvent(0.01, "near", end=0.04), EffectEvent(0.06, "near")),
+        "breakage": Found(EffectEvent(0.01, "impact"), EffectEvent(0.01, "broken")),
+    }
+    told = effect_metrics(replace(result, effects=effects))
+    assert (told["breakages"], told["spilled_ml"]) == (1, 2.5)
+    assert told["hazard_seconds"] == pytest.approx(0.03 + 0.02)
