@@ -20,6 +20,9 @@ SCHEMA: Final = "vrlab-replay/run/1"
 FRAMES_AT_ONCE: Final = 65536
 """Frames looked through at a time."""
 
+PRIVATE_FACTS: Final = ("devices",)
+"""Serials of devices lead to a laboratory and its students: they stay in the session file."""
+
 CAVEAT: Final = (
     "Exact about the recorded poses and these meshes; tracker noise (VIVE: 0.14-0.77 mm frame to frame) is larger than "
     "most margins."
@@ -87,7 +90,7 @@ def _session(result: RunResult, seen: Survey) -> dict[str, Any]:
         },
         "left_out": list(assembly.left_out),
         "notes": list(assembly.notes),
-        "facts": dict(session.facts),
+        "facts": {key: value for key, value in session.facts.items() if key not in PRIVATE_FACTS},
     }
 
 

@@ -18,6 +18,7 @@ from replay.metrics.hands import Grasp, grasps, hand_bodies
 from replay.metrics.moving import fixed_bodies, moving, task_seconds
 from replay.metrics.near import NearMiss, close_stretches, without_contact
 from replay.run_result import RunResult
+from sessions.mcap_format.facts import NOT_STATED
 
 FLICKER_S: Final = 0.1
 """Contacts of one pair closer together than this are one: a hand at rest on a glass flickers."""
@@ -93,6 +94,12 @@ def metric_rows(result: RunResult) -> list[dict[str, Any]]:
     return [{**shared, **_of_detector(result, label, seen, shared["valid_minutes"])} for label in result.detections]
 
 
+def pseudonym(result: RunResult) -> str:
+    """The student's pseudonym, or ``""`` where the recording states none."""
+    stated = result.session.facts.get("pseudonym", "")
+    return "" if stated == NOT_STATED else stated
+
+
 def effect_metrics(result: RunResult) -> dict[str, Any]:
     """What effects found, ``None`` where no effect looked for it; breakages also as the recording reports them."""
     last = float(result.assembly.motion.times[-1])
@@ -134,7 +141,7 @@ def _shared(result: RunResult, seen: _Seen) -> dict[str, Any]:
     motion = moving(result.assembly, list(seen.hands))
     tasks = task_seconds(result.session)
     return {
-        "student": result.session.facts.get("pseudonym", ""),
+        "student": pseudonym(result),
         "session": session_digest(result),
         "scene": result.session.scene.name,
         "tool": str(result.summary.get("versions", {}).get("vrlab-replay", "")),

@@ -31,7 +31,7 @@ def _facts(result: RunResult) -> Iterator[tuple[str, object]]:
     for span in result.session.intervals:
         first = int(result.assembly.stamp_ns[0]) - round(float(result.assembly.motion.times[0]) * 1e9)
         yield span.kind, f"{span.name}: {(span.start_ns - first) / 1e9:.1f} to {(span.end_ns - first) / 1e9:.1f} s"
-    for key, value in result.session.facts.items():
+    for key, value in result.summary["session"]["facts"].items():
         if value != "not stated":
             yield key.replace("_", " "), value
 

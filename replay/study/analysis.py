@@ -115,12 +115,12 @@ def analyse(
     for name, items in codebook.constructs.items():
         whole = _whole(np.column_stack([questionnaire.answers[item.name] for item in items]))
         random = random_stream(seed, "reliability", name)
-        found = _try(lambda a=whole, r=random: reliability(a, r), f"alpha of {name}", refusals)  # type: ignore[misc]
+        found = _try(lambda a=whole, r=random: reliability(_enough(a), r), f"alpha of {name}", refusals)  # type: ignore[misc]
         if found is not None:
             reliabilities[name] = found
     answers = _whole(np.column_stack([questionnaire.answers[item.name] for item in codebook.items]))
-    adequacy = _try(lambda: kmo(answers), "KMO", refusals)
-    sphericity = _try(lambda: bartlett(answers), "Bartlett's test", refusals)
+    adequacy = _try(lambda: kmo(_enough(answers)), "KMO", refusals)
+    sphericity = _try(lambda: bartlett(_enough(answers)), "Bartlett's test", refusals)
     regressions = _regressions(codebook, questionnaire, own, seed, refusals)
     others = [name for name in metrics.detectors if name != chosen] if metrics is not None else []
     sensitivity = tuple(
@@ -166,6 +166,13 @@ def _try(make: Callable[[], Result], what: str, refusals: list[RefusedError]) ->
         return None
 
 
+def _enough(answers: Floats) -> Floats:
+    """The answers, if so many students gave them that none can be told from the figure."""
+    if len(answers) < LEAST_IN_CELL:
+        raise RefusedError("small-cell", "")
+    return answers
+
+
 def _whole(answers: Floats) -> Floats:
     return answers[np.isfinite(answers).all(axis=1)]
 
@@ -180,7 +187,8 @@ def _warnings(codebook: Codebook, questionnaire: Questionnaire) -> list[str]:
         )
     unanswered = int(sum(np.isnan(values).sum() for values in questionnaire.answers.values()))
     if unanswered:
-        words.append(f"{unanswered} answers are missing; rows with a missing value are left out where it is used")
+        count = f"fewer than {LEAST_IN_CELL}" if unanswered < LEAST_IN_CELL else f"{unanswered}"
+        words.append(f"{count} answers are missing; rows with a missing value are left out where it is used")
     return words
 
 

@@ -44,3 +44,11 @@ def test_seconds_of_a_frame_are_the_sum_of_its_stages_where_known():
     assert frame_seconds(online).tolist() == [1.5, 2.25]
     assert frame_seconds(head) is None
     assert frame_seconds(Detection(**{**vars(head), "seconds": {"x": 1.0}})) is None
+
+
+def test_serials_of_devices_stay_in_the_session_file():
+    session = cubes(
+        {"a": [0] * 6, "b": [3, 3, 0.9, 0.9, 3, 3]}, facts={"devices": "LHR-8F0A0C11 -> left", "clock": "steady"}
+    )
+    told = compute(session, detectors="hybrid", oracle="none").summary["session"]["facts"]
+    assert told["clock"] == "steady" and "LHR" not in str(told)

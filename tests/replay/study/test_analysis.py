@@ -95,8 +95,17 @@ def test_few_students_for_the_items_and_missing_answers_are_warned_of():
     answers[0, 0] = np.nan
     study = analyse(codebook(), questionnaire(answers))
     assert any("3.3 per item" in words for words in study.warnings)
-    assert any("1 answers are missing" in words for words in study.warnings)
+    assert any("fewer than 5 answers are missing" in words for words in study.warnings)
     assert study.reliabilities["ease of use"].students == 19
+
+
+def test_a_construct_that_only_four_students_answered_has_no_figure():
+    answers, _ = a_class(20)
+    answers[4:, 0] = np.nan
+    study = analyse(codebook(), questionnaire(answers))
+    assert "ease of use" not in study.reliabilities and "motivation" in study.reliabilities
+    assert study.kmo is None and study.bartlett is None and not study.regressions
+    assert {one.rule for one in study.refusals} == {"small-cell"}
 
 
 def test_several_sessions_of_a_student_count_as_one_student():
