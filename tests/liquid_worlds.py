@@ -60,3 +60,32 @@ def poured(degrees, bodies=None, *more, place=(0.0, 0.0, 0.0), settings=None, va
         poses["c"] = still(len(degrees), (5.0, 0.0, 0.0))
     effects = (("pour", {"from": ["a"], "into": ["b"], **(settings or {})}), *more)
     return compute(world(poses, bodies, *effects, valid=valid)).effects
+
+
+TAP = {
+    "body": "burette", "joint": "tap", "into": ["flask"], "full_area_m2": 6e-7, "full_angle_deg": 90.0,
+    "discharge": 0.6,
+}  # fmt: skip
+COLUMN = {"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65}
+
+
+def turned(degrees, place=(0.0, 0.25, 0.0)):
+    """Poses of a tap turned about Z."""
+    half = 0.5 * np.radians(np.asarray(degrees, dtype=np.float64))
+    turns = np.zeros((len(half), 4))
+    turns[:, 2], turns[:, 3] = np.sin(half), np.cos(half)
+    return np.tile(np.asarray(place, dtype=np.float64), (len(half), 1)), turns
+
+
+def run_in(degrees, *more, base=None, acid=None, place=(0.0, 0.0, 0.0), settings=None, valid=None, step_ns=STEP_NS):
+    """Effects of a run in which a burette of base is opened over a flask of acid by so many degrees."""
+    base = base or glass("burette", 50.0, solute="NaOH", molar=0.1, cavity=COLUMN)
+    acid = acid or glass("flask", 0.5, solute="HCl", molar=0.1)
+    count = len(degrees)
+    poses = {"burette": still(count, (0.0, 0.15, 0.0)), "tap": turned(degrees), "flask": still(count, place)}
+    effects = (("burette", {**TAP, **(settings or {})}), *more)
+    return compute(world(poses, (base, acid, SceneBody("tap")), *effects, valid=valid, step_ns=step_ns)).effects
+
+
+MIX = ("mixing", {"in": ["flask"]})
+NEUTRAL = ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O", "pkw": 14.0})

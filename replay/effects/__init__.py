@@ -26,6 +26,11 @@ EFFECTS: Final[dict[str, str]] = {
     "burn-exposure": "replay.effects.burn_exposure:SPEC",
     "pour": "replay.effects.pour:SPEC",
     "spill": "replay.effects.spill:SPEC",
+    "burette": "replay.effects.burette:SPEC",
+    "mixing": "replay.effects.mixing:SPEC",
+    "reaction": "replay.effects.reaction:SPEC",
+    "precipitation": "replay.effects.precipitation:SPEC",
+    "colour": "replay.effects.colour:SPEC",
 }
 """Kind -> ``module:SPEC``; the kinds are the words of ``kind = `` in a scene."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +14,11 @@ from replay.effects.models.ballistic import disc_entered, place_at_height
 from replay.effects.models.tilted import tilt_of_onset, volume_kept
 from replay.effects.models.transfers import Ledger, Liquids, Transfer, Vector, flows, total_ml
 from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan
+from replay.effects.pour_events import GAP_S, vector_of
 from replay.effects.protocol import EffectSpec
-from replay.effects.vessels import ML, Vessel, vessels_of, volumes
+from replay.effects.vessels import ML, Vessel, last_known, vessels_of, volumes
 from replay.errors import EffectError
 from sessions.scene import Scene
-
-GAP_S: Final = 0.3
-"""A flow that stops for less is the same flow: tremor of a held tilt lets it pause for some frames."""
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
@@ -38,7 +35,8 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     moved = tuple(bench.ledger.transfers)
     least = min((declared.number("least_ml") for declared in inputs.declared), default=0.0)
     found = flows(moved, GAP_S, least)
-    told = volumes(inputs.times, initial, moved)
+    every = sorted((*moved, *bench.received), key=lambda one: one.frame)
+    told = volumes(inputs.times, initial, tuple(every))
     return EffectOutput(
         events=tuple(_event(inputs, flow) for flow in found if flow[0].target),
         series={f"{name}/volume": one for name, one in told.items()},
@@ -60,14 +58,21 @@ class _Bench:
     ran: NDArray[np.bool_] = field(init=False)
     tilts: dict[str, FloatArray] = field(default_factory=dict)
     poses: dict[str, BodyPoses] = field(default_factory=dict)
+    known: dict[str, NDArray[np.int64]] = field(default_factory=dict)
     after: dict[str, int] = field(default_factory=dict)
     next: dict[str, int] = field(default_factory=dict)
+    coming: list[Transfer] = field(default_factory=list)
+    received: list[Transfer] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         inputs = self.inputs
         self.ledger = Ledger({name: vessel.volume_ml for name, vessel in self.vessels.items()})
         self.ran = np.zeros(len(inputs), dtype=np.bool_)
         self.poses = {name: inputs.poses(name) for name in self.vessels}
+        self.known = {name: last_known(poses) for name, poses in self.poses.items()}
+        if inputs.has("burette"):
+            moved: Liquids = inputs.output("burette").data
+            self.coming = [one for one in moved.transfers if one.target in self.vessels]
         for source in self.routes:
             if self.vessels[source].cylinder is None:
                 raise EffectError(
@@ -86,10 +91,21 @@ class _Bench:
     def run(self) -> None:
         """Pour, frame by frame, wherever a tilt is beyond what its vessel keeps."""
         while True:
-            frame, source = min((frame, source) for source, frame in self.next.items()) if self.next else (-1, "")
-            if not 0 <= frame < len(self.inputs):
+            frame, source = min((frame, source) for source, frame in self.next.items())
+            if self.coming and self.coming[0].frame <= min(frame, len(self.inputs)):
+                self._receive(self.coming.pop(0))
+            elif frame < len(self.inputs):
+                self._pour(frame, source)
+            else:
                 return
-            self._pour(frame, source)
+
+    def _receive(self, coming: Transfer) -> None:
+        """Book what another effect moves here; it keeps its own account of it."""
+        self.ledger.volume_ml[coming.target] += coming.volume_ml
+        self.received.append(coming)
+        if coming.target in self.routes:
+            self.after[coming.target] = max(self.after[coming.target], coming.frame)
+            self._look_ahead(coming.target)
 
     def _pour(self, frame: int, source: str) -> None:
         self.ran[frame] = True
@@ -132,14 +148,14 @@ class _Bench:
         """Name of the vessel it falls into, with the place it left; ``""`` with the place where it lands."""
         start = self._exit(frame, source)
         velocity = self._velocity(frame, source)
-        there = [name for name in self.routes[source] if self.poses[name].valid[frame]]
-        discs = [self.vessels[name].opening(self.poses[name], frame) for name in there]
+        there = {name: row for name in self.routes[source] if (row := int(self.known[name][frame])) >= 0}
+        discs = [self.vessels[name].opening(self.poses[name], row) for name, row in there.items()]
         self.inputs.count("arcs", len(discs))
         target = disc_entered(start, velocity, discs)
         if target:
-            return target, _vector(start)
-        floor = min((float(self.poses[name].translation[frame, 1]) for name in there), default=float(start[1]))
-        return "", _vector(place_at_height(start, velocity, floor))
+            return target, vector_of(start)
+        floor = min((float(self.poses[k].translation[row, 1]) for k, row in there.items()), default=float(start[1]))
+        return "", vector_of(place_at_height(start, velocity, floor))
 
     def _exit(self, frame: int, source: str) -> FloatArray:
         """Where it leaves: the lip, or the lowest point of the rim where that is lower."""
@@ -162,10 +178,6 @@ class _Bench:
         runs = settled_runs(poses.times[rows], poses.valid[rows], poses.linked[rows])
         here = velocities(poses.times[rows], lips, runs)[frame - rows.start]
         return np.where(np.isfinite(here), here, 0.0)
-
-
-def _vector(place: FloatArray) -> Vector:
-    return (float(place[0]), float(place[1]), float(place[2]))
 
 
 def _event(inputs: EffectInputs, flow: tuple[Transfer, ...]) -> EffectEvent:
@@ -193,6 +205,7 @@ SPEC = EffectSpec(
     kind="pour",
     about="Liquid leaves a tilted vessel.",
     compute=compute,
+    uses=("burette",),
     fields={
         "from": bodies("cylindrical vessels that may pour"),
         "into": bodies("vessels that may receive", required=False),

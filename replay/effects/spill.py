@@ -10,7 +10,7 @@ from replay.effects.declaring import bodies, number
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.transfers import Transfer, flows, total_ml
 from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan, Series
-from replay.effects.pour import GAP_S
+from replay.effects.pour_events import GAP_S
 from replay.effects.protocol import EffectSpec
 from replay.errors import EffectError
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.models.ballistic import Disc
+from replay.effects.models.colours import WATERY
 from replay.effects.models.transfers import Transfer
 from replay.effects.output import FloatArray, Liquid, Series
 from replay.errors import EffectError
@@ -20,9 +21,6 @@ from sessions.toml_table import is_number
 
 ML = 1e-6
 """Cubic metres in a millilitre."""
-
-WATERY = (120, 170, 220, 150)
-"""Colour of a liquid that no effect gives one: water as it is drawn, not as it is."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +50,23 @@ class Vessel:
         return found
 
     @property
+    def solid(self) -> Mapping[str, Any]:
+        """``properties.solid`` as written, empty where there is none."""
+        properties = self.body.extra.get("properties") or {}
+        found: Mapping[str, Any] = properties.get("solid") or {}
+        return found
+
+    def told(self, table: Mapping[str, Any], place: str, key: str) -> float:
+        """A number of at least 0 that the scene says in ``properties``."""
+        value: Any = table.get(key)
+        if not is_number(value) or value < 0.0:
+            raise self.fail(f"has {place}.{key} = {value!r}; give a finite number of at least 0")
+        return float(value)
+
+    @property
     def volume_ml(self) -> float:
         """What stands in it at first."""
-        volume = self.liquid.get("volume_ml", 0.0)
-        if not is_number(volume) or volume < 0.0:
-            raise self.fail(f"has volume_ml = {volume!r}; give a finite number of at least 0")
-        return float(volume)
+        return self.told({"volume_ml": 0.0, **self.liquid}, "liquid", "volume_ml")
 
     @property
     def cylinder(self) -> tuple[float, float] | None:
@@ -116,6 +125,12 @@ def vessels_of(inputs: EffectInputs, names: tuple[str, ...]) -> dict[str, Vessel
         One has no cavity.
     """
     return {name: Vessel(inputs.body(name)) for name in dict.fromkeys(names)}
+
+
+def last_known(poses: BodyPoses) -> NDArray[np.int64]:
+    """(T,) the frame of the last pose there was, -1 before the first: a glass lost for a moment stays where it was."""
+    rows = np.where(poses.valid, np.arange(len(poses.valid)), -1)
+    return np.maximum.accumulate(rows)
 
 
 def volumes(times: FloatArray, initial_ml: Mapping[str, float], transfers: tuple[Transfer, ...]) -> dict[str, Series]:

@@ -154,7 +154,11 @@ TITRATION = Experiment(
         }),
         SceneEffect("mixing", {"in": ["flask"]}),
         SceneEffect("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}),
-        SceneEffect("colour", {"in": "flask", "indicator": "phenolphthalein"}),
+        # The range as this scene takes it; textbooks give it from 8.0 to 8.3 up to 9.6 to 10.0.
+        SceneEffect("colour", {
+            "in": "flask", "indicator": "phenolphthalein", "from_ph": 8.2, "to_ph": 10.0,
+            "acid_colour": "colourless", "base_colour": "pink",
+        }),
     ),
     parents={"stopcock": "burette"},
 )  # fmt: skip

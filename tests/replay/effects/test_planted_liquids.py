@@ -60,3 +60,25 @@ def test_the_spill_is_found_where_it_was_and_the_volumes_add_up(seed):
 def test_pouring_is_computed_in_a_few_frames_in_a_hundred(name):
     run = replayed(name)[0].effects["pour"]
     assert 0 < run.frames_run < 0.06 * run.frames
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_end_point_is_found_within_a_drop_and_all_that_ran_in(seed):
+    result, truth = replayed("titration", seed)
+    (event,), (fact,) = result.effects["reaction"].output.named("end-point"), planted(truth, "end_point")
+    assert event.values["volume_ml"] == pytest.approx(fact.values["volume_ml"], abs=0.05)
+    assert event.time == pytest.approx(fact.start, abs=0.5)
+    (run,), (all_of,) = result.effects["burette"].output.named("run-in"), planted(truth, "delivered")
+    assert run.values["volume_ml"] == pytest.approx(all_of.values["volume_ml"], abs=0.05)
+    (turn,) = result.effects["colour"].output.named("colour-change")
+    volume = result.effects["burette"].series["burette/delivered"]
+    seen = float(volume.values[volume.times <= turn.time][-1])
+    assert seen == pytest.approx(fact.values["volume_ml"], abs=0.05) and turn.end is not None
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_precipitate_is_found_at_the_pour_with_its_mass(seed):
+    result, truth = replayed("silver-chloride", seed)
+    (event,), (fact,) = result.effects["precipitation"].output.named("precipitate"), planted(truth, "precipitate")
+    assert event.time == pytest.approx(fact.start, abs=ONSET_S) and event.values["formula"] == "AgCl"
+    assert event.values["mass_g"] == pytest.approx(fact.values["mass_g"], rel=0.02)

@@ -1,0 +1,102 @@
+"""An indicator shows the pH: one colour below its range, the other above, and in between a mixture."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from replay.effects.declaring import Declaration, body, number, text
+from replay.effects.inputs import EffectInputs
+from replay.effects.models.colours import COLOURS, blended
+from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan, Liquid, Series
+from replay.effects.protocol import EffectSpec
+from replay.effects.spans import spans_of
+from replay.errors import EffectError
+from sessions.scene import Scene
+
+WORDS: Final = ("acid_colour", "base_colour")
+
+
+def compute(inputs: EffectInputs) -> EffectOutput:
+    """Event ``colour-change`` from entering the range to leaving it by the other side; colour in the glass."""
+    events: list[EffectEvent] = []
+    series: dict[str, Series] = {}
+    lanes: dict[str, tuple[LaneSpan, ...]] = {}
+    liquids: dict[str, Liquid] = {}
+    ran = np.zeros(len(inputs), dtype=np.bool_)
+    for declared in inputs.declared:
+        vessel = declared.body("in")
+        told = inputs.output("reaction").series.get(f"{vessel}/pH")
+        if told is None or not len(told.times):
+            raise EffectError(
+                f"{declared.file}: {declared.place}: no reaction of an acid or base gives {vessel!r} a pH; declare one"
+            )
+        low, high = declared.number("from_ph"), declared.number("to_ph")
+        share = np.clip((told.values - low) / (high - low), 0.0, 1.0)
+        ran |= np.isin(inputs.times, told.times)
+        series[f"{vessel}/{declared.text('indicator')}"] = Series(told.times, share, "share")
+        events += _changes(declared, told.times, share)
+        lanes[vessel] = _lane(declared, told.times, share)
+        clear = inputs.output("mixing").liquids.get(vessel)
+        if clear is not None:
+            acid, base = (COLOURS[declared.text(key)] for key in WORDS)
+            shade = blended(acid, base, np.interp(clear.times, told.times, share))
+            liquids[vessel] = Liquid(clear.times, clear.level, clear.floor, clear.radius, shade)
+    return EffectOutput(tuple(sorted(events, key=lambda event: event.time)), series, lanes, ran, liquids)
+
+
+def _changes(declared: Declaration, times: FloatArray, share: FloatArray) -> list[EffectEvent]:
+    """Passages through the range: from the last row at one end to the first at the other."""
+    side = np.where(share <= 0.0, -1, np.where(share >= 1.0, 1, 0))
+    ends = np.flatnonzero(side)
+    events = []
+    for before, after in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
+        if side[before] != side[after]:
+            events.append(_event(declared, times, before, after, int(side[after])))
+    if len(ends) and ends[-1] < len(side) - 1:
+        events.append(_event(declared, times, int(ends[-1]), None, -int(side[ends[-1]])))
+    return events
+
+
+def _event(declared: Declaration, times: FloatArray, before: int, after: int | None, to: int) -> EffectEvent:
+    words = [declared.text(key) for key in WORDS][:: to if to > 0 else -1]
+    start = float(times[min(before + 1, len(times) - 1)])
+    text_ = f"{declared.text('indicator')} in {declared.body('in')} turns from {words[0]} to {words[1]}"
+    end = None if after is None else float(times[after])
+    return EffectEvent(start, "colour-change", (declared.body("in"),), end, {"to": words[1]}, text_)
+
+
+def _lane(declared: Declaration, times: FloatArray, share: FloatArray) -> tuple[LaneSpan, ...]:
+    acid, base = (declared.text(key) for key in WORDS)
+    masks = ((share <= 0.0, acid), ((share > 0.0) & (share < 1.0), f"{acid} to {base}"), (share >= 1.0, base))
+    spans = [
+        LaneSpan(float(times[first]), float(times[min(stop, len(times) - 1)]), word)
+        for mask, word in masks
+        for first, stop in spans_of(mask)
+    ]
+    return tuple(sorted(spans, key=lambda span: span.start))
+
+
+def _check(declared: Declaration, _scene: Scene) -> None:
+    if not declared.number("from_ph") < declared.number("to_ph"):
+        raise declared.fail("from_ph is not below to_ph; give the range in which the indicator changes, rising")
+
+
+SPEC = EffectSpec(
+    kind="colour",
+    about="An indicator shows the pH.",
+    compute=compute,
+    needs=("mixing", "reaction"),
+    fields={
+        "in": body("vessel with the indicator"),
+        "indicator": text("its name, for the reader"),
+        "from_ph": number("where its change begins", "pH"),
+        "to_ph": number("where its change is complete", "pH"),
+        "acid_colour": text("below the range", among=tuple(COLOURS)),
+        "base_colour": text("above the range", among=tuple(COLOURS)),
+    },
+    trigger="a change of pH in the vessel",
+    sources=("range and colours of the indicator: the scene's author", "linear mixture in between: for the picture"),
+    check=_check,
+)

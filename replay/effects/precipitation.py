@@ -1,0 +1,97 @@
+"""A salt falls out as soon as its ion product exceeds its solubility product, and as much of it as evens the two."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from replay.effects.declaring import Declaration, mapping, number, text
+from replay.effects.inputs import EffectInputs
+from replay.effects.models.colours import COLOURS, WATERY, blended
+from replay.effects.models.solubility import amount_fallen
+from replay.effects.output import EffectEvent, EffectOutput, FloatArray, Liquid, Series
+from replay.effects.protocol import EffectSpec
+from replay.errors import EffectError
+
+if TYPE_CHECKING:
+    from replay.effects.reaction import Reacted
+
+CLOUDY_MOL_L = 1e-3
+"""Solid per litre that is drawn as fully cloudy; chosen by us, for the picture only."""
+
+
+def compute(inputs: EffectInputs) -> EffectOutput:
+    """Event ``precipitate`` at the onset with the mass at the end; mass as a series; a cloudy liquid."""
+    reacted: tuple[Reacted, ...] = inputs.output("reaction").data
+    drawn = inputs.output("mixing").liquids
+    events: list[EffectEvent] = []
+    series: dict[str, Series] = {}
+    liquids: dict[str, Liquid] = {}
+    ran = np.zeros(len(inputs), dtype=np.bool_)
+    for declared in inputs.declared:
+        solid = declared.text("solid")
+        for one in reacted:
+            if solid not in one.equation.products:
+                continue
+            history = one.history
+            amount = _fallen(declared, one)
+            inputs.count("equilibria solved", len(amount))
+            ran[history.frames] = True
+            series[f"{one.vessel}/{solid}"] = Series(history.times, amount * declared.number("molar_mass"), "g")
+            events += _onset(declared, one, amount)
+            if one.vessel in drawn:
+                litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
+                cloud = blended(WATERY, COLOURS[declared.text("colour")], amount / litres / CLOUDY_MOL_L)
+                clear = drawn[one.vessel]
+                liquids[one.vessel] = Liquid(clear.times, clear.level, clear.floor, clear.radius, cloud)
+    return EffectOutput(tuple(sorted(events, key=lambda event: event.time)), series, {}, ran, liquids)
+
+
+def _fallen(declared: Declaration, one: Reacted) -> FloatArray:
+    parts = one.equation.products[declared.text("solid")]
+    supplied = declared.mapping("ions")
+    amounts: dict[str, FloatArray] = {}
+    exponents: dict[str, float] = {}
+    for formula, coefficient in one.equation.reagents.items():
+        ions = float(supplied.get(formula, 1))
+        exponent = ions * coefficient / parts
+        if exponent != round(exponent):
+            raise EffectError(
+                f"{declared.file}: {declared.place}: {coefficient} {formula} for {parts} {declared.text('solid')} "
+                f"gives {exponent:g} ions per formula; say under ions how many each {formula} brings"
+            )
+        amounts[formula] = ions * one.history.amount(formula)
+        exponents[formula] = exponent
+    return amount_fallen(amounts, exponents, one.history.volume_ml * 1e-3, declared.number("ksp"))
+
+
+def _onset(declared: Declaration, one: Reacted, amount: FloatArray) -> list[EffectEvent]:
+    rows = np.flatnonzero(amount > 0.0)
+    if not len(rows):
+        return []
+    solid, mass = declared.text("solid"), float(amount.max() * declared.number("molar_mass"))
+    time = float(one.history.times[rows[0]])
+    values: dict[str, float | int | str | bool] = {"mass_g": mass, "moles": float(amount.max()), "formula": solid}
+    words = f"{solid} falls out in {one.vessel}: {mass:.3g} g, {declared.text('colour')}"
+    return [EffectEvent(time, "precipitate", (one.vessel,), None, values, words)]
+
+
+SPEC = EffectSpec(
+    kind="precipitation",
+    about="A salt falls out of solution.",
+    compute=compute,
+    needs=("mixing", "reaction"),
+    fields={
+        "solid": text("formula of the solid, a product of a declared reaction"),
+        "ksp": number("solubility product", "mol/L to the number of ions", above=0.0),
+        "molar_mass": number("of the solid", "g/mol", above=0.0),
+        "colour": text("of the solid, for the picture", among=tuple(COLOURS)),
+        "ions": mapping("reagent = ions of the solid that one formula of it brings; 1 where absent", default={}),
+    },
+    trigger="all reagents of a reaction that makes the solid in one vessel",
+    sources=(
+        "solubility product and molar mass: the scene's author",
+        "equilibrium of the ion product, activities taken as concentrations; solids stay when liquid is poured off",
+    ),
+)

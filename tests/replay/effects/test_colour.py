@@ -1,0 +1,52 @@
+import numpy as np
+import pytest
+from liquid_worlds import MIX, NEUTRAL, glass, run_in
+
+from replay.effects.models.colours import COLOURS
+from replay.errors import EffectError, PlanError
+
+PINK = {
+    "in": "flask", "indicator": "phenolphthalein", "from_ph": 8.2, "to_ph": 10.0, "acid_colour": "colourless",
+    "base_colour": "pink",
+}  # fmt: skip
+OPEN = [0.0, 0.0, *([90.0] * 100), 0.0, 0.0]
+
+
+def run(degrees=OPEN, acid=None, **more):
+    return run_in(degrees, MIX, NEUTRAL, ("colour", {**PINK, **more}), acid=acid)["colour"]
+
+
+def test_it_turns_once_from_acid_to_base_and_so_does_the_glass():
+    run_ = run()
+    (event,) = run_.events
+    assert event.name == "colour-change" and event.values["to"] == "pink" and event.end >= event.time
+    shade = run_.output.liquids["flask"].rgba
+    assert tuple(shade[0]) == COLOURS["colourless"] and tuple(shade[-1]) == COLOURS["pink"]
+    assert [span.word for span in run_.output.lanes["flask"]][::2][0] == "colourless"
+    assert run_.series["flask/phenolphthalein"].values[[0, -1]].tolist() == [0.0, 1.0]
+
+
+def test_a_range_that_the_ph_passes_backwards_turns_backwards():
+    backwards = run_in(
+        OPEN, MIX, NEUTRAL, ("colour", PINK),
+        base=glass("burette", 50.0, solute="HCl", molar=0.1, cavity={"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65}),
+        acid=glass("flask", 0.5, solute="NaOH", molar=0.1),
+    )["colour"]  # fmt: skip
+    assert [event.values["to"] for event in backwards.events] == ["colourless"]
+
+
+def test_stopping_inside_the_range_is_a_change_that_does_not_end():
+    run_ = run(from_ph=2.0, to_ph=14.0)
+    assert [(event.end, event.values["to"]) for event in run_.events] == [(None, "pink")]
+
+
+def test_short_of_the_range_nothing_changes():
+    run_ = run([0.0, 10.0, 0.0])
+    assert run_.events == () and np.all(run_.series["flask/phenolphthalein"].values == 0.0)
+
+
+def test_a_vessel_without_a_ph_and_a_range_that_falls_are_refused():
+    with pytest.raises(EffectError, match="gives 'flask' a pH"):
+        run(acid=glass("flask", 0.5, solute="NaCl", molar=0.1))
+    with pytest.raises(PlanError, match="from_ph is not below to_ph"):
+        run(from_ph=10.0, to_ph=8.2)

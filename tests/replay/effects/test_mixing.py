@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+from liquid_worlds import MIX, glass, poured, run_in
+
+from replay.effects.mixing import WATER_MOLAR, contents_of
+from replay.effects.vessels import Vessel
+from replay.errors import EffectError
+from sessions.scene import SceneBody
+
+
+def test_concentrations_follow_what_is_poured():
+    bodies = (glass("a", 60.0, solute="HCl", molar=0.2), glass("b", 40.0, solute="NaCl", molar=0.1))
+    effects = poured([0.0, 60.0, 60.0, 0.0], bodies, ("mixing", {"in": ["b"]}))
+    series, moved = effects["mixing"].series, effects["pour"].events[0].values["volume_ml"]
+    assert series["b/volume"].values[-1] == pytest.approx(40.0 + moved, rel=1e-9)
+    assert series["b/HCl as brought"].values[-1] == pytest.approx(0.2 * moved / (40.0 + moved), rel=1e-9)
+    assert series["b/NaCl as brought"].values[[0, -1]] == pytest.approx([0.1, 4.0 / (40.0 + moved)], rel=1e-9)
+    assert effects["mixing"].frames_run == 1 and "a/volume" not in series
+
+
+def test_without_anything_that_moves_liquid_it_tells_what_stands_there():
+    run = run_in([0.0, 0.0], MIX)["mixing"]
+    assert run.frames_run == 0 and run.series["flask/volume"].values.tolist() == [0.5, 0.5]
+
+
+def test_an_empty_vessel_has_no_concentration():
+    bodies = (glass("a", 60.0, solute="HCl", molar=0.2), glass("b", 0.0))
+    brought = poured([0.0, 0.0, 60.0], bodies, ("mixing", {"in": ["b"]}))["mixing"].series["b/HCl as brought"].values
+    assert np.isnan(brought[0]) and brought[-1] == pytest.approx(0.2, rel=1e-12)
+
+
+def test_water_is_counted_where_it_is_pure_or_told():
+    assert contents_of(Vessel(glass("a", 100.0))).amounts == {"H2O": pytest.approx(0.1 * WATER_MOLAR)}
+    assert contents_of(Vessel(glass("a", 100.0, solute="HCl", molar=1.0))).amounts == {"HCl": pytest.approx(0.1)}
+    told = glass("a", 100.0, solute="H2SO4", molar=18.0, water_molar=4.0)
+    assert contents_of(Vessel(told)).amounts == {"H2SO4": pytest.approx(1.8), "H2O": pytest.approx(0.4)}
+
+
+def test_a_solid_is_its_mass_over_its_molar_mass():
+    body = glass("a")
+    body.extra["properties"]["solid"] = {"formula": "Zn", "mass_g": 0.5, "molar_mass": 65.38}
+    assert contents_of(Vessel(body)).solids == {"Zn": pytest.approx(0.5 / 65.38)}
+    body.extra["properties"]["solid"]["molar_mass"] = 0.0
+    with pytest.raises(EffectError, match="molar_mass = 0"):
+        contents_of(Vessel(body))
+
+
+@pytest.mark.parametrize("molar", [-1.0, None, "strong", float("nan")])
+def test_a_concentration_that_cannot_be_is_named(molar):
+    with pytest.raises(EffectError, match=r"'a' has liquid\.molar"):
+        contents_of(Vessel(glass("a", 1.0, solute="HCl", molar=molar)))
+
+
+def test_a_body_that_holds_nothing_may_have_no_properties():
+    cavity = glass("a").extra["cavity"]
+    assert contents_of(Vessel(SceneBody("a", extra={"cavity": cavity}))).volume_ml == 0.0
