@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import click
 
@@ -18,9 +19,17 @@ QUICK_PAIRS: Final = 200
 @click.option(
     "--detector", "--detectors", default="all", show_default=True, metavar="NAME", help="A row, coal, trimesh, or all."
 )
-@click.option("--family", "--families", default="01-26", show_default=True, metavar="RANGE", help="9, 3-5 or 1,7-9.")
+@click.option("--family", "--families", metavar="RANGE", help="Ask families: 9, 3-5 or 1,7-9.")
+@click.option(
+    "--relation", "--relations", metavar="NAMES", help="Ask relations: swap, order, axes, scale, shift or all."
+)
 @click.option("--pairs", type=click.IntRange(min=1), default=4000, show_default=True, help="Pairs of each family.")
-@click.option("--quick", is_flag=True, help=f"Only {QUICK_PAIRS} pairs of each family.")
+@click.option(
+    "--relation-pairs", type=click.IntRange(min=1), default=200, show_default=True, help="The same under each relation."
+)
+@click.option(
+    "--quick", is_flag=True, help=f"Only {QUICK_PAIRS} pairs of each family, {QUICK_PAIRS // 10} under relations."
+)
 @click.option("--seed", type=click.IntRange(min=0), default=100, show_default=True, help="Of the first family.")
 @click.option("--tau", type=click.FloatRange(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
 @click.option(
@@ -32,8 +41,10 @@ QUICK_PAIRS: Final = 200
 @common
 def command(
     detector: str,
-    family: str,
+    family: str | None,
+    relation: str | None,
     pairs: int,
+    relation_pairs: int,
     quick: bool,
     seed: int,
     tau: float,
@@ -47,32 +58,37 @@ def command(
 ) -> int:
     """Ask detectors about triangle pairs made to be hard, and count where they are wrong.
 
-    Exits with 4 when a detector that claims exactness is wrong or undecided anywhere.
+    What is named of --family and --relation is asked; without a name, all of it. Relations are asked of the named
+    families. Exits with 4 when a detector that claims exactness is wrong or undecided anywhere.
 
     \b
     replay stress --quick
     replay stress --detector exact --seed 7
     replay stress --detector hybrid --family 9-12 --out failures
+    replay stress --detector hybrid --relation axes,shift
     """
     del debug
     people = People(quiet=quiet, verbose=verbose)
     from replay.cli.main import GATE_FAILED, OK
+    from replay.stress.flips import count_flips
     from replay.stress.peers import PEERS, installed_peers
-    from replay.stress.runner import ALL, families_of, stress
+    from replay.stress.relations import relations_of
+    from replay.stress.runner import ALL, StressResult, detectors_of, families_of, stress
 
-    chosen = families_of(family)
+    chosen = families_of(family or "01-26")
+    relations = relations_of(relation or "all")
+    everything = family is None and relation is None
+    at_most = QUICK_PAIRS if quick else pairs
     absent = [name for name in PEERS if name not in installed_peers()]
     if detector == ALL and absent:
         people.say(f"not installed, so not asked: {', '.join(absent)}; install vrlab-replay[peers] to see them")
-    result = stress(
-        detector,
-        families=chosen,
-        pairs=min(pairs, QUICK_PAIRS) if quick else pairs,
-        seed=seed,
-        tau=tau,
-        out=out,
-        progress=TerminalProgress(people),
-    )
+    result = StressResult(seed, min(pairs, at_most), tau, ())
+    shared: dict[str, Any] = {"families": chosen, "seed": seed, "out": out, "progress": TerminalProgress(people)}
+    if family is not None or everything:
+        result = stress(detector, pairs=result.pairs, tau=tau, **shared)
+    if relation is not None or everything:
+        few = min(relation_pairs, at_most // 10 if quick else relation_pairs)
+        result = replace(result, flips=count_flips(detectors_of(detector), relations, pairs=few, **shared))
     broken = result.broken
     missed = sum(tally.missed for tally in result.tallies)
     if max_missed is not None and missed > max_missed:

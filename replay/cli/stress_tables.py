@@ -1,4 +1,4 @@
-"""The answers of ``replay stress`` for a terminal: one table of sums, one with a row per family."""
+"""The answers of ``replay stress`` for a terminal: sums and a row per family, then what changed under relations."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from replay.stress.flips import Flips
 from replay.stress.runner import StressResult, Tally
 
 COLUMNS: Final = {
@@ -26,14 +27,18 @@ NONE: Final = "·"
 
 def stress_tables(result: StressResult) -> Group:
     """The sums of each detector; below them where they come from, and the files that were written."""
-    head = Text(f"seed {result.seed}, {result.pairs:,} pairs of each family, tau {result.tau:g} m")
     rows = dict(result.by_detector())
-    parts: list[Table | Text] = [head, Text()]
+    parts: list[Table | Text] = [Text(f"seed {result.seed}, tau {result.tau:g} m")]
+    if rows:
+        parts = [Text(f"seed {result.seed}, {result.pairs:,} pairs of each family, tau {result.tau:g} m"), Text()]
     if len(rows) == 1:
         parts.append(family_table(next(iter(rows.values()))))
-    else:
+    elif rows:
         parts += [sum_table(rows), Text(), cross_table(rows)]
-    parts += [Text(f"  {tally.file}", overflow="fold") for tally in result.tallies if tally.file]
+    if result.flips:
+        parts += [Text(), flip_table(result.flips)]
+    files = [one.file for one in result.tallies] + [one.file for one in result.flips]
+    parts += [Text(f"  {file}", overflow="fold") for file in files if file]
     return Group(*parts)
 
 
@@ -69,6 +74,27 @@ def cross_table(rows: dict[str, list[Tally]]) -> Table:
         if any(one.failed for one in tallies):
             table.add_row(_label(tallies[0]), *(_cell(tally) for tally in tallies))
     return table
+
+
+def flip_table(flips: Sequence[Flips]) -> Table:
+    """A row per detector, a column per relation, and the families with any."""
+    pairs = flips[0].pairs * len({one.number for one in flips})
+    table = _table(f"answers changed by what changes nothing, of {pairs:,} pairs", "detector")
+    relations = list(dict.fromkeys(one.relation for one in flips))
+    for relation in relations:
+        table.add_column(relation, justify="right")
+    table.add_column("in families")
+    for name in dict.fromkeys(one.detector for one in flips):
+        of = [one for one in flips if one.detector == name]
+        cells = [_flip_cell([one for one in of if one.relation == relation]) for relation in relations]
+        families = sorted({one.number for one in of if one.flips or one.refused})
+        table.add_row(name, *cells, " ".join(f"{number:02d}" for number in families) or NONE)
+    return table
+
+
+def _flip_cell(flips: Sequence[Flips]) -> str:
+    refused = sum(one.refused for one in flips)
+    return _count(sum(one.flips for one in flips)) + (f"  ! {refused:,}" if refused else "")
 
 
 def _cell(tally: Tally) -> str:

@@ -28,6 +28,7 @@ class Cases:
     triangles : (k, 2, 3, 3).
     truth : (k,) bool, whether they meet.
     verdict : (k,) uint8, what the detector said.
+    relation : of which a pair and the same pair moved follow each other, answered differently; empty: of none.
     """
 
     detector: str
@@ -38,11 +39,13 @@ class Cases:
     triangles: FloatArray
     truth: NDArray[np.bool_]
     verdict: NDArray[np.uint8]
+    relation: str = ""
 
     @property
     def file_name(self) -> str:
-        """``family-09-hybrid-seed-100.npz``."""
-        return f"family-{self.family:02d}-{re.sub('[^a-z0-9]+', '-', self.detector.lower())}-seed-{self.seed}.npz"
+        """``family-09-hybrid-seed-100.npz``, with ``-swap`` at the end for a relation."""
+        words = [f"family-{self.family:02d}", re.sub("[^a-z0-9]+", "-", self.detector.lower()), f"seed-{self.seed}"]
+        return "-".join([*words, self.relation] if self.relation else words) + ".npz"
 
 
 def write_cases(cases: Cases, folder: Path) -> Path:
@@ -55,7 +58,7 @@ def write_cases(cases: Cases, folder: Path) -> Path:
     """
     target = folder / cases.file_name
     partial = target.with_suffix(".partial")
-    values = {name: np.asarray(getattr(cases, name)) for name in (*ARRAYS, *NUMBERS, "detector")}
+    values = {name: np.asarray(getattr(cases, name)) for name in (*ARRAYS, *NUMBERS, "detector", "relation")}
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with partial.open("wb") as file:
@@ -79,9 +82,10 @@ def read_cases(path: Path) -> Cases:
             row, triangles, truth, verdict = (file[name] for name in ARRAYS)
             family, seed, count = (int(file[name]) for name in NUMBERS)
             detector = str(file["detector"])
+            relation = str(file["relation"]) if "relation" in file else ""
     except (ValueError, KeyError, EOFError, TypeError, AttributeError, zipfile.BadZipFile) as error:
         raise StressError(f"{path} holds no stress cases ({error}); give a file that replay stress wrote") from None
     rows = (len(row),)
     if triangles.shape != (*rows, 2, 3, 3) or truth.shape != rows or verdict.shape != rows:
         raise StressError(f"{path} holds arrays of different lengths; give a file that replay stress wrote")
-    return Cases(detector, family, seed, count, row, triangles, truth, verdict)
+    return Cases(detector, family, seed, count, row, triangles, truth, verdict, relation)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from cdcore import Verdict
 from cdcore.numerics import FloatArray
+from replay.stress.posing import verdicts_of
 
 Ask = Callable[[FloatArray], NDArray[np.uint8]]
 
@@ -57,6 +58,11 @@ def trimesh_verdicts(pairs: FloatArray) -> NDArray[np.uint8]:
 
 PEERS: Final[dict[str, Ask]] = {"coal": coal_verdicts, "trimesh": trimesh_verdicts}
 """Name of the package -> what asks it."""
+
+
+def answers_of(name: str, pairs: FloatArray) -> NDArray[np.uint8]:
+    """What a peer or a detector of that name says of each triangle pair (n, 2, 3, 3)."""
+    return PEERS[name](pairs) if name in PEERS else verdicts_of(name, pairs)
 
 
 def installed_peers() -> list[str]:

@@ -21,8 +21,8 @@ from replay.errors import StressError
 from replay.progress import Progress, Silent
 from replay.stress.cases import Cases, write_cases
 from replay.stress.families import FAMILIES, FIRST_SEED, Family
-from replay.stress.peers import PEERS, installed_peers
-from replay.stress.posing import verdicts_of
+from replay.stress.flips import Flips
+from replay.stress.peers import PEERS, answers_of, installed_peers
 
 ALL: Final = "all"
 
@@ -34,7 +34,7 @@ NOT_IN_ALL: Final = {
 }
 """Detector -> why ``all`` leaves it out; it can still be asked by name. Every other row of the table is in ``all``."""
 
-CLAIM_EXACTNESS: Final = frozenset({"exact", "continuous", "aabb", "obb"})
+CLAIM_EXACTNESS: Final = frozenset({"exact", "continuous", "aabb", "obb", "rapid-style", "solid-style"})
 """Detectors that promise the exact answer on every finite input: one wrong or refused pair is a failure."""
 
 
@@ -71,21 +71,28 @@ class Tally:
 
 @dataclass(frozen=True)
 class StressResult:
-    """All tallies, detector after detector, and what is needed to get them again."""
+    """All tallies, detector after detector, what changed under the relations, and what is needed to get them again."""
 
     seed: int
     pairs: int
     tau: float
     tallies: tuple[Tally, ...]
+    flips: tuple[Flips, ...] = ()
 
     @property
     def broken(self) -> list[str]:
         """A sentence for each broken promise: a detector that claims exactness, wrong or undecided."""
-        return [
+        wrong = [
             f"{tally.detector} claims exactness and failed {tally.failed:,} of {tally.pairs:,} pairs of "
             f"{tally.number:02d} {tally.name} (seed {tally.seed})"
             for tally in self.tallies
             if tally.detector in CLAIM_EXACTNESS and tally.failed
+        ]
+        return wrong + [
+            f"{one.detector} claims exactness and changed its answer to {one.flips + one.refused:,} of {one.pairs:,} "
+            f"pairs of {one.number:02d} {one.name} under {one.relation} (seed {one.seed})"
+            for one in self.flips
+            if one.detector in CLAIM_EXACTNESS and one.flips + one.refused
         ]
 
     def by_detector(self) -> Iterator[tuple[str, list[Tally]]]:
@@ -182,7 +189,7 @@ def stress(
             triangles = family.pairs(pairs, seed)
             truth = np.array([pair_intersects_integers(pair.tolist()) for pair in triangles], dtype=np.bool_)
             for name in names:
-                verdict = PEERS[name](triangles) if name in PEERS else verdicts_of(name, triangles)
+                verdict = answers_of(name, triangles)
                 tallies.append(tally_of(name, family, seed, triangles, truth, verdict, tau=tau, out=out))
                 advance(1)
     return StressResult(seed, pairs, tau, tuple(sorted(tallies, key=lambda tally: names.index(tally.detector))))

@@ -43,7 +43,7 @@ def test_failing_pairs_are_written_to_files_that_load(capsys, tmp_path):
 
 
 def test_a_wrong_answer_of_exact_exits_with_4(capsys, monkeypatch):
-    monkeypatch.setattr(runner, "verdicts_of", lambda name, pairs: np.zeros(len(pairs), dtype=np.uint8))
+    monkeypatch.setattr(runner, "answers_of", lambda name, pairs: np.zeros(len(pairs), dtype=np.uint8))
     assert main(["stress", "--detector", "exact", "--family", "3", "--pairs", "5"]) == 4
     assert "gate: exact claims exactness and failed 5 of 5 pairs of 03 shared vertex" in capsys.readouterr().err
 
@@ -56,12 +56,44 @@ def test_too_many_missed_exit_with_4(capsys):
 
 
 def test_quick_asks_about_few_pairs(capsys):
-    assert main(["stress", "--detector", "exact", "--family", "1", "--quick"]) == 0
-    assert "200 pairs of each family" in capsys.readouterr().out
+    assert main(["stress", "--detector", "exact", "--family", "1-2", "--relation", "swap", "--quick"]) == 0
+    printed = capsys.readouterr().out
+    assert "200 pairs of each family" in printed
+    assert "of 40 pairs" in printed
+
+
+def test_relations_are_asked_of_the_families_named(capsys, tmp_path):
+    words = [
+        "--detector",
+        "hybrid",
+        "--relation",
+        "shift,axes",
+        "--relation-pairs",
+        "60",
+        "--family",
+        "9-12",
+        "--out",
+        str(tmp_path),
+    ]
+    assert main(["stress", *words]) == 0
+    printed = capsys.readouterr().out
+    assert "of 240 pairs" in printed and "swap" not in printed
+    assert list(tmp_path.iterdir())
+    assert main(["stress", *words, "--family", "2-3", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [(one["relation"], one["number"]) for one in told["flips"]] == [
+        ("shift", 2), ("shift", 3), ("axes", 2), ("axes", 3)
+    ]  # fmt: skip
+    assert len(told["tallies"]) == 2
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"), [(["--detector", "spoon"], "no detector 'spoon'"), (["--family", "44"], "no family '44'")]
+    ("words", "sentence"),
+    [
+        (["--detector", "spoon"], "no detector 'spoon'"),
+        (["--family", "44"], "no family '44'"),
+        (["--relation", "wave"], "no relation 'wave'"),
+    ],
 )
 def test_what_means_nothing_is_one_sentence(capsys, words, sentence):
     assert main(["stress", "--pairs", "1", *words]) == 1

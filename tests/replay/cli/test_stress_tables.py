@@ -3,13 +3,14 @@
 from rich.console import Console
 
 from replay.cli.stress_tables import stress_tables
+from replay.stress.flips import Flips
 from replay.stress.runner import StressResult, Tally
 
 
-def shown(*tallies):
+def shown(*tallies, **more):
     console = Console(width=120)
     with console.capture() as captured:
-        console.print(stress_tables(StressResult(100, 40, 2e-6, tallies)))
+        console.print(stress_tables(StressResult(100, 40, 2e-6, tallies, **more)))
     return [line.split() for line in captured.get().splitlines() if line.strip()]
 
 
@@ -37,3 +38,18 @@ def test_only_families_and_detectors_that_failed_are_crossed():
     assert ["02", "name", "5", "+", "0"] in rows
     assert not any(row[:2] == ["01", "name"] for row in rows)
     assert ["family", "a"] in rows
+
+
+def test_flips_are_summed_over_families_which_are_named_behind():
+    flips = [
+        Flips("a", relation, family, "name", 100, 40, family, 0) for relation in ("swap", "axes") for family in (1, 2)
+    ]
+    flips += [
+        Flips("b", relation, family, "name", 100, 40, 0, family // 2)
+        for relation in ("swap", "axes")
+        for family in (1, 2)
+    ]
+    rows = shown(flips=tuple(flips))
+    assert ["a", "3", "3", "01", "02"] in rows
+    assert ["b", "·", "!", "1", "·", "!", "1", "02"] in rows
+    assert "80 pairs" in " ".join(rows[1])

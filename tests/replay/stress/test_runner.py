@@ -77,7 +77,7 @@ def test_python_fcl_behind_hybrid_is_wrong_where_products_overflow_and_within_to
 
 
 def test_a_detector_that_claims_exactness_and_lies_breaks_the_gate(monkeypatch):
-    monkeypatch.setattr(runner, "verdicts_of", lambda name, pairs: np.zeros(len(pairs), dtype=np.uint8))
+    monkeypatch.setattr(runner, "answers_of", lambda name, pairs: np.zeros(len(pairs), dtype=np.uint8))
     result = stress("exact", families=families_of("3"), pairs=9)
     assert result.broken == ["exact claims exactness and failed 9 of 9 pairs of 03 shared vertex (seed 100)"]
 
