@@ -34,8 +34,10 @@ class HybridQacoSettings(SearchSettings):
     what the search left open, so that the answer is that of ``hybrid`` and the search is early evidence.
     ``sphere``: "paper" for equation (21), "best" for the smallest ball known.
     ``containment``: with ``decide="mesh"``, whether to ask if one body is inside the other.
+    ``rest``: a tenth of a face, here: a pair that hardly moves is not searched anew in every frame.
     """
 
+    rest: float = 0.1
     decide: str = "search"
     sphere: str = "best"
     containment: bool = True

@@ -32,6 +32,9 @@ class SearchSettings:
     such that ``target_recall`` of what that budget would find is found. ``stop_first``: whether to stop at the first
     hit; else, where faces are asked for, the rest of the budget looks for further curves. ``warm_start``: whether a
     search starts at the closest pair of the frame before.
+    ``rest``: in mean radii of the faces of both, how far two bodies must have moved against each other since the whole
+    budget found nothing before it is spent again; until then they get 192 evaluations from where they were closest, and
+    none where they have moved by rounding only, as a thing that is held. 0: every frame gets the whole budget.
     ``without_equation``: one of 15 to 20, switched off: 15 one candidate per ant, straight from the angle; 16 every ant
     is followed with equal probability; 17 steps of the same size in a random direction; 18 no NOT gates; 19 no reward
     for improvement; 20 neither evaporation nor a deposit on the best.
@@ -60,6 +63,7 @@ class SearchSettings:
     target_recall: float = 0.99
     stop_first: bool = True
     warm_start: bool = True
+    rest: float = 0.0
 
     def __post_init__(self) -> None:
         _require_one_of("variant", self.variant, VARIANTS)
@@ -69,7 +73,7 @@ class SearchSettings:
             _require(name, getattr(self, name), 1, float("inf"), "a whole number of 1 or more")
         for name in ("mutation", "evaporation", "target_recall"):
             _require(name, getattr(self, name), 0.0, 1.0, "a number from 0 to 1")
-        for name in ("turn", "alpha", "beta", "reward"):
+        for name in ("turn", "alpha", "beta", "reward", "rest"):
             _require(name, getattr(self, name), 0.0, 1e3, "a number from 0 to 1000")
         self._require_samples()
         if self.budget_seconds is not None:

@@ -1,21 +1,23 @@
 """The search over a whole motion, frame after frame as a live engine would, each pair starting where it was closest.
 
-Where both poses of a pair are bit for bit those of its look before, the answer is that answer.
+Where both poses of a pair are bit for bit those of its look before, the answer is that answer; where it rests, and the
+whole budget found nothing, it gets less (``rest``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.numerics import BoolArray, IntArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import Body, FaceSets, Motion, ordered_by_name
 from cdcore.search.features import RADIUS, Features, features_of
 from cdcore.search.look import Look, Pair
 from cdcore.search.pair_search import PairSearch
+from cdcore.search.rest import Rest, relative_of
 from cdcore.search.sample_control import LEAST_SAMPLE, LEVELS, PROBE, SampleControl, band_of
 from cdcore.search.samples import Sample, sample_of
 from cdcore.search.settings import SearchSettings
@@ -28,7 +30,7 @@ NO_FACES.setflags(write=False)
 NO_SEEDS: IntArray = np.zeros((0, 2), dtype=np.int64)
 NO_SEEDS.setflags(write=False)
 
-COUNTERS = ("looks", "reused", "evaluations", "exact_tests", "flood_tests", "restarts", "iterations", "broken")
+COUNTERS = ("looks", "reused", "short", "evaluations", "exact_tests", "flood_tests", "restarts", "iterations", "broken")
 
 
 @dataclass(eq=False)
@@ -40,6 +42,10 @@ class PairMemory:
     start: Pair | None = None
     seeds: IntArray = field(default_factory=lambda: NO_SEEDS)
     faces: NDArray[np.int32] = field(default_factory=lambda: NO_FACES)
+    searched: FloatArray | None = None
+    """Relative pose (13,) at which the whole budget found nothing; ``None``: there is none since the last hit."""
+    seen: FloatArray | None = None
+    """Relative pose (13,) of the look before."""
     number: int = -1
     """Of the face set, in this block; -1: not in this block yet."""
 
@@ -81,7 +87,7 @@ class _Log:
     def count(self, look: Look, flood_tests: int) -> None:
         """Add the work of one look."""
         amounts = (look.evaluations, look.tests, flood_tests, look.restarts, look.iterations, look.reason == "broken")
-        for name, amount in zip(COUNTERS[2:], amounts, strict=True):
+        for name, amount in zip(COUNTERS[3:], amounts, strict=True):
             self.work[name] += int(amount)
 
 
@@ -104,6 +110,7 @@ class SearchStage:
         self._searches = [
             PairSearch(features[a], features[b], name, settings) for (a, b), name in zip(self._ends, names, strict=True)
         ]
+        self._rests = [Rest(features[a], features[b], settings.rest) for a, b in self._ends]
         self._samples = self._draw(bodies, features)
         self._order = np.array(sorted(range(len(names)), key=names.__getitem__), dtype=np.int64)
 
@@ -119,6 +126,7 @@ class SearchStage:
         log = _Log(near.shape, faces)
         for known in memory.pairs:
             known.number = -1
+        resting = self._relative(motion, near) if memory.control is None else None
         by_name = near[:, self._order]
         for frame in np.flatnonzero(by_name.any(axis=1)).tolist():
             columns = self._order[by_name[frame]].tolist()
@@ -127,7 +135,10 @@ class SearchStage:
                 continue
             for column in columns:
                 known = memory.pairs[column]
-                look = self._look(motion, frame, column, known, self._settings.budget, log)
+                if resting is None:
+                    look = self._look(motion, frame, column, known, self._settings.budget, log)
+                else:
+                    look = self._look_rested(motion, frame, column, known, next(resting[column]), log)
                 self._finish(frame, column, look, known, log)
         frames, places, which = np.array(log.entries, dtype=np.int64).reshape(-1, 3).T.copy()
         return SearchAnswer(log.hits, log.work, frames, places, which, log.sets)
@@ -165,6 +176,31 @@ class SearchStage:
             looks[column] = look
         for column, one in looks.items():
             self._finish(frame, column, one, memory.pairs[column], log)
+
+    def _relative(self, motion: Motion, near: BoolArray) -> list[Iterator[FloatArray]] | None:
+        """Relative poses of every pair, candidate by candidate; ``None`` where every frame gets the whole budget."""
+        s = self._settings
+        if s.rest == 0.0 or not s.warm_start or s.budget_seconds is not None:
+            return None
+        return [iter(poses) for poses in relative_of(motion, near, self._ends)]
+
+    def _look_rested(
+        self, motion: Motion, frame: int, column: int, known: PairMemory, pose: FloatArray, log: _Log
+    ) -> Look | None:
+        """Search a pair with the whole budget, or with less where it stands as it stood when that found nothing."""
+        budget = self._rests[column].budget(pose, known.searched, known.seen, self._settings.budget)
+        if budget == 0:
+            log.work["reused"] += 1
+            return None
+        known.seen = pose
+        look = self._look(motion, frame, column, known, budget, log)
+        if look is not None and look.hit is not None:
+            known.searched = None
+        elif look is not None and budget == self._settings.budget:
+            known.searched = pose
+        elif look is not None:
+            log.work["short"] += 1
+        return look
 
     def _look(self, motion: Motion, frame: int, column: int, known: PairMemory, budget: int, log: _Log) -> Look | None:
         """Search a pair in a frame; ``None``: it stands as it stood at its last look."""

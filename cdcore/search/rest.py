@@ -1,0 +1,99 @@
+"""Whether two bodies have moved against each other since they were searched in vain: if not, there is nothing new.
+
+What is left out is only ever NOT_FOUND, so no contact is invented and nothing is said to be clear.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from cdcore.narrow.compiling import kernel
+from cdcore.numerics import EPS, BoolArray, FloatArray, IntArray
+from cdcore.protocol import Motion
+from cdcore.search.features import Features
+from cdcore.search.sample_control import PROBE
+
+ROUNDING_ULPS: Final = 4096.0
+"""In eps of sizes and distances: what a thing that rides on a hand seems to move against it. Two poses are rounded, one
+relative pose is computed from each of two frames: below 1000 eps together. At 1 m it is a picometre."""
+
+
+@kernel
+def relative_poses(
+    frames: IntArray, first: int, second: int, rotations: FloatArray, translations: FloatArray, out: FloatArray
+) -> None:
+    """``out`` (K, 13): pose of the first body in the second's frame, rotation by rows, then translation; last the
+    largest coordinate of both places.
+    """
+    for k in range(frames.shape[0]):
+        t = frames[k]
+        largest = 0.0
+        for i in range(3):
+            largest = max(largest, abs(translations[t, first, i]), abs(translations[t, second, i]))
+            move = 0.0
+            for m in range(3):
+                move += rotations[t, second, m, i] * (translations[t, first, m] - translations[t, second, m])
+            out[k, 9 + i] = move
+            for j in range(3):
+                turn = 0.0
+                for m in range(3):
+                    turn += rotations[t, second, m, i] * rotations[t, first, m, j]
+                out[k, 3 * i + j] = turn
+        out[k, 12] = largest
+
+
+@kernel
+def distance_moved(pose: FloatArray, before: FloatArray, size: float) -> float:
+    """Farthest any point within ``size`` of the first body's origin can have moved between two relative poses."""
+    turn = move = 0.0
+    for k in range(9):
+        turn += (pose[k] - before[k]) ** 2
+    for k in range(9, 12):
+        move += (pose[k] - before[k]) ** 2
+    return float(np.sqrt(turn) * size + np.sqrt(move))
+
+
+class Rest:
+    """How long two bodies count as resting against each other.
+
+    Parameters
+    ----------
+    first, second : features of both.
+    share : in mean radii of the faces of both, the distance from which on everything is new.
+    """
+
+    def __init__(self, first: Features, second: Features, share: float) -> None:
+        self._size = first.size
+        self._sizes = first.size + second.size
+        self._news = share * (first.mean_radius + second.mean_radius)
+
+    def budget(self, pose: FloatArray, searched: FloatArray | None, seen: FloatArray | None, whole: int) -> int:
+        """Evaluations for a pair at a relative pose (13,); 0: it stands where the whole budget found nothing.
+
+        Parameters
+        ----------
+        searched : relative pose at which the whole budget was spent in vain; ``None``: there is none.
+        seen : that of the look before. A pair that has come to rest elsewhere is searched there, once.
+        whole : the budget.
+        """
+        if searched is None or seen is None:
+            return whole
+        rounding = ROUNDING_ULPS * EPS * (self._sizes + max(pose[12], searched[12], seen[12]))
+        moved = distance_moved(pose, searched, self._size)
+        if moved <= rounding:
+            return 0
+        came_to_rest = distance_moved(pose, seen, self._size) <= rounding
+        return whole if came_to_rest or not moved < self._news else min(whole, PROBE)
+
+
+def relative_of(motion: Motion, near: BoolArray, ends: list[tuple[int, int]]) -> list[FloatArray]:
+    """For every pair its relative poses (K, 13) at the frames where ``near`` (T, P) says so, in order."""
+    poses = []
+    for column, (first, second) in enumerate(ends):
+        frames = np.flatnonzero(near[:, column])
+        out = np.empty((len(frames), 13))
+        relative_poses(frames, first, second, motion.rotations, motion.translations, out)
+        poses.append(out)
+    return poses
