@@ -85,7 +85,7 @@ def run_detector(spec: DetectorSpec, assembly: Assembly, *, seed: int, faces: bo
     detector = make_detector(spec, assembly, seed)
     clock.append(perf_counter())
     motion = assembly.motion
-    detector.detect(motion.take(_warm_frames(len(motion))), faces=faces)
+    detector.detect(motion.take(warm_frames(len(motion))), faces=faces)
     clock.append(perf_counter())
     if len(motion) <= WHOLE_FRAMES:
         detection = detector.detect(motion, faces=faces)
@@ -135,7 +135,7 @@ def _told(parts: Iterator[Detection], advance: Advance) -> Iterator[Detection]:
         advance(len(part.times))
 
 
-def _warm_frames(count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
+def warm_frames(count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
     """A stretch in the middle for what goes from frame to frame, and a sample of the whole for what needs contacts."""
     middle = np.arange(count // 2, min(count, count // 2 + WARM_FRAMES))
     spread = np.linspace(0, max(0, count - 1), min(count, WARM_FRAMES)).astype(np.int64)

@@ -12,6 +12,7 @@
     ├── RefusedError          a recording with a fault that the policy refuses
     ├── OutputError           a run folder or file that cannot be written
     ├── RunFolderError        a folder that holds no run, or a run of another version
+    ├── TradeoffError         settings whose price cannot be measured: nothing to miss, no grid
     ├── StressError           hard cases asked for in words or files that mean nothing
     └── StudyError            metrics, questionnaire or codebook that cannot be analysed
         └── RefusedError      a result that a rule of the study forbids (replay.study.refusals)
@@ -66,3 +67,7 @@ class StudyError(ReplayError, ValueError):
 
 class StressError(ReplayError, ValueError):
     """Hard cases were asked for in words, numbers or files that mean nothing."""
+
+
+class TradeoffError(ReplayError, ValueError):
+    """What accuracy costs cannot be measured so: nothing to miss, a grid without cells."""

@@ -44,6 +44,9 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
         "replay.cli.run:command", "Replay", "Replay a session through detectors and write a run folder."
     ),
     "audit": CommandSpec("replay.cli.audit:command", "Audit", "Count what detectors missed beside an oracle; gates."),
+    "tradeoff": CommandSpec(
+        "replay.cli.tradeoff:command", "Audit", "Measure what accuracy costs in time, and which setting to take."
+    ),
     "diff": CommandSpec("replay.cli.diff:command", "Audit", "Say which contacts two runs disagree about, and why."),
     "view": CommandSpec("replay.cli.view:command", "Replay", "Open the picture of a run, at a miss if you like."),
     "study": CommandSpec(

@@ -36,7 +36,7 @@ def test_a_long_motion_in_blocks_has_the_digest_of_the_whole(monkeypatch, spec):
 
 def test_warming_up_touches_a_stretch_and_the_whole_within_bounds():
     for count in (1, 2, 100, 1000, 54_000):
-        frames = detecting._warm_frames(count)
+        frames = detecting.warm_frames(count)
         assert frames[0] == 0 and frames[-1] == count - 1
         assert len(frames) <= 2 * detecting.WARM_FRAMES and (np.diff(frames) > 0).all()
 

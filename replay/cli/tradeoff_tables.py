@@ -1,0 +1,93 @@
+"""The table of a tradeoff on a terminal, and a bar that shows the front while it grows."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+from replay.cli.console import People
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+    from rich.table import Table
+
+    from replay.tradeoff.trading import Tradeoff
+
+SHOWN: Final = 4
+"""Points of the front beside the bar."""
+
+
+def tradeoff_table(done: Tradeoff, *, everything: bool = False) -> Table:
+    """The front, quickest first; or every row in order of time."""
+    from rich.table import Table
+
+    about, made = done.about, done.about["machine"]
+    table = Table(
+        title=f"{len(done.rows)} settings, {len(done.front)} on the front; {about['contacts']} contacts, beside "
+        f"{about['oracle']}; {made['system']} {made['processor']}, {made['cores']} cores",
+        title_justify="left",
+        caption="missed, invented: pair-frames; p99 and over 11.1 ms: detectors that decide frame by frame",
+        caption_justify="left",
+    )
+    for head in ("setting", "ms/frame", "p99 ms", "over 11.1 ms", "s per minute", "missed [95 %]", "invented", ""):
+        table.add_column(head, justify="left" if head in ("setting", "") else "right", no_wrap=True)
+    for row in sorted(done.rows, key=lambda one: float(one["ms_per_frame"])):
+        if everything or row["front"] or row["front_online"] or row["oracle"]:
+            table.add_row(*_cells(row))
+    return table
+
+
+def _cells(row: dict[str, Any]) -> list[str]:
+    share, low, high = (100 * row[key] for key in ("missed", "missed_low", "missed_high"))
+    marks = ["oracle"] * row["oracle"] + ["front"] * row["front"] + ["live front"] * row["front_online"]
+    return [
+        row["label"],
+        f"{row['ms_per_frame']:.4f}",
+        "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f}",
+        "" if row["over_share"] is None else f"{100 * row['over_share']:.2f} %",
+        f"{row['seconds_per_minute']:.2f}",
+        f"{share:.1f} % [{low:.1f}, {high:.1f}]",
+        f"{row['invented_pair_frames']:,}",
+        ", ".join(marks),
+    ]
+
+
+def front_words(rows: Sequence[dict[str, Any]]) -> str:
+    """The front so far in one line: ``0.003 ms 17 %, 0.007 ms 0 %``."""
+    from replay.tradeoff.front import front_of
+
+    by_label = {row["label"]: row for row in rows}
+    front = [by_label[label] for label in front_of(rows)]
+    words = [f"{row['ms_per_frame']:.3g} ms {100 * row['missed']:.0f} %" for row in front[-SHOWN:]]
+    return ("... " if len(front) > SHOWN else "") + ", ".join(words)
+
+
+class FrontBar:
+    """A bar on a terminal with what runs and the front so far; elsewhere nothing."""
+
+    def __init__(self, people: People) -> None:
+        self._shown = sys.stderr.isatty() and not people.quiet
+        self._bars: Progress | None = None
+
+    def __enter__(self) -> FrontBar:
+        if self._shown:
+            from rich.console import Console
+            from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+            words = TextColumn("{task.description}")
+            columns = (BarColumn(bar_width=18), MofNCompleteColumn(), TimeElapsedColumn(), words)
+            self._bars = Progress(*columns, console=Console(stderr=True))
+            self._bars.start()
+            self._bars.add_task("", total=None)
+        return self
+
+    def watch(self, done: int, total: int, label: str, rows: Sequence[dict[str, Any]]) -> None:
+        """As ``replay.tradeoff.trading.Watch``."""
+        if self._bars is not None:
+            words = f"{label:<34.34} missed on the front: {front_words(rows)}"
+            self._bars.update(self._bars.task_ids[0], completed=done, total=total, description=words)
+
+    def __exit__(self, *problem: object) -> None:
+        if self._bars is not None:
+            self._bars.stop()

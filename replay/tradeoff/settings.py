@@ -1,0 +1,109 @@
+"""The fixed list of what is tried: every algorithm, and every axis on which accuracy costs, cheap and telling first.
+
+The list is the same on every machine and in every run; a time limit cuts its tail.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from replay.detector_spec import DetectorSpec
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One point of the picture.
+
+    Parameters
+    ----------
+    detector : row of the table of detectors.
+    axis : what is turned: ``as it comes``, ``step rate``, ``collider shape``, ``mesh resolution``, ``tolerance``,
+        ``samples``, ``budget``, ``resolution``, ``boxes``, or ``faces``.
+    value : how far, as people write it.
+    settings : fields of the detector's settings.
+    cell : metres of the grid that makes the meshes coarser; 0: as recorded.
+    faces : whether every face pair is listed, not only the yes or no.
+    tail : tried once, when all others have had their repeats.
+    """
+
+    detector: str
+    axis: str
+    value: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    cell: float = 0.0
+    faces: bool = False
+    tail: bool = False
+
+    @property
+    def label(self) -> str:
+        """Unique in the list: ``hybrid-qaco samples 240``."""
+        return self.detector if self.axis == AS_IT_COMES else f"{self.detector} {self.axis} {self.value}"
+
+    @property
+    def line(self) -> str:
+        """Points of one line in the picture: one algorithm, one axis."""
+        return self.detector if self.axis == AS_IT_COMES else f"{self.detector}, {self.axis}"
+
+    @property
+    def spec(self) -> DetectorSpec:
+        """What to run."""
+        return DetectorSpec(self.detector, self.detector, dict(self.settings))
+
+
+AS_IT_COMES: Final = "as it comes"
+
+RATES: Final = (2.0, 5.0, 10.0, 22.5, 45.0, 60.0, 72.0, 90.0)
+"""Looks per second: from a slow poll to the headset's own rate; 45 and more are what engines ship."""
+
+CELLS_MM: Final = (1.0, 2.0, 5.0, 10.0)
+BUDGETS: Final = (30, 120, 480, 1920, 7680)
+TREE_BUDGETS: Final = (30, 100, 300, 1000, 3000)
+TOLERANCES_MM: Final = (1.0, 0.1, 0.01)
+PLAIN: Final = (
+    "hybrid", "exact", "discrete", "solid-style", "static", "obb", "rapid-style", "hybrid-qaco", "sphere", "qaco",
+    "aabb",
+)  # fmt: skip
+SHAPES: Final = ("hull", "box", "capsule", "sphere")
+LISTING: Final = ("hybrid", "obb", "solid-style")
+
+
+def settings_list() -> tuple[Setting, ...]:
+    """Everything that is tried, in order: the head answers most, the tail is slow."""
+    return (*(Setting(name, AS_IT_COMES, "") for name in PLAIN), *_live(), *_searches(), *_slow(), *_tail())
+
+
+def _live() -> Iterator[Setting]:
+    """What an engine would turn: its rate, its colliders, its meshes."""
+    for rate in RATES:
+        yield Setting("discrete", "step rate", f"{rate:g} Hz", {"rate_hz": rate})
+    for rate in RATES[:5]:
+        yield Setting("collider", "step rate", f"{rate:g} Hz", {"shape": "mesh", "rate_hz": rate})
+    for shape in SHAPES:
+        yield Setting("collider", "collider shape", shape, {"shape": shape})
+    for cell in CELLS_MM:
+        yield Setting("hybrid", "mesh resolution", f"{cell:g} mm", cell=cell / 1e3)
+
+
+def _searches() -> Iterator[Setting]:
+    for budget in BUDGETS:
+        yield Setting("hybrid-qaco", "samples", str(budget), {"budget": budget})
+    for detector in ("solid-style", "rapid-style"):
+        for budget in TREE_BUDGETS:
+            yield Setting(detector, "budget", str(budget), {"budget": budget})
+    yield from (Setting(detector, "faces", "listed", faces=True) for detector in LISTING)
+
+
+def _slow() -> Iterator[Setting]:
+    yield Setting("aabb", "boxes", "first", {"mode": "first"})
+    for budget in TREE_BUDGETS[2:]:
+        yield Setting("obb", "budget", str(budget), {"budget": budget})
+    for tolerance in TOLERANCES_MM:
+        yield Setting("continuous", "tolerance", f"{tolerance:g} mm", {"tolerance": tolerance / 1e3})
+
+
+def _tail() -> Iterator[Setting]:
+    """Tried once, after the repeats of all others, where the time limit leaves room."""
+    for resolution in (4, 8):
+        yield Setting("image-space", "resolution", str(resolution), {"resolution": resolution}, tail=True)

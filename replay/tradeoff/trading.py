@@ -1,0 +1,275 @@
+"""``replay.tradeoff.trading.tradeoff``: a session in, a table of what every setting misses and takes out.
+
+Verdicts, and so recalls, are the same in every run; only times differ, and those are ratios of one machine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore import Detection, Detector, Motion
+from replay.assemble import Pairs, assemble
+from replay.assembly import Assembly
+from replay.audit.compare import compare
+from replay.audit.episodes import episodes
+from replay.audit.outcome import Episode, Outcome
+from replay.audit.tolerance import TAU, Tolerance
+from replay.audit.wilson import share
+from replay.detecting import make_detector, warm_frames
+from replay.detector_spec import DetectorSpec, SpecLike, parse_detector
+from replay.errors import TradeoffError
+from replay.machine import machine, versions
+from replay.tradeoff.clocks import Pass, figures, timed
+from replay.tradeoff.coarser import coarser
+from replay.tradeoff.front import advice_of, front_of
+from replay.tradeoff.settings import Setting, settings_list
+from sessions import Session
+
+SCHEMA: Final = "vrlab-replay/tradeoff/1"
+
+TIME_LIMIT: Final = 150.0
+"""Seconds a tradeoff takes at most when nothing is said: the list but its tail fits for a minute of a bench."""
+
+REPEATS: Final = 3
+"""Passes over the session, each over all settings in turn, so that a slow minute of the machine falls on all."""
+
+ONCE_SECONDS: Final = 5.0
+"""What takes longer than this is not repeated: noise of the clock is no longer what matters."""
+
+Watch = Callable[[int, int, str, Sequence[dict[str, Any]]], None]
+"""Told: steps done, steps in all, what is next, the rows so far."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tradeoff:
+    """What every setting misses and takes.
+
+    Parameters
+    ----------
+    rows : one per setting, in the order of the list: plain data, the columns of ``tradeoff.parquet``.
+    front, front_online : labels, quickest first, of all and of those timed frame by frame.
+    advice : sentences.
+    cut : labels that the time limit left out.
+    about : session, oracle, machine, versions, seed.
+    """
+
+    rows: tuple[dict[str, Any], ...]
+    front: tuple[str, ...]
+    front_online: tuple[str, ...]
+    advice: tuple[str, ...]
+    cut: tuple[str, ...] = ()
+    about: dict[str, Any] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything as plain data."""
+        told = {"schema": SCHEMA, **self.about, "advice": list(self.advice), "front": list(self.front)}
+        return told | {"front_online": list(self.front_online), "cut": list(self.cut), "rows": list(self.rows)}
+
+
+@dataclass(eq=False)
+class _Trial:
+    """A setting that has run at least once."""
+
+    setting: Setting
+    detector: Detector
+    motion: Motion
+    detection: Detection
+    row: dict[str, Any]
+    passes: list[Pass]
+
+
+def tradeoff(
+    session: Session,
+    *,
+    settings: Sequence[Setting] | None = None,
+    oracle: SpecLike = "exact",
+    pairs: Pairs | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    seed: int = 0,
+    tau: float = TAU,
+    repeats: int = REPEATS,
+    time_limit: float | None = None,
+    watch: Watch | None = None,
+) -> Tradeoff:
+    """Run every setting over a session, beside the oracle.
+
+    Parameters
+    ----------
+    settings : what to try; ``None``: the fixed list.
+    oracle : the detector to trust.
+    pairs, start, end : as ``assemble``.
+    seed : of every random stream.
+    tau : metres; a disagreement about less is *within tolerance* and counts neither way.
+    repeats : timed passes of each setting that takes under ``ONCE_SECONDS``.
+    time_limit : seconds; a setting that cannot end within them is not begun and is in ``cut``; ``None``: no limit.
+    watch : told after every step.
+
+    Raises
+    ------
+    TradeoffError
+        The oracle finds no contact: nothing can be missed.
+    ReplayError, CollisionCoreError, SessionError
+        One sentence that says what to do.
+    """
+    wanted = tuple(settings if settings is not None else settings_list())
+    watched = _Watched(watch or _unheard, sum(1 if one.tail else max(1, repeats) for one in wanted), time_limit)
+    assembly = assemble(session, pairs=pairs, start=start, end=end)
+    judge = _Judge(assembly, parse_detector(oracle), seed, tau)
+    trials: list[_Trial] = []
+    for setting in (one for one in wanted if not one.tail):
+        _try(setting, assembly, judge, seed, trials, watched)
+    for _ in range(1, repeats):
+        for trial in trials:
+            watched.next(trial.setting.label, trials)
+            if trial.passes[0].seconds <= ONCE_SECONDS and watched.left() > trial.passes[0].seconds:
+                _again(trial)
+    for setting in (one for one in wanted if one.tail):
+        _try(setting, assembly, judge, seed, trials, watched)
+    watched.end(trials)
+    done = {trial.setting.label for trial in trials}
+    cut = tuple(setting.label for setting in wanted if setting.label not in done)
+    return _whole(session, assembly, judge, [one.row for one in trials], cut, seed)
+
+
+class _Watched:
+    """Tells how far the work is, and how much time is left."""
+
+    def __init__(self, told: Watch, total: int, limit: float | None) -> None:
+        self._told, self._total, self._limit, self._began, self._done = told, total, limit, perf_counter(), 0
+
+    def left(self) -> float:
+        """Seconds."""
+        return float("inf") if self._limit is None else self._limit - (perf_counter() - self._began)
+
+    def next(self, label: str, trials: Sequence[_Trial]) -> None:
+        """This comes next."""
+        self._told(self._done, self._total, label, [one.row for one in trials])
+        self._done += 1
+
+    def end(self, trials: Sequence[_Trial]) -> None:
+        """All is done."""
+        self._told(self._total, self._total, "", [one.row for one in trials])
+
+
+def _try(
+    setting: Setting, assembly: Assembly, judge: _Judge, seed: int, trials: list[_Trial], watched: _Watched
+) -> None:
+    """Run a setting for the first time, if it can end in time; the very first one always runs."""
+    watched.next(setting.label, trials)
+    left = watched.left() if trials else float("inf")
+    if left > 0:
+        trial = _first(setting, assembly, judge, seed, left)
+        trials += [] if trial is None else [trial]
+
+
+def _unheard(done: int, total: int, label: str, rows: Sequence[dict[str, Any]]) -> None:
+    del done, total, label, rows
+
+
+class _Judge:
+    """The oracle's answer, and what a detection is worth beside it."""
+
+    def __init__(self, assembly: Assembly, spec: DetectorSpec, seed: int, tau: float) -> None:
+        self.spec = spec
+        trusted = make_detector(spec, assembly, seed)
+        self.truth = trusted.detect(assembly.motion)
+        self.contacts: tuple[Episode, ...] = episodes(self.truth)
+        if not self.contacts:
+            raise TradeoffError(f"{spec.name} finds no contact in this session: nothing can be missed; take another")
+        exact = make_detector(DetectorSpec("faces", "exact"), assembly, seed)
+        self._tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), tau)
+
+    def figures(self, detection: Detection) -> dict[str, Any]:
+        """Pair-frames and contacts found, missed and invented, with intervals."""
+        outcome = compare(detection, self.truth, within=self._tolerance.judge(detection, self.truth)).outcome
+        count = np.bincount(outcome.ravel(), minlength=len(Outcome))
+        both, missed, invented = (int(count[word]) for word in (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED))
+        lost, true = share(missed, both + missed), share(both, both + invented)
+        whole = sum(_lost(outcome[one.first : one.last + 1, one.pair]) for one in self.contacts)
+        contacts = share(whole, len(self.contacts))
+        return {
+            "both": both, "missed_pair_frames": missed, "invented_pair_frames": invented,
+            "within_tolerance": int(count[Outcome.WITHIN_TOLERANCE]), "left_out": int(count[Outcome.LEFT_OUT]),
+            "recall": None if lost["share"] is None else both / (both + missed),
+            "recall_low": 1 - lost["high"], "recall_high": 1 - lost["low"],
+            "missed": lost["share"], "missed_low": lost["low"], "missed_high": lost["high"],
+            "precision": true["share"], "precision_low": true["low"], "precision_high": true["high"],
+            "contacts": len(self.contacts), "contacts_missed": whole,
+            "contacts_missed_low": contacts["low"], "contacts_missed_high": contacts["high"],
+        }  # fmt: skip
+
+
+def _lost(outcome: np.ndarray[Any, np.dtype[np.uint8]]) -> bool:
+    """Whether a contact was missed in all of its frames."""
+    return bool((outcome == Outcome.MISSED).any() and not (outcome == Outcome.BOTH).any())
+
+
+def _first(setting: Setting, assembly: Assembly, judge: _Judge, seed: int, left: float) -> _Trial | None:
+    """Build, warm up, detect, compare; ``None`` where the warm-up foretells more than the seconds ``left``."""
+    seen = coarser(assembly, setting.cell) if setting.cell else assembly
+    clock = perf_counter()
+    detector = make_detector(setting.spec, seen, seed)
+    prepared = perf_counter() - clock
+    sample = seen.motion.take(warm_frames(len(seen.motion)))
+    warm = _seconds(detector, sample, setting.faces)
+    share_of_all = len(sample) / len(seen.motion)
+    # The first call may have compiled; only the second foretells.
+    if warm > left * share_of_all and _seconds(detector, sample, setting.faces) > left * share_of_all:
+        return None
+    detection, first = timed(detector, seen.motion, faces=setting.faces)
+    row: dict[str, Any] = {
+        "label": setting.label, "line": setting.line, "detector": setting.detector, "axis": setting.axis,
+        "value": setting.value, "settings": str(setting.spec).partition("=")[2], "cell_mm": setting.cell * 1e3,
+        "faces_listed": setting.faces, "mesh_faces": sum(len(body.mesh.faces) for body in seen.bodies),
+        "online": detector.online, "covers": detection.covers, "oracle": setting.detector == judge.spec.name,
+        "prepare_seconds": prepared, "digest": detection.digest,
+        "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
+        **judge.figures(detection),
+    }  # fmt: skip
+    trial = _Trial(setting, detector, seen.motion, detection, row, [first])
+    _tell_time(trial)
+    return trial
+
+
+def _seconds(detector: Detector, motion: Motion, faces: bool) -> float:
+    began = perf_counter()
+    detector.detect(motion, faces=faces)
+    return perf_counter() - began
+
+
+def _again(trial: _Trial) -> None:
+    detection, again = timed(trial.detector, trial.motion, faces=trial.setting.faces)
+    if detection.digest != trial.row["digest"]:
+        raise TradeoffError(f"{trial.setting.label} gave other verdicts the second time; its recall means nothing")
+    trial.passes.append(again)
+    _tell_time(trial)
+
+
+def _tell_time(trial: _Trial) -> None:
+    told, frames = figures(trial.passes), max(1, len(trial.motion))
+    minutes = float(trial.motion.times[-1] - trial.motion.times[0]) / 60 or 1.0
+    trial.row.update(told)
+    trial.row["seconds_per_minute"] = told["seconds"] / minutes
+    for key, name in (("seconds", "ms_per_frame"), ("seconds_low", "ms_low"), ("seconds_high", "ms_high")):
+        trial.row[name] = told[key] / frames * 1e3
+
+
+def _whole(
+    session: Session, assembly: Assembly, judge: _Judge, rows: list[dict[str, Any]], cut: tuple[str, ...], seed: int
+) -> Tradeoff:
+    front, online = front_of(rows), front_of(rows, time="p99_ms", online=True)
+    for row in rows:
+        row["front"], row["front_online"] = row["label"] in front, row["label"] in online
+    times = assembly.motion.times
+    about = {
+        "session": session.scene.name or session.origin, "frames": len(times), "bodies": len(assembly.bodies),
+        "seconds": float(times[-1] - times[0]), "pairs": len(assembly.pairs), "oracle": judge.spec.name,
+        "contacts": len(judge.contacts), "seed": seed, "machine": machine(), "versions": versions(),
+    }  # fmt: skip
+    return Tradeoff(tuple(rows), tuple(front), tuple(online), tuple(advice_of(rows)), cut, about)

@@ -1,0 +1,38 @@
+import json
+
+import pytest
+from small_worlds import cubes
+
+from replay.cli.main import main
+from replay.tradeoff import trading
+from replay.tradeoff.settings import Setting
+from sessions import write_session
+
+PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+
+
+@pytest.fixture
+def file(tmp_path, monkeypatch):
+    rate = Setting("discrete", "step rate", "20 Hz", {"rate_hz": 20.0})
+    monkeypatch.setattr(trading, "settings_list", lambda: (Setting("hybrid", "as it comes", ""), rate))
+    write_session(cubes(PLACES), tmp_path / "s.mcap")
+    return str(tmp_path / "s.mcap")
+
+
+def test_front_and_advice_are_printed_and_the_folder_is_written(file, tmp_path, capsys):
+    assert main(["tradeoff", file, "--out", str(tmp_path / "costs"), "--repeats", "1"]) == 0
+    out, err = capsys.readouterr()
+    assert "hybrid" in out and "To audit a recording" in out and "tradeoff.png" in err
+    assert (tmp_path / "costs" / "tradeoff.parquet").is_file()
+    assert main(["tradeoff", file, "--out", str(tmp_path / "costs")]) != 0
+
+
+def test_json_holds_rows_front_and_advice(file, capsys):
+    assert main(["tradeoff", file, "--format", "json", "--repeats", "1"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [row["label"] for row in told["rows"]] == ["hybrid", "discrete step rate 20 Hz"] and told["advice"]
+
+
+def test_what_a_time_limit_cuts_is_said(file, capsys):
+    assert main(["tradeoff", file, "--time-limit", "0"]) == 0
+    assert "1 settings were not tried: discrete step rate 20 Hz" in capsys.readouterr().err

@@ -1,0 +1,43 @@
+import io
+import sys
+
+import pytest
+from rich.console import Console
+from small_worlds import cubes
+
+from replay.cli.console import People
+from replay.cli.tradeoff_tables import FrontBar, front_words, tradeoff_table
+from replay.tradeoff.settings import Setting
+from replay.tradeoff.trading import tradeoff
+
+
+@pytest.fixture(scope="module")
+def done():
+    session = cubes({"a": [0] * 12, "b": [3, 1.3, 1.3, 3, 0.9, 3, 1.3, 1.3, 0.9, 0.8, 1.3, 3]})
+    names = ("hybrid", "exact", "discrete", "sphere")
+    return tradeoff(session, settings=[Setting(name, "as it comes", "") for name in names], repeats=1)
+
+
+def printed(table):
+    console = Console(width=200, record=True, file=io.StringIO())
+    console.print(table)
+    return console.export_text()
+
+
+def test_the_table_shows_the_front_and_the_oracle_and_on_request_all(done):
+    short, whole = printed(tradeoff_table(done)), printed(tradeoff_table(done, everything=True))
+    assert "oracle" in short and "live front" in short and "sphere" not in short and "sphere" in whole
+
+
+def test_the_front_so_far_fits_one_line(done):
+    assert front_words(done.rows).endswith("0 %") and front_words([]) == ""
+
+
+def test_a_bar_is_shown_on_a_terminal_only(done, monkeypatch, capsys):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    with FrontBar(People()) as bar:
+        bar.watch(1, 4, "discrete", done.rows)
+    assert "discrete" in capsys.readouterr().err
+    with FrontBar(People(quiet=True)) as bar:
+        bar.watch(1, 4, "discrete", done.rows)
+    assert capsys.readouterr().err == ""

@@ -1,0 +1,74 @@
+from time import sleep
+
+import numpy as np
+import pytest
+
+from replay.assemble import assemble
+from replay.detecting import make_detector
+from replay.detector_spec import parse_detector
+from replay.tradeoff.clocks import BUDGET_MS, Pass, figures, quantile, timed
+
+
+class Sleepy:
+    """Wraps a detector, and takes 2 ms longer in every frame than it says itself."""
+
+    def __init__(self, inner, online):
+        self.inner, self.online, self.sizes = inner, online, []
+
+    def detect(self, motion, *, faces=False):
+        self.sizes.append(len(motion))
+        sleep(0.002 * len(motion))
+        return self.inner.detect(motion, faces=faces)
+
+    def stream(self, motions, *, faces=False):
+        def slow():
+            for motion in motions:
+                self.sizes.append(len(motion))
+                sleep(0.002)
+                yield motion
+
+        return self.inner.stream(slow(), faces=faces)
+
+
+@pytest.mark.parametrize("name", ["discrete", "discrete[rate_hz=20]"])
+def test_an_online_detector_gets_one_frame_after_the_other_and_answers_the_same(bumped, name):
+    assembly = assemble(bumped)
+    inner = make_detector(parse_detector(name), assembly, 0)
+    watched = Sleepy(inner, online=True)
+    detection, clock = timed(watched, assembly.motion, faces=False)
+    assert watched.sizes == [1] * 12 and detection.digest == inner.detect(assembly.motion).digest
+    assert clock.frames.shape == (12,) and (clock.frames >= 0.002).all()
+    assert clock.seconds == pytest.approx(clock.frames.sum())
+
+
+def test_the_clock_of_an_offline_detector_stands_outside(bumped):
+    assembly = assemble(bumped)
+    watched = Sleepy(make_detector(parse_detector("hybrid"), assembly, 0), online=False)
+    _, clock = timed(watched, assembly.motion, faces=False)
+    assert watched.sizes == [12] and clock.frames is None and clock.seconds >= 0.024
+
+
+def test_figures_pool_frames_and_take_the_median_pass():
+    fast, slow = np.full(100, 1e-3), np.full(100, 1e-3)
+    slow[:5] = (BUDGET_MS + 1) / 1e3
+    told = figures([Pass(float(one.sum()), one) for one in (fast, slow, fast)])
+    assert told["seconds"] == pytest.approx(0.1) and told["seconds_high"] > told["seconds_low"]
+    assert told["p50_ms"] == pytest.approx(1.0) and told["p99_ms"] == pytest.approx(BUDGET_MS + 1)
+    assert told["over_share"] == pytest.approx(5 / 300) and 0 < told["over_low"] < 5 / 300 < told["over_high"]
+
+
+def test_offline_figures_have_no_quantiles():
+    told = figures([Pass(2.0, None), Pass(4.0, None), Pass(3.0, None)])
+    assert (told["seconds"], told["seconds_low"], told["seconds_high"], told["passes"]) == (3.0, 2.0, 4.0, 3)
+    assert told["p99_ms"] is None and told["over_share"] is None
+
+
+def test_a_quantile_lies_in_its_interval_which_holds_the_truth_in_95_of_100_samples():
+    random = np.random.default_rng(5)
+    for level in (0.5, 0.95):
+        held = 0
+        for _ in range(400):
+            middle, low, high = quantile(np.sort(random.random(300)), level)
+            assert low <= middle <= high
+            held += low <= level <= high
+        assert 0.92 <= held / 400 <= 0.99

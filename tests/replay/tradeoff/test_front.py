@@ -1,0 +1,66 @@
+from hypothesis import given
+from hypothesis import strategies as st
+
+from replay.tradeoff.front import advice_of, front_of
+
+
+def row(label, ms, missed, *, online=False, oracle=False, precision=1.0, p99=None):
+    return {
+        "label": label, "ms_per_frame": ms, "missed": missed, "missed_low": missed / 2, "missed_high": missed * 2,
+        "online": online, "oracle": oracle, "precision": precision, "p99_ms": p99,
+    }  # fmt: skip
+
+
+rows = st.lists(
+    st.builds(
+        row, st.just(""), st.integers(1, 8), st.integers(0, 6).map(lambda k: k / 10), online=st.booleans(),
+        oracle=st.booleans(), precision=st.sampled_from([0.2, 1.0, None]), p99=st.integers(1, 5),
+    ),
+    max_size=12,
+).map(lambda found: [{**one, "label": str(k)} for k, one in enumerate(found)])  # fmt: skip
+
+
+@given(rows)
+def test_a_row_is_on_the_front_exactly_when_nothing_that_counts_beats_it(found):
+    may = [one for one in found if not one["oracle"] and one["precision"] == 1.0]
+    front = front_of(found)
+    for one in found:
+        beaten = any(
+            (a["ms_per_frame"], a["missed"]) != (one["ms_per_frame"], one["missed"])
+            and a["ms_per_frame"] <= one["ms_per_frame"]
+            and a["missed"] <= one["missed"]
+            for a in may
+        )
+        alike = [a["label"] for a in may if (a["ms_per_frame"], a["missed"]) == (one["ms_per_frame"], one["missed"])]
+        assert (one["label"] in front) == (one in may and not beaten and alike[0] == one["label"])
+
+
+def test_advice_names_the_best_at_each_price_once():
+    told = advice_of([row("coarse", 0.002, 0.2), row("fine", 0.02, 0.003), row("worse", 0.5, 0.1)])
+    assert told == [
+        "To audit a recording, at 0.003 ms per frame: coarse, misses 20.0 % [10.0, 40.0].",
+        "To audit a recording, at 0.03 ms per frame: fine, misses 0.3 % [0.1, 0.6].",
+    ]
+
+
+def test_one_setting_that_is_quickest_and_misses_least_dominates():
+    told = advice_of([row("best", 0.01, 0.0), row("other", 0.02, 0.0), row("last", 0.03, 0.5)])
+    assert len(told) == 1 and "best dominates" in told[0]
+
+
+def test_a_live_loop_is_advised_by_its_p99_and_only_on_what_runs_frame_by_frame():
+    told = advice_of(
+        [
+            row("offline", 0.001, 0.0),
+            row("slow", 0.3, 0.0, online=True, p99=9.0),
+            row("quick", 0.1, 0.4, online=True, p99=2.0),
+        ]
+    )
+    assert told[1:] == [
+        "To ship in a live loop, with p99 under 3 ms per frame: quick, misses 40.0 % [20.0, 80.0].",
+        "To ship in a live loop, with p99 under 11.1 ms per frame: slow, misses 0.0 % [0.0, 0.0].",
+    ]
+
+
+def test_neither_the_oracle_nor_who_always_says_contact_is_advised():
+    assert advice_of([row("exact", 0.1, 0.0, oracle=True), row("sphere", 0.01, 0.0, precision=0.01)]) == []

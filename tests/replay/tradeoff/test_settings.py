@@ -1,0 +1,28 @@
+from dataclasses import fields
+
+from cdcore.detectors import DETECTORS, load_detector
+from replay.tradeoff.settings import settings_list
+
+
+def test_the_list_holds_every_detector_and_every_axis_once():
+    tried = settings_list()
+    assert {one.detector for one in tried} == set(DETECTORS)
+    axes = {
+        "step rate", "collider shape", "mesh resolution", "tolerance", "samples", "budget", "faces",
+    }  # fmt: skip
+    assert axes <= {one.axis for one in tried}
+    labels = [one.label for one in tried]
+    assert len(labels) == len(set(labels)) >= 40
+
+
+def test_every_setting_is_one_its_detector_has():
+    for one in settings_list():
+        detector = load_detector(one.detector)
+        assert set(one.settings) <= {item.name for item in fields(detector.Settings)}, one.label
+        detector.Settings(**one.settings)
+
+
+def test_each_point_of_a_line_turns_one_axis_of_one_detector():
+    for one in settings_list():
+        assert one.line.startswith(one.detector) and (one.axis in one.line) == (one.axis != "as it comes")
+        assert one.spec.name == one.detector and dict(one.spec.settings) == dict(one.settings)

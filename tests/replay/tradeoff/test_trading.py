@@ -1,0 +1,67 @@
+import json
+
+import pytest
+from small_worlds import cubes
+
+from replay.errors import TradeoffError
+from replay.runner import run
+from replay.tradeoff import trading
+from replay.tradeoff.settings import Setting
+from replay.tradeoff.trading import tradeoff
+
+LIST = (
+    Setting("hybrid", "as it comes", ""),
+    Setting("exact", "as it comes", ""),
+    Setting("discrete", "step rate", "20 Hz", {"rate_hz": 20.0}),
+    Setting("hybrid", "mesh resolution", "500 mm", cell=0.5),
+    Setting("sphere", "as it comes", ""),
+)
+
+
+def test_misses_are_those_of_the_audit(bumped):
+    done = tradeoff(bumped, settings=LIST, repeats=2)
+    audit = run(bumped, detectors="slow=discrete[rate_hz=20]", oracle="exact").summary["audit"]["slow"]
+    row = next(one for one in done.rows if one["axis"] == "step rate")
+    assert row["missed_pair_frames"] == audit["pair_frames"]["MISSED"] > 0
+    assert row["invented_pair_frames"] == audit["pair_frames"]["INVENTED"]
+    assert (row["missed"], row["missed_low"], row["missed_high"]) == tuple(
+        audit["missed"][key] for key in ("share", "low", "high")
+    )
+    assert row["contacts_missed"] == audit["contacts_missed"] and row["contacts"] == audit["contacts"]
+
+
+def test_two_runs_give_the_same_recalls_and_only_times_differ(bumped):
+    one, two = (tradeoff(bumped, settings=LIST, repeats=1) for _ in range(2))
+    for a, b in zip(one.rows, two.rows, strict=True):
+        assert {key: a[key] for key in ("label", "recall", "precision", "digest", "work", "mesh_faces")} == {
+            key: b[key] for key in ("label", "recall", "precision", "digest", "work", "mesh_faces")
+        }
+
+
+def test_the_oracle_is_in_the_table_but_not_on_the_front(bumped):
+    done = tradeoff(bumped, settings=LIST, repeats=1)
+    assert [row["label"] for row in done.rows if row["oracle"]] == ["exact"] and "exact" not in done.front
+    assert "sphere" not in done.front, "it invents more than it finds"
+    json.dumps(done.as_json(), allow_nan=False)
+
+
+def test_a_time_limit_cuts_the_tail_and_says_so(bumped, monkeypatch):
+    clock = iter(range(100000))
+    monkeypatch.setattr(trading, "perf_counter", lambda: float(next(clock)))
+    done = tradeoff(bumped, settings=LIST, time_limit=20.0)
+    assert 1 <= len(done.rows) < len(LIST)
+    assert done.cut == tuple(one.label for one in LIST[len(done.rows) :])
+
+
+def test_passes_go_round_and_every_step_is_told(bumped):
+    told = []
+    done = tradeoff(bumped, settings=LIST, repeats=3, watch=lambda *step: told.append(step[:3]))
+    labels = [one.label for one in LIST]
+    assert [label for _, _, label in told] == [*labels * 3, ""] and told[-1][:2] == (15, 15)
+    assert [done for done, _, _ in told] == list(range(16))
+    assert all(row["passes"] == 3 and row["ms_low"] <= row["ms_per_frame"] <= row["ms_high"] for row in done.rows)
+
+
+def test_a_session_without_contact_is_refused():
+    with pytest.raises(TradeoffError, match="nothing can be missed"):
+        tradeoff(cubes({"a": [0, 0, 0], "b": [3, 4, 3]}), settings=LIST)
