@@ -68,6 +68,8 @@ def test_relations_are_asked_of_the_families_named(capsys, tmp_path):
         "hybrid",
         "--relation",
         "shift,axes",
+        "--pairs",
+        "9",
         "--relation-pairs",
         "60",
         "--family",
