@@ -18,6 +18,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from damage import chunks, records, with_chunk
 from mcap_samples import protobuf_messages, random_frames, session_of, tetrahedron, write_foreign
+from peak_memory import peak_bytes
 
 from sessions import Event, HandTrack, Interval, Recorder, examine, import_session, parse_scene, read_session, recover
 from sessions.errors import SessionError
@@ -199,9 +200,7 @@ def main(folder: Path, first: int, last: int) -> None:
         print(number, flush=True)
         name, data = mutant(files, number)
         count.update(outcomes(name, data, folder))
-    import resource
-
-    told = {"outcomes": dict(count), "peak_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024}
+    told = {"outcomes": dict(count), "peak_mib": peak_bytes() / 2**20}
     print(json.dumps(told), flush=True)
 
 

@@ -3,12 +3,11 @@ once. One that trembles by the last bits of its position is asked in every frame
 """
 
 import json
-import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from peak_memory import environment
 
 RUN = """
 import json, sys, time
@@ -46,23 +45,17 @@ detector.detect(motion.take(np.arange(16)), faces=True)
 start = time.process_time()
 detection = detector.detect(motion, faces=True)
 seconds = time.process_time() - start
-from sys import platform
-if platform == "win32":
-    peak = 0
-else:
-    import resource
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if platform == "darwin" else 1024)
+from peak_memory import peak_bytes
 print(json.dumps({
-    "seconds": seconds, "peak": peak, "faces": [len(body.mesh.faces) for body in bodies],
+    "seconds": seconds, "peak": peak_bytes(), "faces": [len(body.mesh.faces) for body in bodies],
     "contact": bool((detection.verdict == Verdict.CONTACT).all()), "pairs": int(detection.face_counts.min()),
     "reused": detection.work["reused"], "exact": detection.work["exact_tests"]}))
 """
 
 
 def rested(*arguments):
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
     answer = subprocess.run(
-        [sys.executable, "-c", RUN, *arguments], env=environment, capture_output=True, text=True, check=True
+        [sys.executable, "-c", RUN, *arguments], env=environment(), capture_output=True, text=True, check=True
     )
     return json.loads(answer.stdout)
 

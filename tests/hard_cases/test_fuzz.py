@@ -1,7 +1,6 @@
 """Mutants of session files, foreign recordings and scenes: no crash, no hang, memory bounded, errors named."""
 
 import json
-import os
 import subprocess
 import sys
 import threading
@@ -13,6 +12,7 @@ import pytest
 from fuzzing import mutant, outcomes, seeds
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from peak_memory import environment
 
 SCRIPT = Path(__file__).resolve().parents[1] / "fuzzing.py"
 ROOT = SCRIPT.parents[1]
@@ -22,9 +22,11 @@ MOST_MIB = 512.0
 
 def tried(folder, first, last):
     """Run mutants in a process of their own; what came of them. A silence longer than ten seconds is a hang."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command_environment = environment()
     command = [sys.executable, str(SCRIPT), str(folder), str(first), str(last)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=command_environment
+    )
     lines, heard = [], [time.monotonic() + 60.0]
 
     def listen():

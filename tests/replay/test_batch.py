@@ -20,15 +20,16 @@ SETTINGS = {"detectors": "hybrid", "oracle": "none", "picture": False}
 def files(tmp_path):
     folder = tmp_path / "sessions"
     folder.mkdir()
-    for k in range(4):
+    for k in range(3):
         write_session(cubes({"a": [0.0] * 20, "b": list(np.linspace(3, 0.8 + 0.1 * k, 20))}), folder / f"s{k}.mcap")
     return sorted(folder.glob("*.mcap"))
 
 
+@pytest.mark.slow
 def test_two_processes_give_the_digest_of_one(files, tmp_path):
     one = run_batch(files, tmp_path / "one", settings=SETTINGS)
     two = run_batch(files[::-1], tmp_path / "two", jobs=2, settings=SETTINGS)
-    assert one.digest == two.digest != "" and one.done == two.done == ("s0", "s1", "s2", "s3")
+    assert one.digest == two.digest != "" and one.done == two.done == ("s0", "s1", "s2")
     assert not one.failed and not one.kept
 
 
@@ -44,7 +45,7 @@ def test_a_finished_session_is_kept_and_a_missing_or_half_written_one_is_run(fil
     (out / ".s2.deadbeef.partial").mkdir()
     told = []
     again = run_batch(files, out, settings=SETTINGS, told=lambda *one: told.append(one))
-    assert again.digest == first.digest and again.kept == ("s0", "s1", "s3")
+    assert again.digest == first.digest and again.kept == ("s0", "s1")
     assert told[-1] == ("s2", "done") and ("s0", "kept") in told
     assert (out / "s0" / "summary.json").stat().st_mtime_ns == when
     assert not list(out.glob(".*.partial"))
@@ -55,13 +56,13 @@ def test_a_session_that_changed_is_run_again(files, tmp_path):
     first = run_batch(files, out, settings=SETTINGS)
     write_session(cubes({"a": [0.0] * 20, "b": [0.5] * 20}), files[1])
     again = run_batch(files, out, settings=SETTINGS)
-    assert again.kept == ("s0", "s2", "s3") and again.digest != first.digest
+    assert again.kept == ("s0", "s2") and again.digest != first.digest
 
 
 def test_a_failure_is_told_and_ends_no_other(files, tmp_path):
     files[1].write_bytes(b"no session")
-    batch = run_batch(files, tmp_path / "runs", jobs=2, settings=SETTINGS)
-    assert set(batch.failed) == {"s1"} and batch.done == ("s0", "s2", "s3") and batch.digest == ""
+    batch = run_batch(files, tmp_path / "runs", settings=SETTINGS)
+    assert set(batch.failed) == {"s1"} and batch.done == ("s0", "s2") and batch.digest == ""
     assert "s1.mcap" in batch.failed["s1"]
 
 

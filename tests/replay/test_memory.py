@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from peak_memory import environment
 from scipy.spatial.transform import Rotation
 
 from replay.assemble_stored import HELD_FRAMES
@@ -16,15 +17,11 @@ BODIES, RATE_HZ = 12, 90.0
 GIBIBYTE = 2**30
 
 MEASURED = """
-import json, resource, sys
-import psutil
+import json, sys
 import replay
+from peak_memory import peak_bytes
 result = replay.run(sys.argv[1], detectors="slow=discrete[rate_hz=22.5]", out=sys.argv[2])
-if sys.platform == "win32":
-    peak = psutil.Process().memory_info().peak_wset
-else:
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-print(json.dumps({"peak": peak, "summary": result.summary}))
+print(json.dumps({"peak": peak_bytes(), "summary": result.summary}))
 """
 
 
@@ -60,7 +57,7 @@ def peak_of(frames, folder):
     mesh = pointed_ball(0.05, 4)
     write_session(Session(Wandering(frames), dict.fromkeys(Wandering.names, mesh)), folder / "s.mcap")
     command = [sys.executable, "-c", MEASURED, str(folder / "s.mcap"), str(folder / "run")]
-    done = subprocess.run(command, capture_output=True, text=True)
+    done = subprocess.run(command, capture_output=True, text=True, env=environment())
     assert done.returncode == 0, done.stderr[-3000:]
     told = json.loads(done.stdout)
     assert told["summary"]["session"]["frames"] == frames

@@ -24,7 +24,7 @@ def test_every_field_says_what_it_is_and_every_default_of_a_quantity_has_a_sourc
 
 
 def test_an_unknown_kind_is_refused_with_those_there_are():
-    with pytest.raises(EffectError, match="no effect 'pur'; there are: contact"):
+    with pytest.raises(EffectError, match=r"no effect 'pur'; there are: .*contact"):
         load_effect("pur")
 
 

@@ -108,7 +108,7 @@ def cut_keeps_all_before(whole, tmp_path, data, truth, place):
 def test_a_file_cut_anywhere_keeps_all_but_the_torn_chunks_rest(whole, tmp_path):
     data, truth = whole.read_bytes(), frames_of(whole)
     spans = chunks(data)
-    places = sorted(np.random.default_rng(2).integers(0, len(data), 40).tolist() + [end for _, end in spans[2:5]])
+    places = sorted(np.random.default_rng(2).integers(0, len(data), 12).tolist() + [end for _, end in spans[2:5]])
     for place in places:
         kept = cut_keeps_all_before(whole, tmp_path, data, truth, place)
         full = sum(end <= place for _, end in spans[2:])
