@@ -17,7 +17,7 @@ from replay.errors import PlanError
 from sessions.scene import Scene
 from sessions.toml_table import nearest
 
-NOT_BUILT: Final = frozenset(("dropper", "gas", "heat", "flame-test", "penetration"))
+NOT_BUILT: Final = frozenset(("dropper", "penetration"))
 """Kinds of the catalogue that this version does not compute; a scene may declare them, and the plan says so."""
 
 DECLARED: Final = "the scene declares it"

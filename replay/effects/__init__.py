@@ -31,6 +31,9 @@ EFFECTS: Final[dict[str, str]] = {
     "reaction": "replay.effects.reaction:SPEC",
     "precipitation": "replay.effects.precipitation:SPEC",
     "colour": "replay.effects.colour:SPEC",
+    "gas": "replay.effects.gas:SPEC",
+    "heat": "replay.effects.heat:SPEC",
+    "flame-test": "replay.effects.flame_test:SPEC",
 }
 """Kind -> ``module:SPEC``; the kinds are the words of ``kind = `` in a scene."""
 

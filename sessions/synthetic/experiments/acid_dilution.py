@@ -17,6 +17,10 @@ from sessions.synthetic.truth import Truth
 WATER_ML, ACID_ML, RINSE_ML = 120.0, 40.0, 60.0
 # Concentrated sulfuric acid, 96 % by mass, 1.84 g/mL: 18.0 mol/L.
 ACID_MOLAR = 18.0
+# What is left of its 1,840 g/L is water: 75 g/L over 18.015 g/mol.
+WATER_MOLAR = 4.1
+# Thomsen's formula as this scene takes it: 17,860 n / (n + 1.798) cal for n mol of water per mol of acid.
+HEAT_J_MOL, HALF_WATER = 17860.0 * 4.184, 1.798
 THRESHOLD_SPEED = 1.5
 RACK_AT = (0.36, -0.10)
 
@@ -73,7 +77,7 @@ def perform(lab: Lab) -> Mapping[str, Path]:
 
 
 def _acid() -> dict[str, Any]:
-    return {"liquid": {"volume_ml": ACID_ML, "solute": "H2SO4", "molar": ACID_MOLAR}}
+    return {"liquid": {"volume_ml": ACID_ML, "solute": "H2SO4", "molar": ACID_MOLAR, "water_molar": WATER_MOLAR}}
 
 
 ACID_DILUTION = Experiment(
@@ -107,7 +111,18 @@ ACID_DILUTION = Experiment(
         SceneEffect("pour", {"from": ["acid", "rinse"], "into": ["water", "acid"]}),
         SceneEffect("spill", {"from": ["acid", "rinse"]}),
         SceneEffect("mixing", {"in": ["water", "acid"]}),
-        SceneEffect("heat", {"of": "dilution", "solute": "H2SO4", "ambient_c": 20.0, "loss_w_per_k": 0.15}),
+        SceneEffect(
+            "heat",
+            {
+                "of": "dilution",
+                "solute": "H2SO4",
+                "ambient_c": 20.0,
+                "loss_w_per_k": 0.15,
+                "heat_j_mol": HEAT_J_MOL,
+                "half_water": HALF_WATER,
+                "heat_capacity_j_per_ml_k": 4.0,
+            },
+        ),
         SceneEffect("breakage", {"between": ["tag:vessel", "bench"], "speed_m_s": THRESHOLD_SPEED}),
     ),
 )

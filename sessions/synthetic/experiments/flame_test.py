@@ -19,6 +19,8 @@ from sessions.synthetic.truth import Truth
 
 # The flame as the scene declares it: a cone that stands on the wick.
 FLAME_RADIUS, FLAME_HEIGHT, TIP_IN_FLAME = 0.009, 0.045, 0.015
+# The wick's top, where the flame stands, in the lamp's frame: its site "flame".
+WICK = (0.0, 0.0982, 0.0)
 SEEN_AFTER_S = 1.0
 ENTER_FROM, ENTER_S = 0.08, 0.7
 SIDEWAYS = turned_about((0.0, 0.0, 1.0), -0.5 * np.pi)
@@ -118,9 +120,10 @@ FLAME_TEST = Experiment(
         SceneEffect("contact", {"between": ["wire", "tag:vessel"]}),
         SceneEffect("grasp", {"between": ["tag:hand", "wire"]}),
         SceneEffect("flame-test", {
-            "flame": "lamp", "flame_radius": FLAME_RADIUS, "flame_height": FLAME_HEIGHT, "wire": "wire",
-            "tip": [0.0, 0.0, 0.0], "seconds": SEEN_AFTER_S,
+            "flame": "lamp", "base": list(WICK), "flame_radius": FLAME_RADIUS, "flame_height": FLAME_HEIGHT,
+            "wire": "wire", "tip": [0.0, 0.0, 0.0], "seconds": SEEN_AFTER_S,
             "colours": {formula: colour for formula, _, _, colour in SALTS},
+            "vessels": [vessel for _, vessel, _, _ in SALTS],
             "dips": {vessel: formula for formula, vessel, _, _ in SALTS},
         }),
         SceneEffect("hazard-proximity", {"of": ["tag:hand", "headset"], "hazard": "lamp", "distance": 0.12}),

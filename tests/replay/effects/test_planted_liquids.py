@@ -82,3 +82,44 @@ def test_the_precipitate_is_found_at_the_pour_with_its_mass(seed):
     (event,), (fact,) = result.effects["precipitation"].output.named("precipitate"), planted(truth, "precipitate")
     assert event.time == pytest.approx(fact.start, abs=ONSET_S) and event.values["formula"] == "AgCl"
     assert event.values["mass_g"] == pytest.approx(fact.values["mass_g"], rel=0.02)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_wrong_order_is_found_once_and_the_right_one_never(seed):
+    result, truth = replayed("acid-dilution", seed)
+    (event,), (fact,) = result.effects["heat"].output.named("wrong-order"), planted(truth, "wrong_order")
+    assert event.time == pytest.approx(fact.start, abs=ONSET_S) and set(event.bodies) == set(fact.bodies)
+    assert event.values["volume_ml"] == close(fact.values["water_ml"])
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_gas_collected_is_what_evolved_while_the_jar_was_over_the_tube(seed):
+    result, truth = replayed("gas-collection", seed)
+    (event,), (fact,) = result.effects["gas"].output.named("collect"), planted(truth, "collect")
+    assert event.time == pytest.approx(fact.start, abs=ONSET_S) and event.end == pytest.approx(fact.end, abs=ONSET_S)
+    assert event.values["moles"] == pytest.approx(fact.values["collected_mol"], rel=0.02)
+    assert event.values["leaked_before_mol"] == pytest.approx(fact.values["leaked_before_mol"], rel=0.02)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_hand_on_the_heated_dish_is_burnt_at_its_temperature(seed):
+    result, truth = replayed("copper-sulfate", seed)
+    (event,), (fact,) = result.effects["burn-exposure"].output.named("burn"), planted(truth, "burn")
+    assert event.time == pytest.approx(fact.start, abs=0.1) and set(event.bodies) == set(fact.bodies)
+    # It is warm from when it comes over the flame, a second and a half before it stands.
+    assert event.values["surface_c"] == pytest.approx(fact.values["surface_c"], abs=6.0)
+    heated, heat = result.effects["heat"].output.named("heated")[0], planted(truth, "heat")[0]
+    assert heated.time == pytest.approx(heat.start, abs=2.0) and heated.end == pytest.approx(heat.end, abs=2.0)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_every_flame_is_found_with_the_colour_that_was_seen(seed):
+    result, truth = replayed("flame-test", seed)
+    found, facts = result.effects["flame-test"].output.named("flame"), planted(truth, "flame")
+    assert [(e.values["salt"], e.values["seen"]) for e in found] == [
+        (f.values["salt"], f.values["seen"]) for f in facts
+    ]
+    for event, fact in zip(found, facts, strict=True):
+        assert event.time == pytest.approx(fact.start, abs=ONSET_S) and event.end == pytest.approx(
+            fact.end, abs=ONSET_S
+        )

@@ -1,0 +1,127 @@
+"""A salt on a wire shows its colour when the wire's tip stays in the flame long enough."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from replay.effects.declaring import Declaration, bodies, body, mapping, number, vector
+from replay.effects.inputs import BodyPoses, EffectInputs
+from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan
+from replay.effects.protocol import EffectSpec
+from replay.effects.spans import BoolArray, Span, steadied
+from replay.effects.vessels import ML, Vessel
+from sessions.scene import Scene
+from sessions.toml_table import nearest
+
+FRAMES = 2
+"""Frames in a row that begin or end a visit: one alone is noise."""
+
+
+def compute(inputs: EffectInputs) -> EffectOutput:
+    """Events ``dip`` and ``flame`` with the salt and the colour seen, ``""`` when the visit was too short."""
+    events: list[EffectEvent] = []
+    lanes: dict[str, list[LaneSpan]] = {}
+    ran = np.zeros(len(inputs), dtype=np.bool_)
+    for declared in inputs.declared:
+        wire = declared.body("wire")
+        poses = inputs.poses(wire)
+        tips = poses.point(declared.vector("tip"))
+        inputs.count("tips compared", int(poses.valid.sum()))
+        dips = _dips(inputs, declared, tips, poses)
+        visits = _spans(_in_cone(inputs, declared, tips), poses)
+        for vessel, span in dips:
+            ran[slice(*span)] = True
+            start, end = _ends(inputs, span)
+            salt = str(declared.mapping("dips")[vessel])
+            words = f"{wire} dipped into {salt}"
+            last = None if span[1] >= len(inputs) else end
+            events.append(EffectEvent(start, "dip", (wire, vessel), last, {"salt": salt}, words))
+            lanes.setdefault(wire, []).append(LaneSpan(start, end, f"in {vessel}"))
+        for span in visits:
+            ran[slice(*span)] = True
+            event = _visit(inputs, declared, span, dips)
+            events.append(event)
+            word = str(event.values["seen"]) or "in the flame"
+            lanes.setdefault(wire, []).append(LaneSpan(*_ends(inputs, span), word))
+    shown = {name: tuple(sorted(spans, key=lambda span: span.start)) for name, spans in lanes.items()}
+    return EffectOutput(tuple(sorted(events, key=lambda event: event.time)), {}, shown, ran)
+
+
+def _spans(flag: BoolArray, poses: BodyPoses) -> list[Span]:
+    return steadied(flag, poses.valid, FRAMES, FRAMES)
+
+
+def _dips(inputs: EffectInputs, declared: Declaration, tips: FloatArray, poses: BodyPoses) -> list[tuple[str, Span]]:
+    """Vessel and frames of each dip below the level of a liquid, in order."""
+    found: list[tuple[str, Span]] = []
+    for name in declared.mapping("dips"):
+        vessel = Vessel(inputs.body(name))
+        floor, middle = vessel.size("floor", above=-np.inf), vessel.place("opening")
+        level = min(floor + vessel.volume_ml * ML / vessel.section_m2, float(middle[1]))
+        local = _local(tips, inputs.poses(name))
+        across = np.hypot(local[:, 0] - middle[0], local[:, 2] - middle[2])
+        wet = (local[:, 1] > floor) & (local[:, 1] <= level) & (across <= vessel.size("opening_radius"))
+        found += [(name, span) for span in _spans(np.asarray(wet), poses)]
+    return sorted(found, key=lambda one: one[1])
+
+
+def _in_cone(inputs: EffectInputs, declared: Declaration, tips: FloatArray) -> BoolArray:
+    local = _local(tips, inputs.poses(declared.body("flame"))) - np.array(declared.vector("base"))
+    height, radius = declared.number("flame_height"), declared.number("flame_radius")
+    across = np.hypot(local[:, 0], local[:, 2])
+    return np.asarray((local[:, 1] >= 0.0) & (across <= radius * (1.0 - local[:, 1] / height)))
+
+
+def _local(places: FloatArray, poses: BodyPoses) -> FloatArray:
+    """World places (T, 3) in a body's frame; NaN where it has no pose."""
+    local = np.einsum("tji,tj->ti", poses.rotation, places - poses.translation)
+    local[~poses.valid] = np.nan
+    return np.asarray(local)
+
+
+def _visit(inputs: EffectInputs, declared: Declaration, span: Span, dips: list[tuple[str, Span]]) -> EffectEvent:
+    start, end = _ends(inputs, span)
+    before = [vessel for vessel, dip in dips if dip[0] < span[0]]
+    salt = str(declared.mapping("dips")[before[-1]]) if before else ""
+    long_enough = end - start >= declared.number("seconds")
+    seen = str(declared.mapping("colours").get(salt, "")) if long_enough else ""
+    words = f"{salt or 'clean wire'} in the flame for {end - start:.1f} s: {seen or 'no colour'}"
+    values: dict[str, float | int | str | bool] = {"salt": salt, "seen": seen, "seconds": end - start}
+    bodies = (declared.body("wire"), declared.body("flame"))
+    return EffectEvent(start, "flame", bodies, None if span[1] >= len(inputs) else end, values, words)
+
+
+def _ends(inputs: EffectInputs, span: Span) -> tuple[float, float]:
+    return float(inputs.times[span[0]]), float(inputs.times[min(span[1], len(inputs) - 1)])
+
+
+def _check(declared: Declaration, _scene: Scene) -> None:
+    known = declared.bodies("vessels")
+    for name in declared.mapping("dips"):
+        if name not in known:
+            raise declared.fail(f"dips: {name!r} is none of the vessels{nearest(name, known)}")
+    for name in known:
+        if name not in declared.mapping("dips"):
+            raise declared.fail(f"dips: nothing says which salt is in {name!r}")
+
+
+SPEC = EffectSpec(
+    kind="flame-test",
+    about="Salts colour a flame.",
+    compute=compute,
+    fields={
+        "flame": body("the lamp"),
+        "base": vector("foot of the flame in the lamp's frame"),
+        "flame_radius": number("of the flame's cone at its foot", "m", above=0.0),
+        "flame_height": number("of the cone", "m", above=0.0),
+        "wire": body("the wire"),
+        "tip": vector("its tip in its own frame"),
+        "seconds": number("a tip that stays for this long shows its colour", "s", least=0.0),
+        "colours": mapping("salt = colour of the flame"),
+        "vessels": bodies("vessels with salts"),
+        "dips": mapping("vessel = salt that the wire takes up there"),
+    },
+    trigger="the wire's tip in a declared vessel's liquid or in the flame",
+    sources=("colours, cone and time: the scene's author", "the salt of the last dip is on the wire"),
+    check=_check,
+)
