@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cdcore import Detection
 from replay.affecting import EffectRun
@@ -18,6 +18,9 @@ from replay.audit.outcome import Comparison, Episode, Miss
 from replay.flags import Flags
 from replay.treatment import Treatment
 from sessions import Session
+
+if TYPE_CHECKING:
+    from replay.tradeoff.trading import Tradeoff
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +44,7 @@ class RunResult:
     treatment : what the doctor found, and what the policy made of it.
     flags : which verdicts rest on a pose in doubt.
     summary : settings, seeds, counts, digests, machine; everything JSON can hold.
+    tradeoff : what other settings would have missed and taken, where that was measured.
     out : the run folder, or ``None`` when nothing was written.
     """
 
@@ -59,4 +63,5 @@ class RunResult:
     treatment: Treatment | None = None
     flags: Flags | None = None
     summary: Mapping[str, Any] = field(default_factory=dict)
+    tradeoff: Tradeoff | None = None
     out: Path | None = None

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from replay.cli.console import People, stdout_console
+from replay.cli.console import People, TerminalProgress, stdout_console
 from replay.cli.options import ANY_PATH, SESSION_FILE, common, output_format, window
+
+if TYPE_CHECKING:
+    from replay.tradeoff.trading import Tradeoff
+    from sessions import Session
 
 
 @click.command()
 @click.argument("session", type=SESSION_FILE, metavar="SESSION")
-@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Folder for table, picture, and advice.")
+@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder with table, curve and picture.")
 @click.option("--force", is_flag=True, help="Replace an earlier folder of that name.")
 @click.option("--oracle", metavar="SPEC", default="exact", show_default=True, help="The detector to trust.")
 @window
@@ -49,15 +54,16 @@ def command(
     del debug
     people = People(quiet=quiet, verbose=verbose)
     from replay.cli.tradeoff_tables import FrontBar, tradeoff_table
-    from replay.tradeoff.output import check_tradeoff_target, write_tradeoff_folder
+    from replay.results.run_folder import check_target
     from replay.tradeoff.trading import tradeoff
     from sessions import read_session
 
     if out is not None:
-        check_tradeoff_target(out, force=force)
+        check_target(out, force=force)
+    held = read_session(session)
     with FrontBar(people) as bar:
         done = tradeoff(
-            read_session(session),
+            held,
             oracle=oracle,
             start=start,
             end=end,
@@ -67,7 +73,7 @@ def command(
             watch=bar.watch,
         )
     if out is not None:
-        write_tradeoff_folder(done, out, force=force)
+        _write(held, done, out, oracle=oracle, window=(start, end), seed=seed, force=force, people=people)
     if format_ == "json":
         click.echo(json.dumps(done.as_json(), allow_nan=False))
     else:
@@ -77,5 +83,30 @@ def command(
     if done.cut:
         people.say(f"time limit: {len(done.cut)} settings were not tried: {', '.join(done.cut)}")
     if out is not None:
-        people.say(f"\nwrote {out}\nlook at:  {out / 'tradeoff.png'}")
+        people.say(f"\nwrote {out}\nlook at:  {out / 'tradeoff.png'}, or: replay view {out}")
     return 0
+
+
+def _write(
+    held: Session,
+    done: Tradeoff,
+    out: Path,
+    *,
+    oracle: str,
+    window: tuple[float | None, float | None],
+    seed: int,
+    force: bool,
+    people: People,
+) -> None:
+    """A run folder of the usual audit, with the tradeoff in its tables, report and picture."""
+    from dataclasses import replace
+
+    from replay.engine import compute
+    from replay.rerun_log.recording import write_recording
+    from replay.results.run_folder import write_run_folder
+    from replay.tradeoff.output import tradeoff_files
+
+    told = TerminalProgress(people)
+    run = compute(held, oracle=oracle, start=window[0], end=window[1], seed=seed, progress=told)
+    with told.stage("write"), tradeoff_files(done) as files:
+        write_run_folder(replace(run, tradeoff=done), out, force=force, picture=write_recording, files=files)

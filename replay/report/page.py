@@ -67,6 +67,7 @@ def _sections(result: RunResult) -> list[Markup]:
         if result.misses[label]
     ]
     if result.detections:
+        parts += _costs(result)
         parts.append(_section("What it cost in time", timing(result), *_latency(result), cost_table(result)))
     if result.comparisons and (steps := dwell_table(result)) is not None:
         parts.append(_section("Which step rate would have missed it", steps))
@@ -75,6 +76,14 @@ def _sections(result: RunResult) -> list[Markup]:
     parts.append(_section("Can the recording be trusted?", finding_tables(result)))
     parts.append(_section("How to get the same again", settings_table(result)))
     return parts
+
+
+def _costs(result: RunResult) -> list[Markup]:
+    if result.tradeoff is None:
+        return []
+    from replay.report.tradeoff import tradeoff_section
+
+    return [_section("What accuracy costs", tradeoff_section(result.tradeoff))]
 
 
 def _audit(result: RunResult) -> list[Markup]:

@@ -26,6 +26,7 @@ from replay.rerun_log.miss_table import log_miss_table
 from replay.rerun_log.missed import log_missed_faces, log_pins
 from replay.rerun_log.report import log_missed_list, log_notes, log_report, log_worst
 from replay.rerun_log.timing import TOTAL, cost_of, cost_table, log_timing, stage_path
+from replay.rerun_log.tradeoff import log_tradeoff
 from replay.rerun_log.world import body_path, log_world
 from replay.run_result import RunResult
 
@@ -115,6 +116,8 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
     log_timing(writer, result.detections, remarks)
     table = rr.TextDocument(cost_table(result.detections, remarks), media_type=rr.MediaType.MARKDOWN)
     writer.static(TABLE, table)
+    if result.tradeoff is not None:
+        log_tradeoff(writer, result.tradeoff)
     log_effects(writer, result.effects)
     log_report(writer, "report", result)
     log_findings(writer, result)
@@ -171,6 +174,7 @@ def _layout(result: RunResult, subjects: Sequence[Subject]) -> Layout:
         finding_lanes=finding_lanes(result),
         slowest_ms=max((float(value.max()) for value in timed.values() if len(value)), default=0.0),
         end=_end(result),
+        tradeoff=result.tradeoff is not None,
         effects=effect_views(result.effects) if result.effects else None,
     )
 

@@ -1,17 +1,17 @@
-"""The files of a tradeoff: the table as Parquet and JSON, the picture as PNG and SVG; all of them or none."""
+"""The files of a tradeoff: the table as Parquet and JSON, the picture as PNG and SVG, to go into a run folder."""
 
 from __future__ import annotations
 
 import json
-import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final
-from uuid import uuid4
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from replay.errors import OutputError
 from replay.tradeoff.picture import picture
 from replay.tradeoff.trading import Tradeoff
 
@@ -43,41 +43,9 @@ def write_tradeoff(done: Tradeoff, folder: Path) -> None:
         (folder / f"tradeoff.{kind}").write_bytes(picture(done.rows, title_of(done), kind))
 
 
-def check_tradeoff_target(out: Path, *, force: bool = False) -> None:
-    """Refuse a folder that cannot be written, before the work and not after.
-
-    Raises
-    ------
-    OutputError
-        Says what is in the way.
-    """
-    if out.is_file():
-        raise OutputError(f"{out} is a file; name a folder")
-    if out.exists() and any(out.iterdir()):
-        if not (out / JSON).is_file():
-            raise OutputError(f"{out} holds something else and is not replaced; name another folder")
-        if not force:
-            raise OutputError(f"{out} exists; name another folder, or replace it with --force")
-
-
-def write_tradeoff_folder(done: Tradeoff, out: Path, *, force: bool = False) -> Path:
-    """Write a folder of its own: complete under another name first, then renamed.
-
-    Raises
-    ------
-    OutputError
-        The folder is in the way, or cannot be written.
-    """
-    check_tradeoff_target(out, force=force)
-    partial = out.with_name(f"{out.name}.{uuid4().hex[:8]}.partial")
-    try:
-        partial.mkdir(parents=True)
-        write_tradeoff(done, partial)
-        if out.exists():
-            shutil.rmtree(out)
-        partial.rename(out)
-    except OSError as error:
-        raise OutputError(f"{out} cannot be written: {error}; look at space and rights") from error
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
-    return out
+@contextmanager
+def tradeoff_files(done: Tradeoff) -> Iterator[dict[str, Path]]:
+    """Name -> file, as ``write_run_folder`` takes further files; they are gone when the block ends."""
+    with TemporaryDirectory() as folder:
+        write_tradeoff(done, Path(folder))
+        yield {path.name: path for path in sorted(Path(folder).iterdir())}

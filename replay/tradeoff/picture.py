@@ -10,6 +10,7 @@ import numpy as np
 
 from replay.tradeoff.clocks import BUDGET_MS
 from replay.tradeoff.front import PRECISION, Row, counts, front_of
+from replay.tradeoff.lines import lines_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,14 +29,6 @@ PALE: Final = 0.35
 # SOURCE: M. Aumueller, E. Bernhardsson, A. Faithfull, ANN-Benchmarks, Information Systems 87 (2020), figures 2-6.
 
 
-def lines_of(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    """Points that one line joins, in order of time: one algorithm, one axis; a setting alone is a point of its own."""
-    lines: dict[str, list[Row]] = {}
-    for row in rows:
-        lines.setdefault(row["line"], []).append(row)
-    return {name: sorted(points, key=lambda row: row["ms_per_frame"]) for name, points in lines.items()}
-
-
 def picture(rows: Sequence[Row], title: str, kind: str = "png") -> bytes:
     """The picture as ``png`` or ``svg``.
 
@@ -44,10 +37,13 @@ def picture(rows: Sequence[Row], title: str, kind: str = "png") -> bytes:
     ValueError
         No row.
     """
-    figure = _drawn(rows, title)
+    from matplotlib import rc_context
+
     out = io.BytesIO()
     how: Mapping[str, Any] = {"metadata": {"Date": None}} if kind == "svg" else {"dpi": 110}
-    figure.savefig(out, format=kind, **how)
+    # The salt makes the names inside an SVG, and so the page that holds it, the same every time.
+    with rc_context({"svg.hashsalt": "vrlab-replay"}):
+        _drawn(rows, title).savefig(out, format=kind, **how)
     return out.getvalue()
 
 

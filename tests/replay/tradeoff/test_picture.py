@@ -2,7 +2,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from replay.tradeoff.picture import lines_of, picture
+from replay.tradeoff.picture import picture
 from replay.tradeoff.settings import Setting
 from replay.tradeoff.trading import tradeoff
 
@@ -11,13 +11,6 @@ from replay.tradeoff.trading import tradeoff
 def rows(bumped):
     rates = [Setting("discrete", "step rate", f"{hz} Hz", {"rate_hz": hz}) for hz in (20.0, 40.0)]
     return tradeoff(bumped, settings=[Setting("hybrid", "as it comes", ""), *rates], repeats=1).rows
-
-
-def test_points_of_one_algorithm_and_axis_are_one_line_in_order_of_time(rows):
-    lines = lines_of(rows)
-    assert {name: len(points) for name, points in lines.items()} == {"hybrid": 1, "discrete, step rate": 2}
-    times = [point["ms_per_frame"] for point in lines["discrete, step rate"]]
-    assert times == sorted(times)
 
 
 def test_both_kinds_can_be_opened_and_name_what_they_show(rows):

@@ -1,0 +1,171 @@
+"""What accuracy costs, drawn in a plane: recall over time on a log axis, a line per algorithm, the front in white.
+
+Rerun has no log axis and no scatter plot, so axes, ticks and marks are strips and points in a plane of our own: x grows
+to the right, y downwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import ceil, floor, log10
+from typing import Any, Final
+
+import rerun as rr
+
+from replay.rerun_log.colours import SERIES, WHITE, Rgba, packed
+from replay.rerun_log.columns import RecordingWriter, entity
+from replay.tradeoff.clocks import BUDGET_MS
+from replay.tradeoff.front import Row, counts
+from replay.tradeoff.lines import lines_of
+from replay.tradeoff.trading import Tradeoff
+
+ROOT: Final = "tradeoff/plot"
+ADVICE: Final = "tradeoff/advice"
+
+WIDTH: Final = 1200.0
+HEIGHT: Final = 640.0
+"""Units of the plane; the axes fill it, words stand around it."""
+
+GRID: Final[Rgba] = (58, 62, 70, 255)
+PALE: Final = 90
+"""Alpha of what invents too much to count."""
+
+LIFTS: Final = (34.0, -46.0, 66.0, -78.0)
+"""How far above or below its point a label on the front stands, in turn: neighbours do not overlap."""
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Where milliseconds and recall are in the plane.
+
+    Parameters
+    ----------
+    low, high : powers of ten at the ends of the time axis.
+    """
+
+    low: int
+    high: int
+
+    @classmethod
+    def of(cls, rows: Sequence[Row]) -> Plane:
+        """The decades that hold all rows and the budget of 90 Hz."""
+        times = [row["ms_per_frame"] for row in rows if row["ms_per_frame"] > 0]
+        return cls(floor(log10(min([*times, 1.0]))), ceil(log10(max([*times, BUDGET_MS]))))
+
+    def x(self, ms: float) -> float:
+        """Right of the axis."""
+        return WIDTH * (log10(max(ms, 10.0**self.low)) - self.low) / (self.high - self.low)
+
+    def y(self, recall: float) -> float:
+        """Below the top: a recall of 1 is at the top."""
+        return HEIGHT * (1.0 - recall)
+
+    def point(self, row: Row) -> tuple[float, float]:
+        """Where a row's mark is."""
+        return self.x(row["ms_per_frame"]), self.y(row["recall"])
+
+
+def log_tradeoff(writer: RecordingWriter, done: Tradeoff) -> None:
+    """Send axes, lines, intervals, the front and the words."""
+    plane = Plane.of(done.rows)
+    _axes(writer, plane)
+    for number, (name, points) in enumerate(lines_of(done.rows).items()):
+        _line(writer, plane, name, points, SERIES[number % len(SERIES)])
+    _front(writer, plane, done)
+    writer.static(ADVICE, rr.TextDocument(advice_text(done), media_type=rr.MediaType.MARKDOWN))
+
+
+def _axes(writer: RecordingWriter, plane: Plane) -> None:
+    decades = range(plane.low, plane.high + 1)
+    levels = [k / 5 for k in range(6)]
+    strips = [[(plane.x(10.0**k), 0.0), (plane.x(10.0**k), HEIGHT)] for k in decades]
+    strips += [[(0.0, plane.y(level)), (WIDTH, plane.y(level))] for level in levels]
+    writer.static(entity(*ROOT.split("/"), "grid"), rr.LineStrips2D(strips, colors=packed([GRID]), radii=0.8))
+    at = BUDGET_MS
+    budget = rr.LineStrips2D([[(plane.x(at), -10.0), (plane.x(at), HEIGHT)]], colors=packed([WHITE]), radii=1.2)
+    writer.static(entity(*ROOT.split("/"), "budget"), budget)
+    words: list[tuple[str, float, float]] = [(f"{10.0**k:g} ms", plane.x(10.0**k), HEIGHT + 14) for k in decades]
+    words += [(f"{level:.0%}", -44.0, plane.y(level) - 16) for level in levels]
+    words += [
+        ("recall: share of contact pair-frames found", 130.0, -70.0),
+        ("one frame at 90 Hz", plane.x(at), -48.0),
+        ("time per frame, logarithmic (large marks: decided frame by frame)", WIDTH / 2, HEIGHT + 56),
+    ]
+    _words(writer, "axes", words, (190, 194, 200, 255))
+
+
+def _words(writer: RecordingWriter, name: str, words: Sequence[tuple[str, float, float]], colour: Rgba) -> None:
+    points = rr.Points2D(
+        [(x, y) for _, x, y in words],
+        labels=[text for text, _, _ in words],
+        radii=0.01,
+        colors=packed([colour]),
+        show_labels=True,
+    )
+    writer.static(entity(*ROOT.split("/"), name), points)
+
+
+def _line(writer: RecordingWriter, plane: Plane, name: str, points: Sequence[Row], colour: Rgba) -> None:
+    places = [plane.point(row) for row in points]
+    path = (*ROOT.split("/"), "lines", name)
+    shades = [colour if counts(row) or row["oracle"] else (*colour[:3], PALE) for row in points]
+    spans = [
+        [(plane.x(row["ms_per_frame"]), plane.y(row[end])) for end in ("recall_low", "recall_high")] for row in points
+    ]
+    writer.static(entity(*path, "interval"), rr.LineStrips2D(spans, colors=packed(shades), radii=0.7))
+    if len(places) > 1:
+        writer.static(entity(*path, "line"), rr.LineStrips2D([places], colors=packed([shades[-1]]), radii=1.3))
+    sizes = [7.0 if row["online"] else 4.5 for row in points]
+    marks = rr.Points2D(
+        places, colors=packed(shades), radii=sizes, labels=[row["label"] for row in points], show_labels=False
+    )
+    writer.static(entity(*path, "marks"), marks)
+
+
+def _front(writer: RecordingWriter, plane: Plane, done: Tradeoff) -> None:
+    by_label = {row["label"]: row for row in done.rows}
+    rows = [by_label[label] for label in done.front]
+    if not rows:
+        return
+    corners: list[tuple[float, float]] = []
+    for row in rows:
+        x, y = plane.point(row)
+        corners += [(x, corners[-1][1])] if corners else []
+        corners.append((x, y))
+    corners.append((WIDTH, corners[-1][1]))
+    white = packed([WHITE])
+    writer.static(entity(*ROOT.split("/"), "front", "steps"), rr.LineStrips2D([corners], colors=white, radii=2.4))
+    rings = rr.Points2D([plane.point(row) for row in rows], colors=white, radii=5.5, draw_order=40.0)
+    writer.static(entity(*ROOT.split("/"), "front", "marks"), rings)
+    words, poles = [], []
+    for number, row in enumerate(rows):
+        x, y = plane.point(row)
+        lift = LIFTS[number % len(LIFTS)]
+        words.append((f"{row['label']}  {100 * row['missed']:.1f} % missed", x + 50.0, y + lift))
+        poles.append([(x, y), (x + 50.0, y + lift + (6.0 if lift < 0 else 0.0))])
+    writer.static(entity(*ROOT.split("/"), "front", "poles"), rr.LineStrips2D(poles, colors=packed([GRID]), radii=0.8))
+    _words(writer, "words", words, WHITE)
+
+
+def advice_text(done: Tradeoff) -> str:
+    """Advice and the table of the front in Markdown, then every row in order of time."""
+    head = "| setting | ms per frame | p99 ms | missed | invented |\n|---|---|---|---|---|"
+    by_label: Mapping[str, dict[str, Any]] = {row["label"]: row for row in done.rows}
+    ordered = sorted(done.rows, key=lambda row: float(row["ms_per_frame"]))
+    parts = ["## What to take", *(f"- {sentence}" for sentence in done.advice), "## The front", head]
+    lines = "\n".join(_cells(by_label[label]) for label in done.front)
+    rest = "\n".join(_cells(row) for row in ordered)
+    cut = f"\n\nNot tried, for want of time: {', '.join(done.cut)}." if done.cut else ""
+    made = done.about["machine"]
+    where = (
+        f"Measured on {made['system']} {made['processor']}, {made['cores']} cores; compare ratios, not milliseconds."
+    )
+    return "\n\n".join([*parts[:-1], f"{head}\n{lines}", "## Every setting", f"{head}\n{rest}", where]) + cut
+
+
+def _cells(row: Row) -> str:
+    p99 = "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f}"
+    low, high = 100 * row["missed_low"], 100 * row["missed_high"]
+    missed = f"{100 * row['missed']:.1f} % [{low:.1f}, {high:.1f}]"
+    return f"| {row['label']} | {row['ms_per_frame']:.4f} | {p99} | {missed} | {row['invented_pair_frames']:,} |"

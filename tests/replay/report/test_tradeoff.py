@@ -1,0 +1,18 @@
+from dataclasses import replace
+
+from replay.report.page import report_html
+from replay.report.tradeoff import tradeoff_section
+from replay.tradeoff.settings import Setting
+from replay.tradeoff.trading import tradeoff
+
+
+def test_the_page_holds_the_curve_the_advice_and_a_row_per_setting(run):
+    tried = [Setting("hybrid", "as it comes", ""), Setting("discrete", "step rate", "20 Hz", {"rate_hz": 20.0})]
+    done = replace(tradeoff(run.session, settings=tried, repeats=1), cut=("image-space",))
+    part = str(tradeoff_section(done))
+    assert "data:image/svg+xml;base64," in part and "for want of time: image-space" in part
+    for sentence in done.advice:
+        assert sentence in part
+    assert part.count("<tr") == 1 + len(tried)
+    page = report_html(replace(run, tradeoff=done))
+    assert part in page and "What accuracy costs" in page and "What accuracy costs" not in report_html(run)

@@ -1,0 +1,47 @@
+from dataclasses import replace
+
+import pytest
+from rerun.chunk import RrdReader
+from small_worlds import cubes
+
+from replay.engine import compute
+from replay.rerun_log.recording import write_recording
+from replay.rerun_log.tradeoff import HEIGHT, WIDTH, Plane, advice_text
+from replay.tradeoff.settings import Setting
+from replay.tradeoff.trading import tradeoff
+
+
+@pytest.fixture(scope="module")
+def session():
+    return cubes({"a": [0] * 12, "b": [3, 1.3, 1.3, 3, 0.9, 3, 1.3, 1.3, 0.9, 0.8, 1.3, 3]})
+
+
+@pytest.fixture(scope="module")
+def done(session):
+    rates = [Setting("discrete", "step rate", f"{hz} Hz", {"rate_hz": hz}) for hz in (10.0, 20.0, 40.0)]
+    return tradeoff(session, settings=[Setting("hybrid", "as it comes", ""), *rates], repeats=1)
+
+
+def test_decades_are_equally_far_apart_and_every_mark_is_inside():
+    plane = Plane.of([{"ms_per_frame": 0.004}, {"ms_per_frame": 30.0}])
+    assert (plane.low, plane.high) == (-3, 2) and plane.x(0.001) == 0 and plane.x(100.0) == pytest.approx(WIDTH)
+    steps = [plane.x(10.0 ** (k + 1)) - plane.x(10.0**k) for k in range(-3, 2)]
+    assert steps == pytest.approx([WIDTH / 5] * 5)
+    assert (plane.y(1.0), plane.y(0.0)) == (0.0, HEIGHT) and plane.x(0.0) == 0.0
+
+
+def test_the_recording_holds_a_mark_per_setting_the_front_and_the_advice(session, done, tmp_path):
+    run = replace(compute(session, detectors="discrete[rate_hz=20]"), tradeoff=done)
+    write_recording(run, tmp_path / "run.rrd")
+    paths = {str(chunk.entity_path) for chunk in RrdReader(tmp_path / "run.rrd").stream().to_chunks()}
+    plot = {path.removeprefix("/tradeoff/plot/") for path in paths if path.startswith("/tradeoff/plot/")}
+    assert {"grid", "budget", "axes", "front/steps", "front/marks", "words"} <= plot
+    assert sum(path.startswith("lines/") and path.endswith("/marks") for path in plot) == 2
+    assert "/tradeoff/advice" in paths
+
+
+def test_the_words_name_the_front_the_cut_and_the_machine(done):
+    told = advice_text(replace(done, cut=("image-space resolution 8",)))
+    for words in (*done.advice, *done.front, "Not tried", "image-space resolution 8", "cores"):
+        assert words in told
+    assert told.count("\n| ") >= len(done.rows) + len(done.front)
