@@ -16,7 +16,7 @@ def tradeoff_section(done: Tradeoff) -> Markup:
     image = element(
         "img", src=f"data:image/svg+xml;base64,{drawn}", alt=title_of(done), style="width:100%;background:#fff"
     )
-    head = ("setting", "ms per frame", "p99 ms", "s per minute", "missed, % [95 %]", "invented", "front")
+    head = ("setting", "ms per frame", "p99 ms (over 11.1)", "s per minute", "missed, % [95 %]", "invented", "front")
     ordered = sorted(done.rows, key=lambda row: float(row["ms_per_frame"]))
     advice = element("ul", *(element("li", sentence) for sentence in done.advice))
     cut = [element("p", f"Not tried, for want of time: {', '.join(done.cut)}.")] if done.cut else []
@@ -24,7 +24,7 @@ def tradeoff_section(done: Tradeoff) -> Markup:
         (
             row["label"],
             f"{row['ms_per_frame']:.4f} [{row['ms_low']:.4f}, {row['ms_high']:.4f}]",
-            "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f}",
+            "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f} ({100 * row['over_share']:.2f} %)",
             f"{row['seconds_per_minute']:.2f}",
             f"{100 * row['missed']:.1f} [{100 * row['missed_low']:.1f}, {100 * row['missed_high']:.1f}]",
             f"{row['invented_pair_frames']:,}",

@@ -16,7 +16,7 @@ from replay.rerun_log.columns import FRAME, SESSION
 from replay.rerun_log.effects import EffectViews
 from replay.rerun_log.findings import finding_tab
 from replay.rerun_log.timing import BUDGET_MS
-from replay.rerun_log.tradeoff import HEIGHT, WIDTH
+from replay.rerun_log.tradeoff import curve_tab
 
 LANES_IN_VIEW: Final = 7
 """Lanes beside the picture, the numbers included: at 40 points each, more would be cut off. All are in the next tab."""
@@ -88,7 +88,7 @@ class Layout:
     """Seconds at which the time axes end; left alone, the viewer shows one minute around the cursor."""
     effects: EffectViews | None = None
     tradeoff: bool = False
-    """Whether the curve of what accuracy costs is in the recording."""
+    """Whether the curve is in the recording."""
 
 
 def build_blueprint(layout: Layout) -> rrb.Blueprint:
@@ -99,7 +99,7 @@ def build_blueprint(layout: Layout) -> rrb.Blueprint:
     if not tabs:
         tabs.append(_plain(layout))
     if layout.tradeoff:
-        tabs.append(_curve())
+        tabs.append(curve_tab())
     tabs.append(_costs(layout, "Time per frame" if layout.tradeoff else "What accuracy costs"))
     if layout.effects is not None:
         tabs.append(_effects(layout, layout.effects))
@@ -254,18 +254,6 @@ def _room(layout: Layout) -> Any:
     )
 
 
-def _curve() -> Any:
-    """Recall against time for every setting tried, and what to take."""
-    plane = rrb.Spatial2DView(
-        origin="/tradeoff/plot",
-        name="What accuracy costs: recall against time; the white line is the front, pale marks invent too much",
-        visual_bounds=rrb.VisualBounds2D(x_range=(-110.0, WIDTH + 90.0), y_range=(-110.0, HEIGHT + 100.0)),
-        background=rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor),
-    )
-    words = rrb.TextDocumentView(origin="/tradeoff/advice", name="What to take")
-    return rrb.Horizontal(plane, words, column_shares=[0.66, 0.34], name="What accuracy costs")
-
-
 def _costs(layout: Layout, name: str) -> Any:
     table = rrb.TextDocumentView(origin="/tradeoff/table", name="What each detector costs")
     plots = [
@@ -279,9 +267,8 @@ def _costs(layout: Layout, name: str) -> Any:
         for label, paths in layout.stages.items()
         if paths
     ]
-    if not plots:
-        return rrb.Horizontal(table, name=name)
-    return rrb.Horizontal(rrb.Vertical(*plots), table, column_shares=[0.62, 0.38], name=name)
+    beside = [rrb.Vertical(*plots)] if plots else []
+    return rrb.Horizontal(*beside, table, column_shares=[0.62, 0.38] if plots else [1.0], name=name)
 
 
 def _effects(layout: Layout, views: EffectViews) -> Any:
@@ -306,9 +293,6 @@ def _effects(layout: Layout, views: EffectViews) -> Any:
 
 
 def _detectors(layout: Layout) -> Any:
-    lanes = rrb.StateTimelineView(
-        origin="/detectors",
-        name="What each detector said of each pair (no colour: CLEAR)",
-        time_view=_whole(layout),
-    )
+    words = "What each detector said of each pair (no colour: CLEAR)"
+    lanes = rrb.StateTimelineView(origin="/detectors", name=words, time_view=_whole(layout))
     return rrb.Horizontal(lanes, name="Detectors")

@@ -12,8 +12,9 @@ from math import ceil, floor, log10
 from typing import Any, Final
 
 import rerun as rr
+import rerun.blueprint as rrb
 
-from replay.rerun_log.colours import SERIES, WHITE, Rgba, packed
+from replay.rerun_log.colours import BACKGROUND, SERIES, WHITE, Rgba, packed
 from replay.rerun_log.columns import RecordingWriter, entity
 from replay.tradeoff.clocks import BUDGET_MS
 from replay.tradeoff.front import Row, counts
@@ -146,6 +147,18 @@ def _front(writer: RecordingWriter, plane: Plane, done: Tradeoff) -> None:
         poles.append([(x, y), (x + 50.0, y + lift + (6.0 if lift < 0 else 0.0))])
     writer.static(entity(*ROOT.split("/"), "front", "poles"), rr.LineStrips2D(poles, colors=packed([GRID]), radii=0.8))
     _words(writer, "words", words, WHITE)
+
+
+def curve_tab() -> Any:
+    """Recall against time for every setting tried, and what to take."""
+    plane = rrb.Spatial2DView(
+        origin="/tradeoff/plot",
+        name="What accuracy costs: recall against time; the white line is the front, pale marks invent too much",
+        visual_bounds=rrb.VisualBounds2D(x_range=(-110.0, WIDTH + 90.0), y_range=(-110.0, HEIGHT + 100.0)),
+        background=rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor),
+    )
+    words = rrb.TextDocumentView(origin="/tradeoff/advice", name="What to take")
+    return rrb.Horizontal(plane, words, column_shares=[0.66, 0.34], name="What accuracy costs")
 
 
 def advice_text(done: Tradeoff) -> str:

@@ -8,7 +8,7 @@ def test_the_list_holds_every_detector_and_every_axis_once():
     tried = settings_list()
     assert {one.detector for one in tried} == set(DETECTORS)
     axes = {
-        "step rate", "collider shape", "mesh resolution", "tolerance", "samples", "budget", "faces",
+        "step rate", "shape", "mesh resolution", "tolerance", "samples", "budget", "faces",
     }  # fmt: skip
     assert axes <= {one.axis for one in tried}
     labels = [one.label for one in tried]

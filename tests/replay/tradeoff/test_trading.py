@@ -59,7 +59,7 @@ def test_passes_go_round_and_every_step_is_told(bumped):
     labels = [one.label for one in LIST]
     assert [label for _, _, label in told] == [*labels * 3, ""] and told[-1][:2] == (15, 15)
     assert [done for done, _, _ in told] == list(range(16))
-    assert all(row["passes"] == 3 and row["ms_low"] <= row["ms_per_frame"] <= row["ms_high"] for row in done.rows)
+    assert all(row["passes"] >= 3 and row["ms_low"] <= row["ms_per_frame"] <= row["ms_high"] for row in done.rows)
 
 
 def test_a_session_without_contact_is_refused():
