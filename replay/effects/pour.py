@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay.effects.declaring import Declaration, bodies, number
-from replay.effects.fitting import HALF_WINDOW, settled_runs, velocities
+from replay.effects.fitting import HALF_WINDOW, LEAST_SAMPLES, fitted, settled_runs
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.models.ballistic import disc_entered, place_at_height
 from replay.effects.models.tilted import tilt_of_onset, volume_kept
@@ -119,7 +119,8 @@ class _Bench:
         if leaving > 0.0:
             target, point = self._destination(frame, source)
             self._book(frame, source, target, leaving, point)
-        self._look_ahead(source)
+        # What is left is what this tilt keeps: it pours again beyond it, and no onset has to be searched for.
+        self._look_ahead(source, float(self.tilts[source][frame]) if leaving > 0.0 else None)
         if target in self.routes:
             # What it received came now: frames before this one are over.
             self.after[target] = max(self.after[target], frame)
@@ -133,12 +134,13 @@ class _Bench:
         if over > 0.0 and target not in self.routes:
             self.ledger.move(Transfer(frame, time, target, "", over, point))
 
-    def _look_ahead(self, source: str) -> None:
+    def _look_ahead(self, source: str, onset: float | None = None) -> None:
         sizes = self.vessels[source].cylinder
         assert sizes is not None
         volume = self.ledger.volume_ml[source]
-        # An overfull vessel runs over at any tilt, an empty one at none.
-        onset = -1.0 if volume * ML > volume_kept(0.0, *sizes) else tilt_of_onset(volume * ML, *sizes)
+        if onset is None:
+            # An overfull vessel runs over at any tilt, an empty one at none.
+            onset = -1.0 if volume * ML > volume_kept(0.0, *sizes) else tilt_of_onset(volume * ML, *sizes)
         start = self.after[source]
         later = self.tilts[source][start:] > onset
         found = volume > 0.0 and bool(later.any())
@@ -176,8 +178,10 @@ class _Bench:
         local = self.vessels[source].place("lip")
         lips = poses.translation[rows] + poses.rotation[rows] @ local
         runs = settled_runs(poses.times[rows], poses.valid[rows], poses.linked[rows])
-        here = velocities(poses.times[rows], lips, runs)[frame - rows.start]
-        return np.where(np.isfinite(here), here, 0.0)
+        same = runs == runs[frame - rows.start]
+        if runs[frame - rows.start] < 0 or int(same.sum()) < LEAST_SAMPLES:
+            return np.zeros(3)
+        return fitted(poses.times[rows][same], lips[same]).velocity(float(poses.times[frame]))
 
 
 def _event(inputs: EffectInputs, flow: tuple[Transfer, ...]) -> EffectEvent:
