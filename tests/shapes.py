@@ -2,82 +2,44 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
 from cdcore import Body, Motion, TriangleMesh
 from cdcore.transforms.rigid import rotation_from_quaternion
+from replay.stress.solids import (
+    BOX_CORNERS,
+    BOX_FACES,
+    ball_mesh,
+    beaker_mesh,
+    box_mesh,
+    icosphere_mesh,
+    merged,
+    moved,
+    revolved_mesh,
+    rod_mesh,
+)
 
-BOX_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
-BOX_FACES = np.array(
-    [
-        [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
-        [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
-    ]
-)  # fmt: skip
-
-
-def box_mesh(size=(1.0, 1.0, 1.0), centre=(0.0, 0.0, 0.0)) -> TriangleMesh:
-    """A closed box of 12 faces."""
-    return TriangleMesh(BOX_CORNERS * np.asarray(size, dtype=float) / 2 + np.asarray(centre, dtype=float), BOX_FACES)
-
-
-def revolved_mesh(profile, sides=16) -> TriangleMesh:
-    """A profile of (radius, height) turned about z; closed where it starts and ends on the axis."""
-    angle = 2 * np.pi * np.arange(sides) / sides
-    points, rings = [], []
-    for radius, height in profile:
-        ring = [len(points) + k for k in range(sides)] if radius > 0 else [len(points)] * sides
-        rings.append(ring)
-        if radius > 0:
-            points += [[radius * np.cos(a), radius * np.sin(a), height] for a in angle]
-        else:
-            points.append([0.0, 0.0, height])
-    faces = []
-    for low, high in pairwise(rings):
-        for k in range(sides):
-            n = (k + 1) % sides
-            for face in ([low[k], low[n], high[n]], [low[k], high[n], high[k]]):
-                if len(set(face)) == 3:
-                    faces.append(face)
-    return TriangleMesh(points, faces)
-
-
-def ball_mesh(radius=1.0, rings=8, sides=16) -> TriangleMesh:
-    """A closed ball of flat facets; its vertices lie on the sphere."""
-    angle = np.linspace(0, np.pi, rings + 1)
-    profile = [(radius * np.sin(a), -radius * np.cos(a)) for a in angle]
-    profile[0], profile[-1] = (0.0, -radius), (0.0, radius)
-    return revolved_mesh(profile, sides)
-
-
-def beaker_mesh(radius=0.04, height=0.1, wall=0.002, sides=24) -> TriangleMesh:
-    """A thin-walled beaker as a closed solid of glass, open at the top: its cavity is outside the solid."""
-    inner = radius - wall
-    return revolved_mesh([(0, 0), (radius, 0), (radius, height), (inner, height), (inner, wall), (0, wall)], sides)
-
-
-def rod_mesh(radius=0.003, length=0.1, sides=8) -> TriangleMesh:
-    """A closed rod along z from 0 to ``length``."""
-    return revolved_mesh([(0, 0), (radius, 0), (radius, length), (0, length)], sides)
+__all__ = [
+    "BOX_CORNERS",
+    "BOX_FACES",
+    "ball_mesh",
+    "beaker_mesh",
+    "box_mesh",
+    "icosphere_mesh",
+    "lab",
+    "merged",
+    "moved",
+    "random_rotations",
+    "revolved_mesh",
+    "rod_mesh",
+    "still",
+    "without_faces",
+]
 
 
 def without_faces(mesh: TriangleMesh, count: int) -> TriangleMesh:
     """The mesh without its last faces: an open surface."""
     return TriangleMesh(mesh.vertices, mesh.faces[:-count])
-
-
-def merged(*meshes: TriangleMesh) -> TriangleMesh:
-    """Several meshes as one of several components."""
-    offsets = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
-    faces = [mesh.faces + offset for mesh, offset in zip(meshes, offsets, strict=False)]
-    return TriangleMesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
-
-
-def moved(mesh: TriangleMesh, offset) -> TriangleMesh:
-    """The mesh with its vertices shifted."""
-    return TriangleMesh(mesh.vertices + np.asarray(offset, dtype=float), mesh.faces)
 
 
 def random_rotations(rng: np.random.Generator, *shape: int) -> np.ndarray:

@@ -16,7 +16,7 @@ from cdcore.protocol import counts_as_contact
 
 BODIES = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
 STILL = np.tile(np.eye(3), (3, 2, 1, 1))
-NAMES = ["sphere", "hybrid", "static", "discrete"]
+NAMES = ["sphere", "hybrid", "static", "discrete", "exact"]
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
@@ -94,7 +94,7 @@ for attempt in attempts:
         raise SystemExit(1)
 mesh = TriangleMesh(np.zeros((3, 3)), [[0, 1, 2], [0, 0, 0]])
 bodies = [Body("a", mesh), Body("b", mesh)]
-for name in ("sphere", "hybrid", "static", "discrete"):
+for name in ("sphere", "hybrid", "static", "discrete", "exact"):
     create_detector(name, bodies).detect(Motion([0.0], np.zeros((1, 2, 3)), np.tile(eye, (1, 2, 1, 1))), faces=True)
 print("alive")
 """
@@ -112,7 +112,7 @@ def test_37_zero_area_faces_among_good_ones_change_no_verdict(name):
     assert good.digest == bad.digest
 
 
-@pytest.mark.parametrize("name", ["hybrid", "static", "discrete"])
+@pytest.mark.parametrize("name", NAMES[1:])
 def test_37_faces_listed_twice_give_each_pair_once(name):
     box = box_mesh()
     doubled = TriangleMesh(box.vertices, np.concatenate([box.faces, box.faces]))
@@ -146,18 +146,20 @@ def test_37_a_far_vertex_that_no_face_uses_inflates_nothing(name):
     assert verdict[0, 0] == Verdict.CLEAR
 
 
-def test_37_an_open_mesh_refuses_containment_by_name_and_keeps_contact():
+@pytest.mark.parametrize("name", NAMES[1:])
+def test_37_an_open_mesh_refuses_containment_by_name_and_keeps_contact(name):
     bodies = [Body("ball", ball_mesh(0.1)), Body("crate", without_faces(box_mesh(), 1))]
     motion = Motion(np.arange(2), [[[0, 0, 0], [0, 0, 0]], [[0.5, 0.1, 0.2], [0, 0, 0]]], STILL[:2])
-    detection = create_detector("hybrid", bodies).detect(motion)
+    detection = create_detector(name, bodies).detect(motion)
     assert detection.verdict[:, 0].tolist() == [Verdict.CLEAR, Verdict.CONTACT]
     assert detection.containment == ("refused: crate is open",)
 
 
-def test_37_an_edge_of_three_faces_is_not_closed():
+@pytest.mark.parametrize("name", NAMES[1:])
+def test_37_an_edge_of_three_faces_is_not_closed(name):
     fan = TriangleMesh([*box_mesh().vertices.tolist(), [-3.0, -3, 0]], [*box_mesh().faces.tolist(), [0, 1, 8]])
     bodies = [Body("ball", ball_mesh(0.1)), Body("fan", fan)]
-    detection = create_detector("hybrid", bodies).detect(still(bodies, np.zeros((2, 3))))
+    detection = create_detector(name, bodies).detect(still(bodies, np.zeros((2, 3))))
     assert detection.containment == ("refused: fan is open",)
     assert detection.verdict[0, 0] == Verdict.CLEAR
 

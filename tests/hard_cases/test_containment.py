@@ -8,7 +8,7 @@ from shapes import ball_mesh, beaker_mesh, box_mesh, moved, random_rotations, ro
 
 from cdcore import Body, Motion, Verdict, create_detector
 
-DETECTORS_ON_MESHES = ["hybrid", "static", "discrete"]
+DETECTORS_ON_MESHES = ["hybrid", "static", "discrete", "exact"]
 CASES = {
     "ball .1 in a unit box": (ball_mesh(0.1), box_mesh()),
     "ball .2 in a ball of 1": (ball_mesh(0.2), ball_mesh(1.0)),

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from shapes import ball_mesh, beaker_mesh, box_mesh, lab, merged, moved, random_rotations, rod_mesh
+from shapes import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, lab, merged, moved, random_rotations, rod_mesh
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces, join
 from cdcore.narrow.exhaustive import meeting_faces_exhaustive
@@ -132,6 +132,13 @@ def test_42_octahedra_kissing_at_a_vertex_meet_in_every_pair_of_the_faces_there(
     assert len(intersecting_faces(one, other)) == 16
     bodies = [Body("one", one), Body("other", other)]
     assert equals_exhaustive(bodies, in_worlds(bodies, 12, seed=6))[0] == 16
+
+
+def test_42_icospheres_kissing_at_a_vertex_of_six_faces_meet_in_36_pairs():
+    one = icosphere_mesh(1)
+    bodies = [Body("one", one), Body("other", moved(one, [0, 0, 2]))]
+    assert len(intersecting_faces(one, bodies[1].mesh)) == 36
+    assert equals_exhaustive(bodies, in_worlds(bodies, 12, seed=9))[0] == 36
 
 
 def test_42_a_rod_leaning_on_a_wall_equals_the_exhaustive_test():

@@ -1,0 +1,122 @@
+"""Meshes with known geometry for the hard cases of whole bodies: boxes, things turned on a lathe, icospheres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cdcore import TriangleMesh
+from cdcore.numerics import FloatArray
+
+BOX_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+BOX_FACES = np.array(
+    [
+        [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+        [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
+    ]
+)  # fmt: skip
+
+
+def box_mesh(size: ArrayLike = (1.0, 1.0, 1.0), centre: ArrayLike = (0.0, 0.0, 0.0)) -> TriangleMesh:
+    """A closed box of 12 faces."""
+    return TriangleMesh(BOX_CORNERS * np.asarray(size, dtype=float) / 2 + np.asarray(centre, dtype=float), BOX_FACES)
+
+
+def revolved_mesh(profile: Sequence[tuple[float, float]], sides: int = 16) -> TriangleMesh:
+    """A profile of (radius, height) turned about z; closed where it starts and ends on the axis."""
+    angle = 2 * np.pi * np.arange(sides) / sides
+    points: list[list[float]] = []
+    rings: list[list[int]] = []
+    for radius, height in profile:
+        ring = [len(points) + k for k in range(sides)] if radius > 0 else [len(points)] * sides
+        rings.append(ring)
+        if radius > 0:
+            points += [[radius * np.cos(a), radius * np.sin(a), height] for a in angle]
+        else:
+            points.append([0.0, 0.0, height])
+    faces = [
+        face
+        for low, high in pairwise(rings)
+        for k, n in ((k, (k + 1) % sides) for k in range(sides))
+        for face in ([low[k], low[n], high[n]], [low[k], high[n], high[k]])
+        if len(set(face)) == 3
+    ]
+    return TriangleMesh(points, faces)
+
+
+def ball_mesh(radius: float = 1.0, rings: int = 8, sides: int = 16) -> TriangleMesh:
+    """A closed ball of flat facets; its vertices lie on the sphere."""
+    angle = np.linspace(0, np.pi, rings + 1)
+    profile = [(radius * float(np.sin(a)), -radius * float(np.cos(a))) for a in angle]
+    profile[0], profile[-1] = (0.0, -radius), (0.0, radius)
+    return revolved_mesh(profile, sides)
+
+
+def beaker_mesh(radius: float = 0.04, height: float = 0.1, wall: float = 0.002, sides: int = 24) -> TriangleMesh:
+    """A thin-walled beaker as a closed solid of glass, open at the top: its cavity is outside the solid."""
+    inner = radius - wall
+    return revolved_mesh([(0, 0), (radius, 0), (radius, height), (inner, height), (inner, wall), (0, wall)], sides)
+
+
+def rod_mesh(radius: float = 0.003, length: float = 0.1, sides: int = 8) -> TriangleMesh:
+    """A closed rod along z from 0 to ``length``."""
+    return revolved_mesh([(0, 0), (radius, 0), (radius, length), (0, length)], sides)
+
+
+def icosphere_mesh(times: int = 1) -> TriangleMesh:
+    """An icosahedron of radius 1 whose faces are split in four so many times; from 1 on a vertex of six faces lies
+    exactly on each half axis.
+    """
+    golden = (1 + np.sqrt(5)) / 2
+    flat = [(a, b * golden) for a in (-1, 1) for b in (-1, 1)]
+    points = [np.roll([0.0, a, b], turn) for turn in range(3) for a, b in flat]
+    vertices = np.array(points)
+    near = np.linalg.norm(vertices[:, None] - vertices, axis=2) < 2.1
+    number = range(len(vertices))
+    triples = [[a, b, c] for a in number for b in number for c in number if a < b < c]
+    faces = [[a, b, c] for a, b, c in triples if near[a, b] and near[b, c] and near[a, c]]
+    for face in faces:
+        a, b, c = vertices[face]
+        if np.dot(np.cross(b - a, c - a), a) < 0:
+            face.reverse()
+    for _ in range(times):
+        vertices, faces = _in_four(vertices, faces)
+    return TriangleMesh(_on_sphere(vertices), faces)
+
+
+def merged(*meshes: TriangleMesh) -> TriangleMesh:
+    """Several meshes as one of several components."""
+    offsets = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
+    faces = [mesh.faces + offset for mesh, offset in zip(meshes, offsets, strict=False)]
+    return TriangleMesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
+
+
+def moved(mesh: TriangleMesh, offset: ArrayLike) -> TriangleMesh:
+    """The mesh with its vertices shifted."""
+    return TriangleMesh(mesh.vertices + np.asarray(offset, dtype=float), mesh.faces)
+
+
+def _on_sphere(vertices: FloatArray) -> FloatArray:
+    unit: FloatArray = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
+    return unit
+
+
+def _in_four(vertices: FloatArray, faces: list[list[int]]) -> tuple[NDArray[np.float64], list[list[int]]]:
+    points = list(_on_sphere(vertices))
+    middle: dict[tuple[int, int], int] = {}
+
+    def between(a: int, b: int) -> int:
+        key = (min(a, b), max(a, b))
+        if key not in middle:
+            middle[key] = len(points)
+            points.append(points[a] + points[b])
+        return middle[key]
+
+    split = []
+    for a, b, c in faces:
+        ab, bc, ca = between(a, b), between(b, c), between(c, a)
+        split += [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+    return np.array(points), split
