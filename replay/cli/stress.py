@@ -23,6 +23,7 @@ QUICK_PAIRS: Final = 200
 @click.option(
     "--relation", "--relations", metavar="NAMES", help="Ask relations: swap, order, axes, scale, shift or all."
 )
+@click.option("--case", "--cases", metavar="RANGE", help="Ask cases of whole bodies: 29, 27-28,41 or all (27-43).")
 @click.option("--pairs", type=click.IntRange(min=1), default=4000, show_default=True, help="Pairs of each family.")
 @click.option(
     "--relation-pairs", type=click.IntRange(min=1), default=200, show_default=True, help="The same under each relation."
@@ -43,6 +44,7 @@ def command(
     detector: str,
     family: str | None,
     relation: str | None,
+    case: str | None,
     pairs: int,
     relation_pairs: int,
     quick: bool,
@@ -58,14 +60,15 @@ def command(
 ) -> int:
     """Ask detectors about triangle pairs made to be hard, and count where they are wrong.
 
-    What is named of --family and --relation is asked; without a name, all of it. Relations are asked of the named
-    families. Exits with 4 when a detector that claims exactness is wrong or undecided anywhere.
+    What is named of --family, --relation and --case is asked; if nothing is, everything. Relations are asked of the
+    named families. Exits with 4 when a detector that claims exactness is wrong or undecided anywhere.
 
     \b
     replay stress --quick
     replay stress --detector exact --seed 7
     replay stress --detector hybrid --family 9-12 --out failures
     replay stress --detector hybrid --relation axes,shift
+    replay stress --detector discrete --case 29,41
     """
     del debug
     people = People(quiet=quiet, verbose=verbose)
@@ -74,10 +77,12 @@ def command(
     from replay.stress.peers import PEERS, installed_peers
     from replay.stress.relations import relations_of
     from replay.stress.runner import ALL, StressResult, detectors_of, families_of, stress
+    from replay.stress.system import cases_of, run_cases
 
     chosen = families_of(family or "01-26")
     relations = relations_of(relation or "all")
-    everything = family is None and relation is None
+    cases = cases_of(case or "all")
+    everything = family is None and relation is None and case is None
     at_most = QUICK_PAIRS if quick else pairs
     absent = [name for name in PEERS if name not in installed_peers()]
     if detector == ALL and absent:
@@ -89,6 +94,9 @@ def command(
     if relation is not None or everything:
         few = min(relation_pairs, at_most // 10 if quick else relation_pairs)
         result = replace(result, flips=count_flips(detectors_of(detector), relations, pairs=few, **shared))
+    if case is not None or everything:
+        told = {name: shared[name] for name in ("seed", "out", "progress")}
+        result = replace(result, cases=run_cases(detectors_of(detector), cases, tau=tau, **told))
     broken = result.broken
     missed = sum(tally.missed for tally in result.tallies)
     if max_missed is not None and missed > max_missed:

@@ -12,6 +12,7 @@ from rich.text import Text
 
 from replay.stress.flips import Flips
 from replay.stress.runner import StressResult, Tally
+from replay.stress.system import CaseTally
 
 COLUMNS: Final = {
     "missed": "missed",
@@ -37,7 +38,11 @@ def stress_tables(result: StressResult) -> Group:
         parts += [sum_table(rows), Text(), cross_table(rows)]
     if result.flips:
         parts += [Text(), flip_table(result.flips)]
-    files = [one.file for one in result.tallies] + [one.file for one in result.flips]
+    if result.cases:
+        parts += [Text(), case_table(result.cases)]
+    files = (
+        [one.file for one in result.cases] + [one.file for one in result.tallies] + [one.file for one in result.flips]
+    )
     parts += [Text(f"  {file}", overflow="fold") for file in files if file]
     return Group(*parts)
 
@@ -89,6 +94,24 @@ def flip_table(flips: Sequence[Flips]) -> Table:
         cells = [_flip_cell([one for one in of if one.relation == relation]) for relation in relations]
         families = sorted({one.number for one in of if one.flips or one.refused})
         table.add_row(name, *cells, " ".join(f"{number:02d}" for number in families) or NONE)
+    return table
+
+
+def case_table(cases: Sequence[CaseTally]) -> Table:
+    """A row for each case and for each answer that detectors gave to it."""
+    table = _table("cases of whole bodies", "case")
+    table.add_column("asked", justify="right")
+    table.add_column("result")
+    table.add_column("detectors")
+    table.add_column("why")
+    for number in sorted({one.number for one in cases}):
+        of = [one for one in cases if one.number == number]
+        answers = list(dict.fromkeys((one.words, one.asked, one.reason) for one in of))
+        for place, (words, asked, reason) in enumerate(answers):
+            names = [one.detector for one in of if (one.words, one.asked, one.reason) == (words, asked, reason)]
+            who = ", ".join(names) if len(names) < len(of) or len(of) == 1 else "all"
+            label = f"{number} {of[0].name}" if place == 0 else ""
+            table.add_row(label, _count(asked), words, who, reason)
     return table
 
 

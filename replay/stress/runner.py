@@ -23,6 +23,7 @@ from replay.stress.cases import Cases, write_cases
 from replay.stress.families import FAMILIES, FIRST_SEED, Family
 from replay.stress.flips import Flips
 from replay.stress.peers import PEERS, answers_of, installed_peers
+from replay.stress.system import CaseTally
 
 ALL: Final = "all"
 
@@ -71,13 +72,14 @@ class Tally:
 
 @dataclass(frozen=True)
 class StressResult:
-    """All tallies, detector after detector, what changed under the relations, and what is needed to get them again."""
+    """All tallies, detector after detector, what changed under relations, the cases of bodies, and how to repeat it."""
 
     seed: int
     pairs: int
     tau: float
     tallies: tuple[Tally, ...]
     flips: tuple[Flips, ...] = ()
+    cases: tuple[CaseTally, ...] = ()
 
     @property
     def broken(self) -> list[str]:
@@ -88,11 +90,16 @@ class StressResult:
             for tally in self.tallies
             if tally.detector in CLAIM_EXACTNESS and tally.failed
         ]
-        return wrong + [
+        wrong += [
             f"{one.detector} claims exactness and changed its answer to {one.flips + one.refused:,} of {one.pairs:,} "
             f"pairs of {one.number:02d} {one.name} under {one.relation} (seed {one.seed})"
             for one in self.flips
             if one.detector in CLAIM_EXACTNESS and one.flips + one.refused
+        ]
+        return wrong + [
+            f"{one.detector} claims exactness and failed case {one.number} {one.name}: {one.words} of {one.asked:,}"
+            for one in self.cases
+            if one.detector in CLAIM_EXACTNESS and one.promised and one.missed + one.invented + one.within
         ]
 
     def by_detector(self) -> Iterator[tuple[str, list[Tally]]]:

@@ -95,8 +95,23 @@ def test_relations_are_asked_of_the_families_named(capsys, tmp_path):
         (["--detector", "spoon"], "no detector 'spoon'"),
         (["--family", "44"], "no family '44'"),
         (["--relation", "wave"], "no relation 'wave'"),
+        (["--case", "26"], "no case '26'"),
     ],
 )
 def test_what_means_nothing_is_one_sentence(capsys, words, sentence):
     assert main(["stress", "--pairs", "1", *words]) == 1
     assert sentence in capsys.readouterr().err
+
+
+def test_cases_alone_are_asked_and_written_and_say_where_they_do_not_apply(capsys, tmp_path):
+    words = ["stress", "--detector", "hybrid", "--case", "28,32,40", "--out", str(tmp_path)]
+    assert main(words) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "28 cavity" in printed and "passed" in printed and "3 missed" in printed and "does not apply" in printed
+    assert "pairs of each family" not in printed
+    assert [path.name for path in tmp_path.iterdir()] == ["case-32-hybrid-seed-100.npz"]
+    assert main([*words, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [(one["number"], one["missed"], one["applies"]) for one in told["cases"]] == [
+        (28, 0, True), (32, 3, True), (40, 0, False)
+    ]  # fmt: skip

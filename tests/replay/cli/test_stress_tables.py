@@ -5,6 +5,7 @@ from rich.console import Console
 from replay.cli.stress_tables import stress_tables
 from replay.stress.flips import Flips
 from replay.stress.runner import StressResult, Tally
+from replay.stress.system import CaseTally
 
 
 def shown(*tallies, **more):
@@ -53,3 +54,15 @@ def test_flips_are_summed_over_families_which_are_named_behind():
     assert ["a", "3", "3", "01", "02"] in rows
     assert ["b", "·", "!", "1", "·", "!", "1", "02"] in rows
     assert ["of", "80", "pairs"] in rows
+
+
+def test_a_case_has_a_row_for_each_answer_given_to_it():
+    cases = [CaseTally(name, 28, "cavity", 100, asked=7) for name in "ab"]
+    cases += [
+        CaseTally("a", 29, "wall", 100, asked=9, missed=2, reason="why"),
+        CaseTally("b", 29, "wall", 100, asked=9),
+    ]
+    rows = shown(cases=tuple(cases))
+    assert ["28", "cavity", "7", "passed", "all"] in rows
+    assert ["29", "wall", "9", "2", "missed", "a", "why"] in rows
+    assert ["9", "passed", "b"] in rows
