@@ -104,14 +104,18 @@ def case_table(cases: Sequence[CaseTally]) -> Table:
     table.add_column("result")
     table.add_column("detectors")
     table.add_column("why")
+    asked_any = {one.detector for one in cases if one.applies}
     for number in sorted({one.number for one in cases}):
-        of = [one for one in cases if one.number == number]
+        of = [one for one in cases if one.number == number and (one.detector in asked_any or not asked_any)]
         answers = list(dict.fromkeys((one.words, one.asked, one.reason) for one in of))
         for place, (words, asked, reason) in enumerate(answers):
             names = [one.detector for one in of if (one.words, one.asked, one.reason) == (words, asked, reason)]
             who = ", ".join(names) if len(names) < len(of) or len(of) == 1 else "all"
             label = f"{number} {of[0].name}" if place == 0 else ""
             table.add_row(label, _count(asked), words, who, reason)
+    never = {one.detector: one.reason for one in cases if asked_any and one.detector not in asked_any}
+    for name, reason in never.items():
+        table.add_row("all of them", NONE, "does not apply", name, reason)
     return table
 
 

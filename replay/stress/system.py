@@ -149,7 +149,7 @@ def case_of(
     file = str(write_scenes(failed, detector, number, seed, out)) if out is not None and failed else None
     counts: dict[str, Any] = {word: sum(one.counts[word] for one in answers) for word in WORDS}
     promised = all(one.promised for one in answers)
-    reasons = [one.reason for one in answers if one.reason]
+    reasons = [one.reason for one in answers if one.reason and one.failed]
     reason = reasons[0] if reasons else "" if promised or not counts["missed"] else AT_FRAMES
     asked = sum(len(scene.truth) for scene in scenes)
     return CaseTally(**where, asked=asked, **counts, reason=reason, promised=promised, file=file)

@@ -62,7 +62,9 @@ def test_a_case_has_a_row_for_each_answer_given_to_it():
         CaseTally("a", 29, "wall", 100, asked=9, missed=2, reason="why"),
         CaseTally("b", 29, "wall", 100, asked=9),
     ]
+    cases += [CaseTally("c", number, "x", 100, reason="triangles", applies=False) for number in (28, 29)]
     rows = shown(cases=tuple(cases))
+    assert [row for row in rows if "c" in row] == [["all", "of", "them", "·", "does", "not", "apply", "c", "triangles"]]
     assert ["28", "cavity", "7", "passed", "all"] in rows
     assert ["29", "wall", "9", "2", "missed", "a", "why"] in rows
     assert ["9", "passed", "b"] in rows

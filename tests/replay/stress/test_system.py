@@ -25,7 +25,7 @@ def test_exact_passes_or_speaks_of_frames(number):
 
 def test_a_detector_of_intervals_misses_none_of_them():
     for one in run_cases(["continuous"], [30, 31, 32, 33, 41]):
-        assert one.words == "passed" and one.promised, one
+        assert one.words == "passed" and one.promised and one.reason == "", one
 
 
 def test_python_fcl_on_a_lattice_is_within_tolerance_and_without_tau_it_is_not():
