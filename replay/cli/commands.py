@@ -53,4 +53,5 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
         "replay.cli.study:command", "Study", "Join what students did with what they answered; check printed tables."
     ),
     "stress": CommandSpec("replay.cli.stress:command", "Audit", "Ask detectors hard questions with known answers."),
+    "paper": CommandSpec("replay.cli.paper:command", "Study", "Regenerate the paper's tables beside what it printed."),
 }

@@ -1,0 +1,71 @@
+"""``replay paper``: the paper's tables and figures, regenerated beside what it printed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from replay.cli.console import People, TerminalProgress, stdout_console
+from replay.cli.options import ANY_PATH, common, output_format
+
+
+@click.command()
+@click.option("--quick", is_flag=True, help="Three columns, two poses each: under a minute once compiled.")
+@click.option("--poses", type=click.IntRange(min=2), metavar="N", help="Poses of each column; 20 unasked.")
+@click.option("--near", type=click.IntRange(min=20), metavar="N", help="Random poses about first touch; 1,000 unasked.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of poses and searches.")
+@click.option(
+    "--calibration", type=ANY_PATH, metavar="FILE", help="Read wall times from here: the same file, the same tables."
+)
+@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Write tables, pictures, page and recording here.")
+@output_format
+@click.option("--json", "as_json", is_flag=True, help="The same as --format json.")
+@common
+def command(
+    quick: bool,
+    poses: int | None,
+    near: int | None,
+    seed: int,
+    calibration: Path | None,
+    out: Path | None,
+    format_: str,
+    as_json: bool,
+    verbose: bool,
+    quiet: bool,
+    debug: bool,
+) -> int:
+    """Regenerate Table I and Fig. 7 with exact truth; printed values stand in a column of their own.
+
+    \b
+    replay paper --quick
+    replay paper --out paper
+    replay paper --calibration paper/calibration.json --json
+    """
+    del debug
+    people = People(quiet=quiet, verbose=verbose)
+    from replay.cli.main import OK
+    from replay.cli.paper_tables import paper_tables
+    from replay.paper.experiment import FULL, QUICK, run_paper
+    from replay.paper.writing import as_json as plain
+    from replay.paper.writing import write_paper
+
+    size = QUICK if quick else FULL
+    result = run_paper(
+        targets=size.targets,
+        poses=poses or size.poses,
+        near=near or size.near,
+        seed=seed,
+        calibration=calibration,
+        progress=TerminalProgress(people),
+    )
+    if as_json or format_ == "json":
+        click.echo(json.dumps(plain(result), indent=1, allow_nan=False))
+    else:
+        stdout_console().print(paper_tables(result.tables))
+    if result.hard:
+        people.say(f"FCL lists other pairs than there are in {result.hard} of {len(result.fixtures)} fixtures")
+    for path in write_paper(result, out) if out else ():
+        people.say(f"wrote {path}")
+    return OK

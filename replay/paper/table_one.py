@@ -1,0 +1,160 @@
+"""Table I and Fig. 7 a to c: run to completion the exact rows find every face; cut short, each finds its share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from replay.machine import machine
+from replay.paper.calibration import SHARES, Calibration
+from replay.paper.contestants import CONTESTANTS, Answer, Group, ask, make
+from replay.paper.printed import ACCURACY, OURS, PRINTED, TABLE_1, TIME_TO_RAPID, VARIANCE
+from replay.paper.statistics import quartiles, spread
+from replay.paper.tables import Cell, PaperTable
+from replay.progress import Progress, Silent
+
+Answers = Mapping[str, Sequence[tuple[int, Answer]]]
+"""Row -> target and answer, a pose each."""
+
+BUDGETED: Final = tuple(name for name, row in CONTESTANTS.items() if row.counters)
+
+
+@dataclass(frozen=True)
+class TableOne:
+    """Answers of all rows: ``complete`` with the budgets of their rows, ``equal`` by share of the common wall time."""
+
+    complete: Answers
+    equal: Mapping[float, Answers]
+
+
+def measure(groups: Sequence[Group], experiment: Mapping[str, object], progress: Progress | None = None) -> Calibration:
+    """Time every row in every pose, rows in turn within a pose, after one warm round."""
+    seconds: dict[str, dict[str, list[float]]] = {name: {} for name in CONTESTANTS}
+    operations: dict[str, dict[str, list[int]]] = {name: {} for name in CONTESTANTS}
+    with (progress or Silent()).stage("measuring times", sum(len(one.truth) for one in groups), "poses") as advance:
+        for group in groups:
+            detectors = {name: make(name, group.bodies) for name in CONTESTANTS}
+            for name, detector in detectors.items():
+                ask(name, detector, group, 0)
+            for pose in range(len(group.truth)):
+                for name, detector in detectors.items():
+                    answer = ask(name, detector, group, pose)
+                    seconds[name].setdefault(str(group.target), []).append(answer.seconds)
+                    operations[name].setdefault(str(group.target), []).append(answer.operations)
+                advance(1)
+    return Calibration(dict(experiment), machine(), seconds, operations)
+
+
+def table_one(groups: Sequence[Group], calibration: Calibration, progress: Progress | None = None) -> TableOne:
+    """Ask every row in every pose: to completion, and with the budgets of ``calibration``."""
+    complete: dict[str, list[tuple[int, Answer]]] = {name: [] for name in CONTESTANTS}
+    equal: dict[float, dict[str, list[tuple[int, Answer]]]] = {
+        share: {name: [] for name in BUDGETED} for share in SHARES
+    }
+    with (progress or Silent()).stage("Table I", sum(len(one.truth) for one in groups), "poses") as advance:
+        for group in groups:
+            poses = range(len(group.truth))
+            for name in CONTESTANTS:
+                detector = make(name, group.bodies)
+                complete[name] += [(group.target, ask(name, detector, group, pose)) for pose in poses]
+                for share in SHARES if name in BUDGETED else ():
+                    detector = make(name, group.bodies, budget=calibration.budget(name, group.target, share))
+                    equal[share][name] += [(group.target, ask(name, detector, group, pose)) for pose in poses]
+            advance(len(group.truth))
+    return TableOne(complete, equal)
+
+
+def tables_of(found: TableOne, calibration: Calibration) -> list[PaperTable]:
+    """Table I beside the printed one, T1a, T1b, and Fig. 7 a to c."""
+    return [beside_printed(found), to_completion(found), equal_budget(found), accuracy(found), times(calibration)]
+
+
+def beside_printed(found: TableOne) -> PaperTable:
+    """Table I."""
+    rows: list[tuple[Cell, ...]] = []
+    for target in sorted({target for target, _ in found.complete["exact"]}):
+        for name, theirs in OURS.items():
+            cells = [_mean_faces(found.complete[name], target)]
+            cells += [_mean_faces(found.equal[share][name], target) for share in SHARES]
+            true = [one.true_faces for at, one in found.complete[name] if at == target]
+            rows.append((target, f"{name} ({theirs})", sum(true) / len(true), *cells, TABLE_1[name].get(target)))
+    head = ("faces", "algorithm", "true faces", "to completion", *(f"B = {share:g}" for share in SHARES), PRINTED)
+    return PaperTable(
+        "Table I", "Mean faces detected, to completion and within equal wall times B", head, tuple(rows),
+        "B is in medians of hybrid's wall time; hybrid-qaco searches and its completion is 10,000 evaluations.",
+    )  # fmt: skip
+
+
+def _mean_faces(answers: Sequence[tuple[int, Answer]], target: int) -> float:
+    some = [one.faces for at, one in answers if at == target]
+    return sum(some) / len(some)
+
+
+def to_completion(found: TableOne) -> PaperTable:
+    """T1a: the headline."""
+    rows = []
+    for name, answers in found.complete.items():
+        some = [one for _, one in answers]
+        whole = sum(one.right_pairs == one.true_pairs for one in some)
+        rows.append((name, len(some), whole, *_shares(some)))
+    head = ("algorithm", "poses", "poses with every pair", "face recall", "pair recall", "precision", "operations")
+    note = "The first seven run to completion; searches stop after 10,000 evaluations. Operations: mean of a pose."
+    return PaperTable("T1a", "Run to completion, exact hierarchies lose no face", head, tuple(rows), note)
+
+
+def _shares(some: Sequence[Answer]) -> tuple[Cell, ...]:
+    """Face recall, pair recall and precision over all poses together, and mean operations of a pose."""
+    reported = sum(one.pairs for one in some)
+    right = sum(one.right_pairs for one in some)
+    return (
+        sum(one.faces for one in some) / sum(one.true_faces for one in some),
+        right / sum(one.true_pairs for one in some),
+        right / reported if reported else None,
+        sum(one.operations for one in some) / len(some) or None,
+    )
+
+
+def equal_budget(found: TableOne) -> PaperTable:
+    """T1b."""
+    rows = []
+    for name in BUDGETED:
+        for share, answers in found.equal.items():
+            some = [one for _, one in answers[name]]
+            rows.append((name, share, len(some), sum(one.pairs == 0 for one in some), *_shares(some)))
+    head = (
+        "algorithm", "B", "poses", "poses with nothing found", "face recall", "pair recall", "precision", "operations",
+    )  # fmt: skip
+    note = "Budgets in operations, set once from the calibration to a wall time of B medians of hybrid."
+    return PaperTable("T1b", "At equal wall time", head, tuple(rows), note)
+
+
+def accuracy(found: TableOne) -> PaperTable:
+    """Fig. 7 a and b: face recall of single poses."""
+    rows = []
+    for name in BUDGETED:
+        for share in SHARES:
+            one = spread([answer.face_recall for _, answer in found.equal[share][name]])
+            rows.append(
+                (name, share, one.n, one.mean, one.low, one.high, one.sd, one.variance,
+                 ACCURACY.get(name), VARIANCE.get(name))
+            )  # fmt: skip
+    head = (
+        "algorithm", "B", "n", "mean", "mean, low", "mean, high", "standard deviation", "variance",
+        f"mean: {PRINTED}", f'"variance": {PRINTED}',
+    )  # fmt: skip
+    note = "Intervals: bootstrap, 95 %. The printed variances are of the size of a standard deviation."
+    return PaperTable("F7ab", "Accuracy (face recall of a pose) at equal wall time", head, tuple(rows), note)
+
+
+def times(calibration: Calibration) -> PaperTable:
+    """Fig. 7 c: all of it read from the calibration."""
+    to = quartiles(calibration.all_seconds("rapid-style"))[1]
+    rows = []
+    for name in CONTESTANTS:
+        low, middle, high = (1e3 * one for one in quartiles(calibration.all_seconds(name)))
+        rows.append((name, middle, low, high, middle / (1e3 * to), TIME_TO_RAPID.get(name)))
+    head = ("algorithm", "median, ms", "lower quartile, ms", "upper quartile, ms", "to rapid-style", PRINTED)
+    where = ", ".join(f"{key} {value}" for key, value in calibration.machine.items())
+    note = f"All faces of a pose; one process, warm, rows in turn; measured on: {where}."
+    return PaperTable("F7c", "Wall time of a pose", head, tuple(rows), note)

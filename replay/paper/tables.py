@@ -1,0 +1,45 @@
+"""A table as plain data: what computes fills it, and terminal, page and file show the same cells."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+Cell = str | int | float | None
+
+
+@dataclass(frozen=True)
+class PaperTable:
+    """One table.
+
+    Parameters
+    ----------
+    key : of section 6.3, such as ``T1a``.
+    title : what it shows, in one sentence.
+    head, rows : headings and cells; ``None`` is shown as a dash.
+    note : what a reader must know.
+    """
+
+    key: str
+    title: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    note: str = ""
+
+    def as_json(self) -> dict[str, Any]:
+        """The same as plain data."""
+        return {"key": self.key, "title": self.title, "head": self.head, "rows": self.rows, "note": self.note}
+
+    def column(self, heading: str) -> list[Cell]:
+        """The cells below a heading."""
+        place = self.head.index(heading)
+        return [row[place] for row in self.rows]
+
+
+def shown(cell: Cell) -> str:
+    """A cell as text: four digits are enough for a reader, the file has all."""
+    if cell is None:
+        return "-"
+    if isinstance(cell, float):
+        return f"{cell:.4g}"
+    return f"{cell:,}" if isinstance(cell, int) else cell

@@ -1,0 +1,10 @@
+"""One small experiment, run once for all files here."""
+
+import pytest
+
+from replay.paper.experiment import run_paper
+
+
+@pytest.fixture(scope="session")
+def small():
+    return run_paper(targets=(100,), poses=2, near=20)

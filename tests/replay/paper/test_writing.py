@@ -1,0 +1,29 @@
+"""All files are written whole: the page stands alone, the JSON has every cell, the recording opens."""
+
+import json
+
+from rerun.chunk import RrdReader
+
+from replay.paper.printed import PRINTED
+from replay.paper.writing import write_paper
+
+
+def test_every_file_is_there_and_says_the_same(small, tmp_path):
+    paths = {path.name: path for path in write_paper(small, tmp_path / "out")}
+    assert {"calibration.json", "paper.json", "paper.html", "paper.rrd", "table_1.png"} <= set(paths)
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(paths)
+    told = json.loads(paths["paper.json"].read_text())
+    assert [one["key"] for one in told["tables"]] == [one.key for one in small.tables]
+    assert len(told["fixtures"]) == 2 and told["fixtures"][0]["pairs_sha256"]
+    page = paths["paper.html"].read_text()
+    assert PRINTED in page and "http" not in page.replace("http://www.w3.org", "")
+    for name, path in paths.items():
+        if name.endswith(".png"):
+            assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_recording_holds_both_families_and_accuracies(small, tmp_path):
+    write_paper(small, tmp_path)
+    entities = {str(chunk.entity_path) for chunk in RrdReader(str(tmp_path / "paper.rrd")).stream()}
+    for part in ("torus-sphere", "beaker-flask", "accuracy"):
+        assert any(part in entity for entity in entities)
