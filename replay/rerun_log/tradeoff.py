@@ -1,4 +1,4 @@
-"""What accuracy costs, drawn in a plane: recall over time on a log axis, a line per algorithm, the front in white.
+"""What accuracy costs, drawn in a plane: recall over time on a log axis, a colour per algorithm, the front in white.
 
 Rerun has no log axis and no scatter plot, so axes, ticks and marks are strips and points in a plane of our own: x grows
 to the right, y downwards.
@@ -71,8 +71,9 @@ def log_tradeoff(writer: RecordingWriter, done: Tradeoff) -> None:
     """Send axes, lines, intervals, the front and the words."""
     plane = Plane.of(done.rows)
     _axes(writer, plane)
-    for number, (name, points) in enumerate(lines_of(done.rows).items()):
-        _line(writer, plane, name, points, SERIES[number % len(SERIES)])
+    algorithms = list(dict.fromkeys(row["detector"] for row in done.rows))
+    for name, points in lines_of(done.rows).items():
+        _line(writer, plane, name, points, SERIES[algorithms.index(points[0]["detector"]) % len(SERIES)])
     _front(writer, plane, done)
     writer.static(ADVICE, rr.TextDocument(advice_text(done), media_type=rr.MediaType.MARKDOWN))
 
@@ -104,7 +105,7 @@ def _words(writer: RecordingWriter, name: str, words: Sequence[tuple[str, float,
         colors=packed([colour]),
         show_labels=True,
     )
-    writer.static(entity(*ROOT.split("/"), name), points)
+    writer.static(entity(*ROOT.split("/"), *name.split("/")), points)
 
 
 def _line(writer: RecordingWriter, plane: Plane, name: str, points: Sequence[Row], colour: Rgba) -> None:
@@ -118,6 +119,9 @@ def _line(writer: RecordingWriter, plane: Plane, name: str, points: Sequence[Row
     if len(places) > 1:
         writer.static(entity(*path, "line"), rr.LineStrips2D([places], colors=packed([shades[-1]]), radii=1.3))
     sizes = [7.0 if row["online"] else 4.5 for row in points]
+    if len(points) > 1:
+        x, y = plane.point(min(points, key=lambda row: (row["recall"], row["ms_per_frame"])))
+        _words(writer, f"names/{name}", [(name, x, y + 8.0)], colour)
     marks = rr.Points2D(
         places, colors=packed(shades), radii=sizes, labels=[row["label"] for row in points], show_labels=False
     )

@@ -1,12 +1,17 @@
+import io
+import time
 from dataclasses import replace
 
+import numpy as np
 import pytest
+from PIL import Image
 from rerun.chunk import RrdReader
 from small_worlds import cubes
 
 from replay.engine import compute
 from replay.rerun_log.recording import write_recording
 from replay.rerun_log.tradeoff import HEIGHT, WIDTH, Plane, advice_text
+from replay.rerun_log.viewer import NO_ADAPTER, ViewerError, open_viewer
 from replay.tradeoff.settings import Setting
 from replay.tradeoff.trading import tradeoff
 
@@ -45,3 +50,37 @@ def test_the_words_name_the_front_the_cut_and_the_machine(done):
     for words in (*done.advice, *done.front, "Not tried", "image-space resolution 8", "cores"):
         assert words in told
     assert told.count("\n| ") >= len(done.rows) + len(done.front)
+
+
+@pytest.mark.slow
+def test_a_viewer_draws_the_curve_and_reports_no_error(session, done, tmp_path, monkeypatch):
+    import rerun.blueprint as rrb
+
+    from replay.rerun_log import recording
+    from replay.rerun_log.tradeoff import curve_tab
+
+    # The curve alone, in front: a tab behind another is not drawn.
+    alone = rrb.Blueprint(curve_tab(), auto_views=False, auto_layout=False)
+    monkeypatch.setattr(recording, "build_blueprint", lambda layout: alone)
+    write_recording(replace(compute(session, detectors="discrete[rate_hz=20]"), tradeoff=done), tmp_path / "run.rrd")
+    try:
+        opened = open_viewer(tmp_path, headless=True)
+    except ViewerError as error:
+        if NO_ADAPTER in str(error):
+            pytest.skip(f"no picture can be drawn: {NO_ADAPTER} (Debian: mesa-vulkan-drivers libvulkan1)")
+        raise
+    with opened:
+        for _ in range(20):
+            time.sleep(0.5)
+            views = opened.state().views
+            plane = next((view for view in views if view.view_class == "2D"), None)
+            if plane is None:
+                continue
+            pixels = np.asarray(Image.open(io.BytesIO(opened.screenshot(plane))).convert("RGB"), dtype=np.int16)
+            white = (pixels.min(axis=2) > 240).mean()
+            colours = ((pixels.max(axis=2) - pixels.min(axis=2)) > 60).mean()
+            if white > 1e-3 and colours > 1e-4:
+                break
+        assert not [(view.name, report.summary) for view in views for report in view.reports]
+        assert white > 1e-3, "the front is drawn"
+        assert colours > 1e-4, "the lines are drawn"
