@@ -54,4 +54,5 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     ),
     "stress": CommandSpec("replay.cli.stress:command", "Audit", "Ask detectors hard questions with known answers."),
     "paper": CommandSpec("replay.cli.paper:command", "Study", "Regenerate the paper's tables beside what it printed."),
+    "bench": CommandSpec("replay.cli.bench:command", "Audit", "Time the exact detector beside python-fcl; its growth."),
 }
