@@ -12,7 +12,7 @@ from sessions.frames import Frames
 from sessions.mcap_format.catalogue import Catalogue, read_catalogue
 from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.schemas import TF, TRACKING
-from sessions.mcap_format.unpacking import MessageTable, read_region
+from sessions.mcap_format.unpacking import MessageTable, read_region, together
 
 
 class McapFile:
@@ -51,8 +51,8 @@ class McapFile:
         if not ids or not wanted:
             return
         with self.catalogue.path.open("rb") as stream:
-            for region in wanted:
-                yield read_region(stream, region, self.catalogue)
+            read = (read_region(stream, region, self.catalogue) for region in wanted)
+            yield from read if backwards else together(read)
 
     def payloads(self, topic: str) -> Iterator[tuple[int, bytes]]:
         """(publish_ns, payload) of every message of a topic, in file order."""

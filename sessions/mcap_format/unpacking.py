@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 import zlib
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import BinaryIO
 
@@ -58,6 +58,35 @@ class MessageTable:
     def payload(self, row: int) -> bytes:
         """One message's payload."""
         return self.data[self.start[row] : self.end[row]]
+
+
+JOINED_BYTES = 1 << 20
+"""Small regions are listed together up to this size: a step through a table costs the same for a second as for ten."""
+
+
+def together(tables: Iterable[MessageTable]) -> Iterator[MessageTable]:
+    """The same messages in the same order, in tables of about ``JOINED_BYTES``."""
+    held: list[MessageTable] = []
+    for table in tables:
+        held.append(table)
+        if sum(len(one.data) for one in held) >= JOINED_BYTES:
+            yield _joined(held)
+            held = []
+    if held:
+        yield _joined(held)
+
+
+def _joined(tables: list[MessageTable]) -> MessageTable:
+    if len(tables) == 1:
+        return tables[0]
+    before = np.cumsum([0, *(len(table.data) for table in tables)])
+    start = [table.start + at for table, at in zip(tables, before, strict=False)]
+    end = [table.end + at for table, at in zip(tables, before, strict=False)]
+    rest = (np.concatenate([getattr(table, name) for table in tables]) for name in _WHOLE)
+    return MessageTable(b"".join(table.data for table in tables), np.concatenate(start), np.concatenate(end), *rest)
+
+
+_WHOLE = ("channel", "sequence", "log_ns", "publish_ns")
 
 
 def read_region(stream: BinaryIO, region: Region, catalogue: Catalogue) -> MessageTable:

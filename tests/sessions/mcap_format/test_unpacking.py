@@ -76,3 +76,27 @@ def test_rows_are_copies_of_the_bytes_at_each_start():
     buffer = np.arange(10, dtype=np.uint8)
     assert rows_at(buffer, np.array([0, 7, 2]), 3).tolist() == [[0, 1, 2], [7, 8, 9], [2, 3, 4]]
     assert rows_at(buffer, np.array([], dtype=np.int64), 3).shape == (0, 3)
+
+
+def test_small_regions_together_are_the_same_messages_in_the_same_order(monkeypatch):
+    import sessions.mcap_format.unpacking as unpacking
+
+    def table(first, count):
+        block = RecordBlock.of((1 + k % 2, k, 10 * k, 5 * k, bytes([k]) * (k % 7)) for k in range(first, first + count))
+        return unpacking.listed(block.data, Region(0, 0, "", 0, 0, None), Catalogue(None))
+
+    monkeypatch.setattr(unpacking, "JOINED_BYTES", 400)
+    tables = [table(0, 3), table(3, 9), table(12, 1), table(13, 20), table(33, 2)]
+    joined = list(unpacking.together(tables))
+    assert 1 < len(joined) < len(tables)
+
+    def told(some):
+        names = ("channel", "sequence", "log_ns", "publish_ns")
+        return [
+            (*(int(getattr(one, name)[row]) for name in names), one.payload(row))
+            for one in some
+            for row in range(len(one.channel))
+        ]
+
+    assert told(joined) == told(tables)
+    assert [row[1] for row in told(joined)] == list(range(35))
