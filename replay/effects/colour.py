@@ -29,6 +29,10 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         vessel = declared.body("in")
         told = inputs.output("reaction").series.get(f"{vessel}/pH")
         if told is None or not len(told.times):
+            history = inputs.output("mixing").data.histories.get(vessel)
+            if history is not None and history.added_ml[-1] == history.added_ml[0]:
+                inputs.count("vessels nothing came into")
+                continue
             raise EffectError(
                 f"{declared.file}: {declared.place}: no reaction of an acid or base gives {vessel!r} a pH; declare one"
             )

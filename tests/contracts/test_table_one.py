@@ -71,8 +71,9 @@ def test_run_to_completion_it_finds_every_face_of_all_200_poses(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", TRUNCATED)
-def test_cut_short_it_keeps_its_word_on_all_200_poses(name):
-    check_truncated(name, ALL)
+def test_cut_short_it_keeps_its_word_on_two_poses_of_every_target(name):
+    """Each budget is a detector of its own, with trees of its own: 200 poses would take half an hour a row."""
+    check_truncated(name, ALL[::10])
 
 
 @pytest.mark.slow

@@ -17,8 +17,18 @@ from sessions import read_session, write_session
 from sessions.scene import SceneEffect
 
 KINDS = tuple(EFFECTS)
+
 MOST = 300
 """Subsets drawn where all would be too many."""
+
+
+@pytest.fixture(autouse=True)
+def the_table_in_its_order():
+    """Rows that a test takes out come back at the end; other tests read the order of the table."""
+    before = dict(EFFECTS)
+    yield
+    EFFECTS.clear()
+    EFFECTS.update(before)
 
 
 def subsets():
