@@ -8,7 +8,9 @@ from crossing_paths import crossing_paths
 from search_scenes import I3, ball_of, colliding_poses, search_of, torus_mesh
 from shapes import revolved_mesh
 
+import replay
 from cdcore import Verdict, create_detector
+from sessions.synthetic.bench_bumps import make_bench_bumps
 
 pytestmark = pytest.mark.slow
 HERE = (I3, np.zeros(3))
@@ -53,6 +55,25 @@ def test_the_default_finds_99_of_100_contacts_of_5000_faces_within_10000_evaluat
             poses = colliding_poses(*meshes, 200, seed)
             found[scene, seed] = searched(meshes, poses, "memetic", 10_000, seed)[0]
     assert np.mean(list(found.values())) >= 0.99, found
+
+
+def test_in_a_session_of_5000_faces_the_default_finds_99_of_100_contacts_and_without_a_warm_start_95():
+    """Cold, some of a knuckle that just grazes a flask are missed: 0.977 to 0.991 by seed; warm all were found."""
+    session, _ = make_bench_bumps(faces=5000)
+    run = replay.run(session, detectors="exact", oracle="exact")
+    fine = [pair for pair in run.assembly.pairs if min(len(run.assembly.bodies[k].mesh.faces) for k in pair) > 4500]
+    truth = create_detector("exact", run.assembly.bodies, pairs=fine, containment=False).detect(run.assembly.motion)
+    contact = truth.verdict == Verdict.CONTACT
+    frames = np.flatnonzero(contact.any(axis=1))
+    contact, motion = contact[frames], run.assembly.motion.take(frames)
+    assert contact.sum() > 200
+    for seed in FRESH_SEEDS:
+        for warm, least in ((True, 0.99), (False, 0.95)):
+            settings = {"budget": 10_000, "seed": seed, "warm_start": warm}
+            found = create_detector("qaco", run.assembly.bodies, pairs=fine, **settings).detect(motion)
+            hit = found.verdict == Verdict.CONTACT
+            assert not (hit & ~contact).any()
+            assert hit[contact].mean() >= least, (seed, warm)
 
 
 @pytest.mark.parametrize("scene", SCENES)
