@@ -28,10 +28,10 @@ class SearchSettings:
     ``seed``: of all random streams. ``budget``: evaluations for one pair in one frame; an iteration of the colony is
     begun only within it. ``budget_seconds``: a budget in time instead, whose answers differ from run to run.
     ``samples``: faces of each body that are searched, drawn by area; ``None``: all. "auto": as many as the session so
-    far advises, within ``frame_budget`` evaluations for all pairs of a frame together (``budget`` is then not used) and
-    such that ``target_recall`` of what that budget would find is found. ``stop_first``: whether to stop at the first
-    hit; else, where faces are asked for, the rest of the budget looks for further curves. ``warm_start``: whether a
-    search starts at the closest pair of the frame before.
+    far advises, within ``frame_budget`` evaluations for all pairs of a frame together (``budget`` is then not used; one
+    frame in 25 may take four times as many) and such that ``target_recall`` of what that budget would find is found.
+    ``stop_first``: whether to stop at the first hit; else, where faces are asked for, the rest of the budget looks for
+    further curves. ``warm_start``: whether a search starts at the closest pair of the frame before.
     ``rest``: in mean radii of the faces of both, how far two bodies must have moved against each other since the whole
     budget found nothing before it is spent again; until then they get 192 evaluations from where they were closest, and
     none where they have moved by rounding only, as a thing that is held. 0: every frame gets the whole budget.

@@ -147,7 +147,7 @@ class SearchStage:
         self, control: SampleControl, motion: Motion, frame: int, columns: list[int], memory: SearchMemory, log: _Log
     ) -> None:
         """One frame within its budget: a probe of every pair, then what is left to those that came closest."""
-        left = control.frame_budget
+        left = control.begin()
         looks: dict[int, Look | None] = {}
         apart: list[tuple[float, int]] = []
         for done, column in enumerate(columns):
@@ -174,8 +174,21 @@ class SearchStage:
             left -= spent
             control.learn(level, band, spent, look.hit is not None)
             looks[column] = look
+        self._run_on(control, [column for _, column in apart if memory.pairs[column].hit], looks)
         for column, one in looks.items():
             self._finish(frame, column, one, memory.pairs[column], log)
+
+    def _run_on(self, control: SampleControl, lost: list[int], looks: dict[int, Look | None]) -> None:
+        """Search beyond the frame's budget for the nearest of the pairs that met in the frame before, if it may."""
+        for column in lost:
+            before = looks[column]
+            if before is None or before.hit is not None:
+                continue
+            more = control.run_on()
+            if more > 0:
+                self._searches[column].use(*self._samples[column][0])
+                looks[column] = self._searches[column].look_longer(before.evaluations + more)
+            return
 
     def _relative(self, motion: Motion, near: BoolArray) -> list[Iterator[FloatArray]] | None:
         """Relative poses of every pair, candidate by candidate; ``None`` where every frame gets the whole budget."""

@@ -16,11 +16,11 @@ pytestmark = pytest.mark.slow
 HERE = (I3, np.zeros(3))
 FRESH_SEEDS = (3101, 3102, 3103)
 """Fixed before any of them was looked at."""
-AUTO_SEEDS = (11, 12, 13)
-"""Fixed before any of them was looked at."""
+AUTO_SEEDS = (4101, 4102, 4103)
+"""Fixed before any of them was looked at; what auto does was chosen on 11, 12 and 13."""
 FRAME_BUDGET = 4000
-RECALL_RESOLUTION = 0.01
-"""Recall of 300 to 500 contact frames a seed differs by up to this between two streams of random numbers."""
+RECALL_RESOLUTION = 0.003
+"""One contact frame of the 300 to 500 a seed has."""
 
 
 def beaker():
@@ -117,6 +117,7 @@ def test_auto_keeps_its_budget_and_finds_as_much_as_the_best_fixed_number_of_equ
         run = session(seed)
         recall, evaluations = run(samples="auto", frame_budget=FRAME_BUDGET)
         assert np.quantile(evaluations, 0.95) <= FRAME_BUDGET
-        assert evaluations.max() <= FRAME_BUDGET
+        assert (evaluations > FRAME_BUDGET).mean() <= 0.04
+        assert evaluations.max() <= 4 * FRAME_BUDGET
         lead.append(recall - best_fixed(run, evaluations.mean()))
     assert np.mean(lead) >= -RECALL_RESOLUTION, lead

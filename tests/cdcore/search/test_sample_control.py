@@ -53,3 +53,14 @@ def test_counts_fade_so_that_a_session_that_changes_is_followed(hit):
     control.learn(0, 0, 300, hit)
     assert control.hits.sum() == (FORGET / 2 if hit else FORGET - 1)
     assert np.isfinite(control.needed).all()
+
+
+def test_one_frame_in_25_may_run_on_and_none_before_there_were_25():
+    control = SampleControl(1000, 0.99)
+    granted = []
+    for _ in range(100):
+        assert control.begin() == 1000
+        granted.append(control.run_on())
+    assert granted[:24] == [0] * 24
+    assert granted.count(3000) == 4
+    assert granted.count(0) == 96
