@@ -1,6 +1,20 @@
-"""What holds for every test: a loaded machine is slow, and slowness is no finding of a property test."""
+"""What holds for every test: slowness is no finding of a property test, and the table of effects keeps its order."""
 
+import sys
+
+import pytest
 from hypothesis import HealthCheck, settings
 
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")
+
+
+@pytest.fixture(autouse=True)
+def the_table_of_effects_in_its_order():
+    """Rows that a test takes out come back at the end; other tests read the order of the table."""
+    effects = sys.modules.get("replay.effects")
+    before = dict(effects.EFFECTS) if effects else {}
+    yield
+    if before and list(effects.EFFECTS) != list(before):
+        effects.EFFECTS.clear()
+        effects.EFFECTS.update(before)

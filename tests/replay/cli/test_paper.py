@@ -7,6 +7,8 @@ import pytest
 from replay.cli.main import main
 from replay.paper import experiment
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def tiny(monkeypatch):

@@ -22,15 +22,6 @@ MOST = 300
 """Subsets drawn where all would be too many."""
 
 
-@pytest.fixture(autouse=True)
-def the_table_in_its_order():
-    """Rows that a test takes out come back at the end; other tests read the order of the table."""
-    before = dict(EFFECTS)
-    yield
-    EFFECTS.clear()
-    EFFECTS.update(before)
-
-
 def subsets():
     """All sets of kinds where there are few; else none, every one, every two, all, and many at random."""
     if len(KINDS) <= 8:

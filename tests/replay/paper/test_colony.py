@@ -7,6 +7,8 @@ from cdcore import Verdict, create_detector
 from cdcore.search.settings import EQUATIONS
 from replay.paper.colony import detected, near_poses
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def poses():

@@ -10,6 +10,8 @@ from replay.paper.contestants import CONTESTANTS
 from replay.paper.printed import PRINTED, TABLE_1
 from replay.paper.table_one import BUDGETED, measure, table_one, tables_of
 
+pytestmark = pytest.mark.slow
+
 
 def named(result, key):
     return next(one for one in result.tables if one.key == key)
