@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from cdcore import Verdict, create_detector, join
+from cdcore import Motion, Verdict, create_detector, join
 from cdcore.protocol import counts_as_contact
 
 
@@ -83,3 +83,18 @@ class Blind(Planted):
     def spoil(self, contact):
         contact[:, -1] = False
         return contact
+
+
+class Rounding(Planted):
+    """Decides with every place rounded up to whole steps of 3 micrometres, as a format of few digits would."""
+
+    STEP = 3e-6
+
+    def detect(self, motion, *, faces=False):
+        places = np.ceil(motion.translations / self.STEP) * self.STEP
+        rounded = Motion(motion.times, places, motion.rotations, motion.valid, linked=motion.linked)
+        return super().detect(rounded)
+
+    def stream(self, motions, *, faces=False):
+        for motion in motions:
+            yield self.detect(motion)

@@ -1,4 +1,4 @@
-"""Why a search found nothing: ten times the budget finds it, or the search itself failed on what it could draw."""
+"""Why a search found nothing: no pair that meets was in its sample, its budget ran out, or the search itself failed."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.protocol import Body, Explanation, Motion
+from cdcore.search.features import features_of
+from cdcore.search.samples import sample_of
 from cdcore.search.settings import SearchSettings
 from cdcore.search.stage import SearchStage
 
@@ -27,8 +29,10 @@ class SearchExplainer:
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: SearchSettings) -> None:
         self._bodies, self._pairs = bodies, pairs
-        self._settings = replace(settings, budget=settings.budget * TIMES_MORE, budget_seconds=None)
+        more, whole_frame = settings.budget * TIMES_MORE, settings.frame_budget * TIMES_MORE
+        self._settings = replace(settings, budget=more, frame_budget=whole_frame, budget_seconds=None)
         self._stages: dict[int, SearchStage] = {}
+        self._drawn: dict[int, NDArray[np.int64]] = {}
 
     def explain(
         self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64], *, volumes_meet: bool
@@ -37,14 +41,32 @@ class SearchExplainer:
 
         Parameters
         ----------
-        faces : (k, 2) the face pairs that meet; every face can be drawn, so any of them is in the sample.
+        faces : (k, 2) the face pairs that meet, in the order of the pair. With ``samples`` a number they are looked
+            up in the sample; without it, and with "auto", which probes them all, every face can be drawn.
         volumes_meet : whether spheres and boxes let the pair through.
         """
         if not len(faces):
             return Explanation(spheres_meet=volumes_meet)
+        if not self._sample_meets(pair, faces):
+            return Explanation(spheres_meet=volumes_meet, sample_meets=False)
         return Explanation(
             spheres_meet=volumes_meet, sample_meets=True, found_with_more=self._finds(motion, frame, pair)
         )
+
+    def _sample_meets(self, pair: int, faces: NDArray[np.int64]) -> bool:
+        """Whether a pair of faces that meets has both its faces in the sample."""
+        if not isinstance(self._settings.samples, int):
+            return True
+        first, second = (self._sample(body) for body in self._pairs[pair].tolist())
+        return bool((np.isin(faces[:, 0], first) & np.isin(faces[:, 1], second)).any())
+
+    def _sample(self, body: int) -> NDArray[np.int64]:
+        """Numbers of the faces of a body that its searches draw from."""
+        if body not in self._drawn:
+            features, size, name = features_of(self._bodies[body].mesh), self._settings.samples, self._bodies[body].name
+            sample = sample_of(features, None if size is None else int(size), self._settings.seed, name)
+            self._drawn[body] = features.face[sample.pick]
+        return self._drawn[body]
 
     def _finds(self, motion: Motion, frame: int, pair: int) -> bool:
         if pair not in self._stages:

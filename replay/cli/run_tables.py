@@ -29,6 +29,8 @@ RED: Final = "#ff2d55"
 BLUE: Final = "#5aa9e6"
 YELLOW: Final = "#ffcc00"
 
+WITHIN_TOLERANCE: Final = "within tolerance"
+
 PAIR_COLUMNS: Final = {
     "contacts": "",
     "missed": f"bold {RED}",
@@ -36,8 +38,9 @@ PAIR_COLUMNS: Final = {
     "frames found": BLUE,
     "frames missed": RED,
     "frames invented": YELLOW,
+    WITHIN_TOLERANCE: "dim",
 }
-"""Columns of the table of pairs and the colour of a count that is not zero."""
+"""Columns of the table of pairs and the colour of a count that is not zero; the last is shown if it has any."""
 
 
 def run_tables(result: RunResult) -> Group:
@@ -77,20 +80,26 @@ def pair_table(result: RunResult, label: str) -> Table:
     """One row per pair that touched or was said to, worst first."""
     outcome = result.comparisons[label].outcome
     table = _table("contacts", "pair")
-    for name in PAIR_COLUMNS:
-        table.add_column(name, justify="right")
     rows = sorted(_pair_rows(result, label, outcome), key=lambda row: (-row[2], -row[5], -row[1], row[0]))
+    columns = PAIR_COLUMNS if any(row[-1] for row in rows) else without_tolerance(PAIR_COLUMNS)
+    for name in columns:
+        table.add_column(name, justify="right")
     for name, *counts in rows[:PAIR_ROWS]:
-        styled = zip(counts, PAIR_COLUMNS.values(), strict=True)
+        styled = zip(counts, columns.values(), strict=False)
         table.add_row(name, *(Text(_count(count), style=style if count else "dim") for count, style in styled))
     if len(rows) > PAIR_ROWS:
-        table.add_row(f"… and {len(rows) - PAIR_ROWS} more", *[""] * 6)
+        table.add_row(f"… and {len(rows) - PAIR_ROWS} more", *[""] * len(columns))
     return table
+
+
+def without_tolerance(columns: Mapping[str, str]) -> dict[str, str]:
+    """The columns of a table in which nothing is within tolerance: all but the last."""
+    return {name: style for name, style in columns.items() if name != WITHIN_TOLERANCE}
 
 
 def _pair_rows(
     result: RunResult, label: str, outcome: np.ndarray[Any, np.dtype[np.uint8]]
-) -> Iterator[tuple[str, int, int, int, int, int, int]]:
+) -> Iterator[tuple[str, int, int, int, int, int, int, int]]:
     contacts = [episode.pair for episode in result.episodes[result.oracle]]
     misses = result.misses[label]
     for pair in range(outcome.shape[1]):
@@ -98,10 +107,11 @@ def _pair_rows(
         touched = contacts.count(pair)
         whole = len({miss.episode for miss in misses if miss.pair == pair and miss.kind == NEVER_FOUND})
         part = sum(miss.pair == pair and miss.kind != NEVER_FOUND for miss in misses)
-        if touched or counts[Outcome.INVENTED]:
+        found, missed, invented = (counts[what] for what in (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED))
+        excused = counts[Outcome.WITHIN_TOLERANCE]
+        if touched or invented or excused:
             held = " (held)" if result.assembly.held[pair] else ""
-            name = result.assembly.pair_name(pair) + held
-            yield name, touched, whole, part, counts[Outcome.BOTH], counts[Outcome.MISSED], counts[Outcome.INVENTED]
+            yield result.assembly.pair_name(pair) + held, touched, whole, part, found, missed, invented, excused
 
 
 def miss_table(result: RunResult, label: str) -> Table:

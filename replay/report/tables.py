@@ -63,10 +63,15 @@ def contact_table(result: RunResult) -> Markup:
     head = (*short, "never found", "in part", "frames missed", "frames invented")
     tables = []
     for label, comparison in result.comparisons.items():
-        invented = (comparison.outcome == Outcome.INVENTED).any(axis=0)
-        touched = {episode.pair for episode in result.episodes[result.oracle]} | set(np.flatnonzero(invented).tolist())
+        excused = (comparison.outcome == Outcome.WITHIN_TOLERANCE).sum(axis=0).tolist()
+        told = (comparison.outcome == Outcome.INVENTED).any(axis=0) | np.array(excused, dtype=np.bool_)
+        touched = {episode.pair for episode in result.episodes[result.oracle]} | set(np.flatnonzero(told).tolist())
         rows = [(*_contacts(result, result.oracle, pair), *_audit(result, label, pair)) for pair in sorted(touched)]
-        tables.append(table(f"Contacts ({result.oracle}) and what {label} made of them", head, rows))
+        names: tuple[str, ...] = head
+        if any(excused):
+            names = (*head, "within tolerance")
+            rows = [(*row, excused[pair]) for row, pair in zip(rows, sorted(touched), strict=True)]
+        tables.append(table(f"Contacts ({result.oracle}) and what {label} made of them", names, rows))
     return joined(tables)
 
 
