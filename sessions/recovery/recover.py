@@ -22,7 +22,7 @@ from sessions.mcap_format.facts import (
     session_record,
 )
 from sessions.mcap_format.record_block import RecordBlock
-from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY
+from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, TF
 from sessions.mcap_format.unpacking import MessageTable
 from sessions.mcap_format.writer import CHUNK_BYTES, MESH_FOLDER, MESH_TYPE, SCENE_FILE, replaced
 from sessions.recovery.lost import Recovery
@@ -102,6 +102,8 @@ def _write(found: Survey, stream: BinaryIO, target: Path) -> Recovery:
         for name, values in found.declared.metadata:
             if name not in (SESSION_RECORD, BODIES_RECORD) or not own:
                 writer.metadata(name, values)
+        if own and not found.frames:
+            writer.channel(TF)  # a session without a frame is one all the same, and can be read
         kept, unknown = _messages(found, stream, writer)
         writer.finish()
     return replace(result, messages=kept, unknown=unknown)

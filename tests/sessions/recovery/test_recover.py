@@ -98,6 +98,9 @@ def cut_keeps_all_before(whole, tmp_path, data, truth, place):
     except SessionFileError:
         assert not ends
         return 0
+    if not result.frames:
+        assert list(read_session(out).blocks(4096)) == []
+        return 0
     kept = frames_of(out)
     assert np.array_equal(kept.position, truth.position[: len(kept)], equal_nan=True)
     assert np.array_equal(kept.status, truth.status[: len(kept)])
