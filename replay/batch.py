@@ -20,7 +20,7 @@ import pyarrow.parquet as pq
 
 from replay.errors import OutputError
 from replay.machine import versions
-from replay.processes import Told, in_processes
+from replay.processes import Told, in_processes, untold
 from replay.results.run_folder import METRICS, SUMMARY, read_run_folder
 
 BATCH: Final = "batch.json"
@@ -70,7 +70,7 @@ def run_batch(
     OutputError
         Two files of one name, a folder of something else, or a batch with other settings.
     """
-    tell = told or _untold
+    tell = told or untold
     request = {"schema": SCHEMA, "settings": dict(settings or {}), "versions": versions()}
     named = _named(sessions)
     digests = {name: _sha256(path) for name, path in named.items()}
@@ -153,10 +153,6 @@ def run_one(path: Path, out: Path, settings: Mapping[str, Any]) -> str:
     except Exception as error:
         return " ".join(f"{type(error).__name__}: {error}".split())
     return ""
-
-
-def _untold(name: str, became: str) -> None:
-    del name, became
 
 
 def _sha256(path: Path) -> str:

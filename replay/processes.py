@@ -47,6 +47,11 @@ def in_processes(work: Work, tasks: Tasks, jobs: int, tell: Told) -> dict[str, s
     return failed
 
 
+def untold(name: str, became: str) -> None:
+    """Tell nobody."""
+    del name, became
+
+
 def _pooled(work: Work, tasks: Tasks, jobs: int, note: Told) -> list[str]:
     """Do tasks in processes; the names of those that a dying process took along."""
     lost = []

@@ -53,14 +53,21 @@ def load_detector(name: str) -> type[Any]:
         entry = name
     if entry is None:
         for point in entry_points(group=ENTRY_POINT_GROUP, name=name):
-            loaded: type[Any] = point.load()
-            return loaded
+            return _checked(name, point.load())
         raise UnknownDetectorError(f"no detector {name!r}; there are: {', '.join(detector_names())}")
     module, _, attribute = entry.partition(":")
     try:
-        found: type[Any] = getattr(import_module(module), attribute)
+        return _checked(name, getattr(import_module(module), attribute))
     except (ImportError, AttributeError) as error:
         raise UnknownDetectorError(f"detector {name!r} cannot be loaded: {error}") from error
+
+
+def _checked(name: str, found: type[Any]) -> type[Any]:
+    lacks = [part for part in ("Settings", "detect", "stream") if not hasattr(found, part)]
+    lacks += sorted(getattr(found, "__abstractmethods__", ()))
+    if lacks:
+        text = f"{name!r} is no detector: it defines no {', '.join(lacks)}; see cdcore.FrameDetector"
+        raise UnknownDetectorError(text)
     return found
 
 

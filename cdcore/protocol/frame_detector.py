@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -24,7 +25,7 @@ class NoSettings:
     """Nothing can be set."""
 
 
-class FrameDetector:
+class FrameDetector(ABC):
     """Decides frame by frame with ``look``, which a class of your own defines; every frame is timed.
 
     ``self.bodies`` and ``self.pairs`` ((P, 2) body numbers) are there; ``prepare`` is called before the first frame of
@@ -52,9 +53,10 @@ class FrameDetector:
         self.pairs = pairs
         self.settings = self.Settings() if settings is None else settings
 
-    def prepare(self) -> None:
+    def prepare(self) -> None:  # noqa: B027 - most detectors keep nothing from frame to frame
         """Forget what earlier frames said."""
 
+    @abstractmethod
     def look(self, rotations: FloatArray, translations: FloatArray) -> ArrayLike:
         """Say of each pair whether it touches, (P,) bool, or its ``Verdict``.
 
@@ -63,7 +65,6 @@ class FrameDetector:
         rotations, translations : (N, 3, 3) and (N, 3), body to world, metres, of this frame. Pairs with a body that
             has no pose are NO_POSE, whatever is answered.
         """
-        raise NotImplementedError(f"{type(self).__name__} defines no look(rotations, translations)")
 
     def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
         """Answer for every frame in order; there are no faces."""

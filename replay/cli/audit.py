@@ -8,24 +8,15 @@ from pathlib import Path
 import click
 
 from replay.cli.console import People, TerminalProgress, stdout_console
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, let_modules_here_be_found, output_format, window
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, let_modules_here_be_found, lineup, output_format, window
 
 
 @click.command()
 @click.argument("sessions", type=SESSION_FILE, metavar="SESSION...", nargs=-1, required=True)
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder; of several sessions a folder of them.")
 @click.option("--force", is_flag=True, help="Replace earlier run folders of that name.")
-@click.option(
-    "--detectors",
-    "--detector",
-    "detectors",
-    multiple=True,
-    metavar="SPEC",
-    help="What to audit: hybrid-qaco, slow=discrete[rate_hz=22.5], package.module:Class; several with commas.",
-)
-@click.option("--oracle", metavar="SPEC", help="The detector to trust: exact, continuous, a label. Default: exact.")
+@lineup
 @window
-@click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
 @click.option("--tau", type=click.FloatRange(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
 @click.option("--no-faces", is_flag=True, help="Leave out face recall, and the second pass it takes.")
 @click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")

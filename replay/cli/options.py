@@ -40,6 +40,27 @@ def output_format(command: Command) -> Command:
     )(command)
 
 
+def lineup(command: Command) -> Command:
+    """``--detectors --oracle --seed``: who looks, who is trusted, and what they draw from."""
+    options = (
+        click.option(
+            "--detectors",
+            "--detector",
+            "detectors",
+            multiple=True,
+            metavar="SPEC",
+            help="What to audit: hybrid-qaco, slow=discrete[rate_hz=22.5], package.module:Class; several with commas.",
+        ),
+        click.option(
+            "--oracle", metavar="SPEC", help="The detector to trust: exact, continuous, a label. Default: exact."
+        ),
+        click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream."),
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
 def window(command: Command) -> Command:
     """``--start --end``: which part of the session."""
     command = click.option("--end", type=float, metavar="SECONDS", help="Leave out what comes after.")(command)

@@ -7,24 +7,15 @@ from pathlib import Path
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, let_modules_here_be_found, output_format, window
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, let_modules_here_be_found, lineup, output_format, window
 
 
 @click.command()
 @click.argument("session", type=SESSION_FILE, metavar="FILE.mcap")
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Run folder to make.")
 @click.option("--force", is_flag=True, help="Replace an earlier run folder of that name.")
-@click.option(
-    "--detectors",
-    "--detector",
-    "detectors",
-    multiple=True,
-    metavar="SPEC",
-    help="What to audit: hybrid, discrete[rate_hz=22.5], slow=discrete[rate_hz=22.5]; several with commas or repeated.",
-)
-@click.option("--oracle", metavar="SPEC", help="The detector to trust: a label, a detector, or none. Default: exact.")
+@lineup
 @window
-@click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
 @click.option("--tau", type=click.FloatRange(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
 @click.option(
     "--policy",

@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from replay.cli.console import People
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, output_format
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, let_modules_here_be_found, lineup, output_format
 
 SLOW = "22.5Hz=discrete[rate_hz=22.5]"
 """The detector whose misses the made-up class is analysed with besides the oracle."""
@@ -41,9 +41,7 @@ def require_extra() -> None:
     "sessions", type=click.Path(exists=True, path_type=Path), nargs=-1, required=True, metavar="FILE|DIR..."
 )
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Folder with a run folder per session.")
-@click.option("--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", help="As in `replay run`.")
-@click.option("--oracle", metavar="SPEC", help="The detector to trust. Default: exact.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
+@lineup
 @click.option("--pictures", is_flag=True, help="A recording for Rerun in each run folder too.")
 @jobs_option
 @output_format
@@ -68,6 +66,7 @@ def run_sessions(
     """
     del debug
     people = People(quiet=quiet, verbose=verbose)
+    let_modules_here_be_found([*detectors, oracle or ""])
     settings = {"detectors": list(detectors) or None, "oracle": oracle, "seed": seed, "picture": pictures}
     files = session_files(sessions)
     batch = _run(files, out, jobs, settings, people)

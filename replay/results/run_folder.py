@@ -34,10 +34,11 @@ REPORT: Final = "report.html"
 Picture = Callable[[RunResult, Path], None]
 
 
-def check_target(out: Path, *, force: bool = False) -> None:
+def check_target(out: Path, *, force: bool = False, mark: str = SUMMARY, what: str = "run") -> None:
     """Refuse a folder that cannot become a run folder, before the work is done and not after.
 
-    With ``force``, an earlier run folder or an empty folder may be replaced; any other folder never is.
+    With ``force``, an earlier run folder or an empty folder may be replaced; any other folder never is. Folders of
+    another kind are told by the file ``mark``.
 
     Raises
     ------
@@ -47,11 +48,11 @@ def check_target(out: Path, *, force: bool = False) -> None:
     if not out.exists():
         return
     if not out.is_dir():
-        raise OutputError(f"{out} is a file; name a folder for the run")
+        raise OutputError(f"{out} is a file; name a folder for the {what}")
     if not force:
         raise OutputError(f"{out} exists; name another folder, or replace it with --force")
-    if any(out.iterdir()) and not (out / SUMMARY).is_file():
-        raise OutputError(f"{out} is not a run folder and is not replaced; name another folder")
+    if any(out.iterdir()) and not (out / mark).is_file():
+        raise OutputError(f"{out} is not a {what} folder and is not replaced; name another folder")
 
 
 def write_run_folder(

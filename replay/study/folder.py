@@ -10,8 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
-from replay.errors import OutputError
-from replay.results.run_folder import replaced
+from replay.results.run_folder import check_target, replaced
 from replay.study.analysis import Study, associated
 from replay.study.page import refuse_causal_words, study_html
 
@@ -59,12 +58,7 @@ def check_study_target(out: Path, *, force: bool) -> None:
     OutputError
         Says what is in the way.
     """
-    if not out.exists():
-        return
-    if not force:
-        raise OutputError(f"{out} exists; name another folder, or replace it with --force")
-    if not out.is_dir() or (any(out.iterdir()) and not (out / SUMMARY).is_file()):
-        raise OutputError(f"{out} is not a study folder and is not replaced; name another folder")
+    check_target(out, force=force, mark=SUMMARY, what="study")
 
 
 def association_rows(study: Study) -> list[dict[str, Any]]:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay.errors import OutputError
-from replay.processes import Told, in_processes
+from replay.processes import Told, in_processes, untold
 from sessions.synthetic.streams import random_stream
 
 Floats = NDArray[np.float64]
@@ -95,7 +95,7 @@ def make_class(
         for k, one in enumerate(drawn)
         if not (out / SESSIONS / f"{one.pseudonym}.mcap").is_file()
     }
-    return in_processes(record_student, tasks, jobs, told or _untold)
+    return in_processes(record_student, tasks, jobs, told or untold)
 
 
 def record_student(student: Student, path: Path, seed: int) -> str:
@@ -150,7 +150,3 @@ def _write(path: Path, text: str) -> None:
     partial = path.with_name(f".{path.name}.partial")
     partial.write_text(text, encoding="utf-8", newline="\n")
     partial.replace(path)
-
-
-def _untold(name: str, became: str) -> None:
-    del name, became

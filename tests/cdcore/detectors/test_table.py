@@ -78,3 +78,16 @@ def test_the_table_costs_no_engine_until_one_is_used():
     code = "import sys, cdcore; cdcore.DETECTORS; cdcore.Motion; print({'fcl', 'numba', 'scipy'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stdout.strip() == "set()"
+
+
+@pytest.mark.parametrize(
+    ("name", "lacks"),
+    [
+        ("cdcore:FrameDetector", "look"),
+        ("cdcore:Motion", "Settings, detect, stream"),
+        ("cdcore:join", "Settings, detect, stream"),
+    ],
+)
+def test_what_is_no_whole_detector_is_refused_with_what_it_lacks(name, lacks):
+    with pytest.raises(UnknownDetectorError, match=f"'{name}' is no detector: it defines no {lacks}; see"):
+        load_detector(name)

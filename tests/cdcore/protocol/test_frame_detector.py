@@ -52,5 +52,3 @@ def test_an_answer_of_another_shape_or_none_is_refused():
     bodies, motion = lab(3)
     with pytest.raises(InvalidPairError, match=r"one per pair: \(10,\)"):
         made(Wrong, bodies).detect(motion)
-    with pytest.raises(NotImplementedError, match="defines no look"):
-        made(FrameDetector, bodies).detect(motion)

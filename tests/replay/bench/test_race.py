@@ -27,7 +27,7 @@ def test_a_wrong_answer_is_counted(monkeypatch):
     assert exact.wrong == 50 * len(make_workload(100, 50).pairs)
 
 
-def test_distant_bodies_cost_less_than_linearly_in_frames_by_the_counters():
+def test_of_distant_bodies_every_pair_frame_is_skipped_and_no_block_is_examined():
     load = make_workload(200, 9_000)
     load.poses[:, :, 0, 3] += 5.0 * np.arange(7)
     work = OwnExact(load).detect("bool").work

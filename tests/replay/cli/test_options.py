@@ -3,7 +3,7 @@ import sys
 import click
 from click.testing import CliRunner
 
-from replay.cli.options import common, let_modules_here_be_found, output_format, window
+from replay.cli.options import common, let_modules_here_be_found, lineup, output_format, window
 
 
 @click.command()
@@ -38,3 +38,13 @@ def test_modules_of_the_current_folder_are_found_only_for_a_detector_that_names_
     let_modules_here_be_found(["mine=engine:Detector"])
     let_modules_here_be_found(["mine=engine:Detector"])
     assert sys.path.count(str(tmp_path)) == 1 and sys.path[-1] == str(tmp_path)
+
+
+def test_a_lineup_is_asked_for_in_the_same_words_on_every_verb():
+    @click.command()
+    @lineup
+    def alone(**given):
+        click.echo(repr(given))
+
+    got = CliRunner().invoke(alone, ["--detector", "hybrid", "--detectors", "static,qaco", "--oracle", "continuous"])
+    assert eval(got.output) == {"detectors": ("hybrid", "static,qaco"), "oracle": "continuous", "seed": 0}
