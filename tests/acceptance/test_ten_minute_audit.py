@@ -10,6 +10,7 @@ import sys
 
 import numpy as np
 import pytest
+from peak_memory import environment
 
 from sessions import Scene, Session, Track, write_session
 from sessions.synthetic.bench import Layout, Placed, standing
@@ -20,15 +21,15 @@ MINUTES, FACES = 10, 5000
 SECONDS, GIBIBYTES, MEGABYTES = 60.0, 2.0, 60.0
 
 MEASURED = """
-import json, resource, sys, time
+import json, sys, time
+from peak_memory import peak_bytes
 from replay import audit
 # the first seconds compile what is not compiled on this machine yet
 audit(sys.argv[1], detectors="hybrid-qaco", end=45.0, out=sys.argv[2] + "-warm")
 before = time.process_time()
 result = audit(sys.argv[1], detectors="hybrid-qaco", out=sys.argv[2]).results[0]
 seconds = time.process_time() - before
-peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-print(json.dumps({"seconds": seconds, "gibibytes": peak / 2**30, "frames": len(result.assembly.motion),
+print(json.dumps({"seconds": seconds, "gibibytes": peak_bytes() / 2**30, "frames": len(result.assembly.motion),
                   "audit": result.summary["audit"]["hybrid-qaco"]}))
 """
 
@@ -57,14 +58,13 @@ def repeated(track):
     return Track(np.concatenate([times + k * span for k in range(MINUTES)]), *poses)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="the peak is read with the module resource, which Windows lacks")
 def test_ten_minutes_are_audited_with_the_colony_in_a_minute_two_gibibytes_and_sixty_megabytes(tmp_path):
     session = ten_minutes()
     assert len(session.scene.bodies) == 12
     assert np.median([len(mesh.faces) for mesh in session.meshes.values()]) >= FACES
     write_session(session, tmp_path / "long.mcap")
     command = [sys.executable, "-c", MEASURED, str(tmp_path / "long.mcap"), str(tmp_path / "run")]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment())
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout.splitlines()[-1])
     print(found)
