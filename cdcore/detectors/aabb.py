@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar
@@ -14,7 +14,7 @@ from cdcore.bounding.sphere import sphere_best
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.narrow.aabb.search import AabbSearch
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
-from cdcore.protocol import Body, Detection, Motion, blocks_in_order, require_bodies
+from cdcore.protocol import Body, Detection, Motion, PairDetector
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +22,7 @@ class AabbSettings(TreeSettings):
     """Settings of ``aabb``: ``mode``, ``budget``, ``containment``."""
 
 
-class AabbDetector:
+class AabbDetector(PairDetector[AabbSettings]):
     """A tree of axis-aligned boxes around the points that count, exact faces at its leaves.
 
     Choose it as the simplest complete hierarchy: its box tests compare numbers that were rounded already, so it has no
@@ -42,23 +42,15 @@ class AabbDetector:
     cannot: ClassVar[str] = "be fast on large meshes: it refits every box in every pose"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: AabbSettings) -> None:
-        self.bodies = tuple(bodies)
-        self.pairs = pairs
-        self.settings = settings
+        super().__init__(bodies, pairs, settings)
         self._spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs)
         search = AabbSearch([body.mesh.triangles for body in bodies])
         self._trees = TreeStage(bodies, pairs, search, settings)
 
-    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
-        """Answer for the whole motion at once; all face pairs on request."""
-        require_bodies(motion, self.bodies)
+    def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
+        del memory
         start = perf_counter()
         near = self._spheres.candidates(motion)
         work = {"sphere_tests": near.tests, "skipped": near.skipped}
         broad = perf_counter() - start
         return self._trees.detection(self.name, motion, near.verdict, faces=faces, broad=broad, work=work)
-
-    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
-        """Answer block by block; no state passes between blocks."""
-        for motion in blocks_in_order(motions):
-            yield self.detect(motion, faces=faces)

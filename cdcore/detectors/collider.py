@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar
@@ -21,10 +21,9 @@ from cdcore.protocol import (
     Detection,
     Explanation,
     Motion,
+    PairDetector,
     Verdict,
-    blocks_in_order,
     pair_has_pose,
-    require_bodies,
 )
 from cdcore.protocol.ticks import looks_at, looks_of
 
@@ -55,7 +54,7 @@ class _Memory:
     verdict: NDArray[np.uint8]
 
 
-class ColliderDetector:
+class ColliderDetector(PairDetector[ColliderSettings]):
     """Decides exactly about solids that stand in place of the meshes, and holds each answer until its next look.
 
     Choose it to see what the simple colliders of a game engine invent (a rod in the hull of a beaker) and miss (a
@@ -76,24 +75,10 @@ class ColliderDetector:
     cannot: ClassVar[str] = "list faces: those of a collider are not the mesh's"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: ColliderSettings) -> None:
-        self.bodies = tuple(bodies)
-        self.pairs = pairs
-        self.settings = settings
+        super().__init__(bodies, pairs, settings)
         self.colliders = tuple(Body(body.name, SHAPES[settings.shape](body.mesh)) for body in bodies)
         self._trees = [build_box_tree(body.mesh.triangles) for body in self.colliders]
         self._containment = ContainmentStage(self.colliders, pairs)
-
-    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
-        """Answer for the whole motion at once; there are no faces to ask for."""
-        del faces
-        return self._run(motion, self._fresh_memory())
-
-    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
-        """Answer block by block; what was last seen is carried on."""
-        del faces
-        memory = self._fresh_memory()
-        for motion in blocks_in_order(motions):
-            yield self._run(motion, memory)
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
         """Say whether the frame was looked at, and whether the solids meet there."""
@@ -106,8 +91,8 @@ class ColliderDetector:
     def _fresh_memory(self) -> _Memory:
         return _Memory(-np.inf, np.full(len(self.pairs), Verdict.NO_POSE, dtype=np.uint8))
 
-    def _run(self, motion: Motion, memory: _Memory) -> Detection:
-        require_bodies(motion, self.bodies)
+    def _run(self, motion: Motion, memory: _Memory, faces: bool) -> Detection:
+        del faces
         rate = self.settings.rate_hz
         looks = np.ones(len(motion), dtype=np.bool_)
         if rate is not None:
@@ -118,12 +103,9 @@ class ColliderDetector:
         memory.verdict = believed[-1]
         verdict = np.where(known, believed[np.cumsum(looks)], Verdict.NO_POSE).astype(np.uint8)
         looked = int(known[looks].sum())
-        return Detection(
-            detector=self.name,
-            names=tuple(body.name for body in self.bodies),
-            pairs=self.pairs,
-            times=motion.times,
-            verdict=verdict,
+        return self._detection(
+            motion,
+            verdict,
             containment=self._containment.words,
             work=work | {"looks": int(looks.sum()), "held": int(known.sum()) - looked},
             seconds=seconds,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar, Final
@@ -24,11 +24,10 @@ from cdcore.protocol import (
     Body,
     Detection,
     Motion,
+    PairDetector,
     Verdict,
-    blocks_in_order,
     ordered_by_name,
     pair_has_pose,
-    require_bodies,
 )
 
 LOST_BEFORE: Final = "no pose in the frame before"
@@ -62,7 +61,14 @@ class _Found:
     work: dict[str, int]
 
 
-class ContinuousDetector:
+@dataclass(eq=False)
+class _Memory:
+    """The last frame of the block before, where the first interval of the next one starts."""
+
+    last: Motion | None
+
+
+class ContinuousDetector(PairDetector[ContinuousSettings]):
     """Follows faces from frame to frame: row t is the interval before frame t, clear by proof or in contact since when.
 
     Row t of its answer is the closed interval from frame t-1 to t; row 0 is the pose itself.
@@ -91,33 +97,24 @@ class ContinuousDetector:
     Settings: ClassVar[type] = ContinuousSettings
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: ContinuousSettings) -> None:
-        self.bodies = tuple(bodies)
-        self.pairs = pairs
-        self.settings = settings
+        super().__init__(bodies, pairs, settings)
         self._trees = [build_box_tree(body.mesh.triangles) for body in bodies]
         self._spheres = SweptSpheres([sphere_best(body.mesh) for body in bodies])
         ordered, _ = ordered_by_name(bodies, pairs)
         self._legs = LegStage(self._trees, ordered, tolerance=settings.tolerance, effort=settings.effort)
-        self._containment = ContainmentStage(bodies, pairs) if settings.containment else None
+        self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
-    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
-        """Answer for every interval of the motion; it keeps no faces, so ``faces`` changes nothing."""
+    def _fresh_memory(self) -> _Memory:
+        return _Memory(None)
+
+    def _run(self, motion: Motion, memory: _Memory, faces: bool) -> Detection:
+        """Detect from the last pose of the block before on, and leave out that row."""
         del faces
-        require_bodies(motion, self.bodies)
-        return self._run(motion, first=0)
-
-    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
-        """Answer block by block; the last pose of a block is where the next one's first interval starts."""
-        del faces
-        last: Motion | None = None
-        for motion in blocks_in_order(motions):
-            require_bodies(motion, self.bodies)
-            yield self._run(motion, first=0) if last is None else self._run(_joined(last, motion), first=1)
-            if len(motion):
-                last = motion.frames(len(motion) - 1, len(motion))
-
-    def _run(self, motion: Motion, first: int) -> Detection:
-        """Detect, and leave out the rows before ``first``."""
+        block, first = motion, 0
+        if memory.last is not None:
+            motion, first = _joined(memory.last, block), 1
+        if len(block):
+            memory.last = block.frames(len(block) - 1, len(block))
         clock = [perf_counter()]
         poses = Poses(motion.rotations, motion.translations, motion.valid)
         answer = decide_motion(self._trees, self.pairs, poses)
@@ -125,16 +122,15 @@ class ContinuousDetector:
         found = self._between(motion, answer.hits, first)
         found.work["face_tests_at_frames"] = answer.work["face_tests"]
         clock.append(perf_counter())
-        self._contain(motion, found)
+        columns, frames = np.nonzero(found.verdict.T == Verdict.CLEAR)
+        # as one end of an interval without contact is, so is the whole way
+        found.work["containment_tests"] = self._containment.mark(motion, frames, columns, found.verdict)
         clock.append(perf_counter())
-        return Detection(
-            detector=self.name,
-            names=tuple(body.name for body in self.bodies),
-            pairs=self.pairs,
-            times=motion.times[first:],
-            verdict=found.verdict[first:].copy(),
+        return self._detection(
+            block,
+            found.verdict[first:].copy(),
             covers="intervals",
-            containment=self._containment_words(),
+            containment=self._containment.words,
             work=found.work,
             seconds=dict(zip(("frames", "between", "containment"), np.diff(clock).tolist(), strict=True)),
             reasons={(t - first, p): why for (t, p), why in found.reasons.items()},
@@ -187,22 +183,6 @@ class ContinuousDetector:
             found.verdict[place] = Verdict.UNRESOLVED
             found.reasons[place] = f"{self._legs.reason(int(answer.states[k]))} ({low:.6f} to {high:.6f} s)"
         found.work["unresolved"] = open_
-
-    def _contain(self, motion: Motion, found: _Found) -> None:
-        """Mark the contained among intervals that are clear of contact: as one end is, so is the whole way."""
-        asked = found.verdict == Verdict.CLEAR
-        found.work["containment_tests"] = 0
-        if self._containment is None:
-            return
-        columns, frames = np.nonzero(asked.T)
-        inside = self._containment.contained(motion, frames, columns)
-        found.verdict[frames[inside], columns[inside]] = Verdict.CONTAINED
-        found.work["containment_tests"] = len(frames)
-
-    def _containment_words(self) -> tuple[str, ...]:
-        if self._containment is None:
-            return ("refused: containment=False",) * len(self.pairs)
-        return self._containment.words
 
 
 def _joined(last: Motion, motion: Motion) -> Motion:

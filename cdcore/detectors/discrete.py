@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar, Final
@@ -25,10 +25,9 @@ from cdcore.protocol import (
     Explanation,
     FaceSets,
     Motion,
+    PairDetector,
     Verdict,
-    blocks_in_order,
     pair_has_pose,
-    require_bodies,
 )
 from cdcore.protocol.detection import SectionSource
 from cdcore.protocol.ticks import looks_at, looks_of
@@ -84,7 +83,7 @@ class _Log:
         self.counts = dict.fromkeys(("sphere_tests", "box_tests", "mesh_queries", "containment_tests"), 0)
 
 
-class DiscreteDetector:
+class DiscreteDetector(PairDetector[DiscreteSettings]):
     """Tests every pair at each tick ``k / rate_hz`` and lets the answer stand until the next look (zero-order hold).
 
     A look happens at the first frame at or after a tick, and at the first frame of all. The verdict of a frame between
@@ -108,24 +107,12 @@ class DiscreteDetector:
     cannot: ClassVar[str] = "see what happens between its looks"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: DiscreteSettings) -> None:
-        self.bodies = tuple(bodies)
-        self.pairs = pairs
-        self.settings = settings
+        super().__init__(bodies, pairs, settings)
         spheres = [sphere_in_mode(body.mesh, settings.sphere) for body in bodies]
         self._spheres = SphereStage(spheres, pairs, skip=False)
         self._boxes = BoxStage([box_best(body.mesh) for body in bodies], pairs)
         self._meshes = MeshStage(bodies, pairs)
-        self._containment = ContainmentStage(bodies, pairs) if settings.containment else None
-
-    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
-        """Answer for every frame, looking only at the ticks; seconds are per frame."""
-        return self._run(motion, self._fresh_memory(), faces)
-
-    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
-        """Answer block by block; what was last seen is carried on."""
-        memory = self._fresh_memory()
-        for motion in blocks_in_order(motions):
-            yield self._run(motion, memory, faces)
+        self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
         """Say whether a frame was looked at; where it was, spheres and boxes let every contact through."""
@@ -138,7 +125,6 @@ class DiscreteDetector:
         return _Memory(-np.inf, np.full(count, Verdict.NO_POSE, dtype=np.uint8), [None] * count)
 
     def _run(self, motion: Motion, memory: _Memory, faces: bool) -> Detection:
-        require_bodies(motion, self.bodies)
         known = pair_has_pose(motion, self.pairs)
         looks = self._looks(motion.times, memory)
         seconds = np.zeros((len(STAGES), len(motion)))
@@ -149,14 +135,11 @@ class DiscreteDetector:
         verdict = np.where(known, np.array(log.verdicts)[row], Verdict.NO_POSE).astype(np.uint8)
         which = np.array(log.which)[row]
         looked = int(known[looks].sum())
-        return Detection(
-            detector=self.name,
-            names=tuple(body.name for body in self.bodies),
-            pairs=self.pairs,
-            times=motion.times,
-            verdict=verdict,
+        return self._detection(
+            motion,
+            verdict,
             face_sets=_face_sets(verdict, which, log) if faces else None,
-            containment=self._containment_words(),
+            containment=self._containment.words,
             work=log.counts | {"looks": int(looks.sum()), "pair_looks": looked, "held": int(known.sum()) - looked},
             seconds=dict(zip(STAGES, seconds, strict=True)),
             section_source=self._sections(which, log.contacts) if faces else None,
@@ -189,7 +172,8 @@ class DiscreteDetector:
                 verdict[column] = Verdict.CONTACT
                 which = self._see(now, column, found, which, memory, log)
         clock.append(perf_counter())
-        asked = self._contain(now, near[verdict[near] != Verdict.CONTACT], verdict)
+        apart = near[verdict[near] != Verdict.CONTACT]
+        asked = self._containment.mark(now, np.zeros(len(apart), dtype=np.int64), apart, spheres.verdict)
         clock.append(perf_counter())
         seen = verdict != Verdict.NO_POSE
         memory.verdict = np.where(seen, verdict, memory.verdict).astype(np.uint8)
@@ -213,13 +197,6 @@ class DiscreteDetector:
         log.contacts.append(contact)
         return changed
 
-    def _contain(self, now: Motion, columns: NDArray[np.int64], verdict: NDArray[np.uint8]) -> int:
-        if self._containment is None or not len(columns):
-            return 0
-        inside = self._containment.contained(now, np.zeros(len(columns), dtype=np.int64), columns)
-        verdict[columns[inside]] = Verdict.CONTAINED
-        return len(columns)
-
     def _sections(self, which: NDArray[np.int64], contacts: list[_Contact | None]) -> SectionSource:
         """Segments at the poses of the look that found the faces, not at those of a frame that holds its verdict."""
         ends = self.pairs.tolist()
@@ -232,11 +209,6 @@ class DiscreteDetector:
             return section_of_faces(self.bodies[i], seen.pose_i, self.bodies[j], seen.pose_j, faces)
 
         return section
-
-    def _containment_words(self) -> tuple[str, ...]:
-        if self._containment is None:
-            return ("refused: containment=False",) * len(self.pairs)
-        return self._containment.words
 
 
 def _face_sets(verdict: NDArray[np.uint8], which: NDArray[np.int64], log: _Log) -> FaceSets:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar
@@ -16,7 +16,15 @@ from cdcore.narrow.section_source import sections_of
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import MotionAnswer, decide_motion
-from cdcore.protocol import Body, Detection, FaceSets, Motion, Verdict, blocks_in_order, pair_has_pose, require_bodies
+from cdcore.protocol import (
+    Body,
+    Detection,
+    FaceSets,
+    Motion,
+    PairDetector,
+    Verdict,
+    pair_has_pose,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +44,7 @@ class ExactSettings:
             raise InvalidSettingError(f"threads is {self.threads}; give 1 or more")
 
 
-class ExactDetector:
+class ExactDetector(PairDetector[ExactSettings]):
     """Box trees over blocks of eight frames; every dismissal has a certificate, every contact an exact triangle test.
 
     Choose it as the oracle, and whenever the recording is there as a whole: it is complete on every finite input,
@@ -63,15 +71,12 @@ class ExactDetector:
     cannot: ClassVar[str] = "see what happens between frames"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: ExactSettings) -> None:
-        self.bodies = tuple(bodies)
-        self.pairs = pairs
-        self.settings = settings
+        super().__init__(bodies, pairs, settings)
         self._trees = [build_box_tree(body.mesh.triangles) for body in bodies]
-        self._containment = ContainmentStage(bodies, pairs) if settings.containment else None
+        self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
-    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
-        """Answer for the whole motion at once; all face pairs on request."""
-        require_bodies(motion, self.bodies)
+    def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
+        del memory
         clock = [perf_counter()]
         poses = Poses(motion.rotations, motion.translations, motion.valid)
         answer = decide_motion(
@@ -80,39 +85,18 @@ class ExactDetector:
         verdict = np.where(answer.hits, np.uint8(Verdict.CONTACT), np.uint8(Verdict.CLEAR))
         clock.append(perf_counter())
         verdict[~pair_has_pose(motion, self.pairs)] = Verdict.NO_POSE
-        asked = self._contain(motion, verdict)
+        columns, frames = np.nonzero(verdict.T == Verdict.CLEAR)
+        asked = self._containment.mark(motion, frames, columns, verdict)
         clock.append(perf_counter())
-        return Detection(
-            detector=self.name,
-            names=tuple(body.name for body in self.bodies),
-            pairs=self.pairs,
-            times=motion.times,
-            verdict=verdict,
+        return self._detection(
+            motion,
+            verdict,
             face_sets=_face_sets(answer) if faces else None,
-            containment=self._containment_words(),
+            containment=self._containment.words,
             work=answer.work | {"containment_tests": asked},
             seconds=dict(zip(("traversal", "containment"), np.diff(clock).tolist(), strict=True)),
             section_source=sections_of(self.bodies, self.pairs, motion),
         )
-
-    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
-        """Answer block by block; no state passes between blocks."""
-        for motion in blocks_in_order(motions):
-            yield self.detect(motion, faces=faces)
-
-    def _contain(self, motion: Motion, verdict: NDArray[np.uint8]) -> int:
-        """Mark the contained among pair-frames without contact; returns how many were asked about."""
-        if self._containment is None:
-            return 0
-        columns, frames = np.nonzero(verdict.T == Verdict.CLEAR)
-        inside = self._containment.contained(motion, frames, columns)
-        verdict[frames[inside], columns[inside]] = Verdict.CONTAINED
-        return len(frames)
-
-    def _containment_words(self) -> tuple[str, ...]:
-        if self._containment is None:
-            return ("refused: containment=False",) * len(self.pairs)
-        return self._containment.words
 
 
 def _face_sets(answer: MotionAnswer) -> FaceSets:

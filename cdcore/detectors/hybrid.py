@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar
@@ -17,7 +17,7 @@ from cdcore.broad.sphere_stage import SphereStage
 from cdcore.narrow.containment import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.section_source import sections_of
-from cdcore.protocol import Body, Detection, Motion, Verdict, blocks_in_order, require_bodies
+from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +37,7 @@ class HybridSettings:
         require_sphere_mode(self.sphere)
 
 
-class HybridDetector:
+class HybridDetector(PairDetector[HybridSettings]):
     """The paper's pipeline without its search: spheres over the whole motion, boxes, FCL meshes, containment.
 
     Choose it for a complete answer in general position with a widely used engine underneath. It inherits FCL's limits
@@ -59,18 +59,15 @@ class HybridDetector:
     cannot: ClassVar[str] = "be exact on degenerate faces and resting ties"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: HybridSettings) -> None:
-        self.bodies = tuple(bodies)
-        self.pairs = pairs
-        self.settings = settings
+        super().__init__(bodies, pairs, settings)
         spheres = [sphere_in_mode(body.mesh, settings.sphere) for body in bodies]
         self._spheres = SphereStage(spheres, pairs, skip=settings.skip)
         self._boxes = BoxStage([box_best(body.mesh) for body in bodies], pairs)
         self._meshes = MeshStage(bodies, pairs)
-        self._containment = ContainmentStage(bodies, pairs) if settings.containment else None
+        self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
-    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
-        """Answer for the whole motion at once; all face pairs on request."""
-        require_bodies(motion, self.bodies)
+    def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
+        del memory
         clock = [perf_counter()]
         spheres = self._spheres.candidates(motion)
         verdict = spheres.verdict
@@ -83,16 +80,13 @@ class HybridDetector:
         meshes = self._meshes.decide(motion, frames, columns, faces=faces)
         verdict[frames[meshes.hits], columns[meshes.hits]] = Verdict.CONTACT
         clock.append(perf_counter())
-        contained = self._contain(motion, frames[~meshes.hits], columns[~meshes.hits], verdict)
+        contained = self._containment.mark(motion, frames[~meshes.hits], columns[~meshes.hits], verdict)
         clock.append(perf_counter())
-        return Detection(
-            detector=self.name,
-            names=tuple(body.name for body in self.bodies),
-            pairs=self.pairs,
-            times=motion.times,
-            verdict=verdict,
+        return self._detection(
+            motion,
+            verdict,
             face_sets=meshes.face_sets(frames, columns) if faces else None,
-            containment=self._containment_words(),
+            containment=self._containment.words,
             work={
                 "sphere_tests": spheres.tests,
                 "skipped": spheres.skipped,
@@ -105,23 +99,3 @@ class HybridDetector:
             seconds=dict(zip(("spheres", "boxes", "meshes", "containment"), np.diff(clock).tolist(), strict=True)),
             section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
         )
-
-    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
-        """Answer block by block; no state passes between blocks."""
-        for motion in blocks_in_order(motions):
-            yield self.detect(motion, faces=faces)
-
-    def _contain(
-        self, motion: Motion, frames: NDArray[np.int64], columns: NDArray[np.int64], verdict: NDArray[np.uint8]
-    ) -> int:
-        """Mark the contained among pair-frames without contact; returns how many were asked about."""
-        if self._containment is None:
-            return 0
-        inside = self._containment.contained(motion, frames, columns)
-        verdict[frames[inside], columns[inside]] = Verdict.CONTAINED
-        return len(frames)
-
-    def _containment_words(self) -> tuple[str, ...]:
-        if self._containment is None:
-            return ("refused: containment=False",) * len(self.pairs)
-        return self._containment.words

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import ClassVar, Final
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +15,21 @@ from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
 from cdcore.broad.box_stage import BoxStage
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.errors import InvalidSettingError
-from cdcore.narrow.containment import ContainmentStage
+from cdcore.narrow.containment import REFUSAL, ContainmentStage
 from cdcore.narrow.mesh_stage import NO_FACES, MeshAnswer, MeshStage
 from cdcore.narrow.section_source import sections_of
-from cdcore.protocol import Body, Detection, Explanation, FaceSets, Motion, Verdict, blocks_in_order, require_bodies
+from cdcore.protocol import (
+    Body,
+    Detection,
+    Explanation,
+    FaceSets,
+    Motion,
+    PairDetector,
+    Verdict,
+)
 from cdcore.search.explaining import SearchExplainer
 from cdcore.search.settings import SearchSettings
-from cdcore.search.stage import SearchAnswer, SearchMemory, SearchStage
-
-REFUSED: Final = "refused: a search that finds nothing does not know that surfaces are disjoint"
+from cdcore.search.stage import CONTAINMENT_REFUSED, SearchAnswer, SearchMemory, SearchStage
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +55,7 @@ class HybridQacoSettings(SearchSettings):
             raise InvalidSettingError(f"decide={self.decide!r} is not known; choose one of: search, mesh")
 
 
-class HybridQacoDetector:
+class HybridQacoDetector(PairDetector[HybridQacoSettings]):
     """Bounding spheres, bounding boxes, the colony, and with ``decide="mesh"`` a mesh query where it found nothing.
 
     Choose ``decide="search"`` to audit the paper's algorithm: its contacts are true, its misses are what the audit
@@ -76,26 +82,16 @@ class HybridQacoDetector:
     cannot: ClassVar[str] = "promise to find a contact with `decide=search`"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: HybridQacoSettings) -> None:
-        self.bodies = tuple(bodies)
-        self.pairs = pairs
-        self.settings = settings
+        super().__init__(bodies, pairs, settings)
         complete = settings.decide == "mesh"
         self._spheres = SphereStage([sphere_in_mode(body.mesh, settings.sphere) for body in bodies], pairs)
         self._boxes = BoxStage([box_best(body.mesh) for body in bodies], pairs)
         self._search = SearchStage(bodies, pairs, settings)
         self._explainer = SearchExplainer(self.bodies, pairs, settings)
         self._meshes = MeshStage(bodies, pairs) if complete else None
-        self._containment = ContainmentStage(bodies, pairs) if complete and settings.containment else None
-
-    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
-        """Answer for every frame; on request the faces of every curve that was hit, or all with ``decide="mesh"``."""
-        return self._run(motion, self._search.fresh_memory(), faces)
-
-    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
-        """Answer block by block; where each pair was closest is carried on."""
-        memory = self._search.fresh_memory()
-        for motion in blocks_in_order(motions):
-            yield self._run(motion, memory, faces)
+        self._containment = ContainmentStage(
+            bodies, pairs, asked=complete and settings.containment, refusal=REFUSAL if complete else CONTAINMENT_REFUSED
+        )
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
         """Say whether spheres and boxes met, and with ``decide="search"`` whether a more patient search finds it."""
@@ -106,8 +102,10 @@ class HybridQacoDetector:
             return Explanation(spheres_meet=near)
         return self._explainer.explain(motion, frame, pair, faces, volumes_meet=near)
 
+    def _fresh_memory(self) -> SearchMemory:
+        return self._search.fresh_memory()
+
     def _run(self, motion: Motion, memory: SearchMemory, faces: bool) -> Detection:
-        require_bodies(motion, self.bodies)
         clock = [perf_counter()]
         spheres = self._spheres.candidates(motion)
         verdict = spheres.verdict
@@ -125,17 +123,15 @@ class HybridQacoDetector:
         clock.append(perf_counter())
         queries, sets = self._ask_meshes(motion, frames, columns, found, verdict, faces)
         clock.append(perf_counter())
-        contained = self._contain(motion, verdict, near)
+        columns, frames = np.nonzero((near & (verdict == Verdict.CLEAR)).T)
+        contained = self._containment.mark(motion, frames, columns, verdict)
         clock.append(perf_counter())
         stages = ("spheres", "boxes", "search", "meshes", "containment")
-        return Detection(
-            detector=self.name,
-            names=tuple(body.name for body in self.bodies),
-            pairs=self.pairs,
-            times=motion.times,
-            verdict=verdict,
+        return self._detection(
+            motion,
+            verdict,
             face_sets=sets,
-            containment=self._containment_words(),
+            containment=self._containment.words,
             work={"sphere_tests": spheres.tests, "skipped": spheres.skipped, "box_tests": box_tests}
             | found.work
             | {"mesh_queries": queries, "containment_tests": contained},
@@ -158,21 +154,6 @@ class HybridQacoDetector:
         hits = answer.hits | found.hits[frames, columns]
         verdict[frames, columns] = np.where(hits, Verdict.CONTACT, Verdict.CLEAR)
         return answer.queries, _joined_faces(found, answer, frames, columns) if faces else None
-
-    def _contain(self, motion: Motion, verdict: NDArray[np.uint8], near: NDArray[np.bool_]) -> int:
-        """Mark the contained among candidates the meshes found apart; returns how many were asked about."""
-        if self._containment is None:
-            return 0
-        columns, frames = np.nonzero((near & (verdict == Verdict.CLEAR)).T)
-        inside = self._containment.contained(motion, frames, columns)
-        verdict[frames[inside], columns[inside]] = Verdict.CONTAINED
-        return len(frames)
-
-    def _containment_words(self) -> tuple[str, ...]:
-        if self._containment is not None:
-            return self._containment.words
-        word = REFUSED if self.settings.decide == "search" else "refused: containment=False"
-        return (word,) * len(self.pairs)
 
 
 def _joined_faces(

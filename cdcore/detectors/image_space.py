@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar
@@ -21,7 +21,7 @@ from cdcore.narrow.image_space.overlap import (
 )
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns
 from cdcore.numerics import FloatArray, place_points
-from cdcore.protocol import Body, Detection, Motion, Verdict, blocks_in_order, require_bodies
+from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +34,7 @@ class ImageSpaceSettings:
         require_resolution(self.resolution)
 
 
-class ImageSpaceDetector:
+class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
     """Sends rays along three axes through where the boxes of two solids overlap, and adds up what both share.
 
     Choose it for the amount of overlap (``overlap_volumes``) rather than the faces. What it calls CONTACT or CONTAINED
@@ -57,33 +57,22 @@ class ImageSpaceDetector:
     cannot: ClassVar[str] = "name faces, see overlaps between its rays, or speak of open meshes"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: ImageSpaceSettings) -> None:
-        self.bodies = tuple(bodies)
-        self.pairs = pairs
-        self.settings = settings
+        super().__init__(bodies, pairs, settings)
         self._spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs)
         self._turns = [turn_of_normals(body.mesh) if body.mesh.is_closed else 0 for body in bodies]
 
-    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
-        """Answer for the whole motion at once; there are no faces to ask for."""
-        del faces
+    def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
+        del memory, faces
         verdict, reasons, _, work, seconds = self._look(motion)
-        return Detection(
-            detector=self.name,
-            names=tuple(body.name for body in self.bodies),
-            pairs=self.pairs,
-            times=motion.times,
-            verdict=verdict,
+        return self._detection(
+            motion,
+            verdict,
             containment=("refused: depth images are sampled",) * len(self.pairs),
             work=work,
             seconds=seconds,
             approximate=True,
             reasons=reasons,
         )
-
-    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
-        """Answer block by block; no state passes between blocks."""
-        for motion in blocks_in_order(motions):
-            yield self.detect(motion, faces=faces)
 
     def overlap_volumes(self, motion: Motion) -> FloatArray:
         """Volume that each pair shares in each frame, (T, P) cubic metres; NaN where it is INVALID or has no pose."""
@@ -92,7 +81,6 @@ class ImageSpaceDetector:
     def _look(
         self, motion: Motion
     ) -> tuple[NDArray[np.uint8], dict[tuple[int, int], str], FloatArray, dict[str, int], dict[str, float]]:
-        require_bodies(motion, self.bodies)
         clock = [perf_counter()]
         near = self._spheres.candidates(motion)
         clock.append(perf_counter())

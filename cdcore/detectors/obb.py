@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cdcore.narrow.obb.search import ObbSearch
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
-from cdcore.protocol import Body, Detection, Motion, blocks_in_order, require_bodies
+from cdcore.protocol import Body, Detection, Motion, PairDetector
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,7 +19,7 @@ class ObbSettings(TreeSettings):
     """Settings of ``obb``: ``mode``, ``budget``, ``containment``."""
 
 
-class ObbDetector:
+class ObbDetector(PairDetector[ObbSettings]):
     """A tree of oriented boxes, fifteen axes a test, exact faces at its leaves.
 
     Choose it as the plain hierarchy of rigid bodies, with counters and a budget. It asks every pair-frame from its root
@@ -39,18 +39,10 @@ class ObbDetector:
     cannot: ClassVar[str] = "use what the frame before knew, as `exact` does"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: ObbSettings) -> None:
-        self.bodies = tuple(bodies)
-        self.pairs = pairs
-        self.settings = settings
+        super().__init__(bodies, pairs, settings)
         self._trees = TreeStage(bodies, pairs, ObbSearch([body.mesh.triangles for body in bodies]), settings)
 
-    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
-        """Answer for the whole motion at once; face pairs on request."""
-        require_bodies(motion, self.bodies)
+    def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
+        del memory
         near = self._trees.everywhere(motion)
         return self._trees.detection(self.name, motion, near, faces=faces, broad=0.0, work={})
-
-    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
-        """Answer block by block; no state passes between blocks."""
-        for motion in blocks_in_order(motions):
-            yield self.detect(motion, faces=faces)

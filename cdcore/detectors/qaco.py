@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import ClassVar, Final
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.narrow.section_source import sections_of
-from cdcore.protocol import Body, Detection, Explanation, Motion, Verdict, blocks_in_order, require_bodies
+from cdcore.protocol import Body, Detection, Explanation, Motion, PairDetector, Verdict
 from cdcore.search.explaining import SearchExplainer
 from cdcore.search.settings import SearchSettings
-from cdcore.search.stage import SearchMemory, SearchStage
-
-REFUSED: Final = "refused: a search that finds nothing does not know that surfaces are disjoint"
+from cdcore.search.stage import CONTAINMENT_REFUSED, SearchMemory, SearchStage
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +33,7 @@ class QacoSettings(SearchSettings):
         require_sphere_mode(self.sphere)
 
 
-class QacoDetector:
+class QacoDetector(PairDetector[QacoSettings]):
     """The quantum ant colony of the paper, its equations corrected, its best ant improved by local search.
 
     Choose it to see what a sampled search costs and misses, or for an answer within a fixed number of evaluations. It
@@ -60,30 +58,20 @@ class QacoDetector:
     cannot: ClassVar[str] = "say CLEAR where spheres overlap, or promise to find a contact"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: QacoSettings) -> None:
-        self.bodies = tuple(bodies)
-        self.pairs = pairs
-        self.settings = settings
+        super().__init__(bodies, pairs, settings)
         self._spheres = SphereStage([sphere_in_mode(body.mesh, settings.sphere) for body in bodies], pairs)
         self._search = SearchStage(bodies, pairs, settings)
         self._explainer = SearchExplainer(self.bodies, pairs, settings)
-
-    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
-        """Answer for every frame; on request the faces of every curve that was hit."""
-        return self._run(motion, self._search.fresh_memory(), faces)
-
-    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
-        """Answer block by block; where each pair was closest is carried on."""
-        memory = self._search.fresh_memory()
-        for motion in blocks_in_order(motions):
-            yield self._run(motion, memory, faces)
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
         """Say whether the spheres met, and whether a more patient search finds the contact."""
         spheres = self._spheres.candidates(motion.frames(frame, frame + 1)).verdict[0, pair]
         return self._explainer.explain(motion, frame, pair, faces, volumes_meet=int(spheres) == Verdict.CANDIDATE)
 
+    def _fresh_memory(self) -> SearchMemory:
+        return self._search.fresh_memory()
+
     def _run(self, motion: Motion, memory: SearchMemory, faces: bool) -> Detection:
-        require_bodies(motion, self.bodies)
         clock = [perf_counter()]
         spheres = self._spheres.candidates(motion)
         verdict = spheres.verdict
@@ -93,14 +81,11 @@ class QacoDetector:
         verdict[near] = Verdict.NOT_FOUND
         verdict[found.hits] = Verdict.CONTACT
         clock.append(perf_counter())
-        return Detection(
-            detector=self.name,
-            names=tuple(body.name for body in self.bodies),
-            pairs=self.pairs,
-            times=motion.times,
-            verdict=verdict,
+        return self._detection(
+            motion,
+            verdict,
             face_sets=found.face_sets() if faces else None,
-            containment=(REFUSED,) * len(self.pairs),
+            containment=(CONTAINMENT_REFUSED,) * len(self.pairs),
             work={"sphere_tests": spheres.tests, "skipped": spheres.skipped} | found.work,
             seconds=dict(zip(("spheres", "search"), np.diff(clock).tolist(), strict=True)),
             reproducible=self.settings.budget_seconds is None,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cdcore.narrow.rapid_style.search import RapidSearch
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
-from cdcore.protocol import Body, Detection, Motion, blocks_in_order, require_bodies
+from cdcore.protocol import Body, Detection, Motion, PairDetector
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,7 +19,7 @@ class RapidStyleSettings(TreeSettings):
     """Settings of ``rapid-style``: ``mode``, ``budget``, ``containment``."""
 
 
-class RapidStyleDetector:
+class RapidStyleDetector(PairDetector[RapidStyleSettings]):
     """Re-creation of RAPID: its tree, its descent, its two modes, with faces decided exactly.
 
     Choose it to see what RAPID does on your recording, complete or cut short by ``budget``. It follows
@@ -39,18 +39,10 @@ class RapidStyleDetector:
     cannot: ClassVar[str] = "speak for RAPID's own rounding: its leaf test here is exact"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: RapidStyleSettings) -> None:
-        self.bodies = tuple(bodies)
-        self.pairs = pairs
-        self.settings = settings
+        super().__init__(bodies, pairs, settings)
         self._trees = TreeStage(bodies, pairs, RapidSearch([body.mesh.triangles for body in bodies]), settings)
 
-    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
-        """Answer for the whole motion at once; face pairs on request."""
-        require_bodies(motion, self.bodies)
+    def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
+        del memory
         near = self._trees.everywhere(motion)
         return self._trees.detection(self.name, motion, near, faces=faces, broad=0.0, work={})
-
-    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
-        """Answer block by block; no state passes between blocks."""
-        for motion in blocks_in_order(motions):
-            yield self.detect(motion, faces=faces)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar
@@ -14,7 +14,7 @@ from cdcore.bounding.box import box_by_body_axes
 from cdcore.broad.sweep_stage import SweepMemory, SweepStage
 from cdcore.narrow.solid_style.search import SolidSearch
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
-from cdcore.protocol import Body, Detection, Motion, blocks_in_order, require_bodies
+from cdcore.protocol import Body, Detection, Motion, PairDetector
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +22,7 @@ class SolidStyleSettings(TreeSettings):
     """Settings of ``solid-style``: ``mode`` ("first" is what the library offers), ``budget``, ``containment``."""
 
 
-class SolidStyleDetector:
+class SolidStyleDetector(PairDetector[SolidStyleSettings]):
     """Re-creation of SOLID: sweep and prune, boxes in the body's frame, GJK with a kept axis, then faces exactly.
 
     Choose it to see what SOLID does on your recording, complete or cut short by ``budget``. The library itself returns
@@ -46,24 +46,14 @@ class SolidStyleDetector:
     cannot: ClassVar[str] = "speak for SOLID's own rounding: what GJK leaves open is decided exactly here"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: SolidStyleSettings) -> None:
-        self.bodies = tuple(bodies)
-        self.pairs = pairs
-        self.settings = settings
+        super().__init__(bodies, pairs, settings)
         self._sweep = SweepStage([box_by_body_axes(body.mesh) for body in bodies], pairs)
         self._trees = TreeStage(bodies, pairs, SolidSearch([body.mesh.triangles for body in bodies]), settings)
 
-    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
-        """Answer for the whole motion at once; face pairs on request."""
-        return self._run(motion, self._sweep.fresh_memory(), faces)
-
-    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
-        """Answer block by block; the sorted endpoints are carried on."""
-        memory = self._sweep.fresh_memory()
-        for motion in blocks_in_order(motions):
-            yield self._run(motion, memory, faces)
+    def _fresh_memory(self) -> SweepMemory:
+        return self._sweep.fresh_memory()
 
     def _run(self, motion: Motion, memory: SweepMemory, faces: bool) -> Detection:
-        require_bodies(motion, self.bodies)
         start = perf_counter()
         near = self._sweep.candidates(motion, memory)
         broad = perf_counter() - start

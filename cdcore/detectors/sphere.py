@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
 from cdcore.broad.sphere_stage import SphereStage
-from cdcore.protocol import Body, Detection, Motion, blocks_in_order, require_bodies
+from cdcore.protocol import Body, Detection, Motion, PairDetector
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +26,7 @@ class SphereSettings:
         require_sphere_mode(self.sphere)
 
 
-class SphereDetector:
+class SphereDetector(PairDetector[SphereSettings]):
     """Says CANDIDATE where bounding spheres overlap, CLEAR where they do not, and cannot say CONTACT.
 
     Choose it as the floor of cost: every contact of any other detector is among its candidates, and most candidates are
@@ -44,30 +44,18 @@ class SphereDetector:
     cannot: ClassVar[str] = "confirm anything"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: SphereSettings) -> None:
-        self.bodies = tuple(bodies)
-        self.pairs = pairs
-        self.settings = settings
+        super().__init__(bodies, pairs, settings)
         spheres = [sphere_in_mode(body.mesh, settings.sphere) for body in bodies]
         self._spheres = SphereStage(spheres, pairs, skip=settings.skip)
 
-    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
-        """Answer for the whole motion; spheres know no faces, so ``faces`` changes nothing."""
-        del faces
-        require_bodies(motion, self.bodies)
+    def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
+        del memory, faces
         start = perf_counter()
         answer = self._spheres.candidates(motion)
-        return Detection(
-            detector=self.name,
-            names=tuple(body.name for body in self.bodies),
-            pairs=self.pairs,
-            times=motion.times,
-            verdict=answer.verdict,
+        return self._detection(
+            motion,
+            answer.verdict,
             containment=("refused: spheres alone cannot tell",) * len(self.pairs),
             work={"sphere_tests": answer.tests, "skipped": answer.skipped},
             seconds={"spheres": perf_counter() - start},
         )
-
-    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
-        """Answer block by block; no state passes between blocks."""
-        for motion in blocks_in_order(motions):
-            yield self.detect(motion, faces=faces)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar
@@ -17,7 +17,15 @@ from cdcore.narrow.containment import ContainmentStage
 from cdcore.narrow.mesh_stage import NO_FACES, MeshStage
 from cdcore.narrow.section_source import sections_of
 from cdcore.numerics import FloatArray
-from cdcore.protocol import Body, Detection, FaceSets, Motion, Verdict, blocks_in_order, pair_has_pose, require_bodies
+from cdcore.protocol import (
+    Body,
+    Detection,
+    FaceSets,
+    Motion,
+    PairDetector,
+    Verdict,
+    pair_has_pose,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +54,7 @@ class _Memory:
     faces: list[NDArray[np.int32]]
 
 
-class StaticDetector:
+class StaticDetector(PairDetector[StaticSettings]):
     """Asks the meshes of a pair only when one of the two has moved: N frozen frames are one query.
 
     Choose it for scenes that mostly stand still; a pair that moves costs a query every frame. A query is a sphere test
@@ -68,30 +76,17 @@ class StaticDetector:
     cannot: ClassVar[str] = "be fast when everything moves"
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: StaticSettings) -> None:
-        self.bodies = tuple(bodies)
-        self.pairs = pairs
-        self.settings = settings
+        super().__init__(bodies, pairs, settings)
         self._spheres = [sphere_best(body.mesh) for body in bodies]
         self._broad = SphereStage(self._spheres, pairs)
         self._meshes = MeshStage(bodies, pairs)
-        self._containment = ContainmentStage(bodies, pairs) if settings.containment else None
-
-    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
-        """Answer for every frame of the motion."""
-        return self._run(motion, self._fresh_memory(), faces)
-
-    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
-        """Answer block by block; the last poses and answers are carried on."""
-        memory = self._fresh_memory()
-        for motion in blocks_in_order(motions):
-            yield self._run(motion, memory, faces)
+        self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
     def _fresh_memory(self) -> _Memory:
         count = len(self.pairs)
         return _Memory([None] * count, np.full(count, Verdict.NO_POSE, dtype=np.uint8), [NO_FACES] * count)
 
     def _run(self, motion: Motion, memory: _Memory, faces: bool) -> Detection:
-        require_bodies(motion, self.bodies)
         start = perf_counter()
         near = self._broad.candidates(motion).verdict
         known = pair_has_pose(motion, self.pairs)
@@ -116,14 +111,11 @@ class StaticDetector:
             if len(asked):
                 memory.verdict[column] = answers[-1]
                 memory.faces[column] = found[-1] if found else NO_FACES
-        return Detection(
-            detector=self.name,
-            names=tuple(body.name for body in self.bodies),
-            pairs=self.pairs,
-            times=motion.times,
-            verdict=verdict,
+        return self._detection(
+            motion,
+            verdict,
             face_sets=_face_sets(entries, sets) if faces else None,
-            containment=self._containment_words(),
+            containment=self._containment.words,
             work={"queries": queries, "cached": int(known.sum()) - queries, "mesh_queries": mesh_queries},
             seconds={"queries": perf_counter() - start},
             section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
@@ -138,10 +130,9 @@ class StaticDetector:
         answer = self._meshes.decide(motion, frames[rows], columns, faces=faces)
         verdicts = np.full(len(frames), Verdict.CLEAR, dtype=np.uint8)
         verdicts[rows[answer.hits]] = Verdict.CONTACT
-        if self._containment is not None:
-            apart = rows[~answer.hits]
-            inside = self._containment.contained(motion, frames[apart], columns[: len(apart)])
-            verdicts[apart[inside]] = Verdict.CONTAINED
+        apart = rows[~answer.hits]
+        inside = self._containment.contained(motion, frames[apart], columns[: len(apart)])
+        verdicts[apart[inside]] = Verdict.CONTAINED
         found = [NO_FACES] * len(frames) if faces else []
         for row, which in zip(rows.tolist(), answer.which.tolist(), strict=False):
             found[row] = answer.sets[which]
@@ -161,11 +152,6 @@ class StaticDetector:
             return changed
         fresh, memory.poses[column] = _moved(poses, last, self._spheres[i], self.settings.epsilon)
         return fresh
-
-    def _containment_words(self) -> tuple[str, ...]:
-        if self._containment is None:
-            return ("refused: containment=False",) * len(self.pairs)
-        return self._containment.words
 
 
 def _flat(motion: Motion, frames: NDArray[np.int64], body: int) -> FloatArray:

@@ -19,7 +19,7 @@ from cdcore.narrow.inside_grid import OUTSIDE, UNCERTAIN, InsideGrid
 from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.narrow.ray_parity import point_inside
 from cdcore.numerics import EPS, FloatArray, place_points
-from cdcore.protocol import DECIDED, Body, Motion
+from cdcore.protocol import DECIDED, Body, Motion, Verdict
 
 MARGIN_ULPS: Final = 1024.0
 """How far a point seen from the other body may be from the points that count, in eps of both bodies' size.
@@ -34,6 +34,9 @@ ROOM_SLACK: Final = 1e-9
 PROBES_PER_COMPONENT: Final = 4
 """Vertices tried before the exact answer: from one of them a ray may run along an edge, hardly from four."""
 
+REFUSAL: Final = "refused: containment=False"
+"""What ``Detection.containment`` says of every pair where a setting turned the question off."""
+
 
 class ContainmentStage:
     """Decides containment for pair-frames whose surfaces do not meet.
@@ -42,18 +45,30 @@ class ContainmentStage:
     ----------
     bodies : N bodies.
     pairs : (P, 2) body numbers.
+    asked : False: nobody is asked about, and ``refusal`` says why not.
     """
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64]) -> None:
-        self._solids = [_Solid(body.mesh) for body in bodies]
+    def __init__(
+        self, bodies: Sequence[Body], pairs: NDArray[np.int64], *, asked: bool = True, refusal: str = REFUSAL
+    ) -> None:
+        self._asked = asked
+        self._solids = [_Solid(body.mesh) for body in bodies] if asked else []
         self._pairs = pairs.tolist()
-        self.words = tuple(containment_word(bodies[i], bodies[j]) for i, j in self._pairs)
+        self.words = tuple(containment_word(bodies[i], bodies[j]) if asked else refusal for i, j in self._pairs)
         """Per pair ``decided`` or ``refused: <name> is open``; what lies inside a closed one is found all the same."""
+
+    def mark(
+        self, motion: Motion, frames: NDArray[np.int64], columns: NDArray[np.int64], verdict: NDArray[np.uint8]
+    ) -> int:
+        """Mark as CONTAINED in ``verdict`` (T, P) which of K pair-frames are; returns how many were asked about."""
+        inside = self.contained(motion, frames, columns)
+        verdict[frames[inside], columns[inside]] = Verdict.CONTAINED
+        return len(frames) if self._asked else 0
 
     def contained(self, motion: Motion, frames: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Whether one body of the pair is wholly inside the other, (K,) for K pair-frames without contact."""
         inside = np.zeros(len(frames), dtype=np.bool_)
-        for column, rows in rows_of_columns(columns):
+        for column, rows in rows_of_columns(columns) if self._asked else ():
             i, j = self._pairs[column]
             for inner, outer in ((i, j), (j, i)):
                 if self._solids[outer].has_room_for(self._solids[inner]):

@@ -85,7 +85,7 @@ class TreeStage:
         self._search = search
         self._settings = settings
         self._reach = [_reach(body.mesh.triangles) for body in bodies]
-        self._containment = ContainmentStage(bodies, pairs) if settings.containment else None
+        self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
     def everywhere(self, motion: Motion) -> NDArray[np.uint8]:
         """CANDIDATE wherever a pair has its poses, (T, P): nothing is left out before the traversal."""
@@ -106,7 +106,7 @@ class TreeStage:
         verdict[frames[answer.hits], columns[answer.hits]] = Verdict.CONTACT
         clock.append(perf_counter())
         left = ~answer.hits & ~answer.truncated
-        asked = self._contain(motion, frames[left], columns[left], verdict)
+        asked = self._containment.mark(motion, frames[left], columns[left], verdict)
         clock.append(perf_counter())
         seconds = dict(zip(("traversal", "containment"), np.diff(clock).tolist(), strict=True))
         return Detection(
@@ -116,7 +116,7 @@ class TreeStage:
             times=motion.times,
             verdict=verdict,
             face_sets=FaceSets.from_shared(frames, columns, answer.which, answer.sets) if faces else None,
-            containment=self._words(),
+            containment=self._containment.words,
             work=work | answer.work | {"containment_tests": asked},
             seconds={"broad": broad} | seconds,
             section_source=sections_of(self._bodies, self._pairs, motion) if faces else None,
@@ -196,19 +196,6 @@ class TreeStage:
             for body, turn, move in ((a, poses.turn_a, poses.move_a), (b, poses.turn_b, poses.move_b))
         ]
         return meeting_faces_exhaustive(*placed).astype(np.int32)
-
-    def _contain(self, motion: Motion, frames: IntArray, columns: IntArray, verdict: NDArray[np.uint8]) -> int:
-        """Mark the contained among pair-frames without contact; returns how many were asked about."""
-        if self._containment is None:
-            return 0
-        inside = self._containment.contained(motion, frames, columns)
-        verdict[frames[inside], columns[inside]] = Verdict.CONTAINED
-        return len(frames)
-
-    def _words(self) -> tuple[str, ...]:
-        if self._containment is None:
-            return ("refused: containment=False",) * len(self._pairs)
-        return self._containment.words
 
 
 def _reach(triangles: FloatArray) -> float:

@@ -8,6 +8,7 @@ from cdcore.protocol.explanation import Explains, Explanation
 from cdcore.protocol.face_sets import FaceSets
 from cdcore.protocol.frame_detector import FrameDetector
 from cdcore.protocol.motion import Motion
+from cdcore.protocol.pair_detector import PairDetector
 from cdcore.protocol.verdict import Verdict, counts_as_contact, is_undecided
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "FaceSets",
     "FrameDetector",
     "Motion",
+    "PairDetector",
     "Verdict",
     "blocks_in_order",
     "counts_as_contact",

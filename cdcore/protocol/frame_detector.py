@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, ClassVar
@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from cdcore.errors import InvalidPairError
 from cdcore.numerics import FloatArray
-from cdcore.protocol.blocks import blocks_in_order, pair_has_pose, require_bodies
+from cdcore.protocol.blocks import pair_has_pose
 from cdcore.protocol.body import Body
 from cdcore.protocol.detection import Detection
 from cdcore.protocol.motion import Motion
+from cdcore.protocol.pair_detector import PairDetector
 from cdcore.protocol.verdict import Verdict
 
 
@@ -25,7 +26,7 @@ class NoSettings:
     """Nothing can be set."""
 
 
-class FrameDetector(ABC):
+class FrameDetector(PairDetector[Any]):
     """Decides frame by frame with ``look``, which a class of your own defines; every frame is timed.
 
     ``self.bodies`` and ``self.pairs`` ((P, 2) body numbers) are there; ``prepare`` is called before the first frame of
@@ -49,11 +50,9 @@ class FrameDetector(ABC):
             cls.name = cls.__name__
 
     def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: Any = None) -> None:
-        self.bodies = tuple(bodies)
-        self.pairs = pairs
-        self.settings = self.Settings() if settings is None else settings
+        super().__init__(bodies, pairs, self.Settings() if settings is None else settings)
 
-    def prepare(self) -> None:  # noqa: B027 - most detectors keep nothing from frame to frame
+    def prepare(self) -> None:
         """Forget what earlier frames said."""
 
     @abstractmethod
@@ -66,21 +65,11 @@ class FrameDetector(ABC):
             has no pose are NO_POSE, whatever is answered.
         """
 
-    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
-        """Answer for every frame in order; there are no faces."""
-        del faces
+    def _fresh_memory(self) -> None:
         self.prepare()
-        return self._run(motion)
 
-    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
-        """Answer block by block, as if the blocks were one motion."""
-        del faces
-        self.prepare()
-        for motion in blocks_in_order(motions):
-            yield self._run(motion)
-
-    def _run(self, motion: Motion) -> Detection:
-        require_bodies(motion, self.bodies)
+    def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
+        del memory, faces
         verdict = np.zeros((len(motion), len(self.pairs)), dtype=np.uint8)
         seconds = np.zeros(len(motion))
         for frame in range(len(motion)):
@@ -93,12 +82,9 @@ class FrameDetector(ABC):
                 )
             verdict[frame] = answer
         verdict[~pair_has_pose(motion, self.pairs)] = Verdict.NO_POSE
-        return Detection(
-            detector=self.name,
-            names=tuple(body.name for body in self.bodies),
-            pairs=self.pairs,
-            times=motion.times,
-            verdict=verdict,
+        return self._detection(
+            motion,
+            verdict,
             containment=("refused: not asked",) * len(self.pairs),
             work={"looks": len(motion)},
             seconds={"look": seconds},

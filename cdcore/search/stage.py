@@ -30,6 +30,9 @@ NO_FACES.setflags(write=False)
 NO_SEEDS: IntArray = np.zeros((0, 2), dtype=np.int64)
 NO_SEEDS.setflags(write=False)
 
+CONTAINMENT_REFUSED = "refused: a search that finds nothing does not know that surfaces are disjoint"
+"""What a detector that ends with a search says about containment."""
+
 COUNTERS = ("looks", "reused", "short", "evaluations", "exact_tests", "flood_tests", "restarts", "iterations", "broken")
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore import Body, Detection, Motion, Verdict, create_detector
-from cdcore.protocol import Explains, Explanation, blocks_in_order, pair_has_pose, require_bodies
+from cdcore.protocol import Explains, Explanation, PairDetector, pair_has_pose
 from replay.audit.reports import reported_spans
 from replay.errors import AuditError
 from sessions.live_contact import LiveContact
@@ -34,7 +34,14 @@ class RecordedSettings:
     residual: float | None = None
 
 
-class RecordedDetector:
+@dataclass(eq=False)
+class _Memory:
+    """Time of the last frame that was answered already."""
+
+    before: float
+
+
+class RecordedDetector(PairDetector[RecordedSettings]):
     """Says of every frame what the engine's reports say: contact from a begin to the next end, both included.
 
     A contact that began and ended between two frames is told at the next frame. With ``shape`` or ``rate_hz`` a miss
@@ -53,9 +60,7 @@ class RecordedDetector:
         contacts: Iterable[LiveContact],
         first_ns: int,
     ) -> None:
-        self.bodies = tuple(bodies)
-        self.pairs = pairs
-        self.settings = settings
+        super().__init__(bodies, pairs, settings)
         spans = reported_spans(contacts)
         if not spans:
             raise AuditError(
@@ -67,38 +72,27 @@ class RecordedDetector:
         self._elsewhere = sum(len(found) for pair, found in spans.items() if pair not in columns)
         self._collider = self._make_collider()
 
-    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
-        """Answer for the whole motion; there are no faces to ask for."""
-        del faces
-        return self._answer(motion, -np.inf)
+    def _fresh_memory(self) -> _Memory:
+        return _Memory(-np.inf)
 
-    def _answer(self, motion: Motion, before: float) -> Detection:
-        """``before``: time of the last frame that was answered already."""
-        require_bodies(motion, self.bodies)
+    def _run(self, motion: Motion, memory: _Memory, faces: bool) -> Detection:
+        """A contact between two blocks is told in the later one."""
+        del faces
         begin = perf_counter()
         verdict = np.full((len(motion), len(self.pairs)), Verdict.CLEAR, dtype=np.uint8)
         for column, spans in self._spans.items():
-            for first, stop in _rows(motion.times, spans, before):
+            for first, stop in _rows(motion.times, spans, memory.before):
                 verdict[first:stop, column] = Verdict.CONTACT
         verdict[~pair_has_pose(motion, self.pairs)] = Verdict.NO_POSE
-        return Detection(
-            detector=self.name,
-            names=tuple(body.name for body in self.bodies),
-            pairs=self.pairs,
-            times=motion.times,
-            verdict=verdict,
+        if len(motion):
+            memory.before = float(motion.times[-1])
+        return self._detection(
+            motion,
+            verdict,
             containment=("refused: the engine did not say",) * len(self.pairs),
             work={"reported": sum(map(len, self._spans.values())), "of_other_pairs": self._elsewhere},
             seconds={"lookup": perf_counter() - begin},
         )
-
-    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
-        """Answer block by block; a contact between two blocks is told in the later one."""
-        del faces
-        before = -np.inf
-        for motion in blocks_in_order(motions):
-            yield self._answer(motion, before)
-            before = float(motion.times[-1]) if len(motion) else before
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
         """Whether the frame is within the clock's residual of a report, and what the engine's collider says of it."""

@@ -1,0 +1,74 @@
+"""What is the same in every detector: it keeps its bodies, and a motion cut into blocks is answered as one motion."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, ClassVar, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.protocol.blocks import blocks_in_order, require_bodies
+from cdcore.protocol.body import Body
+from cdcore.protocol.detection import Detection
+from cdcore.protocol.motion import Motion
+
+SettingsT = TypeVar("SettingsT")
+
+
+class PairDetector(ABC, Generic[SettingsT]):
+    """Decides with ``_run``, to which ``_fresh_memory`` is handed from block to block.
+
+    Derive from it for a detector over whole motions; from ``FrameDetector`` for one that looks at a frame at a time.
+    """
+
+    name: ClassVar[str]
+
+    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: SettingsT) -> None:
+        self.bodies = tuple(bodies)
+        self.pairs = pairs
+        self.settings = settings
+
+    def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
+        """Answer for every frame and pair of the motion; face pairs on request, where the detector knows any."""
+        require_bodies(motion, self.bodies)
+        return self._run(motion, self._fresh_memory(), faces)
+
+    def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
+        """Answer block by block, as if the blocks were one motion."""
+        memory = self._fresh_memory()
+        for motion in blocks_in_order(motions):
+            require_bodies(motion, self.bodies)
+            yield self._run(motion, memory, faces)
+
+    def _fresh_memory(self) -> Any:
+        """What passes from block to block, as it is before the first; nothing unless a detector says otherwise."""
+        return None
+
+    @abstractmethod
+    def _run(self, motion: Motion, memory: Any, faces: bool) -> Detection:
+        """Answer for one block, and bring the memory up to date."""
+
+    def _detection(
+        self,
+        motion: Motion,
+        verdict: NDArray[np.uint8],
+        *,
+        containment: Sequence[str],
+        work: Mapping[str, int],
+        seconds: Mapping[str, Any],
+        **more: Any,
+    ) -> Detection:
+        """A detection by this detector; ``more`` are its further fields."""
+        return Detection(
+            detector=self.name,
+            names=tuple(body.name for body in self.bodies),
+            pairs=self.pairs,
+            times=motion.times,
+            verdict=verdict,
+            containment=tuple(containment),
+            work=dict(work),
+            seconds=dict(seconds),
+            **more,
+        )
