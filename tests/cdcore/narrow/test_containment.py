@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from shapes import ball_mesh, beaker_mesh, box_mesh, merged, moved, random_rotations, rod_mesh, still, without_faces
 
-from cdcore import Body, Motion
+from cdcore import Body, Motion, Verdict
 from cdcore.narrow import containment
 from cdcore.narrow.containment import ContainmentStage, containment_word, wholly_inside
 
@@ -112,3 +112,24 @@ def test_columns_answer_for_their_own_pair():
     motion = still(bodies, np.zeros((3, 3)), frames=3)
     frames, columns = np.array([0, 1, 2, 0]), np.array([0, 0, 1, 1])
     assert stage.contained(motion, frames, columns).tolist() == [False, False, True, True]
+
+
+def test_marking_says_which_are_inside_and_how_many_were_asked():
+    bodies = [Body("inner", ball_mesh(0.1)), Body("outer", box_mesh())]
+    motion = still(bodies, np.zeros((2, 3)))
+    frames, columns = np.arange(len(motion)), np.zeros(len(motion), dtype=np.int64)
+    for stage, marked in (
+        (ContainmentStage(bodies, PAIR), Verdict.CONTAINED),
+        (ContainmentStage(bodies, PAIR, asked=False), Verdict.CLEAR),
+    ):
+        verdict = np.zeros((len(motion), 1), dtype=np.uint8)
+        assert stage.mark(motion, frames, columns, verdict) == (len(motion) if marked else 0)
+        assert (verdict == marked).all()
+        assert stage.contained(motion, frames, columns).all() == bool(marked)
+
+
+def test_a_stage_that_is_not_asked_says_why_of_every_pair():
+    bodies = [Body("inner", ball_mesh(0.1)), Body("outer", box_mesh())]
+    assert ContainmentStage(bodies, PAIR).words == ("decided",)
+    assert ContainmentStage(bodies, PAIR, asked=False).words == ("refused: containment=False",)
+    assert ContainmentStage(bodies, PAIR, asked=False, refusal="refused: no").words == ("refused: no",)
