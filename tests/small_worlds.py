@@ -37,6 +37,15 @@ def cubes(places, *, step_ns=STEP_NS, scene=None, **more) -> Session:
     return Session.from_arrays(np.arange(count) * step_ns, poses, {name: cube() for name in places}, scene, **more)
 
 
+def jumping(places=(3, 3, -3, -3, -3, 0.9, 0.8, 3)) -> Session:
+    """A cube of 2 cm and one on its X axis, ``places`` in edges: it jumps through the first between the frames 1 and 2.
+
+    Slow enough, at 12 m/s, to be believed: a metre from frame to frame would be taken for lost tracking.
+    """
+    poses = {"a": along_x([0.0] * len(places)), "b": along_x(0.02 * np.array(places))}
+    return Session.from_arrays(np.arange(len(places)) * STEP_NS, poses, {"a": cube(0.02), "b": cube(0.02)})
+
+
 def framed(stamps, status, position=None, quaternion=None, names=None) -> Session:
     """A session of frames exactly as given: status (T, N), positions (T, N, 3)."""
     stamps, status = np.asarray(stamps, dtype=np.int64), np.asarray(status, dtype=np.uint8)

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from cdcore import Detection, Motion, create_detector
 from cdcore.protocol import counts_as_contact, is_undecided
 from replay.assembly import Assembly
+from replay.audit.between import poses_between
 from replay.audit.outcome import Episode
 
 FloatArray = NDArray[np.float64]
@@ -91,7 +92,6 @@ def dwell_of(assembly: Assembly, oracle: Detection, contacts: Sequence[Episode])
     ----------
     contacts : the oracle's episodes, in order.
     """
-    times = assembly.motion.times
     if not contacts:
         return Dwell(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.bool_), True)
     begin, end = (np.array([getattr(one, name) for one in contacts]) for name in ("start", "end"))
@@ -102,7 +102,7 @@ def dwell_of(assembly: Assembly, oracle: Detection, contacts: Sequence[Episode])
     for pair in sorted({one.pair for one in contacts}):
         numbers = [k for k, one in enumerate(contacts) if one.pair == pair]
         asked = [(k, side, edge) for k in numbers for side, edge in enumerate(edges[k]) if edge is not None]
-        found = _halved(assembly, pair, np.array([edge for _, _, edge in asked]).reshape(-1, 2), times)
+        found = _halved(assembly, pair, np.array([edge for _, _, edge in asked]).reshape(-1, 2))
         for (k, side, _), moment in zip(asked, found.tolist(), strict=True):
             (begin, end)[side][k] = moment
     return Dwell(begin, np.maximum(begin, end), cut, True)
@@ -142,7 +142,7 @@ def _interval_edges(times: FloatArray, oracle: Detection, contact: Episode) -> t
     return begin, (inside, float(times[contact.last]))
 
 
-def _halved(assembly: Assembly, pair: int, edges: FloatArray, times: FloatArray) -> FloatArray:
+def _halved(assembly: Assembly, pair: int, edges: FloatArray) -> FloatArray:
     """The time between the two of each edge (n, 2) at which contact becomes no contact."""
     if not len(edges):
         return np.zeros(0)
@@ -151,22 +151,7 @@ def _halved(assembly: Assembly, pair: int, edges: FloatArray, times: FloatArray)
     touching, free = edges[:, 0].copy(), edges[:, 1].copy()
     for _ in range(HALVINGS):
         middle = (touching + free) / 2
-        verdict = detector.detect(_posed(assembly.motion, ends, middle, times)).verdict[:, 0]
+        verdict = detector.detect(poses_between(assembly.motion, ends, middle)).verdict[:, 0]
         contact = counts_as_contact(verdict)
         touching, free = np.where(contact, middle, touching), np.where(contact, free, middle)
     return touching
-
-
-def _posed(motion: Motion, bodies: NDArray[np.int64], moments: FloatArray, times: FloatArray) -> Motion:
-    """Two bodies at moments between frames, as a motion on a clock of its own."""
-    from scipy.spatial.transform import Rotation
-
-    after = np.clip(np.searchsorted(times, moments), 1, len(times) - 1)
-    before = after - 1
-    share = (moments - times[before]) / (times[after] - times[before])
-    rows = np.ix_(before, bodies), np.ix_(after, bodies)
-    place, there = (motion.translations[row] for row in rows)
-    turn, other = (Rotation.from_matrix(motion.rotations[row].reshape(-1, 3, 3)) for row in rows)
-    spin = (turn.inv() * other).as_rotvec() * np.repeat(share, len(bodies))[:, None]
-    rotations = (turn * Rotation.from_rotvec(spin)).as_matrix().reshape(*place.shape, 3)
-    return Motion(np.arange(len(moments), dtype=np.float64), place + share[:, None, None] * (there - place), rotations)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from cdcore import Detection, Motion
 from replay.assembly import Assembly
+from replay.audit.between import first_touch
+from replay.audit.outcome import Touch, Vector
 
 FloatArray = NDArray[np.float64]
-Vector = tuple[float, float, float]
 Place = tuple[int, int, int]
 
 LOOKS_PER_MISS: Final = 128
@@ -25,6 +26,9 @@ LOOKS_IN_ALL: Final = 20_000
 
 LOOKS_AT_ONCE: Final = 4096
 """Looks whose faces are held together: some 100 MB when every look has a thousand face pairs in every pair."""
+
+TOUCHES_IN_ALL: Final = 2000
+"""Misses between frames whose moment is looked for, some milliseconds each; those beyond get no faces."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,8 @@ class Cut:
     normal : unit vector from the first body to the second, across the curve.
     face_pairs : how many pairs of faces meet.
     length : length of the curve, metres.
+    touch : when they first touch, where no frame shows it; point and normal are then taken at that moment.
+    faces : (k, 2) face pairs that meet, where no detection of the whole assembly holds them.
     """
 
     frame: int
@@ -45,6 +51,8 @@ class Cut:
     normal: Vector
     face_pairs: int
     length: float
+    touch: Touch | None = None
+    faces: NDArray[np.int64] | None = field(default=None, compare=False, repr=False)
 
 
 class Evidence:
@@ -55,6 +63,7 @@ class Evidence:
     assembly : bodies, motion, pairs.
     faces : a detection of the whole assembly that holds face pairs, or what asks a detector for them on a motion.
     places : (pair, first, last) of every stretch that will be asked for.
+    between : whether row t of the oracle speaks of the way from t-1 to t, so that no frame need show a contact.
     """
 
     def __init__(
@@ -62,6 +71,8 @@ class Evidence:
         assembly: Assembly,
         faces: Detection | Callable[[Motion], Detection],
         places: Sequence[Place],
+        *,
+        between: bool = False,
     ) -> None:
         self._assembly = assembly
         self._middles = [_middle(body.mesh.referenced_vertices) for body in assembly.bodies]
@@ -70,6 +81,7 @@ class Evidence:
         self._faces = faces
         self._groups = _grouped(self._frames)
         self._group_of = {place: number for number, group in enumerate(self._groups) for place in group}
+        self._touches_left = TOUCHES_IN_ALL if between else 0
         self._asked = -1
         self._answer: tuple[Detection, dict[int, int]] | None = None
 
@@ -81,7 +93,18 @@ class Evidence:
         detection, row = self._detection((pair, first, last))
         frames = self._frames[pair, first, last].tolist()
         cuts = [self._cut(detection, row.get(frame, frame), pair, frame) for frame in frames]
-        return max(cuts, key=lambda cut: (cut.length, cut.face_pairs, -cut.frame))
+        deepest = max(cuts, key=lambda cut: (cut.length, cut.face_pairs, -cut.frame))
+        return deepest if deepest.face_pairs else self._between_frames(pair, first, deepest)
+
+    def _between_frames(self, pair: int, first: int, nothing: Cut) -> Cut:
+        """Where they first touch on the way to the first frame; as it is where nobody can say."""
+        if self._touches_left <= 0:
+            return nothing
+        self._touches_left -= 1
+        touch = first_touch(self._assembly, pair, first - 1)
+        if touch is None:
+            return nothing
+        return Cut(first, touch.point, touch.normal, 1, 0.0, touch, np.array([touch.faces], dtype=np.int64))
 
     def _detection(self, place: Place) -> tuple[Detection, dict[int, int]]:
         """A detection that holds the faces of a stretch, and which of its rows a frame is where that differs."""
@@ -102,14 +125,19 @@ class Evidence:
         length = np.sqrt((way * way).sum(axis=-1))
         toward = self._toward(pair, frame)
         if not len(segments):
-            return Cut(frame, _vector(self._between(pair, frame)), _vector(toward), len(faces), 0.0)
+            place = _vector(self._between(pair, frame))
+            return Cut(frame, place, _vector(toward), len(faces), 0.0, faces=self._kept(faces))
         return Cut(
             frame,
             _vector(_point(segments, length)),
             _vector(_normal(segments, toward)),
             len(faces),
             float(length.sum()),
+            faces=self._kept(faces),
         )
+
+    def _kept(self, faces: NDArray[np.int64]) -> NDArray[np.int64] | None:
+        return None if isinstance(self._faces, Detection) else np.array(faces, dtype=np.int64)
 
     def _centres(self, pair: int, frame: int) -> tuple[FloatArray, FloatArray]:
         motion = self._assembly.motion

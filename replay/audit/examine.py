@@ -39,7 +39,8 @@ def examine(
     trusted = runs[next(iter(comparisons.values())).oracle]
     own = trusted.detection
     has_faces = own.face_sets is not None and own.covers == "instants" and not trusted.detector.online
-    evidence = Evidence(assembly, own if has_faces else faces_of, asked)
+    between = own.covers == "intervals"
+    evidence = Evidence(assembly, own if has_faces else faces_of, asked, between=between)
     names = [(assembly.names[i], assembly.names[j]) for i, j in assembly.pairs.tolist()]
     times = assembly.motion.times
     numbered = {label: misses(found, names, times, evidence) for label, found in places.items()}

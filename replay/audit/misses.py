@@ -87,6 +87,8 @@ def _miss(number: int, place: Stretch, names: tuple[str, str], times: NDArray[np
         normal=cut.normal,
         face_pairs=cut.face_pairs,
         cut_length=cut.length,
+        touch=cut.touch,
+        faces=cut.faces,
     )
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
+
+Vector = tuple[float, float, float]
 
 
 class Outcome(IntEnum):
@@ -66,6 +68,28 @@ class Episode:
 
 
 @dataclass(frozen=True)
+class Touch:
+    """Where two bodies first meet on their way from one frame to the next.
+
+    Parameters
+    ----------
+    frame : the way begins at this frame and ends at the next.
+    free, moment : seconds; nothing touches before ``free``, at ``moment`` the faces meet.
+    later_ns : nanoseconds from the frame to the moment.
+    faces : a face of the first body and one of the second that meet.
+    point : where, world metres; ``normal`` is the unit direction from the first body to the second there.
+    """
+
+    frame: int
+    free: float
+    moment: float
+    later_ns: int
+    faces: tuple[int, int]
+    point: Vector
+    normal: Vector
+
+
+@dataclass(frozen=True)
 class Miss:
     """One numbered false negative: a stretch of an oracle's episode that the subject did not report.
 
@@ -83,6 +107,9 @@ class Miss:
     face_pairs : number of face pairs there.
     cut_length : length of the intersection curve there, metres.
     cause : the stage that lost it, in the words of ``replay.audit.causes``.
+    touch : when and where the bodies first touch, if no frame shows the contact but the way to ``first`` does. Then
+        ``point`` and ``normal`` are taken at that moment, ``face_pairs`` is 1 and the curve has no length yet.
+    faces : (k, 2) face pairs at its deepest frame, or the pair that touches first, where the oracle lists none.
     """
 
     number: int
@@ -96,8 +123,20 @@ class Miss:
     kind: str
     episode: int
     deepest: int
-    point: tuple[float, float, float]
-    normal: tuple[float, float, float]
+    point: Vector
+    normal: Vector
     face_pairs: int
     cut_length: float
     cause: str = "not examined"
+    touch: Touch | None = None
+    faces: NDArray[np.int64] | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def shown(self) -> tuple[int, int]:
+        """Where there is most to see: a frame, and nanoseconds after it."""
+        return (self.deepest, 0) if self.touch is None else (self.touch.frame, self.touch.later_ns)
+
+    @property
+    def seconds(self) -> float:
+        """When it begins: at its first frame, or between frames where it touches first."""
+        return self.start if self.touch is None else self.touch.moment

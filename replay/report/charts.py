@@ -73,12 +73,12 @@ def _numbers(result: RunResult, label: str) -> list[Markup]:
     found = [element("text", "missed", x=0, y=TOP + 15, class_="lane")]
     free = 0.0
     for miss in result.misses[label]:
-        x = max(_place(times, miss.start), free)
+        x = max(_place(times, miss.seconds), free)
         width = 9.0 * len(str(miss.number)) + 8.0
         if x + width > WIDTH:
             break
         free = x + width + 2.0
-        title = element("title", f"miss {miss.number}: {miss.body_a}-{miss.body_b}, {miss.start:.3f} s")
+        title = element("title", f"miss {miss.number}: {miss.body_a}-{miss.body_b}, {miss.seconds:.3f} s")
         box = element("rect", title, x=f"{x:.1f}", y=TOP + 2, width=f"{width:.1f}", height=18, class_="missed")
         found += [box, element("text", miss.number, x=f"{x + width / 2:.1f}", y=TOP + 16, class_="miss")]
     return found

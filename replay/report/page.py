@@ -19,6 +19,7 @@ from replay.report.findings import finding_tables
 from replay.report.markup import Markup, element, joined, picture
 from replay.report.tables import contact_table, cost_table, fact_table, miss_table, settings_table
 from replay.rerun_log.camera import Eye, Obstacles, overview, towards_user
+from replay.rerun_log.focus import standing
 from replay.run_result import RunResult
 from replay.summary import CAVEAT
 
@@ -111,14 +112,15 @@ def _pictures(result: RunResult) -> list[Markup]:
     obstacles = Obstacles(assembly, scene) if shown else None
     for label, miss in _telling(shown)[:CLOSE_UPS]:
         assert obstacles is not None
-        side = towards_user(assembly, scene, miss.deepest, miss.point)
-        near = _from_farther(obstacles.close_up(miss.deepest, miss.point, side))
-        png = bench_picture(assembly, scene, miss.deepest, near, _marked(result, miss.deepest, miss.pair))
+        there, row = standing(assembly, miss)
+        side = towards_user(there, scene, row, miss.point)
+        near = _from_farther(obstacles.close_up(row, miss.point, side, there.motion))
+        png = bench_picture(there, scene, row, near, _marked(result, miss))
         pictures.append(
             picture(
                 png,
                 f"Miss {miss.number} of {label}: {miss.body_a} and {miss.body_b} at "
-                f"{assembly.motion.times[miss.deepest]:.3f} s, {miss.kind}; red: the faces that meet",
+                f"{there.motion.times[row]:.3f} s, {miss.kind}; red: {_red(miss)}",
             )
         )
     return [element("div", *pictures, class_="pictures")]
@@ -141,10 +143,17 @@ def _from_farther(eye: Eye) -> Eye:
     return Eye((away[0], away[1], away[2]), eye.target)
 
 
-def _marked(result: RunResult, frame: int, pair: int) -> dict[int, np.ndarray[tuple[int], np.dtype[np.int64]]]:
+def _red(miss: Miss) -> str:
+    """What the red faces are."""
+    if miss.touch is None:
+        return "the faces that meet"
+    return f"the faces that touch first, between frames {miss.touch.frame} and {miss.touch.frame + 1}"
+
+
+def _marked(result: RunResult, miss: Miss) -> dict[int, np.ndarray[tuple[int], np.dtype[np.int64]]]:
     trusted = result.detections[result.oracle]
-    if trusted.face_sets is None:
+    faces = miss.faces if trusted.face_sets is None else trusted.faces(miss.deepest, miss.pair)
+    if faces is None:
         return {}
-    faces = trusted.faces(frame, pair)
-    first, second = result.assembly.pairs[pair].tolist()
+    first, second = result.assembly.pairs[miss.pair].tolist()
     return {first: np.unique(faces[:, 0]), second: np.unique(faces[:, 1])}

@@ -103,9 +103,9 @@ def miss_table(result: RunResult, label: str) -> Markup:
             miss.kind,
             miss.cause,
             element("code", f"replay view {run} --miss {miss.number}"),
-            f"{miss.start:.3f}",
+            f"{miss.seconds:.3f}",
             miss.last - miss.first + 1,
-            f"{miss.cut_length * 1e3:.1f}",
+            f"{miss.cut_length * 1e3:.1f}" if miss.touch is None else "between frames",
             miss.face_pairs,
         )
         for miss in result.misses[label]

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore import TriangleMesh
+from cdcore import Motion, TriangleMesh
 from cdcore.numerics import FloatArray
 from replay.assembly import Assembly
 from replay.rerun_log.materials import is_ghost, tags_of
@@ -77,14 +77,22 @@ class Obstacles:
         self._bodies = [_Surface(body.mesh) for body in assembly.bodies]
         self._costs = [_cost(tags_of(body.name, scene)) for body in assembly.bodies]
 
-    def close_up(self, frame: int, point: Sequence[float], towards_user: FloatArray) -> Eye:
-        """The eye from which fewest surfaces hide a point, on the user's side where that costs nothing."""
+    def close_up(
+        self, frame: int, point: Sequence[float], towards_user: FloatArray, motion: Motion | None = None
+    ) -> Eye:
+        """The eye from which fewest surfaces hide a point, on the user's side where that costs nothing.
+
+        Parameters
+        ----------
+        frame : of ``motion``; ``None``: of the assembly's.
+        """
+        motion = self._motion if motion is None else motion
         place, choices = np.asarray(point, dtype=np.float64), directions()
         cost = np.zeros(len(choices))
         for body, surface in enumerate(self._bodies):
-            if self._motion.valid[frame, body]:
-                turn = self._motion.rotations[frame, body]
-                local = (place - self._motion.translations[frame, body]) @ turn
+            if motion.valid[frame, body]:
+                turn = motion.rotations[frame, body]
+                local = (place - motion.translations[frame, body]) @ turn
                 cost += self._costs[body] * surface.crossings(local, choices @ turn, CLOSE_UP)
         cost += USER_SIDE * 0.5 * (1.0 - choices @ towards_user)
         best = choices[int(np.argmin(cost))]

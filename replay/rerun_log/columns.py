@@ -110,11 +110,18 @@ class RecordingWriter:
         """Send one row per frame on both timelines; with ``counts`` a row holds several values."""
         self._send(path, self.clock.index(frames), columns, counts)
 
-    def rows_later(self, path: str, frames: ArrayLike, later: ArrayLike, columns: rr.ComponentColumnList) -> None:
+    def rows_later(
+        self,
+        path: str,
+        frames: ArrayLike,
+        later: ArrayLike,
+        columns: rr.ComponentColumnList,
+        counts: ArrayLike | None = None,
+    ) -> None:
         """Send one row per frame, ``later`` nanoseconds after it on the session timeline."""
         rows = np.asarray(frames, dtype=np.int64)
         ns = self.clock.ns[rows] + np.asarray(later, dtype=np.int64)
-        self._send(path, [on_session(ns), rr.TimeColumn(FRAME, sequence=rows)], columns, None)
+        self._send(path, [on_session(ns), rr.TimeColumn(FRAME, sequence=rows)], columns, counts)
 
     def session_rows(
         self, path: str, ns: NDArray[np.int64], columns: rr.ComponentColumnList, counts: ArrayLike | None = None

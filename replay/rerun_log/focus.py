@@ -14,6 +14,7 @@ import numpy as np
 import rerun as rr
 
 from replay.assembly import Assembly
+from replay.audit.between import at_touch
 from replay.audit.outcome import Miss
 from replay.rerun_log.camera import Eye, Obstacles, look_rotation, towards_user
 from replay.rerun_log.columns import RecordingWriter
@@ -33,18 +34,21 @@ class Focus:
     miss: Miss
 
 
-def moments(misses: Sequence[Miss]) -> dict[int, int]:
-    """Nanoseconds after its deepest frame at which each miss, by number, has the cursor's attention.
+def moments(misses: Sequence[Miss]) -> dict[int, tuple[int, int]]:
+    """Frame, and nanoseconds after it, at which each miss, by number, has the cursor's attention.
 
-    Zero, unless misses of several pairs are deepest in one frame: then they follow each other by a nanosecond, the
-    longest cut last, so that the list and ``--miss`` lead to each of them and scrubbing to the longest.
+    Its deepest frame, or the moment between frames at which it touches first. Where misses of several pairs share that,
+    they follow each other by a nanosecond, the longest cut last, so that the list and ``--miss`` lead to each of them
+    and scrubbing to the longest.
     """
-    later: dict[int, int] = {}
-    taken: dict[int, int] = {}
+    at: dict[int, tuple[int, int]] = {}
+    free: dict[tuple[int, int], int] = {}
     for miss in sorted(misses, key=lambda one: (one.cut_length, -one.number)):
-        later[miss.number] = taken.get(miss.deepest, 0)
-        taken[miss.deepest] = later[miss.number] + 1
-    return later
+        frame, later = miss.shown
+        later = free.get((frame, later), later)
+        at[miss.number] = frame, later
+        free[miss.shown] = later + 1
+    return at
 
 
 def focus(misses: Sequence[Miss]) -> list[Focus]:
@@ -57,8 +61,8 @@ def focus(misses: Sequence[Miss]) -> list[Focus]:
     for before, miss in zip([None, *ordered], ordered, strict=False):
         half = 0 if before is None else max(0, (before.last + miss.first + 1) // 2)
         chosen[min(half, miss.first), 0] = miss
-    later = moments(misses)
-    chosen.update({(miss.deepest, later[miss.number]): miss for miss in misses})
+    at = moments(misses)
+    chosen.update({at[miss.number]: miss for miss in misses})
     return [Focus(frame, after, chosen[frame, after]) for frame, after in sorted(chosen)]
 
 
@@ -71,10 +75,18 @@ def eyes_of(assembly: Assembly, scene: Scene, misses: Sequence[Miss]) -> dict[in
     unseen = Obstacles(replace(assembly, bodies=()), scene)
     eyes = {}
     for rank, miss in enumerate(sorted(misses, key=lambda one: (-one.cut_length, one.number))):
-        user = towards_user(assembly, scene, miss.deepest, miss.point)
+        there, frame = standing(assembly, miss)
+        user = towards_user(there, scene, frame, miss.point)
         obstacles = counted if rank < COUNTED else unseen
-        eyes[miss.number] = obstacles.close_up(miss.deepest, miss.point, user)
+        eyes[miss.number] = obstacles.close_up(frame, miss.point, user, there.motion)
     return eyes
+
+
+def standing(assembly: Assembly, miss: Miss) -> tuple[Assembly, int]:
+    """Where all bodies stand when there is most to see of a miss: an assembly, and the frame in it."""
+    if miss.touch is None:
+        return assembly, miss.deepest
+    return at_touch(assembly, miss.pair, miss.touch), 0
 
 
 def log_eye(writer: RecordingWriter, path: str, shown: Sequence[Focus], eye_of: Mapping[int, Eye]) -> None:

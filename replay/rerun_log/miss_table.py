@@ -23,7 +23,8 @@ class MissPlace:
     Parameters
     ----------
     number : the miss's number.
-    session_ns : where the cursor meets it: its deepest frame, in nanoseconds on the session timeline (see ``moments``).
+    session_ns : where the cursor meets it, in nanoseconds on the session timeline: its deepest frame, or where between
+        frames it touches first (see ``moments``).
     cut_length : metres of intersection curve there.
     """
 
@@ -33,16 +34,16 @@ class MissPlace:
 
 
 def log_miss_table(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
-    """Send number, deepest frame and cut length of all misses as one static row; nothing where nothing was missed."""
+    """Send number, deepest moment and cut length of all misses as one static row; nothing where nothing was missed."""
     if not misses:  # Rerun refuses a row of empty columns.
         return
-    later = moments(misses)
-    frames = np.array([miss.deepest for miss in misses], dtype=np.int64)
+    at = moments(misses)
+    frames, later = np.array([at[miss.number] for miss in misses], dtype=np.int64).T
     writer.static(
         path,
         rr.AnyValues(
             number=np.array([miss.number for miss in misses], dtype=np.int64),
-            deepest_ns=writer.clock.ns[frames] + np.array([later[miss.number] for miss in misses], dtype=np.int64),
+            deepest_ns=writer.clock.ns[frames] + later,
             cut_length=np.array([miss.cut_length for miss in misses], dtype=np.float64),
         ),
     )

@@ -46,28 +46,42 @@ CLUSTERS: Final = 12
 def log_missed_faces(
     writer: RecordingWriter, root: str, assembly: Assembly, oracle: Detection, misses: Sequence[Miss]
 ) -> None:
-    """Send ``world/<body>/<root>``: per frame, the faces of the body that met unseen, in the body's own frame."""
-    per_body: dict[int, dict[int, list[NDArray[np.int64]]]] = {}
+    """Send ``world/<body>/<root>``: per frame, the faces of the body that met unseen, in the body's own frame.
+
+    Where the oracle lists no faces, those of each miss's deepest moment, which may lie between frames.
+    """
+    per_body: dict[int, dict[Moment, list[NDArray[np.int64]]]] = {}
     room = dict.fromkeys(range(len(assembly.bodies)), DRAWN_MISSED_FACES)
-    if oracle.face_sets is not None:
-        for miss in sorted(misses, key=lambda one: (-one.cut_length, one.number)):
-            _collect_faces(per_body, room, assembly, oracle, miss)
+    for miss in sorted(misses, key=lambda one: (-one.cut_length, one.number)):
+        for moment, faces in _moments_with_faces(oracle, miss):
+            _collect_faces(per_body, room, assembly, miss.pair, moment, faces)
     for body in sorted({int(k) for miss in misses for k in assembly.pairs[miss.pair]}):
         _log_faces_of(writer, root, assembly, body, per_body.get(body, {}))
 
 
+Moment = tuple[int, int]
+"""A frame, and nanoseconds after it."""
+
+
+def _moments_with_faces(oracle: Detection, miss: Miss) -> Iterator[tuple[Moment, NDArray[np.int64]]]:
+    if oracle.face_sets is not None:
+        yield from (((frame, 0), oracle.faces(frame, miss.pair)) for frame in range(miss.first, miss.last + 1))
+    elif miss.faces is not None:
+        yield miss.shown, miss.faces
+
+
 def _collect_faces(
-    per_body: dict[int, dict[int, list[NDArray[np.int64]]]],
+    per_body: dict[int, dict[Moment, list[NDArray[np.int64]]]],
     room: dict[int, int],
     assembly: Assembly,
-    oracle: Detection,
-    miss: Miss,
+    pair: int,
+    moment: Moment,
+    faces: NDArray[np.int64],
 ) -> None:
-    for frame in range(miss.first, miss.last + 1):
-        for body, mine in _red_faces(assembly, miss.pair, oracle.faces(frame, miss.pair)):
-            if len(mine) and len(mine) <= room[body]:
-                room[body] -= len(mine)
-                per_body.setdefault(body, {}).setdefault(frame, []).append(mine)
+    for body, mine in _red_faces(assembly, pair, faces):
+        if len(mine) and len(mine) <= room[body]:
+            room[body] -= len(mine)
+            per_body.setdefault(body, {}).setdefault(moment, []).append(mine)
 
 
 def _red_faces(assembly: Assembly, pair: int, faces: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
@@ -89,17 +103,18 @@ def face_areas(mesh: TriangleMesh, faces: NDArray[np.int64]) -> FloatArray:
 
 
 def _log_faces_of(
-    writer: RecordingWriter, root: str, assembly: Assembly, body: int, frames: dict[int, list[NDArray[np.int64]]]
+    writer: RecordingWriter, root: str, assembly: Assembly, body: int, found: dict[Moment, list[NDArray[np.int64]]]
 ) -> None:
     path = f"{body_path(assembly.bodies[body].name)}/{root}"
     # A row without faces after each stretch, else the patch would stay for ever: the viewer shows the latest row.
     last = len(writer.clock.ns) - 1
-    rows = sorted({0, *frames, *(frame + 1 for frame in frames if frame < last)})
+    rows = sorted({(0, 0), *found, *((frame + 1, 0) for frame, _ in found if frame < last)})
     triangles = pushed_out(assembly.bodies[body].mesh.triangles)
-    per_row = [np.unique(np.concatenate(frames[frame])) if frame in frames else NO_FACES for frame in rows]
+    per_row = [np.unique(np.concatenate(found[row])) if row in found else NO_FACES for row in rows]
     corners = triangles[np.concatenate(per_row)].reshape(-1, 3).astype(np.float32)
     counts = [3 * len(faces) for faces in per_row]
-    writer.rows(path, rows, rr.Mesh3D.columns(vertex_positions=corners), counts)
+    frames, later = np.array(rows).T
+    writer.rows_later(path, frames, later, rr.Mesh3D.columns(vertex_positions=corners), counts)
     writer.static(path, rr.Mesh3D.from_fields(albedo_factor=MISSED_FACES))
 
 
@@ -133,10 +148,12 @@ def log_pins(writer: RecordingWriter, root: str, misses: Sequence[Miss], reach: 
 def current_misses(clock: Clock, misses: Sequence[Miss]) -> tuple[list[int], list[list[Miss]]]:
     """Frames at which the set of current misses changes, and the misses current from each on, longest cut first."""
     changes: dict[int, list[tuple[bool, Miss]]] = {0: []}
+    begins_at = np.sort([_begin(miss) for miss in misses])
     for miss in misses:
-        changes.setdefault(miss.first, []).append((True, miss))
+        changes.setdefault(_begin(miss), []).append((True, miss))
         # A flag that lingers makes way for the next miss.
-        then = min((other.first for other in misses if other.first > miss.last), default=len(clock.ns))
+        following = begins_at[np.searchsorted(begins_at, miss.last, side="right") :]
+        then = int(following[0]) if len(following) else len(clock.ns)
         after = max(min(clock.frame_at(miss.end + LINGER), then), miss.last + 1)
         if after < len(clock.ns):
             changes.setdefault(after, []).append((False, miss))
@@ -151,6 +168,11 @@ def current_misses(clock: Clock, misses: Sequence[Miss]) -> tuple[list[int], lis
         frames.append(frame)
         current.append(sorted(now.values(), key=lambda one: (-one.cut_length, one.number)))
     return frames, current
+
+
+def _begin(miss: Miss) -> int:
+    """The frame from which a miss is current: the one before, where it touches on the way to its first."""
+    return min(miss.first, miss.shown[0])
 
 
 def _log_flags(writer: RecordingWriter, path: str, frames: list[int], current: list[list[Miss]]) -> None:

@@ -27,7 +27,7 @@ from replay.rerun_log.missed import log_missed_faces, log_pins
 from replay.rerun_log.report import log_missed_list, log_notes, log_report, log_worst
 from replay.rerun_log.timing import TOTAL, cost_of, cost_table, log_timing, stage_path
 from replay.rerun_log.tradeoff import log_tradeoff
-from replay.rerun_log.world import body_path, log_world
+from replay.rerun_log.world import body_path, log_touches, log_world
 from replay.run_result import RunResult
 
 APPLICATION: Final = "vrlab-replay"
@@ -104,6 +104,7 @@ def _subject(result: RunResult, label: str, number: int) -> Subject:
 def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subject]) -> None:
     assembly, scene = result.assembly, result.session.scene
     log_world(writer, assembly, scene)
+    log_touches(writer, assembly, [miss for misses in result.misses.values() for miss in misses])
     for label, detection in result.detections.items():
         against = result.comparisons.get(label if label != result.oracle else _first(result))
         log_contacts(writer, label, assembly, detection, against, curves=label == result.oracle or not result.oracle)

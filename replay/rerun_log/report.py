@@ -31,8 +31,8 @@ def log_missed_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], 
         line = rr.TextLog.columns(text=[empty], level=["none"], color=packed([WHITE]))
         writer.rows(path, [0], line)
         return
-    later = moments(misses)
-    ordered = sorted(misses, key=lambda miss: (miss.deepest, later[miss.number]))
+    at = moments(misses)
+    ordered = sorted(misses, key=lambda miss: at[miss.number])
     width = max(len(f"{miss.body_a}-{miss.body_b}") for miss in ordered)
     digits = len(str(max(miss.number for miss in ordered)))
     texts = [_line(miss, width, digits) for miss in ordered]
@@ -40,16 +40,15 @@ def log_missed_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], 
     columns = rr.TextLog.columns(
         text=texts, level=[miss.kind.replace(" ", "_") for miss in ordered], color=packed(colours)
     )
-    writer.rows_later(path, [miss.deepest for miss in ordered], [later[miss.number] for miss in ordered], columns)
+    frames, later = np.array([at[miss.number] for miss in ordered]).T
+    writer.rows_later(path, frames, later, columns)
 
 
 def _line(miss: Miss, width: int, digits: int) -> str:
     name = f"{miss.body_a}-{miss.body_b}"
     frames = miss.last - miss.first + 1
-    cut = miss.cut_length * 1e3
-    return (
-        f"{miss.number:>{digits}}  {miss.start:7.2f} s {frames:4} fr  {name:<{width}}  {miss.kind:<11}  {cut:5.1f} mm"
-    )
+    depth = f"{miss.cut_length * 1e3:5.1f} mm" if miss.touch is None else "between frames"
+    return f"{miss.number:>{digits}}  {miss.seconds:7.2f} s {frames:4} fr  {name:<{width}}  {miss.kind:<11}  {depth}"
 
 
 def log_notes(writer: RecordingWriter, path: str, shown: Sequence[Focus], result: RunResult, label: str) -> None:
@@ -62,11 +61,18 @@ def log_notes(writer: RecordingWriter, path: str, shown: Sequence[Focus], result
 
 def _note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:
     frames = miss.last - miss.first + 1
+    found = f"{oracle}: **CONTACT**, {miss.face_pairs} face pairs, cut {miss.cut_length * 1e3:.1f} mm"
+    if miss.touch is not None:
+        before, (a, b) = miss.touch.frame, miss.touch.faces
+        found = (
+            f"{oracle}: **CONTACT** between frames {before} and {before + 1}, from {miss.touch.moment:.6f} s; "
+            f"no frame shows it\n- first faces {a} of {miss.body_a} and {b} of {miss.body_b}, shown where they touch"
+        )
     return (
         f"#### Miss {miss.number} of {count}: {miss.body_a}-{miss.body_b}\n\n"
-        f"**{miss.start:.3f} s**, {frames} frame{'s' * (frames > 1)} ({miss.first} to {miss.last}), "
+        f"**{miss.seconds:.3f} s**, {frames} frame{'s' * (frames > 1)} ({miss.first} to {miss.last}), "
         f"contact {miss.episode} of {contacts}\n\n"
-        f"- {oracle}: **CONTACT**, {miss.face_pairs} face pairs, cut {miss.cut_length * 1e3:.1f} mm\n"
+        f"- {found}\n"
         f"- {label}: **{miss.kind}**\n\n"
         f"`replay view RUN --miss {miss.number}`"
     )
@@ -113,8 +119,8 @@ def log_worst(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> Non
     ordered = sorted(misses, key=lambda miss: (-miss.cut_length, miss.number))[:WORST]
     lines = ["| miss | at s | frames | pair | kind | cut mm | face pairs |", "|---" * 7 + "|"]
     lines += [
-        f"| **{m.number}** | {m.start:.2f} | {m.last - m.first + 1} | {m.body_a}-{m.body_b} | {m.kind} "
-        f"| {m.cut_length * 1e3:.1f} | {m.face_pairs} |"
+        f"| **{m.number}** | {m.seconds:.2f} | {m.last - m.first + 1} | {m.body_a}-{m.body_b} | {m.kind} "
+        f"| {'between frames' if m.touch else f'{m.cut_length * 1e3:.1f}'} | {m.face_pairs} |"
         for m in ordered
     ]
     title = f"### The {len(ordered)} longest cuts of {len(misses)} misses\n\n" if misses else "### Nothing missed\n\n"

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from cdcore import TriangleMesh
+from cdcore import Motion, TriangleMesh
 from cdcore.numerics import FloatArray
 from replay.assembly import Assembly
+from replay.audit.between import at_touch
+from replay.audit.outcome import Miss
 from replay.rerun_log.columns import RecordingWriter, entity
 from replay.rerun_log.materials import albedo, tags_of
 from replay.rerun_log.quaternions import quaternions_xyzw
@@ -65,6 +68,33 @@ def _log_poses(writer: RecordingWriter, path: str, assembly: Assembly, column: i
         translation=place[changed].astype(np.float32), quaternion=quaternions_xyzw(turn[changed]).astype(np.float32)
     )
     writer.rows(path, frames[changed], columns)
+
+
+def log_touches(writer: RecordingWriter, assembly: Assembly, misses: Iterable[Miss]) -> None:
+    """Send where two bodies stand at a touch between frames, until the next frame; on the session timeline alone."""
+    moments: dict[int, dict[int, Motion]] = {}
+    for miss in misses:
+        if miss.touch is None:
+            continue
+        there = at_touch(assembly, miss.pair, miss.touch).motion
+        for body in assembly.pairs[miss.pair].tolist():
+            if _moves(assembly.motion, miss.touch.frame, body):
+                ns = int(writer.clock.ns[miss.touch.frame]) + miss.touch.later_ns
+                moments.setdefault(body, {})[ns] = there
+    for body, at in moments.items():
+        ordered = [(ns, at[ns]) for ns in sorted(at)]
+        turns = np.array([there.rotations[0, body] for _, there in ordered])
+        columns = rr.Transform3D.columns(
+            translation=np.array([there.translations[0, body] for _, there in ordered], dtype=np.float32),
+            quaternion=quaternions_xyzw(turns).astype(np.float32),
+        )
+        writer.session_rows(body_path(assembly.bodies[body].name), np.array([ns for ns, _ in ordered]), columns)
+
+
+def _moves(motion: Motion, frame: int, body: int) -> bool:
+    """Whether a body moves to the next frame: else no later row would bring it back."""
+    places, turns = motion.translations[frame : frame + 2, body], motion.rotations[frame : frame + 2, body]
+    return bool((places[0] != places[1]).any() or (turns[0] != turns[1]).any())
 
 
 def shaded(mesh: TriangleMesh) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint32]]:

@@ -96,7 +96,11 @@ def _match_columns(result: RunResult, rows: list[tuple[str, int]]) -> Columns:
 
 
 def miss_table(result: RunResult) -> pa.Table:
-    """Every numbered miss of every audited detector, with the geometry of its deepest frame (metres, world)."""
+    """Every numbered miss of every audited detector, with the geometry of its deepest frame (metres, world).
+
+    Of a contact that no frame shows ``touch`` says when, in seconds, it begins between the frames ``first`` - 1 and
+    ``first``, and ``face_a`` and ``face_b`` which faces touch first; point and normal are those of that moment.
+    """
     rows = [(label, miss) for label, found in result.misses.items() for miss in found]
     pairs = np.array([miss.pair for _, miss in rows], dtype=np.int64)
     table: Columns = {
@@ -116,6 +120,10 @@ def miss_table(result: RunResult) -> pa.Table:
     for name in ("point", "normal"):
         for axis, letter in enumerate("xyz"):
             table[f"{name}_{letter}"] = pa.array([getattr(miss, name)[axis] for _, miss in rows], pa.float64())
+    touches = [miss.touch for _, miss in rows]
+    table["touch"] = pa.array([touch and touch.moment for touch in touches], pa.float64())
+    for side, letter in enumerate("ab"):
+        table[f"face_{letter}"] = pa.array([touch and touch.faces[side] for touch in touches], pa.int64())
     return pa.table(table)
 
 

@@ -119,3 +119,33 @@ def test_a_curve_that_is_a_line_or_a_point_has_a_normal_across_it():
     assert _normal(line, np.array([0.6, 0.8, 0.0])) == pytest.approx([0, 1, 0])
     assert _normal(line, np.array([1.0, 0.0, 0.0])) == pytest.approx([1, 0, 0])
     assert _normal(np.zeros((1, 2, 3)), np.array([0.0, 1.0, 0.0])) == pytest.approx([0, 1, 0])
+
+
+def between(places, asked=(0, 2, 2)):
+    session = cubes({"a": [0.0] * len(places), "b": places})
+    assembly = assemble(session)
+    exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
+    return Evidence(assembly, lambda motion: exact.detect(motion, faces=True), [asked], between=True).deepest(*asked)
+
+
+def test_a_contact_that_no_frame_shows_has_its_moment_faces_and_point():
+    cut = between([3.0, 3.0, -3.0, -3.0])
+    assert cut.touch.moment == pytest.approx(0.01 + 0.01 * 2 / 6, abs=1e-6)
+    assert (cut.frame, cut.face_pairs, cut.faces.tolist()) == (2, 1, [list(cut.touch.faces)])
+    assert (cut.point, cut.normal) == (cut.touch.point, cut.touch.normal)
+    assert cut.point[0] == pytest.approx(0.5, abs=1e-3)
+
+
+def test_a_contact_that_a_frame_shows_is_looked_at_there_whatever_the_oracle():
+    cut = between([3.0, 3.0, 0.8, 3.0])
+    assert cut.touch is None and cut.face_pairs == len(cut.faces) > 1
+
+
+def test_where_nobody_can_say_when_they_touch_there_is_a_place_and_no_moment():
+    cut = between([3.0, 3.0, 2.0, 3.0])
+    assert (cut.touch, cut.face_pairs, cut.length) == (None, 0, 0.0) and cut.point == pytest.approx((1.0, 0, 0))
+
+
+def test_beyond_the_most_touches_nobody_is_asked(monkeypatch):
+    monkeypatch.setattr("replay.audit.evidence.TOUCHES_IN_ALL", 0)
+    assert between([3.0, 3.0, -3.0, -3.0]).touch is None

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 from page_cells import Cells
-from small_worlds import cubes
+from small_worlds import cubes, jumping
 
 from replay.audit.headline import headline
 from replay.engine import compute
@@ -27,6 +27,22 @@ def test_every_miss_is_a_row_with_its_numbers_and_the_command_that_shows_it(run,
         assert [float(cell) for cell in row[5:]] == pytest.approx(
             [miss.start, miss.last - miss.first + 1, miss.cut_length * 1e3, miss.face_pairs], abs=0.051
         )
+
+
+def test_a_miss_between_frames_is_listed_and_drawn_at_the_moment_of_its_touch():
+    session = jumping()
+    text = report_html(compute(session, detectors="exact", oracle="continuous"))
+    ((number, _, kind, cause, _, at, frames, cut, faces),) = Cells(text).tables["What exact missed"]
+    assert (number, kind, cause, frames, cut, faces) == (
+        "1",
+        "never found",
+        "between frames",
+        "1",
+        "between frames",
+        "1",
+    )
+    assert float(at) == pytest.approx(0.01 + 0.01 * 2 / 6, abs=5e-4)
+    assert "red: the faces that touch first, between frames 1 and 2" in text
 
 
 def test_contacts_and_times_are_those_of_the_result(run, page):

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from rerun.chunk import RrdReader
+from small_worlds import jumping
 
 from cdcore import Body, Detection, Motion, TriangleMesh, create_detector
 from replay.assembly import Assembly, PoseOrigin
@@ -19,6 +20,7 @@ from replay.audit.compare import compare
 from replay.audit.episodes import episodes
 from replay.audit.evidence import Evidence
 from replay.audit.misses import misses, stretches
+from replay.engine import compute
 from replay.rerun_log.recording import write_recording
 from replay.run_result import RunResult
 from sessions import Scene, Session
@@ -190,6 +192,20 @@ def recording(demo: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Path
 def read(recording: Path) -> Read:
     """The picture of the demo, read back."""
     return Read(recording)
+
+
+@pytest.fixture(scope="session")
+def passed() -> RunResult:
+    """A cube jumps through another between the frames 1 and 2, and is met at the frames 5 and 6."""
+    return compute(jumping(), detectors="exact", oracle="continuous")
+
+
+@pytest.fixture(scope="session")
+def passed_read(passed: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Read:
+    """The picture of the jump, read back."""
+    path = tmp_path_factory.mktemp("passed") / "run.rrd"
+    write_recording(passed, path)
+    return Read(path)
 
 
 @pytest.fixture

@@ -54,7 +54,7 @@ def test_misses_that_are_deepest_in_one_frame_follow_each_other_longest_last(dem
     three = replace(one, number=3, cut_length=0.1)
     at = numbers(focus([one, two, three]))
     assert [at[one.deepest, later] for later in range(3)] == [3, 2, 1]
-    assert moments([one, two, three]) == {3: 0, 2: 1, 1: 2}
+    assert moments([one, two, three]) == {3: (one.deepest, 0), 2: (one.deepest, 1), 1: (one.deepest, 2)}
 
 
 def test_beyond_the_counted_ones_every_miss_still_has_its_eye(demo: RunResult, monkeypatch: pytest.MonkeyPatch) -> None:

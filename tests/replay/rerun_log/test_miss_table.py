@@ -16,9 +16,9 @@ from replay.run_result import RunResult
 
 def test_misses_read_back_with_the_nanosecond_of_their_deepest_frame(demo: RunResult, recording: Path) -> None:
     stamps, misses = demo.assembly.stamp_ns - demo.assembly.stamp_ns[0], demo.misses["22.5Hz"]
-    later = moments(misses)
+    at = moments(misses)
     assert [(one.number, one.session_ns, one.cut_length) for one in read_misses(recording)] == [
-        (miss.number, int(stamps[miss.deepest]) + later[miss.number], miss.cut_length) for miss in misses
+        (miss.number, int(stamps[at[miss.number][0]]) + at[miss.number][1], miss.cut_length) for miss in misses
     ]
 
 

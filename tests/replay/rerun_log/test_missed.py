@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from small_worlds import jumping
 
 from cdcore import Body, TriangleMesh
 from replay.audit.outcome import Miss
+from replay.engine import compute
 from replay.rerun_log.columns import Clock
 from replay.rerun_log.missed import (
     LARGE_FACE,
@@ -120,3 +122,31 @@ def test_clusters_hold_every_miss_once_and_the_largest_comes_first() -> None:
     places = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.05, 0.0, 0.0), (0.0, 0.05, 0.0)]
     found = clustered([miss(k, k, k, place) for k, place in enumerate(places, 1)], reach=0.1)
     assert [[one.number for one in cluster] for cluster in found] == [[1, 3, 4], [2]]
+
+
+def test_a_miss_between_frames_shows_the_faces_that_touch_first_at_that_moment_alone(
+    passed: RunResult, passed_read: Any
+) -> None:
+    (one,) = passed.misses["exact"]
+    assert one.touch is not None
+    moment = 10_000_000 * one.touch.frame + one.touch.later_ns
+    for body, face in zip(("a", "b"), one.touch.faces, strict=True):
+        seen = [
+            np.array(passed_read.at_ns(f"world/{body}/missed_faces", "Mesh3D:vertex_positions", ns))
+            for ns in (moment - 1, moment, 20_000_000)
+        ]
+        assert [len(corners) for corners in seen] == [0, 3, 0]
+        assert np.allclose(
+            seen[1], passed.assembly.bodies[passed.assembly.names.index(body)].mesh.triangles[face], atol=2e-4
+        )
+    words = passed_read.at_ns("world/missed/flag/words", "Points3D:labels", moment)
+    assert words == ["1  a-b"]
+    pins = passed_read.column("world/missed/pins", "Points3D:positions")[0][2]
+    assert np.allclose(pins, [one.touch.point], atol=1e-6)
+
+
+def test_where_the_oracle_lists_no_faces_a_miss_that_frames_show_has_red_ones_at_its_deepest(write: Any) -> None:
+    session = jumping([3, 3, 3, 0.9, 3, 3, 3, 3])
+    seen = write(compute(session, detectors="slow=discrete[rate_hz=20]", oracle="continuous"))
+    counts = [len(seen.at("world/b/missed_faces", "Mesh3D:vertex_positions", frame)) for frame in range(8)]
+    assert max(counts) > 3 and sum(count > 0 for count in counts) == 1

@@ -65,3 +65,15 @@ def test_the_longest_cuts_come_first(demo: RunResult, read: Any) -> None:
 def test_a_run_that_missed_nothing_says_so(demo: RunResult, write: Any) -> None:
     seen = write(replace(demo, misses={SUBJECT: ()}))
     assert seen.column("report/missed", "TextLog:text")[0][2] == ["nothing missed by 22.5Hz"]
+
+
+def test_a_miss_between_frames_says_when_and_which_faces_touch_first(passed: RunResult, passed_read: Any) -> None:
+    (miss,) = passed.misses["exact"]
+    assert miss.touch is not None
+    moment = 10_000_000 * miss.touch.frame + miss.touch.later_ns
+    ((ns, frame, words),) = passed_read.column("report/missed", "TextLog:text")
+    assert (ns, frame) == (moment, 1) and "between frames" in words[0] and "0.01 s" in words[0]
+    note = passed_read.at_ns("report/nearest_miss", "TextDocument:text", moment)[0]
+    assert "between frames 1 and 2, from 0.01333" in note and "no frame shows it" in note
+    assert f"first faces {miss.touch.faces[0]} of a and {miss.touch.faces[1]} of b" in note
+    assert "| between frames | 1 |" in passed_read.column("report/longest_cuts", "TextDocument:text")[0][2][0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
 from cdcore import TriangleMesh
 from cdcore.transforms.rigid import rotation_from_quaternion
@@ -80,3 +81,16 @@ def test_drawing_keeps_every_face_and_its_corners() -> None:
 def test_a_face_without_area_is_drawn_without_nan() -> None:
     _, normals, _ = shaded(TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 3]]))
     assert np.isfinite(normals).all()
+
+
+def test_at_a_touch_between_frames_the_bodies_stand_where_they_touch_until_the_next_frame(
+    passed: RunResult, passed_read: Any
+) -> None:
+    (miss,) = passed.misses["exact"]
+    assert miss.touch is not None
+    moment = 10_000_000 * miss.touch.frame + miss.touch.later_ns
+    places = [
+        passed_read.at_ns("world/b", "Transform3D:translation", ns)[0][0] for ns in (moment - 1, moment, 20_000_000)
+    ]
+    assert places == pytest.approx([0.06, 0.02, -0.06], abs=1e-4)
+    assert len(passed_read.column("world/a", "Transform3D:translation")) == 1, "it does not move, so it has no row"

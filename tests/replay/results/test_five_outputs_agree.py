@@ -9,6 +9,7 @@ from page_cells import Cells
 from rerun.chunk import RrdReader
 
 from replay.auditor import audit
+from replay.rerun_log.miss_table import read_misses
 from sessions.synthetic import make_analytic
 
 LABELS = ("slow", "collider-sphere")
@@ -30,6 +31,10 @@ def summary(folder):
 
 @pytest.fixture(scope="module")
 def lanes(folder):
+    return lanes_of(folder)
+
+
+def lanes_of(folder):
     """Entity -> changes (nanoseconds, state) of every lane of the picture."""
     found = {}
     for chunk in RrdReader(folder / "run.rrd").stream().to_chunks():
@@ -103,3 +108,49 @@ def test_misses_and_causes_are_the_same_in_the_table_summary_report_and_picture(
     numbers = {state for _, state in lanes["/lanes/1_missed"] if state}
     slow = [row for row in rows if row["detector"] == "slow"]
     assert slow and len(numbers) <= len(slow) and any(str(slow[0]["number"]) in state for state in numbers)
+
+
+@pytest.fixture(scope="module")
+def between(tmp_path_factory):
+    """A ball that passes through a wall within a step, audited with the frames against the way between them."""
+    out = tmp_path_factory.mktemp("between") / "run"
+    session, _ = make_analytic("fast-ball", seconds=6.0)
+    audit(session, detectors="exact", oracle="continuous", out=out)
+    return out
+
+
+def test_misses_between_frames_are_the_same_in_all_five(between):
+    summary = json.loads((between / "summary.json").read_text(encoding="utf-8"))
+    told = summary["audit"]["exact"]
+    page = Cells((between / "report.html").read_text(encoding="utf-8")).tables
+    misses = pq.read_table(between / "misses.parquet").to_pylist()
+    unseen = [row for row in misses if row["touch"] is not None]
+    assert len(unseen) == told["causes"]["misses"]["between frames"] > 2
+
+    frames = pq.read_table(between / "frames.parquet").to_pylist()
+    lost = [(row["frame"], row["miss/exact"]) for row in frames if row["outcome/exact"] == "MISSED"]
+    assert len(lost) == told["pair_frames"]["MISSED"] == int(dict(page["Pair-frames"])["missed"])
+    assert lost == [(frame, row["number"]) for row in misses for frame in range(row["first"], row["last"] + 1)]
+
+    episodes = pq.read_table(between / "episodes.parquet").to_pylist()
+    truth = {row["number"]: row for row in episodes if row["detector"] == "continuous"}
+    never = [row["number"] for row in truth.values() if row["missed_by"] == "exact"]
+    assert len(never) == told["contacts_missed"] == int(dict(page["Contacts matched one to one"])["missed"])
+    assert never == [row["episode"] for row in misses if row["kind"] == "never found"]
+
+    lanes = lanes_of(between)
+    (lane,) = [rows for path, rows in lanes.items() if path.startswith("/lanes/") and "1_missed" not in path]
+    step = summary["session"]["median_step"]
+    assert round(sum((b[0] - a[0]) / 1e9 / step for a, b in pairwise(lane) if a[1] == "MISSED")) == len(lost)
+
+    places = {place.number: place.session_ns for place in read_misses(between / "run.rrd")}
+    rows = {int(row[0]): row for row in page["What exact missed"]}
+    assert sorted(places) == sorted(rows) == [row["number"] for row in misses]
+    stamps = dict(
+        zip(*pq.read_table(between / "frames.parquet", columns=["frame", "time"]).to_pydict().values(), strict=True)
+    )
+    for row in unseen:
+        assert row["cause"] == rows[row["number"]][3] == "between frames" and row["face_pairs"] == 1
+        assert stamps[row["first"]] - step < row["touch"] < stamps[row["first"]]
+        assert places[row["number"]] == pytest.approx(row["touch"] * 1e9, abs=2)
+        assert float(rows[row["number"]][5]) == pytest.approx(row["touch"], abs=5.1e-4)
