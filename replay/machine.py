@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import os
 import platform
+import subprocess
 import sys
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Final
 
 PACKAGES: Final = ("vrlab-replay", "numpy", "scipy", "numba", "python-fcl", "trimesh", "mcap", "rerun-sdk", "pyarrow")
 """Packages whose version can change a verdict, a time or a file."""
+
+LINUX_PROCESSORS: Final = Path("/proc/cpuinfo")
+MACOS_PROCESSOR: Final = ("/usr/sbin/sysctl", "-n", "machdep.cpu.brand_string")
 
 
 def versions() -> dict[str, str]:
@@ -28,7 +33,29 @@ def machine() -> dict[str, str | int]:
     return {
         "system": platform.system(),
         "release": platform.release(),
-        "processor": platform.machine(),
+        "architecture": platform.machine(),
+        "processor": processor(),
         "cores": os.cpu_count() or 1,
         "byte_order": sys.byteorder,
     }
+
+
+def processor() -> str:
+    """What the processor calls itself, ``AMD EPYC`` or ``Apple M2``; where it does not say, its architecture."""
+    asked = {"Linux": _of_linux, "Darwin": _of_macos}.get(platform.system(), platform.processor)
+    return " ".join(asked().split()) or platform.machine()
+
+
+def _of_linux() -> str:
+    """The first processor in the kernel's list; on ARM the list names none."""
+    if not LINUX_PROCESSORS.is_file():
+        return ""
+    told = (line.partition(":") for line in LINUX_PROCESSORS.read_text("utf-8", "replace").splitlines())
+    return next((value for name, _, value in told if name.strip() == "model name"), "")
+
+
+def _of_macos() -> str:
+    try:
+        return subprocess.run(MACOS_PROCESSOR, capture_output=True, text=True, timeout=5, check=False).stdout
+    except (OSError, subprocess.TimeoutExpired):
+        return ""

@@ -9,7 +9,7 @@ Z95: Final = 1.959963984540054
 """Quantile of the normal distribution that leaves 2.5 % above: intervals are at 95 %."""
 
 
-def wilson(count: int, of: int) -> tuple[float, float]:
+def wilson(count: float, of: float) -> tuple[float, float]:
     """Wilson's score interval at 95 % of the share ``count / of``; nothing was counted: anything from 0 to 1.
 
     Source: E. B. Wilson, Probable inference, the law of succession, and statistical inference, JASA 22 (1927), 209-212.

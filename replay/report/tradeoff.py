@@ -23,7 +23,7 @@ def tradeoff_section(done: Tradeoff) -> Markup:
     rows = [
         (
             row["label"],
-            f"{row['ms_per_frame']:.4f} [{row['ms_low']:.4f}, {row['ms_high']:.4f}]",
+            f"{row['ms_per_frame']:.4f} [{row['ms_median']:.4f}, {row['ms_high']:.4f}]",
             "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f} ({100 * row['over_share']:.2f} %)",
             f"{row['seconds_per_minute']:.2f}",
             f"{100 * row['missed']:.1f} [{100 * row['missed_low']:.1f}, {100 * row['missed_high']:.1f}]",

@@ -2,7 +2,8 @@
 
 A row is on the front when no other is at least as quick and misses no more. Rows that do not count: the oracle, whoever
 shares its algorithm (nobody judges itself), and those of whose reported pair-frames fewer than ``PRECISION`` are true:
-who always says contact misses nothing.
+who always says contact misses nothing. Whoever counts and still invents is advised only with the share of its reports
+that is invented, beside what invents less for the same price, and never dominates one that invents less.
 """
 
 from __future__ import annotations
@@ -48,22 +49,52 @@ def advice_of(rows: Sequence[Row]) -> list[str]:
 
 
 def _advice(rows: Sequence[Row], time: str, budgets: Sequence[float], *, online: bool) -> list[str]:
-    front = front_of(rows, time=time, online=online)
-    by_label = {row["label"]: row for row in rows}
-    if not front:
-        return []
+    asked = [row for row in rows if counts(row) and (row["online"] or not online)]
+    by_label = {row["label"]: row for row in asked}
+    front = [by_label[label] for label in front_of(rows, time=time, online=online)]
     if len(front) == 1:
-        return [f"{front[0]} dominates: nothing is quicker, nothing misses less: {_misses(by_label[front[0]])}"]
+        return [_alone(front[0], asked, time)]
     told, last = [], ""
     for budget in budgets:
-        fits = [label for label in front if by_label[label][time] <= budget]
-        if fits and fits[-1] != last:
-            last = fits[-1]
+        fits = [row for row in front if row[time] <= budget]
+        if fits and fits[-1]["label"] != last:
+            last = fits[-1]["label"]
             what = "with p99 under" if online else "at"
-            told.append(f"{what} {budget:g} ms per frame: {last}, {_misses(by_label[last])}")
+            clean = _truest([row for row in asked if row[time] <= budget], time)
+            told.append(f"{what} {budget:g} ms per frame: {_price(fits[-1])}{_instead(fits[-1], clean)}")
     return told
 
 
-def _misses(row: Row) -> str:
-    share, low, high = (100 * row[key] for key in ("missed", "missed_low", "missed_high"))
-    return f"misses {share:.1f} % [{low:.1f}, {high:.1f}]"
+def _alone(best: Row, asked: Sequence[Row], time: str) -> str:
+    """Of the only row on the front: it dominates, unless another invents less."""
+    truest = _truest(asked, time)
+    if truest["precision"] <= best["precision"]:
+        return f"{best['label']} dominates: nothing is quicker, misses less or invents less: it {_errors(best)}"
+    return f"nothing is quicker or misses less than {_price(best)}{_instead(best, truest)}"
+
+
+def _truest(rows: Sequence[Row], time: str) -> Row:
+    """Who invents least; of equals who misses least, then who is quickest."""
+    return min(rows, key=lambda row: (-row["precision"], row["missed"], row[time]))
+
+
+def _instead(advised: Row, truest: Row) -> str:
+    """What invents less for the same price."""
+    if truest["precision"] <= advised["precision"]:
+        return ""
+    return f"; to invent {'nothing' if truest['precision'] == 1.0 else 'less'}, {_price(truest)}"
+
+
+def _price(row: Row) -> str:
+    return f"{row['label']}, {_errors(row)}"
+
+
+def _errors(row: Row) -> str:
+    """What it misses of the contacts, and invents of what it reports."""
+    missed = [100 * row[key] for key in ("missed", "missed_low", "missed_high")]
+    invented = [100 * (1 - row[key]) for key in ("precision", "precision_high", "precision_low")]
+    return f"misses {_percent(missed)}" + (f", invents {_percent(invented)}" if row["precision"] < 1.0 else "")
+
+
+def _percent(share: Sequence[float]) -> str:
+    return "{:.1f} % [{:.1f}, {:.1f}]".format(*share)

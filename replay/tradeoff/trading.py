@@ -15,18 +15,15 @@ import numpy as np
 from cdcore import Detection, Detector, Motion
 from replay.assemble import Pairs, assemble
 from replay.assembly import Assembly
-from replay.audit.compare import compare
-from replay.audit.episodes import episodes
-from replay.audit.outcome import Episode, Outcome
-from replay.audit.tolerance import TAU, Tolerance
-from replay.audit.wilson import share
+from replay.audit.tolerance import TAU
 from replay.detecting import make_detector, warm_frames
-from replay.detector_spec import DetectorSpec, SpecLike, parse_detector
+from replay.detector_spec import SpecLike, parse_detector
 from replay.errors import TradeoffError
 from replay.machine import machine, versions
 from replay.tradeoff.clocks import Pass, figures, timed
 from replay.tradeoff.coarser import coarser
 from replay.tradeoff.front import advice_of, front_of
+from replay.tradeoff.judge import Judge
 from replay.tradeoff.settings import Setting, settings_list
 from sessions import Session
 
@@ -44,7 +41,7 @@ QUICK_SECONDS: Final = 0.1
 QUICK_PASSES: Final = 5
 """The clock's noise is as large as a quick pass: a round takes several of them."""
 
-ONCE_SECONDS: Final = 5.0
+ONCE_SECONDS: Final = 2.0
 """What takes longer than this is not repeated: noise of the clock is no longer what matters."""
 
 Watch = Callable[[int, int, str, Sequence[dict[str, Any]]], None]
@@ -61,7 +58,8 @@ class Tradeoff:
     front, front_online : labels, quickest first, of all and of those timed frame by frame.
     advice : sentences.
     cut : labels that the time limit left out.
-    about : session, oracle, machine, versions, seed.
+    about : session, oracle, machine, versions, seed, and ``processor_share``: of the seconds on the clock those in
+        which this process was at work; far below 1, others were, and times are upper bounds.
     """
 
     rows: tuple[dict[str, Any], ...]
@@ -126,7 +124,7 @@ def tradeoff(
     wanted = tuple(settings if settings is not None else settings_list())
     watched = _Watched(watch or _unheard, sum(1 if one.tail else max(1, repeats) for one in wanted), time_limit)
     assembly = assemble(session, pairs=pairs, start=start, end=end)
-    judge = _Judge(assembly, parse_detector(oracle), seed, tau)
+    judge = Judge(assembly, parse_detector(oracle), seed, tau)
     trials: list[_Trial] = []
     for setting in (one for one in wanted if not one.tail):
         _try(setting, assembly, judge, seed, trials, watched)
@@ -140,7 +138,7 @@ def tradeoff(
     watched.end(trials)
     done = {trial.setting.label for trial in trials}
     cut = tuple(setting.label for setting in wanted if setting.label not in done)
-    return _whole(session, assembly, judge, [one.row for one in trials], cut, seed)
+    return _whole(session, assembly, judge, trials, cut, seed)
 
 
 class _Watched:
@@ -164,7 +162,7 @@ class _Watched:
 
 
 def _try(
-    setting: Setting, assembly: Assembly, judge: _Judge, seed: int, trials: list[_Trial], watched: _Watched
+    setting: Setting, assembly: Assembly, judge: Judge, seed: int, trials: list[_Trial], watched: _Watched
 ) -> None:
     """Run a setting for the first time, if it can end in time; the very first one always runs."""
     watched.next(setting.label, trials)
@@ -178,55 +176,16 @@ def _unheard(done: int, total: int, label: str, rows: Sequence[dict[str, Any]]) 
     del done, total, label, rows
 
 
-class _Judge:
-    """The oracle's answer, and what a detection is worth beside it."""
-
-    def __init__(self, assembly: Assembly, spec: DetectorSpec, seed: int, tau: float) -> None:
-        self.spec = spec
-        trusted = make_detector(spec, assembly, seed)
-        self.truth = trusted.detect(assembly.motion)
-        self.contacts: tuple[Episode, ...] = episodes(self.truth)
-        if not self.contacts:
-            raise TradeoffError(f"{spec.name} finds no contact in this session: nothing can be missed; take another")
-        exact = make_detector(DetectorSpec("faces", "exact"), assembly, seed)
-        self._tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), tau)
-
-    def figures(self, detection: Detection) -> dict[str, Any]:
-        """Pair-frames and contacts found, missed and invented, with intervals."""
-        outcome = compare(detection, self.truth, within=self._tolerance.judge(detection, self.truth)).outcome
-        count = np.bincount(outcome.ravel(), minlength=len(Outcome))
-        both, missed, invented = (int(count[word]) for word in (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED))
-        lost, true = share(missed, both + missed), share(both, both + invented)
-        whole = sum(_lost(outcome[one.first : one.last + 1, one.pair]) for one in self.contacts)
-        contacts = share(whole, len(self.contacts))
-        return {
-            "both": both, "missed_pair_frames": missed, "invented_pair_frames": invented,
-            "within_tolerance": int(count[Outcome.WITHIN_TOLERANCE]), "left_out": int(count[Outcome.LEFT_OUT]),
-            "recall": None if lost["share"] is None else both / (both + missed),
-            "recall_low": 1 - lost["high"], "recall_high": 1 - lost["low"],
-            "missed": lost["share"], "missed_low": lost["low"], "missed_high": lost["high"],
-            "precision": true["share"], "precision_low": true["low"], "precision_high": true["high"],
-            "contacts": len(self.contacts), "contacts_missed": whole,
-            "contacts_missed_low": contacts["low"], "contacts_missed_high": contacts["high"],
-        }  # fmt: skip
-
-
-def _lost(outcome: np.ndarray[Any, np.dtype[np.uint8]]) -> bool:
-    """Whether a contact was missed in all of its frames."""
-    return bool((outcome == Outcome.MISSED).any() and not (outcome == Outcome.BOTH).any())
-
-
-def _first(setting: Setting, assembly: Assembly, judge: _Judge, seed: int, left: float) -> _Trial | None:
+def _first(setting: Setting, assembly: Assembly, judge: Judge, seed: int, left: float) -> _Trial | None:
     """Build, warm up, detect, compare; ``None`` where the warm-up foretells more than the seconds ``left``."""
     seen = coarser(assembly, setting.cell) if setting.cell else assembly
     clock = perf_counter()
     detector = make_detector(setting.spec, seen, seed)
     prepared = perf_counter() - clock
     sample = seen.motion.take(warm_frames(len(seen.motion)))
-    warm = _seconds(detector, sample, setting.faces)
-    share_of_all = len(sample) / len(seen.motion)
     # The first call may have compiled; only the second foretells.
-    if warm > left * share_of_all and _seconds(detector, sample, setting.faces) > left * share_of_all:
+    least = left * len(sample) / len(seen.motion)
+    if all(timed(detector, sample, faces=setting.faces)[1].seconds > least for _ in range(2)):
         return None
     detection, first = timed(detector, seen.motion, faces=setting.faces)
     row: dict[str, Any] = {
@@ -236,17 +195,11 @@ def _first(setting: Setting, assembly: Assembly, judge: _Judge, seed: int, left:
         "online": detector.online, "covers": detection.covers, "oracle": setting.detector == judge.spec.name,
         "prepare_seconds": prepared, "digest": detection.digest,
         "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
-        **judge.figures(detection),
+        **judge.figures(detection, same_faces=not setting.cell),
     }  # fmt: skip
     trial = _Trial(setting, detector, seen.motion, detection, row, [first])
     _tell_time(trial)
     return trial
-
-
-def _seconds(detector: Detector, motion: Motion, faces: bool) -> float:
-    began = perf_counter()
-    detector.detect(motion, faces=faces)
-    return perf_counter() - began
 
 
 def _again(trial: _Trial) -> None:
@@ -266,13 +219,14 @@ def _tell_time(trial: _Trial) -> None:
     minutes = float(trial.motion.times[-1] - trial.motion.times[0]) / 60 or 1.0
     trial.row.update(told)
     trial.row["seconds_per_minute"] = told["seconds"] / minutes
-    for key, name in (("seconds", "ms_per_frame"), ("seconds_low", "ms_low"), ("seconds_high", "ms_high")):
+    for key, name in (("seconds", "ms_per_frame"), ("seconds_median", "ms_median"), ("seconds_high", "ms_high")):
         trial.row[name] = told[key] / frames * 1e3
 
 
 def _whole(
-    session: Session, assembly: Assembly, judge: _Judge, rows: list[dict[str, Any]], cut: tuple[str, ...], seed: int
+    session: Session, assembly: Assembly, judge: Judge, trials: Sequence[_Trial], cut: tuple[str, ...], seed: int
 ) -> Tradeoff:
+    rows, passes = [one.row for one in trials], [one for trial in trials for one in trial.passes]
     front, online = front_of(rows), front_of(rows, time="p99_ms", online=True)
     for row in rows:
         row["front"], row["front_online"] = row["label"] in front, row["label"] in online
@@ -281,5 +235,6 @@ def _whole(
         "session": session.scene.name or session.origin, "frames": len(times), "bodies": len(assembly.bodies),
         "seconds": float(times[-1] - times[0]), "pairs": len(assembly.pairs), "oracle": judge.spec.name,
         "contacts": len(judge.contacts), "seed": seed, "machine": machine(), "versions": versions(),
+        "processor_share": sum(one.processor for one in passes) / sum(one.seconds for one in passes),
     }  # fmt: skip
     return Tradeoff(tuple(rows), tuple(front), tuple(online), tuple(advice_of(rows)), cut, about)

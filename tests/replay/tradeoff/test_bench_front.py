@@ -1,8 +1,7 @@
 """What the tradeoff promises on bench-bumps, recomputed from the written table by code that shares nothing with it."""
 
 import json
-import os
-from time import perf_counter
+from time import process_time
 
 import pyarrow.parquet as pq
 import pytest
@@ -16,20 +15,23 @@ pytestmark = pytest.mark.slow
 
 MINUTES = 3.0
 
+LIMIT = 60.0
+"""Seconds on the clock: the list is cheapest first, so that a machine that gives a quarter of itself tries enough."""
 
-def _load():
-    """Running programs per minute, where the system says."""
-    return os.getloadavg() if hasattr(os, "getloadavg") else (0.0,)
+AGAIN = 0.4
+"""Seconds; whatever takes longer is tried again with one setting of each detector only."""
 
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
+    """Rows and JSON of the files, and the seconds that this process was at work: others on the machine cost none."""
     folder = tmp_path_factory.mktemp("costs")
     session, _ = make_bench_bumps()
-    began = perf_counter()
-    write_tradeoff(tradeoff(session), folder)
+    began = process_time()
+    write_tradeoff(tradeoff(session, time_limit=LIMIT), folder)
+    seconds = process_time() - began
     told = json.loads((folder / "tradeoff.json").read_text("utf-8"))
-    return pq.read_table(folder / "tradeoff.parquet").to_pylist(), told, perf_counter() - began
+    return pq.read_table(folder / "tradeoff.parquet").to_pylist(), told, seconds
 
 
 def nobody_beats(rows, price):
@@ -48,23 +50,45 @@ def nobody_beats(rows, price):
     return sorted(kept, key=lambda one: one[price])
 
 
-def sentences(front, price, budgets, begin):
-    if len(front) == 1:
-        return None
+def shares(of):
+    """What a row misses and invents, as it is written: Wilson's interval, once more."""
+
+    def written(what, count, all_of_them):
+        p, z = count / all_of_them, 1.959963984540054
+        middle, half = (
+            p + z * z / (2 * all_of_them),
+            z * (p * (1 - p) / all_of_them + (z / all_of_them / 2) ** 2) ** 0.5,
+        )
+        low, high = ((middle + sign * half) / (1 + z * z / all_of_them) for sign in (-1, 1))
+        low, high = (low if count else 0.0), (high if count < all_of_them else 1.0)
+        return f"{what} {100 * p:.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
+
+    both, missed, invented = of["both"], of["missed_pair_frames"], of["invented_pair_frames"]
+    told = written("misses", missed, both + missed)
+    return told + (f", {written('invents', invented, both + invented)}" if invented else "")
+
+
+def sentence(best, may, price):
+    """What is said of a row beside all that may be advised at its price."""
+    told = f"{best['label']}, {shares(best)}"
+    lies = [one["invented_pair_frames"] / (one["both"] + one["invented_pair_frames"]) for one in may]
+    least = min(lies)
+    if least < best["invented_pair_frames"] / (best["both"] + best["invented_pair_frames"]):
+        true = [one for one, lie in zip(may, lies, strict=True) if lie == least]
+        other = sorted(true, key=lambda one: (one["missed_pair_frames"], one[price]))[0]
+        told += f"; to invent {'less' if least else 'nothing'}, {other['label']}, {shares(other)}"
+    return told + "."
+
+
+def sentences(front, may, price, budgets, begin):
     told, last = [], None
     for budget in budgets:
         fits = [one for one in front if one[price] <= budget]
         best = min(fits, key=lambda one: one["missed_pair_frames"]) if fits else None
-        if best is None or best is last:
-            continue
-        last = best
-        of = best["both"] + best["missed_pair_frames"]
-        p, z = best["missed_pair_frames"] / of, 1.959963984540054
-        middle, half = p + z * z / (2 * of), z * (p * (1 - p) / of + z * z / (4 * of * of)) ** 0.5
-        low, high = ((middle + sign * half) / (1 + z * z / of) for sign in (-1, 1))
-        low = max(low, 0.0) if p else 0.0
-        told.append(f"{begin} {budget:g} ms per frame: {best['label']}, misses {100 * p:.1f} % "
-                    f"[{100 * low:.1f}, {100 * high:.1f}].")  # fmt: skip
+        if best is not None and best is not last:
+            near = [one for one in may if one[price] <= budget]
+            told.append(f"{begin} {budget:g} ms per frame: {sentence(best, near, price)}")
+            last = best
     return told
 
 
@@ -84,32 +108,37 @@ def test_front_and_advice_come_out_again_from_the_table(written):
     front, live = nobody_beats(may, "ms_per_frame"), nobody_beats([row for row in may if row["online"]], "p99_ms")
     assert [one["label"] for one in front] == told["front"]
     assert [one["label"] for one in live] == told["front_online"]
-    mine = sentences(front, "ms_per_frame", (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10), "To audit a recording, at")
-    theirs = sentences(live, "p99_ms", (0.1, 0.3, 1, 3, 11.1), "To ship in a live loop, with p99 under")
-    if theirs is None:
-        assert told["advice"][: len(mine)] == mine and f"{live[0]['label']} dominates" in told["advice"][-1]
+    mine = sentences(
+        front, may, "ms_per_frame", (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10), "To audit a recording, at"
+    )
+    theirs = sentences(
+        live, [row for row in may if row["online"]], "p99_ms", (0.1, 0.3, 1, 3, 11.1),
+        "To ship in a live loop, with p99 under",
+    )  # fmt: skip
+    assert len(front) > 1 and told["advice"][: len(mine)] == mine
+    if len(live) > 1:
+        assert told["advice"][len(mine) :] == theirs
     else:
-        assert told["advice"] == mine + theirs
+        assert f"{live[0]['label']} dominates" in told["advice"][-1] or "misses less than" in told["advice"][-1]
 
 
 def test_a_second_run_gives_the_same_recalls_bit_for_bit(written):
     rows, _, _ = written
     session, _ = make_bench_bumps()
-    tried = {row["label"] for row in rows}
-    again = tradeoff(
-        session, settings=[one for one in settings_list() if one.label in tried], repeats=1, time_limit=None
-    )
+    first_of = {row["detector"]: row["label"] for row in reversed(rows)}
+    tried = {row["label"] for row in rows if row["seconds"] < AGAIN} | set(first_of.values())
+    settings = [one for one in settings_list() if one.label in tried]
+    again = tradeoff(session, settings=settings, repeats=1, time_limit=None)
     by_label = {row["label"]: row for row in again.rows}
-    assert set(by_label) == tried and not again.cut
-    for one in rows:
+    assert set(by_label) == tried and not again.cut and {row["detector"] for row in again.rows} == set(first_of)
+    for one in (row for row in rows if row["label"] in tried):
         two = by_label[one["label"]]
-        assert (one["label"], one["recall"], one["precision"], one["digest"]) == (
-            two["label"], two["recall"], two["precision"], two["digest"],
-        )  # fmt: skip
+        for key in ("label", "recall", "precision", "face_recall", "digest"):
+            assert one[key] == two[key], (one["label"], key)
 
 
-def test_it_ends_in_three_minutes_with_no_setting_begun_that_could_not(written):
-    _, told, seconds = written
-    if _load()[0] > 1.5 * (os.cpu_count() or 1):
-        pytest.skip("the machine is busy with other work: the promise is about a quiet one")
+def test_it_ends_in_three_minutes_of_work_and_names_what_it_did_not_begin(written):
+    rows, told, seconds = written
     assert seconds < 60 * MINUTES, told["cut"]
+    assert {row["label"] for row in rows} | set(told["cut"]) == {one.label for one in settings_list()}
+    assert len(rows) + len(told["cut"]) == len(settings_list())

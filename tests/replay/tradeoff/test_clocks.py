@@ -48,19 +48,37 @@ def test_the_clock_of_an_offline_detector_stands_outside(bumped):
     assert watched.sizes == [12] and clock.frames is None and clock.seconds >= 0.024
 
 
-def test_figures_pool_frames_and_take_the_median_pass():
+def test_figures_pool_frames_of_all_passes_and_take_the_quickest_pass():
     fast, slow = np.full(100, 1e-3), np.full(100, 1e-3)
     slow[:5] = (BUDGET_MS + 1) / 1e3
-    told = figures([Pass(float(one.sum()), one) for one in (fast, slow, fast)])
-    assert told["seconds"] == pytest.approx(0.1) and told["seconds_high"] > told["seconds_low"]
+    told = figures([Pass(float(one.sum()), one, 0.05) for one in (fast, slow, slow)])
+    assert told["seconds"] == pytest.approx(0.1) and told["seconds_high"] == told["seconds_median"] > told["seconds"]
     assert told["p50_ms"] == pytest.approx(1.0) and told["p99_ms"] == pytest.approx(BUDGET_MS + 1)
-    assert told["over_share"] == pytest.approx(5 / 300) and 0 < told["over_low"] < 5 / 300 < told["over_high"]
+    assert told["over_share"] == pytest.approx(10 / 300) and 0 < told["over_low"] < 10 / 300 < told["over_high"]
+    assert told["processor_seconds"] == 0.05
+
+
+def test_the_same_frames_once_more_make_no_interval_narrower():
+    frames = np.arange(1, 1001) * 1e-5
+    once, thrice = (figures([Pass(float(frames.sum()), frames, 0.0)] * count) for count in (1, 3))
+    for name in ("p50", "p95", "p99"):
+        widths = [told[f"{name}_high"] - told[f"{name}_low"] for told in (once, thrice)]
+        assert widths[1] == pytest.approx(widths[0], rel=0.1), name
+    assert [once[key] for key in ("over_low", "over_high")] == [thrice[key] for key in ("over_low", "over_high")]
 
 
 def test_offline_figures_have_no_quantiles():
-    told = figures([Pass(2.0, None), Pass(4.0, None), Pass(3.0, None)])
-    assert (told["seconds"], told["seconds_low"], told["seconds_high"], told["passes"]) == (3.0, 2.0, 4.0, 3)
-    assert told["p99_ms"] is None and told["over_share"] is None
+    told = figures([Pass(2.0, None, 1.0), Pass(4.0, None, 1.5), Pass(3.0, None, 1.2)])
+    assert (told["seconds"], told["seconds_median"], told["seconds_high"], told["passes"]) == (2.0, 3.0, 4.0, 3)
+    assert told["p99_ms"] is None and told["over_share"] is None and told["processor_seconds"] == 1.0
+
+
+def test_waiting_is_on_the_clock_and_not_in_the_processors_seconds(bumped):
+    assembly = assemble(bumped)
+    watched = Sleepy(make_detector(parse_detector("hybrid"), assembly, 0), online=False)
+    timed(watched, assembly.motion, faces=False)
+    _, clock = timed(watched, assembly.motion, faces=False)
+    assert clock.processor < clock.seconds
 
 
 def test_a_quantile_lies_in_its_interval_which_holds_the_truth_in_95_of_100_samples():

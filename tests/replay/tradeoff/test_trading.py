@@ -1,12 +1,16 @@
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from small_worlds import cubes
 
 from replay.errors import TradeoffError
+from replay.machine import processor
 from replay.runner import run
 from replay.tradeoff import trading
-from replay.tradeoff.settings import Setting
+from replay.tradeoff.clocks import timed
+from replay.tradeoff.settings import ASKED, Setting
 from replay.tradeoff.trading import tradeoff
 
 LIST = (
@@ -48,9 +52,54 @@ def test_the_oracle_is_in_the_table_but_not_on_the_front(bumped):
 def test_a_time_limit_cuts_the_tail_and_says_so(bumped, monkeypatch):
     clock = iter(range(100000))
     monkeypatch.setattr(trading, "perf_counter", lambda: float(next(clock)))
-    done = tradeoff(bumped, settings=LIST, time_limit=20.0)
+    done = tradeoff(bumped, settings=LIST, time_limit=8.0)
     assert 1 <= len(done.rows) < len(LIST)
     assert done.cut == tuple(one.label for one in LIST[len(done.rows) :])
+
+
+def test_what_its_warm_up_foretells_to_take_too_long_is_not_begun_and_the_next_is(bumped, monkeypatch):
+    def slow(detector, motion, *, faces):
+        detection, clock = timed(detector, motion, faces=faces)
+        return detection, replace(clock, seconds=1e6) if detector.name == "exact" else clock
+
+    monkeypatch.setattr(trading, "timed", slow)
+    done = tradeoff(bumped, settings=LIST, repeats=1, time_limit=1e4)
+    assert done.cut == ("exact",) and len(done.rows) == len(LIST) - 1
+
+
+def test_a_detector_is_warm_before_its_first_pass_counts(bumped, monkeypatch):
+    seen = []
+
+    def watched(detector, motion, *, faces):
+        seen.append((detector.name, len(motion)))
+        return timed(detector, motion, faces=faces)
+
+    monkeypatch.setattr(trading, "warm_frames", lambda count: np.arange(5))
+    monkeypatch.setattr(trading, "timed", watched)
+    done = tradeoff(bumped, settings=LIST[:3], repeats=1)
+    assert seen == [(one.detector, frames) for one in LIST[:3] for frames in (5, 12)]
+    assert [row["passes"] for row in done.rows] == [1, 1, 1]
+
+
+def test_faces_cost_time_and_find_the_same_contacts(bumped):
+    listed = [Setting("hybrid", ASKED, "booleans"), Setting("hybrid", ASKED, "faces", faces=True)]
+    booleans, faces = tradeoff(bumped, settings=listed, repeats=1).rows
+    assert (booleans["recall"], booleans["digest"]) == (faces["recall"], faces["digest"])
+    assert booleans["face_recall"] is None and faces["face_recall"] == 1.0
+    assert faces["work"]["face_pairs"] > booleans["work"]["face_pairs"] == 0
+
+
+def test_offline_ones_are_one_mark_in_seconds_per_session_minute_and_online_ones_have_quantiles(bumped):
+    done = tradeoff(bumped, settings=LIST, repeats=2)
+    minutes = done.about["seconds"] / 60
+    for row in done.rows:
+        assert row["seconds_per_minute"] == pytest.approx(row["seconds"] / minutes)
+        assert row["ms_per_frame"] == pytest.approx(1e3 * row["seconds"] / done.about["frames"])
+        quantiles = [row[f"p{level}_ms"] for level in (50, 95, 99)]
+        told = None not in quantiles and row["over_share"] is not None
+        assert row["work"] and row["online"] == (row["detector"] == "discrete") == told
+        assert not row["online"] or quantiles == sorted(quantiles)
+    assert done.about["machine"]["processor"] == processor() and done.about["processor_share"] > 0
 
 
 def test_passes_go_round_and_every_step_is_told(bumped):
@@ -59,7 +108,7 @@ def test_passes_go_round_and_every_step_is_told(bumped):
     labels = [one.label for one in LIST]
     assert [label for _, _, label in told] == [*labels * 3, ""] and told[-1][:2] == (15, 15)
     assert [done for done, _, _ in told] == list(range(16))
-    assert all(row["passes"] >= 3 and row["ms_low"] <= row["ms_per_frame"] <= row["ms_high"] for row in done.rows)
+    assert all(row["passes"] >= 3 and row["ms_per_frame"] <= row["ms_median"] <= row["ms_high"] for row in done.rows)
 
 
 def test_a_session_without_contact_is_refused():

@@ -1,0 +1,95 @@
+"""The oracle's answer, and what a detection is worth beside it: the same pair-frames as the audit's, counted alike."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from cdcore import Detection
+from cdcore.protocol import FaceSets
+from replay.assembly import Assembly
+from replay.audit.compare import compare
+from replay.audit.episodes import episodes
+from replay.audit.face_recall import face_recall
+from replay.audit.outcome import Comparison, Episode, Outcome
+from replay.audit.tolerance import Tolerance
+from replay.audit.wilson import share
+from replay.detecting import make_detector
+from replay.detector_spec import DetectorSpec
+from replay.errors import TradeoffError
+
+
+class Judge:
+    """What an oracle found in a session, and figures of any other detection of it.
+
+    Parameters
+    ----------
+    assembly : bodies, motion, pairs.
+    spec : the oracle.
+    tau : metres; a disagreement about less is *within tolerance*.
+
+    Raises
+    ------
+    TradeoffError
+        The oracle finds no contact: nothing can be missed.
+    """
+
+    def __init__(self, assembly: Assembly, spec: DetectorSpec, seed: int, tau: float) -> None:
+        self.spec = spec
+        self._trusted, self._motion = make_detector(spec, assembly, seed), assembly.motion
+        self.truth = self._trusted.detect(assembly.motion)
+        self.contacts: tuple[Episode, ...] = episodes(self.truth)
+        if not self.contacts:
+            raise TradeoffError(f"{spec.name} finds no contact in this session: nothing can be missed; take another")
+        exact = make_detector(DetectorSpec("faces", "exact"), assembly, seed)
+        self._tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), tau)
+
+    @cached_property
+    def _faces(self) -> FaceSets | None:
+        """Every face pair that meets; ``None`` of an oracle that lists none at instants. Asked for once."""
+        return None if self.truth.covers != "instants" else self._trusted.detect(self._motion, faces=True).face_sets
+
+    def figures(self, detection: Detection, *, same_faces: bool = True) -> dict[str, Any]:
+        """Pair-frames, contacts and, where they were listed, face pairs found, missed and invented, with intervals.
+
+        Parameters
+        ----------
+        same_faces : whether the detection's meshes are the oracle's; else its faces have other numbers.
+        """
+        comparison = compare(detection, self.truth, within=self._tolerance.judge(detection, self.truth))
+        outcome = comparison.outcome
+        count = np.bincount(outcome.ravel(), minlength=len(Outcome))
+        both, missed, invented = (int(count[word]) for word in (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED))
+        lost, true = share(missed, both + missed), share(both, both + invented)
+        whole = sum(_lost(outcome[one.first : one.last + 1, one.pair]) for one in self.contacts)
+        contacts = share(whole, len(self.contacts))
+        return {
+            "both": both, "missed_pair_frames": missed, "invented_pair_frames": invented,
+            "within_tolerance": int(count[Outcome.WITHIN_TOLERANCE]), "left_out": int(count[Outcome.LEFT_OUT]),
+            "recall": None if lost["share"] is None else both / (both + missed),
+            "recall_low": 1 - lost["high"], "recall_high": 1 - lost["low"],
+            "missed": lost["share"], "missed_low": lost["low"], "missed_high": lost["high"],
+            "precision": true["share"], "precision_low": true["low"], "precision_high": true["high"],
+            "contacts": len(self.contacts), "contacts_missed": whole,
+            "contacts_missed_low": contacts["low"], "contacts_missed_high": contacts["high"],
+            **self._of_faces(detection if same_faces else None, comparison),
+        }  # fmt: skip
+
+    def _of_faces(self, detection: Detection | None, comparison: Comparison) -> dict[str, Any]:
+        """Face pairs of the oracle, how many of them were listed, and how many others."""
+        listed = None if detection is None else detection.face_sets
+        if listed is None or self._faces is None:
+            return dict.fromkeys(("face_recall", "face_pairs", "face_pairs_listed", "face_pairs_invented"))
+        found = face_recall(listed, self._faces, comparison)
+        recall = found.found / found.total if found.total else None
+        return {
+            "face_recall": recall, "face_pairs": found.total, "face_pairs_listed": found.found,
+            "face_pairs_invented": found.invented,
+        }  # fmt: skip
+
+
+def _lost(outcome: np.ndarray[Any, np.dtype[np.uint8]]) -> bool:
+    """Whether a contact was missed in all of its frames."""
+    return bool((outcome == Outcome.MISSED).any() and not (outcome == Outcome.BOTH).any())
