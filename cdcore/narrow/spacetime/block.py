@@ -10,13 +10,15 @@ from cdcore.narrow.spacetime.lanes import widened
 from cdcore.narrow.spacetime.leaf_test import survivors_of_leaves
 from cdcore.narrow.spacetime.memory import PoseMemory, TreeMemory
 from cdcore.narrow.spacetime.node_test import lanes_that_may_meet
+from cdcore.narrow.spacetime.time_spans import SPAN_TESTS
 from cdcore.narrow.spacetime.world_test import UNDECIDED, faces_meet
 
 NODE_TESTS, LEAF_PAIRS, FACE_PAIRS, WORLD_TESTS, EXACT_TESTS, INTEGER_TESTS, BLOCKS, SKIPPED_FRAMES = range(8)
+GAP_TESTS = SPAN_TESTS + 1
 """Places of the counters in ``work``; the exact stage fills its own two."""
-COUNTERS = 8
-BY_PATH, BY_BOX = 0, 1
-"""Kinds of records: frames skipped, lanes in which two nodes are apart."""
+COUNTERS = GAP_TESTS + 1
+BY_PATH, BY_BOX, BY_SPAN = 0, 1, 2
+"""Kinds of records: frames skipped along the paths, lanes in which two nodes are apart, frames of spans."""
 EDGE_SLACK = 1.0 + 1e-5
 """Placing a face lengthens its edges by less than this and the pad: rotations are orthonormal to LARGEST_SKEW."""
 

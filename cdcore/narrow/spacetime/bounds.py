@@ -52,6 +52,8 @@ TINY: Final = 1e-250
 """A determinant that small may have lost terms to underflow: undecided."""
 LARGEST_SIZE: Final = 1e75
 """Sizes S up to this keep every product of the kernels finite; above it the exhaustive path answers."""
+SMALLEST_SIZE: Final = 1e-100
+"""Sizes S from this on keep squares of a pad from underflow; below it the exhaustive path answers."""
 LARGEST_SKEW: Final = 1e-6
 """Rotations further off orthonormal than this do not reach the kernels."""
 

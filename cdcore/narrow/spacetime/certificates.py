@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from cdcore.narrow.exhaustive import meeting_faces_exhaustive
-from cdcore.narrow.spacetime.block import BY_PATH
+from cdcore.narrow.spacetime.block import BY_BOX
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.lanes import LANES
 from cdcore.numerics import FloatArray, IntArray
@@ -38,7 +38,7 @@ def count_verified(trees: tuple[BoxTree, BoxTree], records: IntArray, placed: Pl
     """
     verified = 0
     for kind, first, extent, nodes in records.reshape(-1, 4).tolist():
-        frames = range(first, extent + 1) if kind == BY_PATH else [first + k for k in range(LANES) if extent >> k & 1]
+        frames = [first + k for k in range(LANES) if extent >> k & 1] if kind == BY_BOX else range(first, extent + 1)
         below = [faces_below(tree, node) for tree, node in zip(trees, (nodes >> 32, nodes & 0xFFFFFFFF), strict=True)]
         for frame in frames:
             a, b = placed(frame)

@@ -31,9 +31,11 @@ class PoseMemory(NamedTuple):
     stride: int
     step: int
     path: Memory
+    ranges: Memory
+    frames: int
 
 
-TREE_WORDS, POSE_WORDS = 10, 4
+TREE_WORDS, POSE_WORDS = 10, 6
 
 
 @hot_kernel
@@ -49,6 +51,8 @@ def tree_memory(row: IntArray, at: int) -> TreeMemory:
 
 @hot_kernel
 def pose_memory(row: IntArray, at: int) -> PoseMemory:
-    """The track whose four words start at ``row[at]``."""
+    """The track whose six words start at ``row[at]``."""
     become_part_of_caller()
-    return PoseMemory(doubles_at(row[at]), row[at + 1], row[at + 2], doubles_at(row[at + 3]))
+    return PoseMemory(
+        doubles_at(row[at]), row[at + 1], row[at + 2], doubles_at(row[at + 3]), doubles_at(row[at + 4]), row[at + 5]
+    )

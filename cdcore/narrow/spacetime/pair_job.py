@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +14,11 @@ from numpy.typing import NDArray
 from cdcore.narrow.exhaustive import meeting_faces_exhaustive
 from cdcore.narrow.predicates import triangles_intersect
 from cdcore.narrow.spacetime.block import COUNTERS, EXACT_TESTS, INTEGER_TESTS, Question
-from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, LARGEST_SKEW, position_pad
+from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, LARGEST_SKEW, SMALLEST_SIZE, position_pad
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.certificates import count_verified
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes, pose_lanes
+from cdcore.narrow.spacetime.time_spans import first_near_of
 from cdcore.narrow.spacetime.traverse import traverse_pair
 from cdcore.narrow.spacetime.undecided import decide_undecided
 from cdcore.narrow.triangle_filter import UNDECIDED
@@ -43,6 +45,11 @@ class Poses:
     rotations: FloatArray
     translations: FloatArray
     valid: BoolArray
+
+    @cached_property
+    def everywhere(self) -> IntArray:
+        """(T,) the numbers of all frames."""
+        return np.arange(len(self.valid), dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,25 +78,40 @@ class PairJob:
         self._a, self._b = (j, i) if self._turned else (i, j)
         self._trees = trees[self._a], trees[self._b]
         self._poses, self._faces, self._verify = poses, faces, verify
-        self.frames, asked, self.which = _distinct_frames(poses, i, j, shared)
-        self._asked = asked
-        self.count = len(asked)
-        """Number of distinct frames."""
-        self._lanes: tuple[PoseLanes, ...] = ()
-        self._pad = np.inf
-        if self.count:
-            self._lanes = tuple(self._lanes_of(body, shared) for body in (self._a, self._b))
-            a, b = self._lanes
-            size = sum(tree.reach for tree in self._trees) + a.size + b.size
-            if size <= LARGEST_SIZE and a.skew + b.skew <= LARGEST_SKEW:
-                self._pad = position_pad(size, a.skew + b.skew)
+        self._lanes = tuple(one for one in (shared[self._a], shared[self._b]) if one is not None)
+        self._pad = self._pad_of_lanes()
+        self.frames = self.which = self._asked = poses.everywhere
+        if self.first_near(0) < len(poses.valid):
+            self.frames, self._asked, self.which = _distinct_frames(poses, i, j, shared)
+            self._lanes = tuple(self._lanes_of(body, shared) for body in (self._a, self._b)) if len(self._asked) else ()
+            self._pad = self._pad_of_lanes()
+        self.count = len(self._asked)
+        """Number of distinct frames; all frames, as they come, of bodies that spans alone keep apart."""
         self._bits = tuple((len(tree.faces) - 1).bit_length() for tree in self._trees)
         self.most_frames = 1 << max(0, KEY_BITS - sum(self._bits))
         """Most frames that one stretch may have."""
 
+    def first_near(self, frame: int) -> int:
+        """The first distinct frame from this one on that no span of frames dismisses."""
+        if not np.isfinite(self._pad):
+            return frame
+        a, b = self._lanes
+        reach = float(self._trees[0].boxes[0, 15] + self._trees[1].boxes[0, 15]) + self._pad
+        return first_near_of(a.row, b.row, frame, reach)
+
+    def _pad_of_lanes(self) -> float:
+        """What a dismissal keeps; infinity where poses are not known yet or sizes not for the kernels."""
+        if len(self._lanes) < 2:
+            return np.inf
+        a, b = self._lanes
+        size = sum(tree.reach for tree in self._trees) + a.size + b.size
+        if not SMALLEST_SIZE <= size <= LARGEST_SIZE or a.skew + b.skew > LARGEST_SKEW:
+            return np.inf
+        return position_pad(size, a.skew + b.skew)
+
     def _lanes_of(self, body: int, shared: Sequence[PoseLanes | None]) -> PoseLanes:
         known = shared[body]
-        if known is not None and (known.step == 0 or self.count == len(self._poses.valid)):
+        if known is not None and (known.step == 0 or len(self._asked) == len(self._poses.valid)):
             return known
         tree = self._trees[0] if body == self._a else self._trees[1]
         return pose_lanes(self._poses.rotations, self._poses.translations, body, self._asked, tree.boxes[0], tree.reach)
@@ -170,7 +192,7 @@ def _distinct_frames(
 
     Poses that repeat are asked again unless they are many.
     """
-    frames = np.arange(len(poses.valid), dtype=np.int64)
+    frames = poses.everywhere
     lanes = [shared[body] for body in (i, j)]
     moving = [one.path for one in lanes if one is not None and one.step]
     if None not in lanes:

@@ -29,6 +29,7 @@ from cdcore.narrow.spacetime.lanes import (
     store,
     times,
 )
+from cdcore.narrow.spacetime.time_spans import fill_ranges, span_count
 from cdcore.numerics import FloatArray, IntArray
 
 STEP_ULPS = 32.0
@@ -48,6 +49,10 @@ class PoseLanes(NamedTuple):
     """1, or 0 for a body that keeps one pose throughout: frame f is read at ``f * step``."""
     path: FloatArray
     """(F,) metres, not decreasing: no point moves further between f and h than path[h] - path[f]."""
+    ranges: FloatArray
+    """(6 n,) where the root centre stays in spans of frames, as ``cdcore.narrow.spacetime.time_spans`` orders them."""
+    frames: int
+    """F, or 1."""
     restless: bool
     """Whether the pose changes in every frame."""
     size: float
@@ -55,7 +60,7 @@ class PoseLanes(NamedTuple):
     skew: float
     """Largest Frobenius norm of R^T R - I."""
     row: IntArray
-    """(4,) address of ``entries``, stride, step, address of ``path``, as the kernels take them."""
+    """(6,) addresses and numbers as the kernels take them: ``memory.PoseMemory``."""
 
 
 @kernel
@@ -196,5 +201,8 @@ def pose_lanes(
     restless = False
     if not still:
         restless = fill_path(entries, stride, count, float(root_box[15]), size + reach, path)
-    step, row = 0 if still else 1, row_of([entries, stride, 0 if still else 1, path])
-    return PoseLanes(entries, stride, step, path, restless, size, float(np.sqrt(skew)) + 16 * ROUNDOFF, row)
+    ranges = np.empty(6 * span_count(count))
+    fill_ranges(entries, stride, count, ranges)
+    step, skewed = 0 if still else 1, float(np.sqrt(skew)) + 16 * ROUNDOFF
+    row = row_of([entries, stride, step, path, ranges, count])
+    return PoseLanes(entries, stride, step, path, ranges, count, restless, size, skewed, row)

@@ -1,4 +1,4 @@
-"""One pair of bodies over all its frames: path-length skips, then blocks of eight frames through both trees.
+"""One pair of bodies over its frames: spans apart, path-length skips, then blocks of eight frames through both trees.
 
 What one kernel is asked stands in one row of integers: addresses of arrays and numbers. Where a list is full it stops,
 and goes on from there when it has been lengthened.
@@ -10,11 +10,13 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, kernel
-from cdcore.narrow.memory import address_of, bytes_at, doubles_at, row_of, words_at
+from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
+from cdcore.narrow.memory import Memory, address_of, bytes_at, doubles_at, row_of, words_at
 from cdcore.narrow.spacetime.block import (
     BLOCKS,
     BY_PATH,
+    BY_SPAN,
+    GAP_TESTS,
     MOST_AT_ONCE,
     SKIPPED_FRAMES,
     Lists,
@@ -26,10 +28,11 @@ from cdcore.narrow.spacetime.block import (
 )
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.lanes import LANES, widened
-from cdcore.narrow.spacetime.memory import POSE_WORDS, TREE_WORDS, pose_memory, tree_memory
+from cdcore.narrow.spacetime.memory import POSE_WORDS, TREE_WORDS, PoseMemory, TreeMemory, pose_memory, tree_memory
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes
 from cdcore.narrow.spacetime.relative_poses import fill_relative, largest_chord
 from cdcore.narrow.spacetime.skips import first_unsafe, root_gap
+from cdcore.narrow.spacetime.time_spans import SPAN_BITS, first_near
 from cdcore.numerics import ByteArray, IntArray
 
 SHORTEST_SKIP = 4
@@ -50,8 +53,9 @@ QUESTION: Final = LISTS + 6
 MIDDLE, OFFSET, TURNED, PLANE, SPAN, MOVED = 96, 112, 136, 208, 240, 288
 ROOM_DOUBLES: Final = MOVED + 24 * MOST_LEAF_CORNERS
 
-AT_FRAME, IN_BLOCK = 2, 3
-"""Places of ``Scratch.state`` after the block's own two: the frame to go on from, whether inside its block."""
+AT_FRAME, IN_BLOCK, NEXT_SPAN = 2, 3, 4
+"""Places of ``Scratch.state`` after the block's own two: the frame to go on from, whether inside its block, and the
+first frame whose span was not looked at."""
 
 
 @hot_kernel
@@ -64,6 +68,35 @@ def scratch_memory(row: IntArray) -> Scratch:
         doubles_at(room + 8 * TURNED), doubles_at(room + 8 * MOVED), doubles_at(room + 8 * PLANE),
         doubles_at(room + 8 * SPAN), words_at(row[FOUND]), words_at(row[STATE]),
     )  # fmt: skip
+
+
+@hot_kernel
+def skipped(
+    tree_a: TreeMemory, pose_a: PoseMemory, tree_b: TreeMemory, pose_b: PoseMemory, frame: int, question: Question,
+    lists: Lists, work: Memory, state: Memory,
+) -> int:  # fmt: skip
+    """Count, and on request note, frames in which the bodies are certainly apart; returns the one to go on with.
+
+    Spans are looked at once each; then the paths, which reach across their ends.
+    """
+    stay_one_function()
+    stop, kind, following = question.stop, widened(BY_SPAN), frame
+    if frame >= state[NEXT_SPAN]:
+        reach = tree_a.boxes[15] + tree_b.boxes[15] + question.pad
+        following = min(first_near(pose_a, pose_b, frame, reach, work), stop)
+        state[NEXT_SPAN] = ((frame >> SPAN_BITS) + 1) << SPAN_BITS
+    if following == frame:
+        work[GAP_TESTS] += 1
+        kind, gap = widened(BY_PATH), root_gap(tree_a.boxes, pose_a, tree_b.boxes, pose_b, frame, question.pad)
+        if gap > 0.0:
+            following = first_unsafe(pose_a, pose_b, frame, stop, gap)
+            if following - frame < SHORTEST_SKIP and following < stop:
+                following = frame
+    if following > frame:
+        work[SKIPPED_FRAMES] += following - frame
+        if question.record:
+            note(lists, kind, frame, following - 1, widened(0), widened(0))
+    return following
 
 
 @kernel
@@ -88,15 +121,10 @@ def traverse_frames(row: IntArray, pad: float) -> bool:
             return False
         lanes = min(widened(LANES), stop - f)
         if state[IN_BLOCK] == 0:
-            gap = root_gap(tree_a.boxes, pose_a, tree_b.boxes, pose_b, f, pad)
-            if gap > 0.0:
-                following = first_unsafe(pose_a, pose_b, f, stop, gap)
-                if following - f >= SHORTEST_SKIP or following == stop:
-                    work[SKIPPED_FRAMES] += following - f
-                    if question.record:
-                        note(lists, widened(BY_PATH), f, following - 1, widened(0), widened(0))
-                    f = following
-                    continue
+            following = skipped(tree_a, pose_a, tree_b, pose_b, f, question, lists, work, state)
+            if following > f:
+                f = following
+                continue
             fill_relative(pose_a, pose_b, f, scratch.relative)
             work[BLOCKS] += 1
             scratch.stack[0], scratch.stack[1], scratch.stack[2] = 0, 0, (1 << lanes) - 1
@@ -125,7 +153,7 @@ def traverse_pair(
     -------
     list of arrays : ``Lists`` without the counts in front: face pairs that meet, those left open, dismissals.
     """
-    room, found, state = np.empty(ROOM_DOUBLES), np.empty(3 * 64, dtype=np.int64), np.zeros(4, dtype=np.int64)
+    room, found, state = np.empty(ROOM_DOUBLES), np.empty(3 * 64, dtype=np.int64), np.zeros(5, dtype=np.int64)
     stack = np.empty(3 * (len(tree_a.links) + len(tree_b.links) + 2), dtype=np.int64)
     state[AT_FRAME] = question.start
     lists = [np.zeros(length, dtype=np.int64) for length in (4096, 2 * MOST_AT_ONCE, 2 * MOST_AT_ONCE)]

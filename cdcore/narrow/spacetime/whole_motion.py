@@ -21,7 +21,7 @@ from cdcore.numerics import BoolArray, IntArray
 
 COUNTER_NAMES = (
     "node_tests", "leaf_pairs", "face_tests", "world_tests", "exact_tests", "integer_tests", "blocks", "skipped",
-    "verified",
+    "span_tests", "gap_tests", "verified",
 )  # fmt: skip
 """Names of the kernel's counters, in its order, and of what the debug mode asked again."""
 FRAMES_AT_ONCE = 16384
@@ -77,9 +77,13 @@ def decide_motion(
 
 
 def _stretches(job: PairJob, frames: int) -> Iterator[tuple[int, int]]:
-    step = min(frames, job.most_frames)
-    for start in range(0, job.count, step):
-        yield start, min(start + step, job.count)
+    """Cut the frames of a pair; what spans dismiss is one stretch however long, since nothing is listed in it."""
+    step, start = min(frames, job.most_frames), 0
+    while start < job.count:
+        near = job.first_near(start)
+        stop = near if near > start + step else min(start + step, job.count)
+        yield start, stop
+        start = stop
 
 
 def _answered(jobs: list[PairJob], threads: int) -> list[list[Stretch]]:

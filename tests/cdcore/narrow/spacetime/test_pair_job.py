@@ -1,10 +1,12 @@
 """Repeated and missing poses are left out and come back in the answer."""
 
 import numpy as np
+import pytest
 from motions import grid_plate
 
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pair_job import PairJob, Poses
+from cdcore.narrow.spacetime.pose_lanes import pose_lanes
 
 TREES = [build_box_tree(grid_plate(2)), build_box_tree(grid_plate(4))]
 
@@ -39,6 +41,29 @@ def test_faces_come_in_the_order_of_the_pair_whichever_body_is_larger():
     assert len(forward.faces) > 8
     assert forward.faces[:, 0].max() < 8 <= forward.faces[:, 1].max()
     assert sorted(map(tuple, forward.faces[:, ::-1].tolist())) == [tuple(row) for row in backward.faces.tolist()]
+
+
+def test_bodies_that_spans_keep_apart_are_asked_frame_by_frame_without_looking_for_repeats():
+    given = poses([5.0] * 40 + [6.0] * 60)
+    lanes = [
+        pose_lanes(given.rotations, given.translations, k, given.everywhere, TREES[k].boxes[0], 9.0) for k in (0, 1)
+    ]
+    asked = PairJob(TREES, 0, 1, given, lanes, faces=False, verify=False)
+    assert asked.count == 100
+    assert asked.first_near(0) == asked.first_near(63) == 100
+    assert not asked.stretch(0, 100).hits.any()
+
+
+@pytest.mark.parametrize("scale", [1e-101, 1e76])
+def test_bodies_too_small_or_too_large_for_the_bounds_are_decided_exhaustively(scale):
+    trees = [build_box_tree(grid_plate(size) * scale) for size in (2, 4)]
+    move = np.zeros((3, 2, 3))
+    move[1, 0, 2] = scale
+    given = Poses(np.tile(np.eye(3), (3, 2, 1, 1)), move, np.ones((3, 2), dtype=bool))
+    asked = PairJob(trees, 0, 1, given, [None, None], faces=False, verify=False)
+    found = asked.stretch(0, 3)
+    assert found.hits.tolist() == [True, False, True]
+    assert not found.work.any()
 
 
 def test_any_stretch_answers_as_the_whole_does():

@@ -7,7 +7,7 @@ from eight_frames import EightFrames
 from motions import grid_plate
 
 from cdcore.narrow.exhaustive import meeting_faces_exhaustive
-from cdcore.narrow.spacetime.block import BLOCKS, COUNTERS, SKIPPED_FRAMES, Question
+from cdcore.narrow.spacetime.block import BLOCKS, COUNTERS, GAP_TESTS, SKIPPED_FRAMES, SPAN_TESTS, Question
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pose_lanes import pose_lanes
 from cdcore.narrow.spacetime.traverse import traverse_pair
@@ -39,6 +39,13 @@ def test_starting_elsewhere_gives_the_same_frames_counted_from_the_start():
     keys = np.sort(whole[0])
     inside = keys[(keys >> 16 >= 5) & (keys >> 16 < 19)] - (5 << 16)
     assert np.array_equal(inside, np.sort(part[0]))
+
+
+def test_a_span_that_holds_a_contact_is_looked_at_once_and_its_frames_are_decided():
+    scene = EightFrames(5, size=0.7)
+    _, _, work = asked(scene, 0, 24)
+    assert work[SPAN_TESTS] == 1
+    assert work[GAP_TESTS] >= work[BLOCKS] > 0
 
 
 def test_lists_lengthen_when_thousands_of_faces_touch():

@@ -111,6 +111,33 @@ def test_distant_bodies_are_skipped_along_their_paths():
     assert answer.work["blocks"] == 0
 
 
+def test_the_search_among_distant_wanderers_grows_by_a_test_where_frames_grow_eightfold():
+    rng = np.random.default_rng(8)
+    meshes = [soup(rng), soup(rng) + 20.0, soup(rng) + 40.0]
+    turn, move = motion_of("soup", rng, 512, 3)
+    turn, move = (np.tile(some, (16, *(1,) * (some.ndim - 1))) for some in (turn, move))
+    work = [ask(meshes, turn[:frames], move[:frames]).work for frames in (1_024, 8_192)]
+    assert [one["span_tests"] for one in work] == [3 * 3, 3 * 4]
+    assert [one["skipped"] for one in work] == [3 * 1_024, 3 * 8_192]
+    assert all(one["gap_tests"] == one["blocks"] == 0 for one in work)
+
+
+def test_dismissals_of_spans_hold_when_they_are_asked_again_and_near_frames_between_them_are_found():
+    rng = np.random.default_rng(9)
+    meshes = [soup(rng), soup(rng)]
+    turn, move = motion_of("soup", rng, 1_500, 2)
+    away = np.where(np.arange(1_500) // 100 % 5 == 2, 0.0, 30.0)
+    move[:, 1, 0] += away
+    pairs = np.array([[0, 1]])
+    answer = ask(meshes, turn, move, pairs=pairs, verify=True)
+    touching = np.flatnonzero(answer.hits[:, 0])
+    assert set(touching // 100 % 5) == {2}
+    for frame in range(200, 300, 7):
+        assert answer.hits[frame, 0] == (len(truth(meshes, turn, move, frame, pairs[0])) > 0)
+    assert answer.work["skipped"] > 900
+    assert answer.work["verified"] >= answer.work["skipped"]
+
+
 def test_an_empty_motion_has_an_empty_answer():
     meshes, turn, move = scene("soup", 7)
     answer = ask(meshes, turn[:0], move[:0], faces=True)

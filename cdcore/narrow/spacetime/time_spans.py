@@ -1,0 +1,118 @@
+"""Spans of frames, coarse above fine: the box in which a body's root centre stays for 64 frames, for 512, up to all.
+
+Two bodies whose boxes are further apart than their radii reach are apart in every frame of the span, whatever ways
+they took in it: distant bodies are dismissed for a whole recording in as many tests as there are levels. A path, by
+which shorter stretches are skipped, only grows; a body that wanders about keeps its box.
+
+The ends of a box are centres as they were placed, so nothing is rounded that the pad of
+``cdcore.narrow.spacetime.bounds`` does not count already: the distance of two boxes and the sum of two radii err by
+less than 20 u S.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.narrow.memory import Memory, words_of
+from cdcore.narrow.spacetime.lanes import LANES, least, load8, most, splat8, store, widened
+from cdcore.narrow.spacetime.memory import POSE_WORDS, PoseMemory, pose_memory
+from cdcore.numerics import FloatArray, IntArray
+
+SPAN_BITS: Final = 6
+"""The finest spans have 64 frames: with 16 the tests of near bodies cost what they save, with 256 less is saved."""
+FAN_BITS: Final = 3
+"""A span holds eight of the level below."""
+SPAN: Final = 1 << SPAN_BITS
+FAN: Final = 1 << FAN_BITS
+SPAN_TESTS: Final = 8
+"""Place of their counter among those of ``cdcore.narrow.spacetime.block``."""
+
+
+def span_count(frames: int) -> int:
+    """Number of spans on all levels over so many frames, one at least on top."""
+    level = -(-frames // SPAN)
+    total = level
+    while level > 1:
+        level = -(-level // FAN)
+        total += level
+    return total
+
+
+@kernel
+def fill_ranges(entries: FloatArray, stride: int, count: int, ranges: FloatArray) -> None:
+    """Fill ``ranges`` (6 n,), finest level first: least x, y, z of the root centre in a span, then the largest."""
+    corner = np.empty(LANES)
+    for first in range(0, count, SPAN):
+        for axis in range(3):
+            row = (12 + axis) * stride
+            low, high = splat8(np.inf), splat8(-np.inf)
+            # what follows the last frame repeats it
+            for f in range(first, min(first + SPAN, count), LANES):
+                place = load8(entries, row + f)
+                low, high = least(place, low), most(place, high)
+            at = 6 * (first >> SPAN_BITS) + axis
+            store(corner, 0, low)
+            ranges[at] = corner.min()
+            store(corner, 0, high)
+            ranges[at + 3] = corner.max()
+    below, level = 0, (count + SPAN - 1) >> SPAN_BITS
+    while level > 1:
+        coarser = (level + FAN - 1) >> FAN_BITS
+        for span in range(coarser):
+            first, stop = below + FAN * span, below + min(FAN * span + FAN, level)
+            for k in range(6):
+                end = ranges[6 * first + k]
+                for child in range(first + 1, stop):
+                    other = ranges[6 * child + k]
+                    end = min(end, other) if k < 3 else max(end, other)
+                ranges[6 * (below + level + span) + k] = end
+        below += level
+        level = coarser
+
+
+@hot_kernel
+def spans_apart(pose_a: PoseMemory, pose_b: PoseMemory, span: int, reach: float) -> bool:
+    """Whether two root centres stay further apart than ``reach`` in all frames of one span."""
+    stay_one_function()
+    a, b = 6 * span * pose_a.step, 6 * span * pose_b.step
+    squared = 0.0
+    for k in range(3):
+        between = max(pose_b.ranges[b + k] - pose_a.ranges[a + 3 + k], pose_a.ranges[a + k] - pose_b.ranges[b + 3 + k])
+        if between > 0.0:
+            squared += between * between
+    apart: bool = np.sqrt(squared) > reach
+    return apart
+
+
+@hot_kernel
+def first_near(pose_a: PoseMemory, pose_b: PoseMemory, frame: int, reach: float, work: Memory) -> int:
+    """The first frame from ``frame`` on that no span dismisses; the number of frames if there is none.
+
+    Climbs from the finest span that holds the frame as long as spans are apart. ``work[SPAN_TESTS]`` counts.
+    """
+    stay_one_function()
+    frames = max(pose_a.frames, pose_b.frames)
+    span, level, offset, width, near = frame >> SPAN_BITS, (frames + SPAN - 1) >> SPAN_BITS, 0, SPAN, frame
+    while True:
+        work[SPAN_TESTS] += 1
+        if not spans_apart(pose_a, pose_b, offset + span, reach):
+            return near
+        near = min((span + 1) * width, frames)
+        if level == 1:
+            return near
+        offset += level
+        span, level, width = span >> FAN_BITS, (level + FAN - 1) >> FAN_BITS, width << FAN_BITS
+
+
+@kernel
+def _first_near(row: IntArray, frame: int, reach: float, work: IntArray) -> int:
+    pose_a, pose_b = pose_memory(row, widened(0)), pose_memory(row, widened(POSE_WORDS))
+    return first_near(pose_a, pose_b, frame, reach, words_of(work))
+
+
+def first_near_of(row_a: IntArray, row_b: IntArray, frame: int, reach: float) -> int:
+    """``first_near`` of two tracks given by their rows, for the caller that plans how to cut the frames."""
+    return int(_first_near(np.concatenate([row_a, row_b]), frame, reach, np.zeros(SPAN_TESTS + 1, dtype=np.int64)))
