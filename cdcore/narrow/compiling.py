@@ -12,7 +12,7 @@ two thirds of the time (2026-11).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -22,6 +22,8 @@ from typing import Any, Final, TypeVar, cast
 from numba import njit, types
 from numba.core import event
 from numba.extending import intrinsic
+
+from cdcore.narrow.kernel_parts import KernelCompiler, PartCompiler
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -51,23 +53,7 @@ def _sources_stamp(own: Path) -> tuple[tuple[str, int, int], ...]:
 
 def kernel(function: Function) -> Function:
     """Compile on first use, without the interpreter's lock; keep the machine code for later starts."""
-    return _compiled(function, {})
-
-
-def hot_kernel(function: Function) -> Function:
-    """A kernel that allocates nothing and so counts no references to its arrays: twice as fast where arrays are many.
-
-    Counting is atomic, and taking an array out of a named tuple counts. Kernels alone can call it: a wrapper for
-    Python is left out to compile sooner.
-    """
-    return _compiled(function, {"_nrt": False, "no_cpython_wrapper": True})
-
-
-def _compiled(function: Function, options: dict[str, Any]) -> Function:
-    made: Any = njit
-    # Nobody calls the wrapper for C callers that is made of every kernel, no kernel has array expressions to rewrite,
-    # and divisions that check for zero branch: together a third of the time to compile.
-    made = made(nogil=True, no_cfunc_wrapper=True, no_rewrites=True, error_model="numpy", **options)
+    made = _jit(pipeline_class=KernelCompiler)
     compiled = made(function)
     try:
         compiled.enable_caching()
@@ -80,18 +66,21 @@ def _compiled(function: Function, options: dict[str, Any]) -> Function:
     return cast(Function, compiled)
 
 
-def are_compiled(kernels: Sequence[Callable[..., Any]]) -> bool:
-    """Whether machine code of all these kernels is in memory or on disk, so that their first call does not compile."""
-    return all(_is_compiled(one) for one in kernels)
+def hot_kernel(function: Function) -> Function:
+    """A kernel that allocates nothing and so counts no references to its arrays: twice as fast where arrays are many.
+
+    Counting is atomic, and taking an array out of a named tuple counts. Kernels alone can call it, whose part it
+    becomes: a disk keeps it with them, not by itself.
+    """
+    made = _jit(_nrt=False, no_cpython_wrapper=True, pipeline_class=PartCompiler)
+    return cast(Function, made(function))
 
 
-def _is_compiled(compiled: Any) -> bool:
-    if getattr(compiled, "signatures", None):
-        return True
-    try:
-        return len(compiled._cache._cache_file._load_index()) > 0
-    except (AttributeError, OSError):
-        return False
+def _jit(**options: Any) -> Any:
+    # Nobody calls the wrapper for C callers that is made of every kernel, no kernel has array expressions to rewrite,
+    # and divisions that check for zero branch: together a third of the time to compile.
+    made: Any = njit
+    return made(nogil=True, no_cfunc_wrapper=True, no_rewrites=True, error_model="numpy", **options)
 
 
 class Compiled(event.Listener):

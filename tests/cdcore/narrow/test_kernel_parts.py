@@ -1,0 +1,130 @@
+"""A part has no machine code of its own, its callers have all of it, and marks about inlining are kept."""
+
+from numba.core import event
+from numba.core.compiler import Compiler
+
+from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
+from cdcore.narrow.kernel_parts import IDLE_PASSES, KernelCompiler, PartLibrary
+
+OFFSET = 7
+
+
+@hot_kernel
+def squared(x):
+    return x * x
+
+
+@hot_kernel
+def shifted(x):
+    stay_one_function()
+    return squared(x) + OFFSET
+
+
+@hot_kernel
+def halved(x):
+    become_part_of_caller()
+    return x / 2
+
+
+@hot_kernel
+def factorial(n):
+    if n < 2:
+        return 1
+    return n * factorial(n - 1)
+
+
+def fresh(function):
+    made = kernel(function)
+    made._cache = type(made)(function)._cache  # no disk: this test looks at what is compiled now
+    return made
+
+
+def code_of(compiled):
+    return next(iter(compiled.inspect_llvm().values())).splitlines()
+
+
+def defined(lines, name):
+    return [line for line in lines if line.startswith("define") and name in line]
+
+
+def test_what_parts_compute_arrives_through_a_caller_of_callers():
+    @fresh
+    def asked(x):
+        return shifted(x) + halved(x)
+
+    assert asked(4.0) == 16.0 + OFFSET + 2.0
+    assert asked(3) == 9 + OFFSET + 1.5
+
+
+def test_a_part_is_compiled_once_for_two_callers_and_both_hold_its_code():
+    @fresh
+    def one(x):
+        return shifted(x)
+
+    @fresh
+    def other(x):
+        return shifted(x) - 1
+
+    with event.install_recorder("numba:compile") as heard:
+        assert (one(5j), other(5j)) == (-25 + OFFSET, -26 + OFFSET)
+    compiled = [row.data["dispatcher"].py_func.__name__ for _, row in heard.buffer if row.is_start]
+    assert sorted(compiled) == ["one", "other", "shifted", "squared"]
+    assert defined(code_of(one), "shifted")
+    assert defined(code_of(other), "shifted")
+
+
+def test_marked_parts_stay_a_function_or_vanish_in_their_caller():
+    @fresh
+    def asked(x):
+        return shifted(x) + halved(x)
+
+    asked(1.0)
+    assert any("call" in line and "shifted" in line for line in code_of(asked))
+    assert not defined(code_of(asked), "halved")
+
+
+def test_a_part_that_calls_itself_is_complete():
+    @fresh
+    def asked(n):
+        return factorial(n)
+
+    assert asked(10) == 3628800
+
+
+def test_a_part_has_no_machine_code_and_its_caller_has():
+    @fresh
+    def asked(x):
+        return squared(x)
+
+    asked(2)
+    part = next(iter(squared.overloads.values())).library
+    assert isinstance(part, PartLibrary)
+    assert part.get_pointer_to_function(part.name) == 0
+    whole = next(iter(asked.overloads.values()))
+    assert whole.library.get_pointer_to_function(whole.fndesc.llvm_func_name) != 0
+
+
+def test_a_kernel_compiles_in_numbas_order_without_the_idle_passes():
+    @fresh
+    def asked(x):
+        return x
+
+    class Usual(Compiler):
+        def define_pipelines(self):
+            usual = super().define_pipelines()
+            names.extend(step[0].__name__ for step in usual[0].passes)
+            return usual
+
+    class Ours(KernelCompiler):
+        def define_pipelines(self):
+            ours = super().define_pipelines()
+            kept.extend(step[0].__name__ for step in ours[0].passes)
+            return ours
+
+    names, kept = [], []
+    for pipeline in (Usual, Ours):
+        made = fresh(asked.py_func)
+        made._compiler.pipeline_class = pipeline
+        assert made(1) == 1
+    assert set(names) >= IDLE_PASSES, "numba still knows the steps left out"
+    assert kept == [name for name in names if name not in IDLE_PASSES]
