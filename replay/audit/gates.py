@@ -40,6 +40,8 @@ def _missed(audit: Mapping[str, Any], most: float) -> list[str]:
     found = []
     for label, figures in audit.items():
         contacts = share(figures["contacts_missed"], figures["contacts"])
+        if not contacts["of"] and not figures["missed"]["of"]:
+            found.append(f"--max-missed cannot be checked: there is no contact for {label} to miss")
         for what, part in (("contacts", contacts), ("pair-frames in contact", figures["missed"])):
             if part["of"] and part["share"] > most:
                 found.append(

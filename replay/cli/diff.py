@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -21,6 +22,14 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 20
 """Contacts listed of each detector; JSON holds them all."""
+
+TRUTH: Final[Mapping[str, str]] = {
+    "matched": ", confirmed by the oracle",
+    "piece": ", part of one of the oracle's",
+    "excused": ", undecided beside the oracle",
+    "invented": ", invented",
+}
+"""How ``status`` of an episode is told."""
 
 
 @click.command()
@@ -42,14 +51,20 @@ def command(run_a: Path, run_b: Path, format_: str, verbose: bool, quiet: bool, 
     if format_ == "json":
         click.echo(json.dumps(asdict(found) | {"changed": found.changed}, indent=1, allow_nan=False))
     else:
-        _print(found)
+        _print(found, run_a, run_b)
     if "machine" in {name.partition(".")[0] for name in found.settings}:
         people.say("note: the runs are of different machines; their times do not compare")
     return 0
 
 
-def _print(found: RunDiff) -> None:
+def _print(found: RunDiff, run_a: Path, run_b: Path) -> None:
     console = stdout_console()
+    console.print(f"{run_b} beside {run_a}: " + ("contacts changed" if found.changed else "no contact changed"))
+    for name, (a, b) in found.settings.items():
+        console.print(f" set differently: {name.replace('.settings.', ': ')} {_told(a)} -> {_told(b)}")
+    for side, labels in ((run_a, found.only_a), (run_b, found.only_b)):
+        if labels:
+            console.print(f" only in {side}: {', '.join(labels)}")
     console.print(_table(found))
     for label, one in found.detectors.items():
         lines = list(_lines(one))
@@ -57,36 +72,76 @@ def _print(found: RunDiff) -> None:
             console.print(f" {label}: {line}")
         if len(lines) > MOST_ROWS:
             console.print(f" {label}: … and {len(lines) - MOST_ROWS} more with --format json")
-    for side, labels in (("first", found.only_a), ("second", found.only_b)):
-        if labels:
-            console.print(f" only in the {side} run: {', '.join(labels)}")
-    for name, (a, b) in found.settings.items():
-        console.print(f" set differently: {name}: {a} / {b}")
+
+
+def _told(value: object) -> str:
+    return "not set" if value is None else str(value)
 
 
 def _table(found: RunDiff) -> Table:
     from rich import box
     from rich.table import Table
 
-    table = Table(box=box.SIMPLE_HEAD, title="contacts", title_justify="left", title_style="bold", pad_edge=False)
-    for name in ("detector", "same", "gained", "lost", "shifted", "time ratio", "99 % ratio", "verdicts"):
-        table.add_column(name, justify="left" if name in ("detector", "verdicts") else "right")
+    table = Table(
+        box=box.SIMPLE_HEAD,
+        title="contacts, and shares of pair-frames",
+        title_justify="left",
+        title_style="bold",
+        caption=_caption(found),
+        caption_justify="left",
+        pad_edge=False,
+    )
+    for name in ("detector", "same", "gained", "lost", "shifted", "missed", "invented", "time", "p99", "verdicts"):
+        table.add_column(name, justify="left" if name in ("detector", "verdicts") else "right", no_wrap=True)
     verdicts = {None: "no digest", True: "the same", False: "differ"}
     for label, one in found.detectors.items():
         counts = (one.same, len(one.gained), len(one.lost), len(one.shifted))
-        ratios = ("" if ratio is None else f"{ratio:.2f}" for ratio in (one.time_ratio, one.p99_ratio))
-        table.add_row(label, *map(str, counts), *ratios, verdicts[one.same_verdicts])
+        ratios = ("" if ratio is None else f"x {ratio:.2f}" for ratio in (one.time_ratio, one.p99_ratio))
+        shares = (_change(one.missed), _change(one.invented))
+        table.add_row(label, *map(str, counts), *shares, *ratios, verdicts[one.same_verdicts])
     return table
 
 
+def _change(shares: tuple[float | None, float | None]) -> str:
+    """``2.6 -> 0.7 %``; of one that was not audited nothing."""
+    if shares == (None, None):
+        return ""
+    before, after = ("?" if one is None else f"{100 * one:.1f}" for one in shares)
+    return f"{before} %" if before == after else f"{before} -> {after} %"
+
+
+def _caption(found: RunDiff) -> str:
+    """What times are, and how much of them is the machine's."""
+    own, told = found.machines_own, "time, p99: of the second run, as a multiple of the first's"
+    if own is None:
+        return told
+    low, high = (f"x {one:.2f}" for one in own)
+    spread = low if low == high else f"{low} to {high}"
+    return f"{told}; what gave the same verdicts with the same settings took {spread}: so much is the machine's"
+
+
 def _lines(one: DetectorDiff) -> Iterator[str]:
-    """A line per contact that was gained, lost or shifted."""
+    """A line per contact that was gained, lost or shifted, the largest shifts first."""
     for word, rows in (("gained", one.gained), ("lost", one.lost)):
         for row in rows:
-            yield f"{word:<7} {row['body_a']} - {row['body_b']} at {row['start']:.3f} s"
-    for shift in one.shifted:
-        row = shift.before
-        yield (
-            f"shifted {row['body_a']} - {row['body_b']} at {row['start']:.3f} s: begins {1e3 * shift.start:+.1f} ms, "
-            f"ends {1e3 * shift.end:+.1f} ms"
-        )
+            yield f"{word:<7} {_where(row)}, {_frames(row)}{_truth(row)}"
+    for shift in sorted(one.shifted, key=lambda each: -max(abs(each.start), abs(each.end))):
+        told = (f"{word} {_moved(by)}" for word, by in (("begins", shift.start), ("ends", shift.end)))
+        yield f"shifted {_where(shift.before)}: {', '.join(told)}"
+
+
+def _where(row: Mapping[str, Any]) -> str:
+    return f"{row['body_a']} - {row['body_b']} at {row['start']:.3f} s"
+
+
+def _frames(row: Mapping[str, Any]) -> str:
+    return "1 frame" if row["frames"] == 1 else f"{row['frames']} frames"
+
+
+def _truth(row: Mapping[str, Any]) -> str:
+    """What the oracle says of it, where the run was audited."""
+    return TRUTH.get(str(row.get("status")), "")
+
+
+def _moved(seconds: float) -> str:
+    return "as before" if not round(seconds * 1e4) else f"{1e3 * seconds:+.1f} ms"

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="Timed passes of each.")
 @click.option(
     "--time-limit", type=click.FloatRange(min=0), metavar="SECONDS", default=150.0, show_default=True,
-    help="Begin nothing that cannot end by then.",
+    help="Begin nothing that cannot end by then; compiling does not count.",
 )  # fmt: skip
 @output_format
 @common
@@ -54,6 +54,7 @@ def command(
     del debug
     people = People(quiet=quiet, verbose=verbose)
     from replay.cli.tradeoff_tables import FrontBar, tradeoff_table
+    from replay.compiling import compiling_announced
     from replay.results.run_folder import check_target
     from replay.tradeoff.trading import tradeoff
     from sessions import read_session
@@ -61,7 +62,7 @@ def command(
     if out is not None:
         check_target(out, force=force)
     held = read_session(session)
-    with FrontBar(people) as bar:
+    with compiling_announced(people), FrontBar(people) as bar:
         done = tradeoff(
             held,
             oracle=oracle,
@@ -81,7 +82,8 @@ def command(
         for sentence in done.advice:
             click.echo(sentence)
     if done.cut:
-        people.say(f"time limit: {len(done.cut)} settings were not tried: {', '.join(done.cut)}")
+        people.say(f"time limit: {len(done.cut)} of {len(done.cut) + len(done.rows)} settings were not tried:")
+        people.say(f"  {', '.join(done.cut)}")
     if out is not None:
         people.say(f"\nwrote {out}\nlook at:  {out / 'tradeoff.png'}, or: replay view {out}")
     return 0

@@ -49,6 +49,8 @@ class DetectorDiff:
     shifted : contacts of both that moved.
     time_ratio, p99_ratio : seconds of the second over those of the first; ``None`` where one was not measured.
     same_verdicts : whether the digests are equal; ``None`` where one has none.
+    missed, invented : shares in the first and in the second, of the pair-frames in contact and of those reported;
+        ``None`` where the detector was not audited.
     """
 
     same: int
@@ -58,6 +60,13 @@ class DetectorDiff:
     time_ratio: float | None
     p99_ratio: float | None
     same_verdicts: bool | None
+    missed: tuple[float | None, float | None]
+    invented: tuple[float | None, float | None]
+
+    @property
+    def changed(self) -> bool:
+        """Whether any contact was gained, lost or shifted."""
+        return bool(self.gained or self.lost or self.shifted)
 
 
 @dataclass(frozen=True)
@@ -79,7 +88,21 @@ class RunDiff:
     @property
     def changed(self) -> bool:
         """Whether any contact was gained, lost or shifted."""
-        return any(one.gained or one.lost or one.shifted for one in self.detectors.values())
+        return any(one.changed for one in self.detectors.values())
+
+    @property
+    def machines_own(self) -> tuple[float, float] | None:
+        """Least and greatest ratio of times of what gave the same verdicts, as set the same: as good as the machine's.
+
+        ``None`` without such a detector.
+        """
+        names = {name.partition(".")[0] for name in self.settings}
+        alike = [
+            one.time_ratio
+            for label, one in self.detectors.items()
+            if one.same_verdicts and one.time_ratio is not None and label not in names
+        ]
+        return (min(alike), max(alike)) if alike else None
 
 
 def diff_runs(a: str | Path, b: str | Path) -> RunDiff:
@@ -99,6 +122,7 @@ def diff_runs(a: str | Path, b: str | Path) -> RunDiff:
             label: _detector(
                 *(run.summary["detectors"][label] for run in (first, second)),
                 *(table.get(label, []) for table in rows),
+                *(run.summary["audit"].get(label, {}) for run in (first, second)),
             )
             for label in common
         },
@@ -115,7 +139,9 @@ def _rows(folder: Path) -> dict[str, list[Row]]:
     return found
 
 
-def _detector(told: Row, told_after: Row, before: Sequence[Row], after: Sequence[Row]) -> DetectorDiff:
+def _detector(
+    told: Row, told_after: Row, before: Sequence[Row], after: Sequence[Row], audit: Row, audit_after: Row
+) -> DetectorDiff:
     names = {_pair(row): None for row in (*before, *after)}
     number = {name: k for k, name in enumerate(names)}
     sides = [[_episode(row, number[_pair(row)]) for row in rows] for rows in (before, after)]
@@ -132,7 +158,14 @@ def _detector(told: Row, told_after: Row, before: Sequence[Row], after: Sequence
         time_ratio=_ratio(told["seconds"]["detect"], told_after["seconds"]["detect"]),
         p99_ratio=_ratio(*(one["seconds"].get("per_frame", {}).get("p99") for one in (told, told_after))),
         same_verdicts=None if None in digests else digests[0] == digests[1],
+        missed=_shares("missed", audit, audit_after),
+        invented=_shares("invented", audit, audit_after),
     )
+
+
+def _shares(name: str, before: Row, after: Row) -> tuple[float | None, float | None]:
+    first, second = (one.get(name, {}).get("share") for one in (before, after))
+    return first, second
 
 
 def _pair(row: Row) -> tuple[str, str]:

@@ -68,8 +68,13 @@ def _advice(rows: Sequence[Row], time: str, budgets: Sequence[float], *, online:
 def _alone(best: Row, asked: Sequence[Row], time: str) -> str:
     """Of the only row on the front: it dominates, unless another invents less."""
     truest = _truest(asked, time)
+    if len(asked) == 1:
+        return f"only {best['label']} was tried that reports more contacts than it invents: it {_errors(best)}"
     if truest["precision"] <= best["precision"]:
-        return f"{best['label']} dominates: nothing is quicker, misses less or invents less: it {_errors(best)}"
+        others = f"{len(asked) - 1} other" + "s" * (len(asked) > 2)
+        return (
+            f"{best['label']} dominates {others}: nothing is quicker, misses less or invents less: it {_errors(best)}"
+        )
     return f"nothing is quicker or misses less than {_price(best)}{_instead(best, truest)}"
 
 

@@ -76,8 +76,8 @@ TREE_BUDGETS: Final = (30, 100, 300, 1000, 3000)
 TOLERANCES_MM: Final = (1.0, 0.1, 0.01)
 PLAIN: Final = ("hybrid", "exact", "solid-style", "sphere", "static", "discrete", "hybrid-qaco", "rapid-style", "obb")
 SHAPES: Final = ("hull", "box", "capsule", "sphere")
-LISTING: Final = ("hybrid", "solid-style", "hybrid-qaco", "obb")
-"""Asked for both: a complete one by engine meshes, two kinds of trees, and a search, which lists what it came upon."""
+LISTING: Final = ("hybrid", "solid-style", "hybrid-qaco")
+"""Asked for both: a complete one by engine meshes, one by trees, and a search, which lists what it came upon."""
 
 
 def settings_list() -> tuple[Setting, ...]:

@@ -13,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Detection, Detector, Motion
+from cdcore.narrow.compiling import Compiled, told_of_compiling
 from replay.assemble import Pairs, assemble
 from replay.assembly import Assembly
 from replay.audit.tolerance import TAU
@@ -112,6 +113,7 @@ def tradeoff(
     tau : metres; a disagreement about less is *within tolerance* and counts neither way.
     repeats : timed passes of each setting that takes under ``ONCE_SECONDS``.
     time_limit : seconds; a setting that cannot end within them is not begun and is in ``cut``; ``None``: no limit.
+        Compiling, once per machine, does not count.
     watch : told after every step.
 
     Raises
@@ -122,20 +124,22 @@ def tradeoff(
         One sentence that says what to do.
     """
     wanted = tuple(settings if settings is not None else settings_list())
-    watched = _Watched(watch or _unheard, sum(1 if one.tail else max(1, repeats) for one in wanted), time_limit)
-    assembly = assemble(session, pairs=pairs, start=start, end=end)
-    judge = Judge(assembly, parse_detector(oracle), seed, tau)
+    steps = sum(1 if one.tail else max(1, repeats) for one in wanted)
     trials: list[_Trial] = []
-    for setting in (one for one in wanted if not one.tail):
-        _try(setting, assembly, judge, seed, trials, watched)
-    for _ in range(1, repeats):
-        for trial in trials:
-            watched.next(trial.setting.label, trials)
-            if trial.passes[0].seconds <= ONCE_SECONDS and watched.left() > trial.passes[0].seconds:
-                _again(trial)
-    for setting in (one for one in wanted if one.tail):
-        _try(setting, assembly, judge, seed, trials, watched)
-    watched.end(trials)
+    with told_of_compiling(lambda *_: None) as compiled:
+        watched = _Watched(watch or _unheard, steps, time_limit, compiled)
+        assembly = assemble(session, pairs=pairs, start=start, end=end)
+        judge = Judge(assembly, parse_detector(oracle), seed, tau)
+        for setting in (one for one in wanted if not one.tail):
+            _try(setting, assembly, judge, seed, trials, watched)
+        for _ in range(1, repeats):
+            for trial in trials:
+                watched.next(trial.setting.label, trials)
+                if trial.passes[0].seconds <= ONCE_SECONDS and watched.left() > trial.passes[0].seconds:
+                    _again(trial)
+        for setting in (one for one in wanted if one.tail):
+            _try(setting, assembly, judge, seed, trials, watched)
+        watched.end(trials)
     done = {trial.setting.label for trial in trials}
     cut = tuple(setting.label for setting in wanted if setting.label not in done)
     return _whole(session, assembly, judge, trials, cut, seed)
@@ -144,12 +148,15 @@ def tradeoff(
 class _Watched:
     """Tells how far the work is, and how much time is left."""
 
-    def __init__(self, told: Watch, total: int, limit: float | None) -> None:
-        self._told, self._total, self._limit, self._began, self._done = told, total, limit, perf_counter(), 0
+    def __init__(self, told: Watch, total: int, limit: float | None, compiled: Compiled) -> None:
+        self._told, self._total, self._limit, self._compiled = told, total, limit, compiled
+        self._began, self._done = perf_counter(), 0
 
     def left(self) -> float:
-        """Seconds."""
-        return float("inf") if self._limit is None else self._limit - (perf_counter() - self._began)
+        """Seconds; those spent on compiling are given back."""
+        if self._limit is None:
+            return float("inf")
+        return self._limit + self._compiled.seconds - (perf_counter() - self._began)
 
     def next(self, label: str, trials: Sequence[_Trial]) -> None:
         """This comes next."""

@@ -26,6 +26,11 @@ def test_an_audit_of_nothing_cannot_pass():
     assert Gates(max_missed=1.0).broken({}, []) != []
 
 
+def test_a_session_without_contact_passes_no_gate_about_misses():
+    (one,) = Gates(max_missed=0.5).broken({"x": figures(0, 0, total=0)}, [])
+    assert "no contact for x to miss" in one
+
+
 def test_the_slowest_frames_are_held_to_milliseconds():
     audit = {"x": figures(0, 4)}
     slow, fast = run(per_frame={"p99": 0.012}), run(per_frame={"p99": 0.011})

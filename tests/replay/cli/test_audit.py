@@ -38,6 +38,15 @@ def test_a_broken_gate_ends_in_4_and_says_which(file, capsys):
     assert main(["audit", file, "--detector", "hybrid", "--max-p99-ms", "11.1"]) == 4
 
 
+def test_frames_slower_than_the_gate_end_in_4_and_both_gates_kept_in_0(file, capsys):
+    both = ["--max-missed", "0.01", "--max-p99-ms"]
+    assert main(["audit", file, "--detector", "discrete", *both, "10000"]) == 0
+    capsys.readouterr()
+    assert main(["audit", file, "--detector", "discrete", *both, "0.000001"]) == 4
+    told = capsys.readouterr().err
+    assert "at the 99th percentile" in told and "more than --max-p99-ms 1e-06" in told and "missed" not in told
+
+
 def test_a_run_folder_is_written_when_asked(file, tmp_path):
     assert main(["audit", file, "--detector", SLOW, "--out", str(tmp_path / "run"), "--no-picture", "--no-faces"]) == 0
     assert {"summary.json", "episodes.parquet"} <= {path.name for path in (tmp_path / "run").iterdir()}

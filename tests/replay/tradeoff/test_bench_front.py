@@ -119,7 +119,7 @@ def test_front_and_advice_come_out_again_from_the_table(written):
     if len(live) > 1:
         assert told["advice"][len(mine) :] == theirs
     else:
-        assert f"{live[0]['label']} dominates" in told["advice"][-1] or "misses less than" in told["advice"][-1]
+        assert live[0]["label"] in told["advice"][-1] and len(told["advice"]) == len(mine) + len(live)
 
 
 def test_a_second_run_gives_the_same_recalls_bit_for_bit(written):

@@ -47,9 +47,15 @@ def test_advice_names_the_best_at_each_price_once():
 def test_one_setting_that_is_quickest_misses_least_and_invents_least_dominates():
     told = advice_of([row("best", 0.01, 0.0), row("other", 0.02, 0.0), row("last", 0.03, 0.5, precision=0.9)])
     assert told == [
-        "To audit a recording, best dominates: nothing is quicker, misses less or invents less: "
+        "To audit a recording, best dominates 2 others: nothing is quicker, misses less or invents less: "
         "it misses 0.0 % [0.0, 0.0]."
     ]
+
+
+def test_one_alone_dominates_nobody():
+    for others in ([], [row("sphere", 0.001, 0.0, precision=0.1)]):
+        (told,) = advice_of([row("best", 0.01, 0.1), *others])
+        assert "dominates" not in told and "only best was tried" in told and "misses 10.0 %" in told
 
 
 def test_one_that_catches_all_and_invents_does_not_dominate_and_is_named_with_what_it_invents():

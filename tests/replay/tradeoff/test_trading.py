@@ -1,5 +1,7 @@
 import json
+from contextlib import contextmanager
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -55,6 +57,17 @@ def test_a_time_limit_cuts_the_tail_and_says_so(bumped, monkeypatch):
     done = tradeoff(bumped, settings=LIST, time_limit=8.0)
     assert 1 <= len(done.rows) < len(LIST)
     assert done.cut == tuple(one.label for one in LIST[len(done.rows) :])
+
+
+def test_compiling_does_not_count_towards_the_time_limit(bumped, monkeypatch):
+    @contextmanager
+    def half_an_hour(tell):
+        yield SimpleNamespace(seconds=1800.0)
+
+    monkeypatch.setattr(trading, "told_of_compiling", half_an_hour)
+    clock = iter(range(100000))
+    monkeypatch.setattr(trading, "perf_counter", lambda: float(next(clock)))
+    assert not tradeoff(bumped, settings=LIST, repeats=1, time_limit=8.0).cut
 
 
 def test_what_its_warm_up_foretells_to_take_too_long_is_not_begun_and_the_next_is(bumped, monkeypatch):
