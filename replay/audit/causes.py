@@ -153,6 +153,7 @@ def _saying(told: Explanation, answer: bool) -> set[str]:
 
 def _causes(places: Sequence[Stretch], scene: Scene) -> Iterator[tuple[int, Cause]]:
     """Number of a miss and the cause at one of its frames, for every look."""
+    instants = scene.oracle.covers == "instants"
     for group in _groups(_looks(places)):
         frames = np.unique([frame for _, _, looked in group for frame in looked])
         truth = scene.faces(scene.motion.take(_with_before(frames, scene)))
@@ -160,11 +161,13 @@ def _causes(places: Sequence[Stretch], scene: Scene) -> Iterator[tuple[int, Caus
         contact = counts_as_contact(truth.verdict)
         for number, pair, looked in group:
             for frame in looked:
-                shown = bool(contact[row[frame], pair] or (frame - 1 in row and contact[row[frame - 1], pair]))
-                at_instant = shown or scene.oracle.covers == "instants"
-                told = _told(scene, frame, pair, truth.faces(row[frame], pair))
-                asks = int(truth.verdict[row[frame], pair]) != Verdict.CONTAINED or _asks_inside(scene.subject, pair)
-                verdict = int(scene.subject.verdict[frame, pair])
+                asked = (frame,) if instants else (frame, frame - 1)
+                ends = [end for end in asked if end in row and contact[row[end], pair]]
+                # An interval whose contact shows where it begins is explained there: at its end there is none to miss.
+                at = ends[0] if ends else frame
+                told = _told(scene, at, pair, truth.faces(row[at], pair))
+                asks = int(truth.verdict[row[at], pair]) != Verdict.CONTAINED or _asks_inside(scene.subject, pair)
+                verdict, at_instant = int(scene.subject.verdict[at, pair]), bool(ends) or instants
                 yield number, first_failed(told, verdict, at_instant=at_instant, asks_inside=asks)
 
 

@@ -50,6 +50,14 @@ def test_the_table_of_planted_and_reported_causes_is_diagonal():
         assert figures["misses"][planted] == len(result.misses[label]) and set(figures["misses"]) == set(Cause)
 
 
+def test_beside_an_oracle_of_intervals_a_miss_has_the_cause_it_has_at_the_frame_that_shows_it():
+    planted = (Cause.BUDGET, Cause.SAMPLING, Cause.SPHERE_STAGE, Cause.BETWEEN_LOOKS)
+    result = compute(corners_first(), detectors=[PLANTED[cause] for cause in planted], oracle="s=planted_stages:Swept")
+    for cause, label in zip(planted, result.causes, strict=True):
+        assert result.causes[label].examined > 5
+        assert {told for told, count in result.causes[label].pair_frames.items() if count} == {cause}
+
+
 def test_a_contact_that_no_instant_shows_is_lost_between_frames():
     session = cubes({"a": [0.0] * 8, "b": [3, 3, -3, -3, -3, 0.9, 0.8, 3]})
     result = compute(session, detectors="exact", oracle="truth=planted_stages:Swept")
