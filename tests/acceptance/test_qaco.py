@@ -16,6 +16,8 @@ pytestmark = pytest.mark.slow
 HERE = (I3, np.zeros(3))
 FRESH_SEEDS = (3101, 3102, 3103)
 """Fixed before any of them was looked at."""
+SESSION_SEEDS = (5101, 5102, 5103, 5104, 5105, 5106)
+"""Fixed before any of them was looked at; how local search steps was chosen on 1 to 24."""
 AUTO_SEEDS = (4101, 4102, 4103)
 """Fixed before any of them was looked at; what auto does was chosen on 11, 12 and 13."""
 FRAME_BUDGET = 4000
@@ -57,23 +59,34 @@ def test_the_default_finds_99_of_100_contacts_of_5000_faces_within_10000_evaluat
     assert np.mean(list(found.values())) >= 0.99, found
 
 
-def test_in_a_session_of_5000_faces_the_default_finds_99_of_100_contacts_and_without_a_warm_start_95():
-    """Cold, some of a knuckle that just grazes a flask are missed: 0.977 to 0.991 by seed; warm all were found."""
+def contact_frames():
+    """The frames of a session in which pairs of 5,000 faces meet: bodies, pairs, motion, and where (T, P) they do."""
     session, _ = make_bench_bumps(faces=5000)
     run = replay.run(session, detectors="exact", oracle="exact")
-    fine = [pair for pair in run.assembly.pairs if min(len(run.assembly.bodies[k].mesh.faces) for k in pair) > 4500]
-    truth = create_detector("exact", run.assembly.bodies, pairs=fine, containment=False).detect(run.assembly.motion)
+    bodies, motion = run.assembly.bodies, run.assembly.motion
+    fine = [pair for pair in run.assembly.pairs if min(len(bodies[k].mesh.faces) for k in pair) > 4500]
+    truth = create_detector("exact", bodies, pairs=fine, containment=False).detect(motion)
     contact = truth.verdict == Verdict.CONTACT
     frames = np.flatnonzero(contact.any(axis=1))
-    contact, motion = contact[frames], run.assembly.motion.take(frames)
+    return bodies, fine, motion.take(frames), contact[frames]
+
+
+def test_on_contact_frames_of_a_session_of_5000_faces_the_default_finds_99_of_100_cold_and_warm():
+    """Each seed has 213 contacts, the shyest of 9 face pairs among 27 million: cold, of all seeds together."""
+    bodies, fine, motion, contact = contact_frames()
     assert contact.sum() > 200
-    for seed in FRESH_SEEDS:
-        for warm, least in ((True, 0.99), (False, 0.95)):
+    cold = []
+    for seed in SESSION_SEEDS:
+        for warm in (True, False):
             settings = {"budget": 10_000, "seed": seed, "warm_start": warm}
-            found = create_detector("qaco", run.assembly.bodies, pairs=fine, **settings).detect(motion)
+            found = create_detector("qaco", bodies, pairs=fine, **settings).detect(motion)
             hit = found.verdict == Verdict.CONTACT
             assert not (hit & ~contact).any()
-            assert hit[contact].mean() >= least, (seed, warm)
+            assert found.work["evaluations"] <= 10_000 * found.work["looks"]
+            share = hit[contact].mean()
+            assert share >= (0.99 if warm else 0.98), (seed, warm)
+            cold += [] if warm else [share]
+    assert np.mean(cold) >= 0.99, cold
 
 
 @pytest.mark.parametrize("scene", SCENES)
