@@ -77,16 +77,16 @@ class ExactDetector(PairDetector[ExactSettings]):
 
     def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
         del memory
-        clock = [perf_counter()]
         poses = Poses(motion.rotations, motion.translations, motion.valid)
         answer = decide_motion(
             self._trees, self.pairs, poses, faces=faces, threads=self.settings.threads, verify=self.settings.verify
         )
         verdict = np.where(answer.hits, np.uint8(Verdict.CONTACT), np.uint8(Verdict.CLEAR))
-        clock.append(perf_counter())
         verdict[~pair_has_pose(motion, self.pairs)] = Verdict.NO_POSE
-        columns, frames = np.nonzero(verdict.T == Verdict.CLEAR)
-        asked = self._containment.mark(motion, frames, columns, verdict)
+        clock, asked = [perf_counter()], 0
+        if self.settings.containment:
+            columns, frames = np.nonzero(verdict.T == Verdict.CLEAR)
+            asked = self._containment.mark(motion, frames, columns, verdict)
         clock.append(perf_counter())
         return self._detection(
             motion,
@@ -94,7 +94,7 @@ class ExactDetector(PairDetector[ExactSettings]):
             face_sets=_face_sets(answer) if faces else None,
             containment=self._containment.words,
             work=answer.work | {"containment_tests": asked},
-            seconds=dict(zip(("traversal", "containment"), np.diff(clock).tolist(), strict=True)),
+            seconds=answer.seconds | {"containment": clock[1] - clock[0]},
             section_source=sections_of(self.bodies, self.pairs, motion),
         )
 

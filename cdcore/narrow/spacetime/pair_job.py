@@ -7,6 +7,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
+from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +66,8 @@ class Stretch:
     faces: NDArray[np.int32]
     """(m, 2) in the order of the pair, sorted within a frame; empty where faces were not asked for."""
     work: IntArray
+    seconds: tuple[float, float, float]
+    """Spent in the search, in exact arithmetic, in sorting face pairs."""
 
 
 class PairJob:
@@ -123,13 +127,18 @@ class PairJob:
         (tree_a, tree_b), (a, b), (bits_a, bits_b) = self._trees, self._lanes, self._bits
         hits, work = np.zeros(stop, dtype=np.uint8), np.zeros(COUNTERS + 1, dtype=np.int64)
         question = Question(start, stop, self._pad, self._faces, self._verify, bits_a, bits_b)
+        clock = [perf_counter()]
         keys, later, dismissed = traverse_pair(tree_a, a, tree_b, b, question, hits, work)
+        clock.append(perf_counter())
         if len(later):
             keys = np.concatenate([keys, self._settled(later, start, hits, work)])
+        clock.append(perf_counter())
         if self._verify:
             work[COUNTERS] = count_verified(self._trees, dismissed, self._placed)
         frame, faces = self._unpacked(keys) if len(keys) else (NO_FRAMES, NO_FACES)
-        return Stretch(start, hits[start:].astype(np.bool_), frame + start, faces, work)
+        clock.append(perf_counter())
+        search, exact, sorting = (after - before for before, after in pairwise(clock))
+        return Stretch(start, hits[start:].view(np.bool_), frame + start, faces, work, (search, exact, sorting))
 
     def _unpacked(self, keys: IntArray) -> tuple[IntArray, NDArray[np.int32]]:
         """Frames and face pairs, sorted, faces in the order of the pair."""
@@ -174,7 +183,7 @@ class PairJob:
 
     def _exhaustive(self, start: int, stop: int) -> Stretch:
         """Every face against every face: coordinates too large for the bounds of the kernels."""
-        found = []
+        begin, found = perf_counter(), []
         for row in range(start, stop):
             first, second = self._placed(row)
             found.append(meeting_faces_exhaustive(*((second, first) if self._turned else (first, second))))
@@ -182,7 +191,7 @@ class PairJob:
         frame = np.repeat(np.arange(start, stop), sizes) if self._faces else np.zeros(0, dtype=np.int64)
         faces = np.concatenate(found).astype(np.int32) if self._faces else np.zeros((0, 2), dtype=np.int32)
         work = np.zeros(COUNTERS + 1, dtype=np.int64)
-        return Stretch(start, sizes > 0, frame, faces, work)
+        return Stretch(start, sizes > 0, frame, faces, work, (0.0, perf_counter() - begin, 0.0))
 
 
 def _distinct_frames(

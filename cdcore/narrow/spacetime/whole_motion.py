@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,8 @@ COUNTER_NAMES = (
     "span_tests", "gap_tests", "verified",
 )  # fmt: skip
 """Names of the kernel's counters, in its order, and of what the debug mode asked again."""
+STAGES = ("poses", "search", "exact", "faces")
+"""Reading poses and cutting frames; spheres and trees; what only exact arithmetic decides; sorting and collecting."""
 FRAMES_AT_ONCE = 16384
 """Bounds the list of face pairs left to exact arithmetic: 500 a frame, as in resting contact, make 65 MB."""
 FRAMES_PER_TASK = 4096
@@ -45,6 +48,8 @@ class MotionAnswer:
     faces: NDArray[np.int32]
     """(M, 2), sorted within an entry."""
     work: dict[str, int]
+    seconds: dict[str, float]
+    """Of ``STAGES``; workers side by side add up."""
 
 
 def decide_motion(
@@ -62,7 +67,7 @@ def decide_motion(
     threads : workers; the answer does not depend on it.
     verify : ask everything that was dismissed again, face by face, in exact arithmetic. Very slow.
     """
-    everywhere = np.arange(len(poses.valid), dtype=np.int64)
+    clock, everywhere = [perf_counter()], poses.everywhere
     whole = len(everywhere) > 0 and bool(poses.valid.all())
     used = set(np.unique(pairs).tolist()) if whole else set()
     shared = [
@@ -72,8 +77,14 @@ def decide_motion(
         for body, tree in enumerate(trees)
     ]
     jobs = [PairJob(trees, i, j, poses, shared, faces=faces, verify=verify) for i, j in pairs.tolist()]
+    clock.append(perf_counter())
     answers = _answered(jobs, threads)
-    return _collected(jobs, answers, len(everywhere), faces)
+    clock.append(perf_counter())
+    found = _collected(jobs, answers, len(everywhere), faces)
+    parts = [part.seconds for some in answers for part in some]
+    spent = [clock[1] - clock[0], *(sum(stage) for stage in zip((0.0, 0.0, 0.0), *parts, strict=True))]
+    spent[3] += perf_counter() - clock[2]
+    return replace(found, seconds=dict(zip(STAGES, spent, strict=True)))
 
 
 def _stretches(job: PairJob, frames: int) -> Iterator[tuple[int, int]]:
@@ -119,4 +130,4 @@ def _collected(jobs: list[PairJob], answers: list[list[Stretch]], frames: int, f
     frame, pair, start, stop = (np.concatenate(some) for some in zip(*entries, strict=True))
     order = np.lexsort((pair, frame))
     work = dict(zip(COUNTER_NAMES, total.tolist(), strict=True)) | {"reused": reused}
-    return MotionAnswer(hits, frame[order], pair[order], start[order], stop[order], np.concatenate(rows), work)
+    return MotionAnswer(hits, frame[order], pair[order], start[order], stop[order], np.concatenate(rows), work, {})

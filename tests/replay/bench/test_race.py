@@ -1,11 +1,17 @@
-"""Engines get the same question and their answers are compared; cost grows below linearly in skipped frames."""
+"""Engines get the same question, their answers are compared, and what differs is counted."""
 
 import numpy as np
 import pytest
 
 from replay.bench import race as module
-from replay.bench.race import OwnExact, digest, grow, race
+from replay.bench.engines import OwnExact
+from replay.bench.race import digest, race
 from replay.bench.workload import make_workload
+
+
+@pytest.fixture(autouse=True)
+def two_engines(monkeypatch):
+    monkeypatch.setattr(module, "installed_engines", lambda: ["python-fcl", "exact"])
 
 
 @pytest.mark.parametrize("what", ["bool", "faces"])
@@ -15,6 +21,7 @@ def test_exact_agrees_with_python_fcl_and_there_are_contacts(what):
     assert exact.wrong == 0
     assert exact.digest == fcl.digest
     assert exact.contacts > 0
+    assert min(fcl.build, exact.build) > 0
 
 
 def test_a_wrong_answer_is_counted(monkeypatch):
@@ -27,19 +34,21 @@ def test_a_wrong_answer_is_counted(monkeypatch):
     assert exact.wrong == 50 * len(make_workload(100, 50).pairs)
 
 
-def test_of_distant_bodies_every_pair_frame_is_skipped_and_no_block_is_examined():
-    load = make_workload(200, 9_000)
-    load.poses[:, :, 0, 3] += 5.0 * np.arange(7)
-    work = OwnExact(load).detect("bool").work
-    assert int(np.sum(work["skipped"])) == 9_000 * len(load.pairs)
-    assert int(np.sum(work["blocks"])) == 0
+def test_a_peer_that_needs_long_is_asked_once_and_what_is_compared_is_asked_again(monkeypatch):
+    asked = []
 
+    class Slow(OwnExact):
+        def ask(self, what):
+            asked.append(what)
+            return super().ask(what)
 
-def test_growth_says_how_much_was_asked_and_where_time_went():
-    one = grow("frames", 400)
-    assert one.pair_frames == 400 * len(make_workload(10, 1).pairs)
-    assert one.work["skipped"] > 0
-    assert 0 < sum(one.stages.values()) < 10 * one.seconds
+    monkeypatch.setattr(module, "installed_engines", lambda: ["python-fcl", "coal", "exact"])
+    monkeypatch.setitem(module.ENGINES, "coal", Slow)
+    monkeypatch.setattr(module, "PATIENCE", 0.0)
+    fcl, slow, exact = race(100, "bool", frames=50, repeats=3)
+    assert len(asked) == 1
+    assert min(fcl.seconds, slow.seconds, exact.seconds) > 0
+    assert np.isfinite(slow.speed)
 
 
 def test_a_digest_depends_on_every_answer():

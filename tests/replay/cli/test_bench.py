@@ -1,10 +1,10 @@
-"""``replay bench`` names the machine, prints digests, and exits with 4 when answers differ."""
+"""``replay bench`` names the machine, prints digests, and exits with 4 when an answer of ours differs."""
 
 import json
 
 import pytest
 
-from replay.bench import race
+from replay.bench import engines, race
 from replay.cli import bench
 from replay.cli.main import main
 
@@ -12,22 +12,43 @@ from replay.cli.main import main
 @pytest.fixture(autouse=True)
 def small(monkeypatch):
     monkeypatch.setattr(bench, "QUICK_FACES", (100,))
-    monkeypatch.setattr(bench, "QUICK_GROWTH", {"frames": (90, 180), "bodies": (5,)})
+    monkeypatch.setattr(bench, "QUICK_GROWTH", {"frames": (90, 180)})
+    monkeypatch.setattr(bench, "RESTING_FACES", 100)
+    monkeypatch.setattr(bench, "RESTING_FRAMES", 5)
 
 
-def test_json_and_the_file_hold_the_race_and_the_growth(capsys, tmp_path):
+def test_json_and_the_file_hold_the_race_the_stages_and_the_growth(capsys, tmp_path):
     assert main(["bench", "--quick", "--frames", "60", "--json", "--out", str(tmp_path / "new" / "b.json")]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert [(row["engine"], row["wrong"]) for row in told["race"]] == [("python-fcl", 0), ("exact", 0)] * 2
-    assert [one["size"] for one in told["growth"]] == [90, 180, 5]
+    raced = [(row["what"], row["engine"]) for row in told["race"]]
+    assert raced == [(what, name) for what in ("bool", "faces") for name in engines.installed_engines()]
+    assert all(row["wrong"] == 0 for row in told["race"] if row["engine"] == "exact")
+    assert [(one["workload"], one["what"]) for one in told["stages"]] == [
+        ("bench", "bool"), ("bench", "faces"), ("resting", "faces"),
+    ]  # fmt: skip
+    assert [(one["where"], one["size"]) for one in told["growth"]] == [
+        (where, size) for where in ("distant", "near") for size in (90, 180)
+    ]
     assert json.loads((tmp_path / "new" / "b.json").read_text()) == told
 
 
-def test_a_difference_exits_with_4(capsys, monkeypatch):
-    class Liar(race.OwnExact):
+def test_a_difference_exits_with_4_and_one_of_a_peer_does_not(capsys, monkeypatch):
+    class Liar(engines.OwnExact):
         def ask(self, what):
             return super().ask(what) + 1
 
-    monkeypatch.setitem(race.ENGINES, "exact", Liar)
+    monkeypatch.setattr(race, "installed_engines", lambda: ["python-fcl", "trimesh", "exact"])
+    monkeypatch.setitem(engines.ENGINES, "trimesh", Liar)
+    assert main(["bench", "--frames", "20"]) == 0
+    assert "gate" not in capsys.readouterr().err
+    monkeypatch.setitem(engines.ENGINES, "exact", Liar)
     assert main(["bench", "--frames", "20"]) == 4
     assert "gate: exact differs from python-fcl in" in capsys.readouterr().err
+
+
+def test_one_sentence_names_the_extra_when_coal_is_absent(capsys, monkeypatch):
+    monkeypatch.setattr(engines, "find_spec", lambda name: None)
+    assert main(["bench", "--frames", "20"]) == 0
+    shown = capsys.readouterr()
+    assert "not in the race: coal; install vrlab-replay[peers]" in shown.err
+    assert "trimesh" in shown.out and "coal" not in shown.out

@@ -1,5 +1,7 @@
 """Over whole motions the answer equals the exhaustive exact test, face by face, however the work is cut."""
 
+from time import perf_counter
+
 import numpy as np
 import pytest
 from motions import KINDS, grid_plate, motion_of, placed, soup
@@ -136,6 +138,18 @@ def test_dismissals_of_spans_hold_when_they_are_asked_again_and_near_frames_betw
         assert answer.hits[frame, 0] == (len(truth(meshes, turn, move, frame, pairs[0])) > 0)
     assert answer.work["skipped"] > 900
     assert answer.work["verified"] >= answer.work["skipped"]
+
+
+def test_the_stages_take_the_time_of_the_call_and_exact_arithmetic_takes_some_where_plates_rest():
+    plate = grid_plate()
+    turn, move = np.tile(np.eye(3), (300, 2, 1, 1)), np.zeros((300, 2, 3))
+    move[:, 0, 0] = 1e-3 * np.arange(300)
+    begin = perf_counter()
+    answer = ask([plate, plate], turn, move, pairs=np.array([[0, 1]]), faces=True)
+    spent = perf_counter() - begin
+    assert set(answer.seconds) == set(whole_motion.STAGES)
+    assert 0.2 * spent < sum(answer.seconds.values()) <= spent
+    assert answer.seconds["exact"] > 0
 
 
 def test_an_empty_motion_has_an_empty_answer():
