@@ -7,12 +7,14 @@ of the grip.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sessions.glassware.field import Distance, Points, blended, capsule, carved, ellipsoid, rounded_box, surface_of
 from sessions.glassware.instrument import TYPICAL, Instrument, Site, mass_of
+from sessions.mesh_data import MeshData
 
 CLEARANCE = 2.0e-3  # between skin and the held cylinder; blending takes up to half of it
 MOST_BEND = np.radians(105.0)
@@ -52,12 +54,7 @@ def hand_left(faces: int, *, grip_radius: float = 0.030) -> Instrument:
 
 def _hand(name: str, faces: int, grip_radius: float, side: float) -> Instrument:
     grip = float(np.clip(grip_radius, LEAST_GRIP, MOST_GRIP))
-
-    def solid(points: Points) -> Distance:
-        return _distance(points, grip)
-
-    reach = grip + 0.06
-    mesh = surface_of(solid, (-reach, -0.07, -reach), (reach + 0.03, 0.075, 0.15), faces)
+    mesh = _right_skin(faces, grip)
     if side < 0.0:
         mesh = mesh.transformed(np.diag([-1.0, 1.0, 1.0, 1.0]))
     return Instrument(
@@ -73,6 +70,17 @@ def _hand(name: str, faces: int, grip_radius: float, side: float) -> Instrument:
         },
         origin="on the axis of what is held, between the second and third finger",
     )
+
+
+@lru_cache(maxsize=16)
+def _right_skin(faces: int, grip: float) -> MeshData:
+    """The surface of a right hand, made once: it takes a second, and the left hand is its mirror image."""
+
+    def solid(points: Points) -> Distance:
+        return _distance(points, grip)
+
+    reach = grip + 0.06
+    return surface_of(solid, (-reach, -0.07, -reach), (reach + 0.03, 0.075, 0.15), faces)
 
 
 def _distance(points: Points, grip: float) -> Distance:

@@ -6,6 +6,8 @@ face.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from sessions.glassware.field import (
@@ -20,6 +22,7 @@ from sessions.glassware.field import (
     surface_of,
 )
 from sessions.glassware.instrument import TYPICAL, Instrument, Site
+from sessions.mesh_data import MeshData
 
 WAND_MASS, HEADSET_MASS = 0.2, 0.5  # kg, round figures for hollow plastic; the meshes are solid
 DIMPLES = 14
@@ -30,10 +33,9 @@ def proxy_wand(faces: int) -> Instrument:
 
     The origin lies under the trackpad, where the handle meets the ring.
     """
-    mesh = surface_of(_wand, (-0.065, -0.085, -0.11), (0.065, 0.05, 0.165), faces)
     return Instrument(
         name="proxy_wand",
-        mesh=mesh,
+        mesh=_wand_surface(faces),
         tags=("controller", "tool"),
         material="plastic",
         sources=(TYPICAL,),
@@ -45,10 +47,9 @@ def proxy_wand(faces: int) -> Instrument:
 
 def proxy_headset(faces: int) -> Instrument:
     """Return a headset that looks towards -Z, with straps round the head; the origin lies between the eyes."""
-    mesh = surface_of(_headset, (-0.12, -0.10, -0.11), (0.12, 0.13, 0.20), faces)
     return Instrument(
         name="proxy_headset",
-        mesh=mesh,
+        mesh=_headset_surface(faces),
         tags=("headset",),
         material="plastic",
         sources=(TYPICAL,),
@@ -56,6 +57,18 @@ def proxy_headset(faces: int) -> Instrument:
         sites={"view": Site(point=(0.0, 0.0, 0.0), direction=(0.0, 0.0, -1.0))},
         origin="between the eyes",
     )
+
+
+@lru_cache(maxsize=4)
+def _wand_surface(faces: int) -> MeshData:
+    """Made once: it takes most of a second, and a folder of recordings asks for it again and again."""
+    return surface_of(_wand, (-0.065, -0.085, -0.11), (0.065, 0.05, 0.165), faces)
+
+
+@lru_cache(maxsize=4)
+def _headset_surface(faces: int) -> MeshData:
+    """Made once, like the wand's."""
+    return surface_of(_headset, (-0.12, -0.10, -0.11), (0.12, 0.13, 0.20), faces)
 
 
 def _wand(points: Points) -> Distance:

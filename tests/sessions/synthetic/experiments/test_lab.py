@@ -8,12 +8,15 @@ from sessions.synthetic.bench import BENCH_TOP, Placed, standing
 from sessions.synthetic.experiments.lab import SNAP, SPOUT_LEFT, Lab, layout_of
 from sessions.synthetic.rotations import quaternion_about, rotated
 
-LAYOUT = layout_of({"glass": Placed("beaker_50", standing(0.1, 0.0), SPOUT_LEFT)}, (0.034, 0.034), 600)
+
+@pytest.fixture(scope="module")
+def layout():
+    return layout_of({"glass": Placed("beaker_50", standing(0.1, 0.0), SPOUT_LEFT)}, (0.034, 0.034), 600)
 
 
 @pytest.fixture
-def lab():
-    return Lab("test", LAYOUT, Recording(seconds=600.0, noise="vive", seed=1))
+def lab(layout):
+    return Lab("test", layout, Recording(seconds=600.0, noise="vive", seed=1))
 
 
 def poses(lab, side="right"):
