@@ -12,15 +12,25 @@ from numpy.typing import NDArray
 from replay.audit.outcome import Outcome
 from replay.report.markup import Markup, element, safe
 from replay.rerun_log.colours import OUTCOME_WORDS, SERIES, Rgba
+from replay.rerun_log.lanes import number_boxes
 from replay.run_result import RunResult
 from replay.summary import frame_seconds
 
 BUDGET_MS: Final = 1000.0 / 90.0
 """One frame at 90 Hz."""
 
-WIDTH, LABEL, LANE, TOP = 1100, 190, 26, 22
+WIDTH, LABEL, LANE, TOP, RIGHT = 1100, 190, 26, 22, 60
 SMALLEST: Final = 2.0
 """Points a mark is wide at least: a contact of 11 ms in a minute would be a fifth of one."""
+
+MOST_BARS: Final = 200
+"""Bars that lie beside each other in a lane; more are drawn as shares of each stretch, or the last would hide all."""
+
+STRETCH: Final = 4.0
+"""Points of such a stretch."""
+
+BOX, DIGIT = 0.012, 0.009
+"""Shares of the width that the box of a number takes, and each digit in it."""
 
 MOST_LANES: Final = 20
 BINS: Final = 800
@@ -29,8 +39,7 @@ BINS: Final = 800
 def timeline(result: RunResult, label: str) -> Markup:
     """A lane per pair in the words of the audit, worst first; numbers of misses above."""
     outcome = result.comparisons[label].outcome
-    spoken = [Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES]
-    touched = np.isin(outcome, spoken).any(axis=0)
+    touched = np.isin(outcome, SPOKEN).any(axis=0)
     missed = (outcome == Outcome.MISSED).sum(axis=0)
     pairs = sorted(np.flatnonzero(touched).tolist(), key=lambda pair: (-int(missed[pair]), pair))
     rest = len(pairs) - MOST_LANES
@@ -41,19 +50,20 @@ def timeline(result: RunResult, label: str) -> Markup:
     for row, pair in enumerate(pairs, start=1):
         y = TOP + LANE * row
         parts.append(element("text", result.assembly.pair_name(pair), x=0, y=y + 15, class_="lane"))
-        for word in spoken:
-            parts += _bars(outcome[:, pair] == word, times, y + 3, word)
+        parts += lane_bars(outcome[:, pair], times, y + 3)
     words = (
         f"{len(pairs)} pairs over {float(times[-1] - times[0]):.0f} seconds, as {label} compares with {result.oracle}"
     )
     more = f" {rest} more pairs are in the tables." if rest > 0 else ""
+    if any(int((np.diff(outcome[:, pair].astype(np.int16)) != 0).sum()) > MOST_BARS for pair in pairs):
+        more += " Where stretches are too many to tell apart, height is their share of the frames."
     svg = element("svg", *parts, viewBox=f"0 0 {WIDTH} {height}", role="img", aria_label=words)
     return element("figure", _legend(), svg, element("figcaption", words + "." + more))
 
 
 def _place(times: NDArray[np.float64], at: float) -> float:
     span = float(times[-1] - times[0]) or 1.0
-    return LABEL + (WIDTH - LABEL) * (at - float(times[0])) / span
+    return LABEL + (WIDTH - RIGHT - LABEL) * (at - float(times[0])) / span
 
 
 def _ruler(times: NDArray[np.float64], height: int) -> Markup:
@@ -69,19 +79,71 @@ def _ruler(times: NDArray[np.float64], height: int) -> Markup:
 
 
 def _numbers(result: RunResult, label: str) -> list[Markup]:
+    """Where misses are; numbers that would overlap share a box: ``12-31``."""
     times = result.assembly.motion.times
     found = [element("text", "missed", x=0, y=TOP + 15, class_="lane")]
-    free = 0.0
-    for miss in result.misses[label]:
-        x = max(_place(times, miss.seconds), free)
-        width = 9.0 * len(str(miss.number)) + 8.0
-        if x + width > WIDTH:
-            break
-        free = x + width + 2.0
-        title = element("title", f"miss {miss.number}: {miss.body_a}-{miss.body_b}, {miss.seconds:.3f} s")
-        box = element("rect", title, x=f"{x:.1f}", y=TOP + 2, width=f"{width:.1f}", height=18, class_="missed")
-        found += [box, element("text", miss.number, x=f"{x + width / 2:.1f}", y=TOP + 16, class_="miss")]
+    span = round(float(times[-1] - times[0]) * 1e9) or 1
+    by_number = {miss.number: miss for miss in result.misses[label]}
+    for words, start, end in number_boxes(result.misses[label], span, BOX, DIGIT):
+        x, after = _place(times, start / 1e9), _place(times, end / 1e9)
+        one = by_number.get(int(words)) if words.isdigit() else None
+        told = f"misses {words}" if one is None else f"miss {words}: {one.body_a}-{one.body_b}, {one.seconds:.3f} s"
+        title = element("title", told)
+        found += [
+            element("rect", title, x=f"{x:.1f}", y=TOP + 2, width=f"{after - x - 1:.1f}", height=18, class_="missed"),
+            element("text", words, x=f"{(x + after) / 2:.1f}", y=TOP + 16, class_="miss"),
+        ]
     return found
+
+
+SPOKEN: Final = (
+    Outcome.MISSED, Outcome.INVENTED, Outcome.BETWEEN_FRAMES, Outcome.WITHIN_TOLERANCE, Outcome.BOTH,
+)  # fmt: skip
+"""Outcomes with a colour, in the order in which they are stacked, from the top."""
+
+
+def lane_bars(outcome: NDArray[np.uint8], times: NDArray[np.float64], y: int) -> list[Markup]:
+    """The bars of one pair: each stretch of an outcome where it is, or shares where there are too many to tell apart.
+
+    Parameters
+    ----------
+    outcome : (T,) values of ``Outcome``.
+    y : the lane's upper edge.
+    """
+    changes = int((np.diff(outcome.astype(np.int16)) != 0).sum())
+    if changes > MOST_BARS:
+        return _shares(outcome, times, y)
+    # Misses last: widened to be seen, they must not be hidden by what follows.
+    return [bar for word in reversed(SPOKEN) for bar in _bars(outcome == word, times, y, word)]
+
+
+def _shares(outcome: NDArray[np.uint8], times: NDArray[np.float64], y: int) -> list[Markup]:
+    """Stretches of ``STRETCH`` points, filled from the top with the shares of their frames; equal neighbours join."""
+    span = float(times[-1] - times[0]) or 1.0
+    count = int((WIDTH - RIGHT - LABEL) / STRETCH)
+    place = np.minimum(((times - times[0]) / span * count).astype(np.int64), count - 1)
+    seen = np.stack([np.bincount(place[outcome == word], minlength=count) for word in SPOKEN], axis=1)
+    whole = np.maximum(np.bincount(place, minlength=count), 1)[:, None]
+    tall = np.round((LANE - 6) * np.cumsum(seen, axis=1) / whole).astype(np.int64)
+    # A miss among a hundred frames keeps a point of height: the lane exists to show it.
+    tall[:, 0] = np.where(seen[:, 0] > 0, np.maximum(tall[:, 0], 1), 0)
+    tall = np.maximum.accumulate(tall, axis=1)
+    starts = np.flatnonzero(np.append(True, (np.diff(tall, axis=0) != 0).any(axis=1)))
+    bars = []
+    for first, after in zip(starts.tolist(), [*starts[1:].tolist(), count], strict=True):
+        top = 0
+        for k, word in enumerate(SPOKEN):
+            high = int(tall[first, k]) - top
+            if high > 0:
+                name, colour = OUTCOME_WORDS[word]
+                frames = int(seen[first:after, k].sum())
+                title = element("title", f"{name}: {frames} of {int(whole[first:after].sum())} frames")
+                bars.append(
+                    element("rect", title, x=f"{LABEL + STRETCH * first:.1f}", y=y + top,
+                            width=f"{STRETCH * (after - first):.1f}", height=high, fill=_hex(colour))
+                )  # fmt: skip
+            top += max(high, 0)
+    return bars
 
 
 def _bars(active: NDArray[np.bool_], times: NDArray[np.float64], y: int, word: Outcome) -> list[Markup]:

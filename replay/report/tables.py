@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
+from typing import Final
 
 import numpy as np
 
+from replay.audit.clusters import MANY, by_depth, clusters
 from replay.audit.misses import NEVER_FOUND
-from replay.audit.outcome import Episode, Outcome
+from replay.audit.outcome import Episode, Miss, Outcome
 from replay.report.markup import Markup, element, joined, table
 from replay.run_result import RunResult
+
+MOST_ROWS: Final = 1000
+"""Misses with a row of their own, some 400 kB of page."""
 
 
 def fact_table(result: RunResult) -> Markup:
@@ -94,8 +99,8 @@ def _audit(result: RunResult, label: str, pair: int) -> tuple[int, int, int, int
 
 
 def miss_table(result: RunResult, label: str) -> Markup:
-    """A row per miss, with the command that shows it."""
-    run = result.out or "RUN"
+    """A row per miss, deepest first, with the command that shows it; where there are many, clusters above them."""
+    run, misses = result.out or "RUN", result.misses[label]
     rows = [
         (
             element("b", miss.number),
@@ -108,10 +113,36 @@ def miss_table(result: RunResult, label: str) -> Markup:
             f"{miss.cut_length * 1e3:.1f}" if miss.touch is None else "between frames",
             miss.face_pairs,
         )
-        for miss in result.misses[label]
+        for miss in by_depth(misses)[:MOST_ROWS]
     ]
     head = ("miss", "pair", "what", "cause", "look at it", "at s", "frames", "cut mm", "face pairs")
-    return table(f"What {label} missed", head, rows, words=5)
+    every = table(f"What {label} missed", head, rows, words=5)
+    if len(misses) <= MANY:
+        return every
+    more = f"; the other {len(misses) - MOST_ROWS:,} are in misses.parquet" if len(misses) > MOST_ROWS else ""
+    words = f"The {len(rows):,} deepest, each with the command that shows it{more}"
+    if not more:
+        words = f"All {len(rows):,}, each with the command that shows it"
+    return joined([_cluster_table(run, label, misses), element("details", element("summary", words), every)])
+
+
+def _cluster_table(run: object, label: str, misses: Sequence[Miss]) -> Markup:
+    rows = []
+    for cluster in clusters(misses):
+        one, (start, end) = cluster.deepest, cluster.span
+        rows.append(
+            (
+                f"{one.body_a} - {one.body_b}",
+                cluster.causes,
+                element("code", f"replay view {run} --miss {one.number}"),
+                len(cluster.misses),
+                cluster.frames,
+                f"{start:.2f} to {end:.2f}",
+                f"{one.cut_length * 1e3:.1f}" if one.touch is None else "between frames",
+            )
+        )
+    head = ("pair", "cause", "look at the deepest", "misses", "frames", "s", "deepest cut mm")
+    return table(f"{len(misses):,} misses of {label} in {len(rows)} clusters, deepest first", head, rows, words=3)
 
 
 def cost_table(result: RunResult) -> Markup:

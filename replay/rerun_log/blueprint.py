@@ -15,11 +15,9 @@ from replay.rerun_log.colours import BACKGROUND
 from replay.rerun_log.columns import FRAME, SESSION
 from replay.rerun_log.effects import EffectViews
 from replay.rerun_log.findings import finding_tab
+from replay.rerun_log.subject import Subject, lanes_in_view
 from replay.rerun_log.timing import BUDGET_MS
 from replay.rerun_log.tradeoff import curve_tab
-
-LANES_IN_VIEW: Final = 7
-"""Lanes beside the picture, the numbers included: at 40 points each, more would be cut off. All are in the next tab."""
 
 AROUND: Final = 0.6
 """Seconds before and after the cursor in the lanes beside the close-up."""
@@ -42,31 +40,6 @@ SCREEN_POINTS: Final = 980
 
 
 @dataclass(frozen=True)
-class Subject:
-    """Entities and words of one audited detector.
-
-    Parameters
-    ----------
-    label : its name; ``headline`` says what it missed.
-    lanes : paths of its lanes and the pair's column each speaks of, numbers (``None``) first.
-    listing, worst, note : list of misses, table of the worst, words on the current one.
-    missed : root of pins and flags; ``faces`` names its red faces below each body, ``face_entities`` are their paths.
-    camera : entity whose pose is the close-up of the current miss, ``""`` when nothing was missed.
-    """
-
-    label: str
-    headline: str
-    lanes: Mapping[str, int | None]
-    listing: str
-    worst: str
-    note: str
-    missed: str
-    faces: str
-    face_entities: tuple[str, ...]
-    camera: str
-
-
-@dataclass(frozen=True)
 class Layout:
     """What the layout needs to know of a recording."""
 
@@ -84,8 +57,9 @@ class Layout:
     """Lanes of poses in doubt; without any the findings are a list only; ``None``: the session was not examined."""
     slowest_ms: float
     """Milliseconds of the slowest look of all detectors."""
+    start: float
     end: float
-    """Seconds at which the time axes end; left alone, the viewer shows one minute around the cursor."""
+    """Seconds at which the time axes start and end; left alone, the viewer shows one minute around the cursor."""
     effects: EffectViews | None = None
     tradeoff: bool = False
     """Whether the curve is in the recording."""
@@ -118,7 +92,7 @@ def build_blueprint(layout: Layout) -> rrb.Blueprint:
 
 
 def _audit(layout: Layout, subject: Subject, name: str) -> Any:
-    lanes = list(subject.lanes)[:LANES_IN_VIEW]
+    lanes = lanes_in_view(subject)
     lane_share = RULER_POINTS + LANE_POINTS * max(2, len(lanes))
     shares = [max(300, SCREEN_POINTS - lane_share - BOTTOM_POINTS), lane_share, BOTTOM_POINTS]
     beside = [_close_up(layout, subject)] if subject.camera else []
@@ -136,18 +110,24 @@ def _audit(layout: Layout, subject: Subject, name: str) -> Any:
 
 
 def _words(subject: Subject) -> Any:
-    listing = rrb.TextLogView(
-        origin=f"/{subject.listing}",
-        name=subject.headline,
+    lists = [_list(subject.listing, "All" if subject.clusters else subject.headline)]
+    if subject.clusters:
+        lists.insert(0, _list(subject.clusters, subject.headline))
+    worst = rrb.TextDocumentView(origin=f"/{subject.worst}", name="Longest cuts")
+    report = rrb.TextDocumentView(origin="/report", contents=["/report"], name="Report")
+    return rrb.Tabs(*lists, worst, report, active_tab=0)
+
+
+def _list(path: str, name: str) -> Any:
+    return rrb.TextLogView(
+        origin=f"/{path}",
+        name=name,
         columns=rrb.TextLogColumns(
             timeline_columns=[TimelineColumn(SESSION), TimelineColumn(FRAME, visible=False)],
             text_log_columns=[TextLogColumn("body")],
         ),
         format_options=rrb.TextLogFormat(monospace_body=True),
     )
-    worst = rrb.TextDocumentView(origin=f"/{subject.worst}", name="Longest cuts")
-    report = rrb.TextDocumentView(origin="/report", contents=["/report"], name="Report")
-    return rrb.Tabs(listing, worst, report, active_tab=0)
 
 
 def _note(subject: Subject) -> Any:
@@ -211,7 +191,7 @@ def _lanes(layout: Layout, subject: Subject, lanes: Sequence[str]) -> Any:
 
 def _whole(layout: Layout) -> rrb.TimeAxis:
     """The whole session, from side to side; zooming stays possible."""
-    ends = (rr.TimeRangeBoundary.absolute(seconds=0.0), rr.TimeRangeBoundary.absolute(seconds=layout.end))
+    ends = (rr.TimeRangeBoundary.absolute(seconds=layout.start), rr.TimeRangeBoundary.absolute(seconds=layout.end))
     return rrb.TimeAxis(view_range=rr.TimeRange(start=ends[0], end=ends[1]))
 
 

@@ -15,6 +15,7 @@ import rerun as rr
 
 from replay.assembly import Assembly
 from replay.audit.between import at_touch
+from replay.audit.clusters import by_depth
 from replay.audit.outcome import Miss
 from replay.rerun_log.camera import Eye, Obstacles, look_rotation, towards_user
 from replay.rerun_log.columns import RecordingWriter
@@ -74,7 +75,7 @@ def eyes_of(assembly: Assembly, scene: Scene, misses: Sequence[Miss]) -> dict[in
     counted = Obstacles(assembly, scene)
     unseen = Obstacles(replace(assembly, bodies=()), scene)
     eyes = {}
-    for rank, miss in enumerate(sorted(misses, key=lambda one: (-one.cut_length, one.number))):
+    for rank, miss in enumerate(by_depth(misses)):
         there, frame = standing(assembly, miss)
         user = towards_user(there, scene, frame, miss.point)
         obstacles = counted if rank < COUNTED else unseen

@@ -76,7 +76,10 @@ def log_lane(writer: RecordingWriter, path: str, state: NDArray[np.uint8], words
     """Send one lane: a row where the state changes, a reset a nanosecond before it, a gap for states without a word."""
     text = np.array([words[code][0] if code in words else "" for code in range(256)], dtype=object)
     changes = np.flatnonzero(np.diff(state.astype(np.int16), prepend=-1))
-    send_lane(writer, path, writer.clock.ns[changes], text[state[changes]].tolist(), [words[k] for k in words])
+    stamps, states = writer.clock.ns[changes], text[state[changes]].tolist()
+    # The last state lasts one frame: left open, it would run to the end of the axis, seconds of a miss that was one.
+    end = writer.clock.ns[-1:] + round(float(np.median(np.diff(writer.clock.ns)))) if len(state) > 1 else stamps[:0]
+    send_lane(writer, path, np.concatenate([stamps, end]), states + [""] * len(end), [words[k] for k in words])
 
 
 def log_number_lane(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
@@ -93,8 +96,15 @@ def log_number_lane(writer: RecordingWriter, path: str, misses: Sequence[Miss]) 
     send_lane(writer, path, stamps, states, colours)
 
 
-def number_boxes(misses: Sequence[Miss], session_ns: int) -> list[tuple[str, int, int]]:
-    """Boxes ``(label, start, end)`` in nanoseconds that never overlap and are wide enough for their labels."""
+def number_boxes(
+    misses: Sequence[Miss], session_ns: int, base: float = LABEL_BASE, digit: float = LABEL_DIGIT
+) -> list[tuple[str, int, int]]:
+    """Boxes ``(label, start, end)`` in nanoseconds that never overlap and are wide enough for their labels.
+
+    Parameters
+    ----------
+    base, digit : shares of ``session_ns`` that a box takes, and each character in it.
+    """
     boxes: list[tuple[str, int, int]] = []
     first = start = reach = 0
     for miss in sorted(misses, key=lambda one: (one.start, one.number)):
@@ -105,7 +115,7 @@ def number_boxes(misses: Sequence[Miss], session_ns: int) -> list[tuple[str, int
             first, start, reach = miss.number, begin, end
         reach = max(reach, end)
         label = str(first) if first == miss.number else f"{first}-{miss.number}"
-        width = round((LABEL_BASE + LABEL_DIGIT * len(label)) * session_ns)
+        width = round((base + digit * len(label)) * session_ns)
         boxes.append((label, start, max(start + width, reach)))
     return boxes
 

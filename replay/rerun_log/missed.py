@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from cdcore import Detection, TriangleMesh
 from cdcore.numerics import FloatArray
 from replay.assembly import Assembly
+from replay.audit.clusters import by_depth
 from replay.audit.outcome import Miss
 from replay.rerun_log.colours import MISSED, MISSED_FACES, PARTLY_MISSED, packed
 from replay.rerun_log.columns import Clock, RecordingWriter
@@ -52,7 +53,7 @@ def log_missed_faces(
     """
     per_body: dict[int, dict[Moment, list[NDArray[np.int64]]]] = {}
     room = dict.fromkeys(range(len(assembly.bodies)), DRAWN_MISSED_FACES)
-    for miss in sorted(misses, key=lambda one: (-one.cut_length, one.number)):
+    for miss in by_depth(misses):
         for moment, faces in _moments_with_faces(oracle, miss):
             _collect_faces(per_body, room, assembly, miss.pair, moment, faces)
     for body in sorted({int(k) for miss in misses for k in assembly.pairs[miss.pair]}):
@@ -166,7 +167,7 @@ def current_misses(clock: Clock, misses: Sequence[Miss]) -> tuple[list[int], lis
             else:
                 del now[miss.number]
         frames.append(frame)
-        current.append(sorted(now.values(), key=lambda one: (-one.cut_length, one.number)))
+        current.append(by_depth(now.values()))
     return frames, current
 
 

@@ -12,8 +12,9 @@ import rerun as rr
 
 from cdcore.numerics import FloatArray
 from cdcore.protocol import counts_as_contact
+from replay.audit.clusters import MANY, by_depth
 from replay.audit.headline import headline
-from replay.rerun_log.blueprint import Layout, Subject, build_blueprint
+from replay.rerun_log.blueprint import Layout, build_blueprint
 from replay.rerun_log.camera import Eye, overview
 from replay.rerun_log.columns import Clock, RecordingWriter, entity
 from replay.rerun_log.contacts import contacts_path, log_contacts
@@ -24,7 +25,8 @@ from replay.rerun_log.lanes import audit_lanes, log_audit_lanes, log_detector_la
 from replay.rerun_log.materials import is_ghost, tags_of
 from replay.rerun_log.miss_table import log_miss_table
 from replay.rerun_log.missed import log_missed_faces, log_pins
-from replay.rerun_log.report import log_missed_list, log_notes, log_report, log_worst
+from replay.rerun_log.report import log_cluster_list, log_missed_list, log_notes, log_report, log_worst
+from replay.rerun_log.subject import Subject
 from replay.rerun_log.timing import TOTAL, cost_of, cost_table, log_timing, stage_path
 from replay.rerun_log.tradeoff import log_tradeoff
 from replay.rerun_log.world import body_path, log_touches, log_world
@@ -86,18 +88,20 @@ def _subject(result: RunResult, label: str, number: int) -> Subject:
     if number:
         words, space = entity("audit", label), entity("world", f"missed_by_{label}")
         lanes, faces = entity("audit", label, "lanes"), entity(f"missed_faces_by_{label}")
-    has_misses = bool(result.misses.get(label))
+    misses = by_depth(result.misses.get(label, ()))
     return Subject(
         label=label,
         headline=headline(result, label),
         lanes=audit_lanes(lanes, result.assembly, result.comparisons[label]),
+        longest=misses[0].pair if misses else None,
         listing=f"{words}/missed",
+        clusters=f"{words}/clusters" if len(misses) > MANY else "",
         worst=f"{words}/longest_cuts",
         note=f"{words}/nearest_miss",
         missed=space,
         faces=faces,
         face_entities=tuple(f"{body_path(body.name)}/{faces}" for body in result.assembly.bodies),
-        camera=f"{space}/eye" if has_misses else "",
+        camera=f"{space}/eye" if misses else "",
     )
 
 
@@ -131,6 +135,7 @@ def _log_subject(writer: RecordingWriter, result: RunResult, subject: Subject, r
     log_missed_faces(writer, subject.faces, assembly, oracle, misses)
     log_pins(writer, subject.missed, misses, reach)
     log_missed_list(writer, subject.listing, misses, f"nothing missed by {subject.label}")
+    log_cluster_list(writer, subject.clusters, misses)
     log_worst(writer, subject.worst, misses)
     log_miss_table(writer, f"{subject.missed}/table", misses)
     if misses:
@@ -174,6 +179,7 @@ def _layout(result: RunResult, subjects: Sequence[Subject]) -> Layout:
         detector_lanes=bool(_spoken_of(result)),
         finding_lanes=finding_lanes(result),
         slowest_ms=max((float(value.max()) for value in timed.values() if len(value)), default=0.0),
+        start=float(result.assembly.motion.times[0]) if len(result.assembly.motion) else 0.0,
         end=_end(result),
         tradeoff=result.tradeoff is not None,
         effects=effect_views(result.effects) if result.effects else None,

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 import rerun as rr
 
+from replay.audit.clusters import MANY, Cluster, by_depth, clusters
 from replay.audit.headline import headline
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss, Outcome
@@ -16,7 +17,7 @@ from replay.rerun_log.columns import RecordingWriter
 from replay.rerun_log.focus import Focus, moments
 from replay.run_result import RunResult
 
-WORST: Final = 40
+WORST: Final = MANY
 """Misses in the table of the worst; the list beside it has all."""
 
 CAVEAT: Final = (
@@ -116,12 +117,50 @@ def _outcome_table(result: RunResult) -> str:
 
 def log_worst(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
     """Send the misses with the longest cuts, deepest first: where hundreds are listed, these are worth a look."""
-    ordered = sorted(misses, key=lambda miss: (-miss.cut_length, miss.number))[:WORST]
-    lines = ["| miss | at s | frames | pair | kind | cut mm | face pairs |", "|---" * 7 + "|"]
+    ordered = by_depth(misses)[:WORST]
+    lines = _cluster_lines(misses) if len(misses) > MANY else []
+    lines += [f"### The {len(ordered)} longest cuts of {len(misses)} misses" if misses else "### Nothing missed", ""]
+    lines += ["| miss | at s | frames | pair | kind | cut mm | face pairs |", "|---" * 7 + "|"]
     lines += [
         f"| **{m.number}** | {m.seconds:.2f} | {m.last - m.first + 1} | {m.body_a}-{m.body_b} | {m.kind} "
         f"| {'between frames' if m.touch else f'{m.cut_length * 1e3:.1f}'} | {m.face_pairs} |"
         for m in ordered
     ]
-    title = f"### The {len(ordered)} longest cuts of {len(misses)} misses\n\n" if misses else "### Nothing missed\n\n"
-    writer.static(path, rr.TextDocument(title + "\n".join(lines), media_type=rr.MediaType.MARKDOWN))
+    writer.static(path, rr.TextDocument("\n".join(lines), media_type=rr.MediaType.MARKDOWN))
+
+
+def _cluster_lines(misses: Sequence[Miss]) -> list[str]:
+    """A table of clusters, the one with the longest cut first."""
+    found = clusters(misses)
+    lines = [f"### {len(misses):,} misses in {len(found)} clusters", ""]
+    lines += ["| pair | misses | frames | s | look at | cut mm |", "|---" * 6 + "|"]
+    for cluster in found:
+        one, (start, end) = cluster.deepest, cluster.span
+        depth = "between frames" if one.touch else f"{one.cut_length * 1e3:.1f}"
+        lines.append(
+            f"| {one.body_a}-{one.body_b} | {len(cluster.misses)} | {cluster.frames} | {start:.1f} to {end:.1f} "
+            f"| **{one.number}** | {depth} |"
+        )
+    return [*lines, ""]
+
+
+def log_cluster_list(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
+    """Send one line per cluster at its deepest moment, where there are too many misses for a line each."""
+    if len(misses) <= MANY:
+        return
+    at = moments(misses)
+    ordered = sorted(clusters(misses), key=lambda cluster: at[cluster.deepest.number])
+    width = max(len(f"{cluster.deepest.body_a}-{cluster.deepest.body_b}") for cluster in ordered)
+    texts = [_cluster_line(cluster, width) for cluster in ordered]
+    whole = [all(miss.kind == NEVER_FOUND for miss in cluster.misses) for cluster in ordered]
+    colours = packed([MISSED if one else PARTLY_MISSED for one in whole])
+    frames, later = np.array([at[cluster.deepest.number] for cluster in ordered]).T
+    columns = rr.TextLog.columns(text=texts, level=["cluster"] * len(texts), color=colours)
+    writer.rows_later(path, frames, later, columns)
+
+
+def _cluster_line(cluster: Cluster, width: int) -> str:
+    one, (start, end) = cluster.deepest, cluster.span
+    name = f"{one.body_a}-{one.body_b}"
+    depth = "between frames" if one.touch else f"{one.cut_length * 1e3:5.1f} mm"
+    return f"{len(cluster.misses):>4} x {name:<{width}}  {start:6.1f} to {end:6.1f} s  {depth}  (miss {one.number})"

@@ -1,4 +1,10 @@
-from replay.report.tables import cost_table, fact_table, settings_table
+from dataclasses import replace
+
+import pytest
+from page_cells import Cells
+
+from replay.report.page import report_html
+from replay.report.tables import cost_table, fact_table, miss_table, settings_table
 
 
 def test_facts_name_every_body_and_the_length(run):
@@ -14,3 +20,40 @@ def test_settings_hold_what_it_takes_to_run_again(run):
 
 def test_the_oracle_is_named_in_the_table_of_times(run):
     assert "oracle" in cost_table(run) and "frame by frame" in cost_table(run)
+
+
+@pytest.fixture(scope="module")
+def many(run):
+    """The run as if it had missed 1,100 contacts, some of them one after the other."""
+    one = run.misses["slow"][0]
+    made = tuple(
+        replace(
+            one, number=k, start=0.5 * k + 20 * (k // 50), end=0.5 * k + 20 * (k // 50), cut_length=k * 7 % 1103 / 1e3
+        )
+        for k in range(1, 1101)
+    )
+    return replace(run, misses={"slow": made})
+
+
+def test_hundreds_of_misses_are_clusters_first_and_rows_deepest_first_in_a_fold(many):
+    text = miss_table(many, "slow")
+    tables = Cells(text).tables
+    (caption,) = [name for name in tables if "clusters" in name]
+    assert caption == f"1,100 misses of slow in {len(tables[caption])} clusters, deepest first"
+    assert len(tables[caption]) <= 40 and sum(int(row[3]) for row in tables[caption]) == 1100
+    deepest = [float(row[6]) for row in tables[caption]]
+    assert deepest == sorted(deepest, reverse=True)
+    assert text.index(caption) < text.index("<details>") < text.index("What slow missed")
+    cuts = [float(row[7]) for row in tables["What slow missed"]]
+    assert len(cuts) == 1000 and cuts == sorted(cuts, reverse=True)
+    assert "The 1,000 deepest" in text and "the other 100 are in misses.parquet" in text
+
+
+def test_the_page_of_a_thousand_misses_stays_small(many, run):
+    assert len(miss_table(many, "slow")) < 600_000
+    assert len(report_html(many)) < len(report_html(run)) + 700_000
+
+
+def test_a_few_misses_are_rows_and_nothing_else(run):
+    text = miss_table(run, "slow")
+    assert "<details>" not in text and len(Cells(text).tables) == 1

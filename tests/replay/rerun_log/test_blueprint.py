@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,9 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from replay.rerun_log.blueprint import LANES_IN_VIEW
 from replay.rerun_log.miss_table import read_misses
 from replay.rerun_log.recording import write_recording
+from replay.rerun_log.subject import LANES_IN_VIEW
 from replay.run_result import RunResult
 
 
@@ -136,3 +137,12 @@ def test_the_budget_line_is_drawn_where_it_does_not_press_the_curves_down(
     name, query = next(item for item in Layout(tmp_path / "run.rrd").views().items() if item[0].startswith("Time per"))
     assert ("/timing/budget" in query) == drawn
     assert f"{share:.0%} of a frame at 90 Hz" in name
+
+
+def test_hundreds_of_misses_are_listed_by_clusters_first_and_each_in_a_tab_beside(
+    hundreds: tuple[RunResult, Any], layout: Layout
+) -> None:
+    views = Layout(hundreds[1].path).views()
+    (first,) = [query for name, query in views.items() if re.match(r"\d+ of \d+ contacts missed by 22\.5Hz", name)]
+    assert any("/report/clusters" in line for line in first) and any("/report/missed" in line for line in views["All"])
+    assert "All" not in layout.views(), "a dozen misses need no clusters"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -49,6 +50,14 @@ def test_between_two_states_lies_a_reset_of_one_nanosecond(demo: RunResult, read
     assert not touching
     resets = [b[0] - a[0] for a, b in pairwise(lane) if not a[1] and b[1] and b[0] - a[0] == 1]
     assert resets
+
+
+def test_the_last_state_lasts_one_frame(demo: RunResult, write: Any) -> None:
+    whole = np.full_like(demo.comparisons[SUBJECT].outcome, Outcome.MISSED)
+    seen = write(replace(demo, comparisons={SUBJECT: replace(demo.comparisons[SUBJECT], outcome=whole)}))
+    stamps = demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]
+    lane = seen.lane("lanes/2_beaker-rod")
+    assert lane[-2:] == [(0, "MISSED"), (int(stamps[-1]) + 11_111_111, "")]
 
 
 def test_lanes_are_on_the_session_timeline_alone(read: Any) -> None:

@@ -6,8 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from replay.audit.clusters import MANY, clusters
 from replay.audit.outcome import Miss, Outcome
 from replay.rerun_log.colours import MISSED, PARTLY_MISSED, packed
+from replay.rerun_log.focus import moments
 from replay.rerun_log.miss_table import read_misses
 from replay.rerun_log.report import report_text
 from replay.run_result import RunResult
@@ -77,3 +79,25 @@ def test_a_miss_between_frames_says_when_and_which_faces_touch_first(passed: Run
     assert "between frames 1 and 2, from 0.01333" in note and "no frame shows it" in note
     assert f"first faces {miss.touch.faces[0]} of a and {miss.touch.faces[1]} of b" in note
     assert "| between frames | 1 |" in passed_read.column("report/longest_cuts", "TextDocument:text")[0][2][0]
+
+
+def test_hundreds_of_misses_are_a_line_per_cluster_at_its_deepest_moment(hundreds: tuple[RunResult, Any]) -> None:
+    result, read = hundreds
+    misses = result.misses[SUBJECT]
+    assert len(misses) > 2 * MANY
+    rows = read.column("report/clusters", "TextLog:text")
+    assert 1 < len(rows) <= MANY and sum(int(row[2][0].split()[0]) for row in rows) == len(misses)
+    at, found = moments(misses), {cluster.deepest.number: cluster for cluster in clusters(misses)}
+    for _, frame, words in rows:
+        number = int(words[0].rpartition("(miss ")[2].rstrip(")"))
+        assert frame == at[number][0] and f"{len(found[number].misses)} x" in words[0]
+    assert len(read.column("report/missed", "TextLog:text")) == len(misses), "and every miss keeps its line"
+
+
+def test_the_words_beside_hundreds_begin_with_the_clusters_deepest_first(hundreds: tuple[RunResult, Any]) -> None:
+    result, read = hundreds
+    text = read.column("report/longest_cuts", "TextDocument:text")[0][2][0]
+    clusters_, longest = text.split("### The ")
+    assert f"### {len(result.misses[SUBJECT])} misses in" in clusters_ and longest.startswith(f"{MANY} longest cuts")
+    cuts = [float(line.split("|")[-2]) for line in clusters_.splitlines() if "**" in line]
+    assert len(cuts) > 1 and cuts == sorted(cuts, reverse=True)
