@@ -1,10 +1,15 @@
 """A part has no machine code of its own, its callers have all of it, and marks about inlining are kept."""
 
-from numba.core import event
+import operator
+
+import pytest
+from numba.core import event, types
 from numba.core.compiler import Compiler
+from numba.core.errors import TypingError
+from numba.core.registry import cpu_target
 
 from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
-from cdcore.narrow.kernel_parts import IDLE_PASSES, KernelCompiler, PartLibrary
+from cdcore.narrow.kernel_parts import IDLE_PASSES, KernelCompiler, KnownOperators, PartLibrary
 
 OFFSET = 7
 
@@ -128,3 +133,26 @@ def test_a_kernel_compiles_in_numbas_order_without_the_idle_passes():
         assert made(1) == 1
     assert set(names) >= IDLE_PASSES, "numba still knows the steps left out"
     assert kept == [name for name in names if name not in IDLE_PASSES]
+
+
+def test_operators_are_typed_as_numba_types_them_for_every_mix_of_numbers():
+    rules = cpu_target.typing_context
+    rules.refresh()
+    kinds = (types.int64, types.float64, types.uint8, types.boolean, types.literal(3), types.literal(-2))
+    for operation in (operator.add, operator.truediv, operator.lt, operator.iand, operator.rshift):
+        function = rules.resolve_value_type(operation)
+        for pair in [(a, b) for a in kinds for b in kinds]:
+            if operation in (operator.iand, operator.rshift) and types.float64 in pair:
+                continue
+            asked = [KnownOperators(rules).resolve_function_type(function, pair, {}) for _ in range(2)]
+            assert asked == [rules.resolve_function_type(function, pair, {})] * 2
+
+
+def test_an_operator_on_what_it_cannot_take_is_refused_as_before():
+    @fresh
+    def asked(x):
+        return x + 1
+
+    with pytest.raises(TypingError, match="No implementation of function"):
+        asked("text")
+    assert asked(1) == 2
