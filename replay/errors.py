@@ -13,6 +13,9 @@
     ├── OutputError           a run folder or file that cannot be written
     ├── RunFolderError        a folder that holds no run, or a run of another version
     ├── TradeoffError         settings whose price cannot be measured: nothing to miss, no grid
+    ├── WorkerError           a process of several that ended without an answer
+    ├── CalibrationError      wall times that cannot be read or are of another experiment (replay.paper.calibration)
+    ├── FixtureError          a number of faces in which no pose of two meshes meets (replay.paper.fixtures)
     ├── StressError           hard cases asked for in words or files that mean nothing
     └── StudyError            metrics, questionnaire or codebook that cannot be analysed
         └── RefusedError      a result that a rule of the study forbids (replay.study.refusals)
@@ -63,6 +66,10 @@ class RunFolderError(ReplayError, ValueError):
 
 class StudyError(ReplayError, ValueError):
     """Metrics, a questionnaire or a codebook do not make a study."""
+
+
+class WorkerError(ReplayError, RuntimeError):
+    """A process among several ended without an answer."""
 
 
 class StressError(ReplayError, ValueError):

@@ -1,15 +1,18 @@
-"""Independent pieces of work in processes: one that fails, or takes its process down, ends no other."""
+"""Independent pieces of work in processes: of named ones one that fails ends no other; a crew gives back results."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.process import BaseProcess
+from types import TracebackType
 from typing import Any
+
+from replay.errors import WorkerError
 
 Told = Callable[[str, str], None]
 """Called with a name and what became of it: ``done``, ``kept`` or why it failed."""
@@ -67,6 +70,60 @@ def _pooled(work: Work, tasks: Tasks, jobs: int, note: Told) -> list[str]:
     finally:
         pool.shutdown(cancel_futures=True)
     return sorted(lost)
+
+
+class Crew:
+    """Processes that stay for several rounds of work, so that what each has loaded and compiled serves the next.
+
+    Parameters
+    ----------
+    jobs : processes; 1 works in this one.
+    """
+
+    def __init__(self, jobs: int) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_end_with_parent) if jobs > 1 else None
+
+    def __enter__(self) -> Crew:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._pool is not None:
+            self._pool.shutdown(cancel_futures=True)
+
+    def results(
+        self, tasks: Sequence[tuple[Callable[..., Any], tuple[Any, ...]]], done: Callable[[int], None]
+    ) -> list[Any]:
+        """What each function gives for its arguments, in order of the tasks; what one raises is raised here.
+
+        Parameters
+        ----------
+        tasks : functions of modules, each with its arguments; the longest first keeps all processes busy.
+        done : called with 1 whenever a task is finished.
+
+        Raises
+        ------
+        WorkerError
+            A process ended without an answer.
+        """
+        if self._pool is None:
+            found = []
+            for work, arguments in tasks:
+                found.append(work(*arguments))
+                done(1)
+            return found
+        try:
+            waiting = [self._pool.submit(work, *arguments) for work, arguments in tasks]
+            for finished in as_completed(waiting):
+                finished.result()
+                done(1)
+            return [one.result() for one in waiting]
+        except BrokenProcessPool as error:
+            raise WorkerError(
+                "a process ended in the middle of its work, perhaps for want of memory; use --jobs 1"
+            ) from error
 
 
 def _end_with_parent() -> None:

@@ -92,10 +92,13 @@ class FclMeshes:
         """Whether the surfaces of two placed bodies meet."""
         return bool(fcl.collide(self._bodies[a].thing, self._bodies[b].thing, self._first, _FacePairs()))
 
-    def faces(self, a: int, b: int) -> NDArray[np.int32]:
-        """The face pairs of two placed bodies that meet, (k, 2), unique and sorted."""
+    def faces(self, a: int, b: int, *, most: int = EVERY_CONTACT) -> NDArray[np.int32]:
+        """The face pairs of two placed bodies that meet, (k, 2), unique and sorted; FCL stops after ``most``."""
         found = _FacePairs()
-        if not fcl.collide(self._bodies[a].thing, self._bodies[b].thing, self._all, found):
+        request = self._all
+        if most != EVERY_CONTACT:
+            request = fcl.CollisionRequest(num_max_contacts=most, enable_contact=False)
+        if not fcl.collide(self._bodies[a].thing, self._bodies[b].thing, request, found):
             return np.zeros((0, 2), dtype=np.int32)
         keys = np.array(found.first, dtype=np.int64) << 32 | np.array(found.second, dtype=np.int64)
         keys = np.unique(keys)

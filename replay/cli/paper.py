@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import click
@@ -15,6 +16,7 @@ from replay.cli.options import ANY_PATH, common, output_format
 @click.option("--quick", is_flag=True, help="Three columns, two poses each: under a minute once compiled.")
 @click.option("--poses", type=click.IntRange(min=2), metavar="N", help="Poses of each column; 20 unasked.")
 @click.option("--near", type=click.IntRange(min=20), metavar="N", help="Random poses about first touch; 1,000 unasked.")
+@click.option("--jobs", type=click.IntRange(min=1), metavar="N", help="Processes; as many as cores unasked.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of poses and searches.")
 @click.option(
     "--calibration", type=ANY_PATH, metavar="FILE", help="Read wall times from here: the same file, the same tables."
@@ -27,6 +29,7 @@ def command(
     quick: bool,
     poses: int | None,
     near: int | None,
+    jobs: int | None,
     seed: int,
     calibration: Path | None,
     out: Path | None,
@@ -36,7 +39,7 @@ def command(
     quiet: bool,
     debug: bool,
 ) -> int:
-    """Regenerate Table I and Fig. 7 with exact truth; printed values stand in a column of their own.
+    """Regenerate Table I, Fig. 7 and Fig. 8 with exact truth; printed values stand in a column of their own.
 
     \b
     replay paper --quick
@@ -48,6 +51,7 @@ def command(
     from replay.cli.main import OK
     from replay.cli.paper_tables import paper_tables
     from replay.paper.experiment import FULL, QUICK, run_paper
+    from replay.paper.verdict import verdict_of
     from replay.paper.writing import as_json as plain
     from replay.paper.writing import write_paper
 
@@ -56,14 +60,18 @@ def command(
         targets=size.targets,
         poses=poses or size.poses,
         near=near or size.near,
+        sessions=size.sessions,
         seed=seed,
         calibration=calibration,
+        jobs=jobs or os.cpu_count() or 1,
         progress=TerminalProgress(people),
     )
     if as_json or format_ == "json":
         click.echo(json.dumps(plain(result), indent=1, allow_nan=False))
     else:
         stdout_console().print(paper_tables(result.tables))
+        for sentence in verdict_of(result.tables):
+            click.echo(f"- {sentence}")
     if result.hard:
         people.say(f"FCL lists other pairs than there are in {result.hard} of {len(result.fixtures)} fixtures")
     for path in write_paper(result, out) if out else ():

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
+from math import inf
 from pathlib import Path
 from statistics import median
 from typing import Any, Final
 
 from replay.errors import ReplayError
 
-VERSION: Final = 1
+VERSION: Final = 2
 SHARES: Final = (0.25, 0.5, 1.0, 2.0)
 """Common wall times B, in medians of ``hybrid``."""
 
@@ -29,18 +30,26 @@ class Calibration:
     experiment : targets, poses and seed the times belong to.
     machine : where it was measured.
     seconds, operations : row -> target, as text -> one value per pose; operations of rows without a budget are 0.
+    pace : family -> searcher -> faces sampled, as text -> seconds of an evaluation.
     """
 
     experiment: Mapping[str, Any]
     machine: Mapping[str, Any]
     seconds: Mapping[str, Mapping[str, list[float]]]
     operations: Mapping[str, Mapping[str, list[int]]]
+    pace: Mapping[str, Mapping[str, Mapping[str, float]]] = field(default_factory=dict)
 
     def budget(self, name: str, target: int, share: float) -> int:
         """Operations that row ``name`` does in ``share`` medians of ``hybrid``; 1 at least."""
-        key = str(target)
-        rate = sum(self.operations[name][key]) / sum(self.seconds[name][key])
-        return max(1, round(share * median(self.seconds["hybrid"][key]) * rate))
+        return max(1, round(share * median(self.seconds["hybrid"][str(target)]) * self._rate(name, target)))
+
+    def seconds_of(self, name: str, target: int, operations: int) -> float:
+        """Seconds that row ``name`` takes for so many operations."""
+        return operations / self._rate(name, target)
+
+    def _rate(self, name: str, target: int) -> float:
+        """Operations in a second."""
+        return sum(self.operations[name][str(target)]) / sum(self.seconds[name][str(target)])
 
     def all_seconds(self, name: str) -> list[float]:
         """Seconds of every pose of every target."""
@@ -78,7 +87,20 @@ def read_calibration(path: Path, experiment: Mapping[str, Any], names: tuple[str
         raise CalibrationError(
             f"{path} is of {dict(found.experiment)}, not of {dict(experiment)}; use the same options"
         )
-    absent = [name for name in names if name not in found.seconds]
-    if absent:
-        raise CalibrationError(f"{path} knows no times of {absent[0]}; leave it out to measure anew")
+    try:
+        for name in names:
+            _require_times(path, name, found, experiment)
+    except (AttributeError, TypeError) as error:
+        raise CalibrationError(f"{path} is no calibration ({error}); leave it out to measure anew") from error
     return found
+
+
+def _require_times(path: Path, name: str, found: Calibration, experiment: Mapping[str, Any]) -> None:
+    """A positive time and a count of operations of every pose of every target."""
+    for target in experiment["targets"]:
+        seconds, operations = (table.get(name, {}).get(str(target), []) for table in (found.seconds, found.operations))
+        good = len(seconds) == len(operations) == experiment["poses"]
+        if not good or not all(isinstance(one, float) and 0.0 < one < inf for one in seconds):
+            raise CalibrationError(
+                f"{path} has no times of {name} in every pose of {target} faces; leave it out to measure anew"
+            )

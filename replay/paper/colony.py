@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -14,7 +15,6 @@ from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.audit.wilson import wilson
 from replay.paper.fixtures import FAMILY_NAMES, fixture
 from replay.paper.tables import Cell, PaperTable
-from replay.progress import Progress, Silent
 from sessions.synthetic.streams import random_stream
 
 TARGET: Final = 500
@@ -82,36 +82,47 @@ def detected(poses: NearPoses, name: str, **settings: Any) -> tuple[int, int, in
     return hits, spent, int((false.verdict == Verdict.CONTACT).sum())
 
 
-def colony_tables(count: int, seed: int = 0, progress: Progress | None = None) -> list[PaperTable]:
-    """Fig. 7's random-collision rate, and the ablation, over ``count`` poses of each family."""
+@dataclass(frozen=True)
+class ColonyRows:
+    """Rows of one family: of F7e, and of the ablation."""
+
+    rates: tuple[tuple[Cell, ...], ...]
+    without: tuple[tuple[Cell, ...], ...]
+
+
+def colony_rows(family: str, count: int, seed: int = 0) -> ColonyRows:
+    """Every detector and variant over ``count`` poses of a family, and the colony with each equation switched off."""
     rates: list[tuple[Cell, ...]] = []
     without: list[tuple[Cell, ...]] = []
     cold = {"warm_start": False, "budget": BUDGET, "seed": seed}
-    with (progress or Silent()).stage("random poses near contact", len(FAMILY_NAMES), "families") as advance:
-        for family in FAMILY_NAMES:
-            poses = near_poses(family, count, seed)
-            spent_at_random = detected(poses, "qaco", variant="random", **cold)[1]
-            for name in ("exact", "hybrid", "rapid-style", "solid-style", "aabb", "obb"):
-                rates.append(_rate(poses, name, detected(poses, name), None))
-            for variant in VARIANTS:
-                row = detected(poses, "qaco", variant=variant, **cold)
-                rates.append(_rate(poses, f"qaco {variant}", row, spent_at_random))
-            rates.append(_rate(poses, "hybrid-qaco", detected(poses, "hybrid-qaco", **cold), spent_at_random))
-            for variant in ("memetic", "corrected"):
-                for equation in (None, *EQUATIONS):
-                    row = detected(poses, "qaco", variant=variant, without_equation=equation, **cold)
-                    word = "nothing" if equation is None else f"({equation})"
-                    cells = _rate(poses, "", row, spent_at_random)
-                    without.append((family, variant, word, *cells[2:7], *cells[-2:]))
-            advance(1)
+    poses = near_poses(family, count, seed)
+    spent_at_random = detected(poses, "qaco", variant="random", **cold)[1]
+    for name in ("exact", "hybrid", "rapid-style", "solid-style", "aabb", "obb"):
+        rates.append(_rate(poses, name, detected(poses, name), None))
+    for variant in VARIANTS:
+        row = detected(poses, "qaco", variant=variant, **cold)
+        rates.append(_rate(poses, f"qaco {variant}", row, spent_at_random))
+    rates.append(_rate(poses, "hybrid-qaco", detected(poses, "hybrid-qaco", **cold), spent_at_random))
+    for variant in ("memetic", "corrected"):
+        for equation in (None, *EQUATIONS):
+            row = detected(poses, "qaco", variant=variant, without_equation=equation, **cold)
+            word = "nothing" if equation is None else f"({equation})"
+            cells = _rate(poses, "", row, spent_at_random)
+            without.append((family, variant, word, *cells[2:7], *cells[-2:]))
+    return ColonyRows(tuple(rates), tuple(without))
+
+
+def colony_tables(parts: Sequence[ColonyRows]) -> list[PaperTable]:
+    """Fig. 7's random-collision rate, and the ablation."""
     return [
         PaperTable(
-            "F7e", f"Random poses about first touch, {BUDGET:,} evaluations each", RATE_HEAD, tuple(rates),
+            "F7e", f"Random poses about first touch, {BUDGET:,} evaluations each", RATE_HEAD,
+            tuple(row for part in parts for row in part.rates),
             "Intervals: Wilson, 95 %. Evaluations: mean of a colliding pose, missed ones included, without flood fill.",
         ),
         PaperTable(
-            "ablation", "The colony with one equation switched off", ABLATION_HEAD, tuple(without),
-            "The same poses, budget and intervals as F7e.",
+            "ablation", "The colony with one equation switched off", ABLATION_HEAD,
+            tuple(row for part in parts for row in part.without), "The same poses, budget and intervals as F7e.",
         ),
     ]  # fmt: skip
 

@@ -67,7 +67,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Answer:
-    """What was found in one pose, beside the truth: unique faces of both meshes, and face pairs."""
+    """What was found in one pose, beside the truth: unique faces of both meshes, and face pairs; time if taken."""
 
     faces: int
     true_faces: int
@@ -75,7 +75,7 @@ class Answer:
     true_pairs: int
     right_pairs: int
     operations: int
-    seconds: float
+    seconds: float | None
 
     @property
     def face_recall(self) -> float:
@@ -119,7 +119,14 @@ def ask(name: str, detector: Detector, group: Group, pose: int) -> Answer:
     found = detector.detect(frame, faces=True)
     pairs = found.faces(0, 0)
     seconds = perf_counter() - start
-    truth = group.truth[pose]
+    operations = int(sum(int(np.sum(found.work[counter])) for counter in CONTESTANTS[name].counters))
+    return answer_of(pairs, group.truth[pose], operations, seconds)
+
+
+def answer_of(
+    pairs: NDArray[np.integer], truth: NDArray[np.int64], operations: int, seconds: float | None = None
+) -> Answer:
+    """Face pairs found (k, 2) held to the truth."""
     right = np.array(sorted(set(map(tuple, pairs.tolist())) & set(map(tuple, truth.tolist()))), dtype=np.int64)
     right = right.reshape(-1, 2)
     return Answer(
@@ -128,6 +135,6 @@ def ask(name: str, detector: Detector, group: Group, pose: int) -> Answer:
         pairs=len(pairs),
         true_pairs=len(truth),
         right_pairs=len(right),
-        operations=int(sum(int(np.sum(found.work[counter])) for counter in CONTESTANTS[name].counters)),
+        operations=operations,
         seconds=seconds,
     )

@@ -2,31 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
 from replay.paper.calibration import Calibration, read_calibration
-from replay.paper.colony import colony_tables
+from replay.paper.colony import ColonyRows, colony_rows, colony_tables
 from replay.paper.contestants import CONTESTANTS, Group, groups_of
-from replay.paper.fixtures import POSES, TARGETS, Fixture, fixture
-from replay.paper.table_one import TableOne, measure, table_one, tables_of
+from replay.paper.feature_samples import DRAWS, Drawn, feature_sample_tables, pace_of, search_samples
+from replay.paper.fixtures import FAMILY_NAMES, POSES, TARGETS, Fixture, fixture
+from replay.paper.frame_sampling import Sampled, frame_sampling_table, sample_frames
+from replay.paper.table_one import TableOne, ask_group, joined, measure, tables_of
 from replay.paper.tables import PaperTable
+from replay.processes import Crew
 from replay.progress import Progress, Silent
 
 
 @dataclass(frozen=True)
 class Size:
-    """How much is run: columns of Table I, poses of each, random poses about first touch of each family."""
+    """How much is run: columns of Table I, poses of each, random poses about first touch of each family, sessions."""
 
     targets: tuple[int, ...]
     poses: int
     near: int
+    sessions: int
 
 
-QUICK: Final = Size((100, 300, 500), 2, 100)
-FULL: Final = Size(TARGETS, POSES, 1000)
+QUICK: Final = Size((100, 300, 500), 2, 100, 1)
+FULL: Final = Size(TARGETS, POSES, 1000, 3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +55,10 @@ def run_paper(
     targets: Sequence[int] = TARGETS,
     poses: int = POSES,
     near: int = 1000,
+    sessions: int = 3,
     seed: int = 0,
     calibration: Path | None = None,
+    jobs: int = 1,
     progress: Progress | None = None,
 ) -> PaperResult:
     """Run it.
@@ -61,22 +67,62 @@ def run_paper(
     ----------
     targets, poses : columns of Table I, and poses of each.
     near : random poses about first touch, per family.
+    sessions : made-up sessions whose frames are sampled.
     calibration : a file to read times from; ``None``: measure.
+    jobs : processes; the tables are the same for any number.
 
     Raises
     ------
-    CalibrationError, FixtureError
+    CalibrationError, FixtureError, WorkerError
     """
+    told = progress or Silent()
     experiment = {"targets": list(targets), "poses": poses, "seed": seed}
     known = read_calibration(calibration, experiment, tuple(CONTESTANTS)) if calibration else None
-    made = []
-    with (progress or Silent()).stage("fixtures", len(targets) * poses, "poses") as advance:
-        for target in targets:
-            for number in range(poses):
-                made.append(fixture(target, number, seed))
-                advance(1)
-    groups = tuple(groups_of(made))
-    times = known or measure(groups, experiment, progress)
-    found = table_one(groups, times, progress)
-    tables = (*tables_of(found, times), *colony_tables(near, seed, progress))
-    return PaperResult(experiment | {"near": near}, tuple(made), groups, times, found, tables)
+    with Crew(jobs) as crew:
+        fixtures = _fixtures(crew, targets, poses, seed, told)
+        groups = tuple(groups_of(fixtures))
+        times = known or measure(groups, experiment, told)
+        largest_first = sorted(groups, key=lambda group: -sum(len(body.mesh.faces) for body in group.bodies))
+        with told.stage("Table I", len(groups), "groups") as advance:
+            found = crew.results([(ask_group, (group, times)) for group in largest_first], advance)
+        order = [largest_first.index(group) for group in groups]
+        table_one = joined([found[place] for place in order])
+        colony, drawn, sampled = _searches(crew, near, sessions, seed, told)
+    if known is None:
+        times = replace(times, pace=pace_of(drawn))
+    tables = (
+        *tables_of(table_one, times), frame_sampling_table(sampled), *colony_tables(colony),
+        *feature_sample_tables(drawn, times.pace),
+    )  # fmt: skip
+    whole = experiment | {"near": near, "sessions": sessions}
+    return PaperResult(whole, fixtures, groups, times, table_one, tables)
+
+
+def _fixtures(crew: Crew, targets: Sequence[int], poses: int, seed: int, told: Progress) -> tuple[Fixture, ...]:
+    """All fixtures in order of target and pose; those of the same meshes are made in one process."""
+    families = range(min(poses, len(FAMILY_NAMES)))
+    tasks = [
+        (target, tuple(range(family, poses, len(FAMILY_NAMES))), seed) for target in targets for family in families
+    ]
+    with told.stage("fixtures", len(tasks), "groups") as advance:
+        made = crew.results([(_make_fixtures, task) for task in reversed(tasks)], advance)
+    return tuple(sorted((one for some in made for one in some), key=lambda one: (one.target, one.number)))
+
+
+def _make_fixtures(target: int, numbers: tuple[int, ...], seed: int) -> list[Fixture]:
+    return [fixture(target, number, seed) for number in numbers]
+
+
+def _searches(
+    crew: Crew, near: int, sessions: int, seed: int, told: Progress
+) -> tuple[list[ColonyRows], list[Drawn], list[list[Sampled]]]:
+    """What hangs on no fixture, in one round."""
+    tasks: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
+        (colony_rows, (family, near, seed)) for family in FAMILY_NAMES
+    ]
+    tasks += [(sample_frames, (seed * sessions + number,)) for number in range(sessions)]
+    tasks += [(search_samples, (family, draw, near, seed)) for family in FAMILY_NAMES for draw in range(DRAWS)]
+    with told.stage("searches near contact, sampled frames and faces", len(tasks), "parts") as advance:
+        found = crew.results(tasks, advance)
+    first, second = len(FAMILY_NAMES), len(FAMILY_NAMES) + sessions
+    return found[:first], found[second:], found[first:second]

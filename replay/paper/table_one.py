@@ -1,14 +1,18 @@
-"""Table I and Fig. 7 a to c: run to completion the exact rows find every face; cut short, each finds its share."""
+"""Table I, T1a to c, Fig. 7 a to c: run to completion exact rows find every face; cut short, each finds its share."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
+from statistics import mean
 from typing import Final
 
 from replay.machine import machine
 from replay.paper.calibration import SHARES, Calibration
-from replay.paper.contestants import CONTESTANTS, Answer, Group, ask, make
+from replay.paper.contact_caps import Capped, ask_capped
+from replay.paper.contestants import CONTESTANTS, Answer, Group, answer_of, ask, make
+from replay.paper.engines import TREES, engines_of
 from replay.paper.printed import ACCURACY, OURS, PRINTED, TABLE_1, TIME_TO_RAPID, VARIANCE
 from replay.paper.statistics import quartiles, spread
 from replay.paper.tables import Cell, PaperTable
@@ -22,14 +26,17 @@ BUDGETED: Final = tuple(name for name, row in CONTESTANTS.items() if row.counter
 
 @dataclass(frozen=True)
 class TableOne:
-    """Answers of all rows: ``complete`` with the budgets of their rows, ``equal`` by share of the common wall time."""
+    """Answers of all rows: ``complete`` with the budgets of their rows, ``equal`` by share of the common wall time,
+    ``capped`` by row and number of contacts.
+    """
 
     complete: Answers
     equal: Mapping[float, Answers]
+    capped: Capped
 
 
 def measure(groups: Sequence[Group], experiment: Mapping[str, object], progress: Progress | None = None) -> Calibration:
-    """Time every row in every pose, rows in turn within a pose, after one warm round."""
+    """Time every row in every pose in this process, rows in turn within a pose, after one warm round."""
     seconds: dict[str, dict[str, list[float]]] = {name: {} for name in CONTESTANTS}
     operations: dict[str, dict[str, list[int]]] = {name: {} for name in CONTESTANTS}
     with (progress or Silent()).stage("measuring times", sum(len(one.truth) for one in groups), "poses") as advance:
@@ -40,34 +47,50 @@ def measure(groups: Sequence[Group], experiment: Mapping[str, object], progress:
             for pose in range(len(group.truth)):
                 for name, detector in detectors.items():
                     answer = ask(name, detector, group, pose)
-                    seconds[name].setdefault(str(group.target), []).append(answer.seconds)
+                    seconds[name].setdefault(str(group.target), []).append(answer.seconds or 0.0)
                     operations[name].setdefault(str(group.target), []).append(answer.operations)
                 advance(1)
     return Calibration(dict(experiment), machine(), seconds, operations)
 
 
-def table_one(groups: Sequence[Group], calibration: Calibration, progress: Progress | None = None) -> TableOne:
-    """Ask every row in every pose: to completion, and with the budgets of ``calibration``."""
-    complete: dict[str, list[tuple[int, Answer]]] = {name: [] for name in CONTESTANTS}
-    equal: dict[float, dict[str, list[tuple[int, Answer]]]] = {
-        share: {name: [] for name in BUDGETED} for share in SHARES
-    }
-    with (progress or Silent()).stage("Table I", sum(len(one.truth) for one in groups), "poses") as advance:
-        for group in groups:
-            poses = range(len(group.truth))
-            for name in CONTESTANTS:
-                detector = make(name, group.bodies)
-                complete[name] += [(group.target, ask(name, detector, group, pose)) for pose in poses]
-                for share in SHARES if name in BUDGETED else ():
-                    detector = make(name, group.bodies, budget=calibration.budget(name, group.target, share))
-                    equal[share][name] += [(group.target, ask(name, detector, group, pose)) for pose in poses]
-            advance(len(group.truth))
-    return TableOne(complete, equal)
+def ask_group(group: Group, calibration: Calibration) -> TableOne:
+    """Ask every row in every pose of a group: to completion, with the budgets of ``calibration``, and capped."""
+    poses, target = range(len(group.truth)), group.target
+    complete: dict[str, list[tuple[int, Answer]]] = {}
+    for name in CONTESTANTS:
+        detector = make(name, group.bodies)
+        complete[name] = [(target, ask(name, detector, group, pose)) for pose in poses]
+    engines = engines_of(group.bodies, BUDGETED)
+    equal: dict[float, dict[str, list[tuple[int, Answer]]]] = {share: {} for share in SHARES}
+    for share, name in product(SHARES, BUDGETED):
+        budget = calibration.budget(name, target, share)
+        found = [engines[name].ask(group.motion.frames(pose, pose + 1), budget) for pose in poses]
+        equal[share][name] = [
+            (target, answer_of(pairs, group.truth[pose], operations)) for pose, (pairs, operations) in enumerate(found)
+        ]
+    whole = {name: [one.operations for _, one in complete[name]] for name in TREES}
+    return TableOne(complete, equal, ask_capped(group, engines, whole))
+
+
+def joined(parts: Sequence[TableOne]) -> TableOne:
+    """The answers of all groups, in their order."""
+    first = parts[0]
+    return TableOne(
+        {name: [one for part in parts for one in part.complete[name]] for name in first.complete},
+        {
+            share: {name: [one for part in parts for one in part.equal[share][name]] for name in first.equal[share]}
+            for share in first.equal
+        },
+        {key: [one for part in parts for one in part.capped[key]] for key in first.capped},
+    )
 
 
 def tables_of(found: TableOne, calibration: Calibration) -> list[PaperTable]:
-    """Table I beside the printed one, T1a, T1b, and Fig. 7 a to c."""
-    return [beside_printed(found), to_completion(found), equal_budget(found), accuracy(found), times(calibration)]
+    """Table I beside the printed one, T1a, T1b, T1c, and Fig. 7 a to c."""
+    return [
+        beside_printed(found), to_completion(found, calibration), equal_budget(found, calibration),
+        contact_caps(found, calibration), accuracy(found), times(calibration),
+    ]  # fmt: skip
 
 
 def beside_printed(found: TableOne) -> PaperTable:
@@ -91,42 +114,69 @@ def _mean_faces(answers: Sequence[tuple[int, Answer]], target: int) -> float:
     return sum(some) / len(some)
 
 
-def to_completion(found: TableOne) -> PaperTable:
+def to_completion(found: TableOne, calibration: Calibration) -> PaperTable:
     """T1a: the headline."""
     rows = []
     for name, answers in found.complete.items():
         some = [one for _, one in answers]
         whole = sum(one.right_pairs == one.true_pairs for one in some)
-        rows.append((name, len(some), whole, *_shares(some)))
-    head = ("algorithm", "poses", "poses with every pair", "face recall", "pair recall", "precision", "operations")
-    note = "The first seven run to completion; searches stop after 10,000 evaluations. Operations: mean of a pose."
+        rows.append((name, len(some), whole, *_shares(some), 1e3 * mean(calibration.all_seconds(name))))
+    head = ("algorithm", "poses", "poses with every pair", *SHARE_HEAD)
+    note = f"The first seven run to completion; searches stop after 10,000 evaluations. {MEANS}"
     return PaperTable("T1a", "Run to completion, exact hierarchies lose no face", head, tuple(rows), note)
 
 
+SHARE_HEAD: Final = ("faces", "face recall", "pair recall", "precision", "operations", "ms")
+MEANS: Final = (
+    "Faces found, operations, ms: mean of a pose, times by calibration. Recalls, precision: of all poses together."
+)
+
+
 def _shares(some: Sequence[Answer]) -> tuple[Cell, ...]:
-    """Face recall, pair recall and precision over all poses together, and mean operations of a pose."""
+    """Mean faces, face recall, pair recall and precision over all poses together, and mean operations of a pose."""
     reported = sum(one.pairs for one in some)
     right = sum(one.right_pairs for one in some)
+    faces = sum(one.faces for one in some)
     return (
-        sum(one.faces for one in some) / sum(one.true_faces for one in some),
+        faces / len(some),
+        faces / sum(one.true_faces for one in some),
         right / sum(one.true_pairs for one in some),
         right / reported if reported else None,
         sum(one.operations for one in some) / len(some) or None,
     )
 
 
-def equal_budget(found: TableOne) -> PaperTable:
+def _cut_short(name: str, answers: Sequence[tuple[int, Answer]], calibration: Calibration) -> tuple[Cell, ...]:
+    """``_shares``, and the mean time of a pose where operations are counted."""
+    shares = _shares([one for _, one in answers])
+    if name not in CONTESTANTS:
+        return (*shares, None)
+    return (*shares, 1e3 * mean(calibration.seconds_of(name, at, one.operations) for at, one in answers))
+
+
+def equal_budget(found: TableOne, calibration: Calibration) -> PaperTable:
     """T1b."""
     rows = []
     for name in BUDGETED:
-        for share, answers in found.equal.items():
-            some = [one for _, one in answers[name]]
-            rows.append((name, share, len(some), sum(one.pairs == 0 for one in some), *_shares(some)))
-    head = (
-        "algorithm", "B", "poses", "poses with nothing found", "face recall", "pair recall", "precision", "operations",
-    )  # fmt: skip
-    note = "Budgets in operations, set once from the calibration to a wall time of B medians of hybrid."
+        for share, asked in found.equal.items():
+            nothing = sum(one.pairs == 0 for _, one in asked[name])
+            rows.append((name, share, len(asked[name]), nothing, *_cut_short(name, asked[name], calibration)))
+    head = ("algorithm", "B", "poses", "poses with nothing found", *SHARE_HEAD)
+    note = f"Budgets in operations, set once from the calibration to a wall time of B medians of hybrid. {MEANS}"
     return PaperTable("T1b", "At equal wall time", head, tuple(rows), note)
+
+
+def contact_caps(found: TableOne, calibration: Calibration) -> PaperTable:
+    """T1c."""
+    rows = []
+    for (name, cap), answers in found.capped.items():
+        rows.append((name, cap, len(answers), *_cut_short(name, answers, calibration)))
+    head = ("algorithm", "contacts", "poses", *SHARE_HEAD)
+    note = (
+        "The engine stops at so many face pairs; 1 is the first-contact mode, and FCL unless it is asked for more. FCL "
+        f"counts no operations. {MEANS}"
+    )
+    return PaperTable("T1c", "Stopped after some contacts", head, tuple(rows), note)
 
 
 def accuracy(found: TableOne) -> PaperTable:

@@ -1,4 +1,4 @@
-"""``replay paper`` prints the tables or JSON, writes where told, and repeats itself from a calibration."""
+"""``replay paper`` prints tables or JSON, writes where told, and repeats itself from a calibration in any processes."""
 
 import json
 
@@ -6,36 +6,39 @@ import pytest
 
 from replay.cli.main import main
 from replay.paper import experiment
+from replay.paper.pictures import PICTURES
 
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture
 def tiny(monkeypatch):
-    monkeypatch.setattr(experiment, "QUICK", experiment.Size((100,), 2, 20))
+    monkeypatch.setattr(experiment, "QUICK", experiment.Size((100,), 2, 40, 1))
 
 
-def test_text_has_the_tables_and_a_bad_calibration_is_one_sentence(tiny, capsys, tmp_path):
-    assert main(["paper", "--quick", "--out", str(tmp_path)]) == 0
+def test_one_process_prints_tables_and_two_with_its_calibration_the_same_to_the_last_byte(tiny, capsys, tmp_path):
+    assert main(["paper", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
     printed, said = capsys.readouterr()
-    for words in ("Table I", "T1a", "F7e", "printed; hardware", "rapid-style"):
+    for words in ("Table I", "T1a", "T1c", "T1d", "F7e", "F8 search", "printed; hardware", "rapid-style"):
         assert words in printed
     assert "wrote" in said and (tmp_path / "paper.html").exists()
-    assert main(["paper", "--quick", "--calibration", str(tmp_path / "paper.json")]) == 1
+    told = json.loads((tmp_path / "paper.json").read_text())
+    assert f"- {told['verdict'][0]}" in printed
+    assert main(["paper", "--quick", "--json", "--jobs", "2", "--calibration", str(tmp_path / "calibration.json")]) == 0
+    assert json.loads(capsys.readouterr().out) == told
+
+
+def test_a_bad_calibration_is_one_sentence_before_any_work(tiny, capsys, tmp_path):
+    path = tmp_path / "paper.json"
+    path.write_text("{}")
+    assert main(["paper", "--quick", "--calibration", str(path)]) == 1
     assert "leave it out to measure" in capsys.readouterr().err
-
-
-def test_the_same_calibration_prints_the_same_json_to_the_last_byte(tiny, capsys, tmp_path):
-    assert main(["paper", "--quick", "--json", "--out", str(tmp_path)]) == 0
-    first = capsys.readouterr().out
-    again = ["paper", "--quick", "--json", "--calibration", str(tmp_path / "calibration.json")]
-    assert main(again) == 0
-    assert capsys.readouterr().out == first and json.loads(first)["tables"]
 
 
 @pytest.mark.slow
 def test_quick_runs_to_the_end_and_complete_rows_find_every_face(capsys):
     assert main(["paper", "--quick", "--json"]) == 0
     tables = {one["key"]: one for one in json.loads(capsys.readouterr().out)["tables"]}
-    assert [row[3] for row in tables["T1a"]["rows"][:7]] == [1.0] * 7
-    assert all(row[5] in (1.0, None) for row in tables["T1a"]["rows"])
+    assert [row[4] for row in tables["T1a"]["rows"][:7]] == [1.0] * 7
+    assert all(row[6] in (1.0, None) for row in tables["T1a"]["rows"])
+    assert set(tables) == set(PICTURES)

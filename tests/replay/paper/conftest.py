@@ -7,4 +7,4 @@ from replay.paper.experiment import run_paper
 
 @pytest.fixture(scope="session")
 def small():
-    return run_paper(targets=(100,), poses=2, near=20)
+    return run_paper(targets=(100,), poses=2, near=40, sessions=1)

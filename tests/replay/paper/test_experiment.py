@@ -4,12 +4,13 @@ import pytest
 
 from replay.paper.calibration import CalibrationError, write_calibration
 from replay.paper.experiment import FULL, QUICK, run_paper
+from replay.paper.pictures import PICTURES
 
 
 def test_every_table_is_there_once_and_names_the_options(small):
     keys = [one.key for one in small.tables]
-    assert {"Table I", "T1a", "T1b", "F7ab", "F7c", "F7e", "ablation"} <= set(keys) and len(set(keys)) == len(keys)
-    assert small.experiment == {"targets": [100], "poses": 2, "seed": 0, "near": 20}
+    assert set(keys) == set(PICTURES) and len(set(keys)) == len(keys)
+    assert small.experiment == {"targets": [100], "poses": 2, "seed": 0, "near": 40, "sessions": 1}
     assert small.hard == sum(one.hard for one in small.fixtures)
     assert all(len(row) == len(one.head) for one in small.tables for row in one.rows)
 
@@ -17,7 +18,7 @@ def test_every_table_is_there_once_and_names_the_options(small):
 def test_a_calibration_of_other_options_is_refused_before_any_work(small, tmp_path):
     write_calibration(small.calibration, tmp_path / "one.json")
     with pytest.raises(CalibrationError, match="use the same options"):
-        run_paper(targets=(100,), poses=3, near=20, calibration=tmp_path / "one.json")
+        run_paper(targets=(100,), poses=3, near=40, calibration=tmp_path / "one.json")
 
 
 def test_full_is_table_1_with_20_poses_and_1000_near_ones():
