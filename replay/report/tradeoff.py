@@ -3,33 +3,55 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Mapping
 
 from replay.report.markup import Markup, element, joined, table
+from replay.tradeoff.front import Row
 from replay.tradeoff.output import title_of
 from replay.tradeoff.picture import picture
 from replay.tradeoff.trading import Tradeoff
+
+HEAD = (
+    "setting", "ms per frame", "p99 ms (over 11.1)", "s per minute", "missed, % [95 %]", "invented, %", "face pairs, %",
+    "counted", "front",
+)  # fmt: skip
+
+COUNTERS = 2
+"""Counters told of a setting, the largest; the table in the run folder has them all."""
 
 
 def tradeoff_section(done: Tradeoff) -> Markup:
     """Picture, advice and table; the picture is SVG inside the page."""
     drawn = base64.b64encode(picture(done.rows, title_of(done), "svg")).decode("ascii")
-    image = element(
-        "img", src=f"data:image/svg+xml;base64,{drawn}", alt=title_of(done), style="width:100%;background:#fff"
-    )
-    head = ("setting", "ms per frame", "p99 ms (over 11.1)", "s per minute", "missed, % [95 %]", "invented", "front")
-    ordered = sorted(done.rows, key=lambda row: float(row["ms_per_frame"]))
+    image = element("img", src=f"data:image/svg+xml;base64,{drawn}", alt=title_of(done), style="width:100%")
     advice = element("ul", *(element("li", sentence) for sentence in done.advice))
     cut = [element("p", f"Not tried, for want of time: {', '.join(done.cut)}.")] if done.cut else []
-    rows = [
-        (
-            row["label"],
-            f"{row['ms_per_frame']:.4f} [{row['ms_median']:.4f}, {row['ms_high']:.4f}]",
-            "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f} ({100 * row['over_share']:.2f} %)",
-            f"{row['seconds_per_minute']:.2f}",
-            f"{100 * row['missed']:.1f} [{100 * row['missed_low']:.1f}, {100 * row['missed_high']:.1f}]",
-            f"{row['invented_pair_frames']:,}",
-            "yes" if row["front"] else "live" if row["front_online"] else "",
-        )
-        for row in ordered
-    ]
-    return joined([element("figure", image), advice, *cut, table("Every setting that was tried", head, rows)])
+    made = done.about["machine"]
+    measured = (
+        f"Measured on {made['system']} {made['processor']}, {made['cores']} cores, of which this process had "
+        f"{min(1.0, done.about['processor_share']):.0%} of its time; compare ratios, not milliseconds. "
+        "Milliseconds per frame are the quickest pass [median, slowest]."
+    )
+    rows = [_cells(row) for row in sorted(done.rows, key=lambda row: float(row["ms_per_frame"]))]
+    whole = table("Every setting that was tried", HEAD, rows)
+    return joined([element("figure", image), advice, *cut, element("p", measured), whole])
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    return (
+        row["label"],
+        f"{row['ms_per_frame']:.4f} [{row['ms_median']:.4f}, {row['ms_high']:.4f}]",
+        "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f} ({100 * row['over_share']:.2f} %)",
+        f"{row['seconds_per_minute']:.2f}",
+        f"{100 * row['missed']:.1f} [{100 * row['missed_low']:.1f}, {100 * row['missed_high']:.1f}]",
+        "" if row["precision"] is None else f"{100 * (1 - row['precision']):.1f}",
+        "" if row["face_recall"] is None else f"{100 * row['face_recall']:.1f}",
+        _counted(row["work"]),
+        "yes" if row["front"] else "live" if row["front_online"] else "",
+    )
+
+
+def _counted(work: Mapping[str, int]) -> str:
+    """The largest counters: what the same work would cost on any machine."""
+    largest = sorted(work.items(), key=lambda one: (-one[1], one[0]))[:COUNTERS]
+    return ", ".join(f"{name.replace('_', ' ')} {count:,}" for name, count in largest if count)

@@ -1,4 +1,4 @@
-"""The files of a tradeoff: the table as Parquet and JSON, the picture as PNG and SVG, to go into a run folder."""
+"""The files of a tradeoff: the table as Parquet and JSON, the picture as PNG and SVG and for dark pages."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ from typing import Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from replay.tradeoff.picture import picture
+from replay.tradeoff.picture import DARK, LIGHT, picture
 from replay.tradeoff.trading import Tradeoff
 
 TABLE: Final = "tradeoff.parquet"
 JSON: Final = "tradeoff.json"
-PICTURES: Final = ("png", "svg")
+PICTURES: Final = {
+    "tradeoff.png": ("png", LIGHT), "tradeoff.svg": ("svg", LIGHT), "tradeoff-dark.png": ("png", DARK),
+}  # fmt: skip
 
 
 def title_of(done: Tradeoff) -> str:
@@ -39,8 +41,8 @@ def write_tradeoff(done: Tradeoff, folder: Path) -> None:
     pq.write_table(table_of(done), folder / TABLE)
     text = json.dumps(done.as_json(), indent=1, allow_nan=False)
     (folder / JSON).write_text(text + "\n", encoding="utf-8", newline="\n")
-    for kind in PICTURES:
-        (folder / f"tradeoff.{kind}").write_bytes(picture(done.rows, title_of(done), kind))
+    for name, (kind, theme) in PICTURES.items():
+        (folder / name).write_bytes(picture(done.rows, title_of(done), kind, theme))
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from replay.tradeoff.trading import tradeoff
 def test_table_and_json_say_the_same(bumped, tmp_path):
     done = tradeoff(bumped, settings=[Setting(name, "as it comes", "") for name in ("hybrid", "static")])
     write_tradeoff(done, tmp_path)
-    names = ["tradeoff.json", "tradeoff.parquet", "tradeoff.png", "tradeoff.svg"]
+    names = ["tradeoff-dark.png", "tradeoff.json", "tradeoff.parquet", "tradeoff.png", "tradeoff.svg"]
     assert sorted(path.name for path in tmp_path.iterdir()) == names
     told = json.loads((tmp_path / "tradeoff.json").read_text("utf-8"))
     table = pq.read_table(tmp_path / "tradeoff.parquet").to_pylist()

@@ -1,8 +1,13 @@
+import io
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
 
-from replay.tradeoff.picture import picture
+from replay.tradeoff.picture import APART, DARK, LIGHT, _apart, _drawn, picture, stretched, unstretched
 from replay.tradeoff.settings import Setting
 from replay.tradeoff.trading import tradeoff
 
@@ -17,8 +22,49 @@ def test_both_kinds_can_be_opened_and_name_what_they_show(rows):
     assert picture(rows, "Costs").startswith(b"\x89PNG")
     drawn = picture(rows, "Costs", "svg").decode()
     ElementTree.fromstring(drawn)
-    for words in ("Costs", "discrete, step rate", "one frame at 90 Hz", "seconds per session minute", "the front"):
+    front = [row["label"] for row in rows if row["front"]]
+    axes = ("one frame at 90 Hz", "seconds per minute of the session")
+    for words in ("Costs", "discrete", "step rate", "the front", *axes, *front):
         assert f"<!-- {words}" in drawn or words in drawn
+
+
+def test_on_a_dark_page_nothing_is_drawn_on_white_paper(rows):
+    light, dark = (
+        np.asarray(Image.open(io.BytesIO(picture(rows, "Costs", theme=theme))).convert("L")) for theme in (LIGHT, DARK)
+    )
+    assert light.shape == dark.shape and np.median(light) == 255 and np.median(dark) < 40
+    assert (dark > 200).sum() < 0.05 * dark.size
+
+
+def test_colours_of_a_theme_differ_and_stand_out_from_its_paper():
+    def lightness(colour):
+        red, green, blue = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
+        return 0.2126 * red**2.2 + 0.7152 * green**2.2 + 0.0722 * blue**2.2
+
+    for theme in (LIGHT, DARK):
+        assert len(set(theme.series)) == len(theme.series)
+        for colour in (*theme.series, theme.ink, theme.faint, theme.front):
+            low, high = sorted((lightness(colour), lightness(theme.paper)))
+            assert (high + 0.05) / (low + 0.05) > (2.0 if colour in theme.series else 4.0), colour
+
+
+@given(st.floats(0.0, 100.0))
+def test_a_recall_stands_where_it_can_be_read_back_and_more_stands_higher(recall):
+    assert unstretched(stretched(recall)) == pytest.approx(recall, abs=1e-9)
+    assert recall >= 99.99 or stretched(recall) < stretched(recall + 0.01)
+
+
+def test_from_99_to_100_there_is_more_room_than_from_0_to_50():
+    assert stretched(100) - stretched(99) > stretched(50) - stretched(0)
+
+
+def test_numbers_of_points_that_fall_together_stand_apart(rows):
+    axes = _drawn(rows, "Costs", LIGHT).axes[0]
+    times, recall = [0.01] * 4 + [0.0101], [50.0, 50.0, 50.1, 51.0, 51.0]
+    points = axes.transData.transform(np.column_stack([times, recall])) * 72 / axes.figure.dpi
+    places = points + np.array(_apart(axes, times, recall))
+    for k, one in enumerate(places):
+        assert all(np.hypot(*(one - other)) >= APART - 1e-9 for other in places[:k])
 
 
 def test_no_row_is_no_picture():
