@@ -14,26 +14,38 @@ from typing import Any, Final
 import rerun as rr
 import rerun.blueprint as rrb
 
-from replay.rerun_log.colours import BACKGROUND, SERIES, WHITE, Rgba, packed
+from replay.rerun_log.colours import BACKGROUND, WHITE, Rgba, packed
 from replay.rerun_log.columns import RecordingWriter, entity
 from replay.tradeoff.clocks import BUDGET_MS
 from replay.tradeoff.front import Row, counts
-from replay.tradeoff.lines import lines_of
+from replay.tradeoff.lines import apart, lines_of
+from replay.tradeoff.picture import DARK, stretched
 from replay.tradeoff.trading import Tradeoff
 
 ROOT: Final = "tradeoff/plot"
 ADVICE: Final = "tradeoff/advice"
 
 WIDTH: Final = 1200.0
-HEIGHT: Final = 640.0
+HEIGHT: Final = 900.0
 """Units of the plane; the axes fill it, words stand around it."""
 
 GRID: Final[Rgba] = (58, 62, 70, 255)
 PALE: Final = 90
 """Alpha of what invents too much to count."""
 
-LIFTS: Final = (34.0, -46.0, 66.0, -78.0)
-"""How far above or below its point a label on the front stands, in turn: neighbours do not overlap."""
+RECALLS: Final = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)
+
+SERIES: Final[tuple[Rgba, ...]] = tuple((*bytes.fromhex(colour[1:]), 255) for colour in DARK.series)
+"""One colour per algorithm, those of the picture for dark pages."""
+
+NUMBER: Final = (-44.0, -12.0)
+"""From a point on the front to its number; words stand below the point they belong to."""
+
+NUMBERS_APART: Final = 48.0
+"""Units of the plane between the numbers of neighbours on the front: no two overlap in a view 600 pixels wide."""
+
+LEGEND: Final = 46.0
+"""Units of the plane per row of the list of algorithms."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +71,9 @@ class Plane:
         return WIDTH * (log10(max(ms, 10.0**self.low)) - self.low) / (self.high - self.low)
 
     def y(self, recall: float) -> float:
-        """Below the top: a recall of 1 is at the top."""
-        return HEIGHT * (1.0 - recall)
+        """Below the top: a recall of 1 is at the top, and what is nearly 1 has most of the room."""
+        least, most, here = stretched([0.0, 100.0, 100.0 * recall]).tolist()
+        return float(HEIGHT * (most - here) / (most - least))
 
     def point(self, row: Row) -> tuple[float, float]:
         """Where a row's mark is."""
@@ -74,13 +87,16 @@ def log_tradeoff(writer: RecordingWriter, done: Tradeoff) -> None:
     algorithms = list(dict.fromkeys(row["detector"] for row in done.rows))
     for name, points in lines_of(done.rows).items():
         _line(writer, plane, name, points, SERIES[algorithms.index(points[0]["detector"]) % len(SERIES)])
+    for number, name in enumerate(algorithms):
+        place = (name, WIDTH + 170.0, LEGEND * number)
+        _words(writer, f"legend/{name}", [place], SERIES[number % len(SERIES)])
     _front(writer, plane, done)
     writer.static(ADVICE, rr.TextDocument(advice_text(done), media_type=rr.MediaType.MARKDOWN))
 
 
 def _axes(writer: RecordingWriter, plane: Plane) -> None:
     decades = range(plane.low, plane.high + 1)
-    levels = [k / 5 for k in range(6)]
+    levels = RECALLS
     strips = [[(plane.x(10.0**k), 0.0), (plane.x(10.0**k), HEIGHT)] for k in decades]
     strips += [[(0.0, plane.y(level)), (WIDTH, plane.y(level))] for level in levels]
     writer.static(entity(*ROOT.split("/"), "grid"), rr.LineStrips2D(strips, colors=packed([GRID]), radii=0.8))
@@ -88,11 +104,11 @@ def _axes(writer: RecordingWriter, plane: Plane) -> None:
     budget = rr.LineStrips2D([[(plane.x(at), -10.0), (plane.x(at), HEIGHT)]], colors=packed([WHITE]), radii=1.2)
     writer.static(entity(*ROOT.split("/"), "budget"), budget)
     words: list[tuple[str, float, float]] = [(f"{10.0**k:g} ms", plane.x(10.0**k), HEIGHT + 14) for k in decades]
-    words += [(f"{level:.0%}", -44.0, plane.y(level) - 16) for level in levels]
+    words += [(f"{level:.0%}", -52.0, plane.y(level) - 16) for level in levels]
     words += [
-        ("recall: share of contact pair-frames found", 130.0, -70.0),
-        ("one frame at 90 Hz", plane.x(at), -48.0),
-        ("time per frame, logarithmic (large marks: decided frame by frame)", WIDTH / 2, HEIGHT + 56),
+        ("recall: share of contact pair-frames found", 200.0, -96.0),
+        ("one frame at 90 Hz", plane.x(at), -66.0),
+        ("time per frame, logarithmic (large marks: decided frame by frame)", WIDTH / 2, HEIGHT + 64),
     ]
     _words(writer, "axes", words, (190, 194, 200, 255))
 
@@ -119,9 +135,6 @@ def _line(writer: RecordingWriter, plane: Plane, name: str, points: Sequence[Row
     if len(places) > 1:
         writer.static(entity(*path, "line"), rr.LineStrips2D([places], colors=packed([shades[-1]]), radii=1.3))
     sizes = [7.0 if row["online"] else 4.5 for row in points]
-    if len(points) > 1:
-        x, y = plane.point(min(points, key=lambda row: (row["recall"], row["ms_per_frame"])))
-        _words(writer, f"names/{name}", [(name, x, y + 8.0)], colour)
     marks = rr.Points2D(
         places, colors=packed(shades), radii=sizes, labels=[row["label"] for row in points], show_labels=False
     )
@@ -143,22 +156,19 @@ def _front(writer: RecordingWriter, plane: Plane, done: Tradeoff) -> None:
     writer.static(entity(*ROOT.split("/"), "front", "steps"), rr.LineStrips2D([corners], colors=white, radii=2.4))
     rings = rr.Points2D([plane.point(row) for row in rows], colors=white, radii=5.5, draw_order=40.0)
     writer.static(entity(*ROOT.split("/"), "front", "marks"), rings)
-    words, poles = [], []
-    for number, row in enumerate(rows):
-        x, y = plane.point(row)
-        lift = LIFTS[number % len(LIFTS)]
-        words.append((f"{row['label']}  {100 * row['missed']:.1f} % missed", x + 50.0, y + lift))
-        poles.append([(x, y), (x + 50.0, y + lift + (6.0 if lift < 0 else 0.0))])
+    places = [plane.point(row) for row in rows]
+    numbers = apart(places, NUMBER, NUMBERS_APART, -2.0)
+    poles = [[place, (x, y + 14.0)] for place, (x, y) in zip(places, numbers, strict=True)]
     writer.static(entity(*ROOT.split("/"), "front", "poles"), rr.LineStrips2D(poles, colors=packed([GRID]), radii=0.8))
-    _words(writer, "words", words, WHITE)
+    _words(writer, "words", [(str(number), x, y) for number, (x, y) in enumerate(numbers, 1)], WHITE)
 
 
 def curve_tab() -> Any:
     """Recall against time for every setting tried, and what to take."""
     plane = rrb.Spatial2DView(
         origin="/tradeoff/plot",
-        name="What accuracy costs: recall against time; the white line is the front, pale marks invent too much",
-        visual_bounds=rrb.VisualBounds2D(x_range=(-110.0, WIDTH + 90.0), y_range=(-110.0, HEIGHT + 100.0)),
+        name="What accuracy costs: recall against time; the white line is the front, numbered as at the right",
+        visual_bounds=rrb.VisualBounds2D(x_range=(-130.0, WIDTH + 300.0), y_range=(-150.0, HEIGHT + 120.0)),
         background=rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor),
     )
     words = rrb.TextDocumentView(origin="/tradeoff/advice", name="What to take")
@@ -167,11 +177,11 @@ def curve_tab() -> Any:
 
 def advice_text(done: Tradeoff) -> str:
     """Advice and the table of the front in Markdown, then every row in order of time."""
-    head = "| setting | ms per frame | p99 ms | missed | invented |\n|---|---|---|---|---|"
+    head = "| | setting | ms per frame | missed | invented | p99 ms |\n|---|---|---|---|---|---|"
     by_label: Mapping[str, dict[str, Any]] = {row["label"]: row for row in done.rows}
     ordered = sorted(done.rows, key=lambda row: float(row["ms_per_frame"]))
     parts = ["## What to take", *(f"- {sentence}" for sentence in done.advice), "## The front", head]
-    lines = "\n".join(_cells(by_label[label]) for label in done.front)
+    lines = "\n".join(_cells(by_label[label], str(number)) for number, label in enumerate(done.front, 1))
     rest = "\n".join(_cells(row) for row in ordered)
     cut = f"\n\nNot tried, for want of time: {', '.join(done.cut)}." if done.cut else ""
     made = done.about["machine"]
@@ -181,8 +191,9 @@ def advice_text(done: Tradeoff) -> str:
     return "\n\n".join([*parts[:-1], f"{head}\n{lines}", "## Every setting", f"{head}\n{rest}", where]) + cut
 
 
-def _cells(row: Row) -> str:
+def _cells(row: Row, number: str = "") -> str:
     p99 = "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f}"
     low, high = 100 * row["missed_low"], 100 * row["missed_high"]
     missed = f"{100 * row['missed']:.1f} % [{low:.1f}, {high:.1f}]"
-    return f"| {row['label']} | {row['ms_per_frame']:.4f} | {p99} | {missed} | {row['invented_pair_frames']:,} |"
+    invented = "" if row["precision"] is None else f"{100 * (1 - row['precision']):.1f} %"
+    return f"| {number} | {row['label']} | {row['ms_per_frame']:.4f} | {missed} | {invented} | {p99} |"

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from replay.tradeoff.clocks import BUDGET_MS
 from replay.tradeoff.front import PRECISION, Row, counts, front_of
-from replay.tradeoff.lines import lines_of
+from replay.tradeoff.lines import apart, lines_of
 from replay.tradeoff.settings import AS_IT_COMES
 
 if TYPE_CHECKING:
@@ -163,13 +163,8 @@ def _apart(axes: Axes, times: Sequence[float], recall: Sequence[float]) -> list[
     """Where the numbers stand beside their points, in points: to the left, none on top of another."""
     scale = 72.0 / axes.figure.dpi
     places = axes.transData.transform(np.column_stack([times, recall])) * scale
-    taken: list[tuple[float, float]] = []
-    for x, y in places.tolist():
-        at = x - APART, y + APART / 2
-        while any(np.hypot(at[0] - a, at[1] - b) < APART for a, b in taken):
-            at = at[0], at[1] + 1.0
-        taken.append(at)
-    return [(at[0] - x, at[1] - y) for at, (x, y) in zip(taken, places.tolist(), strict=True)]
+    words = np.array(apart([(x, y) for x, y in places.tolist()], (-APART, APART / 2), APART, 1.0))
+    return [(x, y) for x, y in (words - places).tolist()]
 
 
 def _row_beside(axes: Axes, height: float, words: Sequence[str], colour: str, *, bold: bool = False) -> float:

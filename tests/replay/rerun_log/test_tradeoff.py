@@ -40,7 +40,7 @@ def test_the_recording_holds_a_mark_per_setting_the_front_and_the_advice(session
     write_recording(run, tmp_path / "run.rrd")
     paths = {str(chunk.entity_path) for chunk in RrdReader(tmp_path / "run.rrd").stream().to_chunks()}
     plot = {path.removeprefix("/tradeoff/plot/") for path in paths if path.startswith("/tradeoff/plot/")}
-    assert {"grid", "budget", "axes", "front/steps", "front/marks", "words"} <= plot
+    assert {"grid", "budget", "axes", "front/steps", "front/marks", "words", "legend/hybrid", "legend/discrete"} <= plot
     assert sum(path.startswith("lines/") and path.endswith("/marks") for path in plot) == 2
     assert "/tradeoff/advice" in paths
 
@@ -50,6 +50,8 @@ def test_the_words_name_the_front_the_cut_and_the_machine(done):
     for words in (*done.advice, *done.front, "Not tried", "image-space resolution 8", "cores"):
         assert words in told
     assert told.count("\n| ") >= len(done.rows) + len(done.front)
+    for number, label in enumerate(done.front, 1):
+        assert f"\n| {number} | {label} | " in told
 
 
 @pytest.mark.slow
