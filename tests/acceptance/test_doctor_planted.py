@@ -9,7 +9,7 @@ from planted_faults import BODIES, FAULTS, clean, teleport
 
 from sessions import Severity, examine
 
-SIZES = (0.05, 0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 3.0)
+SIZES = (0.05, 0.1, 3.0, *(pytest.param(size, marks=pytest.mark.slow) for size in (0.2, 0.3, 0.5, 1.0, 2.0)))
 
 
 def test_a_clean_session_has_nothing_above_a_note(tmp_path):

@@ -24,7 +24,7 @@ def bumps(seed=0, noise="vive"):
     return make_bench_bumps(seed=seed, noise=noise, faces=600)
 
 
-@pytest.fixture(scope="module", params=["off", "vive"])
+@pytest.fixture(scope="module", params=["off", pytest.param("vive", marks=pytest.mark.slow)])
 def made(request, verdicts):
     session, truth = make_bench_bumps(seed=0, noise=request.param)
     return session, truth, verdicts(session, PAIRS)

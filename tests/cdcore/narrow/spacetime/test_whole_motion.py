@@ -40,7 +40,8 @@ def ask(meshes, turn, move, valid=None, pairs=PAIRS, **options):
     return decide_motion([build_box_tree(mesh) for mesh in meshes], pairs, Poses(turn, move, valid), **options)
 
 
-@pytest.mark.parametrize("scale", [1.0, 1e-6, 2.0**300, 2.0**-320])
+# At the smallest scale the reference computes with integers of a thousand bits.
+@pytest.mark.parametrize("scale", [1.0, 1e-6, 2.0**300, pytest.param(2.0**-320, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_pair_frame_equals_the_exhaustive_test(kind, seed, scale):

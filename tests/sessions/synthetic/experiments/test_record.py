@@ -32,7 +32,7 @@ def pairs_of(session):
     return [pair for pair in itertools.combinations(names, 2) if not set(pair) <= fixed]
 
 
-@pytest.mark.parametrize("noise", ["off", "vive"])
+@pytest.mark.parametrize("noise", ["off", pytest.param("vive", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", EXPERIMENTS)
 def test_an_engine_finds_the_planted_contacts_and_no_other(name, noise, made, verdicts):
     run = made(name, noise)
