@@ -19,7 +19,7 @@ from replay.bench.workload import make_workload
 WHERE: Final = ("distant", "near")
 READING: Final = ("check", "poses")
 """Stages that read every pose: is it finite and rigid, where is the body, how far does it move."""
-REPEATS: Final = 2
+REPEATS: Final = 4
 
 
 @dataclass(frozen=True)

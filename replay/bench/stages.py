@@ -25,7 +25,7 @@ from replay.bench.workload import BenchWorkload
 STAGES: Final = ("check", "poses", "spheres", "trees", "faces", "exact", "sorting")
 """Are poses finite and rigid; reading them; spheres over spans and paths; box trees; faces at leaves; what only exact
 arithmetic decides; sorting and collecting face sets."""
-REPEATS: Final = 3
+REPEATS: Final = 5
 ARRAYS: Final = BoxTree._fields[:-2]
 
 

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from cdcore.narrow.exhaustive import meeting_faces_exhaustive
 from cdcore.narrow.predicates import triangles_intersect
-from cdcore.narrow.spacetime.block import COUNTERS, EXACT_TESTS, INTEGER_TESTS, Question
+from cdcore.narrow.spacetime.block import COUNTERS, EXACT_TESTS, INTEGER_TESTS, SKIPPED_FRAMES, Question
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, LARGEST_SKEW, SMALLEST_SIZE, position_pad
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.certificates import count_verified
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes, pose_lanes
-from cdcore.narrow.spacetime.time_spans import first_near_of
+from cdcore.narrow.spacetime.time_spans import SPAN_TESTS, first_near_of
 from cdcore.narrow.spacetime.traverse import traverse_pair
 from cdcore.narrow.spacetime.undecided import decide_undecided
 from cdcore.narrow.triangle_filter import UNDECIDED
@@ -85,7 +85,9 @@ class PairJob:
         self._lanes = tuple(one for one in (shared[self._a], shared[self._b]) if one is not None)
         self._pad = self._pad_of_lanes()
         self.frames = self.which = self._asked = poses.everywhere
-        if self.first_near(0) < len(poses.valid):
+        near, self._tests = self._climb(0)
+        self._apart = near == len(poses.valid)
+        if not self._apart:
             self.frames, self._asked, self.which = _distinct_frames(poses, i, j, shared)
             self._lanes = tuple(self._lanes_of(body, shared) for body in (self._a, self._b)) if len(self._asked) else ()
             self._pad = self._pad_of_lanes()
@@ -97,8 +99,12 @@ class PairJob:
 
     def first_near(self, frame: int) -> int:
         """The first distinct frame from this one on that no span of frames dismisses."""
+        return self._climb(frame)[0]
+
+    def _climb(self, frame: int) -> tuple[int, int]:
+        """``first_near``, and how many spans were looked at."""
         if not np.isfinite(self._pad):
-            return frame
+            return frame, 0
         a, b = self._lanes
         reach = float(self._trees[0].boxes[0, 15] + self._trees[1].boxes[0, 15]) + self._pad
         return first_near_of(a.row, b.row, frame, reach)
@@ -122,6 +128,8 @@ class PairJob:
 
     def stretch(self, start: int, stop: int) -> Stretch:
         """Answer the distinct frames ``start <= f < stop``."""
+        if self._apart and not self._verify:
+            return self._dismissed(stop - start, start)
         if not np.isfinite(self._pad):
             return self._exhaustive(start, stop)
         (tree_a, tree_b), (a, b), (bits_a, bits_b) = self._trees, self._lanes, self._bits
@@ -139,6 +147,12 @@ class PairJob:
         clock.append(perf_counter())
         search, exact, sorting = (after - before for before, after in pairwise(clock))
         return Stretch(start, hits[start:].view(np.bool_), frame + start, faces, work, (search, exact, sorting))
+
+    def _dismissed(self, count: int, start: int) -> Stretch:
+        """Frames that one climb over the spans dismissed: 5 us a pair where setting up the kernel's row takes 25."""
+        work = np.zeros(COUNTERS + 1, dtype=np.int64)
+        work[SKIPPED_FRAMES], work[SPAN_TESTS] = count, self._tests
+        return Stretch(start, np.zeros(count, dtype=np.bool_), NO_FRAMES, NO_FACES, work, (0.0, 0.0, 0.0))
 
     def _unpacked(self, keys: IntArray) -> tuple[IntArray, NDArray[np.int32]]:
         """Frames and face pairs, sorted, faces in the order of the pair."""

@@ -18,7 +18,7 @@ import numpy as np
 from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.narrow.memory import Memory, words_of
 from cdcore.narrow.spacetime.lanes import LANES, least, load8, most, splat8, store, widened
-from cdcore.narrow.spacetime.memory import POSE_WORDS, PoseMemory, pose_memory
+from cdcore.narrow.spacetime.memory import PoseMemory, pose_memory
 from cdcore.numerics import FloatArray, IntArray
 
 SPAN_BITS: Final = 6
@@ -108,11 +108,12 @@ def first_near(pose_a: PoseMemory, pose_b: PoseMemory, frame: int, reach: float,
 
 
 @kernel
-def _first_near(row: IntArray, frame: int, reach: float, work: IntArray) -> int:
-    pose_a, pose_b = pose_memory(row, widened(0)), pose_memory(row, widened(POSE_WORDS))
+def _first_near(row_a: IntArray, row_b: IntArray, frame: int, reach: float, work: IntArray) -> int:
+    pose_a, pose_b = pose_memory(row_a, widened(0)), pose_memory(row_b, widened(0))
     return first_near(pose_a, pose_b, frame, reach, words_of(work))
 
 
-def first_near_of(row_a: IntArray, row_b: IntArray, frame: int, reach: float) -> int:
-    """``first_near`` of two tracks given by their rows, for the caller that plans how to cut the frames."""
-    return int(_first_near(np.concatenate([row_a, row_b]), frame, reach, np.zeros(SPAN_TESTS + 1, dtype=np.int64)))
+def first_near_of(row_a: IntArray, row_b: IntArray, frame: int, reach: float) -> tuple[int, int]:
+    """``first_near`` of two tracks given by their rows, and how many spans were looked at."""
+    work = np.zeros(SPAN_TESTS + 1, dtype=np.int64)
+    return int(_first_near(row_a, row_b, frame, reach, work)), int(work[SPAN_TESTS])

@@ -26,7 +26,7 @@ COUNTER_NAMES = (
 )  # fmt: skip
 """Names of the kernel's counters, in its order, and of what the debug mode asked again."""
 STAGES = ("poses", "search", "exact", "faces")
-"""Reading poses and cutting frames; spheres and trees; what only exact arithmetic decides; sorting and collecting."""
+"""Reading poses; planning pairs, spheres and trees; what only exact arithmetic decides; sorting and collecting."""
 FRAMES_AT_ONCE = 16384
 """Bounds the list of face pairs left to exact arithmetic: 500 a frame, as in resting contact, make 65 MB."""
 FRAMES_PER_TASK = 4096
@@ -76,6 +76,7 @@ def decide_motion(
         else None
         for body, tree in enumerate(trees)
     ]
+    clock.append(perf_counter())
     jobs = [PairJob(trees, i, j, poses, shared, faces=faces, verify=verify) for i, j in pairs.tolist()]
     clock.append(perf_counter())
     answers = _answered(jobs, threads)
@@ -83,7 +84,8 @@ def decide_motion(
     found = _collected(jobs, answers, len(everywhere), faces)
     parts = [part.seconds for some in answers for part in some]
     spent = [clock[1] - clock[0], *(sum(stage) for stage in zip((0.0, 0.0, 0.0), *parts, strict=True))]
-    spent[3] += perf_counter() - clock[2]
+    spent[1] += clock[2] - clock[1]
+    spent[3] += perf_counter() - clock[3]
     return replace(found, seconds=dict(zip(STAGES, spent, strict=True)))
 
 
@@ -115,7 +117,7 @@ def _collected(jobs: list[PairJob], answers: list[list[Stretch]], frames: int, f
         reused += len(job.frames) - job.count
         for part in parts:
             total += part.work
-        known = np.concatenate([part.hits for part in parts]) if parts else hits[:0, column]
+        known = parts[0].hits if len(parts) == 1 else np.concatenate([hits[:0, column], *(part.hits for part in parts)])
         if not known.any():
             continue
         touching = np.flatnonzero(known[job.which])

@@ -66,9 +66,10 @@ def test_what_is_dismissed_is_apart_in_every_frame_and_stops_at_a_span_that_is_n
     apart = np.linalg.norm(way[1] + [1.5, 0, 0] - way[0], axis=1)
     dismissed = 0
     for frame in range(0, frames, 37):
-        near = first_near_of(a.row, b.row, frame, 0.3)
+        near, tests = first_near_of(a.row, b.row, frame, 0.3)
         assert (apart[frame:near] > 0.3).all()
         assert near in (frame, frames) or near % SPAN == 0
+        assert tests >= 1
         dismissed += near - frame
     assert dismissed > 0
 
@@ -76,11 +77,11 @@ def test_what_is_dismissed_is_apart_in_every_frame_and_stops_at_a_span_that_is_n
 def test_a_body_at_rest_is_one_span_that_holds_at_all_times():
     still, moving = track(np.zeros((700, 3))), track(wander(3, 700, 4.0))
     assert still.frames == 1
-    assert first_near_of(still.row, moving.row, 0, 2.9) == 700
-    assert first_near_of(still.row, moving.row, 0, 4.0) == 0
+    assert first_near_of(still.row, moving.row, 0, 2.9) == (700, 3)
+    assert first_near_of(still.row, moving.row, 0, 4.0) == (0, 1)
 
 
 def test_spans_exactly_as_far_apart_as_the_reach_are_not_dismissed():
     a, b = track(np.zeros((3, 3))), track(np.tile([0.0, 2.0, 0.0], (3, 1)))
-    assert first_near_of(a.row, b.row, 0, 2.0) == 0
-    assert first_near_of(a.row, b.row, 0, np.nextafter(2.0, 0)) == 1
+    assert first_near_of(a.row, b.row, 0, 2.0) == (0, 1)
+    assert first_near_of(a.row, b.row, 0, np.nextafter(2.0, 0)) == (1, 1)
