@@ -1,5 +1,6 @@
 import io
 import sys
+from dataclasses import replace
 
 import pytest
 from rich.console import Console
@@ -27,6 +28,14 @@ def printed(table):
 def test_the_table_shows_the_front_and_the_oracle_and_on_request_all(done):
     short, whole = printed(tradeoff_table(done)), printed(tradeoff_table(done, everything=True))
     assert "oracle" in short and "live front" in short and "sphere" not in short and "sphere" in whole
+
+
+def test_the_machine_is_named_and_that_it_did_other_work_only_where_it_did(done):
+    quiet, busy = (replace(done, about={**done.about, "processor_share": share}) for share in (0.98, 0.4))
+    said = [" ".join(printed(tradeoff_table(one)).split()) for one in (quiet, busy)]
+    assert all(done.about["machine"]["processor"] in one for one in said)
+    assert ["busy with other work for 60% of the time" in one for one in said] == [False, True]
+    assert "other work" not in said[0]
 
 
 def test_the_front_so_far_fits_one_line(done):

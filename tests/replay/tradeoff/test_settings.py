@@ -40,3 +40,10 @@ def test_samples_are_faces_of_a_body_and_a_budget_is_evaluations():
     for axis in ("samples", "budget"):
         turned = [one.settings for one in settings_list() if one.axis == axis]
         assert turned and all(set(settings) == {axis} for settings in turned)
+
+
+def test_what_a_short_time_limit_leaves_advises_on_engines_colliders_and_a_live_loop():
+    head = settings_list()[:33]
+    assert {"hybrid", "exact", "discrete", "collider", "solid-style"} <= {one.detector for one in head}
+    assert {"step rate", "shape", "mesh resolution", "budget"} <= {one.axis for one in head}
+    assert len([one for one in head if one.detector == "discrete"]) >= 3
