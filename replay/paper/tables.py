@@ -37,9 +37,9 @@ class PaperTable:
 
 
 def shown(cell: Cell) -> str:
-    """A cell as text: four digits are enough for a reader, the file has all."""
+    """A cell as text: four digits are enough for a reader, from a thousand on whole numbers; the file has all."""
     if cell is None:
         return "-"
     if isinstance(cell, float):
-        return f"{cell:.4g}"
+        return f"{cell:,.0f}" if 1e3 <= abs(cell) < 1e12 else f"{cell:.4g}"
     return f"{cell:,}" if isinstance(cell, int) else cell

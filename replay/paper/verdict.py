@@ -56,7 +56,8 @@ def _caps(table: PaperTable) -> str:
     parts = []
     for cap in dict.fromkeys(table.column("contacts")):
         recalls = [float(cell) for cell in _cells(table, "face recall", contacts=cap) if isinstance(cell, float)]
-        parts.append(f"{_percent(min(recalls))} to {_percent(max(recalls))} after {cap}")
+        ends = dict.fromkeys((_percent(min(recalls)), _percent(max(recalls))))
+        parts.append(f"{' to '.join(ends)} after {cap}")
     return f"T1c: an engine that stops after some contacts lists so much of the faces that meet: {', '.join(parts)}."
 
 

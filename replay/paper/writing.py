@@ -57,7 +57,9 @@ def page(result: PaperResult, drawn: Mapping[str, tuple[str, bytes]]) -> str:
     for one in result.tables:
         rows = [[shown(cell) for cell in row] for row in one.rows]
         shape = [picture(drawn[one.key][1], one.title)] if one.key in drawn else []
-        words = sum(any(isinstance(row[place], str) for row in one.rows) for place in range(len(one.head)))
+        words = 1 + max(
+            place for row in one.rows for place, cell in enumerate(row) if place == 0 or isinstance(cell, str)
+        )
         cells = table(one.note, one.head, rows, words=words)
         parts.append(element("section", element("h2", f"{one.key}: {one.title}"), *shape, cells))
     head = joined(
