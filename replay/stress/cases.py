@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,13 +58,23 @@ def write_cases(cases: Cases, folder: Path) -> Path:
     OutputError
         The folder cannot be written.
     """
-    target = folder / cases.file_name
-    partial = target.with_suffix(".partial")
     values = {name: np.asarray(getattr(cases, name)) for name in (*ARRAYS, *NUMBERS, "detector", "relation")}
+    return write_arrays(values, folder / cases.file_name)
+
+
+def write_arrays(values: Mapping[str, NDArray[Any]], target: Path) -> Path:
+    """Write named arrays as one compressed file, under a temporary name first; returns its path.
+
+    Raises
+    ------
+    OutputError
+        The folder cannot be written.
+    """
+    partial = target.with_suffix(".partial")
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        target.parent.mkdir(parents=True, exist_ok=True)
         with partial.open("wb") as file:
-            np.savez_compressed(file, allow_pickle=False, **values)
+            np.savez_compressed(file, allow_pickle=False, **dict(values))
         partial.replace(target)
     except OSError as error:
         raise OutputError(f"{target} cannot be written ({error.strerror}); give another folder with --out") from None

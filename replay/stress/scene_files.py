@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from cdcore import Body, Motion, TriangleMesh
 from cdcore.protocol.detection import Covers
-from replay.errors import OutputError, StressError
+from replay.errors import StressError
+from replay.stress.cases import write_arrays
 from replay.stress.scenes import Scene
 
 
@@ -35,18 +36,10 @@ def write_scenes(failed: Sequence[FailedScene], detector: str, number: int, seed
     """
     word = re.sub("[^a-z0-9]+", "-", detector.lower())
     target = folder / f"case-{number:02d}-{word}-seed-{seed}.npz"
-    partial = target.with_suffix(".partial")
     values: dict[str, NDArray[np.generic]] = {"detector": np.array(detector), "case": np.array(number)}
     for k, one in enumerate(failed):
         values |= {f"{k}/{name}": array for name, array in _arrays(one).items()}
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with partial.open("wb") as file:
-            np.savez_compressed(file, allow_pickle=False, **values)
-        partial.replace(target)
-    except OSError as error:
-        raise OutputError(f"{target} cannot be written ({error.strerror}); give another folder with --out") from None
-    return target
+    return write_arrays(values, target)
 
 
 def read_scenes(path: Path) -> tuple[FailedScene, ...]:

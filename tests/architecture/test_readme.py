@@ -116,6 +116,7 @@ def test_the_verbs_that_the_readme_names_are_those_there_are():
     assert named <= set(COMMANDS) and {"demo", "run", "view", "import"} <= named
 
 
+@pytest.mark.slow
 def test_the_scenes_of_the_table_declare_what_it_says():
     from sessions.synthetic.scenes import SCENES, make_scene_session
 

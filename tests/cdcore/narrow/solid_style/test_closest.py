@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from numba import njit
 from scipy.optimize import minimize
 
+from cdcore.narrow.compiling import kernel
 from cdcore.narrow.solid_style import closest
 
 
-@njit
+@kernel
 def nearest(corners):
     y, v = np.zeros((4, 3)), np.zeros(3)
     y[: len(corners)] = corners
