@@ -78,9 +78,12 @@ def command(
         from replay.cli.audit_tables import audit_tables
 
         stdout_console().print(audit_tables(result.summary))
-    from replay.cli.run_report import close_run
+    from replay.cli.run_report import close_run, where_to_look
 
     codes = [close_run(one, people) for one in result.results]
+    for one in result.results:
+        for sentence in where_to_look(one, picture=not no_picture):
+            people.say(sentence)
     for sentence in broken:
         people.say(f"gate: {sentence}")
     return GATE_FAILED if broken else max(codes, default=OK)

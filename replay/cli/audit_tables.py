@@ -14,13 +14,14 @@ from replay.audit.gates import percent
 
 
 def audit_tables(audit: Mapping[str, Any]) -> Group:
-    """Three tables, a row per detector each: pair-frames, contacts, and how far off the matched ones are."""
-    return Group(Text(), frame_table(audit), Text(), contact_table(audit))
+    """Three tables, a row per detector each: pair-frames, contacts, and why contacts were missed."""
+    return Group(Text(), frame_table(audit), Text(), contact_table(audit), Text(), cause_table(audit))
 
 
 def frame_table(audit: Mapping[str, Any]) -> Table:
     """Pair-frames in the glossary's words."""
-    table = _table("pair-frames", "both", "missed", "missed %", "invented", "tolerance", "between", "left out", "faces")
+    names = ("both", "missed", "missed %", "invented", "within tolerance", "between frames", "left out", "faces found")
+    table = _table("pair-frames: one pair of bodies in one frame, beside the oracle", *names)
     for label, figures in audit.items():
         frames = figures["pair_frames"]
         faces = figures["faces"]
@@ -38,8 +39,9 @@ def frame_table(audit: Mapping[str, Any]) -> Table:
 
 def contact_table(audit: Mapping[str, Any]) -> Table:
     """Contacts matched one to one."""
-    names = ("truth", "found", "matched", "missed", "missed %", "invented", "split", "merged", "onset", "duration")
-    table = _table("contacts", *names)
+    names = ("oracle", "reported", "matched", "missed", "missed %", "invented", "split", "merged")
+    off = ("begin off, ms (worst)", "length off, ms (worst)")
+    table = _table("contacts: from the first frame of touching to the last, matched one to one", *names, *off)
     for label, figures in audit.items():
         told = figures["episodes"]
         table.add_row(
@@ -52,9 +54,20 @@ def contact_table(audit: Mapping[str, Any]) -> Table:
     return table
 
 
+def cause_table(audit: Mapping[str, Any]) -> Table:
+    """The stages that lost contacts, the most frequent first."""
+    table = _table("why it missed: the first stage that lost the contact, with the number of misses")
+    table.add_column("cause")
+    for label, figures in audit.items():
+        counts = figures.get("causes", {}).get("misses", {})
+        told = sorted((cause for cause in counts if counts[cause]), key=lambda cause: -counts[cause])
+        table.add_row(label, ", ".join(f"{cause} {counts[cause]:,}" for cause in told) or "nothing missed")
+    return table
+
+
 def _table(title: str, *columns: str) -> Table:
     table = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left", title_style="bold", pad_edge=False)
-    table.add_column("detector")
+    table.add_column("detector", no_wrap=True)
     for name in columns:
         table.add_column(name, justify="right")
     return table
@@ -68,4 +81,4 @@ def _off(spread: Mapping[str, float] | None) -> str:
     """Milliseconds: the mean, and the worst."""
     if spread is None:
         return ""
-    return f"{1e3 * spread['mean']:+.1f} ms, worst {1e3 * spread['most_off']:.1f}"
+    return f"{1e3 * spread['mean']:+.1f} ({1e3 * spread['most_off']:.1f})"

@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from replay.audit.clusters import by_depth
 from replay.cli.console import People, stdout_console
 from replay.cli.main import DATA_LOSS, OK
 from replay.run_result import RunResult
@@ -53,6 +54,20 @@ def close_run(result: RunResult, people: People) -> int:
     if result.assembly.left_out:
         people.say(f"note: no mesh, so not looked at: {', '.join(result.assembly.left_out)}")
     return DATA_LOSS if lost_frames(result.summary) or lost_poses(result.summary) else OK
+
+
+def where_to_look(result: RunResult, *, picture: bool = True) -> list[str]:
+    """What was written, and the commands that show it: the page, the picture, and the deepest miss of the first."""
+    if result.out is None:
+        return ["nothing was written; with --out DIR there are a report, tables and a picture of every miss"]
+    lines = [f"wrote {result.out}; read {result.out / 'report.html'}"]
+    if not picture:
+        return lines
+    lines.append(f"open the picture:       replay view {result.out}")
+    first = next(iter(result.misses.values()), ())
+    if first:
+        lines.append(f"or at the deepest miss: replay view {result.out} --miss {by_depth(first)[0].number}")
+    return lines
 
 
 def lost_frames(summary: Mapping[str, Any]) -> int:

@@ -22,10 +22,24 @@ FRAME_ROWS: Final = {
     "both": "BOTH", "missed": "MISSED", "invented": "INVENTED", "within tolerance": "WITHIN_TOLERANCE",
     "left out": "LEFT_OUT",
 }  # fmt: skip
-CONTACT_ROWS: Final = (
-    "truth", "found", "matched", "missed", "absorbed", "excused_truth", "invented", "pieces", "excused_found", "split",
-    "merged",
-)  # fmt: skip
+CONTACT_ROWS: Final = {
+    "truth": "contacts by the oracle", "matched": "matched", "missed": "missed whole",
+    "absorbed": "found only as part of a longer one", "excused_truth": "by the oracle, nobody's fault",
+    "found": "contacts reported", "invented": "invented", "pieces": "further pieces of one contact",
+    "excused_found": "reported, nobody's fault", "split": "by the oracle, reported in pieces",
+    "merged": "reported, that join several",
+}  # fmt: skip
+"""Figure -> its words: first what became of the oracle's contacts, then of the detector's."""
+
+FRAME_WORDS: Final = (
+    "A pair-frame is one pair of bodies in one frame. Missed: the oracle says contact, the detector does not; "
+    "invented: the other way round. Within tolerance: they disagree about less than any tracker resolves. Left out: "
+    "one of them could not decide, or a pose was lost. Between frames: only the way from one frame to the next shows it."
+)
+CONTACT_WORDS: Final = (
+    "A contact lasts from the first frame in which a pair touches to the last. The detector's are matched one to one "
+    "with the oracle's, by most frames in common. Nobody's fault: undecided, within tolerance, or between frames."
+)
 
 
 def count_tables(result: RunResult) -> Markup:
@@ -36,16 +50,19 @@ def count_tables(result: RunResult) -> Markup:
     frames.append(("missed, with interval", *(percent(audit[label]["missed"]) for label in labels)))
     frames.append(("between frames", *(audit[label]["between_frames"] for label in labels)))
     frames.append(("face recall", *(_recall(audit[label]["faces"]) for label in labels)))
-    contacts = [
-        (name.replace("_", " "), *(audit[label]["episodes"][name] for label in labels)) for name in CONTACT_ROWS
-    ]
-    contacts.append(("missed, with interval", *(percent(audit[label]["episodes"]["missed_share"]) for label in labels)))
-    for name in ("onset_error", "duration_error"):
-        contacts.append(
-            (f"{name.replace('_', ' ')}, ms", *(_spread(audit[label]["episodes"][name]) for label in labels))
-        )
+    contacts = [(words, *(audit[label]["episodes"][name] for label in labels)) for name, words in CONTACT_ROWS.items()]
+    contacts.append(
+        ("missed whole, with interval", *(percent(audit[label]["episodes"]["missed_share"]) for label in labels))
+    )
+    for name, words in (("onset_error", "matched begin late by, ms"), ("duration_error", "matched last longer by, ms")):
+        contacts.append((words, *(_spread(audit[label]["episodes"][name]) for label in labels)))
     return joined(
-        [table("Pair-frames", ("", *labels), frames), table("Contacts matched one to one", ("", *labels), contacts)]
+        [
+            element("p", FRAME_WORDS),
+            table("Pair-frames", ("", *labels), frames),
+            element("p", CONTACT_WORDS),
+            table("Contacts matched one to one", ("", *labels), contacts),
+        ]
     )
 
 

@@ -74,7 +74,7 @@ def _note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str
         f"**{miss.seconds:.3f} s**, {frames} frame{'s' * (frames > 1)} ({miss.first} to {miss.last}), "
         f"contact {miss.episode} of {contacts}\n\n"
         f"- {found}\n"
-        f"- {label}: **{miss.kind}**\n\n"
+        f"- {label}: **{miss.kind}** ({miss.cause})\n\n"
         f"`replay view RUN --miss {miss.number}`"
     )
 

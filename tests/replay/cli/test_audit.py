@@ -21,7 +21,7 @@ def test_counts_of_every_detector_are_printed(file, capsys):
     assert main(["audit", file, "--detectors", f"{SLOW},hybrid"]) == 0
     printed = capsys.readouterr().out
     assert "slow" in printed and "hybrid" in printed
-    for word in ("matched", "missed", "invented", "split", "merged", "not examined"):
+    for word in ("matched", "missed", "invented", "split", "merged", "not examined", "between looks 2"):
         assert word in printed
 
 

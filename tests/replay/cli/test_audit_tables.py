@@ -4,7 +4,7 @@ from rich.console import Console
 from small_worlds import cubes
 
 from replay.auditor import audit
-from replay.cli.audit_tables import audit_tables
+from replay.cli.audit_tables import audit_tables, cause_table
 
 
 def test_counts_and_intervals_are_shown():
@@ -14,3 +14,12 @@ def test_counts_and_intervals_are_shown():
     console.print(audit_tables(found.summary))
     text = console.export_text()
     assert "50 % [15, 85]" in text and "not asked" in text and "not examined" in text
+    rows = [line.split() for line in text.splitlines()]
+    assert ["slow", "between", "looks", "4"] in rows and ["sphere", "nothing", "missed"] in rows
+
+
+def test_the_causes_are_named_the_most_frequent_first_and_sum_to_the_misses():
+    causes = {"search": 2, "sampling": 0, "budget ran out": 1200}
+    console = Console(width=150, record=True, file=StringIO())
+    console.print(cause_table({"a-detector": {"causes": {"misses": causes}}}))
+    assert "a-detector   budget ran out 1,200, search 2" in console.export_text()

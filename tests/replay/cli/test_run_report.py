@@ -1,10 +1,11 @@
 import json
+from dataclasses import replace
 from pathlib import Path
 
 from small_worlds import cubes, framed
 
 from replay.cli.console import People
-from replay.cli.run_report import as_json, lost_frames, report_run
+from replay.cli.run_report import as_json, lost_frames, report_run, where_to_look
 from replay.engine import compute
 
 
@@ -40,3 +41,15 @@ def test_json_says_where_the_run_lies():
     assert as_json(result)["out"] is None
     told = as_json(dataclasses.replace(result, out=Path("run")))
     assert told["out"] == "run" and json.loads(json.dumps(told)) == told
+
+
+def test_where_to_look_names_the_page_the_picture_and_the_deepest_miss(tmp_path):
+    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+    result = compute(cubes(places), detectors="slow=discrete[rate_hz=20]")
+    (nothing,) = where_to_look(result)
+    assert "nothing was written; with --out DIR" in nothing
+    written = replace(result, out=tmp_path)
+    deepest = max(result.misses["slow"], key=lambda miss: miss.cut_length)
+    assert where_to_look(written)[-1] == f"or at the deepest miss: replay view {tmp_path} --miss {deepest.number}"
+    assert where_to_look(written)[0].endswith(str(tmp_path / "report.html"))
+    assert len(where_to_look(written, picture=False)) == 1, "without a picture there is nothing to view"
