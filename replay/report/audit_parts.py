@@ -34,7 +34,7 @@ CONTACT_ROWS: Final = {
 FRAME_WORDS: Final = (
     "A pair-frame is one pair of bodies in one frame. Missed: the oracle says contact, the detector does not; "
     "invented: the other way round. Within tolerance: they disagree about less than any tracker resolves. Left out: "
-    "one of them could not decide, or a pose was lost. Between frames: only the way from one frame to the next shows it."
+    "one of them could not decide, or a pose was lost. Between frames: only the way from frame to frame shows it."
 )
 CONTACT_WORDS: Final = (
     "A contact lasts from the first frame in which a pair touches to the last. The detector's are matched one to one "

@@ -1,0 +1,153 @@
+"""Looked at with a headless viewer and browser: what was missed is red in every view, and the README shows today's."""
+
+import io
+import re
+import shutil
+import subprocess
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from first_picture import opened, record_demo
+from small_worlds import jumping
+
+from replay.engine import compute
+from replay.report.page import report_html
+from replay.rerun_log.miss_table import read_misses
+from replay.rerun_log.recording import write_recording
+from replay.rerun_log.viewer import NO_ADAPTER, ViewerError
+from sessions.synthetic import make_analytic
+
+Image = pytest.importorskip("PIL.Image", reason="Pillow reads the pictures: pip install pillow")
+
+ROOT = Path(__file__).parents[2]
+
+pytestmark = pytest.mark.slow
+
+
+def looked_at(run_folder, miss=None):
+    try:
+        return opened(run_folder, miss)
+    except ViewerError as error:
+        if NO_ADAPTER in str(error):
+            pytest.skip(f"no picture can be drawn: {NO_ADAPTER} (Debian: mesa-vulkan-drivers libvulkan1)")
+        raise
+
+
+def pixels(png):
+    return np.asarray(Image.open(io.BytesIO(png)).convert("RGB"), dtype=np.int16)
+
+
+def is_red(picture):
+    """Which pixels wear the red of the missed, also as a veil over glass or on a dark ground."""
+    r, g, b = np.moveaxis(picture, -1, 0)
+    return (r > 150) & (r - g > 90) & (r - b > 50) & (b > g)
+
+
+def red(picture):
+    return int(is_red(picture).sum())
+
+
+def blue(picture):
+    """Pixels of lanes that say *both*."""
+    return int((np.abs(picture - [44, 97, 137]).max(axis=-1) < 24).sum())
+
+
+def view(viewer, title):
+    return pixels(viewer.screenshot(next(one for one in viewer.state().views if re.match(title, one.name))))
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory):
+    with looked_at(record_demo(tmp_path_factory.mktemp("pictures"))) as viewer:
+        yield viewer
+
+
+SHOWN = {
+    "Where: ": 100,
+    "Close-up: ": 300,
+    "When and which": 1000,
+    "0.6 s around": 60,
+    r"\d+ of \d+ contacts missed": 500,
+}
+"""View -> pixels of red at least, a third of what there are."""
+
+
+@pytest.mark.parametrize("title", SHOWN)
+def test_what_was_missed_is_red_in_every_view_of_the_audit(demo, title):
+    assert red(view(demo, title)) >= SHOWN[title]
+
+
+def test_lanes_hold_what_both_found_and_the_note_is_read_in_white(demo):
+    assert blue(view(demo, "When and which")) > 300
+    note = view(demo, "The miss in the close-up")
+    assert int((note.min(axis=-1) > 180).sum()) > 300 and red(note) == 0
+
+
+def small(picture):
+    """Without the plot of times below, which is another on every machine."""
+    picture = picture[: int(0.78 * len(picture))]
+    return np.asarray(Image.fromarray(picture.astype(np.uint8)).convert("L").resize((96, 54)), dtype=np.int16)
+
+
+def test_the_first_picture_of_the_readme_is_what_the_demo_looks_like_today(demo):
+    place = re.search(r"!\[[^\]]*\]\(([^)]+\.png)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    kept = small(np.asarray(Image.open(ROOT / place[1]).convert("RGB")))
+    now = small(pixels(demo.screenshot()))
+    assert np.abs(kept - now).mean() < 2.5, "make it anew: python tests/first_picture.py .github/pictures/overview.png"
+    assert np.abs(kept[:, ::-1] - now).mean() > 7.5, "so much differs in a picture that is not the same"
+
+
+def test_a_miss_between_frames_is_red_at_its_moment_and_not_before(tmp_path):
+    write_recording(compute(jumping(), detectors="exact", oracle="continuous"), tmp_path / "run.rrd")
+    (miss,) = read_misses(tmp_path / "run.rrd")
+    with looked_at(tmp_path, 1) as viewer:
+        there = red(view(viewer, "Close-up"))
+        viewer.seek(miss.session_ns - 1)
+        time.sleep(1.5)
+        before = red(view(viewer, "Close-up"))
+    assert there > 300 > 10 > before
+
+
+@pytest.fixture(scope="module")
+def hundreds():
+    """A ball on a plate for a minute and a half, of which every seventh frame of contact is lost."""
+    session, _ = make_analytic("ball-plate", seconds=90.0)
+    result = compute(session, detectors="it=planted_detectors:Dropping")
+    assert len(result.misses["it"]) > 200
+    return result
+
+
+def test_hundreds_of_misses_are_clusters_and_numbers_in_red(hundreds, tmp_path):
+    write_recording(hundreds, tmp_path / "run.rrd")
+    with looked_at(tmp_path) as viewer:
+        listed = view(viewer, r"\d+ of \d+ contacts missed|.* missed in part")
+        lanes, near = view(viewer, "When and which"), view(viewer, "0.6 s around")
+    assert int(((listed - listed[..., 1:2])[..., 0] > 60).sum()) > 500
+    assert is_red(lanes).mean(axis=1).max() > 0.3, "the numbers fill their lane"
+    assert blue(near) > 300 and red(near) > 60
+
+
+def test_hundreds_of_misses_are_a_page_that_ends_with_the_clusters(hundreds, tmp_path):
+    browser = shutil.which("chromium") or shutil.which("chromium-browser")
+    if browser is None:
+        pytest.skip("Chromium is not installed: install the package chromium to look at the page")
+    none = replace(hundreds, misses={"it": hundreds.misses["it"][:1]})
+    heights = []
+    for name, result in (("many", hundreds), ("one", none)):
+        page = tmp_path / f"{name}.html"
+        page.write_text(report_html(result), encoding="utf-8")
+        assert page.stat().st_size < 1_500_000
+        words = [
+            browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+            "--disable-background-networking", "--disable-component-update", "--disable-sync",
+            f"--user-data-dir={tmp_path / 'profile'}", f"--screenshot={tmp_path / 'page.png'}",
+            "--window-size=1280,9000", page.as_uri(),
+        ]  # fmt: skip
+        subprocess.run(words, capture_output=True, timeout=120, check=True)
+        picture = pixels((tmp_path / "page.png").read_bytes())
+        heights.append(int(np.flatnonzero((picture < 200).any(axis=(1, 2)))[-1]))
+        assert red(picture) > 500
+    assert heights[0] < heights[1] + 45 * 40 and heights[0] < 8900, "a row per cluster, and all others folded"
