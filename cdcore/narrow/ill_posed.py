@@ -7,24 +7,21 @@ cubes are deep in contact all the same.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.narrow.margin_kernels import POSE_ULPS, certainly_apart, overlap_bounds
-from cdcore.narrow.margins import near_faces, pair_frame_margin, triangle_margins
+from cdcore.narrow.margins import near_faces, triangle_margins
 from cdcore.narrow.predicates import triangles_intersect
 from cdcore.narrow.spacetime.box_tree import BoxTree, build_box_tree
+from cdcore.narrow.ways_out import come_apart, shell_vectors
 from cdcore.numerics import EPS, BoolArray, FloatArray, IntArray, place_points
 from cdcore.protocol import Body
 
 SAMPLE = 8
 """Face pairs of a contact looked at first: one that is deeper settles it, and most contacts are deeper everywhere."""
-
-
-WITNESS = 2.0
-"""Surfaces are moved by so many tau in search of a way out: a leaning facet needs more than the depth of its corner."""
 
 
 class MarginStage:
@@ -40,7 +37,7 @@ class MarginStage:
         meshes = [body.mesh for body in bodies]
         self._triangles = [mesh.triangles for mesh in meshes]
         self._faces = [mesh.faces for mesh in meshes]
-        self._normals: dict[int, FloatArray] = {}
+        self._shells: dict[int, FloatArray] = {}
         self._trees: dict[int, BoxTree] = {}
         self._tau = tau
 
@@ -72,20 +69,13 @@ class MarginStage:
     def loose(
         self, pair: tuple[int, int], faces: NDArray[np.integer], rotations: FloatArray, translations: FloatArray
     ) -> bool:
-        """Whether some move of the surfaces by 2 tau ends the contact: inward, outward, or along the normals there.
+        """Whether some move of the surfaces by tau ends the contact.
 
         Parameters as for ``shallow``.
         """
-        first, second = (self._placed(body, rotations[side], translations[side]) for side, body in enumerate(pair))
-        step = WITNESS * self._tau
-        close = near_faces(first, second, 4 * step)
-        a, b = first[close[:, 0]], second[close[:, 1]]
-        n, m = (self._vertex_normals(body) @ rotations[side].T for side, body in enumerate(pair))
-        along = (n[faces[:, 0]].mean(axis=(0, 1)), m[faces[:, 1]].mean(axis=(0, 1)))
-        return any(
-            not triangles_intersect(np.stack([a + step * x, b + step * y], axis=1)).any()
-            for x, y in _moves(n[close[:, 0]], m[close[:, 1]], along)
-        )
+        placed = [self._placed(body, rotations[side], translations[side]) for side, body in enumerate(pair)]
+        shells = [self._shell(body) @ rotations[side].T for side, body in enumerate(pair)]
+        return come_apart(placed[0], placed[1], shells[0], shells[1], faces, self._tau)
 
     def near(self, pair: tuple[int, int], rotations: FloatArray, translations: FloatArray) -> BoolArray:
         """Whether two surfaces that do not meet are at most tau apart, at each of K poses.
@@ -101,9 +91,17 @@ class MarginStage:
             first, second = (
                 self._placed(body, rotations[row, side], translations[row, side]) for side, body in enumerate(pair)
             )
-            margin = pair_frame_margin(first, second, reach=self._tau)
-            answer[row] = not margin.contact and margin.distance <= self._tau
+            answer[row] = self._clear_by_tau_at_most(first, second)
         return answer[which]
+
+    def _clear_by_tau_at_most(self, first: FloatArray, second: FloatArray) -> bool:
+        close = near_faces(first, second, self._tau)
+        pairs = np.stack([first[close[:, 0]], second[close[:, 1]]], axis=1)
+        if triangles_intersect(pairs).any():
+            return False
+        apart = _bounds(pairs)[2]
+        nearest = np.argsort(apart, kind="stable")[: int((apart <= self._tau).sum())]
+        return any(triangle_margins(pairs[[row]])[1][0] <= self._tau for row in nearest)
 
     def _certainly_apart(self, pair: tuple[int, int], rotations: FloatArray, translations: FloatArray) -> BoolArray:
         a, b = (self._tree(body) for body in pair)
@@ -121,37 +119,15 @@ class MarginStage:
     def _placed(self, body: int, rotation: FloatArray, translation: FloatArray) -> FloatArray:
         return place_points(self._triangles[body].reshape(-1, 3), rotation, translation).reshape(-1, 3, 3)
 
-    def _vertex_normals(self, body: int) -> FloatArray:
-        """Unit normals at the corners of each face, (f, 3, 3), body frame; zero where faces have none."""
-        if body not in self._normals:
-            triangles, faces = self._triangles[body], self._faces[body]
-            of_face = _unit(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]))
-            sums = np.zeros((int(faces.max()) + 1, 3))
-            np.add.at(sums, faces.ravel(), np.repeat(of_face, 3, axis=0))
-            self._normals[body] = _unit(sums)[faces]
-        return self._normals[body]
+    def _shell(self, body: int) -> FloatArray:
+        if body not in self._shells:
+            self._shells[body] = shell_vectors(self._triangles[body], self._faces[body])
+        return self._shells[body]
 
     def _tree(self, body: int) -> BoxTree:
         if body not in self._trees:
             self._trees[body] = build_box_tree(self._triangles[body])
         return self._trees[body]
-
-
-def _moves(
-    n: FloatArray, m: FloatArray, along: tuple[FloatArray, FloatArray]
-) -> Iterator[tuple[FloatArray | float, FloatArray | float]]:
-    """How to move the one and the other, per unit: along their normals, or as a whole along the mean of those."""
-    yield from ((-n, -m), (-n, 0.0), (0.0, -m), (n, 0.0), (0.0, m))
-    for way in along:
-        unit = _unit(way)
-        yield from ((unit, 0.0), (-unit, 0.0))
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    """Vectors (..., 3) of length 1; those without length stay zero."""
-    length = np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True))
-    unit: FloatArray = vectors / np.where(length > 0, length, 1.0)
-    return unit
 
 
 def _bounds(pairs: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -162,8 +138,8 @@ def _bounds(pairs: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _distinct(rotations: FloatArray, translations: FloatArray) -> tuple[IntArray, IntArray]:
-    """One row of each run of equal poses, and which of these a row is."""
-    new = np.ones(len(rotations), dtype=np.bool_)
-    new[1:] = (rotations[1:] != rotations[:-1]).any(axis=(1, 2, 3))
-    new[1:] |= (translations[1:] != translations[:-1]).any(axis=(1, 2))
-    return np.flatnonzero(new), np.cumsum(new) - 1
+    """One row of all that have bit-equal poses, and which of these a row is."""
+    poses = np.concatenate([rotations.reshape(-1, 18), translations.reshape(-1, 6)], axis=1)
+    whole = np.ascontiguousarray(poses).view(np.dtype((np.void, poses.itemsize * 24)))[:, 0]
+    _, same, which = np.unique(whole, return_index=True, return_inverse=True)
+    return same, which

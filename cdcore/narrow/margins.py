@@ -1,4 +1,4 @@
-"""How far two triangles, or two placed surfaces, are from the other answer: their clearance or their penetration.
+"""How far two triangles are from the other answer, their clearance or their penetration, and which faces are near.
 
 An exact answer can hang on 1e-15 m, where a float64 distance is all rounding. So the whole computation is in integers
 on one power-of-two scale, shifted to a common origin there, and only the root at the end rounds.
@@ -7,7 +7,6 @@ on one power-of-two scale, shifted to a common origin there, and only the root a
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import chain
 from math import inf, isqrt
@@ -23,14 +22,6 @@ ROOT_BITS = 120
 """Bits under the integer root: its result has 60, seven more than a float64."""
 FACE_PAIRS_AT_ONCE = 1 << 20
 """Keeps the arrays of comparisons of boxes below some 50 MB."""
-
-
-@dataclass(frozen=True)
-class Margin:
-    """Whether two surfaces meet, and by how much: penetration if they do, clearance if not, metres."""
-
-    contact: bool
-    distance: float
 
 
 def triangle_margins(triangles: ArrayLike) -> tuple[NDArray[np.bool_], FloatArray]:
@@ -67,35 +58,6 @@ def triangle_margins(triangles: ArrayLike) -> tuple[NDArray[np.bool_], FloatArra
     meets = triangles_intersect(pairs)
     distance = [_margin(pair, meet) for pair, meet in zip(pairs, meets.tolist(), strict=True)]
     return meets, np.array(distance, dtype=np.float64)
-
-
-def pair_frame_margin(first: FloatArray, second: FloatArray, *, reach: float) -> Margin:
-    """Deepest face-pair penetration of two placed surfaces, or their least clearance, as far as ``reach``.
-
-    Choose it to ask whether a disagreement is ill-posed: beyond ``reach`` the value only says that it is beyond.
-
-    Parameters
-    ----------
-    first, second : placed triangles (f, 3, 3) and (g, 3, 3), finite.
-    reach : metres of interest. A penetration beyond it ends the search; a clearance beyond it is given as infinity.
-
-    Notes
-    -----
-    Cost: a comparison of boxes per pair of near faces, then the integers of :func:`triangle_margins` for each face
-    pair within reach.
-    """
-    near = near_faces(first, second, reach)
-    pairs = np.stack([first[near[:, 0]], second[near[:, 1]]], axis=1)
-    meets = triangles_intersect(pairs)
-    if not meets.any():
-        clearances = (_margin(pair, False) for pair in pairs)
-        return Margin(False, min((value for value in clearances if value <= reach), default=inf))
-    deepest = 0.0
-    for pair in pairs[meets]:
-        deepest = max(deepest, _margin(pair, True))
-        if deepest > reach:
-            break
-    return Margin(True, deepest)
 
 
 def near_faces(first: FloatArray, second: FloatArray, reach: float) -> NDArray[np.int64]:

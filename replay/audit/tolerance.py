@@ -1,6 +1,8 @@
 """Within tolerance: a disagreement about at most tau, decided on exact geometry, is nobody's fault.
 
-A contact is excused when no face pair is deeper than tau and a move of the surfaces by 2 tau ends it. What was decided
+A contact is excused when no face pair is deeper than tau and a move of the surfaces by tau ends it; a gap, when some
+face pair is at most tau apart. The move is asked for because face pairs of cubes with faces in common planes only
+touch, however deep the cubes stand in each other. What was decided
 differently about a body being *inside* another is never excused: no shift by tau gives the other answer. Neither is a
 volume's candidate, nor what an interval says about instants.
 """

@@ -1,16 +1,15 @@
 """Clearance and penetration of triangles and of placed surfaces agree with closed forms down to the last bits."""
 
-from math import inf, sqrt
+from math import sqrt
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
-from shapes import ball_mesh, box_mesh, moved
 
 from cdcore.errors import InvalidTrianglesError
-from cdcore.narrow.margins import pair_frame_margin, triangle_margins
+from cdcore.narrow.margins import near_faces, triangle_margins
 from replay.stress.families import FAMILIES
 
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
@@ -119,28 +118,16 @@ def test_moving_by_the_penetration_along_some_axis_separates_and_by_less_does_no
         assert all(held)
 
 
-def test_the_margin_of_surfaces_is_the_deepest_or_the_nearest_of_their_face_pairs():
-    def margin(x, reach):
-        return pair_frame_margin(moved(ball_mesh(0.5), [x, 0, 0]).triangles, box_mesh().triangles, reach=reach)
-
-    tiny = 2.0**-23
-    apart, shallow = margin(1 + tiny, 1e-3), margin(1 - tiny, 1e-3)
-    assert not apart.contact and apart.distance == pytest.approx(tiny, rel=1e-6)
-    # the facets of the ball lean, so along some cross product of edges the way out is a little shorter
-    assert shallow.contact and 0.95 * tiny < shallow.distance <= tiny
-    assert margin(0.9, 2e-6).distance > 2e-6
-    assert margin(1.1, 2e-6).distance == inf
-
-
-def test_every_clearance_within_reach_is_found_face_by_face():
+@pytest.mark.parametrize("reach", [0.0, 0.003, 0.05, 2.0])
+def test_no_face_pair_within_reach_is_left_out_of_the_near_ones(reach):
     rng = np.random.default_rng(3)
     first, second = rng.random((12, 3, 3)) * 0.1, rng.random((15, 3, 3)) * 0.1 + [0.1, 0, 0]
     every = np.array([[a, b] for a in first for b in second])
     meets, distance = triangle_margins(every)
-    margin = pair_frame_margin(first, second, reach=1.0)
-    assert margin.contact == meets.any()
-    expected = distance[meets].max() if meets.any() else distance.min()
-    assert margin.distance == expected
+    within = np.argwhere((meets | (distance <= reach)).reshape(12, 15))
+    near = near_faces(first, second, reach)
+    assert {tuple(row) for row in within} <= {tuple(row) for row in near}
+    assert len(near) < 12 * 15 or reach == 2.0
 
 
 def test_coordinates_that_are_not_finite_are_refused():

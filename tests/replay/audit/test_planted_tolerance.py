@@ -48,7 +48,6 @@ def test_what_rounding_by_less_than_tau_changed_is_excused_frame_by_frame():
     ("tau", "excused", "missed", "invented"), [(1.2e-6, 7, 0, 1), (0.42e-6, 4, 2, 2), (0.0, 0, 4, 4)]
 )
 def test_a_smaller_tau_excuses_only_what_it_holds(tau, excused, missed, invented):
-    # no depth lies between tau and 2 tau: there flush cubes, whose side faces are coplanar, are excused, a ball is not
     frames = audited(tau=tau).summary["it"]["pair_frames"]
     assert (frames["WITHIN_TOLERANCE"], frames["MISSED"], frames["INVENTED"]) == (excused, missed, invented)
 

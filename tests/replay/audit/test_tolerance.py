@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from shapes import ball_mesh, box_mesh
+from shapes import ball_mesh, box_mesh, random_rotations
 from small_worlds import cubes
 
 from cdcore import Body, Motion, Verdict, create_detector
@@ -43,6 +43,39 @@ def test_the_border_is_tau_on_both_sides():
     assert judged(assembly, Verdict.CONTACT) == [m, m, m, t, t, t, t, t, i, i, i]
     assert judged(assembly, Verdict.CONTACT, tau=1.2e-5) == [m, *[t] * 9, i]
     assert judged(assembly, Verdict.CONTACT, tau=0.0) == [m] * 6 + [i] * 5
+
+
+PLANTED = [0.5, 0.99, 1.01, 1.5, 2.5]
+"""Depths, in tau, of which the first two are at most tau."""
+
+
+def cubes_at(places, turn=None):
+    """Unit cubes, the first at each of these places, both in a turned world."""
+    count, turn = len(places), np.eye(3) if turn is None else turn
+    move = np.zeros((count, 2, 3))
+    move[:, 0] = np.array(places) @ turn.T
+    motion = Motion(np.arange(count) / 90, move, np.tile(turn, (count, 2, 1, 1)))
+    nothing = np.zeros(count, dtype=np.int64)
+    bodies = (Body("a", box_mesh()), Body("b", box_mesh()))
+    return Assembly(bodies, motion, np.array([[0, 1]]), np.zeros(1, bool), nothing, np.ones((count, 2), np.uint8))
+
+
+@pytest.mark.parametrize("tau", [2e-6, 1e-4])
+@pytest.mark.parametrize("sideways", [[0, 0], [0.3, 0], [0, 1e-6], [0.3, 0.2], [1e-6, 2e-7]])
+def test_cubes_are_excused_to_tau_and_no_deeper_however_flush_they_stand(sideways, tau):
+    places = [[side * (1.0 - depth * tau), *sideways] for depth in PLANTED for side in (1, -1)]
+    expected = [Outcome.WITHIN_TOLERANCE] * 4 + [Outcome.MISSED] * 6
+    assert judged(cubes_at(places), Verdict.CONTACT, tau) == expected
+    turn = random_rotations(np.random.default_rng(3), 1)[0]
+    assert judged(cubes_at(places, turn), Verdict.CONTACT, tau) == expected
+
+
+def test_cubes_that_are_exactly_tau_deep_are_excused():
+    tau = 2.0**-19  # 1.9 micrometres: the places below are exact
+    assert (
+        judged(cubes_at([[1.0 - tau, 0, 0], [1.0 - tau, 0.25, 0]]), Verdict.CONTACT, tau)
+        == [Outcome.WITHIN_TOLERANCE] * 2
+    )
 
 
 def test_groups_of_frames_change_nothing(monkeypatch):
