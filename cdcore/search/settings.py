@@ -32,9 +32,10 @@ class SearchSettings:
     frame in 25 may take four times as many) and such that ``target_recall`` of what that budget would find is found.
     ``stop_first``: whether to stop at the first hit; else, where faces are asked for, the rest of the budget looks for
     further curves. ``warm_start``: whether a search starts at the closest pair of the frame before.
-    ``rest``: in mean radii of the faces of both, how far two bodies must have moved against each other since the whole
-    budget found nothing before it is spent again; until then they get 192 evaluations from where they were closest, and
-    none where they have moved by rounding only, as a thing that is held. 0: every frame gets the whole budget.
+    ``rest``: in diameters of the mean face of the finer mesh, how far two bodies must have moved against each other
+    since the whole budget found nothing before it is spent again; until then they get 192 evaluations from where they
+    were closest, and none where they have moved by rounding only, as a thing that is held. 0: every frame gets the
+    whole budget.
     ``without_equation``: one of 15 to 20, switched off: 15 one candidate per ant, straight from the angle; 16 every ant
     is followed with equal probability; 17 steps of the same size in a random direction; 18 no NOT gates; 19 no reward
     for improvement; 20 neither evaporation nor a deposit on the best.

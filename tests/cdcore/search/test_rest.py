@@ -3,7 +3,7 @@
 import numpy as np
 from crossing_paths import crossing_paths
 from search_scenes import ball_of, torus_mesh
-from shapes import random_rotations
+from shapes import box_mesh, random_rotations
 
 from cdcore import Body, Motion, Verdict, create_detector, join
 from cdcore.search.features import features_of
@@ -60,6 +60,17 @@ def test_the_budget_is_whole_for_news_short_for_little_and_none_where_nothing_ha
     assert rest.budget(after(0.24 * face), before, before, 50) == 50
     assert rest.budget(after(1e-14), before, before, 2000) == 0
     assert rest.budget(after(np.nan), before, before, 2000) == 2000
+
+
+def test_the_finer_mesh_says_what_is_news_in_either_order():
+    ball, plate = features_of(BALL), features_of(box_mesh((2.0, 0.1, 2.0)))
+    face = 2 * ball.mean_radius
+    assert plate.mean_radius > 5 * ball.mean_radius
+    before = np.array([*np.eye(3).ravel(), 0.0, 1.2, 0.0, 1.2])
+    for bodies in ((ball, plate), (plate, ball)):
+        rest = Rest(*bodies, 0.25)
+        budgets = [rest.budget(before + share * face * np.eye(13)[10], before, before, 2000) for share in (0.24, 0.26)]
+        assert budgets == [PROBE, 2000]
 
 
 def test_what_rides_on_a_hand_is_searched_once_and_stays_not_found():
