@@ -5,18 +5,14 @@ They are named on a command line as ``planted_detectors:Dropping``, as a user's 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
 from cdcore import Motion, Verdict, create_detector, join
 from cdcore.protocol import counts_as_contact
-
-
-@dataclass(frozen=True)
-class NoSettings:
-    """Nothing can be set."""
+from cdcore.protocol.frame_detector import NoSettings
 
 
 class Planted:

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from cdcore import Detection, Verdict, create_detector, triangles_intersect
 from cdcore.protocol import Explanation
-
-
-@dataclass(frozen=True)
-class NoSettings:
-    """Nothing can be set."""
+from cdcore.protocol.frame_detector import NoSettings
 
 
 class Stage:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 
 import numpy as np
+import pytest
 from shapes import ball_mesh, beaker_mesh, random_rotations, rod_mesh
 
 from cdcore import triangles_intersect
@@ -17,10 +18,11 @@ class Enough(Exception):  # noqa: N818 - not an error
 
 
 class SlowSearch:
-    """Counts tests as a search goes; ``boxes_apart`` and ``descend`` are what a hierarchy adds."""
+    """Counts tests as a search goes down two trees; ``apart`` and ``splits_first`` are what a hierarchy adds."""
 
-    def __init__(self, corners_a, corners_b, pose_a, pose_b, *, every=True, budget=None):
-        self.world_a, self.world_b = placed(corners_a, *pose_a), placed(corners_b, *pose_b)
+    def __init__(self, trees, *poses, every=True, budget=None):
+        self.trees, self.poses = trees, poses
+        self.world_a, self.world_b = (placed(tree.corners, *pose) for tree, pose in zip(trees, poses, strict=True))
         self.every, self.budget = every, budget
         self.node_tests = self.leaf_tests = 0
         self.truncated = False
@@ -31,10 +33,10 @@ class SlowSearch:
             self.truncated = True
             raise Enough
 
-    def ask_nodes(self, apart):
+    def ask_nodes(self, a, b):
         self.spend()
         self.node_tests += 1
-        return not apart()
+        return not self.apart(a, b)
 
     def ask_faces(self, face_a, face_b):
         self.spend()
@@ -44,10 +46,37 @@ class SlowSearch:
             if not self.every:
                 raise Enough
 
-    def run(self, descend):
+    def descend(self, a, b):
+        """Two children a node, one face a leaf; of two nodes that may meet one is split."""
+        if not self.ask_nodes(a, b):
+            return
+        first_a, first_b = self.trees[0].child[a], self.trees[1].child[b]
+        if first_a < 0 and first_b < 0:
+            self.ask_faces(int(self.trees[0].leaf[a]), int(self.trees[1].leaf[b]))
+        elif first_b < 0 or (first_a >= 0 and self.splits_first(a, b)):
+            self.descend(first_a, b)
+            self.descend(first_a + 1, b)
+        else:
+            self.descend(a, first_b)
+            self.descend(a, first_b + 1)
+
+    def run(self):
         with suppress(Enough):
-            descend(0, 0)
+            self.descend(0, 0)
         return self
+
+
+class SlowBoxes(SlowSearch):
+    """Over boxes that turn with their bodies, told apart with the products of their edges."""
+
+    edges = True
+
+    def box(self, side, node):
+        tree = self.trees[side]
+        return tree.centre[node], tree.axes[node], tree.half[node]
+
+    def apart(self, a, b):
+        return boxes_apart(self.box(0, a), self.poses[0], self.box(1, b), self.poses[1], edges=self.edges)
 
 
 def placed(corners, turn, move):
@@ -100,15 +129,23 @@ def poses_of(poses, row):
     return (poses.turn_a[row], poses.move_a[row]), (poses.turn_b[row], poses.move_b[row])
 
 
-def assert_as_slow(search, slow, poses, *, every, budget):
+each_scene = pytest.mark.parametrize("scene", SCENES)
+complete_first_hit_or_cut_short = pytest.mark.parametrize(
+    ("every", "budget"), [(True, None), (False, None), (True, 150), (False, 40), (True, 1)]
+)
+
+
+def assert_as_slow(scene, compiled, slow, every, budget):
     """The compiled search gives counts, faces and truncation of the slow one, row by row."""
+    corners, poses = SCENES[scene]()
+    search = compiled(corners)
     limit = np.iinfo(np.int64).max if budget is None else budget
     fast = search.search(0, 1, poses, every=every, budget=limit)
     hits = 0
     for row in range(len(poses.pad)):
-        want = slow(row, every=every, budget=budget)
+        want = slow(search.trees, *poses_of(poses, row), every=every, budget=budget).run()
         assert fast.counts[row, :2].tolist() == [want.node_tests, want.leaf_tests]
         assert bool(fast.truncated[row]) == want.truncated
         assert [tuple(r) for r in fast.found[fast.found[:, 0] == row, 1:3].tolist()] == want.found
         hits += bool(want.found)
-    return hits
+    assert hits or budget

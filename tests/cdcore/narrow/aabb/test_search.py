@@ -1,16 +1,14 @@
 """The compiled search counts and finds what a plain recursive one does, complete, first hit, or cut short."""
 
 import numpy as np
-import pytest
-from slow_trees import SCENES, SlowSearch, assert_as_slow, poses_of
+from slow_trees import SCENES, SlowSearch, assert_as_slow, complete_first_hit_or_cut_short, each_scene
 
 from cdcore.narrow.aabb.search import AabbSearch, build_world_box_tree
 
 
 class SlowAabb(SlowSearch):
     def __init__(self, trees, *poses, **wanted):
-        super().__init__(trees[0].corners, trees[1].corners, *poses, **wanted)
-        self.tree_a, self.tree_b = trees
+        super().__init__(trees, *poses, **wanted)
         self.boxes = {}
 
     def box(self, tree, world, node):
@@ -25,34 +23,22 @@ class SlowAabb(SlowSearch):
         (low, high), (other_low, other_high) = (self.box(tree, world, tree.child[node] + k) for k in (0, 1))
         return np.minimum(low, other_low), np.maximum(high, other_high)
 
-    def descend(self, a, b):
-        low_a, high_a = self.box(self.tree_a, self.world_a, a)
-        low_b, high_b = self.box(self.tree_b, self.world_b, b)
-        if not self.ask_nodes(lambda: (low_a > high_b).any() or (low_b > high_a).any()):
-            return
-        first_a, first_b = self.tree_a.child[a], self.tree_b.child[b]
-        if first_a < 0 and first_b < 0:
-            self.ask_faces(int(self.tree_a.leaf[a]), int(self.tree_b.leaf[b]))
-        elif first_b < 0 or (first_a >= 0 and (high_a - low_a).max() >= (high_b - low_b).max()):
-            self.descend(first_a, b)
-            self.descend(first_a + 1, b)
-        else:
-            self.descend(a, first_b)
-            self.descend(a, first_b + 1)
+    def both(self, a, b):
+        return self.box(self.trees[0], self.world_a, a), self.box(self.trees[1], self.world_b, b)
+
+    def apart(self, a, b):
+        (low_a, high_a), (low_b, high_b) = self.both(a, b)
+        return (low_a > high_b).any() or (low_b > high_a).any()
+
+    def splits_first(self, a, b):
+        (low_a, high_a), (low_b, high_b) = self.both(a, b)
+        return (high_a - low_a).max() >= (high_b - low_b).max()
 
 
-@pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize(("every", "budget"), [(True, None), (False, None), (True, 150), (False, 40), (True, 1)])
+@each_scene
+@complete_first_hit_or_cut_short
 def test_counts_and_faces_are_those_of_a_recursive_search(scene, every, budget):
-    corners, poses = SCENES[scene]()
-    search = AabbSearch(corners)
-
-    def slow(row, **wanted):
-        reference = SlowAabb(search.trees, *poses_of(poses, row), **wanted)
-        return reference.run(reference.descend)
-
-    hits = assert_as_slow(search, slow, poses, every=every, budget=budget)
-    assert hits or budget
+    assert_as_slow(scene, AabbSearch, SlowAabb, every, budget)
 
 
 def test_every_face_has_one_leaf_and_leaves_are_no_deeper_than_the_tree_says():
