@@ -29,7 +29,7 @@ class Size:
     sessions: int
 
 
-QUICK: Final = Size((100, 300, 500), 2, 100, 1)
+QUICK: Final = Size((100, 300, 500), 2, 60, 1)
 FULL: Final = Size(TARGETS, POSES, 1000, 3)
 
 
