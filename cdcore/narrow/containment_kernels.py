@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from cdcore.narrow.compiling import hot_kernel, kernel
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 
-@njit(cache=True)
+@hot_kernel
 def point_in_box(
     point: FloatArray, ra: FloatArray, ta: FloatArray, rb: FloatArray, tb: FloatArray, box: FloatArray, margin: float
 ) -> bool:
@@ -22,7 +21,7 @@ def point_in_box(
     return True
 
 
-@njit(cache=True)
+@kernel
 def may_be_inside(
     rotation: FloatArray,
     translation: FloatArray,

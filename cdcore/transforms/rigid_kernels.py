@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, Final
+
 import numpy as np
 from numba import njit
 
@@ -10,11 +12,15 @@ from cdcore.numerics import BoolArray, FloatArray
 GOOD = -1
 """No pose is bad."""
 
+OPTIONS: Final[dict[str, Any]] = {"cache": True, "no_cfunc_wrapper": True, "no_rewrites": True, "error_model": "numpy"}
+"""Nobody calls these from C, they have no array expressions to rewrite, and they divide by nothing that may be zero:
+a third of the time to compile."""
+
 POLAR_STEPS = 5
 """Newton-Schulz squares the error: 1e-3, 1e-6, 1e-12, then rounding."""
 
 
-@njit(cache=True)
+@njit(**OPTIONS)
 def matrix_error(r: FloatArray) -> float:
     """Largest entry of ``|R^T R - I|`` of one matrix (3, 3); infinity for a reflection, NaN where not finite."""
     error = 0.0
@@ -35,7 +41,7 @@ def matrix_error(r: FloatArray) -> float:
     return error
 
 
-@njit(cache=True)
+@njit(**OPTIONS)
 def repair_rotation(r: FloatArray, gram: FloatArray, step: FloatArray) -> None:
     """Replace a matrix near a rotation by the nearest one, by the polar iteration ``R <- R (3 I - R^T R) / 2``.
 
@@ -54,13 +60,13 @@ def repair_rotation(r: FloatArray, gram: FloatArray, step: FloatArray) -> None:
                 r[i, j] += step[i, j]
 
 
-@njit(cache=True)
+@njit(**OPTIONS)
 def place_is_finite(place: FloatArray) -> bool:
     """Whether a translation (3,) is finite."""
     return bool(np.isfinite(place[0]) and np.isfinite(place[1]) and np.isfinite(place[2]))
 
 
-@njit(cache=True)
+@njit(**OPTIONS)
 def check_poses(
     place: FloatArray, turn: FloatArray, valid: BoolArray, keep: float, reject: float
 ) -> tuple[int, int, float]:
@@ -94,7 +100,7 @@ def check_poses(
     return GOOD, repaired, worst
 
 
-@njit(cache=True)
+@njit(**OPTIONS)
 def split_poses(poses: FloatArray, valid: BoolArray, place: FloatArray, turn: FloatArray) -> int:
     """Cut N matrices (N, 4, 4) into ``place`` and ``turn``; number of the first valid whose last row is not 0 0 0 1."""
     for k in range(len(valid)):
@@ -108,7 +114,7 @@ def split_poses(poses: FloatArray, valid: BoolArray, place: FloatArray, turn: Fl
     return GOOD
 
 
-@njit(cache=True)
+@njit(**OPTIONS)
 def turns_of_quaternions(q: FloatArray, valid: BoolArray, reject: float, turn: FloatArray) -> int:
     """Rotations of N quaternions (N, 4), xyzw; number of the first valid one whose norm is off by ``reject``."""
     for k in range(len(valid)):

@@ -54,10 +54,13 @@ def fill_ranges(entries: FloatArray, stride: int, count: int, ranges: FloatArray
                 place = load8(entries, row + f)
                 low, high = least(place, low), most(place, high)
             at = 6 * (first >> SPAN_BITS) + axis
+            ranges[at], ranges[at + 3] = np.inf, -np.inf
             store(corner, 0, low)
-            ranges[at] = corner.min()
+            for k in range(LANES):
+                ranges[at] = min(ranges[at], corner[k])
             store(corner, 0, high)
-            ranges[at + 3] = corner.max()
+            for k in range(LANES):
+                ranges[at + 3] = max(ranges[at + 3], corner[k])
     below, level = 0, (count + SPAN - 1) >> SPAN_BITS
     while level > 1:
         coarser = (level + FAN - 1) >> FAN_BITS

@@ -1,13 +1,15 @@
 """The mark that keeps a kernel one function leaves it callable, from Python and from other kernels."""
 
+import gc
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 from numba import njit
+from numba.core.event import Event
 
-from cdcore.narrow.compiling import stay_one_function
+from cdcore.narrow.compiling import Compiled, stay_one_function
 
 
 @njit
@@ -63,3 +65,20 @@ def test_where_nothing_can_be_written_kernels_compile_at_every_start(tmp_path):
     assert answer == "True"
     assert folder.strip() == "None"
     assert not list(tmp_path.rglob("*.nbi"))
+
+
+def test_the_collector_rests_while_kernels_compile_and_only_then():
+    heard = Compiled(lambda family, seconds: None)
+    kernel = Event("numba:compile", "START", {"dispatcher": doubled})
+    for on in (True, False):
+        gc.enable() if on else gc.disable()
+        try:
+            heard.on_start(kernel)
+            heard.on_start(kernel)
+            assert not gc.isenabled()
+            heard.on_end(kernel)
+            assert not gc.isenabled()
+            heard.on_end(kernel)
+            assert gc.isenabled() == on
+        finally:
+            gc.enable()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from shapes import random_rotations
 
-from cdcore.narrow.containment_kernels import may_be_inside, point_in_box
+from cdcore.narrow.containment_kernels import may_be_inside
 from cdcore.numerics import EPS
 
 BOX = np.array([[-1.0, -2.0, -3.0], [1.0, 2.0, 3.0]])
@@ -15,11 +15,15 @@ PAD = 1024 * EPS
 
 def test_a_point_is_judged_in_the_frame_of_the_box():
     rng = np.random.default_rng(0)
-    for _ in range(300):
-        (ra, rb), (ta, tb), point = random_rotations(rng, 2), rng.normal(size=(2, 3)), rng.normal(size=3) * 2
-        seen = rb.T @ (ra @ point + ta - tb)
-        expected = bool((seen >= BOX[0]).all() and (seen <= BOX[1]).all())
-        assert point_in_box(point, ra, ta, rb, tb, BOX, 0.0) == expected
+    turns, places, inside = random_rotations(rng, 600).reshape(300, 2, 3, 3), rng.normal(size=(300, 2, 3)), 0
+    may = np.empty(1, dtype=bool)
+    for k in range(300):
+        point = rng.normal(size=(1, 3)) * 2
+        seen = turns[k, 1].T @ (turns[k, 0] @ point[0] + places[k, 0] - places[k, 1])
+        may_be_inside(turns, places, np.array([k]), 0, 1, point, BOX, 8.0, 0.0, may)
+        assert may[0] == ((seen >= BOX[0]).all() and (seen <= BOX[1]).all())
+        inside += int(may[0])
+    assert 30 < inside < 270
 
 
 @pytest.mark.parametrize("world", [0.0, 1.0, 1e6])
