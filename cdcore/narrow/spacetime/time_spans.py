@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
 from cdcore.narrow.memory import Memory, words_of
 from cdcore.narrow.spacetime.lanes import LANES, least, load8, most, splat8, store, widened
 from cdcore.narrow.spacetime.memory import PoseMemory, pose_memory
@@ -41,26 +41,32 @@ def span_count(frames: int) -> int:
     return total
 
 
+@hot_kernel
+def least_and_most(entries: FloatArray, first: int, stop: int, lanes: FloatArray) -> tuple[float, float]:
+    """Ends of ``entries[first:stop]``, whole vectors of it; ``lanes`` (2 LANES,) is scratch."""
+    become_part_of_caller()
+    low, high = splat8(np.inf), splat8(-np.inf)
+    for at in range(first, stop, LANES):
+        place = load8(entries, at)
+        low, high = least(place, low), most(place, high)
+    store(lanes, 0, low)
+    store(lanes, LANES, high)
+    lowest, highest = np.inf, -np.inf
+    for k in range(LANES):
+        lowest, highest = min(lowest, lanes[k]), max(highest, lanes[LANES + k])
+    return lowest, highest
+
+
 @kernel
 def fill_ranges(entries: FloatArray, stride: int, count: int, ranges: FloatArray) -> None:
     """Fill ``ranges`` (6 n,), finest level first: least x, y, z of the root centre in a span, then the largest."""
-    corner = np.empty(LANES)
+    lanes = np.empty(2 * LANES)
     for first in range(0, count, SPAN):
         for axis in range(3):
-            row = (12 + axis) * stride
-            low, high = splat8(np.inf), splat8(-np.inf)
+            at, row = 6 * (first >> SPAN_BITS) + axis, (12 + axis) * stride
             # what follows the last frame repeats it
-            for f in range(first, min(first + SPAN, count), LANES):
-                place = load8(entries, row + f)
-                low, high = least(place, low), most(place, high)
-            at = 6 * (first >> SPAN_BITS) + axis
-            ranges[at], ranges[at + 3] = np.inf, -np.inf
-            store(corner, 0, low)
-            for k in range(LANES):
-                ranges[at] = min(ranges[at], corner[k])
-            store(corner, 0, high)
-            for k in range(LANES):
-                ranges[at + 3] = max(ranges[at + 3], corner[k])
+            ends = least_and_most(entries, row + first, row + min(first + SPAN, count), lanes)
+            ranges[at], ranges[at + 3] = ends
     below, level = 0, (count + SPAN - 1) >> SPAN_BITS
     while level > 1:
         coarser = (level + FAN - 1) >> FAN_BITS
