@@ -8,12 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from cdcore import Detection, Detector, Motion
-from cdcore.narrow.compiling import Compiled, told_of_compiling
 from replay.assemble import Pairs, assemble
 from replay.assembly import Assembly
 from replay.audit.tolerance import TAU
@@ -27,6 +26,9 @@ from replay.tradeoff.front import advice_of, front_of
 from replay.tradeoff.judge import Judge
 from replay.tradeoff.settings import Setting, settings_list
 from sessions import Session
+
+if TYPE_CHECKING:
+    from cdcore.narrow.compiling import Compiled
 
 SCHEMA: Final = "vrlab-replay/tradeoff/1"
 
@@ -123,6 +125,8 @@ def tradeoff(
     ReplayError, CollisionCoreError, SessionError
         One sentence that says what to do.
     """
+    from cdcore.narrow.compiling import told_of_compiling  # loads the compiler: not for those who only write tables
+
     wanted = tuple(settings if settings is not None else settings_list())
     steps = sum(1 if one.tail else max(1, repeats) for one in wanted)
     trials: list[_Trial] = []
