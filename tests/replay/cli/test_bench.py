@@ -17,6 +17,7 @@ def small(monkeypatch):
     monkeypatch.setattr(bench, "RESTING_FRAMES", 5)
 
 
+@pytest.mark.slow
 def test_json_and_the_file_hold_the_race_the_stages_and_the_growth(capsys, tmp_path):
     assert main(["bench", "--quick", "--frames", "60", "--json", "--out", str(tmp_path / "new" / "b.json")]) == 0
     told = json.loads(capsys.readouterr().out)
@@ -32,6 +33,7 @@ def test_json_and_the_file_hold_the_race_the_stages_and_the_growth(capsys, tmp_p
     assert json.loads((tmp_path / "new" / "b.json").read_text()) == told
 
 
+@pytest.mark.slow
 def test_a_difference_exits_with_4_and_one_of_a_peer_does_not(capsys, monkeypatch):
     class Liar(engines.OwnExact):
         def ask(self, what):
@@ -46,6 +48,7 @@ def test_a_difference_exits_with_4_and_one_of_a_peer_does_not(capsys, monkeypatc
     assert "gate: exact differs from python-fcl in" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_one_sentence_names_the_extra_when_coal_is_absent(capsys, monkeypatch):
     monkeypatch.setattr(engines, "find_spec", lambda name: None)
     assert main(["bench", "--frames", "20"]) == 0
