@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import floor, log10
 from typing import Any
 
 from replay.audit.wilson import share
@@ -73,5 +74,13 @@ def percent(part: Mapping[str, Any]) -> str:
     """``0.3 % [0.1, 0.6]``: a share and its interval for people."""
     if part["share"] is None:
         return "none"
-    low, high = 100 * part["low"], 100 * part["high"]
-    return f"{100 * part['share']:.3g} % [{low:.2g}, {high:.2g}]"
+    share, low, high = (_figure(100 * part[name]) for name in ("share", "low", "high"))
+    return f"{share} % [{low}, {high}]"
+
+
+def _figure(percentage: float) -> str:
+    """Two digits of the distance from 0 or 100, whichever is nearer; no exponent: ``2.6``, ``50``, ``99.98``."""
+    away = min(percentage, 100.0 - percentage)
+    decimals = max(0, 1 - floor(log10(away))) if away > 0.0 else 0
+    text = f"{percentage:.{decimals}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text

@@ -75,9 +75,9 @@ def command(
     if format_ == "json":
         click.echo(json.dumps({"audit": result.summary, "runs": summaries, "broken": broken}, allow_nan=False))
     else:
-        from replay.cli.audit_tables import audit_tables
+        from replay.cli.audit_tables import answers, audit_tables
 
-        stdout_console().print(audit_tables(result.summary))
+        stdout_console().print(answers(result.results), audit_tables(result.summary))
     from replay.cli.run_report import close_run, where_to_look
 
     codes = [close_run(one, people) for one in result.results]

@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich import box
-from rich.console import Group
+from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from replay.audit.gates import percent
+from replay.cli.run_tables import headlines
+from replay.run_result import RunResult
+
+
+def answers(results: Sequence[RunResult]) -> Group:
+    """The answers before any table, under the name of their session where there are several."""
+    lines: list[RenderableType] = []
+    for result in results:
+        lines += [Text(), *([Text(f" {result.session.origin}")] if len(results) > 1 else []), *headlines(result)]
+    return Group(*lines)
 
 
 def audit_tables(audit: Mapping[str, Any]) -> Group:
@@ -66,7 +76,8 @@ def cause_table(audit: Mapping[str, Any]) -> Table:
 
 
 def _table(title: str, *columns: str) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left", title_style="bold", pad_edge=False)
+    words = Text(title, style="bold", no_wrap=True, overflow="ignore")  # or it is folded to the width of the table
+    table = Table(box=box.SIMPLE_HEAD, title=words, title_justify="left", pad_edge=False)
     table.add_column("detector", no_wrap=True)
     for name in columns:
         table.add_column(name, justify="right")

@@ -57,14 +57,12 @@ def command(
     people.say(f"making up a session in a laboratory ({scene}), recording it, replaying it ...")
     folder = out or FOLDER
     result = _demo(scene, seed, noise, folder, force or out is None, people)
-    from replay.cli.run_report import report_run
+    from replay.cli.run_report import report_run, where_to_look
 
     code = report_run(result, people, format_)
-    people.say(f"\nwrote {folder}; the recorded session is {folder / SESSION}")
-    people.say(f"open the picture:   replay view {folder}")
-    first = next((miss.number for found in result.misses.values() for miss in found), None)
-    if first is not None:
-        people.say(f"or at one miss:     replay view {folder} --miss {first}")
+    people.say(f"\nthe recorded session is {folder / SESSION}")
+    for sentence in where_to_look(result):
+        people.say(sentence)
     return code
 
 

@@ -106,7 +106,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _usage(error: click.ClickException) -> int:
     from click import UsageError
+    from click.exceptions import NoArgsIsHelpError
 
+    if isinstance(error, NoArgsIsHelpError):
+        click.echo(error.format_message(), err=True)
+        return error.exit_code
     click.echo(f"error: {_sentence(error.format_message())}", err=True)
     context = error.ctx if isinstance(error, UsageError) else None
     if context is not None:

@@ -55,7 +55,7 @@ def command(
     people = People(quiet=quiet, verbose=verbose)
     let_modules_here_be_found([*detectors, oracle or ""])
     people.say(f"replaying {session}")
-    from replay.cli.run_report import report_run
+    from replay.cli.run_report import report_run, where_to_look
     from replay.runner import run
 
     result = run(
@@ -73,5 +73,7 @@ def command(
         progress=TerminalProgress(people),
     )
     code = report_run(result, people, format_, cite=cite)
-    people.say(f"\nwrote {out}" + ("" if no_picture else f"\nopen the picture:  replay view {out}"))
+    people.say("")
+    for sentence in where_to_look(result, picture=not no_picture):
+        people.say(sentence)
     return code

@@ -12,7 +12,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from replay.audit.headline import headline
+from replay.audit.headline import headline, price
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Outcome
 from replay.run_result import RunResult
@@ -45,9 +45,9 @@ PAIR_COLUMNS: Final = {
 
 def run_tables(result: RunResult) -> Group:
     """Everything a terminal shows of a run."""
-    parts: list[RenderableType] = []
+    parts: list[RenderableType] = [Text(), *headlines(result)] if result.comparisons else []
     for label in result.comparisons:
-        parts += [Text(), headline_text(result, label), Text(), pair_table(result, label)]
+        parts += [Text(), pair_table(result, label)]
         if result.misses[label]:
             parts += [Text(), miss_table(result, label)]
     if not result.comparisons and result.detections:
@@ -62,6 +62,12 @@ def run_tables(result: RunResult) -> Group:
     if result.assembly.proxies:
         parts.append(Text(f" Proxy meshes stand in for: {', '.join(result.assembly.proxies)}.", style="dim"))
     return Group(*parts)
+
+
+def headlines(result: RunResult) -> list[RenderableType]:
+    """The answer before any table: what each detector missed, and what that took."""
+    answers = [headline_text(result, label) for label in result.comparisons]
+    return [*answers, *(Padding(Text(line, style="dim"), (0, 1)) for line in price(result))]
 
 
 def no_detection(result: RunResult) -> str:
@@ -79,7 +85,7 @@ def headline_text(result: RunResult, label: str) -> Text:
 def pair_table(result: RunResult, label: str) -> Table:
     """One row per pair that touched or was said to, worst first."""
     outcome = result.comparisons[label].outcome
-    table = _table("contacts", "pair")
+    table = _table(f"contacts, and what {label} made of them", "pair")
     rows = sorted(_pair_rows(result, label, outcome), key=lambda row: (-row[2], -row[5], -row[1], row[0]))
     columns = PAIR_COLUMNS if any(row[-1] for row in rows) else without_tolerance(PAIR_COLUMNS)
     for name in columns:
@@ -118,7 +124,7 @@ def miss_table(result: RunResult, label: str) -> Table:
     """The numbered misses: never found ones first, then in order of time."""
     table = _table(f"missed by {label}", "#", justify="right", style=f"bold {RED}")
     for name, justify in (("at", "right"), ("pair", "left"), ("for", "right"), ("what", "left")):
-        table.add_column(name, justify=justify)  # type: ignore[arg-type]
+        table.add_column(name, justify=justify, no_wrap=name == "pair")  # type: ignore[arg-type]
     table.add_column("cut", justify="right")
     table.add_column("face pairs", justify="right")
     misses = sorted(result.misses[label], key=lambda miss: (miss.kind != NEVER_FOUND, miss.number))
@@ -215,5 +221,5 @@ def _table(title: str, first: str, **options: Any) -> Table:
         header_style="dim",
         show_edge=False,
     )
-    table.add_column(first, **options)
+    table.add_column(first, **{"no_wrap": True, **options})
     return table

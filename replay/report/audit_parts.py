@@ -112,9 +112,7 @@ def latency_histogram(result: RunResult) -> Markup | None:
     lanes = [_lane(label, values, edges, row) for row, (label, values) in enumerate(shown.items())]
     height = HEIGHT * len(shown) + BOTTOM
     x = _along(BUDGET_MS, edges)
-    line = element(
-        "line", x1=f"{x:.1f}", x2=f"{x:.1f}", y1=0, y2=height - BOTTOM, stroke="#555", stroke_dasharray="4 3"
-    )
+    line = element("line", x1=f"{x:.1f}", x2=f"{x:.1f}", y1=0, y2=height - BOTTOM, class_="budget")
     ticks = [
         element("text", f"{value:g} ms", x=f"{_along(value, edges):.1f}", y=height - 5, class_="tick")
         for value in (0.001, 0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)

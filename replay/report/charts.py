@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from replay.audit.outcome import Outcome
+from replay.report.drawing import INK, svg_in_page
 from replay.report.markup import Markup, element, safe
 from replay.rerun_log.colours import OUTCOME_WORDS, SERIES, Rgba
 from replay.rerun_log.lanes import number_boxes
 from replay.run_result import RunResult
 from replay.summary import frame_seconds
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 BUDGET_MS: Final = 1000.0 / 90.0
 """One frame at 90 Hz."""
@@ -170,32 +173,28 @@ def _legend() -> Markup:
 
 def timing(result: RunResult) -> Markup:
     """Milliseconds of every frame on a log axis, most of each stretch kept; detectors of the whole motion as lines."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
-    with mpl.rc_context({"svg.hashsalt": "vrlab-replay", "svg.fonttype": "none", "font.size": 10}):
-        figure = Figure(figsize=(11, 3.4), layout="constrained")
-        axes = figure.add_subplot()
-        for (label, detection), colour in zip(result.detections.items(), _cycle(SERIES), strict=False):
-            seconds = frame_seconds(detection)
-            if seconds is not None and len(seconds):
-                x, y = _peaks(result.assembly.motion.times, seconds * 1e3)
-                axes.plot(x, y, color=_hex(colour), lw=0.9, label=f"{label}, frame by frame (peaks)")
-            else:
-                mean = result.summary["detectors"][label]["seconds"]["per_frame_mean"] * 1e3
-                axes.axhline(mean, color=_hex(colour), lw=1.4, label=f"{label}, mean of the whole motion at once")
-        axes.axhline(BUDGET_MS, color="#555", lw=1.0, ls="--", label="one frame at 90 Hz, 11.1 ms")
-        axes.set_yscale("log")
-        axes.set_xlabel("session time, s")
-        axes.set_ylabel("ms per frame")
-        axes.legend(loc="upper right", fontsize=8, framealpha=0.9)
-        axes.grid(True, which="major", alpha=0.3)
-        axes.set_xlim(float(result.assembly.motion.times[0]), float(result.assembly.motion.times[-1]))
-        buffer = io.StringIO()
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-    text = buffer.getvalue()
-    svg = Markup(text[text.index("<svg") :].replace("<svg ", '<svg role="img" aria-label="Time per frame" ', 1))
+    svg = svg_in_page(11, 3.4, "Time per frame", lambda axes: _draw_timing(axes, result))
     return element("figure", svg, element("figcaption", "What each frame took, in milliseconds on a log axis."))
+
+
+def _draw_timing(axes: Axes, result: RunResult) -> None:
+    for (label, detection), colour in zip(result.detections.items(), _cycle(SERIES), strict=False):
+        seconds = frame_seconds(detection)
+        if seconds is not None and len(seconds):
+            x, y = _peaks(result.assembly.motion.times, seconds * 1e3)
+            axes.plot(x, y, color=_hex(colour), lw=0.9, label=f"{label}, frame by frame (peaks)")
+        else:
+            mean = result.summary["detectors"][label]["seconds"]["per_frame_mean"] * 1e3
+            axes.axhline(mean, color=_hex(colour), lw=1.4, label=f"{label}, mean of the whole motion at once")
+    axes.axhline(BUDGET_MS, color=INK, lw=1.0, ls="--", label="one frame at 90 Hz, 11.1 ms")
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    axes.set_xlabel("session time, s")
+    axes.set_ylabel("ms per frame")
+    # Above the plot: inside it, it would lie on the peaks that the plot exists to show.
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, fontsize=8, frameon=False)
+    axes.grid(True, which="major", alpha=0.25)
+    axes.set_xlim(float(result.assembly.motion.times[0]), float(result.assembly.motion.times[-1]))
 
 
 def _peaks(times: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

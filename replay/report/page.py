@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from replay.audit.headline import headline
+from replay.audit.headline import headline, price
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss
 from replay.report.audit_parts import cause_table, count_tables, dwell_table, heat_map, latency_histogram
@@ -41,7 +41,9 @@ def report_html(result: RunResult) -> str:
         element("title", f"{name}: {_headlines(result)[0]}"),
         Markup(f"<style>{style}</style>"),
     ]
-    body = [element("header", element("p", f"Replay of {name}"), *(element("h1", line) for line in _headlines(result)))]
+    lines = [element("p", f"Replay of {name}"), *(element("h1", line) for line in _headlines(result))]
+    lines += [element("p", line, class_="price") for line in price(result)]
+    body = [element("header", *lines)]
     body += [element("main", joined(_sections(result))), element("footer", element("p", CAVEAT))]
     return f'<!doctype html>\n<html lang="en"><head>{joined(head)}</head><body>{joined(body)}</body></html>\n'
 
@@ -56,10 +58,11 @@ def _headlines(result: RunResult) -> list[str]:
 
 
 def _sections(result: RunResult) -> list[Markup]:
-    parts = [_section("The session", fact_table(result)), _section("The bench", joined(_pictures(result)))]
+    """What was missed, then why, then at what price; facts and settings come last."""
+    parts = [_section(f"When: {label}", timeline(result, label)) for label in result.comparisons]
+    parts.append(_section("The bench", joined(_pictures(result))))
     if result.detections:
         parts.append(_section("Contacts", contact_table(result)))
-    parts += [_section(f"When: {label}", timeline(result, label)) for label in result.comparisons]
     if result.comparisons:
         parts.append(_section("What was missed, and why", *_audit(result)))
     parts += [
@@ -75,6 +78,7 @@ def _sections(result: RunResult) -> list[Markup]:
     if result.effects or result.summary["plan"]["not_built"]:
         parts.append(_section("Effects that the scene calls for", effect_section(result)))
     parts.append(_section("Can the recording be trusted?", finding_tables(result)))
+    parts.append(_section("The session", fact_table(result)))
     parts.append(_section("How to get the same again", settings_table(result)))
     return parts
 

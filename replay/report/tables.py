@@ -53,7 +53,7 @@ def _gaps(result: RunResult) -> Iterator[tuple[str, object]]:
 
 
 def contact_table(result: RunResult) -> Markup:
-    """A row per pair that touched, or was said to."""
+    """A row per pair that touched, or was said to; in an audit the most missed first, as in the lanes."""
     short = ("pair", "contacts", "seconds", "longest s")
     if not result.comparisons:
         every = range(len(result.assembly.pairs))
@@ -71,11 +71,13 @@ def contact_table(result: RunResult) -> Markup:
         excused = (comparison.outcome == Outcome.WITHIN_TOLERANCE).sum(axis=0).tolist()
         told = (comparison.outcome == Outcome.INVENTED).any(axis=0) | np.array(excused, dtype=np.bool_)
         touched = {episode.pair for episode in result.episodes[result.oracle]} | set(np.flatnonzero(told).tolist())
-        rows = [(*_contacts(result, result.oracle, pair), *_audit(result, label, pair)) for pair in sorted(touched)]
+        missed = (comparison.outcome == Outcome.MISSED).sum(axis=0).tolist()
+        pairs = sorted(touched, key=lambda pair: (-missed[pair], pair))
+        rows = [(*_contacts(result, result.oracle, pair), *_audit(result, label, pair)) for pair in pairs]
         names: tuple[str, ...] = head
         if any(excused):
             names = (*head, "within tolerance")
-            rows = [(*row, excused[pair]) for row, pair in zip(rows, sorted(touched), strict=True)]
+            rows = [(*row, excused[pair]) for row, pair in zip(rows, pairs, strict=True)]
         tables.append(table(f"Contacts ({result.oracle}) and what {label} made of them", names, rows))
     return joined(tables)
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from replay.report.markup import Markup, element, joined, table
 from replay.tradeoff.front import Row
 from replay.tradeoff.output import title_of
-from replay.tradeoff.picture import picture
+from replay.tradeoff.picture import DARK, LIGHT, Theme, picture
 from replay.tradeoff.trading import Tradeoff
 
 HEAD = (
@@ -22,9 +22,10 @@ NOT_DONE = ("skipped", "reused", "held", "cache_hits")
 
 
 def tradeoff_section(done: Tradeoff) -> Markup:
-    """Picture, advice and table; the picture is SVG inside the page."""
-    drawn = base64.b64encode(picture(done.rows, title_of(done), "svg")).decode("ascii")
-    image = element("img", src=f"data:image/svg+xml;base64,{drawn}", alt=title_of(done), style="width:100%")
+    """Picture, advice and table; the picture is SVG inside the page, for light pages and for dark ones."""
+    dark = element("source", srcset=_drawn(done, DARK), media="(prefers-color-scheme: dark)")
+    light = element("img", src=_drawn(done, LIGHT), alt=title_of(done), style="width:100%")
+    image = element("picture", Markup(dark.removesuffix("</source>")), Markup(light.removesuffix("</img>")))
     advice = element("ul", *(element("li", sentence) for sentence in done.advice))
     cut = [element("p", f"Not tried, for want of time: {', '.join(done.cut)}.")] if done.cut else []
     made = done.about["machine"]
@@ -37,6 +38,11 @@ def tradeoff_section(done: Tradeoff) -> Markup:
     rows = [_cells(row) for row in sorted(done.rows, key=lambda row: float(row["ms_per_frame"]))]
     whole = table("Every setting that was tried", HEAD, rows)
     return joined([element("figure", image), advice, *cut, element("p", measured), whole])
+
+
+def _drawn(done: Tradeoff, theme: Theme) -> str:
+    drawn = base64.b64encode(picture(done.rows, title_of(done), "svg", theme)).decode("ascii")
+    return f"data:image/svg+xml;base64,{drawn}"
 
 
 def _cells(row: Row) -> tuple[str, ...]:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Sequence
 from importlib.resources import files
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
+from replay.report.drawing import PAPER, svg_in_page
 from replay.report.markup import Markup, element, joined, table
 from replay.study.analysis import LEVEL, Study, associated
 from replay.study.factorability import kaiser_word
 from replay.study.refusals import RefusedError
 from replay.study.regression import Coefficient, Regression
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+BLUE: Final = "#4a86c5"
+"""Told from both a white and a dark page."""
 
 CAUSAL: Final = re.compile(
     r"\b(caus\w*|because of|effects? of|impact of|improv\w*|increas\w*|decreas\w*|leads? to|influenc\w*|enhanc\w*)\b",
@@ -195,23 +201,17 @@ def _methods(study: Study) -> Markup:
 
 def _forest(study: Study) -> Markup:
     """Every coefficient with its interval; the ones told from zero filled."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
     rows = [(one, c) for one in study.regressions for c in one.coefficients]
-    with mpl.rc_context({"svg.hashsalt": "vrlab-replay", "svg.fonttype": "none", "font.size": 10}):
-        figure = Figure(figsize=(11, 0.9 + 0.32 * len(rows)), layout="constrained")
-        axes = figure.add_subplot()
+
+    def draw(axes: Axes) -> None:
         for k, (_, c) in enumerate(rows):
-            axes.plot([c.low, c.high], [k, k], color="#34618f", lw=1.6)
-            axes.plot(c.beta, k, "o", ms=7, color="#34618f", mfc="#34618f" if associated(c) else "white")
+            axes.plot([c.low, c.high], [k, k], color=BLUE, lw=1.6)
+            axes.plot(c.beta, k, "o", ms=7, color=BLUE, mfc=BLUE if associated(c) else PAPER)
         axes.axvline(0.0, color="#8a93a0", lw=1)
         axes.set_yticks(range(len(rows)), [f"{words(c.name)} – {words(one.outcome)}" for one, c in rows])
         axes.invert_yaxis()
         axes.set_xlabel("standardised coefficient with 95 % interval; filled: associated after Holm's correction")
         axes.spines[["top", "right", "left"]].set_visible(False)
         axes.tick_params(axis="y", length=0)
-        out = io.StringIO()
-        figure.savefig(out, format="svg", metadata={"Date": None})
-    svg = out.getvalue()
-    return element("figure", Markup(svg[svg.index("<svg") :]))
+
+    return element("figure", svg_in_page(11, 0.9 + 0.32 * len(rows), "Every coefficient with its interval", draw))

@@ -1,3 +1,5 @@
+import pytest
+
 from replay.audit.gates import Gates, percent
 from replay.audit.wilson import share
 
@@ -43,3 +45,17 @@ def test_the_slowest_frames_are_held_to_milliseconds():
 
 def test_a_share_is_written_with_its_interval():
     assert percent(share(3, 1000)) == "0.3 % [0.1, 0.88]" and percent(share(0, 0)) == "none"
+
+
+@pytest.mark.parametrize(
+    ("count", "of", "words"),
+    [
+        (18, 18, "100 % [82, 100]"),
+        (0, 18, "0 % [0, 18]"),
+        (7, 270, "2.6 % [1.3, 5.3]"),
+        (9999, 10000, "99.99 % [99.943, 99.9982]"),
+        (10, 10_000_000, "0.0001 % [0.000054, 0.00018]"),
+    ],
+)
+def test_a_share_is_written_without_exponents_and_keeps_what_parts_it_from_all_and_nothing(count, of, words):
+    assert percent(share(count, of)) == words

@@ -1,10 +1,11 @@
+from dataclasses import replace
 from io import StringIO
 
 from rich.console import Console
 from small_worlds import cubes
 
 from replay.auditor import audit
-from replay.cli.audit_tables import audit_tables, cause_table
+from replay.cli.audit_tables import answers, audit_tables, cause_table
 
 
 def test_counts_and_intervals_are_shown():
@@ -23,3 +24,26 @@ def test_the_causes_are_named_the_most_frequent_first_and_sum_to_the_misses():
     console = Console(width=150, record=True, file=StringIO())
     console.print(cause_table({"a-detector": {"causes": {"misses": causes}}}))
     assert "a-detector   budget ran out 1,200, search 2" in console.export_text()
+
+
+def printed(shown, width):
+    console = Console(width=width, record=True, file=StringIO())
+    console.print(shown)
+    return console.export_text()
+
+
+def test_the_answer_comes_first_and_names_the_session_where_there_are_several():
+    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+    one = replace(cubes(places), origin="first.mcap")
+    alone = audit([one], detectors="slow=discrete[rate_hz=20]")
+    text = printed(answers(alone.results), 200)
+    assert "1 of 2 contacts missed by slow, 1 more in part   oracle: exact" in text and "first.mcap" not in text
+    assert "exact, which finds every contact, took" in text
+    both = audit([one, replace(one, origin="second.mcap")], detectors="slow=discrete[rate_hz=20]")
+    lines = printed(answers(both.results), 200).split()
+    assert lines.index("first.mcap") < lines.index("missed") < lines.index("second.mcap")
+
+
+def test_a_title_stays_on_its_line_over_a_narrow_table():
+    text = printed(cause_table({"a": {"causes": {"misses": {"search": 2}}}}), 100)
+    assert "why it missed: the first stage that lost the contact, with the number of misses\n" in text

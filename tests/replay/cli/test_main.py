@@ -30,7 +30,14 @@ def test_every_verb_has_help(capsys, name):
 
 def test_no_verb_shows_the_help(capsys):
     assert main([]) == 2
-    assert "replay demo" in "".join(capsys.readouterr())
+    printed, said = capsys.readouterr()
+    assert printed == "" and "error" not in said and "First time here? `replay demo`." in said
+    assert "Replay:\n  demo " in said, "a verb per line, as --help prints it"
+
+
+def test_a_family_of_verbs_without_a_verb_shows_its_help_too(capsys):
+    assert main(["study"]) == 2
+    assert capsys.readouterr().err.startswith("Usage: replay study")
 
 
 def test_the_version_is_the_distributions(capsys):

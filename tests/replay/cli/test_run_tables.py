@@ -62,3 +62,16 @@ def test_proxies_and_the_limits_of_exactness_are_always_said():
 @pytest.mark.parametrize(("seconds", "words"), [(3.456, "3.46 s"), (0.0123, "12.3 ms"), (4.56e-5, "45.6 µs")])
 def test_durations_have_a_unit_that_fits(seconds, words):
     assert module._duration(seconds) == words
+
+
+def test_names_of_pairs_are_whole_in_a_terminal_of_80_columns():
+    names = {"small-beaker": [0] * 12, "hand-left-glove": PLACES["b"]}
+    shown = text(compute(cubes(names), detectors="slow=discrete[rate_hz=20]"), width=80)
+    assert "small-beaker-hand-left-glove" in shown and "small-beaker - hand-left-glove" in shown
+
+
+def test_the_answers_and_their_price_come_before_any_table():
+    two = "slow=discrete[rate_hz=20],slower=discrete[rate_hz=10]"
+    lines = text(compute(cubes(PLACES), detectors=two), width=200).splitlines()
+    assert "missed by slow," in lines[1] and "missed by slower" in lines[2]
+    assert lines[3].startswith(" exact, which finds every contact, took")

@@ -2,12 +2,13 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
+from importlib.resources import files
 
 import pytest
 from page_cells import Cells
 from small_worlds import cubes, jumping
 
-from replay.audit.headline import headline
+from replay.audit.headline import headline, price
 from replay.engine import compute
 from replay.report.page import report_html, write_report
 
@@ -16,6 +17,33 @@ def test_the_headline_counts_what_the_result_counts(run, page):
     never = {miss.episode for miss in run.misses["slow"] if miss.kind == "never found"}
     assert f"{len(never)} of {len(run.episodes['exact'])} contacts missed by slow" in headline(run, "slow")
     assert never and headline(run, "slow") in page
+
+
+def test_the_answer_and_its_price_come_before_the_facts(run, page):
+    assert f'<p class="price">{price(run)[0]}</p></header>' in page
+    titles = re.findall("<h2>([^<]*)</h2>", page)
+    assert titles[0] == "When: slow" and titles[-2:] == ["The session", "How to get the same again"]
+
+
+def brightness(colour):
+    """Relative luminance of #rgb or #rrggbb. Source: WCAG 2.2."""
+    digits = colour[1:] if len(colour) == 7 else "".join(2 * one for one in colour[1:])
+    parts = [int(digits[k : k + 2], 16) / 255 for k in (0, 2, 4)]
+    linear = [one / 12.92 if one <= 0.04045 else ((one + 0.055) / 1.055) ** 2.4 for one in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_words_can_be_read_on_light_pages_and_on_dark_ones():
+    style = files("replay.report").joinpath("style.css").read_text(encoding="utf-8")
+    light, dark = (dict(re.findall(r"--(\w+): (#\w+);", one)) for one in re.findall(r":root \{([^}]*)\}", style))
+    assert light.keys() == dark.keys() and brightness(light["paper"]) > 0.9 and brightness(dark["paper"]) < 0.05
+    for colours in (light, dark):
+        for words in ("ink", "faint"):
+            for behind in ("paper", "code"):
+                low, high = sorted(brightness(colours[one]) for one in (words, behind))
+                assert (high + 0.05) / (low + 0.05) >= 4.5, (words, behind, colours)
+    rules = re.sub(r":root \{[^}]*\}", "", style)
+    assert re.findall("#[0-9a-f]{3,6}", rules) == ["#ff2d55", "#fff"], "all else follows the scheme"
 
 
 def test_every_miss_is_a_row_with_its_numbers_and_the_command_that_shows_it(run, page):

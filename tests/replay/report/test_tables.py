@@ -1,10 +1,13 @@
+import re
 from dataclasses import replace
 
 import pytest
 from page_cells import Cells
+from small_worlds import cubes
 
+from replay.engine import compute
 from replay.report.page import report_html
-from replay.report.tables import cost_table, fact_table, miss_table, settings_table
+from replay.report.tables import contact_table, cost_table, fact_table, miss_table, settings_table
 
 
 def test_facts_name_every_body_and_the_length(run):
@@ -57,3 +60,12 @@ def test_the_page_of_a_thousand_misses_stays_small(many, run):
 def test_a_few_misses_are_rows_and_nothing_else(run):
     text = miss_table(run, "slow")
     assert "<details>" not in text and len(Cells(text).tables) == 1
+
+
+def test_the_pair_with_the_most_missed_frames_comes_first():
+    places = {"a": [0] * 12, "b": [0.9, 0.9, 0.9, *[3] * 9], "c": [-3, -3, -3, -3, -0.9, -0.9, -3, -3, -3, -3, -3, -3]}
+    result = compute(cubes(places), detectors="slow=discrete[rate_hz=10]")
+    text = str(contact_table(result))
+    missed = [int(one) for one in re.findall(r'(?:<td class="number">[^<]*</td>){5}<td class="number">(\d+)', text)]
+    assert len(missed) == 2 and missed[0] > missed[1], text
+    assert text.index(">a-c<") < text.index(">a-b<")

@@ -1,7 +1,10 @@
+import base64
+import re
 from dataclasses import replace
 
 from replay.report.page import report_html
 from replay.report.tradeoff import tradeoff_section
+from replay.tradeoff.picture import DARK, LIGHT
 from replay.tradeoff.settings import Setting
 from replay.tradeoff.trading import tradeoff
 
@@ -11,6 +14,9 @@ def test_the_page_holds_the_curve_the_advice_and_a_row_per_setting(run):
     done = replace(tradeoff(run.session, settings=tried, repeats=1), cut=("image-space",))
     part = str(tradeoff_section(done))
     assert "data:image/svg+xml;base64," in part and "for want of time: image-space" in part
+    themes = [base64.b64decode(one).decode().upper() for one in re.findall(r"svg\+xml;base64,([^\"]+)", part)]
+    assert [[theme.grid in one for theme in (DARK, LIGHT)] for one in themes] == [[True, False], [False, True]]
+    assert part.index("(prefers-color-scheme: dark)") < part.index("<img")
     for sentence in done.advice:
         assert sentence in part
     assert part.count("<tr") == 1 + len(tried)
