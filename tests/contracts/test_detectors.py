@@ -13,7 +13,7 @@ from cdcore.errors import CollisionCoreError, InvalidPairError, InvalidPoseError
 from cdcore.protocol import Detector, counts_as_contact
 
 NAMES = list(DETECTORS)
-FRAMES = 150
+FRAMES = 80
 
 
 @pytest.fixture(scope="module")

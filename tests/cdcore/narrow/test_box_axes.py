@@ -1,22 +1,22 @@
 """Boxes called apart share no point; fifteen axes separate whenever boxes are apart, six sometimes do not."""
 
 import numpy as np
-from numba import njit
 from scipy.optimize import linprog
 from shapes import random_rotations
 from slow_trees import boxes_apart
 
 from cdcore.narrow import box_axes
+from cdcore.narrow.compiling import kernel
 
 
-@njit
+@kernel
 def verdicts(ca, ra, ha, cb, rb, hb, turn, move, pad):
     m, d = np.empty((3, 3)), np.empty(3)
     box_axes.box_seen_from(ca, ra, cb, rb, turn, move, m, d)
     return box_axes.apart_on_all_axes(m, d, ha, hb, pad), box_axes.apart_on_face_axes(m, d, ha, hb, pad)
 
 
-@njit
+@kernel
 def seen_from(ra, ta, rb, tb):
     turn, move = np.empty((3, 3)), np.empty(3)
     box_axes.pose_seen_from(ra, ta, rb, tb, turn, move)

@@ -39,7 +39,10 @@ def test_the_bounds_are_tight_where_nothing_is_hard():
 
 def least_distance(first, second):
     pairs = np.stack(np.broadcast_arrays(first[:, None], second[None]), axis=2).reshape(-1, 2, 3, 3)
-    meets, margin = triangle_margins(pairs)
+    centre = pairs.mean(axis=2)
+    reach = np.linalg.norm(pairs - centre[:, :, None], axis=3).max(axis=2).sum(axis=1)
+    apart = np.linalg.norm(centre[:, 0] - centre[:, 1], axis=1)
+    meets, margin = triangle_margins(pairs[apart - reach <= apart.min()])  # the others are farther than their centres
     return 0.0 if meets.any() else margin.min()
 
 

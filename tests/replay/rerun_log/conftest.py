@@ -143,11 +143,17 @@ class Read:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.entities: dict[str, list[Any]] = {}
+        self._columns: dict[tuple[str, str], list[tuple[int | None, int | None, list[Any]]]] = {}
         for chunk in RrdReader(path).stream().to_chunks():
             self.entities.setdefault(chunk.entity_path, []).append(chunk.to_record_batch())
 
     def column(self, entity: str, component: str) -> list[tuple[int | None, int | None, list[Any]]]:
         """Rows (session nanoseconds, frame, values) of one component in order of time; static rows have no times."""
+        if (entity, component) not in self._columns:
+            self._columns[entity, component] = self._column(entity, component)
+        return self._columns[entity, component]
+
+    def _column(self, entity: str, component: str) -> list[tuple[int | None, int | None, list[Any]]]:
         found = []
         for batch in self.entities.get("/" + entity, []):
             if component in batch.schema.names:

@@ -3,13 +3,13 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numba import njit
 
 from cdcore import triangles_intersect
+from cdcore.narrow.compiling import kernel
 from cdcore.narrow.solid_style import gjk
 
 
-@njit
+@kernel
 def steps(points, axis, pad):
     return gjk.steps_to_separate(points, axis, pad, np.empty((14, 3)))
 

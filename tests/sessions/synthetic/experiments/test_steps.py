@@ -8,20 +8,20 @@ from sessions.synthetic.bench import Placed, standing
 from sessions.synthetic.experiments.lab import SPOUT_LEFT, Lab, layout_of
 from sessions.synthetic.experiments.steps import Pour, Vessels, come_close, pour, rap, stir, swirl
 
-LAYOUT = layout_of(
-    {
+
+@pytest.fixture(scope="module")
+def layout():
+    placed = {
         "from": Placed("beaker_50", standing(0.1, 0.02), SPOUT_LEFT),
         "into": Placed("beaker_100", standing(-0.08, 0.0)),
         "rod": Placed("stirring_rod", standing(0.3, 0.0)),
-    },
-    (0.034, 0.034),
-    600,
-)
+    }
+    return layout_of(placed, (0.034, 0.034), 600)
 
 
 @pytest.fixture
-def lab():
-    return Lab("test", LAYOUT, Recording(seconds=600.0, seed=1))
+def lab(layout):
+    return Lab("test", layout, Recording(seconds=600.0, seed=1))
 
 
 def test_a_pour_moves_liquid_and_nothing_is_lost(lab):
@@ -51,7 +51,7 @@ def test_more_than_there_is_cannot_be_poured(lab):
 
 
 def test_stirring_plants_the_touches_it_is_told_to(lab):
-    lab.grasp("right", "rod", LAYOUT.site("rod", "grip"))
+    lab.grasp("right", "rod", lab.layout.site("rod", "grip"))
     stir(lab, "right", "into", 10.0, radius=0.009, touches=(0.02, 0.3))
     lengths = [episode.nominal[1] - episode.nominal[0] for episode in lab.episodes]
     assert lengths == pytest.approx([0.02, 0.3])
