@@ -16,6 +16,7 @@ from cdcore.protocol import FaceSets
 from replay.assembly import Assembly
 from replay.audit.recorded import RECORDED, recorded_detector
 from replay.detector_spec import DetectorSpec
+from replay.errors import DetectorSpecError
 from replay.progress import Advance
 from replay.stored_motion import StoredMotion
 
@@ -61,6 +62,8 @@ def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector
     Raises
     ------
     UnknownDetectorError, InvalidSettingError
+    DetectorSpecError
+        A word where the detector takes a number.
     """
     if spec.name == RECORDED:
         return recorded_detector(
@@ -70,7 +73,13 @@ def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector
     settings = dict(spec.settings)
     if "seed" in {item.name for item in fields(load_detector(spec.name).Settings)}:
         settings.setdefault("seed", seed)
-    return create_detector(spec.name, assembly.bodies, pairs=assembly.pairs, **settings)
+    try:
+        return create_detector(spec.name, assembly.bodies, pairs=assembly.pairs, **settings)
+    except TypeError as error:
+        words = [f"{key}={value}" for key, value in spec.settings.items() if isinstance(value, str)]
+        if not words:
+            raise
+        raise DetectorSpecError(f"{spec.name} cannot take {', '.join(words)} ({error}); write a number") from error
 
 
 def run_detector(spec: DetectorSpec, assembly: Assembly, *, seed: int, faces: bool, advance: Advance) -> Run:

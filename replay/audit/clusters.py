@@ -56,6 +56,15 @@ def by_depth(misses: Iterable[Miss]) -> list[Miss]:
     return sorted(misses, key=lambda miss: (-miss.cut_length, miss.number))
 
 
+def seen_and_between(misses: Iterable[Miss]) -> tuple[list[Miss], list[Miss]]:
+    """Misses that a frame shows, the longest cut first, and those that none shows, in order of time.
+
+    The latter have no cut to be ranked by: the surfaces only touch at the moment that is known.
+    """
+    ordered = by_depth(misses)
+    return [miss for miss in ordered if miss.touch is None], [miss for miss in ordered if miss.touch is not None]
+
+
 def clusters(misses: Sequence[Miss], most: int = MANY) -> list[Cluster]:
     """At most ``most`` clusters, if there are no more pairs than that, the one with the deepest miss first.
 

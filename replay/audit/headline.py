@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from replay.audit.misses import NEVER_FOUND
+from replay.audit.outcome import Outcome
 from replay.run_result import RunResult
 
 RECORDED: Final = "recorded"
@@ -30,6 +31,19 @@ def headline(result: RunResult, label: str) -> str:
     if not whole:
         return f"{part} of {things} missed in part by {label}"
     return f"{len(whole)} of {things} missed by {label}" + (f", {part} more in part" if part else "")
+
+
+def invented(result: RunResult) -> list[str]:
+    """A line per detector that reports contact where there is none: who misses nothing may invent everything."""
+    lines = []
+    for label, comparison in result.comparisons.items():
+        wrong, right = comparison.count(Outcome.INVENTED), comparison.count(Outcome.BOTH)
+        if wrong:
+            lines.append(
+                f"{label} invents: in {100 * wrong / (wrong + right):.2g} % of the pair-frames that it reports "
+                "there is no contact."
+            )
+    return lines
 
 
 def price(result: RunResult) -> list[str]:

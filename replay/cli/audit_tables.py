@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Final
 
 from rich import box
 from rich.console import Group, RenderableType
@@ -12,7 +12,14 @@ from rich.text import Text
 
 from replay.audit.gates import percent
 from replay.cli.run_tables import headlines
+from replay.report.audit_parts import FRAME_ROWS
 from replay.run_result import RunResult
+
+CONTACT_ROWS: Final = {
+    "truth": "the oracle's", "found": "reported", "matched": "matched", "missed": "missed", "invented": "invented",
+    "split": "split", "merged": "merged",
+}  # fmt: skip
+"""Figure -> its word."""
 
 
 def answers(results: Sequence[RunResult]) -> Group:
@@ -29,38 +36,26 @@ def audit_tables(audit: Mapping[str, Any]) -> Group:
 
 
 def frame_table(audit: Mapping[str, Any]) -> Table:
-    """Pair-frames in the glossary's words."""
-    names = ("both", "missed", "missed %", "invented", "within tolerance", "between frames", "left out", "faces found")
-    table = _table("pair-frames: one pair of bodies in one frame, beside the oracle", *names)
-    for label, figures in audit.items():
-        frames = figures["pair_frames"]
-        faces = figures["faces"]
-        table.add_row(
-            label,
-            *(f"{frames[name]:,}" for name in ("BOTH", "MISSED")),
-            percent(figures["missed"]),
-            *(f"{frames[name]:,}" for name in ("INVENTED", "WITHIN_TOLERANCE")),
-            _count(figures["between_frames"]),
-            f"{frames['LEFT_OUT']:,}",
-            "not asked" if faces is None else percent(faces["recall"]),
-        )
+    """Pair-frames in the glossary's words, a column per detector: so they fit beside each other in any terminal."""
+    table = _table("pair-frames: one pair of bodies in one frame, beside the oracle", *audit)
+    for word, name in FRAME_ROWS.items():
+        table.add_row(word, *(f"{told['pair_frames'][name]:,}" for told in audit.values()))
+    table.add_row("missed, of those in contact", *(percent(told["missed"]) for told in audit.values()))
+    table.add_row("between frames", *(_count(told["between_frames"]) for told in audit.values()))
+    faces = [told["faces"] for told in audit.values()]
+    table.add_row("faces found", *("not asked" if one is None else percent(one["recall"]) for one in faces))
     return table
 
 
 def contact_table(audit: Mapping[str, Any]) -> Table:
-    """Contacts matched one to one."""
-    names = ("oracle", "reported", "matched", "missed", "missed %", "invented", "split", "merged")
-    off = ("begin off, ms (worst)", "length off, ms (worst)")
-    table = _table("contacts: from the first frame of touching to the last, matched one to one", *names, *off)
-    for label, figures in audit.items():
-        told = figures["episodes"]
-        table.add_row(
-            label,
-            *(f"{told[name]:,}" for name in ("truth", "found", "matched", "missed")),
-            percent(told["missed_share"]),
-            *(f"{told[name]:,}" for name in ("invented", "split", "merged")),
-            *(_off(told.get(name)) for name in ("onset_error", "duration_error")),
-        )
+    """Contacts matched one to one, a column per detector."""
+    table = _table("contacts: from the first frame of touching to the last, matched one to one", *audit)
+    found = [told["episodes"] for told in audit.values()]
+    for name, word in CONTACT_ROWS.items():
+        table.add_row(word, *(f"{one[name]:,}" for one in found))
+    table.add_row("missed, of the oracle's", *(percent(one["missed_share"]) for one in found))
+    table.add_row("begin off, ms (worst)", *(_off(one.get("onset_error")) for one in found))
+    table.add_row("length off, ms (worst)", *(_off(one.get("duration_error")) for one in found))
     return table
 
 
@@ -75,12 +70,12 @@ def cause_table(audit: Mapping[str, Any]) -> Table:
     return table
 
 
-def _table(title: str, *columns: str) -> Table:
+def _table(title: str, *detectors: str) -> Table:
     words = Text(title, style="bold", no_wrap=True, overflow="ignore")  # or it is folded to the width of the table
     table = Table(box=box.SIMPLE_HEAD, title=words, title_justify="left", pad_edge=False)
-    table.add_column("detector", no_wrap=True)
-    for name in columns:
-        table.add_column(name, justify="right")
+    table.add_column("" if detectors else "detector", no_wrap=True)
+    for label in detectors:
+        table.add_column(label, justify="right", overflow="fold")
     return table
 
 

@@ -11,7 +11,37 @@ import click
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-SESSION_FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
+
+class SessionFile(click.Path):
+    """A file that exists; a folder in its place is answered with a session in it."""
+
+    def __init__(self) -> None:
+        super().__init__(exists=True, dir_okay=False, path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """As ``click.Path``, with a word on what to give."""
+        if Path(value).is_dir():
+            found = sorted(Path(value).glob("*.mcap"))
+            hint = f"name a file, like {found[0]}" if found else "name a file in it; it holds no *.mcap"
+            self.fail(f"{value} is a folder; {hint}", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+class RunFolder(click.Path):
+    """A folder that exists; a file in its place is answered with how a run comes of it."""
+
+    def __init__(self) -> None:
+        super().__init__(exists=True, file_okay=False, path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """As ``click.Path``, with a word on what to do."""
+        if Path(value).is_file():
+            self.fail(f"{value} is a file; replay it first: replay run {value} --out RUN", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+SESSION_FILE = SessionFile()
+RUN_FOLDER = RunFolder()
 ANY_PATH = click.Path(path_type=Path)
 
 

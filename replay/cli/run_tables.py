@@ -12,9 +12,9 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from replay.audit.headline import headline, price
+from replay.audit.headline import headline, invented, price
 from replay.audit.misses import NEVER_FOUND
-from replay.audit.outcome import Outcome
+from replay.audit.outcome import Miss, Outcome
 from replay.run_result import RunResult
 from replay.summary import CAVEAT
 
@@ -67,6 +67,7 @@ def run_tables(result: RunResult) -> Group:
 def headlines(result: RunResult) -> list[RenderableType]:
     """The answer before any table: what each detector missed, and what that took."""
     answers = [headline_text(result, label) for label in result.comparisons]
+    answers += [Text(f" {line}", style=YELLOW) for line in invented(result)]
     return [*answers, *(Padding(Text(line, style="dim"), (0, 1)) for line in price(result))]
 
 
@@ -132,16 +133,23 @@ def miss_table(result: RunResult, label: str) -> Table:
         frames = miss.last - miss.first + 1
         table.add_row(
             str(miss.number),
-            f"{miss.start:.3f} s",
+            f"{miss.seconds:.3f} s",
             f"{miss.body_a} - {miss.body_b}",
             f"{frames} frame{'s' if frames > 1 else ''}",
             Text(miss.kind, style="bold" if miss.kind == NEVER_FOUND else "dim"),
-            f"{1000 * miss.cut_length:.1f} mm" if miss.cut_length else "",
+            _depth(miss),
             _count(miss.face_pairs),
         )
     if len(misses) > MISS_ROWS:
         table.add_row("", "", f"… and {len(misses) - MISS_ROWS} more in misses.parquet", "", "", "", "")
     return table
+
+
+def _depth(miss: Miss) -> str:
+    """How long the cut is, or that no frame shows one."""
+    if miss.touch is not None:
+        return "between frames"
+    return f"{1000 * miss.cut_length:.1f} mm" if miss.cut_length else ""
 
 
 def contact_table(result: RunResult) -> Table:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="Timed passes of each.")
 @click.option(
     "--time-limit", type=click.FloatRange(min=0), metavar="SECONDS", default=150.0, show_default=True,
-    help="Begin nothing that cannot end by then; compiling does not count.",
+    help="Begin no setting that cannot end by then. Not in it: compiling, and the audit for --out.",
 )  # fmt: skip
 @output_format
 @common
@@ -74,6 +74,7 @@ def command(
             watch=bar.watch,
         )
     if out is not None:
+        people.say("outside the time limit: one audit of the session, for the report and the picture ...")
         _write(held, done, out, oracle=oracle, window=(start, end), seed=seed, force=force, people=people)
     if format_ == "json":
         click.echo(json.dumps(done.as_json(), allow_nan=False))

@@ -7,11 +7,11 @@ from pathlib import Path
 import click
 
 from replay.cli.console import People
-from replay.cli.options import common
+from replay.cli.options import RUN_FOLDER, common
 
 
 @click.command()
-@click.argument("run", type=click.Path(exists=True, file_okay=False, path_type=Path), metavar="RUN")
+@click.argument("run", type=RUN_FOLDER, metavar="RUN")
 @click.option("--miss", type=click.IntRange(min=1), metavar="N", help="Open at this miss; else at the deepest one.")
 @common
 def command(run: Path, miss: int | None, verbose: bool, quiet: bool, debug: bool) -> int:

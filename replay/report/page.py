@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from replay.audit.headline import headline, price
+from replay.audit.headline import headline, invented, price
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss
 from replay.report.audit_parts import cause_table, count_tables, dwell_table, heat_map, latency_histogram
@@ -42,13 +42,16 @@ def report_html(result: RunResult) -> str:
         Markup(f"<style>{style}</style>"),
     ]
     lines = [element("p", f"Replay of {name}"), *(element("h1", line) for line in _headlines(result))]
-    lines += [element("p", line, class_="price") for line in price(result)]
+    lines += [element("p", line, class_="price") for line in (*invented(result), *price(result))]
     body = [element("header", *lines)]
     body += [element("main", joined(_sections(result))), element("footer", element("p", CAVEAT))]
     return f'<!doctype html>\n<html lang="en"><head>{joined(head)}</head><body>{joined(body)}</body></html>\n'
 
 
 def _headlines(result: RunResult) -> list[str]:
+    if result.tradeoff is not None:
+        tried, front = len(result.tradeoff.rows), len(result.tradeoff.front)
+        return [f"What accuracy costs: {tried} settings tried, {front} on the front"]
     if result.comparisons:
         return [f"{headline(result, label)}, compared with {result.oracle}" for label in result.comparisons]
     if result.detections:
@@ -59,7 +62,8 @@ def _headlines(result: RunResult) -> list[str]:
 
 def _sections(result: RunResult) -> list[Markup]:
     """What was missed, then why, then at what price; facts and settings come last."""
-    parts = [_section(f"When: {label}", timeline(result, label)) for label in result.comparisons]
+    parts = _costs(result)
+    parts += [_section(f"When: {label}", timeline(result, label)) for label in result.comparisons]
     parts.append(_section("The bench", joined(_pictures(result))))
     if result.detections:
         parts.append(_section("Contacts", contact_table(result)))
@@ -71,7 +75,6 @@ def _sections(result: RunResult) -> list[Markup]:
         if result.misses[label]
     ]
     if result.detections:
-        parts += _costs(result)
         parts.append(_section("What it cost in time", timing(result), *_latency(result), cost_table(result)))
     if result.comparisons and (steps := dwell_table(result)) is not None:
         parts.append(_section("Which step rate would have missed it", steps))

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from replay.audit.clusters import MANY, by_depth, clusters
+from replay.audit.clusters import MANY, clusters, seen_and_between
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Episode, Miss, Outcome
 from replay.report.markup import Markup, element, joined, table
@@ -16,6 +16,8 @@ from replay.run_result import RunResult
 
 MOST_ROWS: Final = 1000
 """Misses with a row of their own, some 400 kB of page."""
+
+MISS_HEAD: Final = ("miss", "pair", "what", "cause", "look at it", "at s")
 
 
 def fact_table(result: RunResult) -> Markup:
@@ -101,31 +103,44 @@ def _audit(result: RunResult, label: str, pair: int) -> tuple[int, int, int, int
 
 
 def miss_table(result: RunResult, label: str) -> Markup:
-    """A row per miss, deepest first, with the command that shows it; where there are many, clusters above them."""
+    """A row per miss, deepest first, with the command that shows it; where there are many, clusters above them.
+
+    Misses that no frame shows have a table of their own, in order of time.
+    """
     run, misses = result.out or "RUN", result.misses[label]
-    rows = [
-        (
-            element("b", miss.number),
-            f"{miss.body_a} - {miss.body_b}",
-            miss.kind,
-            miss.cause,
-            element("code", f"replay view {run} --miss {miss.number}"),
-            f"{miss.seconds:.3f}",
-            miss.last - miss.first + 1,
-            f"{miss.cut_length * 1e3:.1f}" if miss.touch is None else "between frames",
-            miss.face_pairs,
-        )
-        for miss in by_depth(misses)[:MOST_ROWS]
-    ]
-    head = ("miss", "pair", "what", "cause", "look at it", "at s", "frames", "cut mm", "face pairs")
-    every = table(f"What {label} missed", head, rows, words=5)
+    seen, between = seen_and_between(misses)
+    shown, hidden = seen[:MOST_ROWS], between[:MOST_ROWS]
+    parts = []
+    if shown:
+        rows: list[tuple[object, ...]] = [
+            (*_miss(run, one), one.last - one.first + 1, f"{one.cut_length * 1e3:.1f}", one.face_pairs) for one in shown
+        ]
+        parts.append(table(f"What {label} missed", (*MISS_HEAD, "frames", "cut mm", "face pairs"), rows, words=5))
+    if hidden:
+        words = f"What {label} missed between frames: no frame shows it, so it has no depth; in order of time"
+        rows = [(*_miss(run, one), one.shown[0], _touching(one)) for one in hidden]
+        parts.append(table(words, (*MISS_HEAD, "after frame", "first faces"), rows, words=5))
     if len(misses) <= MANY:
-        return every
-    more = f"; the other {len(misses) - MOST_ROWS:,} are in misses.parquet" if len(misses) > MOST_ROWS else ""
-    words = f"The {len(rows):,} deepest, each with the command that shows it{more}"
-    if not more:
-        words = f"All {len(rows):,}, each with the command that shows it"
-    return joined([_cluster_table(run, label, misses), element("details", element("summary", words), every)])
+        return joined(parts)
+    count = len(shown) + len(hidden)
+    words = f"All {count:,}, each with the command that shows it"
+    if count < len(misses):
+        words = (
+            f"The {count:,} deepest, each with the command that shows it; the other {len(misses) - count:,} are in "
+            "misses.parquet"
+        )
+    return joined([_cluster_table(run, label, misses), element("details", element("summary", words), *parts)])
+
+
+def _miss(run: object, miss: Miss) -> tuple[object, ...]:
+    """The cells below ``MISS_HEAD``."""
+    look = element("code", f"replay view {run} --miss {miss.number}")
+    pair = f"{miss.body_a} - {miss.body_b}"
+    return element("b", miss.number), pair, miss.kind, miss.cause, look, f"{miss.seconds:.3f}"
+
+
+def _touching(miss: Miss) -> str:
+    return "" if miss.touch is None else "{} and {}".format(*miss.touch.faces)
 
 
 def _cluster_table(run: object, label: str, misses: Sequence[Miss]) -> Markup:

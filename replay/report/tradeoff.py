@@ -27,7 +27,10 @@ def tradeoff_section(done: Tradeoff) -> Markup:
     light = element("img", src=_drawn(done, LIGHT), alt=title_of(done), style="width:100%")
     image = element("picture", Markup(dark.removesuffix("</source>")), Markup(light.removesuffix("</img>")))
     advice = element("ul", *(element("li", sentence) for sentence in done.advice))
-    cut = [element("p", f"Not tried, for want of time: {', '.join(done.cut)}.")] if done.cut else []
+    cut = []
+    if done.cut:
+        count = f"{len(done.cut)} settings were not tried, for want of time"
+        cut = [element("details", element("summary", count), element("p", f"{', '.join(done.cut)}."))]
     made = done.about["machine"]
     measured = (
         f"Measured on {made['system']} {made['processor']}, {made['cores']} cores, of which this process had "
@@ -37,7 +40,7 @@ def tradeoff_section(done: Tradeoff) -> Markup:
     )
     rows = [_cells(row) for row in sorted(done.rows, key=lambda row: float(row["ms_per_frame"]))]
     whole = table("Every setting that was tried", HEAD, rows)
-    return joined([element("figure", image), advice, *cut, element("p", measured), whole])
+    return joined([advice, element("figure", image), *cut, element("p", measured), whole])
 
 
 def _drawn(done: Tradeoff, theme: Theme) -> str:

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 import rerun as rr
 
-from replay.audit.clusters import MANY, Cluster, by_depth, clusters
+from replay.audit.clusters import MANY, Cluster, clusters, seen_and_between
 from replay.audit.headline import headline
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss, Outcome
@@ -116,17 +116,35 @@ def _outcome_table(result: RunResult) -> str:
 
 
 def log_worst(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
-    """Send the misses with the longest cuts, deepest first: where hundreds are listed, these are worth a look."""
-    ordered = by_depth(misses)[:WORST]
+    """Send the misses with the longest cuts, deepest first, then those that no frame shows, in order of time."""
+    seen, between = seen_and_between(misses)
     lines = _cluster_lines(misses) if len(misses) > MANY else []
-    lines += [f"### The {len(ordered)} longest cuts of {len(misses)} misses" if misses else "### Nothing missed", ""]
-    lines += ["| miss | at s | frames | pair | kind | cut mm | face pairs |", "|---" * 7 + "|"]
-    lines += [
-        f"| **{m.number}** | {m.seconds:.2f} | {m.last - m.first + 1} | {m.body_a}-{m.body_b} | {m.kind} "
-        f"| {'between frames' if m.touch else f'{m.cut_length * 1e3:.1f}'} | {m.face_pairs} |"
-        for m in ordered
-    ]
+    lines += [] if misses else ["### Nothing missed", ""]
+    if seen:
+        lines += [f"### The {len(seen[:WORST])} longest cuts of {len(seen)} misses", ""]
+        lines += [f"{MISS_HEAD} frames | cut mm | face pairs |", "|---" * 7 + "|"]
+        lines += [
+            f"{_cells(m)} {m.last - m.first + 1} | {m.cut_length * 1e3:.1f} | {m.face_pairs} |" for m in seen[:WORST]
+        ]
+    if between:
+        lines += [
+            "",
+            f"### {len(between)} missed between frames",
+            "",
+            "No frame shows them, so they have no depth.",
+            "",
+        ]
+        lines += [f"{MISS_HEAD} after frame |", "|---" * 5 + "|"]
+        lines += [f"{_cells(m)} {m.shown[0]} |" for m in between[:WORST]]
     writer.static(path, rr.TextDocument("\n".join(lines), media_type=rr.MediaType.MARKDOWN))
+
+
+MISS_HEAD: Final = "| miss | at s | pair | kind |"
+
+
+def _cells(miss: Miss) -> str:
+    """The cells below ``MISS_HEAD``."""
+    return f"| **{miss.number}** | {miss.seconds:.2f} | {miss.body_a}-{miss.body_b} | {miss.kind} |"
 
 
 def _cluster_lines(misses: Sequence[Miss]) -> list[str]:

@@ -178,6 +178,7 @@ def _row_beside(axes: Axes, height: float, words: Sequence[str], colour: str, *,
 
 
 def _legend(axes: Axes, colours: Mapping[str, str], markers: Mapping[str, str], theme: Theme, height: float) -> None:
+    from matplotlib.legend import Legend
     from matplotlib.lines import Line2D
 
     def mark(label: str, sign: str = "o", fill: str = theme.paper, seen: float = 1.0) -> Line2D:
@@ -191,8 +192,9 @@ def _legend(axes: Axes, colours: Mapping[str, str], markers: Mapping[str, str], 
         mark(f"pale: {1 - PRECISION:.0%} or more is invented", seen=PALE),
     ]
     for title, entries, x in (("algorithm", lines, 1.012), ("what is turned", marks, 1.24)):
-        made = axes.legend(
-            handles=entries, title=title, loc="upper left", bbox_to_anchor=(x, height - 0.02), frameon=False,
+        made = Legend(
+            axes, entries, [str(one.get_label()) for one in entries], title=title,
+            loc="upper left", bbox_to_anchor=(x, height - 0.02), frameon=False,
             fontsize=8, title_fontsize=8, alignment="left", labelspacing=0.35, borderaxespad=0.0,
         )  # fmt: skip
         made.get_title().set_fontweight("bold")

@@ -7,6 +7,7 @@ from replay import detecting
 from replay.assemble import assemble
 from replay.detecting import make_detector, run_detector
 from replay.detector_spec import parse_detector
+from replay.errors import DetectorSpecError
 
 
 def assembly(frames=50):
@@ -20,6 +21,11 @@ def test_settings_in_force_are_reported_with_the_answer_and_its_times():
     assert sum(told) == 50 == len(run.detection.times)
     assert run.prepare > 0 and run.warm > 0 and run.detect > 0
     assert run.detection.face_sets is None
+
+
+def test_a_word_for_a_number_is_one_sentence_that_names_it():
+    with pytest.raises(DetectorSpecError, match=r"discrete cannot take rate_hz=fast .*; write a number"):
+        make_detector(parse_detector("discrete[rate_hz=fast]"), assembly(), 0)
 
 
 @pytest.mark.parametrize("spec", ["hybrid", "discrete[rate_hz=30]", "static", "sphere"])

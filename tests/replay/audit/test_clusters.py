@@ -5,8 +5,8 @@ from dataclasses import replace
 from hypothesis import given
 from hypothesis import strategies as st
 
-from replay.audit.clusters import MANY, SHORTEST_GAP, Cluster, by_depth, clusters
-from replay.audit.outcome import Miss
+from replay.audit.clusters import MANY, SHORTEST_GAP, Cluster, by_depth, clusters, seen_and_between
+from replay.audit.outcome import Miss, Touch
 
 ONE = Miss(
     number=1, pair=0, body_a="a", body_b="b", first=0, last=0, start=0.0, end=0.0, kind="never found", episode=1,
@@ -41,6 +41,16 @@ def test_a_cluster_says_how_many_frames_when_and_why():
 
 def test_a_miss_that_no_frame_shows_comes_after_those_with_a_cut():
     assert [miss.number for miss in by_depth([at(1, 0.0, depth=0.0), at(2, 1.0), at(3, 2.0, depth=0.0)])] == [2, 1, 3]
+
+
+def test_misses_that_no_frame_shows_stand_apart_in_order_of_time():
+    touch = Touch(3, 0.03, 0.031, 100, (0, 1), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    misses = [
+        at(1, 0.0), replace(at(2, 1.0, depth=0.0), touch=touch), at(3, 2.0, depth=0.02),
+        replace(at(4, 3.0, depth=0.0), touch=touch), at(5, 4.0, depth=0.0),
+    ]  # fmt: skip
+    seen, between = seen_and_between(misses)
+    assert [[miss.number for miss in part] for part in (seen, between)] == [[3, 1, 5], [2, 4]]
 
 
 @given(st.lists(st.tuples(st.integers(0, 30000), st.integers(0, 60)), max_size=300), st.integers(1, MANY))

@@ -1,8 +1,10 @@
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from replay.audit.headline import headline, price
+from replay.audit.headline import headline, invented, price
+from replay.audit.outcome import Comparison
 
 
 def told(contacts, kinds):
@@ -40,3 +42,12 @@ def test_the_price_of_every_contact_stands_beside_what_those_took_that_were_audi
         "slow 0.163 ms a frame (frame by frame). At 90 Hz a frame lasts 11.1 ms."
     ]
     assert price(priced()) == []
+
+
+def test_who_reports_contact_where_there_is_none_is_told_so_however_little_it_misses():
+    shares = {
+        label: Comparison(label, "exact", np.array([outcomes], dtype=np.uint8))
+        for label, outcomes in {"true": [1, 1, 2], "hull": [1] + [3] * 29}.items()
+    }
+    (line,) = invented(SimpleNamespace(comparisons=shares))
+    assert line == "hull invents: in 97 % of the pair-frames that it reports there is no contact."

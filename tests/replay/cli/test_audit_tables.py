@@ -47,3 +47,14 @@ def test_the_answer_comes_first_and_names_the_session_where_there_are_several():
 def test_a_title_stays_on_its_line_over_a_narrow_table():
     text = printed(cause_table({"a": {"causes": {"misses": {"search": 2}}}}), 100)
     assert "why it missed: the first stage that lost the contact, with the number of misses\n" in text
+
+
+def test_three_detectors_with_long_names_fit_into_80_columns_whole():
+    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+    found = audit(
+        [cubes(places)], detectors="collider-capsule=discrete[rate_hz=20],collider-hull=sphere,recorded=hybrid"
+    )
+    text = printed(audit_tables(found.summary), 80)
+    assert "…" not in text and "collider-capsule" in text
+    rows = [line.split("  ") for line in text.splitlines() if line.strip().startswith(("invented ", "begin off"))]
+    assert len(rows) == 3 and all(len([cell for cell in row if cell.strip()]) >= 3 for row in rows)

@@ -62,6 +62,17 @@ def test_usage_errors_exit_with_2_and_say_how(capsys):
     assert "does not exist" in capsys.readouterr().err
 
 
+def test_a_folder_for_a_file_and_a_file_for_a_folder_are_answered_with_what_to_give(tmp_path, capsys):
+    assert main(["info", str(tmp_path)]) == 2
+    assert f"{tmp_path} is a folder; name a file in it" in capsys.readouterr().err
+    session = tmp_path / "one.mcap"
+    session.write_bytes(b"")
+    assert main(["audit", str(tmp_path)]) == 2
+    assert f"name a file, like {session}" in capsys.readouterr().err
+    assert main(["view", str(session)]) == 2
+    assert f"replay it first: replay run {session} --out RUN" in capsys.readouterr().err
+
+
 def failing(monkeypatch, error):
     def fail(**_):
         raise error

@@ -2,7 +2,7 @@ import io
 
 import pytest
 from rich.console import Console
-from small_worlds import cubes
+from small_worlds import cubes, jumping
 
 from replay.cli import run_tables as module
 from replay.cli.run_tables import run_tables
@@ -74,4 +74,12 @@ def test_the_answers_and_their_price_come_before_any_table():
     two = "slow=discrete[rate_hz=20],slower=discrete[rate_hz=10]"
     lines = text(compute(cubes(PLACES), detectors=two), width=200).splitlines()
     assert "missed by slow," in lines[1] and "missed by slower" in lines[2]
-    assert lines[3].startswith(" exact, which finds every contact, took")
+    assert lines[3].startswith(" slow invents: in ") and lines[4].startswith(" slower invents: in ")
+    assert lines[5].startswith(" exact, which finds every contact, took")
+
+
+def test_a_miss_that_no_frame_shows_says_so_and_when_they_touch():
+    result = compute(jumping(), detectors="exact", oracle="continuous")
+    (miss,) = result.misses["exact"]
+    row = next(line for line in text(result).splitlines() if "never found" in line)
+    assert "between frames" in row and f"{miss.touch.moment:.3f} s" in row

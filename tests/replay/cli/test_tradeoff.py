@@ -22,6 +22,7 @@ def file(tmp_path, monkeypatch):
 def test_front_and_advice_are_printed_and_the_folder_is_written(file, tmp_path, capsys):
     assert main(["tradeoff", file, "--out", str(tmp_path / "costs"), "--repeats", "1"]) == 0
     out, err = capsys.readouterr()
+    assert err.index("outside the time limit: one audit") < err.index("wrote ")
     assert "hybrid" in out and "To audit a recording" in out and "tradeoff.png" in err
     assert (tmp_path / "costs" / "tradeoff.parquet").is_file()
     assert main(["tradeoff", file, "--out", str(tmp_path / "costs")]) != 0
@@ -37,3 +38,8 @@ def test_what_a_time_limit_cuts_is_said(file, capsys):
     assert main(["tradeoff", file, "--time-limit", "0"]) == 0
     told = capsys.readouterr().err
     assert "1 of 2 settings were not tried" in told and "discrete step rate 20 Hz" in told
+
+
+def test_help_says_what_the_time_limit_does_not_count(capsys):
+    assert main(["tradeoff", "--help"]) == 0
+    assert "Not in it: compiling, and the audit for --out" in " ".join(capsys.readouterr().out.split())

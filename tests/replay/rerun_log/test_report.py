@@ -78,7 +78,9 @@ def test_a_miss_between_frames_says_when_and_which_faces_touch_first(passed: Run
     note = passed_read.at_ns("report/nearest_miss", "TextDocument:text", moment)[0]
     assert "between frames 1 and 2, from 0.01333" in note and "no frame shows it" in note
     assert f"first faces {miss.touch.faces[0]} of a and {miss.touch.faces[1]} of b" in note
-    assert "| between frames | 1 |" in passed_read.column("report/longest_cuts", "TextDocument:text")[0][2][0]
+    text = passed_read.column("report/longest_cuts", "TextDocument:text")[0][2][0]
+    assert text.lstrip().startswith("### 1 missed between frames"), text
+    assert text.splitlines()[-1].endswith("| a-b | never found | 1 |") and "cut mm" not in text
 
 
 def test_hundreds_of_misses_are_a_line_per_cluster_at_its_deepest_moment(hundreds: tuple[RunResult, Any]) -> None:

@@ -28,6 +28,11 @@ def test_both_kinds_can_be_opened_and_name_what_they_show(rows):
         assert f"<!-- {words}" in drawn or words in drawn
 
 
+def test_no_word_is_drawn_twice_on_itself(rows):
+    drawn = picture(rows, "Costs", "svg").decode()
+    assert [drawn.count(f"<!-- {words} -->") for words in ("algorithm", "what is turned", "as it comes")] == [1, 1, 1]
+
+
 def test_on_a_dark_page_nothing_is_drawn_on_white_paper(rows):
     light, dark = (
         np.asarray(Image.open(io.BytesIO(picture(rows, "Costs", theme=theme))).convert("L")) for theme in (LIGHT, DARK)
