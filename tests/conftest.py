@@ -9,6 +9,9 @@ from hypothesis import HealthCheck, settings
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")
 
+TOGETHER = ("tests/replay/paper", "tests/replay/rerun_log", "tests/sessions/synthetic/experiments")
+"""Folders whose files share what takes seconds to make."""
+
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection():
@@ -19,6 +22,22 @@ def pytest_collection():
     finally:
         gc.freeze()
         gc.enable()
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Under ``--dist loadfile`` a file stays in one process, and so do the files of the folders ``TOGETHER``."""
+    if config.getoption("dist") != "loadfile":
+        return None
+    from xdist.scheduler import LoadFileScheduling
+
+    class LoadTogether(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            file = super()._split_scope(nodeid)
+            folder = file.rpartition("/")[0]
+            return folder if folder in TOGETHER else file
+
+    return LoadTogether(config, log)
 
 
 @pytest.fixture(autouse=True)

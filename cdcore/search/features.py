@@ -17,6 +17,8 @@ from cdcore.numerics import FloatArray, IntArray, readonly
 MORTON_BITS: Final = 10
 NEIGHBOURS: Final = 14
 """Neighbours kept for local search: the three across edges, and eleven of some nine across corners."""
+FAN: Final = 3 * (NEIGHBOURS + 1)
+"""Faces looked at around a corner: among so many are the face and 14 others, though each may be there three times."""
 
 CENTROID, RADIUS, CORNERS, ROW = 0, 3, 4, 13
 """Columns of a feature row: centroid, radius, the nine coordinates of the corners."""
@@ -97,40 +99,44 @@ def _length(vectors: FloatArray) -> FloatArray:
 
 def _neighbours(corners: IntArray, start: IntArray, members: IntArray) -> IntArray:
     """Up to 14 neighbours a face, across edges first: a greedy descent goes further over an edge than over a corner."""
-    near = np.full((len(corners), NEIGHBOURS + 1), -1, dtype=np.int64)
-    edges = _edge_neighbours(corners)
-    vertex_faces = [members[a:b].tolist() for a, b in zip(start[:-1].tolist(), start[1:].tolist(), strict=True)]
-    for face, row in enumerate(corners.tolist()):
-        kept = list(dict.fromkeys(edges[face]))[:NEIGHBOURS]
-        near[face, NEIGHBOURS] = len(kept)
-        seen = {face, *kept}
-        for vertex in row:
-            # a fan of thousands of faces is left as soon as there are enough
-            for other in vertex_faces[vertex]:
-                if len(kept) == NEIGHBOURS:
-                    break
-                if other not in seen:
-                    seen.add(other)
-                    kept.append(other)
-        near[face, : len(kept)] = kept
+    faces = len(corners)
+    by_edge, by_corner = _edge_neighbours(corners), _corner_neighbours(corners, start, members)
+    owner, other = np.concatenate([by_edge, by_corner], axis=1)
+    order = np.argsort(owner, kind="stable")
+    order = order[owner[order] != other[order]]
+    _, first = np.unique(owner[order] * faces + other[order], return_index=True)
+    kept = order[np.sort(first)]
+    owner, other = owner[kept], other[kept]
+    place = np.arange(len(kept)) - np.searchsorted(owner, owner)
+    near = np.full((faces, NEIGHBOURS + 1), -1, dtype=np.int64)
+    room = place < NEIGHBOURS
+    near[owner[room], place[room]] = other[room]
+    across = owner[room & (kept < by_edge.shape[1])]
+    near[:, NEIGHBOURS] = np.bincount(across, minlength=faces)
     return near
 
 
-def _edge_neighbours(corners: IntArray) -> list[list[int]]:
-    """For every face the others that share two of its corners; an edge of many faces gives each its next ones."""
+def _edge_neighbours(corners: IntArray) -> IntArray:
+    """Faces and others that share two of their corners (2, n); an edge of many faces gives each its next ones."""
     edges = np.sort(corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     owner = np.repeat(np.arange(len(corners)), 3)
     keep = edges[:, 0] != edges[:, 1]
     edges, owner = edges[keep], owner[keep]
     order = np.lexsort((owner, edges[:, 1], edges[:, 0]))
     edges, owner = edges[order], owner[order]
-    found: list[list[int]] = [[] for _ in range(len(corners))]
+    found = [np.empty((2, 0), dtype=np.int64)]
     for step in range(1, NEIGHBOURS + 1):
         same = np.flatnonzero((edges[step:] == edges[:-step]).all(axis=1))
         if not len(same):
             break
-        for one, other in zip(owner[same].tolist(), owner[same + step].tolist(), strict=True):
-            if one != other:
-                found[one].append(other)
-                found[other].append(one)
-    return found
+        one, other = owner[same], owner[same + step]
+        found.append(np.stack([np.stack([one, other], axis=1).ravel(), np.stack([other, one], axis=1).ravel()]))
+    return np.concatenate(found, axis=1)
+
+
+def _corner_neighbours(corners: IntArray, start: IntArray, members: IntArray) -> IntArray:
+    """Faces and those at each of their corners (2, n); a fan of thousands of faces is left when there are enough."""
+    vertex = corners.ravel()
+    count = np.minimum(start[vertex + 1] - start[vertex], FAN)
+    step = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    return np.stack([np.repeat(np.arange(len(vertex)) // 3, count), members[np.repeat(start[vertex], count) + step]])

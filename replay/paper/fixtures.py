@@ -114,7 +114,7 @@ def fixture(target: int, number: int, seed: int = 0) -> Fixture:
         motion = _with_faces(bodies, way, target)
         if motion is not None:
             pairs = _exact(bodies).detect(motion, faces=True).faces(0, 0)
-            rounded = create_detector("hybrid", bodies, containment=False).detect(motion, faces=True).faces(0, 0)
+            rounded = _rounded(bodies).detect(motion, faces=True).faces(0, 0)
             hard = not np.array_equal(pairs, rounded)
             return Fixture(family, target, number, seed, bodies, motion, pairs, hard)
     raise FixtureError(
@@ -125,6 +125,12 @@ def fixture(target: int, number: int, seed: int = 0) -> Fixture:
 @cache
 def _exact(bodies: tuple[Body, Body]) -> Detector:
     return create_detector("exact", bodies, containment=False)
+
+
+@cache
+def _rounded(bodies: tuple[Body, Body]) -> Detector:
+    """What rounds, FCL: its trees of a pair took longer to build than a pose to be answered."""
+    return create_detector("hybrid", bodies, containment=False)
 
 
 class _Way:

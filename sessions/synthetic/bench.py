@@ -106,9 +106,9 @@ class Layout:
         )
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=192)
 def _made(name: str, faces: int, options: tuple[tuple[str, Any], ...]) -> Instrument:
-    """An instrument, made once: hands take most of a second, and instruments never change."""
+    """An instrument, made once: hands take most of a second, instruments never change, and all scenes need 60."""
     return make_instrument(name, faces, **dict(options))
 
 

@@ -66,10 +66,11 @@ class Script:
     ) -> None:
         """Reach for a pose; without ``seconds`` in the time an unhurried person would take."""
         goal = point(position)
-        way = float(np.linalg.norm(np.asarray(goal) - np.asarray(self.position))) + 2.0 * abs(arc)
-        taken = seconds if seconds is not None else self.pace * max(SHORTEST_REACH_S, way / REACH_SPEED)
+        if seconds is None:
+            way = float(np.linalg.norm(np.asarray(goal) - np.asarray(self.position))) + 2.0 * abs(arc)
+            seconds = self.pace * max(SHORTEST_REACH_S, way / REACH_SPEED)
         turn = self.quaternion if quaternion is None else quaternion_of(quaternion)
-        self._append(self.now + taken, goal, turn, ease, arc)
+        self._append(self.now + seconds, goal, turn, ease, arc)
 
     def over(self, position: ArrayLike, height: float, *, quaternion: ArrayLike | None = None) -> None:
         """Go up to a height, across, and down, so that nothing lower than ``height`` is in the way."""

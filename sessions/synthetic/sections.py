@@ -194,18 +194,18 @@ class _Posed:
     def __init__(self, vertices: Array, faces: NDArray[np.int64]) -> None:
         self._vertices = vertices
         pairs = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-        self._ends: Array = vertices[np.unique(pairs, axis=0)]
-        self._heights = self._ends[:, :, 1]
+        edges = np.unique(pairs[:, 0] * len(vertices) + pairs[:, 1])
+        ends: Array = vertices[np.stack([edges // len(vertices), edges % len(vertices)], axis=1)]
+        rising = ends[ends[:, 0, 1] != ends[:, 1, 1]]
+        self._starts, self._ways = rising[:, 0], rising[:, 1] - rising[:, 0]
+        self._lowest, self._highest = rising[:, :, 1].min(axis=1), rising[:, :, 1].max(axis=1)
         self._corners: Array = vertices[faces]
         self.low, self.high = float(vertices[:, 1].min()), float(vertices[:, 1].max())
 
     def section(self, height: float) -> Array:
-        low, high = self._ends[:, 0], self._ends[:, 1]
-        crossing = (self._heights.min(axis=1) <= height) & (self._heights.max(axis=1) >= height)
-        crossing &= self._heights[:, 0] != self._heights[:, 1]
-        rise = high[crossing, 1] - low[crossing, 1]
-        share = ((height - low[crossing, 1]) / rise)[:, None]
-        points: Array = low[crossing] + share * (high[crossing] - low[crossing])
+        crossing = np.flatnonzero((self._lowest <= height) & (self._highest >= height))
+        start, way = self._starts[crossing], self._ways[crossing]
+        points: Array = start + ((height - start[:, 1]) / way[:, 1])[:, None] * way
         return points
 
     def cuts(self, height: float) -> Array:

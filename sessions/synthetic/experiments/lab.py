@@ -220,8 +220,8 @@ class Lab:
         """Let the held thing follow poses given at close times (seconds of the motion, after now)."""
         thing = self.held[side]
         script = self.hands[side]
-        for time, position, quaternion in zip(times.tolist(), positions, quaternions, strict=True):
-            hand, turn = self._hand_for(side, position, quaternion_of(quaternion))
+        hands, turns = self._hand_for(side, positions, quaternions)
+        for time, hand, turn in zip(times.tolist(), hands, turns, strict=True):
             script.go(hand, time - script.now, quaternion=turn, ease="linear")
         self.where[thing] = (point(positions[-1]), quaternion_of(quaternions[-1]))
 
@@ -252,8 +252,8 @@ class Lab:
         self.keep[side].append((start - 0.5, moment + 0.3))
         return moment
 
-    def _hand_for(self, side: str, position: ArrayLike, quaternion: Quaternion) -> tuple[Array, Array]:
-        """Pose of the hand that puts what it holds there."""
+    def _hand_for(self, side: str, position: ArrayLike, quaternion: ArrayLike) -> tuple[Array, Array]:
+        """Poses (..., 3) and (..., 4) of the hand that puts what it holds there."""
         held = self.things[self.held[side]].phases[-1][1]
         assert isinstance(held, Held)
         turn = quaternion_product(quaternion, quaternion_inverse(held.turn))
