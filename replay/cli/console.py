@@ -5,13 +5,17 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from replay.progress import Advance
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
+
+
+WIDE: Final = 160
+"""Columns where there is no terminal: the widest table, of ``replay paper``, needs 136 to break no word."""
 
 
 class People:
@@ -85,4 +89,4 @@ def stdout_console() -> Console:
     """Where tables go: as wide as the terminal, and wide enough to lose nothing where there is none."""
     from rich.console import Console
 
-    return Console(width=None if sys.stdout.isatty() else 120, highlight=False)
+    return Console(width=None if sys.stdout.isatty() else WIDE, highlight=False)

@@ -21,7 +21,7 @@ def _table(one: PaperTable) -> Table:
     made = Table(title=f"{one.key}: {one.title}", box=box.SIMPLE_HEAD, title_justify="left")
     for place, heading in enumerate(one.head):
         words = any(isinstance(row[place], str) for row in one.rows)
-        made.add_column(heading, justify="left" if words else "right", no_wrap=words)
+        made.add_column(heading, justify="left" if words else "right", overflow="fold")
     for row in one.rows:
         made.add_row(*(shown(cell) for cell in row))
     return made

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from replay.cli.console import People
 
 if TYPE_CHECKING:
+    from rich.console import JustifyMethod
     from rich.progress import Progress
     from rich.table import Table
 
@@ -23,10 +24,13 @@ BUSY: Final = 0.9
 
 def tradeoff_table(done: Tradeoff, *, everything: bool = False) -> Table:
     """The front, quickest first; or every row in order of time."""
+    from rich import box
     from rich.table import Table
 
     about, made = done.about, done.about["machine"]
     table = Table(
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
         title=f"{len(done.rows)} settings, {len(done.front)} on the front; {about['contacts']} contacts, beside "
         f"{about['oracle']}; {made['system']} {made['processor']}, {made['cores']} cores",
         title_justify="left",
@@ -35,7 +39,8 @@ def tradeoff_table(done: Tradeoff, *, everything: bool = False) -> Table:
         caption_justify="left",
     )
     for head in ("setting", "ms/frame", "p99 ms (over 11.1)", "s/min", "missed [95 %]", "invented", ""):
-        table.add_column(head, justify="left" if head in ("setting", "") else "right", no_wrap=True)
+        side: JustifyMethod = "left" if head in ("setting", "") else "right"
+        table.add_column(head, justify=side, no_wrap=head == "setting", overflow="fold")
     for row in sorted(done.rows, key=lambda one: float(one["ms_per_frame"])):
         if everything or row["front"] or row["front_online"] or row["oracle"]:
             table.add_row(*_cells(row))

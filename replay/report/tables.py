@@ -73,8 +73,8 @@ def contact_table(result: RunResult) -> Markup:
         excused = (comparison.outcome == Outcome.WITHIN_TOLERANCE).sum(axis=0).tolist()
         told = (comparison.outcome == Outcome.INVENTED).any(axis=0) | np.array(excused, dtype=np.bool_)
         touched = {episode.pair for episode in result.episodes[result.oracle]} | set(np.flatnonzero(told).tolist())
-        missed = (comparison.outcome == Outcome.MISSED).sum(axis=0).tolist()
-        pairs = sorted(touched, key=lambda pair: (-missed[pair], pair))
+        missed, wrong = ((comparison.outcome == word).sum(axis=0) for word in (Outcome.MISSED, Outcome.INVENTED))
+        pairs = sorted(touched, key=lambda pair: (-int(missed[pair]), -int(wrong[pair]), pair))
         rows = [(*_contacts(result, result.oracle, pair), *_audit(result, label, pair)) for pair in pairs]
         names: tuple[str, ...] = head
         if any(excused):

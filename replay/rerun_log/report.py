@@ -9,7 +9,7 @@ import numpy as np
 import rerun as rr
 
 from replay.audit.clusters import MANY, Cluster, clusters, seen_and_between
-from replay.audit.headline import headline
+from replay.audit.headline import headline, invented
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss, Outcome
 from replay.rerun_log.colours import MISSED, PARTLY_MISSED, WHITE, packed
@@ -94,6 +94,7 @@ def report_text(result: RunResult) -> str:
         f"{span:.1f} s, {len(times):,} frames, {len(assembly.bodies)} bodies, {len(assembly.pairs)} pairs.",
     ]
     parts += [f"**{headline(result, label)}.**" for label in result.comparisons]
+    parts += invented(result)
     parts.append(_outcome_table(result))
     if assembly.proxies:
         parts.append(f"Proxy meshes stand in for: {', '.join(assembly.proxies)}.")

@@ -36,5 +36,5 @@ def test_bars_are_drawn_on_a_terminal_only(monkeypatch, stream, quiet, shown):
 
 
 def test_tables_lose_nothing_where_there_is_no_terminal(capsys):
-    stdout_console().print("x" * 119)
-    assert capsys.readouterr().out == "x" * 119 + "\n"
+    stdout_console().print("x" * 159)
+    assert capsys.readouterr().out == "x" * 159 + "\n"

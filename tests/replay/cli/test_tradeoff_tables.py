@@ -19,8 +19,8 @@ def done():
     return tradeoff(session, settings=[Setting(name, "as it comes", "") for name in names], repeats=1)
 
 
-def printed(table):
-    console = Console(width=200, record=True, file=io.StringIO())
+def printed(table, width=200):
+    console = Console(width=width, record=True, file=io.StringIO())
     console.print(table)
     return console.export_text()
 
@@ -28,6 +28,11 @@ def printed(table):
 def test_the_table_shows_the_front_and_the_oracle_and_on_request_all(done):
     short, whole = printed(tradeoff_table(done)), printed(tradeoff_table(done, everything=True))
     assert "oracle" in short and "live front" in short and "sphere" not in short and "sphere" in whole
+
+
+def test_nothing_is_cut_in_80_columns(done):
+    text = printed(tradeoff_table(done, everything=True), 80)
+    assert "…" not in text and all(row["label"] in text for row in done.rows)
 
 
 def test_the_machine_is_named_and_that_it_did_other_work_only_where_it_did(done):

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from replay.audit.clusters import MANY, clusters
+from replay.audit.headline import invented
 from replay.audit.outcome import Miss, Outcome
 from replay.rerun_log.colours import MISSED, PARTLY_MISSED, packed
 from replay.rerun_log.focus import moments
@@ -49,6 +50,7 @@ def test_the_note_where_the_cursor_meets_a_miss_is_about_that_miss(demo: RunResu
 def test_the_report_gives_the_counts_of_the_comparison(demo: RunResult, read: Any) -> None:
     text = read.column("report", "TextDocument:text")[0][2][0]
     assert text == report_text(demo)
+    assert all(line in text for line in invented(demo)) and len(invented(demo)) == 1
     comparison = demo.comparisons[SUBJECT]
     assert f"| {comparison.count(Outcome.BOTH):,} | {comparison.count(Outcome.MISSED):,} |" in text
     assert "Exact about the recorded poses" in text
