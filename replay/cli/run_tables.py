@@ -67,8 +67,11 @@ def run_tables(result: RunResult) -> Group:
 def headlines(result: RunResult) -> list[RenderableType]:
     """The answer before any table: what each detector missed, and what that took."""
     answers = [headline_text(result, label) for label in result.comparisons]
-    answers += [Text(f" {line}", style=YELLOW) for line in invented(result)]
-    return [*answers, *(Padding(Text(line, style="dim"), (0, 1)) for line in price(result))]
+    beside = [
+        *(Text(line, style=YELLOW) for line in invented(result)),
+        *(Text(line, style="dim") for line in price(result)),
+    ]
+    return [*answers, *(Padding(line, (0, 1)) for line in beside)]
 
 
 def no_detection(result: RunResult) -> str:

@@ -88,10 +88,13 @@ class FrontBar:
         if self._shown:
             from rich.console import Console
             from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+            from rich.table import Column
 
-            words = TextColumn("{task.description}")
-            columns = (BarColumn(bar_width=18), MofNCompleteColumn(), TimeElapsedColumn(), words)
-            self._bars = Progress(*columns, console=Console(stderr=True))
+            # Counts and time keep their room in a narrow terminal; the words give way.
+            words = TextColumn("{task.description}", table_column=Column(no_wrap=True, ratio=1))
+            count = MofNCompleteColumn(table_column=Column(no_wrap=True, min_width=8))
+            columns = (BarColumn(bar_width=12), count, TimeElapsedColumn(Column(no_wrap=True, min_width=7)), words)
+            self._bars = Progress(*columns, console=Console(stderr=True), expand=True)
             self._bars.start()
             self._bars.add_task("", total=None)
         return self
@@ -99,7 +102,7 @@ class FrontBar:
     def watch(self, done: int, total: int, label: str, rows: Sequence[dict[str, Any]]) -> None:
         """As ``replay.tradeoff.trading.Watch``."""
         if self._bars is not None:
-            words = f"{label:<34.34} missed on the front: {front_words(rows)}"
+            words = f"{label:<26.26} front: {front_words(rows)} missed"
             self._bars.update(self._bars.task_ids[0], completed=done, total=total, description=words)
 
     def __exit__(self, *problem: object) -> None:

@@ -54,9 +54,8 @@ def timeline(result: RunResult, label: str) -> Markup:
         y = TOP + LANE * row
         parts.append(element("text", result.assembly.pair_name(pair), x=0, y=y + 15, class_="lane"))
         parts += lane_bars(outcome[:, pair], times, y + 3)
-    words = (
-        f"{len(pairs)} pairs over {float(times[-1] - times[0]):.0f} seconds, as {label} compares with {result.oracle}"
-    )
+    count = f"{len(pairs)} pair" + "s" * (len(pairs) != 1)
+    words = f"{count} over {float(times[-1] - times[0]):.0f} seconds, as {label} compares with {result.oracle}"
     more = f" {rest} more pairs are in the tables." if rest > 0 else ""
     if any(int((np.diff(outcome[:, pair].astype(np.int16)) != 0).sum()) > MOST_BARS for pair in pairs):
         more += " Where stretches are too many to tell apart, height is their share of the frames."

@@ -134,13 +134,13 @@ def _pictures(result: RunResult) -> list[Markup]:
 
 
 def _telling(shown: list[tuple[str, Miss]]) -> list[tuple[str, Miss]]:
-    """Misses in the order in which they deserve a picture: the worst of each pair, then the second worst, ..."""
+    """Misses in the order in which they deserve a picture: each detector's worst of each pair, then its second, ..."""
     worst = sorted(shown, key=lambda one: (one[1].kind != NEVER_FOUND, -one[1].cut_length, one[1].number))
-    seen: Counter[int] = Counter()
+    seen: Counter[tuple[str, int]] = Counter()
     turns = []
-    for place, (_, miss) in enumerate(worst):
-        turns.append((seen[miss.pair], place))
-        seen[miss.pair] += 1
+    for place, (label, miss) in enumerate(worst):
+        turns.append((seen[label, miss.pair], place))
+        seen[label, miss.pair] += 1
     return [worst[place] for _, place in sorted(turns)]
 
 

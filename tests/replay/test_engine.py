@@ -3,6 +3,7 @@ from small_worlds import cubes
 
 from cdcore import Verdict
 from cdcore.detectors import detector_names
+from replay import engine
 from replay.audit.outcome import Outcome
 from replay.engine import ORACLES, compute, line_up
 from replay.errors import DetectorSpecError
@@ -133,3 +134,29 @@ def test_a_scene_whose_effects_need_no_contact_is_audited_when_detectors_are_ask
     session, _ = made_up_session("titration")
     result = compute(session, detectors="slow=discrete[rate_hz=22.5]", end=10.0)
     assert len(result.assembly.pairs) > 5 and result.oracle
+
+
+@pytest.mark.parametrize(("detectors", "announced"), [("sphere", ["hybrid", "audit"]), ((), [])])
+def test_compiling_is_announced_in_every_stage_that_runs_kernels_and_in_no_other(monkeypatch, detectors, announced):
+    from contextlib import contextmanager
+
+    now, heard = [], []
+
+    class Listener:
+        def say(self, sentence):
+            del sentence
+
+        @contextmanager
+        def stage(self, name, total=None, unit="frames"):
+            now.append(name)
+            yield lambda done: None
+
+    @contextmanager
+    def told(listener):
+        if listener is not None:
+            heard.append(now[-1])
+        yield
+
+    monkeypatch.setattr(engine, "compiling_announced", told)
+    compute(cubes(BUMP), detectors=detectors, oracle="hybrid", progress=Listener())
+    assert heard[-2:] == announced

@@ -52,6 +52,11 @@ def test_a_bar_is_shown_on_a_terminal_only(done, monkeypatch, capsys):
     with FrontBar(People()) as bar:
         bar.watch(1, 4, "discrete", done.rows)
     assert "discrete" in capsys.readouterr().err
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("TERM", "xterm-256color")
+    with FrontBar(People()) as bar:
+        bar.watch(123, 212, "hybrid-qaco samples 1920", done.rows)
+    assert "123/212" in (said := capsys.readouterr().err) and "0:00:00" in said and "hybrid-qaco samples 1920" in said
     with FrontBar(People(quiet=True)) as bar:
         bar.watch(1, 4, "discrete", done.rows)
     assert capsys.readouterr().err == ""

@@ -23,6 +23,10 @@ def test_every_stretch_of_an_outcome_is_a_bar_at_its_time(run):
         assert abs(float(x) - (LABEL + (WIDTH - RIGHT - LABEL) * share)) < 0.2
 
 
+def test_one_pair_is_not_called_pairs(run):
+    assert len(run.assembly.pairs) == 1 and "1 pair over" in timeline(run, "slow")
+
+
 def test_every_miss_has_its_number(run):
     assert numbers_in(timeline(run, "slow")) == [miss.number for miss in run.misses["slow"]]
 

@@ -10,7 +10,7 @@ from small_worlds import cubes, jumping
 
 from replay.audit.headline import headline, invented, price
 from replay.engine import compute
-from replay.report.page import report_html, write_report
+from replay.report.page import _telling, report_html, write_report
 
 
 def test_the_headline_counts_what_the_result_counts(run, page):
@@ -136,3 +136,10 @@ def test_a_browser_shows_the_page(page, tmp_path):
         colours = {colour for _, colour in picture.convert("RGB").getcolors(1 << 24)}
     assert (255, 45, 85) in colours and len(colours) > 500, "the red of the missed and the pictures are on the page"
     assert "CONSOLE" not in done.stderr
+
+
+def test_every_detector_that_missed_something_has_a_picture_before_any_has_a_second_of_a_pair(run):
+    (one, *_), label = run.misses["slow"], "slow"
+    shown = [(label, replace(one, number=k, cut_length=1.0 - 0.1 * k)) for k in range(1, 6)]
+    shown.append(("fast", replace(one, number=1, cut_length=0.01)))
+    assert [(who, miss.number) for who, miss in _telling(shown)][:3] == [("slow", 1), ("fast", 1), ("slow", 2)]
