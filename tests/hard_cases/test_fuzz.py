@@ -58,8 +58,8 @@ def judged(told, mutants):
     assert count["read: SessionFileError"] > 0
 
 
-def test_two_hundred_mutants_are_results_or_named_errors(tmp_path):
-    judged(tried(tmp_path, 0, 200), 200)
+def test_a_hundred_mutants_are_results_or_named_errors(tmp_path):
+    judged(tried(tmp_path, 0, 100), 100)
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ from replay import engine
 from replay.audit.outcome import Outcome
 from replay.engine import ORACLES, compute, line_up
 from replay.errors import DetectorSpecError
+from sessions.synthetic.scenes import make_scene_session
 
 TRUSTED = next(name for name in ORACLES if name in detector_names())
 
@@ -129,9 +130,7 @@ def test_the_engine_gives_the_same_digests_again():
 
 
 def test_a_scene_whose_effects_need_no_contact_is_audited_when_detectors_are_asked_for():
-    from replay.made_up import made_up_session
-
-    session, _ = made_up_session("titration")
+    session, _ = make_scene_session("titration", faces=600)
     result = compute(session, detectors="slow=discrete[rate_hz=22.5]", end=10.0)
     assert len(result.assembly.pairs) > 5 and result.oracle
 

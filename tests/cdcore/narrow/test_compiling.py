@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from numba import njit
 from numba.core.event import Event
 
@@ -53,6 +54,7 @@ def compiled_elsewhere(tmp_path, more=""):
     return answer.stdout.rsplit(" ", 1)
 
 
+@pytest.mark.slow
 def test_an_installation_that_cannot_be_written_keeps_machine_code_in_the_users_cache_folder(tmp_path):
     answer, folder = compiled_elsewhere(tmp_path)
     assert answer == "True"
@@ -60,6 +62,7 @@ def test_an_installation_that_cannot_be_written_keeps_machine_code_in_the_users_
     assert list(tmp_path.rglob("pose_lanes.stays_put*.nbi"))
 
 
+@pytest.mark.slow
 def test_where_nothing_can_be_written_kernels_compile_at_every_start(tmp_path):
     answer, folder = compiled_elsewhere(tmp_path, "caching.UserWideCacheLocator.ensure_cache_path = refuse")
     assert answer == "True"

@@ -39,18 +39,15 @@ def test_the_bounds_are_tight_where_nothing_is_hard():
 
 def least_distance(first, second):
     pairs = np.stack(np.broadcast_arrays(first[:, None], second[None]), axis=2).reshape(-1, 2, 3, 3)
-    centre = pairs.mean(axis=2)
-    reach = np.linalg.norm(pairs - centre[:, :, None], axis=3).max(axis=2).sum(axis=1)
-    apart = np.linalg.norm(centre[:, 0] - centre[:, 1], axis=1)
-    meets, margin = triangle_margins(pairs[apart - reach <= apart.min()])  # the others are farther than their centres
+    meets, margin = triangle_margins(pairs)
     return 0.0 if meets.any() else margin.min()
 
 
 def test_surfaces_called_apart_are_and_most_that_are_get_called_so():
     rng = np.random.default_rng(2)
-    meshes = [ball_mesh(0.05, 4, 6).triangles, box_mesh((0.1, 0.1, 0.02)).triangles]
+    meshes = [ball_mesh(0.05, 3, 4).triangles, box_mesh((0.1, 0.1, 0.02)).triangles]
     a, b = (build_box_tree(mesh) for mesh in meshes)
-    count, reach = 60, 0.003
+    count, reach = 40, 0.003
     turns, moves = rotations(rng, (count,)), rng.normal(size=(count, 3)) * 0.06
     apart = np.zeros(count, dtype=bool)
     certainly_apart(
@@ -60,7 +57,7 @@ def test_surfaces_called_apart_are_and_most_that_are_get_called_so():
     far = [least_distance(place_points(meshes[0].reshape(-1, 3), t, m).reshape(-1, 3, 3), meshes[1]) > reach
            for t, m in zip(turns, moves, strict=True)]  # fmt: skip
     assert not (apart & ~np.array(far)).any()
-    assert 10 < sum(far) < 60
+    assert 10 < sum(far) < 40
     assert apart.sum() > 0.8 * sum(far)
 
 

@@ -34,7 +34,7 @@ def test_faces_equal_the_exhaustive_test(name, kind, scale, away):
     meshes, bodies, motion = scene(kind, scale, away)
     detection = create_detector(name, bodies, containment=False).detect(motion, faces=True)
     some = 0
-    for frame in range(0, FRAMES, 3):
+    for frame in range(0, FRAMES, 4):
         world = [
             placed(mesh, motion.rotations[frame, k], motion.translations[frame, k]) for k, mesh in enumerate(meshes)
         ]
@@ -49,7 +49,7 @@ def test_faces_equal_the_exhaustive_test(name, kind, scale, away):
 
 @pytest.mark.parametrize("name", TREES)
 def test_verdicts_and_faces_of_a_laboratory_are_those_of_the_exact_detector(name):
-    bodies, motion = lab(150)
+    bodies, motion = lab(80)
     want = create_detector("exact", bodies).detect(motion, faces=True)
     found = create_detector(name, bodies).detect(motion, faces=True)
     assert found.digest == want.digest

@@ -35,7 +35,7 @@ def test_probabilities_of_a_negative_pheromone_are_none():
     assert probabilities(np.array([1.0, 3.0]), np.ones(2), 1.0, 1.0).tolist() == [0.25, 0.75]
 
 
-@pytest.mark.parametrize("alpha", [1.5, 1.0])
+@pytest.mark.parametrize("alpha", [1.5, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_it_breaks_within_a_few_dozen_steps_for_each_of_fifty_seeds(alpha):
     ball = ball_of(600)
     broke = []

@@ -6,7 +6,7 @@ from replay.bench.growth import grow
 from replay.bench.workload import make_workload
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_ten_times_the_frames_of_distant_bodies_take_one_or_two_tests_more_a_pair(seed):
     short, long = (grow("distant", "frames", frames, seed=seed) for frames in (2_700, 27_000))
     pairs = len(make_workload(100, 1).pairs)

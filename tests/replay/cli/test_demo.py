@@ -39,6 +39,7 @@ def test_session_only_records_the_file_and_prints_its_name(tmp_path, capsys):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["s.mcap", "s.truth.json"]
 
 
+@pytest.mark.slow
 def test_a_titration_makes_no_collision_query_and_says_so(tmp_path, capsys):
     assert main(["demo", "--scene", "titration", "-o", str(tmp_path / "run"), "--format", "json"]) == 0
     summary = json.loads(capsys.readouterr().out)

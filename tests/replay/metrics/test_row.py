@@ -31,13 +31,17 @@ def silver():
     return run(session, detectors="slow=discrete[rate_hz=30],hybrid", oracle="exact"), truth
 
 
+@pytest.fixture(scope="module")
+def rows(silver):
+    return {row["detector"]: row for row in metric_rows(silver[0])}
+
+
 def kinds(truth, kind):
     return [fact for fact in truth.facts if fact.kind == kind]
 
 
-def test_what_was_planted_is_what_the_row_says(silver):
-    result, truth = silver
-    row = next(row for row in metric_rows(result) if row["detector"] == "exact")
+def test_what_was_planted_is_what_the_row_says(silver, rows):
+    truth, row = silver[1], rows["exact"]
     assert row["grasps"] == row["grasp_attempts"] == len(kinds(truth, "grasp")) > 0
     assert row["near_misses"] == len(kinds(truth, "near_miss")) == 1
     assert row["breakages"] == len(kinds(truth, "break"))
@@ -48,9 +52,8 @@ def test_what_was_planted_is_what_the_row_says(silver):
     assert row["task_seconds"] == pytest.approx(sum(v for k, v in row.items() if k.startswith(TASK)))
 
 
-def test_a_row_per_detector_with_the_recall_that_the_audit_measured(silver):
+def test_a_row_per_detector_with_the_recall_that_the_audit_measured(silver, rows):
     result, _ = silver
-    rows = {row["detector"]: row for row in metric_rows(result)}
     assert set(rows) == {"slow", "hybrid", "exact"}
     assert rows["exact"]["recall"] == 1.0 and 0.0 < rows["slow"]["recall"] < 1.0
     pair_frames = result.summary["audit"]["slow"]["pair_frames"]
@@ -59,12 +62,12 @@ def test_a_row_per_detector_with_the_recall_that_the_audit_measured(silver):
     assert len({row["settings"] for row in rows.values()}) == 3
 
 
-def test_the_table_of_a_run_folder_has_every_column_in_its_type(silver, tmp_path):
+def test_the_table_of_a_run_folder_has_every_column_in_its_type(tmp_path):
     import pyarrow.parquet as pq
 
     from replay.results.run_folder import write_run_folder
 
-    result, _ = silver
+    result = run(cubes({"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] * 5}), detectors="hybrid", oracle="exact")
     read = pq.read_table(write_run_folder(result, tmp_path / "run") / "metrics.parquet")
     assert read == metrics_table(result)
     for name, kind in METRICS.items():
@@ -81,11 +84,11 @@ def test_another_session_has_another_digest_and_the_same_one_the_same():
     assert digest(0.0) == digest(0.0) != digest(0.1)
 
 
-def test_contact_frames_are_those_of_the_oracle(silver):
+def test_contact_frames_are_those_of_the_oracle(silver, rows):
     result, _ = silver
     pair_frames = result.summary["audit"]["hybrid"]["pair_frames"]
     assert contact_frames(result) == pair_frames["BOTH"] + pair_frames["MISSED"] > 0
-    assert {row["contact_frames"] for row in metric_rows(result)} == {contact_frames(result)}
+    assert {row["contact_frames"] for row in rows.values()} == {contact_frames(result)}
 
 
 def test_where_nothing_touches_there_is_nothing_to_recall():

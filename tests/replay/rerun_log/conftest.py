@@ -216,8 +216,8 @@ def passed_read(passed: RunResult, tmp_path_factory: pytest.TempPathFactory) -> 
 
 @pytest.fixture(scope="session")
 def hundreds(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunResult, Read]:
-    """Half a minute of taps, with more misses than anybody reads one by one, and its picture read back."""
-    result, path = demo_run(2700), tmp_path_factory.mktemp("many") / "run.rrd"
+    """Twenty seconds of taps, with more misses than anybody reads one by one, and its picture read back."""
+    result, path = demo_run(1800), tmp_path_factory.mktemp("many") / "run.rrd"
     write_recording(result, path)
     return result, Read(path)
 
