@@ -7,10 +7,17 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("without slow tests", settings.get_profile("any machine"), max_examples=40)
 settings.load_profile("any machine")
 
 TOGETHER = ("tests/replay/paper", "tests/replay/rerun_log", "tests/sessions/synthetic/experiments")
 """Folders whose files share what takes seconds to make."""
+
+
+def pytest_configure(config):
+    """A property that asks for no number of examples gets 100, and 40 where slow tests are left out."""
+    if "not slow" in config.getoption("markexpr"):
+        settings.load_profile("without slow tests")
 
 
 @pytest.hookimpl(wrapper=True)
@@ -21,6 +28,7 @@ def pytest_collection():
         return (yield)
     finally:
         gc.freeze()
+        gc.set_threshold(20_000, 20, 20)
         gc.enable()
 
 

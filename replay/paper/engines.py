@@ -7,6 +7,7 @@ its time on building. An engine is the same search without the stages before it;
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import Final, Protocol
 
 import numpy as np
@@ -113,7 +114,13 @@ class SearchEngine:
 
     def _samples(self, size: int | None, seed: int) -> tuple[Sample, Sample]:
         first, second = self._search.first, self._search.second
-        return sample_of(first, size, seed, self._names[0]), sample_of(second, size, seed, self._names[1])
+        return _drawn(first, size, seed, self._names[0]), _drawn(second, size, seed, self._names[1])
+
+
+@lru_cache(maxsize=16)
+def _drawn(features: Features, size: int | None, seed: int, name: str) -> Sample:
+    """A sample, drawn once for all who search it: its neighbours took longer than most searches."""
+    return sample_of(features, size, seed, name)
 
 
 def engines_of(bodies: Sequence[Body], names: Sequence[str]) -> Mapping[str, Engine]:
