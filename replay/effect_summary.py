@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from replay.affecting import EffectRun
+from replay.effects.output import EffectEvent
 from replay.plan import Plan
 
 
@@ -43,6 +44,19 @@ def effect_summary(effects: Mapping[str, EffectRun], seconds: float) -> dict[str
         }
         for kind, run in effects.items()
     }
+
+
+def happened(effects: Mapping[str, EffectRun]) -> list[tuple[str, EffectEvent]]:
+    """Kind and event, in order of time."""
+    found = [(kind, event) for kind, run in effects.items() for event in run.events]
+    return sorted(found, key=lambda row: (row[1].time, row[0], row[1].name))
+
+
+def happened_words(effects: Mapping[str, EffectRun], most: int) -> list[str]:
+    """The first events, a line each, and how many more there are."""
+    found = happened(effects)
+    lines = [f"{event.time:.1f} s: {event.text}" for _, event in found[:most]]
+    return lines + ([f"and {len(found) - most} more"] if len(found) > most else [])
 
 
 def _lists(reasons: Mapping[str, tuple[str, ...]]) -> dict[str, list[str]]:

@@ -15,6 +15,7 @@ from rich.text import Text
 from replay.audit.headline import headline, invented, price
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss, Outcome
+from replay.effect_summary import happened_words
 from replay.run_result import RunResult
 from replay.summary import CAVEAT
 
@@ -58,6 +59,8 @@ def run_tables(result: RunResult) -> Group:
         parts += [Text(), Text(f" {no_detection(result)}")]
     if result.effects:
         parts += [Text(), effect_table(result)]
+        if not result.detections:
+            parts += [Text(), *(Text(f" {line}") for line in happened_words(result.effects, MISS_ROWS))]
     parts += [Text(), Padding(Text(CAVEAT, style="dim"), (0, 1))]
     if result.assembly.proxies:
         parts.append(Text(f" Proxy meshes stand in for: {', '.join(result.assembly.proxies)}.", style="dim"))

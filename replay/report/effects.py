@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from replay.effect_summary import happened
 from replay.report.markup import Markup, element, joined, table
 from replay.run_result import RunResult
 
@@ -35,13 +36,10 @@ def effect_table(result: RunResult) -> Markup:
 
 def event_table(result: RunResult) -> Markup:
     """The first events of all effects, in order of time."""
-    found = sorted(
-        ((event.time, kind, event) for kind, run in result.effects.items() for event in run.events),
-        key=lambda row: (row[0], row[1], row[2].name),
-    )
+    found = happened(result.effects)
     rows = [
-        (kind, event.name, event.text, f"{time:.3f}", "" if event.end is None else f"{event.end:.3f}")
-        for time, kind, event in found[:EVENT_ROWS]
+        (kind, event.name, event.text, f"{event.time:.3f}", "" if event.end is None else f"{event.end:.3f}")
+        for kind, event in found[:EVENT_ROWS]
     ]
     more = f", the first {EVENT_ROWS} of {len(found)}" if len(found) > EVENT_ROWS else ""
     return table(f"What the effects found{more}", ("effect", "event", "in words", "from s", "to s"), rows, words=3)

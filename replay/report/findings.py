@@ -19,7 +19,10 @@ def finding_tables(result: RunResult) -> Markup:
     findings = result.treatment.findings
     parts: list[object] = [element("p", trust(findings))]
     if findings:
-        rows = [_row(finding) for finding in findings[:MOST_ROWS]]
+        shown = findings[:MOST_ROWS]
+        codes = [finding.code for finding in shown]
+        # What a code means is said once: with nine losses of tracking it would be most of the page.
+        rows = [_row(finding, explained=codes.index(finding.code) < k) for k, finding in enumerate(shown)]
         parts.append(table("Findings", ("severity", "code", "body", "what", "seconds", "count"), rows, words=4))
     if result.treatment.spans:
         parts.append(_treated(result))
@@ -41,8 +44,9 @@ def trust(findings: tuple[Finding, ...]) -> str:
     return f"{' and '.join(words)}: verdicts on these spans carry a flag."
 
 
-def _row(finding: Finding) -> tuple[object, ...]:
-    what = joined([finding.message, element("small", f"{finding.meaning}; {finding.fix}")])
+def _row(finding: Finding, *, explained: bool) -> tuple[object, ...]:
+    meaning = "" if explained else element("small", f"{finding.meaning}; {finding.fix}")
+    what = joined([finding.message, meaning])
     return (
         finding.severity.name.lower(),
         finding.code,

@@ -11,6 +11,7 @@ import numpy as np
 from replay.audit.headline import headline, invented, price
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss
+from replay.effect_summary import happened, happened_words
 from replay.report.audit_parts import cause_table, count_tables, dwell_table, heat_map, latency_histogram
 from replay.report.bench_picture import bench_picture
 from replay.report.charts import timeline, timing
@@ -25,6 +26,12 @@ from replay.summary import CAVEAT
 
 CLOSE_UPS = 4
 """Misses shown as pictures; all of them stand in the table."""
+
+
+EVENTS_FIRST = 6
+"""Events told before all else, where no contact was looked for."""
+
+NOT_LOOKED_FOR = "No contact was looked for: the scene's effects call for none"
 
 
 def write_report(result: RunResult, path: Path) -> None:
@@ -42,7 +49,7 @@ def report_html(result: RunResult) -> str:
         Markup(f"<style>{style}</style>"),
     ]
     lines = [element("p", f"Replay of {name}"), *(element("h1", line) for line in _headlines(result))]
-    lines += [element("p", line, class_="price") for line in (*invented(result), *price(result))]
+    lines += [element("p", line, class_="price") for line in _beside(result)]
     body = [element("header", *lines)]
     body += [element("main", joined(_sections(result))), element("footer", element("p", CAVEAT))]
     return f'<!doctype html>\n<html lang="en"><head>{joined(head)}</head><body>{joined(body)}</body></html>\n'
@@ -57,7 +64,15 @@ def _headlines(result: RunResult) -> list[str]:
     if result.detections:
         counts = [f"{len(found)} contacts found by {label}" for label, found in result.episodes.items()]
         return [", ".join(counts)]
-    return ["No contact was looked for: the scene's effects call for none"]
+    events = Counter(event.name for _, event in happened(result.effects))
+    return [", ".join(f"{count} {name}" for name, count in events.items()) or NOT_LOOKED_FOR]
+
+
+def _beside(result: RunResult) -> list[str]:
+    """What stands below the headlines: what else is wrong, and the price; without a detector, what happened."""
+    if result.detections or not happened(result.effects):
+        return [*invented(result), *price(result)]
+    return [*happened_words(result.effects, EVENTS_FIRST), f"{NOT_LOOKED_FOR}."]
 
 
 def _sections(result: RunResult) -> list[Markup]:

@@ -66,23 +66,26 @@ class Layout:
 
 
 def build_blueprint(layout: Layout) -> rrb.Blueprint:
-    """The blueprint that is embedded in the recording."""
+    """The blueprint that is embedded in the recording; it opens on the tab that answers what was asked for."""
     tabs: list[Any] = []
     for number, subject in enumerate(layout.subjects):
         tabs.append(_audit(layout, subject, "Audit" if number == 0 else f"Audit: {subject.label}"))
     if not tabs:
         tabs.append(_plain(layout))
+    first = 0
     if layout.tradeoff:
+        first = len(tabs)
         tabs.append(curve_tab())
     tabs.append(_costs(layout, "Time per frame" if layout.tradeoff else "What accuracy costs"))
     if layout.effects is not None:
+        first = first if layout.subjects or layout.tradeoff else len(tabs)
         tabs.append(_effects(layout, layout.effects))
     if layout.detector_lanes:
         tabs.append(_detectors(layout))
     if layout.finding_lanes is not None:
         tabs.append(finding_tab(layout.finding_lanes, _whole(layout)))
     return rrb.Blueprint(
-        rrb.Tabs(*tabs, active_tab=0),
+        rrb.Tabs(*tabs, active_tab=first),
         rrb.TimePanel(timeline=SESSION, state="collapsed", playback_speed=0.25, play_state="paused"),
         rrb.SelectionPanel(state="hidden"),
         rrb.BlueprintPanel(state="hidden"),

@@ -12,6 +12,7 @@ from replay.audit.clusters import MANY, Cluster, clusters, seen_and_between
 from replay.audit.headline import headline, invented
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss, Outcome
+from replay.effect_summary import happened_words
 from replay.rerun_log.colours import MISSED, PARTLY_MISSED, WHITE, packed
 from replay.rerun_log.columns import RecordingWriter
 from replay.rerun_log.focus import Focus, moments
@@ -95,6 +96,8 @@ def report_text(result: RunResult) -> str:
     ]
     parts += [f"**{headline(result, label)}.**" for label in result.comparisons]
     parts += invented(result)
+    if not result.detections:
+        parts += [f"- {line}" for line in happened_words(result.effects, WORST)]
     parts.append(_outcome_table(result))
     if assembly.proxies:
         parts.append(f"Proxy meshes stand in for: {', '.join(assembly.proxies)}.")
@@ -113,7 +116,14 @@ def _outcome_table(result: RunResult) -> str:
     lines = [f"| pair-frames against {result.oracle} | {' | '.join(words)} |", "|---" * 6 + "|"]
     for label, comparison in result.comparisons.items():
         lines.append(f"| {label} | {' | '.join(f'{comparison.count(kind):,}' for kind in kinds)} |")
-    return "\n".join(lines) if result.comparisons else f"Detectors: {', '.join(result.detections) or 'none'}."
+    return "\n".join(lines) if result.comparisons else _looked(result)
+
+
+def _looked(result: RunResult) -> str:
+    """Who looked, where nobody is compared."""
+    if result.detections:
+        return f"Detectors: {', '.join(result.detections)}."
+    return "No contact was looked for: the scene's effects call for none."
 
 
 def log_worst(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:

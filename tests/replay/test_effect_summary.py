@@ -3,7 +3,7 @@ import json
 import pytest
 from small_worlds import cubes
 
-from replay.effect_summary import effect_summary, plan_summary
+from replay.effect_summary import effect_summary, happened_words, plan_summary
 from replay.engine import compute
 from replay.plan import plan
 from sessions.scene import Scene, SceneBody, SceneEffect
@@ -37,3 +37,13 @@ def test_each_effect_has_its_share_of_the_time_its_work_and_its_skips():
     assert effect_summary(result.effects, 2 * seconds)["contact"]["share"] == pytest.approx(0.5)
     assert effect_summary(result.effects, 0.0)["contact"]["share"] == 0.0
     assert json.dumps(told)
+
+
+def test_what_happened_is_told_in_order_of_time_and_says_how_much_it_leaves_out():
+    places = [3.0, 3.0, *(([0.9] * 4 + [3.0] * 20) * 5)]
+    result = compute(cubes({"a": [0] * len(places), "b": places}, scene=SCENE), detectors=())
+    lines = happened_words(result.effects, 3)
+    times = [float(line.split(" s: ")[0]) for line in lines[:3]]
+    every = sum(len(run.events) for run in result.effects.values())
+    assert times == sorted(times) and lines[3] == f"and {every - 3} more" and every > 4
+    assert len(happened_words(result.effects, every)) == every

@@ -6,9 +6,10 @@ from small_worlds import cubes, jumping
 
 from replay.cli import run_tables as module
 from replay.cli.run_tables import run_tables
+from replay.effect_summary import happened_words
 from replay.engine import compute
 from sessions import Scene
-from sessions.scene import SceneBody
+from sessions.scene import SceneBody, SceneEffect
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
@@ -83,3 +84,11 @@ def test_a_miss_that_no_frame_shows_says_so_and_when_they_touch():
     (miss,) = result.misses["exact"]
     row = next(line for line in text(result).splitlines() if "never found" in line)
     assert "between frames" in row and f"{miss.touch.moment:.3f} s" in row
+
+
+def test_without_a_detector_what_happened_is_told_in_words():
+    near = SceneEffect("hazard-proximity", {"of": "a", "hazard": "b", "distance": 0.2})
+    scene = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(near,))
+    result = compute(cubes({"a": [0.0] * 4, "b": [3.0, 3.0, 1.1, 3.0]}, scene=scene), detectors=())
+    (line,) = happened_words(result.effects, 5)
+    assert f" {line}" in text(result).splitlines()

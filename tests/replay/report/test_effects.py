@@ -1,6 +1,7 @@
 import pytest
 from small_worlds import cubes
 
+from replay.effect_summary import happened_words
 from replay.engine import compute
 from replay.report.effects import EVENT_ROWS, effect_section
 from replay.report.page import report_html
@@ -48,3 +49,13 @@ def test_a_run_without_a_contact_says_that_none_was_looked_for():
 
 def test_a_page_without_effects_has_no_such_section():
     assert "Effects that the scene" not in report_html(compute(cubes({"a": [0, 0], "b": [3, 0.9]}), detectors="hybrid"))
+
+
+def test_without_a_detector_the_page_begins_with_what_happened():
+    near = SceneEffect("hazard-proximity", {"of": "a", "hazard": "b", "distance": 0.2})
+    result = run([3.0] * 20 + [1.1] + [3.0] * 40 + [1.1, 3.0], near)
+    page = report_html(result)
+    first = page[: page.index("</header>")]
+    one, two = happened_words(result.effects, 5)
+    assert f"<h1>2 {result.effects['hazard-proximity'].events[0].name}</h1>" in first
+    assert first.index(one) < first.index(two) < first.index("No contact was looked for")

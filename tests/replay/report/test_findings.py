@@ -46,3 +46,13 @@ def test_notes_alone_leave_a_recording_trusted_and_no_examination_is_said():
     result = compute(clean().session(), detectors="sphere", oracle="none")
     assert "Nothing was found" in finding_tables(result)
     assert "not examined" in finding_tables(replace(result, treatment=None))
+
+
+def test_what_a_code_means_is_said_once(doubtful):
+    lost = [Finding("tracking-lost", Severity.WARNING, f"loss {k}") for k in range(9)]
+    odd = Finding("frozen", Severity.WARNING, "still")
+    treatment = replace(doubtful.treatment, findings=(*lost[:5], odd, *lost[5:]))
+    text = finding_tables(replace(doubtful, treatment=treatment))
+    assert text.count(f"{lost[0].meaning}; {lost[0].fix}") == text.count(f"{odd.meaning}; {odd.fix}") == 1
+    assert [text.count(f"loss {k}") for k in range(9)] == [1] * 9
+    assert text.index(lost[0].meaning) < text.index("loss 1")

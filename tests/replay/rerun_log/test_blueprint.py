@@ -11,9 +11,12 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
+from replay.rerun_log import blueprint
+from replay.rerun_log.camera import Eye
+from replay.rerun_log.effects import EffectViews
 from replay.rerun_log.miss_table import read_misses
 from replay.rerun_log.recording import write_recording
-from replay.rerun_log.subject import LANES_IN_VIEW
+from replay.rerun_log.subject import LANES_IN_VIEW, Subject
 from replay.run_result import RunResult
 
 
@@ -146,3 +149,24 @@ def test_hundreds_of_misses_are_listed_by_clusters_first_and_each_in_a_tab_besid
     (first,) = [query for name, query in views.items() if re.match(r"\d+ of \d+ contacts missed by 22\.5Hz", name)]
     assert any("/report/clusters" in line for line in first) and any("/report/missed" in line for line in views["All"])
     assert "All" not in layout.views(), "a dozen misses need no clusters"
+
+
+@pytest.mark.parametrize(
+    ("tradeoff", "effects", "audited", "opens"),
+    [
+        (True, True, True, "What accuracy costs"), (False, True, True, "Audit"), (False, True, False, "Effects"),
+        (False, False, False, "Session"),
+    ],
+)  # fmt: skip
+def test_the_picture_opens_on_the_tab_that_answers_what_was_asked_for(
+    tradeoff: bool, effects: bool, audited: bool, opens: str
+) -> None:
+    subject = Subject("slow", "1 missed", {"lanes/1_missed": None}, None, *"abcde", "f", (), "")
+    layout = blueprint.Layout(
+        title="room", eye=Eye((1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), subjects=(subject,) if audited else (), totals=(),
+        stages={}, arrows=(), detector_lanes=False, finding_lanes=None, slowest_ms=1.0, start=0.0, end=1.0,
+        effects=EffectViews({}, (), ()) if effects else None, tradeoff=tradeoff,
+    )  # fmt: skip
+    tabs = blueprint.build_blueprint(layout).root_container
+    names = [str(one.name) for one in tabs.contents]
+    assert names[int(tabs.active_tab)] == opens, names
