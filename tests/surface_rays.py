@@ -4,25 +4,36 @@ from __future__ import annotations
 
 import numpy as np
 
+AT_ONCE = 100_000
+"""Rays times triangles that are in memory together."""
+
 
 def distances_along_rays(triangles, origins, directions, merge=1e-7):
     """Return, for each ray, the sorted distances at which it meets a triangle; hits within ``merge`` count once."""
+    origins, directions = np.asarray(origins, dtype=float), np.asarray(directions, dtype=float)
+    step = max(1, AT_ONCE // max(1, len(triangles)))
+    found = []
+    for k in range(0, len(origins), step):
+        for row in np.sort(_distances(triangles, origins[k : k + step], directions[k : k + step]), axis=1):
+            ahead = row[np.isfinite(row)]
+            found.append(ahead[np.diff(ahead, prepend=-1.0) > merge])
+    return found
+
+
+def _distances(triangles, origins, directions):
+    """Return (rays, triangles) distances, infinity where a ray meets no triangle."""
     a = triangles[:, 0]
     edge1, edge2 = triangles[:, 1] - a, triangles[:, 2] - a
-    found = []
-    for origin, direction in zip(origins, directions, strict=True):
-        across = np.cross(direction, edge2)
-        determinant = np.einsum("ij,ij->i", edge1, across)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            from_a = origin - a
-            u = np.einsum("ij,ij->i", from_a, across) / determinant
-            turned = np.cross(from_a, edge1)
-            v = turned @ direction / determinant
-            t = np.einsum("ij,ij->i", edge2, turned) / determinant
-            hit = (u >= -1e-12) & (v >= -1e-12) & (u + v <= 1 + 1e-12) & (t > 0) & (determinant != 0)
-        ahead = np.sort(t[hit])
-        found.append(ahead[np.diff(ahead, prepend=-1.0) > merge])
-    return found
+    across = np.cross(directions[:, None], edge2)
+    determinant = np.einsum("tj,rtj->rt", edge1, across)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        from_a = origins[:, None] - a
+        u = np.einsum("rtj,rtj->rt", from_a, across) / determinant
+        turned = np.cross(from_a, edge1)
+        v = np.einsum("rtj,rj->rt", turned, directions) / determinant
+        t = np.einsum("tj,rtj->rt", edge2, turned) / determinant
+        hit = (u >= -1e-12) & (v >= -1e-12) & (u + v <= 1 + 1e-12) & (t > 0) & (determinant != 0)
+    return np.where(hit, t, np.inf)
 
 
 def points_on_faces(mesh, count, seed):

@@ -120,7 +120,7 @@ def test_a_mesh_near_the_limits_of_float64_neither_overflows_nor_vanishes():
 def test_a_scaled_ball_holds_the_scaled_mesh_and_the_mean_scale_would_not(kind):
     rng = np.random.default_rng(len(kind))
     mean_fails = 0
-    for _ in range(300):
+    for _ in range(120):
         mesh = TriangleMesh(rng.normal(size=(9, 3)), np.arange(9).reshape(-1, 3))
         ball = sphere_best(mesh)
         if kind == "sheared":
@@ -132,7 +132,7 @@ def test_a_scaled_ball_holds_the_scaled_mesh_and_the_mean_scale_would_not(kind):
         assert holds(sphere_scaled(ball, scale), points)
         reach = np.linalg.norm(points - sphere_scaled(ball, scale).centre, axis=1).max()
         mean_fails += reach > ball.radius * stretches.mean()
-    assert mean_fails > 50
+    assert mean_fails > 20
 
 
 def test_a_diagonal_scale_and_its_matrix_give_the_same_ball():

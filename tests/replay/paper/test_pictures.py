@@ -13,12 +13,11 @@ def pixels(png):
     return imread(io.BytesIO(png), format="png")[..., :3]
 
 
-def test_every_table_has_a_picture_with_something_drawn_and_a_file_name_of_its_own(small):
-    drawn = pictures_of(small.tables)
-    assert list(drawn) == [one.key for one in small.tables]
-    names = [name for name, _ in drawn.values()]
+def test_every_table_has_a_picture_with_something_drawn_and_a_file_name_of_its_own(small, pictures):
+    assert list(pictures) == [one.key for one in small.tables]
+    names = [name for name, _ in pictures.values()]
     assert len(set(names)) == len(names) == len(PICTURES)
-    for name, png in drawn.values():
+    for name, png in pictures.values():
         assert name.endswith(".png") and png.startswith(b"\x89PNG")
         coloured = np.ptp(pixels(png), axis=-1) > 0.3
         assert coloured.mean() > 0.0005

@@ -2,14 +2,13 @@
 
 from rerun.chunk import RrdReader
 
-from replay.paper.pictures import pictures_of
 from replay.paper.recording import as_markdown, entity_of, record
 from replay.paper.tables import PaperTable
 
 
-def test_fixtures_accuracies_tables_and_pictures_are_there(small, tmp_path):
+def test_fixtures_accuracies_tables_and_pictures_are_there(small, pictures, tmp_path):
     path = tmp_path / "paper.rrd"
-    record(small, pictures_of(small.tables), path)
+    record(small, pictures, path)
     entities = {str(chunk.entity_path) for chunk in RrdReader(str(path)).stream()}
     for part in ("/fixtures/torus-sphere/torus", "/fixtures/beaker-flask/flask", "/accuracy"):
         assert any(entity.startswith(part) for entity in entities)

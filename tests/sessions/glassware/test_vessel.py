@@ -1,12 +1,16 @@
+from functools import cache
+
 import numpy as np
 import pytest
 from surface_rays import distances_along_rays, points_on_faces
 
-from sessions.glassware.catalogue import INSTRUMENTS, make_instrument
+from sessions.glassware.catalogue import INSTRUMENTS
+from sessions.glassware.catalogue import make_instrument as make_anew
 from sessions.glassware.profile import rounded
 from sessions.glassware.vessel import Foot, Shape, Spout, turned_vessel
 from sessions.mesh_data import is_closed
 
+make_instrument = cache(make_anew)
 SIZES = [500, *(pytest.param(faces, marks=pytest.mark.slow) for faces in (2000, 5000, 50_000))]
 BEAKERS = [f"beaker_{millilitres}" for millilitres in (50, 100, 250, 400, 600)]
 FLASKS = ["erlenmeyer_flask", "volumetric_flask", "reagent_bottle", "alcohol_lamp"]
