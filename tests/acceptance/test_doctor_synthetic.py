@@ -25,7 +25,7 @@ def test_without_noise_nothing_is_above_a_note(name, jitter):
     assert [one for one in examine(session) if one.severity > Severity.NOTE] == []
 
 
-@pytest.mark.parametrize("losses", ["flagged", "identity"])
+@pytest.mark.parametrize("losses", [pytest.param("flagged", marks=pytest.mark.slow), "identity"])
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", SCENES)
 def test_with_noise_every_loss_is_found_and_nothing_else_is_above_a_warning(name, seed, losses):

@@ -50,7 +50,7 @@ def test_the_same_input_gives_the_same_answer(name, scene):
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("block", [1, 7, 64])
+@pytest.mark.parametrize("block", [1, 7, pytest.param(64, marks=pytest.mark.slow)])
 def test_a_stream_gives_the_answer_of_the_whole_for_any_block_size(name, block, scene):
     bodies, motion = scene
     joined = join(create_detector(name, bodies).stream(motion.blocks(block), faces=True))

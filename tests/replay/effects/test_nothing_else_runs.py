@@ -183,6 +183,7 @@ def mutant(monkeypatch):
 ORIGINAL = dict(EFFECTS)
 
 
+@pytest.mark.slow
 def test_an_effect_that_secretly_asks_a_detector_is_found_by_counters_trace_and_imports(mutant, monkeypatch):
     mutant("ASKS")
     assert proofs.detectors_made(lambda: run_small(NEAR), monkeypatch) == ["static"]

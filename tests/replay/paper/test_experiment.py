@@ -7,6 +7,7 @@ from replay.paper.experiment import FULL, QUICK, run_paper
 from replay.paper.pictures import PICTURES
 
 
+@pytest.mark.slow
 def test_every_table_is_there_once_and_names_the_options(small):
     keys = [one.key for one in small.tables]
     assert set(keys) == set(PICTURES) and len(set(keys)) == len(keys)
@@ -15,6 +16,7 @@ def test_every_table_is_there_once_and_names_the_options(small):
     assert all(len(row) == len(one.head) for one in small.tables for row in one.rows)
 
 
+@pytest.mark.slow
 def test_a_calibration_of_other_options_is_refused_before_any_work(small, tmp_path):
     write_calibration(small.calibration, tmp_path / "one.json")
     with pytest.raises(CalibrationError, match="use the same options"):

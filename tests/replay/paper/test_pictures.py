@@ -3,6 +3,7 @@
 import io
 
 import numpy as np
+import pytest
 from matplotlib.image import imread
 
 from replay.paper.pictures import PICTURES, pictures_of
@@ -13,6 +14,7 @@ def pixels(png):
     return imread(io.BytesIO(png), format="png")[..., :3]
 
 
+@pytest.mark.slow
 def test_every_table_has_a_picture_with_something_drawn_and_a_file_name_of_its_own(small, pictures):
     assert list(pictures) == [one.key for one in small.tables]
     names = [name for name, _ in pictures.values()]
@@ -23,6 +25,7 @@ def test_every_table_has_a_picture_with_something_drawn_and_a_file_name_of_its_o
         assert coloured.mean() > 0.0005
 
 
+@pytest.mark.slow
 def test_the_same_table_gives_the_same_bytes_and_other_cells_others(small):
     table = next(one for one in small.tables if one.key == "T1a")
     place = table.head.index("face recall")

@@ -1,11 +1,13 @@
 """The recording holds both families, accuracies, and for every table its cells and its picture."""
 
+import pytest
 from rerun.chunk import RrdReader
 
 from replay.paper.recording import as_markdown, entity_of, record
 from replay.paper.tables import PaperTable
 
 
+@pytest.mark.slow
 def test_fixtures_accuracies_tables_and_pictures_are_there(small, pictures, tmp_path):
     path = tmp_path / "paper.rrd"
     record(small, pictures, path)

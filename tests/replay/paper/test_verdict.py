@@ -2,10 +2,13 @@
 
 import re
 
+import pytest
+
 from replay.paper.tables import PaperTable
 from replay.paper.verdict import verdict_of
 
 
+@pytest.mark.slow
 def test_there_is_a_sentence_for_completion_caps_frames_and_per_family_colony_ablation_and_samples(small):
     said = verdict_of(small.tables)
     assert [re.match(r"[^:,]+", one).group() for one in said] == [
@@ -15,6 +18,7 @@ def test_there_is_a_sentence_for_completion_caps_frames_and_per_family_colony_ab
         assert name in said[0]
 
 
+@pytest.mark.slow
 def test_a_row_that_lost_a_pair_is_no_longer_named_as_complete(small):
     def with_loss(table):
         if table.key != "T1a":
@@ -28,6 +32,7 @@ def test_a_row_that_lost_a_pair_is_no_longer_named_as_complete(small):
     assert not re.search(r"\bobb\b", verdict_of([with_loss(one) for one in small.tables])[0])
 
 
+@pytest.mark.slow
 def test_the_numbers_of_the_colony_are_those_of_its_table(small):
     rates = next(one for one in small.tables if one.key == "F7e")
     said = next(one for one in verdict_of(small.tables) if one.startswith("F7e, torus-sphere"))

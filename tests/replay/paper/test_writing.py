@@ -3,11 +3,14 @@
 import json
 from html import escape
 
+import pytest
+
 from replay.paper.pictures import PICTURES
 from replay.paper.printed import PRINTED
 from replay.paper.writing import write_paper
 
 
+@pytest.mark.slow
 def test_every_file_is_there_and_says_the_same(small, tmp_path):
     paths = {path.name: path for path in write_paper(small, tmp_path / "out")}
     assert {"calibration.json", "paper.json", "paper.html", "paper.rrd", "table_1.png"} <= set(paths)

@@ -263,6 +263,7 @@ print(count, peak_bytes() // 1024)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="peak memory is measured in KiB of Linux")
 def test_reading_in_blocks_takes_the_same_memory_for_a_session_ten_times_as_long(tmp_path):
     frames = random_frames(1, 3000, 12)
