@@ -257,10 +257,15 @@ def _costs(layout: Layout, name: str) -> Any:
 def _effects(layout: Layout, views: EffectViews) -> Any:
     """What happened in the room, when, and in numbers."""
     rows: list[Any] = []
+    plots = list(views.plots.items())[:EFFECT_PLOTS]
+    shares = [SCREEN_POINTS / max(1, len(plots))] * len(plots)
     if views.lanes:
+        # As high as its lanes, or the lower ones would be cut off; what is left is for the plots.
+        high = min(RULER_POINTS + LANE_POINTS * len(views.lanes), SCREEN_POINTS // 2)
+        shares = [high, *((SCREEN_POINTS - high) / len(plots) for _ in plots)]
         lanes = [f"/{path}" for path in views.lanes]
         rows.append(rrb.StateTimelineView(origin="/effects", contents=lanes, name="When", time_view=_whole(layout)))
-    for unit, paths in list(views.plots.items())[:EFFECT_PLOTS]:
+    for unit, paths in plots:
         rows.append(
             rrb.TimeSeriesView(
                 origin="/effects",
@@ -272,7 +277,7 @@ def _effects(layout: Layout, views: EffectViews) -> Any:
         )
     words = rrb.TextLogView(origin="/effects", contents=[f"/{path}" for path in views.events], name="What happened")
     left = rrb.Vertical(_room(layout), words, row_shares=[0.68, 0.32])
-    return rrb.Horizontal(left, *([rrb.Vertical(*rows)] if rows else []), name="Effects")
+    return rrb.Horizontal(left, *([rrb.Vertical(*rows, row_shares=shares)] if rows else []), name="Effects")
 
 
 def _detectors(layout: Layout) -> Any:

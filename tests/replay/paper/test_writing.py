@@ -1,6 +1,7 @@
 """All files are written whole: the page stands alone, the JSON has every cell, the recording opens."""
 
 import json
+import re
 from html import escape
 
 import pytest
@@ -19,7 +20,8 @@ def test_every_file_is_there_and_says_the_same(small, tmp_path):
     assert [one["key"] for one in told["tables"]] == [one.key for one in small.tables]
     assert len(told["fixtures"]) == 2 and told["fixtures"][0]["pairs_sha256"]
     page = paths["paper.html"].read_text()
-    assert PRINTED in page and "http" not in page.replace("http://www.w3.org", "")
+    words = re.sub(r"base64,[A-Za-z0-9+/=]+", "", page)  # in which any four letters stand now and then
+    assert PRINTED in words and "http" not in words.replace("http://www.w3.org", "")
     assert {name for name in paths if name.endswith(".png")} == {name for name, _ in PICTURES.values()}
     assert page.count("<img") == page.count("<table") == len(small.tables)
     for sentence in told["verdict"]:

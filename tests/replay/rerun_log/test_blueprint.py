@@ -151,6 +151,16 @@ def test_hundreds_of_misses_are_listed_by_clusters_first_and_each_in_a_tab_besid
     assert "All" not in layout.views(), "a dozen misses need no clusters"
 
 
+def built(subjects: tuple[Subject, ...], effects: EffectViews | None, *, tradeoff: bool = False) -> Any:
+    """The tabs of a layout made by hand."""
+    layout = blueprint.Layout(
+        title="room", eye=Eye((1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), subjects=subjects, totals=(), stages={}, arrows=(),
+        detector_lanes=False, finding_lanes=None, slowest_ms=1.0, start=0.0, end=1.0, effects=effects,
+        tradeoff=tradeoff,
+    )  # fmt: skip
+    return blueprint.build_blueprint(layout).root_container
+
+
 @pytest.mark.parametrize(
     ("tradeoff", "effects", "audited", "opens"),
     [
@@ -162,11 +172,13 @@ def test_the_picture_opens_on_the_tab_that_answers_what_was_asked_for(
     tradeoff: bool, effects: bool, audited: bool, opens: str
 ) -> None:
     subject = Subject("slow", "1 missed", {"lanes/1_missed": None}, None, *"abcde", "f", (), "")
-    layout = blueprint.Layout(
-        title="room", eye=Eye((1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), subjects=(subject,) if audited else (), totals=(),
-        stages={}, arrows=(), detector_lanes=False, finding_lanes=None, slowest_ms=1.0, start=0.0, end=1.0,
-        effects=EffectViews({}, (), ()) if effects else None, tradeoff=tradeoff,
-    )  # fmt: skip
-    tabs = blueprint.build_blueprint(layout).root_container
+    tabs = built((subject,) if audited else (), EffectViews({}, (), ()) if effects else None, tradeoff=tradeoff)
     names = [str(one.name) for one in tabs.contents]
     assert names[int(tabs.active_tab)] == opens, names
+
+
+@pytest.mark.parametrize(("lanes", "high"), [(6, 64 + 6 * 40), (30, 980 / 2)])
+def test_lanes_of_effects_have_the_height_they_need_and_plots_share_what_is_left(lanes: int, high: float) -> None:
+    views = EffectViews({unit: (f"effects/{unit}",) for unit in "abc"}, tuple(f"l{k}" for k in range(lanes)), ())
+    tab = next(one for one in built((), views).contents if one.name == "Effects")
+    assert tab.contents[1].row_shares == pytest.approx([high, *[(980 - high) / 3] * 3])
