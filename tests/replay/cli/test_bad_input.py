@@ -88,7 +88,7 @@ def test_a_torn_file_is_refused_and_told_how_to_save_it(tmp_path, capsys):
 
 def test_missing_paths_are_usage_errors(tmp_path, capsys):
     refused(capsys, run(tmp_path / "nowhere.mcap", tmp_path), USAGE, "nowhere.mcap", "does not exist")
-    refused(capsys, main(["info", str(tmp_path)]), USAGE, "is a directory")
+    refused(capsys, main(["info", str(tmp_path)]), USAGE, "is a folder")
 
 
 def test_a_session_without_any_mesh_is_refused_and_told_what_to_give(tmp_path, capsys):
