@@ -6,6 +6,7 @@ import os
 import platform
 import subprocess
 import sys
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Final
@@ -19,13 +20,17 @@ MACOS_PROCESSOR: Final = ("/usr/sbin/sysctl", "-n", "machdep.cpu.brand_string")
 
 def versions() -> dict[str, str]:
     """Versions of Python and of every package in ``PACKAGES`` that is installed."""
-    found = {"python": platform.python_version()}
-    for name in PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return found
+    found = {name: _version(name) for name in PACKAGES}
+    return {"python": platform.python_version(), **{name: told for name, told in found.items() if told is not None}}
+
+
+@cache
+def _version(name: str) -> str | None:
+    """Read once: it parses the package's whole description, and a batch asks for each of its sessions."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
 
 
 def machine() -> dict[str, str | int]:
