@@ -25,7 +25,7 @@ def compiling_announced(listener: object) -> Iterator[None]:
     if not isinstance(listener, Speaker):
         yield
         return
-    from cdcore.narrow.compiling import told_of_compiling
+    from cdcore.kernels.compiling import told_of_compiling
 
     def tell(family: str, seconds: float) -> None:
         so_far = f" ({seconds:.0f} s so far)" if seconds >= 1 else ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from motions import motion_of, placed, soup
 
-from cdcore.narrow.compiling import kernel
+from cdcore.kernels.compiling import kernel
 from cdcore.narrow.spacetime.bounds import position_pad
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pose_lanes import pose_lanes

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from cdcore.kernels.box_axes import apart_on_all_axes
+from cdcore.kernels.compiling import hot_kernel, kernel
 from cdcore.numerics import UNDERFLOW_PAD, BoolArray, FloatArray, IntArray
 
 
-@njit(cache=True)
+@hot_kernel
 def frame_of_box(rotation: FloatArray, axes: FloatArray, out: FloatArray) -> None:
     """``out`` (3, 3) = rotation @ axes: the box's axes in the world."""
     for i in range(3):
@@ -16,32 +17,7 @@ def frame_of_box(rotation: FloatArray, axes: FloatArray, out: FloatArray) -> Non
             out[i, j] = rotation[i, 0] * axes[0, j] + rotation[i, 1] * axes[1, j] + rotation[i, 2] * axes[2, j]
 
 
-@njit(cache=True)
-def boxes_apart(m: FloatArray, d: FloatArray, half_a: FloatArray, half_b: FloatArray, pad: float) -> bool:
-    """Whether one of the 15 axes separates two boxes by more than ``pad``.
-
-    ``m`` (3, 3): axes of B in A's box frame, as columns; ``d`` (3,): offset of B's centre there.
-    """
-    for i in range(3):
-        reach = abs(m[i, 0]) * half_b[0] + abs(m[i, 1]) * half_b[1] + abs(m[i, 2]) * half_b[2]
-        if abs(d[i]) > half_a[i] + reach + pad:
-            return True
-    for j in range(3):
-        reach = abs(m[0, j]) * half_a[0] + abs(m[1, j]) * half_a[1] + abs(m[2, j]) * half_a[2]
-        if abs(d[0] * m[0, j] + d[1] * m[1, j] + d[2] * m[2, j]) > half_b[j] + reach + pad:
-            return True
-    for i in range(3):
-        u, v = (i + 1) % 3, (i + 2) % 3
-        for j in range(3):
-            p, q = (j + 1) % 3, (j + 2) % 3
-            reach = half_a[u] * abs(m[v, j]) + half_a[v] * abs(m[u, j])
-            reach += half_b[p] * abs(m[i, q]) + half_b[q] * abs(m[i, p])
-            if abs(d[v] * m[u, j] - d[u] * m[v, j]) > reach + pad:
-                return True
-    return False
-
-
-@njit(cache=True)
+@kernel
 def boxes_may_meet(
     frames: IntArray,
     first: IntArray,
@@ -74,4 +50,4 @@ def boxes_may_meet(
             for j in range(3):
                 m[i, j] = world_a[0, i] * world_b[0, j] + world_a[1, i] * world_b[1, j] + world_a[2, i] * world_b[2, j]
             d[i] = world_a[0, i] * offset[0] + world_a[1, i] * offset[1] + world_a[2, i] * offset[2]
-        meets[k] = not boxes_apart(m, d, halves[a], halves[b], pad)
+        meets[k] = not apart_on_all_axes(m, d, halves[a], halves[b], pad)

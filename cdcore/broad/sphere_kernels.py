@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from cdcore.kernels.compiling import hot_kernel, kernel
 from cdcore.numerics import UNDERFLOW_PAD, BoolArray, ByteArray, FloatArray, IntArray
 
 CLEAR = np.uint8(0)
@@ -12,7 +12,7 @@ CANDIDATE = np.uint8(3)
 NO_POSE = np.uint8(7)
 
 
-@njit(cache=True)
+@kernel
 def place_centres(
     rotation: FloatArray,
     translation: FloatArray,
@@ -51,7 +51,7 @@ def place_centres(
             size[k, t] = rest + largest
 
 
-@njit(cache=True)
+@hot_kernel
 def last_certain_frame(path_a: FloatArray, path_b: FloatArray, frame: int, gap: float) -> int:
     """The last frame until which both centres together move less than ``gap``: gallop, then bisect."""
     last = len(path_a) - 1
@@ -70,7 +70,7 @@ def last_certain_frame(path_a: FloatArray, path_b: FloatArray, frame: int, gap: 
     return low
 
 
-@njit(cache=True)
+@kernel
 def sphere_verdicts(
     first: IntArray,
     second: IntArray,

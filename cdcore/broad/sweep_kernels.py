@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from cdcore.kernels.compiling import hot_kernel, kernel
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 
 CLEAR = np.uint8(0)
@@ -12,14 +12,14 @@ CANDIDATE = np.uint8(3)
 NO_POSE = np.uint8(7)
 
 
-@njit(cache=True)
+@hot_kernel
 def comes_after(ends: FloatArray, axis: int, first: int, second: int) -> bool:
     """Whether endpoint ``first`` belongs behind ``second``; of equal values low ends go first: touching counts."""
     x, y = ends[axis, first], ends[axis, second]
     return bool(x > y or (x == y and first % 2 > second % 2))
 
 
-@njit(cache=True)
+@hot_kernel
 def sort_ends(ends: FloatArray, order: IntArray, shared: IntArray, axis: int) -> tuple[int, int]:
     """Insertion sort of one axis; ``shared`` (N, N) is kept equal to the axes on which two bodies overlap.
 
@@ -44,7 +44,7 @@ def sort_ends(ends: FloatArray, order: IntArray, shared: IntArray, axis: int) ->
     return swaps, events
 
 
-@njit(cache=True)
+@kernel
 def place_ends(
     rotation: FloatArray, translation: FloatArray, centre: FloatArray, half: FloatArray, size: float, pad_ulps: float,
     body: int, ends: FloatArray,
@@ -59,7 +59,7 @@ def place_ends(
         ends[i, 2 * body + 1] = middle + reach
 
 
-@njit(cache=True)
+@kernel
 def sweep(
     rotation: FloatArray, translation: FloatArray, valid: BoolArray, centres: FloatArray, halves: FloatArray,
     sizes: FloatArray, pad_ulps: float, first: IntArray, second: IntArray, ends: FloatArray, order: IntArray,

@@ -23,6 +23,7 @@ from cdcore.protocol import (
     Motion,
     PairDetector,
     Verdict,
+    contact_or_clear,
     pair_has_pose,
 )
 from cdcore.protocol.ticks import looks_at, looks_of
@@ -116,8 +117,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         clock = [perf_counter()]
         poses = Poses(motion.rotations, motion.translations, motion.valid)
         answer = decide_motion(self._trees, self.pairs, poses)
-        verdict = np.where(answer.hits, np.uint8(Verdict.CONTACT), np.uint8(Verdict.CLEAR))
-        verdict[~pair_has_pose(motion, self.pairs)] = Verdict.NO_POSE
+        verdict = contact_or_clear(answer.hits, motion, self.pairs)
         clock.append(perf_counter())
         columns, frames = np.nonzero(verdict.T == Verdict.CLEAR)
         inside = self._containment.contained(motion, frames, columns)

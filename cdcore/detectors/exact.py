@@ -23,7 +23,7 @@ from cdcore.protocol import (
     Motion,
     PairDetector,
     Verdict,
-    pair_has_pose,
+    contact_or_clear,
 )
 
 
@@ -81,8 +81,7 @@ class ExactDetector(PairDetector[ExactSettings]):
         answer = decide_motion(
             self._trees, self.pairs, poses, faces=faces, threads=self.settings.threads, verify=self.settings.verify
         )
-        verdict = np.where(answer.hits, np.uint8(Verdict.CONTACT), np.uint8(Verdict.CLEAR))
-        verdict[~pair_has_pose(motion, self.pairs)] = Verdict.NO_POSE
+        verdict = contact_or_clear(answer.hits, motion, self.pairs)
         clock, asked = [perf_counter()], 0
         if self.settings.containment:
             columns, frames = np.nonzero(verdict.T == Verdict.CLEAR)

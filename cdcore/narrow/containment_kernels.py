@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cdcore.narrow.compiling import hot_kernel, kernel
+from cdcore.kernels.compiling import hot_kernel, kernel
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 

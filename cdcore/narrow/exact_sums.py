@@ -20,8 +20,8 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 
-from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, machine_operation, stay_one_function
-from cdcore.narrow.memory import Memory
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, machine_operation, stay_one_function
+from cdcore.kernels.memory import Memory
 from cdcore.numerics import IntArray
 
 SPLITTER = 134217729.0

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.compiling import become_part_of_caller, kernel, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, kernel, stay_one_function
+from cdcore.kernels.memory import doubles_of, words_of
 from cdcore.narrow.exact_sums import exponents_are_moderate
-from cdcore.narrow.memory import doubles_of, words_of
 from cdcore.narrow.triangle_exact import pair_intersects_exact
 from cdcore.narrow.triangle_filter import UNDECIDED, pair_intersects_filtered
 from cdcore.narrow.triangle_integers import pair_intersects_integers

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.numerics import EPS, BoolArray, FloatArray
 
 PROJECTION_ULPS = 16.0

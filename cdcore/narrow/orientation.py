@@ -9,9 +9,9 @@ section 4, for the bounds.
 
 from __future__ import annotations
 
-from cdcore.narrow.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.memory import Memory
 from cdcore.narrow.exact_sums import add_product, clear_digits, sign_of_digits, two_product, two_sum
-from cdcore.narrow.memory import Memory
 
 ROUNDOFF = 2.0**-53
 ORIENT3D_BOUND = (7.0 + 56.0 * ROUNDOFF) * ROUNDOFF

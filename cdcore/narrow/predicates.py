@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdcore.errors import InvalidTrianglesError
+from cdcore.kernels.memory import row_of
 from cdcore.narrow.exact_sums import new_digits
-from cdcore.narrow.memory import row_of
 from cdcore.narrow.triangle_filter import UNDECIDED, pairs_intersect_compiled
 from cdcore.narrow.triangle_integers import pair_intersects_integers
 from cdcore.numerics import FloatArray

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.memory import Memory, doubles_at, row_of, words_at
 from cdcore.narrow.exact_sums import LARGEST_EXACT, SMALLEST_EXACT, new_digits
-from cdcore.narrow.memory import Memory, doubles_at, row_of, words_at
 from cdcore.narrow.orientation import cross_sign, orientation_sign
 from cdcore.narrow.predicates import checked_triangles
 from cdcore.narrow.triangle_exact import (

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.compiling import hot_kernel, stay_one_function
-from cdcore.narrow.memory import Memory
+from cdcore.kernels.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.memory import Memory
 from cdcore.narrow.orientation import cross_sign, orientation_sign
 
 

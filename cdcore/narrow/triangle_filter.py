@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.compiling import hot_kernel, kernel
+from cdcore.kernels.compiling import hot_kernel, kernel
+from cdcore.kernels.memory import Memory, bytes_at, doubles_at, words_at
 from cdcore.narrow.exact_sums import exponents_are_moderate
-from cdcore.narrow.memory import Memory, bytes_at, doubles_at, words_at
 from cdcore.narrow.orientation import orientation_filtered
 from cdcore.narrow.triangle_exact import boxes_apart, pair_intersects_exact
 from cdcore.numerics import IntArray

@@ -1,6 +1,6 @@
 """The vocabulary that detectors share: bodies, motions, verdicts, detections."""
 
-from cdcore.protocol.blocks import blocks_in_order, ordered_by_name, pair_has_pose, require_bodies
+from cdcore.protocol.blocks import blocks_in_order, contact_or_clear, ordered_by_name, pair_has_pose, require_bodies
 from cdcore.protocol.body import Body, resolve_pairs
 from cdcore.protocol.detection import DECIDED, Detection, join
 from cdcore.protocol.detector import Detector
@@ -24,6 +24,7 @@ __all__ = [
     "PairDetector",
     "Verdict",
     "blocks_in_order",
+    "contact_or_clear",
     "counts_as_contact",
     "is_undecided",
     "join",

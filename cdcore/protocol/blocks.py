@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from cdcore.errors import InvalidPoseError
 from cdcore.protocol.body import Body
 from cdcore.protocol.motion import Motion
+from cdcore.protocol.verdict import Verdict
 
 
 def require_bodies(motion: Motion, bodies: Sequence[Body]) -> None:
@@ -53,6 +54,14 @@ def pair_has_pose(motion: Motion, pairs: NDArray[np.int64]) -> NDArray[np.bool_]
     """Whether both bodies of a pair have a pose, (T, P)."""
     both: NDArray[np.bool_] = motion.valid[:, pairs[:, 0]] & motion.valid[:, pairs[:, 1]]
     return both
+
+
+def contact_or_clear(hits: NDArray[np.bool_], motion: Motion, pairs: NDArray[np.int64]) -> NDArray[np.uint8]:
+    """Verdicts (T, P): CONTACT where a pair was hit, NO_POSE where a body has no pose, else CLEAR."""
+    verdict: NDArray[np.uint8] = hits * np.uint8(Verdict.CONTACT)
+    if not motion.valid.all():
+        verdict[~pair_has_pose(motion, pairs)] = Verdict.NO_POSE
+    return verdict
 
 
 def ordered_by_name(bodies: Sequence[Body], pairs: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:

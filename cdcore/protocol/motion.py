@@ -71,14 +71,27 @@ class Motion:
         names: Sequence[str] | None,
     ) -> None:
         """Check arrays that nobody else holds and keep them."""
-        kernels = _kernels()
         flat_place, flat_turn = place.reshape(-1, 3), turn.reshape(-1, 3, 3)
-        bad, repaired, worst = kernels.check_poses(
-            flat_place, flat_turn, mask.reshape(-1), ORTHONORMAL_KEEP, ORTHONORMAL_REJECT
+        checked = _kernels().check_poses(
+            flat_place, flat_turn, mask.reshape(-1), ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18)
         )
+        self._keep(clock, place, turn, mask, linked, names, checked)
+
+    def _keep(
+        self,
+        clock: FloatArray,
+        place: FloatArray,
+        turn: FloatArray,
+        mask: NDArray[np.bool_],
+        linked: ArrayLike | None,
+        names: Sequence[str] | None,
+        checked: tuple[int, int, float],
+    ) -> None:
+        """Keep arrays that were checked, or say what is wrong with the first bad pose."""
+        bad, repaired, worst = checked
         if bad >= 0:
-            what = _fault(flat_place[bad], flat_turn[bad]) + "; flag the pose as not valid or repair it"
-            raise InvalidPoseError(_where(bad, mask, clock, names) + what)
+            what = _fault(place.reshape(-1, 3)[bad], turn.reshape(-1, 3, 3)[bad])
+            raise InvalidPoseError(_where(bad, mask, clock, names) + what + "; flag the pose as not valid or repair it")
         known = _mask(linked, mask.shape, "linked") & mask
         known[1:] &= mask[:-1]
         known[:1] = False
@@ -157,12 +170,15 @@ class Motion:
         mask = _mask(valid, matrices.shape[:2], "valid")
         place, turn = np.empty((*mask.shape, 3)), np.empty((*mask.shape, 3, 3))
         flat = matrices.reshape(-1, 4, 4)
-        bad = _kernels().split_poses(flat, mask.reshape(-1), place.reshape(-1, 3), turn.reshape(-1, 3, 3))
-        if bad >= 0:
+        bad, *rest = _kernels().split_poses(
+            flat, mask.reshape(-1), place.reshape(-1, 3), turn.reshape(-1, 3, 3), ORTHONORMAL_KEEP, ORTHONORMAL_REJECT,
+            np.empty(18),
+        )  # fmt: skip
+        if bad >= 0 and flat[bad, 3].tolist() != [0, 0, 0, 1]:
             what = f"last row is {flat[bad, 3].tolist()}, not 0 0 0 1; pass column-convention matrices"
             raise InvalidPoseError(_where(bad, mask, clock, names) + what)
         motion = object.__new__(cls)
-        motion._take(clock, place, turn, mask, linked, names)
+        motion._keep(clock, place, turn, mask, linked, names, (bad, *rest))
         return motion
 
     def __len__(self) -> int:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.search.descent import DRAWS, descend, is_over, local_round
 from cdcore.search.pair_test import evaluate

@@ -12,7 +12,7 @@ overlap: 38.
 
 from __future__ import annotations
 
-from cdcore.narrow.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.search.features import NEIGHBOURS, RADIUS
 from cdcore.search.pair_test import evaluate, is_new

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.narrow.triangle_filter import UNDECIDED
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.search.features import NEIGHBOURS

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
-from cdcore.narrow.memory import doubles_of
+from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.memory import doubles_of
 from cdcore.narrow.triangle_filter import UNDECIDED, pair_intersects_filtered
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.search.features import CORNERS, RADIUS

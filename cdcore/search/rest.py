@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.narrow.compiling import kernel
+from cdcore.kernels.compiling import kernel
 from cdcore.numerics import EPS, BoolArray, FloatArray, IntArray
 from cdcore.protocol import Motion
 from cdcore.search.features import Features

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.search.descent import descend, is_over
 from cdcore.search.pair_test import evaluate

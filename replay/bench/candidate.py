@@ -32,11 +32,11 @@ class Candidate:
         self._meshes: object = None
         self._detector: Detector | None = None
 
-    def __call__(self, workload: Workload, what: str) -> NDArray[np.int64]:
+    def __call__(self, workload: Workload, what: str) -> NDArray[np.integer[Any]]:
         """Face pairs per frame and pair (T, P) for "faces", 0 and 1 for "bool"."""
         motion = Motion.from_matrices(np.arange(len(workload.poses)) / workload.rate_hz, workload.poses)
         detection = self._prepared(workload).detect(motion, faces=what == "faces")
-        return detection.face_counts if what == "faces" else detection.verdict.astype(np.int64)
+        return detection.face_counts if what == "faces" else detection.verdict
 
     def _prepared(self, workload: Workload) -> Detector:
         if self._detector is None or self._meshes is not workload.meshes:

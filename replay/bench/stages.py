@@ -15,7 +15,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Motion, TriangleMesh
-from cdcore.narrow.memory import row_of
+from cdcore.kernels.memory import row_of
 from cdcore.narrow.spacetime.box_tree import BoxTree, build_box_tree
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion

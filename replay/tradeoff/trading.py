@@ -28,7 +28,7 @@ from replay.tradeoff.settings import Setting, settings_list
 from sessions import Session
 
 if TYPE_CHECKING:
-    from cdcore.narrow.compiling import Compiled
+    from cdcore.kernels.compiling import Compiled
 
 SCHEMA: Final = "vrlab-replay/tradeoff/1"
 
@@ -125,7 +125,7 @@ def tradeoff(
     ReplayError, CollisionCoreError, SessionError
         One sentence that says what to do.
     """
-    from cdcore.narrow.compiling import told_of_compiling  # loads the compiler: not for those who only write tables
+    from cdcore.kernels.compiling import told_of_compiling  # loads the compiler: not for those who only write tables
 
     wanted = tuple(settings if settings is not None else settings_list())
     steps = sum(1 if one.tail else max(1, repeats) for one in wanted)

@@ -17,7 +17,7 @@ import sys, time
 import numpy as np
 from numba.core import event
 from cdcore import Body, Motion, TriangleMesh, create_detector, intersecting_faces, triangles_intersect
-from cdcore.narrow.compiling import told_of_compiling
+from cdcore.kernels.compiling import told_of_compiling
 import cdcore.narrow.predicates, cdcore.narrow.spacetime.whole_motion, cdcore.narrow.containment
 
 angle = np.linspace(0, 2 * np.pi, 13)[:-1]

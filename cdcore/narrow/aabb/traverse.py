@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.narrow.face_pair import keep_found, place_face, placed_pair_meets
 from cdcore.numerics import ByteArray, FloatArray, IntArray
 

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.narrow.compiling import kernel
+from cdcore.kernels.compiling import kernel
 from cdcore.narrow.continuous.legs import HALF_TURN_SLACK, LEG_WIDTH, fill_leg, leg_bounds, leg_pad
 from cdcore.narrow.continuous.search import HIT, Bounds, Room, first_contact
 from cdcore.narrow.spacetime.box_tree import BoxTree

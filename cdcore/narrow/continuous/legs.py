@@ -17,7 +17,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.narrow.compiling import kernel, stay_one_function
+from cdcore.kernels.compiling import kernel, stay_one_function
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, LARGEST_SKEW, ROUNDOFF, position_pad
 from cdcore.numerics import FloatArray
 

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.narrow.continuous.legs import pose_at, seen_from
 from cdcore.narrow.continuous.meeting import faces_meet_at
 from cdcore.narrow.continuous.swept_boxes import boxes_stay_apart, turned_between

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.bounding.sphere import Sphere
-from cdcore.narrow.compiling import kernel
+from cdcore.kernels.compiling import kernel
 from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
 
 SWEPT_ULPS: Final = 4096.0

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.box_axes import apart_on_all_axes, box_seen_from, pose_seen_from
-from cdcore.narrow.compiling import kernel
+from cdcore.kernels.box_axes import apart_on_all_axes, box_seen_from, pose_seen_from
+from cdcore.kernels.compiling import kernel
 from cdcore.narrow.face_pair import faces_meet, keep_found
 from cdcore.narrow.rapid_style.tree import RapidTree
 from cdcore.numerics import ByteArray, FloatArray, IntArray

@@ -6,7 +6,7 @@ Differs: GJK as published solves the same with Johnson's recursion.
 
 from __future__ import annotations
 
-from cdcore.narrow.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.numerics import FloatArray
 
 

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.narrow.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.narrow.solid_style.closest import dot, nearest_on_simplex, put
 from cdcore.numerics import FloatArray
 

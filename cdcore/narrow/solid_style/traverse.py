@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.box_axes import apart_on_face_axes, pose_seen_from
-from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.box_axes import apart_on_face_axes, pose_seen_from
+from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.narrow.face_pair import faces_meet, keep_found
 from cdcore.narrow.solid_style.gjk import MEETING, steps_to_separate
 from cdcore.narrow.solid_style.tree import SolidTree

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, stay_one_function
-from cdcore.narrow.memory import Memory
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
+from cdcore.kernels.memory import Memory
 from cdcore.narrow.spacetime.lanes import widened
 from cdcore.narrow.spacetime.leaf_test import survivors_of_leaves
 from cdcore.narrow.spacetime.memory import PoseMemory, TreeMemory

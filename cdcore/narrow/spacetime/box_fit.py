@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cdcore.narrow.compiling import hot_kernel, stay_one_function
-from cdcore.narrow.memory import Memory
+from cdcore.kernels.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.memory import Memory
 
 SWEEPS = 8
 """Jacobi rotations converge quadratically: 3 x 3 matrices are diagonal to rounding after five sweeps."""

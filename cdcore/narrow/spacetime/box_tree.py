@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
-from cdcore.narrow.memory import Memory, doubles_at, integers_at, row_of, words_at
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
+from cdcore.kernels.memory import Memory, doubles_at, integers_at, row_of, words_at
 from cdcore.narrow.spacetime.box_fit import FitMemory, fit_box
 from cdcore.narrow.spacetime.lanes import widened
 from cdcore.narrow.spacetime.leaf_data import fill_leaves

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
-from cdcore.narrow.memory import Memory, doubles_at, integers_at, words_at
+from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.memory import Memory, doubles_at, integers_at, words_at
 from cdcore.narrow.spacetime.lanes import widened
 from cdcore.numerics import IntArray
 

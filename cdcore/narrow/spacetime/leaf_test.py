@@ -4,8 +4,8 @@ world test.
 
 from __future__ import annotations
 
-from cdcore.narrow.compiling import become_part_of_caller, hot_kernel
-from cdcore.narrow.memory import Memory
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel
+from cdcore.kernels.memory import Memory
 from cdcore.narrow.spacetime.lanes import above, dot, fused, least3, load8, most3, moved, plus, splat8, store, widened
 from cdcore.narrow.spacetime.memory import TreeMemory
 

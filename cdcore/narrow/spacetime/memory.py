@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from cdcore.narrow.compiling import become_part_of_caller, hot_kernel
-from cdcore.narrow.memory import Memory, doubles_at, integers_at
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel
+from cdcore.kernels.memory import Memory, doubles_at, integers_at
 from cdcore.numerics import IntArray
 
 

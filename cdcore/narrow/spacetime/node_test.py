@@ -6,8 +6,8 @@ strays from it; any direction separates if the widened radii say so.
 
 from __future__ import annotations
 
-from cdcore.narrow.compiling import become_part_of_caller, hot_kernel
-from cdcore.narrow.memory import Memory
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel
+from cdcore.kernels.memory import Memory
 from cdcore.narrow.spacetime.lanes import above, dot, excess, fused, load8, minus, moved, outside, row16, store, turn
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from time import perf_counter
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.certificates import count_verified
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes, pose_lanes
 from cdcore.narrow.spacetime.time_spans import SPAN_TESTS, first_near_of
-from cdcore.narrow.spacetime.traverse import traverse_pair
+from cdcore.narrow.spacetime.traverse import Workspace
 from cdcore.narrow.spacetime.undecided import decide_undecided
 from cdcore.narrow.triangle_filter import UNDECIDED
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, place_points
@@ -54,8 +55,7 @@ class Poses:
         return np.arange(len(self.valid), dtype=np.int64)
 
 
-@dataclass(frozen=True, eq=False)
-class Stretch:
+class Stretch(NamedTuple):
     """The answer for some of a pair's distinct frames."""
 
     start: int
@@ -82,15 +82,15 @@ class PairJob:
         self._a, self._b = (j, i) if self._turned else (i, j)
         self._trees = trees[self._a], trees[self._b]
         self._poses, self._faces, self._verify = poses, faces, verify
-        self._lanes = tuple(one for one in (shared[self._a], shared[self._b]) if one is not None)
-        self._pad = self._pad_of_lanes()
         self.frames = self.which = self._asked = poses.everywhere
-        near, self._tests = self._climb(0)
-        self._apart = near == len(poses.valid)
+        self._take(tuple(one for one in (shared[self._a], shared[self._b]) if one is not None))
+        self._apart = self._near == len(poses.valid)
         if not self._apart:
             self.frames, self._asked, self.which = _distinct_frames(poses, i, j, shared)
-            self._lanes = tuple(self._lanes_of(body, shared) for body in (self._a, self._b)) if len(self._asked) else ()
-            self._pad = self._pad_of_lanes()
+            if len(self._lanes) < 2 or self._asked is not poses.everywhere:
+                self._take(
+                    tuple(self._lanes_of(body, shared) for body in (self._a, self._b)) if len(self._asked) else ()
+                )
         self.count = len(self._asked)
         """Number of distinct frames; all frames, as they come, of bodies that spans alone keep apart."""
         self._bits = tuple((len(tree.faces) - 1).bit_length() for tree in self._trees)
@@ -99,7 +99,13 @@ class PairJob:
 
     def first_near(self, frame: int) -> int:
         """The first distinct frame from this one on that no span of frames dismisses."""
-        return self._climb(frame)[0]
+        return self._climb(frame)[0] if frame else self._near
+
+    def _take(self, lanes: tuple[PoseLanes, ...]) -> None:
+        """Keep the tracks of A and B, or what is known of them."""
+        self._lanes = lanes
+        self._pad = self._pad_of_lanes()
+        self._near, self._tests = self._climb(0)
 
     def _climb(self, frame: int) -> tuple[int, int]:
         """``first_near``, and how many spans were looked at."""
@@ -126,7 +132,7 @@ class PairJob:
         tree = self._trees[0] if body == self._a else self._trees[1]
         return pose_lanes(self._poses.rotations, self._poses.translations, body, self._asked, tree.boxes[0], tree.reach)
 
-    def stretch(self, start: int, stop: int) -> Stretch:
+    def stretch(self, start: int, stop: int, workspace: Workspace) -> Stretch:
         """Answer the distinct frames ``start <= f < stop``."""
         if self._apart and not self._verify:
             return self._dismissed(stop - start, start)
@@ -136,7 +142,7 @@ class PairJob:
         hits, work = np.zeros(stop, dtype=np.uint8), np.zeros(COUNTERS + 1, dtype=np.int64)
         question = Question(start, stop, self._pad, self._faces, self._verify, bits_a, bits_b)
         clock = [perf_counter()]
-        keys, later, dismissed = traverse_pair(tree_a, a, tree_b, b, question, hits, work)
+        keys, later, dismissed = workspace.traverse(tree_a, a, tree_b, b, question, hits, work)
         clock.append(perf_counter())
         if len(later):
             keys = np.concatenate([keys, self._settled(later, start, hits, work)])

@@ -6,13 +6,13 @@ The path bounds how far any point of the body can have come between two frames; 
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.narrow.compiling import hot_kernel, kernel
-from cdcore.narrow.memory import row_of
+from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.memory import Memory, doubles_of, row_of
 from cdcore.narrow.spacetime.bounds import ROUNDOFF
 from cdcore.narrow.spacetime.lanes import (
     LANES,
@@ -36,6 +36,14 @@ STEP_ULPS = 32.0
 """Placing two centres rounds each by at most 7 u of the body's size and distance; taken twice."""
 ROWS = 15
 """Rotation row by row, translation, world centre of the root box."""
+
+
+def stride_of(count: int) -> int:
+    """Numbers in a row of entries for so many frames: eight from any of them lie in the row, and whole vectors."""
+    return (count + 3 * LANES - 2) // LANES * LANES
+
+
+ONE_POSE: Final = stride_of(1)
 
 
 class PoseLanes(NamedTuple):
@@ -63,40 +71,48 @@ class PoseLanes(NamedTuple):
     """(6,) addresses and numbers as the kernels take them: ``memory.PoseMemory``."""
 
 
-@kernel
-def stays_put(rotations: FloatArray, translations: FloatArray, body: int, frames: NDArray[np.int64]) -> bool:
-    """Whether a body has one and the same pose at all these frames."""
-    first = frames[0]
+@hot_kernel
+def stays_put(turns: Memory, places: Memory, bodies: int, body: int, frames: NDArray[np.int64]) -> bool:
+    """Whether a body has one and the same pose at all these frames.
+
+    ``turns`` and ``places`` hold nine and three numbers of each of ``bodies`` bodies, frame after frame.
+    """
+    stay_one_function()
+    first = frames[0] * bodies + body
     for f in range(1, len(frames)):
-        frame = frames[f]
+        other = frames[f] * bodies + body
         same = True
-        for i in range(3):
-            same &= translations[frame, body, i] == translations[first, body, i]
-            for j in range(3):
-                same &= rotations[frame, body, i, j] == rotations[first, body, i, j]
+        for k in range(9):
+            same &= turns[9 * other + k] == turns[9 * first + k]
+        for k in range(3):
+            same &= places[3 * other + k] == places[3 * first + k]
         if not same:
             return False
     return True
 
 
-@kernel
+@hot_kernel
 def copy_poses(
-    rotations: FloatArray, translations: FloatArray, body: int, frames: NDArray[np.int64], entries: FloatArray,
+    turns: Memory, places: Memory, bodies: int, body: int, frames: NDArray[np.int64], count: int, entries: Memory,
     stride: int,
 ) -> None:  # fmt: skip
-    """Fill the first twelve rows of ``entries`` for the chosen frames, ends repeated."""
-    count = len(frames)
+    """Fill the first twelve rows of ``entries`` for the first ``count`` chosen frames, ends repeated."""
+    stay_one_function()
     for f in range(stride):
-        frame = frames[min(f, count - 1)]
-        for i in range(3):
-            for j in range(3):
-                entries[(3 * i + j) * stride + f] = rotations[frame, body, i, j]
-            entries[(9 + i) * stride + f] = translations[frame, body, i]
+        pose = frames[min(f, count - 1)] * bodies + body
+        for k in range(9):
+            entries[k * stride + f] = turns[9 * pose + k]
+        for k in range(3):
+            entries[(9 + k) * stride + f] = places[3 * pose + k]
 
 
-@kernel
-def place_centres(entries: FloatArray, stride: int, centre: FloatArray) -> tuple[float, float]:
-    """Fill the last three rows; returns the largest squared translation and squared skew, infinity if not finite."""
+@hot_kernel
+def place_centres(entries: Memory, stride: int, centre: FloatArray, lanes: Memory) -> tuple[float, float]:
+    """Fill the last three rows; returns the largest squared translation and squared skew, infinity if not finite.
+
+    ``lanes`` (2 LANES,) is scratch.
+    """
+    stay_one_function()
     x, y, z = centre[0], centre[1], centre[2]
     far, skew = splat8(0.0), splat8(0.0)
     unknown = 0
@@ -128,47 +144,44 @@ def place_centres(entries: FloatArray, stride: int, centre: FloatArray) -> tuple
         # a comparison with NaN gives no bit
         unknown |= 255 ^ above(np.inf, plus(away, off))
     largest, worst = 0.0, 0.0
-    scratch = np.empty(2 * LANES)
-    store(scratch, 0, far)
-    store(scratch, LANES, skew)
+    store(lanes, 0, far)
+    store(lanes, LANES, skew)
     for k in range(LANES):
-        largest, worst = max(largest, scratch[k]), max(worst, scratch[LANES + k])
+        largest, worst = max(largest, lanes[k]), max(worst, lanes[LANES + k])
     if unknown != 0:
         return np.inf, np.inf
     return largest, worst
 
 
-@kernel
+@hot_kernel
 def fill_path(  # noqa: C901 - vector loop, then sum
-    entries: FloatArray, stride: int, count: int, radius: float, size: float, path: FloatArray
+    entries: Memory, stride: int, count: int, radius: float, size: float, path: Memory
 ) -> bool:
     """Fill ``path`` (count,) for a root box of this half diagonal and a body of this size, distance included.
 
-    Returns whether the pose changes in every frame.
+    Its memory has room for ``stride`` numbers. Returns whether the pose changes in every frame.
     """
-    steps = np.empty(stride)
+    stay_one_function()
     reach, slack, grown = radius * (1.0 + 1e-12), STEP_ULPS * ROUNDOFF * size, 1.0 + 1e-12
     for f in range(0, stride - LANES, LANES):
         turn, move = splat8(0.0), splat8(0.0)
-        for k in range(ROWS):
-            if k < 9 or k >= 12:
-                change = minus(load8(entries, k * stride + f + 1), load8(entries, k * stride + f))
-                if k < 9:
-                    turn = fused(change, change, turn)
-                else:
-                    move = fused(change, change, move)
-        step = plus(fused(root(turn), reach, times(root(move), grown)), slack)
-        store(steps, f, step)
+        for k in range(9):
+            change = minus(load8(entries, k * stride + f + 1), load8(entries, k * stride + f))
+            turn = fused(change, change, turn)
+        for k in range(12, ROWS):
+            change = minus(load8(entries, k * stride + f + 1), load8(entries, k * stride + f))
+            move = fused(change, change, move)
+        store(path, f + 1, plus(fused(root(turn), reach, times(root(move), grown)), slack))
         if above(plus(turn, move), 0.0) != 255:
             for k in range(LANES):
                 if not moves(entries, stride, f + k):
-                    steps[f + k] = 0.0
+                    path[f + k + 1] = 0.0
     total, restless = 0.0, True
     path[0] = 0.0
     for f in range(1, count):
         # rounding of the sum so far is below 2 u of it: growing by 4 u keeps every difference an upper bound
-        if steps[f - 1] > 0.0:
-            total = total * (1.0 + 4.0 * ROUNDOFF) + steps[f - 1]
+        if path[f] > 0.0:
+            total = total * (1.0 + 4.0 * ROUNDOFF) + path[f]
         else:
             restless = False
         path[f] = total
@@ -176,7 +189,7 @@ def fill_path(  # noqa: C901 - vector loop, then sum
 
 
 @hot_kernel
-def moves(entries: FloatArray, stride: int, frame: int) -> bool:
+def moves(entries: Memory, stride: int, frame: int) -> bool:
     """Whether the pose of the following frame differs at all."""
     different = False
     for k in range(ROWS):
@@ -184,25 +197,49 @@ def moves(entries: FloatArray, stride: int, frame: int) -> bool:
     return different
 
 
+@kernel
+def fill_lanes(
+    rotations: FloatArray, translations: FloatArray, body: int, frames: NDArray[np.int64], box: FloatArray,
+    reach: float, entries: FloatArray, path: FloatArray, ranges: FloatArray, scratch: FloatArray,
+) -> tuple[bool, bool, float, float]:  # fmt: skip
+    """Fill the arrays of a body that moves; of one that does not, their beginning with its one pose.
+
+    ``scratch`` (2 LANES,).
+
+    Returns
+    -------
+    whether it stays put, whether its pose changes in every frame, the size and the skew of ``PoseLanes``.
+    """
+    bodies, row, lanes = rotations.shape[1], doubles_of(entries), doubles_of(scratch)
+    turns, places = doubles_of(rotations), doubles_of(translations)
+    still = stays_put(turns, places, bodies, body, frames)
+    count, stride = (1, ONE_POSE) if still else (len(frames), len(entries) // ROWS)
+    copy_poses(turns, places, bodies, body, frames, count, row, stride)
+    far, skew = place_centres(row, stride, box, lanes)
+    size, restless = np.sqrt(far) * (1.0 + 1e-12), False
+    path[0] = 0.0
+    if not still:
+        restless = fill_path(row, stride, count, box[15], size + reach, doubles_of(path))
+    fill_ranges(row, stride, count, doubles_of(ranges), lanes)
+    return still, restless, size, np.sqrt(skew) + 16.0 * ROUNDOFF
+
+
 def pose_lanes(
     rotations: FloatArray, translations: FloatArray, body: int, frames: NDArray[np.int64], root_box: FloatArray,
     reach: float,
 ) -> PoseLanes:  # fmt: skip
     """Poses of one body at these frames, for a root box (16,) and corners within ``reach`` of the origin."""
-    still = bool(stays_put(rotations, translations, body, frames))
-    if still:
-        frames = frames[:1]
     count = len(frames)
-    stride = (count + 3 * LANES - 2) // LANES * LANES
-    entries, path = np.empty(ROWS * stride), np.zeros(count)
-    copy_poses(rotations, translations, body, frames, entries, stride)
-    far, skew = place_centres(entries, stride, root_box)
-    size = float(np.sqrt(far)) * (1 + 1e-12)
-    restless = False
-    if not still:
-        restless = fill_path(entries, stride, count, float(root_box[15]), size + reach, path)
-    ranges = np.empty(6 * span_count(count))
-    fill_ranges(entries, stride, count, ranges)
-    step, skewed = 0 if still else 1, float(np.sqrt(skew)) + 16 * ROUNDOFF
+    stride = stride_of(count)
+    entries, path, ranges = np.empty(ROWS * stride), np.empty(stride), np.empty(6 * span_count(count))
+    turns, places = np.ascontiguousarray(rotations), np.ascontiguousarray(translations)
+    still, restless, size, skew = fill_lanes(
+        turns, places, body, frames, root_box, reach, entries, path, ranges, np.empty(2 * LANES)
+    )
+    if still:
+        count, stride = 1, ONE_POSE
+        entries, path, ranges = entries[: ROWS * stride].copy(), path[:1].copy(), ranges[:6].copy()
+    path = path[:count]
+    step = 0 if still else 1
     row = row_of([entries, stride, step, path, ranges, count])
-    return PoseLanes(entries, stride, step, path, ranges, count, restless, size, skewed, row)
+    return PoseLanes(entries, stride, step, path, ranges, count, restless, size, skew, row)

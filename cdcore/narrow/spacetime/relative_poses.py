@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.compiling import hot_kernel, stay_one_function
-from cdcore.narrow.memory import Memory
+from cdcore.kernels.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.memory import Memory
 from cdcore.narrow.spacetime.bounds import CHORD_SLACK
 from cdcore.narrow.spacetime.lanes import dot, fused, load8, minus, splat8, store
 from cdcore.narrow.spacetime.memory import PoseMemory

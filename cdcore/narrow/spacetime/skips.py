@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, stay_one_function
-from cdcore.narrow.memory import Memory
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
+from cdcore.kernels.memory import Memory
 from cdcore.narrow.spacetime.memory import PoseMemory
 
 GAP_SHARE = 1.0 - 1e-12

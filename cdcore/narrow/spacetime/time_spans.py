@@ -15,11 +15,11 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
-from cdcore.narrow.memory import Memory, words_of
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
+from cdcore.kernels.memory import Memory, words_of
 from cdcore.narrow.spacetime.lanes import LANES, least, load8, most, splat8, store, widened
 from cdcore.narrow.spacetime.memory import PoseMemory, pose_memory
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import IntArray
 
 SPAN_BITS: Final = 6
 """The finest spans have 64 frames: with 16 the tests of near bodies cost what they save, with 256 less is saved."""
@@ -42,7 +42,7 @@ def span_count(frames: int) -> int:
 
 
 @hot_kernel
-def least_and_most(entries: FloatArray, first: int, stop: int, lanes: FloatArray) -> tuple[float, float]:
+def least_and_most(entries: Memory, first: int, stop: int, lanes: Memory) -> tuple[float, float]:
     """Ends of ``entries[first:stop]``, whole vectors of it; ``lanes`` (2 LANES,) is scratch."""
     become_part_of_caller()
     low, high = splat8(np.inf), splat8(-np.inf)
@@ -57,10 +57,13 @@ def least_and_most(entries: FloatArray, first: int, stop: int, lanes: FloatArray
     return lowest, highest
 
 
-@kernel
-def fill_ranges(entries: FloatArray, stride: int, count: int, ranges: FloatArray) -> None:
-    """Fill ``ranges`` (6 n,), finest level first: least x, y, z of the root centre in a span, then the largest."""
-    lanes = np.empty(2 * LANES)
+@hot_kernel
+def fill_ranges(entries: Memory, stride: int, count: int, ranges: Memory, lanes: Memory) -> None:
+    """Fill ``ranges`` (6 n,), finest level first: least x, y, z of the root centre in a span, then the largest.
+
+    ``lanes`` (2 LANES,) is scratch.
+    """
+    stay_one_function()
     for first in range(0, count, SPAN):
         for axis in range(3):
             at, row = 6 * (first >> SPAN_BITS) + axis, (12 + axis) * stride

@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
-from cdcore.narrow.memory import Memory, address_of, bytes_at, doubles_at, row_of, words_at
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
+from cdcore.kernels.memory import Memory, address_of, bytes_at, doubles_at, words_at
 from cdcore.narrow.spacetime.block import (
     BLOCKS,
     BY_PATH,
@@ -138,34 +138,54 @@ def traverse_frames(row: IntArray, pad: float) -> bool:
     return True
 
 
-def traverse_pair(
-    tree_a: BoxTree, pose_a: PoseLanes, tree_b: BoxTree, pose_b: PoseLanes, question: Question, hits: ByteArray,
-    work: IntArray,
-) -> list[IntArray]:  # fmt: skip
-    """Decide the frames of a question.
+class Workspace:
+    """Memory for one traversal after another, so that each sets up a row of integers only; one a thread."""
 
-    Parameters
-    ----------
-    hits : (stop,) set to 1 in frames with contact.
-    work : (COUNTERS,) or longer, added to.
+    def __init__(self) -> None:
+        self._room, self._found = np.empty(ROOM_DOUBLES), np.empty(3 * 64, dtype=np.int64)
+        self._state, self._stack = np.zeros(5, dtype=np.int64), np.empty(0, dtype=np.int64)
+        self._lists = [np.zeros(length, dtype=np.int64) for length in (4096, 2 * MOST_AT_ONCE, 2 * MOST_AT_ONCE)]
+        self._row = np.zeros(QUESTION + 6, dtype=np.int64)
+        self._row[ROOM], self._row[FOUND], self._row[STATE] = map(address_of, (self._room, self._found, self._state))
+        self._place_lists()
 
-    Returns
-    -------
-    list of arrays : ``Lists`` without the counts in front: face pairs that meet, those left open, dismissals.
-    """
-    room, found, state = np.empty(ROOM_DOUBLES), np.empty(3 * 64, dtype=np.int64), np.zeros(5, dtype=np.int64)
-    stack = np.empty(3 * (len(tree_a.links) + len(tree_b.links) + 2), dtype=np.int64)
-    state[AT_FRAME] = question.start
-    lists = [np.zeros(length, dtype=np.int64) for length in (4096, 2 * MOST_AT_ONCE, 2 * MOST_AT_ONCE)]
-    start, stop, pad, *rest = question
-    row = np.concatenate([
-        tree_a.row, tree_b.row, pose_a.row, pose_b.row, row_of([room, stack, found, state, hits, work]),
-        row_of([part for one in lists for part in (one, len(one))]), np.array([start, stop, *rest], dtype=np.int64),
-    ])  # fmt: skip
-    while not traverse_frames(row, pad):
-        lists = [_longer(one) for one in lists]
-        row[LISTS:QUESTION:2], row[LISTS + 1 : QUESTION : 2] = [address_of(one) for one in lists], [*map(len, lists)]
-    return [one[1 : one[0] + 1] for one in lists]
+    def traverse(
+        self, tree_a: BoxTree, pose_a: PoseLanes, tree_b: BoxTree, pose_b: PoseLanes, question: Question,
+        hits: ByteArray, work: IntArray,
+    ) -> list[IntArray]:  # fmt: skip
+        """Decide the frames of a question.
+
+        Parameters
+        ----------
+        hits : (stop,) set to 1 in frames with contact.
+        work : (COUNTERS,) or longer, added to.
+
+        Returns
+        -------
+        list of arrays : ``Lists`` without the counts in front: face pairs that meet, those left open, dismissals; they
+            hold until the next traversal.
+        """
+        row, nodes = self._row, 3 * (len(tree_a.links) + len(tree_b.links) + 2)
+        if len(self._stack) < nodes:
+            self._stack = np.empty(nodes, dtype=np.int64)
+        row[:TREE_B], row[TREE_B:POSE_A], row[POSE_A:POSE_B], row[POSE_B:ROOM] = (
+            tree_a.row, tree_b.row, pose_a.row, pose_b.row
+        )  # fmt: skip
+        row[STACK], row[HITS], row[WORK] = address_of(self._stack), address_of(hits), address_of(work)
+        start, stop, pad, *rest = question
+        row[QUESTION:] = start, stop, *rest
+        self._state[:] = 0
+        self._state[AT_FRAME] = start
+        for one in self._lists:
+            one[0] = 0
+        while not traverse_frames(row, pad):
+            self._lists = [_longer(one) for one in self._lists]
+            self._place_lists()
+        return [one[1 : one[0] + 1] for one in self._lists]
+
+    def _place_lists(self) -> None:
+        self._row[LISTS:QUESTION:2] = [address_of(one) for one in self._lists]
+        self._row[LISTS + 1 : QUESTION : 2] = [len(one) for one in self._lists]
 
 
 def _longer(rows: IntArray) -> IntArray:

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.narrow.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.memory import Memory, bytes_at, doubles_at, row_of, words_at
 from cdcore.narrow.exact_sums import exponents_are_moderate, new_digits
-from cdcore.narrow.memory import Memory, bytes_at, doubles_at, row_of, words_at
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.lanes import widened
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from threading import local
 from time import perf_counter
 
 import numpy as np
@@ -18,6 +19,7 @@ from cdcore.narrow.spacetime.block import COUNTERS
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.pair_job import PairJob, Poses, Stretch
 from cdcore.narrow.spacetime.pose_lanes import pose_lanes
+from cdcore.narrow.spacetime.traverse import Workspace
 from cdcore.numerics import BoolArray, IntArray
 
 COUNTER_NAMES = (
@@ -101,9 +103,17 @@ def _stretches(job: PairJob, frames: int) -> Iterator[tuple[int, int]]:
 
 def _answered(jobs: list[PairJob], threads: int) -> list[list[Stretch]]:
     if threads <= 1:
-        return [[job.stretch(*part) for part in _stretches(job, FRAMES_AT_ONCE)] for job in jobs]
+        workspace = Workspace()
+        return [[job.stretch(*part, workspace) for part in _stretches(job, FRAMES_AT_ONCE)] for job in jobs]
+    own = local()
+
+    def answer(job: PairJob, start: int, stop: int) -> Stretch:
+        if not hasattr(own, "workspace"):
+            own.workspace = Workspace()
+        return job.stretch(start, stop, own.workspace)
+
     with ThreadPoolExecutor(threads) as pool:
-        asked = [[pool.submit(job.stretch, *part) for part in _stretches(job, FRAMES_PER_TASK)] for job in jobs]
+        asked = [[pool.submit(answer, job, *part) for part in _stretches(job, FRAMES_PER_TASK)] for job in jobs]
         return [[part.result() for part in parts] for parts in asked]
 
 
@@ -119,6 +129,9 @@ def _collected(jobs: list[PairJob], answers: list[list[Stretch]], frames: int, f
             total += part.work
         known = parts[0].hits if len(parts) == 1 else np.concatenate([hits[:0, column], *(part.hits for part in parts)])
         if not known.any():
+            continue
+        if len(known) == frames and not faces:
+            hits[:, column] = known
             continue
         touching = np.flatnonzero(known[job.which])
         hits[job.frames[touching], column] = True

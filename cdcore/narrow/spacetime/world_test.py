@@ -6,8 +6,8 @@ determinants for the edges and two for the planes.
 
 from __future__ import annotations
 
-from cdcore.narrow.compiling import become_part_of_caller, hot_kernel, stay_one_function
-from cdcore.narrow.memory import Memory
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
+from cdcore.kernels.memory import Memory
 from cdcore.narrow.spacetime.bounds import DETERMINANT_ULPS, ROUNDOFF, TINY
 from cdcore.narrow.spacetime.lanes import (
     Lanes,

@@ -10,7 +10,13 @@ from shapes import random_rotations
 from cdcore import Verdict
 from cdcore.broad import sphere_kernels
 from cdcore.broad.sphere_kernels import last_certain_frame, place_centres
+from cdcore.kernels.compiling import kernel
 from cdcore.numerics import place_points
+
+
+@kernel
+def last_certain(path_a, path_b, frame, gap):
+    return last_certain_frame(path_a, path_b, frame, gap)
 
 
 def test_the_verdicts_written_are_those_of_the_glossary():
@@ -41,7 +47,7 @@ def test_centres_are_placed_to_the_bit_like_any_point_and_paths_add_up():
 def test_the_leap_goes_to_the_last_frame_before_the_gap_is_used_up(steps, start, gap):
     path = np.cumsum(steps)
     start = min(start, len(path) - 1)
-    last = last_certain_frame(path, path, start, gap)
+    last = last_certain(path, path, start, gap)
     moved = (path + path) - (path[start] + path[start])
     expected = start
     while expected + 1 < len(path) and moved[expected + 1] < gap:

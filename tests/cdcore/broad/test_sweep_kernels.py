@@ -5,6 +5,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cdcore.broad.sweep_kernels import sort_ends
+from cdcore.kernels.compiling import kernel
+
+
+@kernel
+def sorted_ends(ends, order, shared, axis):
+    return sort_ends(ends, order, shared, axis)
 
 
 def shared_axes(ends):
@@ -27,10 +33,10 @@ def test_after_each_sort_shared_is_the_number_of_axes_on_which_boxes_overlap(fra
         ends = np.empty((3, 2 * bodies))
         ends[:, 0::2], ends[:, 1::2] = low, low + size
         before = shared.copy()
-        events = sum(sort_ends(ends, order, shared, axis)[1] for axis in range(3))
+        events = sum(sorted_ends(ends, order, shared, axis)[1] for axis in range(3))
         want = shared_axes(ends)
         off = ~np.eye(bodies, dtype=bool)
         assert np.array_equal(shared[off], want[off])
         changed = ((before == 3) != (shared == 3))[np.triu_indices(bodies, 1)].sum()
         assert events >= changed and (events - changed) % 2 == 0
-        assert sort_ends(ends, order, shared, 0) == (0, 0)
+        assert sorted_ends(ends, order, shared, 0) == (0, 0)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cdcore.kernels.compiling import kernel
 from cdcore.narrow import exact_sums
-from cdcore.narrow.compiling import kernel
 from cdcore.narrow.exact_sums import new_digits
 
 

@@ -5,8 +5,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from cdcore.kernels.compiling import kernel
 from cdcore.narrow import orientation
-from cdcore.narrow.compiling import kernel
 from cdcore.narrow.exact_sums import new_digits
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from cdcore.kernels.compiling import kernel
 from cdcore.narrow import triangle_exact
-from cdcore.narrow.compiling import kernel
 from cdcore.narrow.exact_sums import new_digits
 from cdcore.narrow.triangle_integers import pair_intersects_integers
 

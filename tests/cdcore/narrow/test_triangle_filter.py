@@ -2,8 +2,8 @@
 
 import pytest
 
+from cdcore.kernels.compiling import kernel
 from cdcore.narrow import triangle_filter
-from cdcore.narrow.compiling import kernel
 from cdcore.narrow.triangle_filter import UNDECIDED
 from cdcore.narrow.triangle_integers import pair_intersects_integers
 from replay.stress.families import FAMILIES

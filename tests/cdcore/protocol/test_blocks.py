@@ -8,7 +8,7 @@ from shapes import box_mesh, still
 
 from cdcore import Body
 from cdcore.errors import InvalidPoseError
-from cdcore.protocol import blocks_in_order, ordered_by_name, pair_has_pose, require_bodies
+from cdcore.protocol import Verdict, blocks_in_order, contact_or_clear, ordered_by_name, pair_has_pose, require_bodies
 from cdcore.protocol.motion import Motion
 
 BODIES = [Body(name, box_mesh()) for name in ("rod", "cup", "table")]
@@ -36,7 +36,11 @@ def test_a_block_that_starts_before_the_last_one_ended_is_refused():
 def test_a_pair_has_a_pose_where_both_bodies_have_one():
     valid = np.array([[True, True, False], [True, False, True]])
     motion = Motion([0, 1], np.zeros((2, 3, 3)), np.tile(np.eye(3), (2, 3, 1, 1)), valid)
-    assert pair_has_pose(motion, np.array([[0, 1], [0, 2]])).tolist() == [[True, False], [False, True]]
+    pairs = np.array([[0, 1], [0, 2]])
+    assert pair_has_pose(motion, pairs).tolist() == [[True, False], [False, True]]
+    verdicts = contact_or_clear(np.array([[True, True], [False, False]]), motion, pairs)
+    assert verdicts.tolist() == [[Verdict.CONTACT, Verdict.NO_POSE], [Verdict.NO_POSE, Verdict.CLEAR]]
+    assert verdicts.dtype == np.uint8
 
 
 def test_pairs_are_ordered_by_name_and_the_turned_ones_are_marked():

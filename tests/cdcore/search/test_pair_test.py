@@ -6,7 +6,7 @@ from search_scenes import I3, search_of
 from shapes import random_rotations
 
 from cdcore import TriangleMesh
-from cdcore.narrow.compiling import kernel
+from cdcore.kernels.compiling import kernel
 from cdcore.search.pair_test import grow_table, is_new
 from cdcore.search.state import COUNTERS, ENTRIES, GENERATION
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from search_scenes import I3, ball_of, search_of
 
-from cdcore.narrow.compiling import kernel
+from cdcore.kernels.compiling import kernel
 from cdcore.search.state import (
     ALPHA,
     ANT,

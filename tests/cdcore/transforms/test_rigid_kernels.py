@@ -6,11 +6,18 @@ import numpy as np
 import pytest
 from shapes import random_rotations
 
+from cdcore.kernels.compiling import kernel
+from cdcore.kernels.memory import doubles_of
 from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT
 from cdcore.transforms.rigid import nearest_rotation, orthonormality_error, rotation_from_quaternion
 from cdcore.transforms.rigid_kernels import GOOD, check_poses, matrix_error, split_poses, turns_of_quaternions
 
 COUNT = 300
+
+
+@kernel
+def error_of(matrix):
+    return matrix_error(doubles_of(matrix), 0)
 
 
 def spoiled(size, seed=0):
@@ -21,14 +28,14 @@ def spoiled(size, seed=0):
 @pytest.mark.parametrize("size", [0, 1e-9, 1e-4, 1e-1])
 def test_the_error_of_a_matrix_is_that_of_the_plain_function(size):
     for matrix in spoiled(size):
-        assert matrix_error(matrix) == orthonormality_error(matrix)
+        assert error_of(matrix) == orthonormality_error(matrix)
 
 
 def test_nan_anywhere_gives_nan():
     for place in range(9):
         matrix = np.eye(3)
         matrix.flat[place] = np.nan
-        assert np.isnan(matrix_error(matrix))
+        assert np.isnan(error_of(matrix))
 
 
 @pytest.mark.parametrize("size", [1e-13, 1e-8, 1e-5, 5e-5])
@@ -36,7 +43,7 @@ def test_repair_gives_the_nearest_rotation(size):
     turn = spoiled(size)
     expected = nearest_rotation(turn)
     bad, repaired, worst = check_poses(
-        np.zeros((COUNT, 3)), turn, np.ones(COUNT, dtype=bool), ORTHONORMAL_KEEP, ORTHONORMAL_REJECT
+        np.zeros((COUNT, 3)), turn, np.ones(COUNT, dtype=bool), ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18)
     )
     assert (bad, repaired) == (GOOD, COUNT)
     assert 0 < worst < 20 * size
@@ -48,9 +55,9 @@ def test_the_first_bad_pose_is_named():
     turn = spoiled(0)
     turn[17], turn[40] = -turn[17], 0.0
     valid = np.ones(COUNT, dtype=bool)
-    assert check_poses(np.zeros((COUNT, 3)), turn, valid, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT)[0] == 17
+    assert check_poses(np.zeros((COUNT, 3)), turn, valid, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18))[0] == 17
     valid[17] = False
-    assert check_poses(np.zeros((COUNT, 3)), turn, valid, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT)[0] == 40
+    assert check_poses(np.zeros((COUNT, 3)), turn, valid, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18))[0] == 40
 
 
 def test_quaternions_give_the_bits_of_the_plain_function():
@@ -61,10 +68,53 @@ def test_quaternions_give_the_bits_of_the_plain_function():
     assert turn.tobytes() == rotation_from_quaternion(q).tobytes()
 
 
+def matrices(size=0.0):
+    poses = np.zeros((COUNT, 4, 4))
+    poses[:, :3, :3], poses[:, 3, 3] = spoiled(size), 1
+    poses[:, :3, 3] = np.random.default_rng(5).normal(size=(COUNT, 3))
+    return poses
+
+
+def split(poses, valid=None):
+    place, turn = np.empty((len(poses), 3)), np.empty((len(poses), 3, 3))
+    valid = np.ones(len(poses), dtype=bool) if valid is None else valid
+    return place, turn, split_poses(poses, valid, place, turn, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18))
+
+
 def test_matrices_are_cut_without_touching_a_bit():
-    poses = np.random.default_rng(5).normal(size=(COUNT, 4, 4))
-    poses[:, 3] = [0, 0, 0, 1]
-    place, turn = np.empty((COUNT, 3)), np.empty((COUNT, 3, 3))
-    assert split_poses(poses, np.ones(COUNT, dtype=bool), place, turn) == GOOD
+    poses = matrices()
+    place, turn, (bad, repaired, _) = split(poses)
+    assert (bad, repaired) == (GOOD, 0)
     assert np.array_equal(place, poses[:, :3, 3])
     assert np.array_equal(turn, poses[:, :3, :3])
+
+
+@pytest.mark.parametrize("size", [0, 1e-8, 5e-5])
+def test_cutting_and_checking_at_once_gives_the_bits_of_one_after_the_other(size):
+    poses = matrices(size)
+    poses[7] = np.nan
+    valid = np.arange(COUNT) != 7
+    place, turn, found = split(poses, valid)
+    apart, turned = poses[:, :3, 3].copy(), poses[:, :3, :3].copy()
+    assert check_poses(apart, turned, valid, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18)) == found
+    assert place.tobytes() == apart.tobytes()
+    assert turn.tobytes() == turned.tobytes()
+
+
+@pytest.mark.parametrize("entry", [(0, 0), (1, 3), (2, 2), (3, 0), (3, 3)])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e200, 0.5])
+def test_a_spoiled_entry_anywhere_makes_the_pose_bad(entry, value):
+    poses = matrices()
+    poses[(23, *entry)] = value
+    if entry == (1, 3) and np.isfinite(value):
+        assert split(poses)[2][0] == GOOD
+    else:
+        assert split(poses)[2][0] == 23
+
+
+def test_a_translation_that_is_not_finite_is_bad():
+    for value in (np.nan, np.inf, -np.inf):
+        place, turn = np.zeros((COUNT, 3)), spoiled(0)
+        place[5, 1] = value
+        valid = np.ones(COUNT, dtype=bool)
+        assert check_poses(place, turn, valid, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18))[0] == 5

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from cdcore.narrow.compiling import kernel
+from cdcore.kernels.compiling import kernel
 from cdcore.narrow.solid_style import closest
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cdcore.narrow.compiling import kernel
+from cdcore.kernels.compiling import kernel
 from cdcore.narrow.spacetime.block import MOST_AT_ONCE, Lists, append, have_room, note
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cdcore.narrow.compiling import kernel
+from cdcore.kernels.compiling import kernel
 from cdcore.narrow.spacetime import lanes
 from cdcore.narrow.spacetime.lanes import above, excess, load8, moved, outside, row16, splat8, store, turn, widened
 

@@ -3,7 +3,7 @@
 import numpy as np
 from eight_frames import ARRAYS, EightFrames
 
-from cdcore.narrow.compiling import kernel
+from cdcore.kernels.compiling import kernel
 from cdcore.narrow.spacetime.lanes import widened
 from cdcore.narrow.spacetime.memory import pose_memory, tree_memory
 

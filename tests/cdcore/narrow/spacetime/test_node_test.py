@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from eight_frames import EightFrames
 
-from cdcore.narrow.compiling import kernel
+from cdcore.kernels.compiling import kernel
 from cdcore.narrow.exhaustive import meeting_faces_exhaustive
 from cdcore.narrow.spacetime.certificates import faces_below
 from cdcore.narrow.spacetime.node_test import lanes_that_may_meet

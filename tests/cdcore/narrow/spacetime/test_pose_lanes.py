@@ -66,3 +66,11 @@ def test_skew_is_the_distance_from_orthonormal():
     turn[7, 0, 0, 0] = 1 + 1e-8
     lanes = pose_lanes(turn, move, 0, np.arange(20), np.zeros(16), 1.0)
     assert lanes.skew == pytest.approx(2e-8, rel=1e-3)
+
+
+def test_poses_in_any_order_of_memory_give_the_same_entries(moving):
+    _, turn, move, tree, lanes = moving
+    turned, placed_ = np.asfortranarray(turn), np.asfortranarray(move)
+    other = pose_lanes(turned, placed_, 1, FRAMES, tree.boxes[0], tree.reach)
+    assert np.array_equal(other.entries, lanes.entries)
+    assert np.array_equal(other.path, lanes.path)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from eight_frames import EightFrames
 
-from cdcore.narrow.compiling import kernel
+from cdcore.kernels.compiling import kernel
 from cdcore.narrow.spacetime.skips import first_unsafe, root_gap
 
 

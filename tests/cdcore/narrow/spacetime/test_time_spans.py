@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from cdcore.narrow.compiling import kernel
-from cdcore.narrow.memory import words_of
+from cdcore.kernels.compiling import kernel
+from cdcore.kernels.memory import words_of
 from cdcore.narrow.spacetime.pose_lanes import pose_lanes
 from cdcore.narrow.spacetime.time_spans import FAN, SPAN, SPAN_TESTS, first_near, first_near_of, span_count
 

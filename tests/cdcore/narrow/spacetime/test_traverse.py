@@ -10,13 +10,13 @@ from cdcore.narrow.exhaustive import meeting_faces_exhaustive
 from cdcore.narrow.spacetime.block import BLOCKS, COUNTERS, GAP_TESTS, SKIPPED_FRAMES, SPAN_TESTS, Question
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pose_lanes import pose_lanes
-from cdcore.narrow.spacetime.traverse import traverse_pair
+from cdcore.narrow.spacetime.traverse import Workspace
 
 
 def asked(scene, start, stop, faces=True):
     hits, work = np.zeros(24, dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
     question = Question(start, stop, scene.pad, faces, False, 8, 8)
-    lists = traverse_pair(scene.trees[0], scene.poses[0], scene.trees[1], scene.poses[1], question, hits, work)
+    lists = Workspace().traverse(scene.trees[0], scene.poses[0], scene.trees[1], scene.poses[1], question, hits, work)
     return hits, lists, work
 
 
@@ -55,6 +55,8 @@ def test_lists_lengthen_when_thousands_of_faces_touch():
     turn, move = np.tile(np.eye(3), (frames, 2, 1, 1)), np.zeros((frames, 2, 3))
     poses = [pose_lanes(turn, move, k, np.arange(frames), tree.boxes[0], tree.reach) for k in range(2)]
     hits, work = np.zeros(frames, dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
-    lists = traverse_pair(tree, poses[0], tree, poses[1], Question(0, frames, 1e-12, True, False, 9, 9), hits, work)
+    lists = Workspace().traverse(
+        tree, poses[0], tree, poses[1], Question(0, frames, 1e-12, True, False, 9, 9), hits, work
+    )
     pairs = len(lists[0]) + len(lists[1])
     assert pairs >= frames * len(meeting_faces_exhaustive(plate, plate)) > 8 * 4096

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from motions import rotations
 
-from cdcore.narrow.compiling import kernel
+from cdcore.kernels.compiling import kernel
 from cdcore.narrow.predicates import triangles_intersect
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pose_lanes import pose_lanes

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import types
+from numba.core.errors import TypingError
 from numpy.typing import NDArray
 
-from cdcore.narrow.compiling import machine_operation
+from cdcore.kernels.compiling import machine_operation
 from cdcore.numerics import IntArray
 
 Memory = Any
@@ -54,6 +55,8 @@ def _of(kind: Any) -> Callable[[Any], Memory]:
     def typed(_context: Any, array: Any) -> Any:
         if isinstance(array, types.CPointer):
             return array(array), lambda _context, _builder, _signature, arguments: arguments[0]
+        if array.layout != "C":
+            raise TypingError(f"kernels read arrays as one row; make this one contiguous first: {array}")
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             return context.make_array(signature.args[0])(context, builder, arguments[0]).data

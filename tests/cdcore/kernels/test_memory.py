@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from numba.core.errors import TypingError
 
-from cdcore.narrow.compiling import kernel
-from cdcore.narrow.memory import address_of, bytes_at, doubles_at, doubles_of, integers_at, row_of, words_at, words_of
+from cdcore.kernels.compiling import kernel
+from cdcore.kernels.memory import address_of, bytes_at, doubles_at, doubles_of, integers_at, row_of, words_at, words_of
 from cdcore.narrow.spacetime.lanes import load8, store
 
 
@@ -45,3 +46,8 @@ def test_a_row_keeps_numbers_as_they_are():
 def test_an_array_with_gaps_has_no_address():
     with pytest.raises(AssertionError):
         address_of(np.zeros((4, 4))[:, 1])
+
+
+def test_a_kernel_takes_no_address_of_an_array_with_gaps():
+    with pytest.raises(TypingError, match="make this one contiguous first"):
+        last_of_rows(np.zeros((6, 2))[:, 0], np.zeros(6, dtype=np.int64))

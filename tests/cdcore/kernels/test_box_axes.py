@@ -5,8 +5,8 @@ from scipy.optimize import linprog
 from shapes import random_rotations
 from slow_trees import boxes_apart
 
-from cdcore.narrow import box_axes
-from cdcore.narrow.compiling import kernel
+from cdcore.kernels import box_axes
+from cdcore.kernels.compiling import kernel
 
 
 @kernel

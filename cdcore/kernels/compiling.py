@@ -1,4 +1,4 @@
-"""How the kernels of the narrow phase are compiled: once per machine, again when any of their sources changes.
+"""How kernels are compiled: once per machine, again when any of their sources changes.
 
 numba keeps machine code beside the source, or in the user's cache folder where the installation cannot be written, and
 looks at the one file a kernel stands in. Kernels call each other across files, so here a change in any file counts.
@@ -6,7 +6,7 @@ looks at the one file a kernel stands in. Kernels call each other across files, 
 Three habits of the compiler make kernels expensive to compile. It copies a function into each of its many call sites,
 and makes a version of it for every literal number it is called with: without the first mark below, and with literal
 row numbers (written here as ``o + 1`` with a computed ``o``), the triangle test took 35 s instead of 6. And it takes an
-array apart into seven numbers: with addresses instead (``cdcore.narrow.memory``) the first exact answer compiles in
+array apart into seven numbers: with addresses instead (``cdcore.kernels.memory``) the first exact answer compiles in
 two thirds of the time (2026-11).
 """
 
@@ -24,7 +24,7 @@ from numba import njit, types
 from numba.core import event
 from numba.extending import intrinsic
 
-from cdcore.narrow.kernel_parts import KernelCompiler, PartCompiler
+from cdcore.kernels.parts import KernelCompiler, PartCompiler
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -45,10 +45,11 @@ FAMILIES: Final = {
 
 @cache
 def _sources_stamp(own: Path) -> tuple[tuple[str, int, int], ...]:
-    """Name, time and size of every source file that kernels of a folder may come from: that folder and this one."""
+    """Name, time and size of every source file that kernels of a folder may come from: that folder and these two."""
     folder = Path(__file__).parent
-    beside = [] if folder in (own, *own.parents) else sorted(own.glob("*.py"))
-    files = [*sorted(folder.rglob("*.py")), *beside, folder.parent / "numerics.py"]
+    narrow = folder.parent / "narrow"
+    beside = [] if narrow in (own, *own.parents) else sorted(own.glob("*.py"))
+    files = [*sorted(folder.glob("*.py")), *sorted(narrow.rglob("*.py")), *beside, folder.parent / "numerics.py"]
     return tuple((file.name, file.stat().st_mtime_ns, file.stat().st_size) for file in files if file.exists())
 
 

@@ -10,7 +10,7 @@ import pytest
 from numba import njit
 from numba.core.event import Event
 
-from cdcore.narrow.compiling import Compiled, stay_one_function
+from cdcore.kernels.compiling import Compiled, stay_one_function
 
 
 @njit
@@ -41,8 +41,8 @@ def refuse(self):
 caching.InTreeCacheLocator.ensure_cache_path = refuse
 {more}
 import numpy as np
-from cdcore.narrow.spacetime.pose_lanes import stays_put
-print(stays_put(np.zeros((2, 1, 3, 3)), np.zeros((2, 1, 3)), 0, np.arange(2)), stays_put.stats.cache_path)
+from cdcore.narrow.continuous.legs import quaternion_of
+print(sorted(quaternion_of(np.eye(3))) == [0, 0, 0, 1], quaternion_of.stats.cache_path)
 """
 
 
@@ -59,7 +59,7 @@ def test_an_installation_that_cannot_be_written_keeps_machine_code_in_the_users_
     answer, folder = compiled_elsewhere(tmp_path)
     assert answer == "True"
     assert tmp_path in Path(folder.strip()).parents
-    assert list(tmp_path.rglob("pose_lanes.stays_put*.nbi"))
+    assert list(tmp_path.rglob("legs.quaternion_of*.nbi"))
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ complex deformable models using AABB trees (1997), for the six-axis form.
 
 from __future__ import annotations
 
-from cdcore.narrow.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.numerics import FloatArray
 
 
