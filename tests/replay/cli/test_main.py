@@ -124,7 +124,13 @@ def test_a_reader_that_goes_away_ends_the_program_quietly():
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for one process")
 def test_ctrl_c_in_the_middle_of_work_is_130_and_leaves_nothing_behind(tmp_path):
     command = [sys.executable, "-m", "replay", "demo", "-o", str(tmp_path / "run")]
-    program = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE)
+    # A shell starts what it runs in the background with Ctrl-C switched off, and children inherit that.
+    program = subprocess.Popen(
+        command,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
     assert program.stderr.readline().startswith(b"making up")
     time.sleep(1.0)
     program.send_signal(signal.SIGINT)
