@@ -74,11 +74,11 @@ def percent(part: Mapping[str, Any]) -> str:
     """``0.3 % [0.1, 0.6]``: a share and its interval for people."""
     if part["share"] is None:
         return "none"
-    share, low, high = (_figure(100 * part[name]) for name in ("share", "low", "high"))
+    share, low, high = (figure(100 * part[name]) for name in ("share", "low", "high"))
     return f"{share} % [{low}, {high}]"
 
 
-def _figure(percentage: float) -> str:
+def figure(percentage: float) -> str:
     """Two digits of the distance from 0 or 100, whichever is nearer; no exponent: ``2.6``, ``50``, ``99.98``."""
     away = min(percentage, 100.0 - percentage)
     decimals = max(0, 1 - floor(log10(away))) if away > 0.0 else 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
+from replay.audit.gates import figure
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Outcome
 from replay.run_result import RunResult
@@ -39,10 +40,8 @@ def invented(result: RunResult) -> list[str]:
     for label, comparison in result.comparisons.items():
         wrong, right = comparison.count(Outcome.INVENTED), comparison.count(Outcome.BOTH)
         if wrong:
-            lines.append(
-                f"{label} invents: in {100 * wrong / (wrong + right):.2g} % of the pair-frames that it reports "
-                "there is no contact."
-            )
+            share = figure(100 * wrong / (wrong + right))
+            lines.append(f"{label} invents: in {share} % of the pair-frames that it reports there is no contact.")
     return lines
 
 

@@ -31,7 +31,7 @@ def answers(results: Sequence[RunResult]) -> Group:
 
 
 def audit_tables(audit: Mapping[str, Any]) -> Group:
-    """Three tables, a row per detector each: pair-frames, contacts, and why contacts were missed."""
+    """Three tables: pair-frames and contacts with a column per detector, and why contacts were missed."""
     return Group(Text(), frame_table(audit), Text(), contact_table(audit), Text(), cause_table(audit))
 
 

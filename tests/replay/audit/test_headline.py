@@ -48,7 +48,11 @@ def test_the_price_of_every_contact_stands_beside_what_those_took_that_were_audi
 def test_who_reports_contact_where_there_is_none_is_told_so_however_little_it_misses():
     shares = {
         label: Comparison(label, "exact", np.array([outcomes], dtype=np.uint8))
-        for label, outcomes in {"true": [1, 1, 2], "hull": [1] + [3] * 29}.items()
+        for label, outcomes in {"true": [1, 1, 2], "hull": [1] + [3] * 29, "always": [3, 3]}.items()
     }
-    (line,) = invented(SimpleNamespace(comparisons=shares))
-    assert line == "hull invents: in 97 % of the pair-frames that it reports there is no contact."
+    lines = invented(SimpleNamespace(comparisons=shares))
+    told = {"hull": "96.7", "always": "100"}
+    assert lines == [
+        f"{label} invents: in {share} % of the pair-frames that it reports there is no contact."
+        for label, share in told.items()
+    ]
