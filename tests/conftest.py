@@ -22,7 +22,7 @@ def pytest_configure(config):
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection():
-    """Modules and tests live to the end: the garbage collector never looks through them, which took half a second."""
+    """Modules and tests live to the end: the garbage collector never looks through them, half a second each time."""
     gc.disable()
     try:
         return (yield)

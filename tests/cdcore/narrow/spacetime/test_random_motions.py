@@ -143,8 +143,8 @@ def check_digests(seed, monkeypatch):
             assert np.array_equal(streamed[frame // 5].faces(frame % 5, column), whole.faces(frame, column)), seed
 
 
-def test_eighty_random_motions_equal_the_test_of_all_face_pairs():
-    assert sum(contacts_checked(seed) > 0 for seed in range(80)) >= 60, "most of them have contacts"
+def test_forty_random_motions_equal_the_test_of_all_face_pairs():
+    assert sum(contacts_checked(seed) > 0 for seed in range(40)) >= 30, "most of them have contacts"
 
 
 def test_threads_blocks_and_the_order_of_pairs_change_no_digest(monkeypatch):
@@ -153,5 +153,6 @@ def test_threads_blocks_and_the_order_of_pairs_change_no_digest(monkeypatch):
 
 
 @pytest.mark.slow
-def test_two_hundred_more_random_motions_equal_the_test_of_all_face_pairs():
-    assert sum(contacts_checked(seed) > 0 for seed in range(200, 400)) >= 150
+def test_two_hundred_and_forty_more_random_motions_equal_the_test_of_all_face_pairs():
+    seeds = (*range(40, 80), *range(200, 400))
+    assert sum(contacts_checked(seed) > 0 for seed in seeds) >= 180
