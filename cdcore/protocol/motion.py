@@ -69,29 +69,17 @@ class Motion:
         mask: NDArray[np.bool_],
         linked: ArrayLike | None,
         names: Sequence[str] | None,
+        matrices: FloatArray | None = None,
     ) -> None:
-        """Check arrays that nobody else holds and keep them."""
+        """Check arrays that nobody else holds, or fill them from matrices, and keep them."""
         flat_place, flat_turn = place.reshape(-1, 3), turn.reshape(-1, 3, 3)
-        checked = _kernels().check_poses(
-            flat_place, flat_turn, mask.reshape(-1), ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18)
+        given = np.empty((0, 4, 4)) if matrices is None else matrices.reshape(-1, 4, 4)
+        bad, repaired, worst = _kernels().check_poses(
+            flat_place, flat_turn, mask.reshape(-1), given, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18)
         )
-        self._keep(clock, place, turn, mask, linked, names, checked)
-
-    def _keep(
-        self,
-        clock: FloatArray,
-        place: FloatArray,
-        turn: FloatArray,
-        mask: NDArray[np.bool_],
-        linked: ArrayLike | None,
-        names: Sequence[str] | None,
-        checked: tuple[int, int, float],
-    ) -> None:
-        """Keep arrays that were checked, or say what is wrong with the first bad pose."""
-        bad, repaired, worst = checked
         if bad >= 0:
-            what = _fault(place.reshape(-1, 3)[bad], turn.reshape(-1, 3, 3)[bad])
-            raise InvalidPoseError(_where(bad, mask, clock, names) + what + "; flag the pose as not valid or repair it")
+            what = _fault(flat_place[bad], flat_turn[bad], None if matrices is None else given[bad, 3])
+            raise InvalidPoseError(_where(bad, mask, clock, names) + what)
         known = _mask(linked, mask.shape, "linked") & mask
         known[1:] &= mask[:-1]
         known[:1] = False
@@ -169,16 +157,8 @@ class Motion:
         matrices = _array(poses, "poses", (len(clock), None, 4, 4), copy=False)
         mask = _mask(valid, matrices.shape[:2], "valid")
         place, turn = np.empty((*mask.shape, 3)), np.empty((*mask.shape, 3, 3))
-        flat = matrices.reshape(-1, 4, 4)
-        bad, *rest = _kernels().split_poses(
-            flat, mask.reshape(-1), place.reshape(-1, 3), turn.reshape(-1, 3, 3), ORTHONORMAL_KEEP, ORTHONORMAL_REJECT,
-            np.empty(18),
-        )  # fmt: skip
-        if bad >= 0 and flat[bad, 3].tolist() != [0, 0, 0, 1]:
-            what = f"last row is {flat[bad, 3].tolist()}, not 0 0 0 1; pass column-convention matrices"
-            raise InvalidPoseError(_where(bad, mask, clock, names) + what)
         motion = object.__new__(cls)
-        motion._keep(clock, place, turn, mask, linked, names, (bad, *rest))
+        motion._take(clock, place, turn, mask, linked, names, matrices)
         return motion
 
     def __len__(self) -> int:
@@ -265,13 +245,17 @@ def _where(pose: int, mask: NDArray[np.bool_], clock: FloatArray, names: Sequenc
     return f"frame {frame} ({clock[frame]:.6f} s), body {name}: "
 
 
-def _fault(place: FloatArray, turn: FloatArray) -> str:
-    """What is wrong with one pose that was refused."""
-    if not np.isfinite(place).all():
-        return f"translation {place.tolist()} is not finite"
-    if not np.isfinite(turn).all():
-        return "rotation is not finite"
+def _fault(place: FloatArray, turn: FloatArray, last_row: FloatArray | None) -> str:
+    """What is wrong with one pose that was refused, and what to do."""
+    if last_row is not None and last_row.tolist() != [0, 0, 0, 1]:
+        return f"last row is {last_row.tolist()}, not 0 0 0 1; pass column-convention matrices"
     error = float(orthonormality_error(turn))
-    if np.isinf(error):
-        return "matrix is a reflection, not a rotation (determinant below 0)"
-    return f"matrix is not a rotation (|R^T R - I| reaches {error:.3g}, at most 1e-3 is repaired)"
+    if not np.isfinite(place).all():
+        what = f"translation {place.tolist()} is not finite"
+    elif not np.isfinite(turn).all():
+        what = "rotation is not finite"
+    elif np.isinf(error):
+        what = "matrix is a reflection, not a rotation (determinant below 0)"
+    else:
+        what = f"matrix is not a rotation (|R^T R - I| reaches {error:.3g}, at most 1e-3 is repaired)"
+    return what + "; flag the pose as not valid or repair it"

@@ -76,59 +76,44 @@ def settled(place: Memory, turn: Memory, k: int, valid: bool, keep: float, rejec
     return error
 
 
+@hot_kernel
+def cut(given: Memory, place: Memory, turn: Memory, k: int) -> bool:
+    """Take pose ``k`` apart into ``place`` and ``turn``; whether its last row is 0 0 0 1."""
+    become_part_of_caller()
+    p = 16 * k
+    for i in range(3):
+        place[3 * k + i] = given[p + 4 * i + 3]
+        for j in range(3):
+            turn[9 * k + 3 * i + j] = given[p + 4 * i + j]
+    return bool(given[p + 12] == 0.0 and given[p + 13] == 0.0 and given[p + 14] == 0.0 and given[p + 15] == 1.0)
+
+
 @kernel
 def check_poses(
-    place: FloatArray, turn: FloatArray, valid: BoolArray, keep: float, reject: float, scratch: FloatArray
-) -> tuple[int, int, float]:
+    place: FloatArray, turn: FloatArray, valid: BoolArray, given: FloatArray, keep: float, reject: float,
+    scratch: FloatArray,
+) -> tuple[int, int, float]:  # fmt: skip
     """Check N poses, repair what is within ``reject``, put identity where nothing is valid.
 
     Parameters
     ----------
     place, turn : (N, 3) and (N, 3, 3), contiguous, changed in place.
     valid : (N,).
+    given : (N, 4, 4) matrices that are cut into ``place`` and ``turn`` first, their last row checked; or none of them.
     scratch : (18,).
 
     Returns
     -------
     number of the first bad pose or GOOD, how many were repaired, the worst error among the valid.
     """
-    places, turns, room = doubles_of(place), doubles_of(turn), doubles_of(scratch)
-    repaired, worst = 0, 0.0
+    places, turns, matrices, room = doubles_of(place), doubles_of(turn), doubles_of(given), doubles_of(scratch)
+    whole, repaired, worst = len(given) > 0, 0, 0.0
     for k in range(len(valid)):
+        affine = cut(matrices, places, turns, k) if whole else True
         error = settled(places, turns, k, valid[k], keep, reject, room)
-        if not error <= worst:
-            if np.isnan(error):
-                return k, repaired, worst
-            worst = error
-        if error > keep:
-            repaired += 1
-    return GOOD, repaired, worst
-
-
-@kernel
-def split_poses(
-    poses: FloatArray, valid: BoolArray, place: FloatArray, turn: FloatArray, keep: float, reject: float,
-    scratch: FloatArray,
-) -> tuple[int, int, float]:  # fmt: skip
-    """Cut N matrices (N, 4, 4), contiguous, into ``place`` and ``turn``, and check them as ``check_poses`` does.
-
-    A valid pose whose last row is not 0 0 0 1 is bad, too.
-    """
-    given, places, turns, room = doubles_of(poses), doubles_of(place), doubles_of(turn), doubles_of(scratch)
-    repaired, worst = 0, 0.0
-    for k in range(len(valid)):
-        p = 16 * k
-        for i in range(3):
-            places[3 * k + i] = given[p + 4 * i + 3]
-            for j in range(3):
-                turns[9 * k + 3 * i + j] = given[p + 4 * i + j]
-        error = settled(places, turns, k, valid[k], keep, reject, room)
-        x, y, z, w = given[p + 12], given[p + 13], given[p + 14], given[p + 15]
-        if valid[k] and not (x == 0.0 and y == 0.0 and z == 0.0 and w == 1.0):
+        if (valid[k] and not affine) or not error <= reject:
             return k, repaired, worst
-        if not error <= worst:
-            if np.isnan(error):
-                return k, repaired, worst
+        if error > worst:
             worst = error
         if error > keep:
             repaired += 1

@@ -10,14 +10,19 @@ from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of
 from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT
 from cdcore.transforms.rigid import nearest_rotation, orthonormality_error, rotation_from_quaternion
-from cdcore.transforms.rigid_kernels import GOOD, check_poses, matrix_error, split_poses, turns_of_quaternions
+from cdcore.transforms.rigid_kernels import GOOD, check_poses, matrix_error, turns_of_quaternions
 
 COUNT = 300
+NO_MATRICES = np.empty((0, 4, 4))
 
 
 @kernel
 def error_of(matrix):
     return matrix_error(doubles_of(matrix), 0)
+
+
+def check(place, turn, valid, given=NO_MATRICES):
+    return check_poses(place, turn, valid, given, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18))
 
 
 def spoiled(size, seed=0):
@@ -42,9 +47,7 @@ def test_nan_anywhere_gives_nan():
 def test_repair_gives_the_nearest_rotation(size):
     turn = spoiled(size)
     expected = nearest_rotation(turn)
-    bad, repaired, worst = check_poses(
-        np.zeros((COUNT, 3)), turn, np.ones(COUNT, dtype=bool), ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18)
-    )
+    bad, repaired, worst = check(np.zeros((COUNT, 3)), turn, np.ones(COUNT, dtype=bool))
     assert (bad, repaired) == (GOOD, COUNT)
     assert 0 < worst < 20 * size
     assert np.abs(turn - expected).max() < 5e-15
@@ -55,9 +58,9 @@ def test_the_first_bad_pose_is_named():
     turn = spoiled(0)
     turn[17], turn[40] = -turn[17], 0.0
     valid = np.ones(COUNT, dtype=bool)
-    assert check_poses(np.zeros((COUNT, 3)), turn, valid, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18))[0] == 17
+    assert check(np.zeros((COUNT, 3)), turn, valid)[0] == 17
     valid[17] = False
-    assert check_poses(np.zeros((COUNT, 3)), turn, valid, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18))[0] == 40
+    assert check(np.zeros((COUNT, 3)), turn, valid)[0] == 40
 
 
 def test_quaternions_give_the_bits_of_the_plain_function():
@@ -78,7 +81,7 @@ def matrices(size=0.0):
 def split(poses, valid=None):
     place, turn = np.empty((len(poses), 3)), np.empty((len(poses), 3, 3))
     valid = np.ones(len(poses), dtype=bool) if valid is None else valid
-    return place, turn, split_poses(poses, valid, place, turn, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18))
+    return place, turn, check(place, turn, valid, poses)
 
 
 def test_matrices_are_cut_without_touching_a_bit():
@@ -96,7 +99,7 @@ def test_cutting_and_checking_at_once_gives_the_bits_of_one_after_the_other(size
     valid = np.arange(COUNT) != 7
     place, turn, found = split(poses, valid)
     apart, turned = poses[:, :3, 3].copy(), poses[:, :3, :3].copy()
-    assert check_poses(apart, turned, valid, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18)) == found
+    assert check(apart, turned, valid) == found
     assert place.tobytes() == apart.tobytes()
     assert turn.tobytes() == turned.tobytes()
 
@@ -117,4 +120,4 @@ def test_a_translation_that_is_not_finite_is_bad():
         place, turn = np.zeros((COUNT, 3)), spoiled(0)
         place[5, 1] = value
         valid = np.ones(COUNT, dtype=bool)
-        assert check_poses(place, turn, valid, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18))[0] == 5
+        assert check(place, turn, valid)[0] == 5
