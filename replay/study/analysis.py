@@ -29,7 +29,9 @@ Ints = NDArray[np.int64]
 Result = TypeVar("Result")
 
 LEVEL: Final = 0.05
-"""A coefficient counts as associated when its p after Holm's correction is below this."""
+"""A coefficient counts as associated when its p after Holm's correction is below this, and its interval leaves out
+zero.
+"""
 
 
 @dataclass(frozen=True)
@@ -145,8 +147,13 @@ def analyse(
 
 
 def associated(coefficient: Coefficient) -> bool:
-    """Whether a coefficient is told from zero after Holm's correction."""
-    return coefficient.p_holm is not None and coefficient.p_holm < LEVEL
+    """Whether a coefficient is told from zero: by its p after Holm's correction, and by its interval.
+
+    The two come from different resamplings, permutations and the bootstrap, and among few students they can differ; a
+    page that claims an association and prints an interval around zero contradicts itself.
+    """
+    apart = coefficient.low > 0 or coefficient.high < 0
+    return coefficient.p_holm is not None and coefficient.p_holm < LEVEL and apart
 
 
 def _choose(metrics: Metrics, detector: str | None) -> str:

@@ -193,7 +193,8 @@ def _methods(study: Study) -> Markup:
         _behind(study) + ".",
         "Coefficients are standardised; intervals are bootstrapped over whole students, corrected for bias and skew.",
         "A simple regression has one predictor; in a multiple one each coefficient holds the others equal.",
-        f"Associated means p below {LEVEL:g} after Holm's correction across every coefficient on this page.",
+        f"Associated means p below {LEVEL:g} after Holm's correction across every coefficient on this page, and an "
+        "interval that leaves out zero.",
         "p comes from permutations below 100 students, and from cluster-robust errors where students repeat sessions.",
     ]
     return element("ul", *(element("li", line) for line in lines))
@@ -210,7 +211,7 @@ def _forest(study: Study) -> Markup:
         axes.axvline(0.0, color="#8a93a0", lw=1)
         axes.set_yticks(range(len(rows)), [f"{words(c.name)} – {words(one.outcome)}" for one, c in rows])
         axes.invert_yaxis()
-        axes.set_xlabel("standardised coefficient with 95 % interval; filled: associated after Holm's correction")
+        axes.set_xlabel("standardised coefficient with 95 % interval; filled: associated")
         axes.spines[["top", "right", "left"]].set_visible(False)
         axes.tick_params(axis="y", length=0)
 

@@ -5,6 +5,7 @@ from study_samples import a_class, codebook, metrics, questionnaire
 from replay.errors import StudyError
 from replay.study.analysis import analyse, associated
 from replay.study.refusals import RefusedError
+from replay.study.regression import Coefficient
 
 BEHAVIOUR = (("motivation", "ease of use"), ("motivation", "contacts_per_min"))
 
@@ -17,6 +18,19 @@ def test_a_planted_association_is_found_and_an_absent_one_is_not():
     assert not associated(moved)
     assert (study.students, study.rows, study.detector, study.recall) == (52, 52, "exact", 1.0)
     assert not study.refusals
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_an_association_needs_both_its_p_and_its_interval(sign):
+    def one(low, high, p):
+        return Coefficient(
+            "contacts_per_min", 0.8 * sign, *sorted((low * sign, high * sign)), p, "permutation", p_holm=p
+        )
+
+    assert associated(one(0.1, 1.2, 0.04))
+    assert not associated(one(-0.1, 1.2, 0.04))
+    assert not associated(one(0.1, 1.2, 0.06))
+    assert not associated(one(0.1, 1.2, None))
 
 
 def test_a_conclusion_that_hangs_on_the_detector_is_shown():
