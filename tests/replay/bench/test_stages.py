@@ -28,7 +28,7 @@ def test_cut_trees_dismiss_the_same_by_spheres_and_ask_no_face():
 
 @pytest.mark.parametrize("what", ["bool", "faces"])
 def test_every_stage_has_its_seconds_and_a_boolean_leaves_faces_within_trees(what):
-    spent = stages("bench", make_workload(200, 900), what)
+    spent = stages("bench", make_workload(2_000, 900), what)
     assert set(STAGES) - set(spent.seconds) == (set() if what == "faces" else {"faces"})
     assert min(spent.seconds.values()) >= 0
     assert spent.seconds["check"] > 0 and spent.seconds["trees"] > 0

@@ -8,7 +8,7 @@ import pytest
 from small_worlds import cubes
 
 from cdcore.detectors import DETECTORS
-from cdcore.narrow import compiling
+from cdcore.kernels import compiling
 from replay.errors import TradeoffError
 from replay.machine import processor
 from replay.runner import run
