@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields
+from difflib import get_close_matches
 from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any, Final
@@ -54,7 +55,9 @@ def load_detector(name: str) -> type[Any]:
     if entry is None:
         for point in entry_points(group=ENTRY_POINT_GROUP, name=name):
             return _checked(name, point.load())
-        raise UnknownDetectorError(f"no detector {name!r}; there are: {', '.join(detector_names())}")
+        near = get_close_matches(name, detector_names(), n=1)
+        hint = f"did you mean {near[0]!r}? There" if near else "there"
+        raise UnknownDetectorError(f"no detector {name!r}; {hint} are: {', '.join(detector_names())}")
     module, _, attribute = entry.partition(":")
     try:
         return _checked(name, getattr(import_module(module), attribute))

@@ -24,8 +24,12 @@ def test_every_row_names_a_class_of_that_name(name):
 
 
 def test_an_unknown_name_is_answered_with_the_known_ones():
-    with pytest.raises(UnknownDetectorError, match=r"no detector 'spheer'; there are: sphere, .*hybrid"):
+    with pytest.raises(
+        UnknownDetectorError, match=r"no detector 'spheer'; did you mean 'sphere'\? There are: .*hybrid"
+    ):
         create_detector("spheer", BODIES)
+    with pytest.raises(UnknownDetectorError, match=r"no detector 'physx'; there are: sphere, .*hybrid"):
+        create_detector("physx", BODIES)
 
 
 def test_module_and_class_lead_to_a_detector_outside_the_table():
