@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.numerics import FloatArray
 
 
@@ -73,11 +73,3 @@ def turned_between(before: FloatArray, after: FloatArray) -> float:
         total += (after[k] - before[k]) ** 2
     norm: float = np.sqrt(total) * (1.0 + 2.0**-40)
     return norm
-
-
-@kernel
-def boxes_stay_apart_checked(
-    box_a: FloatArray, box_b: FloatArray, before: FloatArray, after: FloatArray, margin: float
-) -> bool:
-    """The test for one pair of boxes, callable from Python."""
-    return boxes_stay_apart(box_a, box_b, before, after, turned_between(before, after), margin, np.empty(15))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
 from cdcore.numerics import FloatArray
 
 CORNERS = 27
@@ -116,9 +116,3 @@ def edges_separate(c: FloatArray, e: FloatArray, margin: float) -> bool:
             if separates(c, x, y, z, margin):
                 return True
     return False
-
-
-@kernel
-def faces_stay_apart_checked(corners: FloatArray, margin: float) -> bool:
-    """The test for one pair of faces, callable from Python."""
-    return faces_stay_apart(corners, margin, np.empty(32))

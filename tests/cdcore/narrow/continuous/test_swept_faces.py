@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 from motions import KINDS
 
-from cdcore.narrow.continuous.swept_faces import faces_stay_apart_checked
+from cdcore.kernels.compiling import kernel
+from cdcore.narrow.continuous.swept_faces import faces_stay_apart
 from cdcore.narrow.predicates import triangles_intersect
+
+
+@kernel
+def stay_apart(corners, margin):
+    return faces_stay_apart(corners, margin, np.empty(32))
 
 
 def corners_of(before, after, other):
@@ -19,7 +25,7 @@ def test_faces_said_to_stay_apart_meet_at_no_time(kind):
     for _ in range(400):
         before, after = KINDS[kind](rng)[rng.integers(0, 12, 2)]
         other = KINDS[kind](rng)[3] + rng.integers(-2, 3, 3)
-        if not faces_stay_apart_checked(corners_of(before, after, other), 1e-12):
+        if not stay_apart(corners_of(before, after, other), 1e-12):
             continue
         said += 1
         way = np.linspace(0, 1, 33)[:, None, None]
@@ -35,7 +41,7 @@ def test_at_rest_every_pair_of_faces_that_is_apart_is_found_apart(kind):
     others = others + rng.integers(-1, 2, (len(others), 1, 3))
     pairs = np.stack(np.broadcast_arrays(faces[:, None], others[None]), axis=2).reshape(-1, 2, 3, 3)
     meets = triangles_intersect(pairs)
-    found = [faces_stay_apart_checked(corners_of(a, a, b), 1e-12) for a, b in pairs]
+    found = [stay_apart(corners_of(a, a, b), 1e-12) for a, b in pairs]
     assert np.array_equal(np.array(found), ~meets)
     assert 0 < meets.sum() < len(meets)
 
@@ -43,11 +49,11 @@ def test_at_rest_every_pair_of_faces_that_is_apart_is_found_apart(kind):
 def test_what_may_leave_the_chord_further_than_the_gap_is_not_said_to_stay_apart():
     low = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
     high = low + np.array([0, 0, 1e-3])
-    assert faces_stay_apart_checked(corners_of(high, high + np.array([5, 5, 0]), low), 0.99e-3)
-    assert not faces_stay_apart_checked(corners_of(high, high + np.array([0.1, 0.1, 0]), low), 1.01e-3)
+    assert stay_apart(corners_of(high, high + np.array([5, 5, 0]), low), 0.99e-3)
+    assert not stay_apart(corners_of(high, high + np.array([0.1, 0.1, 0]), low), 1.01e-3)
 
 
 def test_a_face_that_passes_from_one_side_to_the_other_is_not_said_to_stay_apart():
     low = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
     up = np.array([0, 0, 1.0])
-    assert not faces_stay_apart_checked(corners_of(low + up, low - up, low), 1e-12)
+    assert not stay_apart(corners_of(low + up, low - up, low), 1e-12)
