@@ -200,6 +200,11 @@ def _methods(study: Study) -> Markup:
     return element("ul", *(element("li", line) for line in lines))
 
 
+def _label(regression: Regression, c: Coefficient) -> str:
+    held = "" if regression.kind == "simple" else ", others held equal"
+    return f"{words(c.name)} – {words(regression.outcome)}{held}"
+
+
 def _forest(study: Study) -> Markup:
     """Every coefficient with its interval; the ones told from zero filled."""
     rows = [(one, c) for one in study.regressions for c in one.coefficients]
@@ -209,7 +214,7 @@ def _forest(study: Study) -> Markup:
             axes.plot([c.low, c.high], [k, k], color=BLUE, lw=1.6)
             axes.plot(c.beta, k, "o", ms=7, color=BLUE, mfc=BLUE if associated(c) else PAPER)
         axes.axvline(0.0, color="#8a93a0", lw=1)
-        axes.set_yticks(range(len(rows)), [f"{words(c.name)} – {words(one.outcome)}" for one, c in rows])
+        axes.set_yticks(range(len(rows)), [_label(one, c) for one, c in rows])
         axes.invert_yaxis()
         axes.set_xlabel("standardised coefficient with 95 % interval; filled: associated")
         axes.spines[["top", "right", "left"]].set_visible(False)

@@ -79,3 +79,9 @@ def test_a_page_of_refusals_alone_is_still_a_page():
     assert "Results not given" in study_html(
         analyse(book, questionnaire(answers), metrics(contacts, recall=(None,))), "t"
     )
+
+
+def test_a_coefficient_of_several_is_told_from_one_of_a_single_predictor_in_the_plot(page):
+    plot = re.search(r"<svg\b.*?</svg>", page, flags=re.S).group()
+    assert "grasps – motivation, others held equal" in plot
+    assert re.search(r"ease of use – motivation(?!,)", plot)
