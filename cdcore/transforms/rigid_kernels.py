@@ -67,8 +67,9 @@ def settled(place: Memory, turn: Memory, k: int, valid: bool, keep: float, rejec
         for i in range(9):
             turn[9 * k + i] = 1.0 if i % 4 == 0 else 0.0
         return 0.0
-    # a translation that is not finite makes the last term NaN
-    error: float = matrix_error(turn, 9 * k) + 0.0 * (place[3 * k] + place[3 * k + 1] + place[3 * k + 2])
+    # a number that is not finite makes its product with 0 NaN; their sum could overflow
+    wrong = 0.0 * place[3 * k] + 0.0 * place[3 * k + 1] + 0.0 * place[3 * k + 2]
+    error: float = matrix_error(turn, 9 * k) + wrong
     if not error <= keep:
         if not error <= reject:
             return np.nan

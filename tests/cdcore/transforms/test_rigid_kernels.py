@@ -121,3 +121,11 @@ def test_a_translation_that_is_not_finite_is_bad():
         place[5, 1] = value
         valid = np.ones(COUNT, dtype=bool)
         assert check(place, turn, valid)[0] == 5
+
+
+def test_translations_as_large_as_doubles_go_are_good():
+    poses = matrices()
+    poses[3, :3, 3] = [1.7e308, 1.7e308, -1.7e308]
+    place, _, (bad, _, worst) = split(poses)
+    assert bad == GOOD and worst < 1e-14
+    assert np.array_equal(place[3], poses[3, :3, 3])
