@@ -80,7 +80,7 @@ class KnownFunctions:
     """numba's rules of typing, which answer what a function of numba gives for some operands' types from memory.
 
     numba asks each of some six rules, once for the literal and once for the plain type, at every operator, ``abs`` and
-    ``load8`` there is: a fifth of the time to compile.
+    ``load8`` there is: a tenth of the time to compile for the operators, and as much for the others (2026-11).
     """
 
     def __init__(self, rules: Any) -> None:
@@ -110,7 +110,10 @@ class _Nowhere:
 
 
 class KernelLower(Lower):
-    """Writes down the machine's instructions for one kernel; types that are known are not asked for again."""
+    """Writes down the machine's instructions for one kernel; types that are known are not asked for again.
+
+    Asking again at every operator took 10 to 14 % of the time to compile (2026-11).
+    """
 
     def lower_binop(self, resty: Any, expr: Any, op: Any) -> Any:
         """The value of ``a op b``, as the type ``resty``; numba looks for constant operands of ``**`` besides."""

@@ -1,7 +1,7 @@
 """Compiled passes over many poses: read once, checked, repaired and blanked in place; they know arrays only.
 
-Poses are read and written by address (``cdcore.kernels.memory``): indexing arrays of four dimensions took 0.4 ms of the
-1.0 that 38,000 poses need, and more than the arithmetic of the check (2026-11).
+Poses are read and written by address (``cdcore.kernels.memory``) and checked as they are cut: 38,000 matrices took
+0.93 ms in two passes over arrays of three dimensions, 0.65 in one, and 0.40 by address (2026-11).
 """
 
 from __future__ import annotations

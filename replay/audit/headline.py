@@ -41,7 +41,7 @@ def invented(result: RunResult) -> list[str]:
         wrong, right = comparison.count(Outcome.INVENTED), comparison.count(Outcome.BOTH)
         if wrong:
             share = figure(100 * wrong / (wrong + right))
-            lines.append(f"{label} invents: in {share} % of the pair-frames that it reports there is no contact.")
+            lines.append(f"{label} invents {share} % of the contact that it reports, counted in pair-frames.")
     return lines
 
 

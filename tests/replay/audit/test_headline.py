@@ -53,6 +53,6 @@ def test_who_reports_contact_where_there_is_none_is_told_so_however_little_it_mi
     lines = invented(SimpleNamespace(comparisons=shares))
     told = {"hull": "96.7", "always": "100"}
     assert lines == [
-        f"{label} invents: in {share} % of the pair-frames that it reports there is no contact."
+        f"{label} invents {share} % of the contact that it reports, counted in pair-frames."
         for label, share in told.items()
     ]

@@ -75,7 +75,7 @@ def test_the_answers_and_their_price_come_before_any_table():
     two = "slow=discrete[rate_hz=20],slower=discrete[rate_hz=10]"
     lines = text(compute(cubes(PLACES), detectors=two), width=200).splitlines()
     assert "missed by slow," in lines[1] and "missed by slower" in lines[2]
-    assert lines[3].startswith(" slow invents: in ") and lines[4].startswith(" slower invents: in ")
+    assert lines[3].startswith(" slow invents ") and lines[4].startswith(" slower invents ")
     assert lines[5].startswith(" Every contact counted here was found by exact in")
 
 
