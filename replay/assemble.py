@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from cdcore import Body, Motion, TriangleMesh
 from cdcore.errors import InvalidMeshError
 from replay.assembly import Assembly, PoseOrigin
+from replay.base.constants import BLOCK_FRAMES
 from replay.errors import AssemblyError
 from replay.frame_order import in_order
 from replay.pair_choice import chosen_pairs, held_pairs
@@ -32,8 +33,6 @@ GAP_STEPS: Final = 3.0
 
 TELEPORT_SPEED: Final = 20.0
 """Metres per second above which a pose did not get there by moving: a thrown ball reaches 20 m/s, a hand half of it."""
-
-BLOCK_FRAMES: Final = 4096
 
 RESIDUAL_FACT: Final = "contacts_clock_residual_s"
 """Fact of a session whose reported contacts came from another clock."""
@@ -145,30 +144,28 @@ def assemble(
 ) -> Assembly:
     """A whole session, or the frames from ``start`` to ``end`` seconds after its first, ready for detection.
 
-        Parameters
-        ----------
-        pairs : pairs of body names; ``None``: the scene's, else all with relative motion.
-        start, end : seconds after the first frame, both included; ``None``: the session's own.
-    layout : from ``lay_out`` of this session, which is then not looked through again; ``pairs`` is not looked at.
+    Parameters
+    ----------
+    pairs : pairs of body names; ``None``: the scene's, else all with relative motion.
+    start, end : seconds after the first frame, both included; ``None``: the session's own.
+    layout : from ``lay_out`` of this session, which is then not looked through again; ``pairs`` is ignored.
 
-        Raises
-        ------
-        AssemblyError, InvalidPoseError, InvalidMeshError
-            As ``lay_out``; also when no frame lies between ``start`` and ``end``.
+    Raises
+    ------
+    AssemblyError, InvalidPoseError, InvalidMeshError
+        As ``lay_out``; also when no frame lies between ``start`` and ``end``.
 
-        Examples
-        --------
-        >>> from sessions import Session
-    from sessions.scene_pairs import absent_bodies
-        >>> mesh = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-        >>> still, moving = [[0, 0, 0]] * 2, [[0, 0, 2], [0, 0, 1]]
-        >>> turn = [[0, 0, 0, 1]] * 2
-        >>> session = Session.from_arrays([0, 11], {"a": (still, turn), "b": (moving, turn)}, {"a": mesh, "b": mesh})
-        >>> assemble(session).pair_name(0)
-        'a-b'
+    Examples
+    --------
+    >>> mesh = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    >>> still, moving = [[0, 0, 0]] * 2, [[0, 0, 2], [0, 0, 1]]
+    >>> turn = [[0, 0, 0, 1]] * 2
+    >>> session = Session.from_arrays([0, 11], {"a": (still, turn), "b": (moving, turn)}, {"a": mesh, "b": mesh})
+    >>> assemble(session).pair_name(0)
+    'a-b'
     """
     layout = layout or lay_out(session, pairs=pairs)
-    parts = list(_linked_blocks(session, layout, 65536, start, end))
+    parts = list(_linked_blocks(session, layout, 4 * BLOCK_FRAMES, start, end))
     frames = PlacedFrames.join([part.frames.part(part.carried, len(part.frames)) for part in parts])
     linked = np.concatenate([part.linked[part.carried :] for part in parts])
     return layout.assembly(frames, linked)

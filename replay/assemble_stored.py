@@ -1,23 +1,52 @@
-"""A session of hours, ready for detection with its poses on disk: only stamps and flags grow in memory."""
+"""A session of hours, ready for detection with its poses on disk; a shorter one, decoded once and held."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 
 from cdcore import Motion
 from replay.assemble import Layout, assemble, assemble_blocks
 from replay.assembly import Assembly
+from replay.base.constants import BLOCK_FRAMES, HELD_FRAMES
 from replay.stored_motion import StoredMotion
-from sessions import Session
+from sessions import Frames, Session
+from sessions.session import ArraySource, FrameSource
 
-HELD_FRAMES: Final = 324_000
-"""Up to here (an hour at 90 Hz) poses are held in memory: 31 MB per body. Beyond it they lie in a temporary file."""
 
-BLOCK_FRAMES: Final = 16384
+class _DecodedOnce:
+    """The frames of another source; they are held after the first whole pass, up to ``HELD_FRAMES`` of them."""
+
+    def __init__(self, source: FrameSource) -> None:
+        self._source = source
+        self._held: list[Frames] | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self._source.names
+
+    def blocks(self, frames: int) -> Iterator[Frames]:
+        if self._held is not None:
+            for block in self._held:
+                yield from block.blocks(frames)
+            return
+        kept: list[Frames] | None = []
+        count = 0
+        for block in self._source.blocks(frames):
+            count += len(block)
+            if kept is not None:
+                kept = [*kept, block] if count <= HELD_FRAMES else None
+            yield block
+        self._held = kept
+
+
+def decoded_once(session: Session) -> Session:
+    """The same session, whose file is read once instead of in every pass over its frames, unless it is too long."""
+    if isinstance(session.source, ArraySource) or "frames" in vars(session):
+        return session
+    return replace(session, source=_DecodedOnce(session.source))
 
 
 def assemble_bounded(session: Session, layout: Layout, *, start: float | None, end: float | None) -> Assembly:
@@ -33,9 +62,5 @@ def assemble_bounded(session: Session, layout: Layout, *, start: float | None, e
             seen.append(replace(block, motion=block.motion.take(np.zeros(0, dtype=np.int64))))
 
     motion = StoredMotion(motions())
-    return replace(
-        seen[0],
-        motion=motion,
-        stamp_ns=np.concatenate([block.stamp_ns for block in seen]),
-        origin=np.concatenate([block.origin for block in seen]),
-    )
+    stamps, origin = (np.concatenate([getattr(block, name) for block in seen]) for name in ("stamp_ns", "origin"))
+    return replace(seen[0], motion=motion, stamp_ns=stamps, origin=origin)

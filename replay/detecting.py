@@ -15,14 +15,14 @@ from cdcore.narrow.section_source import sections_of
 from cdcore.protocol import FaceSets
 from replay.assembly import Assembly
 from replay.audit.recorded import RECORDED, recorded_detector
+from replay.base.constants import BLOCK_FRAMES
 from replay.detector_spec import DetectorSpec
 from replay.errors import DetectorSpecError
 from replay.progress import Advance
 from replay.stored_motion import StoredMotion
 
-WHOLE_FRAMES: Final = 16384
-"""Up to here (three minutes at 90 Hz) a motion is detected in one call, beyond it in blocks of this size, so that
-working memory stays bounded and progress can be told. The verdicts are the same."""
+WHOLE_FRAMES: Final = BLOCK_FRAMES
+"""Up to here a motion is detected in one call, beyond it in blocks of this size. The verdicts are the same."""
 
 WARM_FRAMES: Final = 128
 """Frames of each of the two warm-up samples: kernels compile on them, so that the time reported holds no compiling."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from pathlib import Path
 from time import perf_counter
 from typing import Final
 
@@ -11,7 +12,7 @@ from cdcore import Detection, Detector, Motion
 from cdcore.detectors import detector_names
 from replay.affecting import EffectRun, run_effects
 from replay.assemble import Pairs, lay_out
-from replay.assemble_stored import assemble_bounded
+from replay.assemble_stored import assemble_bounded, decoded_once
 from replay.assembly import Assembly
 from replay.audit.compare import compare
 from replay.audit.dwell import dwell_of
@@ -24,13 +25,12 @@ from replay.audit.tolerance import TAU, Tolerance
 from replay.compiling import compiling_announced
 from replay.detecting import Run, face_sets_again, make_detector, run_detector
 from replay.detector_spec import DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
-from replay.effect_summary import effect_summary, plan_summary
 from replay.errors import DetectorSpecError
 from replay.flags import Flags
 from replay.plan import Plan, plan
 from replay.policy import Policy, PolicyLike, parse_policy
 from replay.progress import Progress, Silent
-from replay.run_result import RunResult
+from replay.run_result import Measured, RunResult
 from replay.summary import summarise
 from replay.treatment import treat
 from sessions import Session
@@ -112,6 +112,7 @@ def compute(
     tau: float = TAU,
     policy: PolicyLike | Policy | None = None,
     progress: Progress | None = None,
+    out: Path | None = None,
 ) -> RunResult:
     """Examine and treat, assemble, detect, compare, number the misses.
 
@@ -125,6 +126,7 @@ def compute(
     tau : metres; a disagreement about less is *within tolerance*.
     policy : what is done with poses in doubt, as ``parse_policy``; ``None``: the defaults.
     progress : told how far the work is.
+    out : where the result will be written; noted in it.
 
     Raises
     ------
@@ -136,7 +138,7 @@ def compute(
     planned = plan(session.scene)
     lineup = _called_for(planned, detectors, oracle)
     with told.stage("examine"):
-        treatment = treat(session, rules)
+        treatment = treat(decoded_once(session), rules)
         session = treatment.session
     with told.stage("assemble"):
         layout = lay_out(
@@ -163,7 +165,7 @@ def compute(
     if planned.effects:
         with told.stage("effects"):
             effects = run_effects(planned, session, assembly, _believed(planned, runs, lineup.oracle))
-    result = RunResult(
+    measured = Measured(
         session=session,
         assembly=assembly,
         detections={label: run.detection for label, run in runs.items()},
@@ -179,9 +181,8 @@ def compute(
         treatment=treatment,
         flags=Flags.of(treatment.spans, assembly, session.scene),
     )
-    done = summarise(result, runs, layout.survey, window=(start, end), seed=seed, tau=tau)
-    called = {"plan": plan_summary(planned), "effects": effect_summary(effects, perf_counter() - began)}
-    return replace(done, summary={**done.summary, **called})
+    summary = summarise(measured, runs, layout.survey, planned, window=(start, end), seed=seed, tau=tau, began=began)
+    return RunResult(**vars(measured), summary=summary, out=out)
 
 
 def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:

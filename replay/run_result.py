@@ -1,11 +1,11 @@
-"""What a run gives back: detections, the audit between them, effects, and a summary that JSON can hold."""
+"""What a run gives back: detections, the audit between them, effects, a summary, and what other settings cost."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Final
 
 from cdcore import Detection
 from replay.affecting import EffectRun
@@ -19,13 +19,39 @@ from replay.flags import Flags
 from replay.treatment import Treatment
 from sessions import Session
 
-if TYPE_CHECKING:
-    from replay.tradeoff.trading import Tradeoff
+TRADEOFF_SCHEMA: Final = "vrlab-replay/tradeoff/1"
 
 
 @dataclass(frozen=True, eq=False)
-class RunResult:
-    """The outcome of ``replay.run``.
+class Tradeoff:
+    """What every setting misses and takes.
+
+    Parameters
+    ----------
+    rows : one per setting, in the order of the list: plain data, the columns of ``tradeoff.parquet``.
+    front, front_online : labels, quickest first, of all and of those timed frame by frame.
+    advice : sentences.
+    cut : labels that the time limit left out.
+    about : session, oracle, machine, versions, seed, and ``processor_share``: of the seconds on the clock those in
+        which this process was at work; far below 1, others were, and times are upper bounds.
+    """
+
+    rows: tuple[dict[str, Any], ...]
+    front: tuple[str, ...]
+    front_online: tuple[str, ...]
+    advice: tuple[str, ...]
+    cut: tuple[str, ...] = ()
+    about: dict[str, Any] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything as plain data."""
+        lists = {name: list(getattr(self, name)) for name in ("advice", "front", "front_online", "cut", "rows")}
+        return {"schema": TRADEOFF_SCHEMA, **self.about, **lists}
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What a run computed: everything that its summary is made of.
 
     Parameters
     ----------
@@ -43,9 +69,6 @@ class RunResult:
     effects : kind -> what the effect found and took, in running order; empty where the scene declares none.
     treatment : what the doctor found, and what the policy made of it.
     flags : which verdicts rest on a pose in doubt.
-    summary : settings, seeds, counts, digests, machine; everything JSON can hold.
-    tradeoff : what other settings would have missed and taken, where that was measured.
-    out : the run folder, or ``None`` when nothing was written.
     """
 
     session: Session
@@ -62,6 +85,19 @@ class RunResult:
     effects: Mapping[str, EffectRun] = field(default_factory=dict)
     treatment: Treatment | None = None
     flags: Flags | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class RunResult(Measured):
+    """The outcome of ``replay.run``: what it computed, and
+
+    Parameters
+    ----------
+    summary : settings, seeds, counts, digests, machine; everything JSON can hold.
+    tradeoff : what other settings would have missed and taken, where that was measured.
+    out : the run folder, or ``None`` when nothing was written.
+    """
+
     summary: Mapping[str, Any] = field(default_factory=dict)
     tradeoff: Tradeoff | None = None
     out: Path | None = None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 from replay.assemble import Pairs
@@ -67,12 +66,12 @@ def run(
     session = session_or_path if isinstance(session_or_path, Session) else _read(Path(session_or_path))
     result = compute(
         session, detectors=detectors, oracle=oracle, pairs=pairs, start=start, end=end, seed=seed, faces=faces,
-        tau=tau, policy=policy, progress=told,
+        tau=tau, policy=policy, progress=told, out=target,
     )  # fmt: skip
-    if target is None:
-        return result
-    with told.stage("write"):
-        return replace(result, out=_write(result, target, force=force, picture=picture))
+    if target is not None:
+        with told.stage("write"):
+            _write(result, target, force=force, picture=picture)
+    return result
 
 
 def _read(path: Path) -> Session:
@@ -81,11 +80,12 @@ def _read(path: Path) -> Session:
     return read_session(path)
 
 
-def _write(result: RunResult, target: Path, *, force: bool, picture: bool) -> Path:
+def _write(result: RunResult, target: Path, *, force: bool, picture: bool) -> None:
     from replay.results.run_folder import write_run_folder
 
-    if not picture:
-        return write_run_folder(result, target, force=force)
-    from replay.rerun_log.recording import write_recording
+    if picture:
+        from replay.rerun_log.recording import write_recording
 
-    return write_run_folder(result, target, force=force, picture=write_recording)
+        write_run_folder(result, target, force=force, picture=write_recording)
+    else:
+        write_run_folder(result, target, force=force)

@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from replay.base.constants import BLOCK_FRAMES
 from sessions import Session, Status
 
 GAP_STEPS: Final = 1.5
@@ -51,7 +52,7 @@ def session_info(session: Session) -> dict[str, Any]:
     stamps: list[NDArray[np.int64]] = []
     samples: list[list[NDArray[np.int64]]] = [[] for _ in session.names]
     words = np.zeros((len(session.names), len(Status)), dtype=np.int64)
-    for frames in session.blocks(16384):
+    for frames in session.blocks(BLOCK_FRAMES):
         stamps.append(frames.stamp_ns)
         for column, status in enumerate(frames.status.T):
             words[column] += np.bincount(status, minlength=len(Status))[: len(Status)]

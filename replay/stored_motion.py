@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore import Motion
+from replay.base.constants import BLOCK_FRAMES
 
-ROWS_AT_ONCE: Final = 16384
+ROWS_AT_ONCE: Final = BLOCK_FRAMES
 """Rows read together when a long selection is cut down to a few columns: 1 MB per body."""
 
 

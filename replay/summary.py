@@ -3,43 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from time import perf_counter
 from typing import Any, Final
 
 import numpy as np
 
 from cdcore import Detection, Verdict
 from replay.audit.scores import score
+from replay.base.constants import CAVEAT, VERDICT_FRAMES
 from replay.detecting import Run
+from replay.effect_summary import effect_summary, plan_summary
 from replay.machine import machine, versions
-from replay.run_result import RunResult
+from replay.plan import Plan
+from replay.run_result import Measured
 from replay.survey import Survey
 
 SCHEMA: Final = "vrlab-replay/run/1"
 
-FRAMES_AT_ONCE: Final = 65536
-"""Frames looked through at a time."""
-
 PRIVATE_FACTS: Final = ("devices",)
 """Serials of devices lead to a laboratory and its students: they stay in the session file."""
 
-CAVEAT: Final = (
-    "Exact about the recorded poses and these meshes; tracker noise (VIVE: 0.14-0.77 mm frame to frame) is larger than "
-    "most margins."
-)
-
 
 def summarise(
-    result: RunResult,
+    result: Measured,
     runs: Mapping[str, Run],
     seen: Survey,
+    planned: Plan,
     *,
     window: tuple[float | None, float | None],
     seed: int,
     tau: float,
-) -> RunResult:
-    """The same result with its summary."""
-    summary = {
+    began: float,
+) -> dict[str, Any]:
+    """Everything that was settled and counted; ``began`` is the ``perf_counter`` at which the run began."""
+    return {
         "schema": SCHEMA,
         "caveat": CAVEAT,
         "session": _session(result, seen),
@@ -58,22 +55,23 @@ def summarise(
         "flagged_verdicts": {label: _flagged(result, label) for label in runs},
         "versions": versions(),
         "machine": machine(),
+        "plan": plan_summary(planned),
+        "effects": effect_summary(result.effects, perf_counter() - began),
     }
-    return replace(result, summary=summary)
 
 
-def _flagged(result: RunResult, label: str) -> dict[str, int]:
+def _flagged(result: Measured, label: str) -> dict[str, int]:
     """Verdicts of a detector that rest on a pose in doubt, by verdict; those without a pose rest on none."""
     detection, count = result.detections[label], np.zeros(len(Verdict), dtype=np.int64)
     if result.flags is not None:
-        for start in range(0, len(detection.verdict), FRAMES_AT_ONCE):
-            verdict = detection.verdict[start : start + FRAMES_AT_ONCE]
-            flag = result.flags.of_pairs(result.assembly.pairs, start, start + FRAMES_AT_ONCE)
+        for start in range(0, len(detection.verdict), VERDICT_FRAMES):
+            verdict = detection.verdict[start : start + VERDICT_FRAMES]
+            flag = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
             count += np.bincount(verdict[flag > 0], minlength=len(Verdict))
     return {verdict.name: int(count[verdict]) for verdict in Verdict if count[verdict] and verdict != Verdict.NO_POSE}
 
 
-def _session(result: RunResult, seen: Survey) -> dict[str, Any]:
+def _session(result: Measured, seen: Survey) -> dict[str, Any]:
     assembly, session = result.assembly, result.session
     times = assembly.motion.times
     return {

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from cdcore.errors import InvalidPoseError
 from cdcore.numerics import QUATERNION_REJECT
+from replay.base.constants import BLOCK_FRAMES
 from replay.frame_order import in_order
 from replay.pose_filling import is_usable
 from sessions import Frames, Session, Status
@@ -66,7 +67,7 @@ class Survey:
         return tuple(notes)
 
 
-def survey(session: Session, block_frames: int = 16384) -> Survey:
+def survey(session: Session, block_frames: int = BLOCK_FRAMES) -> Survey:
     """Pass over the frames once; memory is one block, and one stamp per frame.
 
     Raises

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from replay.base.constants import BLOCK_FRAMES
 from replay.policy import DROP, HOLD, INTERPOLATE, Policy
 from replay.pose_filling import slerp
 from sessions import Frames, Status
@@ -163,7 +164,7 @@ def _anchors(plans: Mapping[int, _Plan], blocks: Blocks) -> dict[tuple[int, int]
     if not any(len(rows) for rows in wanted.values()):
         return found
     first = 0
-    for block in blocks(16384):
+    for block in blocks(BLOCK_FRAMES):
         for column, rows in wanted.items():
             low, high = np.searchsorted(rows, [first, first + len(block)])
             for row in rows[low:high].tolist():

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from replay.base.constants import BLOCK_FRAMES
 from replay.errors import RefusedError
 from replay.flags import FlagSpan
 from replay.policy import REFUSE, Policy
@@ -19,7 +20,6 @@ from sessions.doctor.pose_spans import PoseSpan, pose_spans
 from sessions.doctor.session_findings import examine_session
 from sessions.doctor.timing import gap_rows
 
-BLOCK_FRAMES: Final = 16384
 DAMAGE: Final = frozenset({"not-finite", "zero-quaternion", "non-unit-quaternion", "identity-while-lost"})
 """Kinds whose samples claimed to be poses: dropping them loses data that a reader would expect."""
 

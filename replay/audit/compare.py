@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,20 +11,15 @@ from numpy.typing import NDArray
 from cdcore import Detection
 from cdcore.protocol import counts_as_contact, is_undecided
 from replay.audit.outcome import Comparison, Outcome
+from replay.base.constants import VERDICT_FRAMES
 from replay.errors import AuditError
-
-FRAMES_AT_ONCE: Final = 65536
-"""Frames compared at a time: some 20 MB for 66 pairs, however long the session."""
 
 Within: TypeAlias = NDArray[np.bool_] | Callable[[NDArray[np.int64], NDArray[np.int64]], NDArray[np.bool_]]
 """(T, P) bool, or what says it of K pair-frames (frames, columns)."""
 
 
 def compare(
-    subject: Detection,
-    oracle: Detection,
-    labels: tuple[str, str] | None = None,
-    within: Within | None = None,
+    subject: Detection, oracle: Detection, labels: tuple[str, str] | None = None, within: Within | None = None
 ) -> Comparison:
     """Say of every pair-frame what the subject's verdict is worth beside the oracle's.
 
@@ -46,8 +41,8 @@ def compare(
     """
     _require_same(subject, oracle)
     outcome = np.empty(oracle.verdict.shape, dtype=np.uint8)
-    for start in range(0, len(outcome), FRAMES_AT_ONCE):
-        rows = slice(start, start + FRAMES_AT_ONCE)
+    for start in range(0, len(outcome), VERDICT_FRAMES):
+        rows = slice(start, start + VERDICT_FRAMES)
         outcome[rows] = _outcome(subject, oracle, rows)
         if within is not None:
             _excuse(outcome[rows], start, within)

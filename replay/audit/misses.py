@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.audit.episodes import column_runs, joined_runs
+from replay.audit.episodes import column_runs
 from replay.audit.evidence import Evidence
 from replay.audit.outcome import Comparison, Episode, Miss, Outcome
 
@@ -46,12 +46,9 @@ def stretches(comparison: Comparison, contacts: Sequence[Episode]) -> tuple[Stre
     contacts : the oracle's episodes, in order.
     """
     outcome = comparison.outcome
-    missed = joined_runs(column_runs(outcome[:, p] == Outcome.MISSED, p) for p in range(outcome.shape[1]))
+    missed = column_runs(outcome[:, p] == Outcome.MISSED for p in range(outcome.shape[1]))
     columns = _by_column(contacts)
-    return tuple(
-        _stretch(pair, first, last, columns[pair], outcome[:, pair])
-        for pair, first, last in zip(missed.column.tolist(), missed.first.tolist(), missed.last.tolist(), strict=True)
-    )
+    return tuple(_stretch(pair, first, last, columns[pair], outcome[:, pair]) for pair, first, last in missed.tolist())
 
 
 def misses(

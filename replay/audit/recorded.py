@@ -147,10 +147,7 @@ def _seconds(spans: Sequence[tuple[int | None, int | None]], first_ns: int) -> N
     """Spans (n, 2) in seconds of the session, open ends at infinity."""
     return np.array(
         [
-            (
-                -np.inf if begin is None else (begin - first_ns) / 1e9,
-                np.inf if end is None else (end - first_ns) / 1e9,
-            )
+            (-np.inf if begin is None else (begin - first_ns) / 1e9, np.inf if end is None else (end - first_ns) / 1e9)
             for begin, end in spans
         ]
     ).reshape(-1, 2)

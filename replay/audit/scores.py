@@ -12,13 +12,13 @@ from replay.audit.matching import EpisodeMatches
 from replay.audit.misses import MISS_KINDS, NEVER_FOUND
 from replay.audit.outcome import Outcome
 from replay.audit.wilson import share
-from replay.run_result import RunResult
+from replay.run_result import Measured
 
 NOT_EXAMINED: Final = "not examined"
 """Said of contacts between frames where the oracle looks at instants only."""
 
 
-def score(result: RunResult, label: str) -> dict[str, Any]:
+def score(result: Measured, label: str) -> dict[str, Any]:
     """Everything counted about one audited detector."""
     comparison, missed = result.comparisons[label], result.misses[label]
     frames = {outcome.name: comparison.count(outcome) for outcome in Outcome}
@@ -73,7 +73,7 @@ def episode_figures(matches: EpisodeMatches, truth: int, found: int) -> dict[str
     }
 
 
-def _between(result: RunResult, label: str) -> int | str:
+def _between(result: Measured, label: str) -> int | str:
     """Pair-frames of contact that only the way between frames shows, if anybody looked there."""
     if "intervals" not in (result.detections[label].covers, result.detections[result.oracle].covers):
         return NOT_EXAMINED
@@ -83,11 +83,7 @@ def _between(result: RunResult, label: str) -> int | str:
 def _faces(recall: FaceRecall | None) -> dict[str, Any] | None:
     if recall is None:
         return None
-    return {
-        "recall": share(recall.found, recall.total),
-        "pair_frames": recall.pair_frames,
-        "invented": recall.invented,
-    }
+    return {"recall": share(recall.found, recall.total), "pair_frames": recall.pair_frames, "invented": recall.invented}
 
 
 def _spread(errors: list[float]) -> dict[str, float] | None:

@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray
+from replay.base.constants import HEADSET_HZ
 from replay.bench.shapes import Mesh, bench_mesh
 
-RATE_HZ: Final = 90.0
+RATE_HZ: Final = HEADSET_HZ
 PERIOD: Final = 30.0
 STATION: Final = ("cup", "rod", "ring", "tube", "bottle", "hand")
 """What follows the tray, again and again."""

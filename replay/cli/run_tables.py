@@ -15,9 +15,9 @@ from rich.text import Text
 from replay.audit.headline import headline, invented, price
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss, Outcome
+from replay.base.constants import CAVEAT
 from replay.effect_summary import happened_words
 from replay.run_result import RunResult
-from replay.summary import CAVEAT
 
 MISS_ROWS: Final = 20
 """Misses listed in a terminal; the tables of the run folder hold them all."""

@@ -12,7 +12,7 @@ from replay.cli.console import People, TerminalProgress, stdout_console
 from replay.cli.options import ANY_PATH, SESSION_FILE, common, output_format, window
 
 if TYPE_CHECKING:
-    from replay.tradeoff.trading import Tradeoff
+    from replay.run_result import Tradeoff
     from sessions import Session
 
 

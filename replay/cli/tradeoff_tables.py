@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress
     from rich.table import Table
 
-    from replay.tradeoff.trading import Tradeoff
+    from replay.run_result import Tradeoff
 
 SHOWN: Final = 4
 """Points of the front beside the bar."""

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from replay.audit.gates import percent
 from replay.audit.outcome import Outcome
+from replay.base.constants import BUDGET_MS
 from replay.report.markup import Markup, element, joined, table
 from replay.run_result import RunResult
 from replay.summary import frame_seconds
 
-BUDGET_MS: Final = 1000.0 / 90.0
 BINS: Final = 40
 WIDTH, HEIGHT, LEFT, BOTTOM = 1100, 150, 190, 20
 MOST_PAIRS: Final = 60

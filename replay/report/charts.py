@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay.audit.outcome import Outcome
+from replay.base.constants import BUDGET_MS
 from replay.report.drawing import INK, svg_in_page
 from replay.report.markup import Markup, element, safe
 from replay.rerun_log.colours import OUTCOME_WORDS, SERIES, Rgba
@@ -19,7 +20,6 @@ from replay.summary import frame_seconds
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-BUDGET_MS: Final = 1000.0 / 90.0
 """One frame at 90 Hz."""
 
 WIDTH, LABEL, LANE, TOP, RIGHT = 1100, 190, 26, 22, 60

@@ -11,6 +11,7 @@ import numpy as np
 from replay.audit.headline import headline, invented, price
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss
+from replay.base.constants import CAVEAT
 from replay.effect_summary import happened, happened_words
 from replay.report.audit_parts import cause_table, count_tables, dwell_table, heat_map, latency_histogram
 from replay.report.bench_picture import bench_picture
@@ -22,7 +23,6 @@ from replay.report.tables import contact_table, cost_table, fact_table, miss_tab
 from replay.rerun_log.camera import Eye, Obstacles, overview, towards_user
 from replay.rerun_log.focus import standing
 from replay.run_result import RunResult
-from replay.summary import CAVEAT
 
 CLOSE_UPS = 4
 """Misses shown as pictures; all of them stand in the table."""

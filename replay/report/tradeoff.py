@@ -6,10 +6,10 @@ import base64
 from collections.abc import Mapping
 
 from replay.report.markup import Markup, element, joined, table
+from replay.run_result import Tradeoff
 from replay.tradeoff.front import Row
 from replay.tradeoff.output import title_of
 from replay.tradeoff.picture import DARK, LIGHT, Theme, picture
-from replay.tradeoff.trading import Tradeoff
 
 HEAD = (
     "setting", "front", "ms per frame [slowest]", "p99 ms (over 11.1)", "s per minute", "missed, % [95 %]",

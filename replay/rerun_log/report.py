@@ -12,6 +12,7 @@ from replay.audit.clusters import MANY, Cluster, clusters, seen_and_between
 from replay.audit.headline import headline, invented
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss, Outcome
+from replay.base.constants import CAVEAT
 from replay.effect_summary import happened_words
 from replay.rerun_log.colours import MISSED, PARTLY_MISSED, WHITE, packed
 from replay.rerun_log.columns import RecordingWriter
@@ -20,11 +21,6 @@ from replay.run_result import RunResult
 
 WORST: Final = MANY
 """Misses in the table of the worst; the list beside it has all."""
-
-CAVEAT: Final = (
-    "Exact about the recorded poses and these meshes. Tracker noise (VIVE: 0.14-0.77 mm from frame to frame) is larger "
-    "than most margins."
-)
 
 
 def log_missed_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], empty: str) -> None:

@@ -11,10 +11,10 @@ import rerun as rr
 
 from cdcore import Detection
 from cdcore.numerics import FloatArray
+from replay.base.constants import BUDGET_MS
 from replay.rerun_log.colours import BUDGET, SERIES, Rgba, packed
 from replay.rerun_log.columns import RecordingWriter, entity
 
-BUDGET_MS: Final = 1000.0 / 90.0
 """One frame at 90 Hz, the rate of the headsets recorded."""
 
 TOTAL: Final = "1_total"

@@ -14,13 +14,13 @@ from typing import Any, Final
 import rerun as rr
 import rerun.blueprint as rrb
 
+from replay.base.constants import BUDGET_MS
 from replay.rerun_log.colours import BACKGROUND, WHITE, Rgba, packed
 from replay.rerun_log.columns import RecordingWriter, entity
-from replay.tradeoff.clocks import BUDGET_MS
+from replay.run_result import Tradeoff
 from replay.tradeoff.front import Row, counts
 from replay.tradeoff.lines import apart, lines_of
 from replay.tradeoff.picture import DARK, stretched
-from replay.tradeoff.trading import Tradeoff
 
 ROOT: Final = "tradeoff/plot"
 ADVICE: Final = "tradeoff/advice"

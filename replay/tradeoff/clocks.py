@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 
 from cdcore import Detection, Detector, Motion, join
 from replay.audit.wilson import Z95, wilson
-
-BUDGET_MS = 1000.0 / 90.0
-"""One frame at 90 Hz."""
+from replay.base.constants import BUDGET_MS
 
 LEVELS: Final = {"p50": 0.50, "p95": 0.95, "p99": 0.99}
 
@@ -103,7 +101,7 @@ def quantile(ordered: NDArray[np.float64], level: float) -> tuple[float, float, 
     Examples
     --------
     >>> quantile(np.arange(1.0, 101.0), 0.5)
-    (50.0, 40.0, 61.0)
+    (50.0, 41.0, 61.0)
     """
     count = len(ordered)
     middle, half = level * count, Z95 * sqrt(count * level * (1 - level))

@@ -12,8 +12,8 @@ from typing import Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from replay.run_result import Tradeoff
 from replay.tradeoff.picture import DARK, LIGHT, picture
-from replay.tradeoff.trading import Tradeoff
 
 TABLE: Final = "tradeoff.parquet"
 JSON: Final = "tradeoff.json"

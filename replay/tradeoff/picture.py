@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from replay.tradeoff.clocks import BUDGET_MS
+from replay.base.constants import BUDGET_MS
 from replay.tradeoff.front import PRECISION, Row, counts, front_of
 from replay.tradeoff.lines import apart, lines_of
 from replay.tradeoff.settings import AS_IT_COMES

@@ -6,7 +6,7 @@ Verdicts, and so recalls, are the same in every run; only times differ, and thos
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Final
 
@@ -20,6 +20,7 @@ from replay.detecting import make_detector, warm_frames
 from replay.detector_spec import SpecLike, parse_detector
 from replay.errors import TradeoffError
 from replay.machine import machine, versions
+from replay.run_result import Tradeoff
 from replay.tradeoff.clocks import Pass, figures, timed
 from replay.tradeoff.coarser import coarser
 from replay.tradeoff.front import advice_of, front_of
@@ -29,8 +30,6 @@ from sessions import Session
 
 if TYPE_CHECKING:
     from cdcore.kernels.compiling import Compiled
-
-SCHEMA: Final = "vrlab-replay/tradeoff/1"
 
 TIME_LIMIT: Final = 150.0
 """Seconds a tradeoff takes at most when nothing is said: the list but its tail fits for a minute of a bench."""
@@ -49,33 +48,6 @@ ONCE_SECONDS: Final = 2.0
 
 Watch = Callable[[int, int, str, Sequence[dict[str, Any]]], None]
 """Told: steps done, steps in all, what is next, the rows so far."""
-
-
-@dataclass(frozen=True, eq=False)
-class Tradeoff:
-    """What every setting misses and takes.
-
-    Parameters
-    ----------
-    rows : one per setting, in the order of the list: plain data, the columns of ``tradeoff.parquet``.
-    front, front_online : labels, quickest first, of all and of those timed frame by frame.
-    advice : sentences.
-    cut : labels that the time limit left out.
-    about : session, oracle, machine, versions, seed, and ``processor_share``: of the seconds on the clock those in
-        which this process was at work; far below 1, others were, and times are upper bounds.
-    """
-
-    rows: tuple[dict[str, Any], ...]
-    front: tuple[str, ...]
-    front_online: tuple[str, ...]
-    advice: tuple[str, ...]
-    cut: tuple[str, ...] = ()
-    about: dict[str, Any] = field(default_factory=dict)
-
-    def as_json(self) -> dict[str, Any]:
-        """Everything as plain data."""
-        told = {"schema": SCHEMA, **self.about, "advice": list(self.advice), "front": list(self.front)}
-        return told | {"front_online": list(self.front_online), "cut": list(self.cut), "rows": list(self.rows)}
 
 
 @dataclass(eq=False)

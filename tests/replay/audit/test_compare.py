@@ -54,7 +54,7 @@ def test_comparing_some_frames_at_a_time_changes_nothing(monkeypatch, covers):
     subject, oracle = verdicts(rows[::-1]), verdicts(rows, covers=covers)
     within = rng.random((40, 3)) > 0.5
     whole = compare(subject, oracle, within=within).outcome
-    monkeypatch.setattr("replay.audit.compare.FRAMES_AT_ONCE", 3)
+    monkeypatch.setattr("replay.audit.compare.VERDICT_FRAMES", 3)
     assert np.array_equal(compare(subject, oracle, within=within).outcome, whole)
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from replay.audit.episodes import column_runs
 from replay.audit.wilson import wilson
 from replay.engine import compute
+from sessions.doctor.runs import runs
 from sessions.synthetic import make_analytic
 from sessions.synthetic.truth import OPEN, PRESENT
 
@@ -18,8 +18,7 @@ def plate():
     session, truth = make_analytic("ball-plate", seconds=9.5)
     expected = truth.expected("ball", "plate", session.frames.stamp_ns)
     assert not (expected == OPEN).any()
-    found = column_runs(expected == PRESENT, 0)
-    spans = list(zip(found.first.tolist(), found.last.tolist(), strict=True))
+    spans = [(first, last) for first, last in runs(expected == PRESENT).tolist()]
     assert len(spans) > 5 and min(last - first for first, last in spans) > 20
     return session, spans
 
@@ -90,4 +89,4 @@ def test_a_detector_blind_to_one_pair_misses_all_of_it_and_nothing_else(plate):
 
 def _pieces(first, last, dropped):
     kept = np.array([frame not in dropped for frame in range(first, last + 1)])
-    return list(column_runs(kept, 0).first)
+    return runs(kept)[:, 0].tolist()

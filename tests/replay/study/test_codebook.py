@@ -24,10 +24,7 @@ def test_a_codebook_says_construct_scale_and_direction_of_every_item(tmp_path):
 
 
 def test_groups_and_an_items_own_scale_are_read(tmp_path):
-    book = read(
-        tmp_path,
-        "items: {a1: {construct: a, scale: [0, 10]}}\ngroups: {column: arm, names: [first, second]}",
-    )
+    book = read(tmp_path, "items: {a1: {construct: a, scale: [0, 10]}}\ngroups: {column: arm, names: [first, second]}")
     assert book.items[0].scale == (0.0, 10.0) and book.groups == ("arm", ("first", "second"))
     assert book.student == "student"
 
