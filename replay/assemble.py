@@ -8,7 +8,7 @@ rotations are renormalised in float64. The session itself stays as it was record
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Final
 
 import numpy as np
@@ -42,7 +42,7 @@ Pairs = Sequence[tuple[str, str]]
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """All of an assembly that does not grow with time: made once, shared by every block.
+    """The parts of an assembly that do not grow with time: made once, shared by every block.
 
     Parameters
     ----------
@@ -70,30 +70,20 @@ class Layout:
             names = [body.name for body in self.bodies]
             motion = Motion(times, frames.translation, frames.rotation, valid, linked=linked, names=names)
         else:
-            # The survey has checked every sample, and nobody will place a triangle with these poses: no compiler.
+            # The survey has checked every sample, and no detector will use these poses: the compiler stays unloaded.
             motion = Motion.of_rigid(times, frames.translation, frames.rotation, valid, linked)
-        return Assembly(
-            bodies=self.bodies,
-            motion=motion.frames(carried, len(frames)) if carried else motion,
-            pairs=self.pairs,
-            held=self.held,
-            stamp_ns=frames.stamp_ns[carried:],
-            origin=frames.origin[carried:],
-            proxies=self.proxies,
-            left_out=self.left_out,
-            notes=self.notes,
-            live_contacts=self.live_contacts,
-            live_residual=self.live_residual,
-        )
+        shared = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "survey"}
+        motion = motion.frames(carried, len(frames)) if carried else motion
+        return Assembly(motion=motion, stamp_ns=frames.stamp_ns[carried:], origin=frames.origin[carried:], **shared)
 
 
 def lay_out(session: Session, *, pairs: Pairs | None = None, looking: bool = True) -> Layout:
-    """Look through a session once and decide what will be looked at.
+    """Pass over a session once and choose its bodies and pairs.
 
     Parameters
     ----------
     pairs : as ``assemble``.
-    looking : whether a detector will look; without one, a session without a pair is a session too.
+    looking : whether a detector will run; without one, a session may have no pair.
 
     Raises
     ------
@@ -122,33 +112,24 @@ def lay_out(session: Session, *, pairs: Pairs | None = None, looking: bool = Tru
             f"no pair to look at: none of {', '.join(names)} moves against another; name pairs in the scene"
         )
     return Layout(
-        survey=seen,
-        bodies=bodies,
-        pairs=rows,
-        held=held_pairs(session.scene, names, rows),
-        proxies=_proxies(session, names),
+        survey=seen, bodies=bodies, pairs=rows, held=held_pairs(session.scene, names, rows),
+        proxies=tuple(name for name in names if (known := session.scene.body(name)) is not None and known.proxy),
         left_out=tuple(name for name in session.names if name not in session.meshes),
-        notes=(*seen.notes(), *_absent(session)),
-        live_contacts=session.live_contacts,
-        live_residual=_residual(session),
-    )
+        notes=(*seen.notes(), *_absent(session)), live_contacts=session.live_contacts, live_residual=_residual(session),
+    )  # fmt: skip
 
 
 def assemble(
-    session: Session,
-    *,
-    pairs: Pairs | None = None,
-    start: float | None = None,
-    end: float | None = None,
+    session: Session, *, pairs: Pairs | None = None, start: float | None = None, end: float | None = None,
     layout: Layout | None = None,
-) -> Assembly:
+) -> Assembly:  # fmt: skip
     """A whole session, or the frames from ``start`` to ``end`` seconds after its first, ready for detection.
 
     Parameters
     ----------
     pairs : pairs of body names; ``None``: the scene's, else all with relative motion.
     start, end : seconds after the first frame, both included; ``None``: the session's own.
-    layout : from ``lay_out`` of this session, which is then not looked through again; ``pairs`` is ignored.
+    layout : from ``lay_out`` of this session, which is then not read again; ``pairs`` is ignored.
 
     Raises
     ------
@@ -172,20 +153,15 @@ def assemble(
 
 
 def assemble_blocks(
-    session: Session,
-    frames: int = BLOCK_FRAMES,
-    *,
-    pairs: Pairs | None = None,
-    start: float | None = None,
-    end: float | None = None,
+    session: Session, frames: int = BLOCK_FRAMES, *, start: float | None = None, end: float | None = None,
     layout: Layout | None = None,
-) -> Iterator[Assembly]:
+) -> Iterator[Assembly]:  # fmt: skip
     """The same in consecutive blocks of at most ``frames`` frames, for a session larger than memory.
 
     Joined, the blocks equal ``assemble`` to the last bit, whatever their size: samples are carried across borders, and
-    ``motion.linked`` of a block's first frame speaks of the path from the block before.
+    ``motion.linked`` of a block's first frame tells whether the path from the block before is known.
     """
-    layout = layout or lay_out(session, pairs=pairs)
+    layout = layout or lay_out(session)
     for part in _linked_blocks(session, layout, frames, start, end):
         yield layout.assembly(part.frames, part.linked, part.carried)
 
@@ -249,13 +225,8 @@ def _body(session: Session, name: str) -> Body:
         raise InvalidMeshError(f"mesh of body {name!r}: {error}") from error
 
 
-def _proxies(session: Session, names: Sequence[str]) -> tuple[str, ...]:
-    declared = {body.id for body in session.scene.bodies if body.proxy}
-    return tuple(name for name in names if name in declared)
-
-
 def _residual(session: Session) -> float:
-    """Seconds by which the clock of reported contacts may be off, as their import wrote it down."""
+    """Seconds by which the clock of reported contacts may be off, as their import measured it."""
     try:
         return max(0.0, float(session.facts.get(RESIDUAL_FACT, "0")))
     except ValueError:

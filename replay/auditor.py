@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from replay.assemble import Pairs
-from replay.audit.pool import pool
+from replay.audit.scores import pool
 from replay.audit.tolerance import TAU
 from replay.detector_spec import SpecLike, SpecsLike
 from replay.errors import AuditError
@@ -35,21 +36,11 @@ class AuditResult:
 
 
 def audit(
-    sessions: SessionLike | Sequence[SessionLike],
-    *,
-    detectors: SpecsLike | None = None,
-    oracle: SpecLike | None = None,
-    out: str | Path | None = None,
-    pairs: Pairs | None = None,
-    start: float | None = None,
-    end: float | None = None,
-    seed: int = 0,
-    faces: bool = True,
-    tau: float = TAU,
-    picture: bool = True,
-    force: bool = False,
-    progress: Progress | None = None,
-) -> AuditResult:
+    sessions: SessionLike | Sequence[SessionLike], *, detectors: SpecsLike | None = None,
+    oracle: SpecLike | None = None, out: str | Path | None = None, pairs: Pairs | None = None,
+    start: float | None = None, end: float | None = None, seed: int = 0, faces: bool = True, tau: float = TAU,
+    picture: bool = True, force: bool = False, progress: Progress | None = None,
+) -> AuditResult:  # fmt: skip
     """Compare detectors with an oracle over one or several sessions: pair-frames, contacts matched one to one, faces.
 
     Parameters
@@ -93,24 +84,11 @@ def _folders(given: Sequence[SessionLike], out: Path | None) -> list[Path | None
     """The run folder of each session."""
     if out is None or len(given) == 1:
         return [out] * len(given)
-    names = [_name(session, number) for number, session in enumerate(given, 1)]
-    twice = _first_repeated(names)
-    if twice is not None:
+    origins = [session.origin if isinstance(session, Session) else str(session) for session in given]
+    names = [Path(origin).stem or f"session-{number}" for number, origin in enumerate(origins, 1)]
+    twice, count = Counter(names).most_common(1)[0]
+    if count > 1:
         raise AuditError(
             f"two sessions are called {twice!r} and would share a run folder; rename one or audit it alone"
         )
     return [out / name for name in names]
-
-
-def _name(session: SessionLike, number: int) -> str:
-    origin = session.origin if isinstance(session, Session) else str(session)
-    return Path(origin).stem or f"session-{number}"
-
-
-def _first_repeated(names: Iterable[str]) -> str | None:
-    seen: set[str] = set()
-    for name in names:
-        if name in seen:
-            return name
-        seen.add(name)
-    return None

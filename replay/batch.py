@@ -1,8 +1,7 @@
-"""Many sessions, each in a run folder of its own: the order and number of processes change nothing, and a batch that
-was killed goes on where it stopped.
+"""Many sessions, each in a run folder of its own, whatever the order and number of processes.
 
-A run folder appears whole or not at all, so one that is there is done; whatever is not there is run. One session's
-failure is written down and ends no other.
+A run folder appears whole or not at all, so one that exists is finished: a batch that was killed can be continued. One
+session's failure is written down and does not stop the others.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ import pyarrow.parquet as pq
 
 from replay.errors import OutputError
 from replay.machine import versions
-from replay.processes import Told, in_processes, untold
+from replay.processes import Told, in_processes
 from replay.results.run_folder import METRICS, SUMMARY, read_run_folder
 
 BATCH: Final = "batch.json"
@@ -29,7 +28,7 @@ SCHEMA: Final = "vrlab-batch/1"
 
 @dataclass(frozen=True)
 class Batch:
-    """What became of a batch.
+    """The outcome of a batch.
 
     Parameters
     ----------
@@ -48,36 +47,36 @@ class Batch:
 
 
 def run_batch(
-    sessions: Sequence[Path],
-    out: Path,
-    *,
-    jobs: int = 1,
-    settings: Mapping[str, Any] | None = None,
+    sessions: Sequence[Path], out: Path, *, jobs: int = 1, settings: Mapping[str, Any] | None = None,
     told: Told | None = None,
-) -> Batch:
+) -> Batch:  # fmt: skip
     """Run every session and write its run folder to ``out/<name of the file>``.
 
     Parameters
     ----------
     sessions : session files with different names.
-    out : folder of the batch; one that a batch with the same settings began is gone on with.
+    out : folder of the batch; a batch with the same settings that was begun there is continued.
     jobs : processes.
     settings : for ``replay.run``: detectors, oracle, seed, picture.
-    told : told of each session when it is finished.
+    told : called for each session when it is finished.
 
     Raises
     ------
     OutputError
         Two files of one name, a folder of something else, or a batch with other settings.
     """
-    tell = told or untold
     request = {"schema": SCHEMA, "settings": dict(settings or {}), "versions": versions()}
     named = _named(sessions)
-    digests = {name: _sha256(path) for name, path in named.items()}
+    digests = {}
+    for name, path in named.items():
+        with path.open("rb") as file:
+            digests[name] = hashlib.file_digest(file, "sha256").hexdigest()
     kept = _begin(out, request, digests)
     for name in kept:
-        tell(name, "kept")
-    failed = _run_all({name: path for name, path in named.items() if name not in kept}, out, jobs, request, tell)
+        if told is not None:
+            told(name, "kept")
+    tasks = {name: (path, out / name, request["settings"]) for name, path in named.items() if name not in kept}
+    failed = in_processes(run_one, tasks, jobs, told)
     done = tuple(name for name in named if name not in failed)
     return Batch(out, done, tuple(kept), failed, "" if failed else batch_digest(out, done))
 
@@ -87,7 +86,7 @@ def batch_digest(out: Path, names: Sequence[str]) -> str:
     digest = hashlib.sha256()
     for name in sorted(names):
         summary = read_run_folder(out / name).summary
-        answers = {label: told["digest"] for label, told in summary["detectors"].items()}
+        answers = {label: one["digest"] for label, one in summary["detectors"].items()}
         rows = pq.read_table(out / name / METRICS).to_pylist()
         digest.update(json.dumps([name, answers, rows], sort_keys=True).encode())
     return digest.hexdigest()
@@ -102,7 +101,7 @@ def _named(sessions: Sequence[Path]) -> dict[str, Path]:
 
 
 def _begin(out: Path, request: dict[str, Any], digests: Mapping[str, str]) -> list[str]:
-    """Make or take up the folder; the names of sessions that are done already."""
+    """Make or reopen the folder; return the names of sessions that are finished already."""
     before = _before(out, request)
     kept = [name for name in digests if before.get(name) == digests[name] and (out / name / SUMMARY).is_file()]
     for name in digests:
@@ -127,21 +126,14 @@ def _before(out: Path, request: dict[str, Any]) -> dict[str, str]:
             raise OutputError(f"{out} holds something else than a batch of runs; name another folder")
         return {}
     try:
-        told = json.loads((out / BATCH).read_text(encoding="utf-8"))
-        same = all(told[key] == json.loads(json.dumps(value)) for key, value in request.items())
-        sessions = dict(told["sessions"])
+        before = json.loads((out / BATCH).read_text(encoding="utf-8"))
+        same = all(before[key] == json.loads(json.dumps(value)) for key, value in request.items())
+        sessions = dict(before["sessions"])
     except (ValueError, KeyError, TypeError) as error:
         raise OutputError(f"{out / BATCH} cannot be read; name another folder") from error
     if not same:
         raise OutputError(f"{out} holds a batch with other settings or of another version; name another folder")
     return sessions
-
-
-def _run_all(
-    sessions: Mapping[str, Path], out: Path, jobs: int, request: Mapping[str, Any], tell: Told
-) -> dict[str, str]:
-    tasks = {name: (path, out / name, request["settings"]) for name, path in sessions.items()}
-    return in_processes(run_one, tasks, jobs, tell)
 
 
 def run_one(path: Path, out: Path, settings: Mapping[str, Any]) -> str:
@@ -153,8 +145,3 @@ def run_one(path: Path, out: Path, settings: Mapping[str, Any]) -> str:
     except Exception as error:
         return " ".join(f"{type(error).__name__}: {error}".split())
     return ""
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -21,13 +21,7 @@ def choosing_table() -> str:
 
 
 def with_table(text: str, table: str) -> str:
-    """A text with the table between its two marks.
-
-    Raises
-    ------
-    ValueError
-        The marks are not there.
-    """
+    """A text with the table between its two marks; without them a ``ValueError``."""
     pattern = re.compile(re.escape(BEGIN) + ".*?" + re.escape(END), re.DOTALL)
     if not pattern.search(text):
         raise ValueError(f"the text has no {BEGIN} and {END}; put both where the table belongs")
@@ -35,14 +29,10 @@ def with_table(text: str, table: str) -> str:
 
 
 def _row(name: str, detector: type[Any]) -> str:
-    cells = (_first_sentence(detector), getattr(detector, "choose_when", ""), getattr(detector, "cannot", ""))
-    return f"| `{name}` | " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
-
-
-def _first_sentence(detector: type[Any]) -> str:
-    """The first paragraph of the class's docstring as one line of Markdown."""
     paragraph = (inspect.getdoc(detector) or "").split("\n\n")[0]
-    return " ".join(paragraph.split()).replace("``", "`").removesuffix(".")
+    what = " ".join(paragraph.split()).replace("``", "`").removesuffix(".")
+    cells = (what, getattr(detector, "choose_when", ""), getattr(detector, "cannot", ""))
+    return f"| `{name}` | " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
 if __name__ == "__main__":

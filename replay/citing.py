@@ -12,12 +12,7 @@ NONE_NAMED = ("names no sources",)
 
 
 def sources_behind(result: RunResult) -> dict[str, tuple[str, ...]]:
-    """``detector NAME`` or ``effect KIND`` -> citations, in the order of the run, each name once.
-
-    Parameters
-    ----------
-    result : of ``replay.run``; its summary names the detectors.
-    """
+    """``detector NAME`` or ``effect KIND`` -> citations, in the order of the run, each name once."""
     names = dict.fromkeys(detector["name"] for detector in result.summary["detectors"].values())
     behind = {f"detector {name}": tuple(getattr(load_detector(name), "sources", ())) for name in names}
     behind |= {f"effect {kind}": tuple(load_effect(kind).sources) for kind in result.effects}
@@ -26,8 +21,4 @@ def sources_behind(result: RunResult) -> dict[str, tuple[str, ...]]:
 
 def citations(behind: Mapping[str, tuple[str, ...]]) -> str:
     """The sources as text: what was used, its sources indented below it."""
-    return "\n".join(["sources"] + [line for what, sources in behind.items() for line in _lines(what, sources)])
-
-
-def _lines(what: str, sources: tuple[str, ...]) -> list[str]:
-    return [f"  {what}", *(f"    {source}" for source in sources)]
+    return "\n  ".join(["sources", *("\n    ".join([what, *sources]) for what, sources in behind.items())])

@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 
 @runtime_checkable
 class Speaker(Protocol):
-    """Somebody who passes sentences on to people."""
+    """Passes sentences on to people."""
 
     def say(self, sentence: str) -> None:
         """Pass one sentence on, at once."""
@@ -18,9 +18,9 @@ class Speaker(Protocol):
 
 @contextmanager
 def compiling_announced(listener: object) -> Iterator[None]:
-    """Tell a ``Speaker`` of each family of kernels that is compiled meanwhile, and what it took; others hear nothing.
+    """Announce to a ``Speaker`` each family of kernels that is compiled meanwhile; other listeners hear nothing.
 
-    Loads the compiler: to be entered where kernels will run anyway.
+    Loads the compiler: enter it only where kernels will run anyway.
     """
     if not isinstance(listener, Speaker):
         yield
@@ -34,9 +34,6 @@ def compiling_announced(listener: object) -> Iterator[None]:
     with told_of_compiling(tell) as compiled:
         yield
     if compiled.families:
-        where = (
-            f"later starts load it from {compiled.folder}"
-            if compiled.folder
-            else "no folder to keep it could be written"
-        )
+        kept = f"later starts load it from {compiled.folder}"
+        where = kept if compiled.folder else "no folder to keep it could be written"
         listener.say(f"compiled in {compiled.seconds:.0f} s; {where}")

@@ -1,4 +1,4 @@
-"""Contacts that an engine reported join a session: their clock is fitted to true contacts, and said how well."""
+"""Adds contacts that an engine reported to a session: their clock is fitted to true contacts, with a residual."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Final
 
 from replay.assemble import RESIDUAL_FACT
 from replay.audit.clock_offset import ClockOffset, estimate_offset
-from replay.audit.reports import reported_spans
+from replay.audit.recorded import reported_spans
 from replay.engine import compute
 from replay.errors import AuditError
 from replay.progress import Progress
@@ -56,11 +56,10 @@ def import_contacts(
 def _reported(contacts: Iterable[LiveContact]) -> Found:
     moments: Found = {}
     for (a, b), spans in reported_spans(contacts).items():
-        for begin, end in spans:
-            if begin is not None:
-                moments.setdefault((a, b, "begin"), []).append(begin / 1e9)
-            if end is not None:
-                moments.setdefault((a, b, "end"), []).append(end / 1e9)
+        for span in spans:
+            for kind, at in zip(("begin", "end"), span, strict=True):
+                if at is not None:
+                    moments.setdefault((a, b, kind), []).append(at / 1e9)
     return moments
 
 

@@ -1,4 +1,4 @@
-"""One detector over one motion: made ready, warmed up, timed; a long motion in blocks, with the same digest."""
+"""One detector over one motion: built, warmed up, timed; a long motion in blocks, with the same digest."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from cdcore import Detection, Detector, create_detector, join
+from cdcore import Detection, Detector, Motion, create_detector, join
 from cdcore.detectors import load_detector
 from cdcore.narrow.section_source import sections_of
 from cdcore.protocol import FaceSets
@@ -83,13 +83,7 @@ def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector
 
 
 def run_detector(spec: DetectorSpec, assembly: Assembly, *, seed: int, faces: bool, advance: Advance) -> Run:
-    """Detect over the whole assembly.
-
-    Parameters
-    ----------
-    faces : whether to keep the face pairs of every contact.
-    advance : told of frames done.
-    """
+    """Detect over the whole assembly; with ``faces`` the face pairs of every contact are kept."""
     clock = [perf_counter()]
     detector = make_detector(spec, assembly, seed)
     clock.append(perf_counter())
@@ -100,19 +94,17 @@ def run_detector(spec: DetectorSpec, assembly: Assembly, *, seed: int, faces: bo
         detection = detector.detect(motion, faces=faces)
         advance(len(motion))
     else:
-        parts = _told(detector.stream(motion.blocks(WHOLE_FRAMES), faces=faces), advance)
+        parts = _streamed(detector, motion, faces, advance)
         detection = _joined(parts, detector, assembly) if isinstance(motion, StoredMotion) else join(parts)
     clock.append(perf_counter())
-    settings = asdict(detector.settings)
-    return Run(spec, detector, settings, detection, *np.diff(clock).tolist())
+    return Run(spec, detector, asdict(detector.settings), detection, *np.diff(clock).tolist())
 
 
 def face_sets_again(detector: Detector, assembly: Assembly, advance: Advance) -> FaceSets | None:
-    """Which faces meet, asked for off the clock; ``None`` of a detector that lists none, or too many to keep."""
-    parts = _told(detector.stream(assembly.motion.blocks(WHOLE_FRAMES), faces=True), advance)
+    """Which faces meet, in a second pass that is not timed; ``None`` where the detector lists none or too many."""
     kept: list[tuple[int, FaceSets]] = []
     first = rows = 0
-    for part in parts:
+    for part in _streamed(detector, assembly.motion, True, advance):
         if part.face_sets is None:
             return None
         kept.append((first, part.face_sets))
@@ -123,7 +115,7 @@ def face_sets_again(detector: Detector, assembly: Assembly, advance: Advance) ->
 
 
 def _joined(parts: Iterator[Detection], detector: Detector, assembly: Assembly) -> Detection:
-    """Join the blocks of a motion on disk without keeping their poses, and their faces only while they are few."""
+    """Join the blocks of a motion on disk; their poses are dropped, and their faces too when there are too many."""
     kept: list[Detection] = []
     rows = 0
     for part in parts:
@@ -138,14 +130,14 @@ def _joined(parts: Iterator[Detection], detector: Detector, assembly: Assembly) 
     return replace(whole, section_source=sections_of(assembly.bodies, assembly.pairs, assembly.motion))
 
 
-def _told(parts: Iterator[Detection], advance: Advance) -> Iterator[Detection]:
-    for part in parts:
+def _streamed(detector: Detector, motion: Motion, faces: bool, advance: Advance) -> Iterator[Detection]:
+    for part in detector.stream(motion.blocks(WHOLE_FRAMES), faces=faces):
         yield part
         advance(len(part.times))
 
 
 def warm_frames(count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
-    """A stretch in the middle for what goes from frame to frame, and a sample of the whole for what needs contacts."""
+    """Frame numbers to warm up on: consecutive ones in the middle, and a sample of the whole that holds contacts."""
     middle = np.arange(count // 2, min(count, count // 2 + WARM_FRAMES))
     spread = np.linspace(0, max(0, count - 1), min(count, WARM_FRAMES)).astype(np.int64)
     return np.unique(np.concatenate([middle, spread]))

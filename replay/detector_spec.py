@@ -1,4 +1,4 @@
-"""Which detectors to run, written on a command line or in Python: both forms say the same.
+"""Which detectors to run, written on a command line or in Python.
 
 ``hybrid`` | ``discrete[rate_hz=22.5]`` | ``slow=discrete[rate_hz=22.5]``, several separated by commas.
 """
@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from typing import Any, TypeAlias, cast
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeAlias, TypeGuard, cast
 
 from replay.errors import DetectorSpecError
 
@@ -63,13 +63,11 @@ def parse_detector(given: SpecLike, label: str | None = None) -> DetectorSpec:
     >>> parse_detector("slow=discrete[rate_hz=22.5]")
     DetectorSpec(label='slow', name='discrete', settings={'rate_hz': 22.5})
     """
-    if isinstance(given, DetectorSpec):
-        return given if label is None else DetectorSpec(label, given.name, given.settings)
-    if isinstance(given, str):
-        spec = _parse_text(given.strip())
-        return spec if label is None else DetectorSpec(label, spec.name, spec.settings)
-    if isinstance(given, tuple) and len(given) == 2 and isinstance(given[0], str) and isinstance(given[1], Mapping):
-        name, settings = given
+    spec = _parse_text(given.strip()) if isinstance(given, str) else given
+    if isinstance(spec, DetectorSpec):
+        return spec if label is None else replace(spec, label=label)
+    if _is_pair(spec):
+        name, settings = spec
         return DetectorSpec(label or _default_label(name, settings), name, dict(settings))
     raise DetectorSpecError(f"{given!r} names no detector; {_HOW}, or give (name, settings)")
 
@@ -87,7 +85,7 @@ def parse_detectors(given: SpecsLike) -> tuple[DetectorSpec, ...]:
     elif isinstance(given, str):
         specs = [parse_detector(part) for part in _COMMA_OUTSIDE.split(given) if part.strip()]
     elif isinstance(given, DetectorSpec) or _is_pair(given):
-        specs = [parse_detector(cast(SpecLike, given))]
+        specs = [parse_detector(given)]
     else:
         specs = [spec for part in cast("Iterable[SpecLike]", given) for spec in _several(part)]
     labels = [spec.label for spec in specs]
@@ -101,7 +99,7 @@ def _several(part: SpecLike) -> list[DetectorSpec]:
     return list(parse_detectors(part)) if isinstance(part, str) else [parse_detector(part)]
 
 
-def _is_pair(given: object) -> bool:
+def _is_pair(given: object) -> TypeGuard[tuple[str, Mapping[str, Any]]]:
     return isinstance(given, tuple) and len(given) == 2 and isinstance(given[0], str) and isinstance(given[1], Mapping)
 
 

@@ -14,11 +14,10 @@ from replay.affecting import EffectRun, run_effects
 from replay.assemble import Pairs, lay_out
 from replay.assemble_stored import assemble_bounded, decoded_once
 from replay.assembly import Assembly
-from replay.audit.compare import compare
+from replay.audit.causes import examine
+from replay.audit.compare import FaceRecall, compare, face_recall
 from replay.audit.dwell import dwell_of
 from replay.audit.episodes import episodes
-from replay.audit.examine import examine
-from replay.audit.face_recall import FaceRecall, face_recall
 from replay.audit.matching import EpisodeMatches, match_episodes
 from replay.audit.outcome import Comparison, Episode
 from replay.audit.tolerance import TAU, Tolerance
@@ -44,18 +43,12 @@ ORACLES: Final = ("exact", "hybrid")
 NO_ORACLE: Final = "none"
 
 TRUSTED: Final = "exact"
-"""The detector that effects name for instants; the oracle, or whoever runs, stands in for it in a run of others."""
+"""The detector that effects name for instants; where it does not run, the oracle or the first detector replaces it."""
 
 
 @dataclass(frozen=True)
 class Lineup:
-    """Who runs, and who is trusted.
-
-    Parameters
-    ----------
-    specs : every detector of the run, the oracle among them.
-    oracle : label of the oracle, or ``""``.
-    """
+    """Every detector of a run, the oracle among them, and the oracle's label or ``""``."""
 
     specs: tuple[DetectorSpec, ...]
     oracle: str
@@ -69,10 +62,7 @@ def line_up(detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
     detectors : ``None``: the usual ones; ``()``: none, effects only.
     oracle : a label among them, or a detector of its own; ``None``: the most trusted one; ``"none"``: no audit.
 
-    Raises
-    ------
-    DetectorSpecError
-        Words that name no detector.
+    Raises ``DetectorSpecError``: words that name no detector.
     """
     there = detector_names()
     specs = tuple(DetectorSpec(name, name) for name in SUBJECTS if name in there)[:1]
@@ -88,9 +78,8 @@ def line_up(detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
 
 def _with_oracle(specs: tuple[DetectorSpec, ...], trusted: DetectorSpec) -> Lineup:
     for spec in specs:
-        if spec.label == trusted.name and not trusted.settings:
-            return Lineup(specs, spec.label)
-        if (spec.name, dict(spec.settings)) == (trusted.name, dict(trusted.settings)):
+        by_label = spec.label == trusted.name and not trusted.settings
+        if by_label or (spec.name, dict(spec.settings)) == (trusted.name, dict(trusted.settings)):
             return Lineup(specs, spec.label)
     if trusted.label in {spec.label for spec in specs}:
         raise DetectorSpecError(
@@ -100,59 +89,37 @@ def _with_oracle(specs: tuple[DetectorSpec, ...], trusted: DetectorSpec) -> Line
 
 
 def compute(
-    session: Session,
-    *,
-    detectors: SpecsLike | None = None,
-    oracle: SpecLike | None = None,
-    pairs: Pairs | None = None,
-    start: float | None = None,
-    end: float | None = None,
-    seed: int = 0,
-    faces: bool = False,
-    tau: float = TAU,
-    policy: PolicyLike | Policy | None = None,
-    progress: Progress | None = None,
-    out: Path | None = None,
-) -> RunResult:
-    """Examine and treat, assemble, detect, compare, number the misses.
+    session: Session, *, detectors: SpecsLike | None = None, oracle: SpecLike | None = None, pairs: Pairs | None = None,
+    start: float | None = None, end: float | None = None, seed: int = 0, faces: bool = False, tau: float = TAU,
+    policy: PolicyLike | Policy | None = None, progress: Progress | None = None, out: Path | None = None,
+) -> RunResult:  # fmt: skip
+    """As ``replay.run``, of a session in memory: examine and repair, assemble, detect, compare, number the misses.
 
-    Parameters
-    ----------
-    session : what to replay.
-    detectors, oracle : as ``line_up``; ``None`` runs none where the scene's plan calls for none.
-    pairs, start, end : as ``assemble``.
-    seed : of every random stream.
-    faces : ask audited detectors again, off the clock, which faces meet, and compare those too.
-    tau : metres; a disagreement about less is *within tolerance*.
-    policy : what is done with poses in doubt, as ``parse_policy``; ``None``: the defaults.
-    progress : told how far the work is.
-    out : where the result will be written; noted in it.
+    ``detectors`` and ``oracle`` are as for ``line_up``; ``None`` runs none where the scene's plan needs none. ``out``
+    is only noted in the result.
 
-    Raises
-    ------
-    ReplayError, CollisionCoreError, SessionError
-        One sentence each.
+    Raises ``ReplayError``, ``CollisionCoreError`` or ``SessionError``: one sentence each.
     """
-    told, began = progress or Silent(), perf_counter()
+    progress, began = progress or Silent(), perf_counter()
     rules = parse_policy(policy)
     planned = plan(session.scene)
     lineup = _called_for(planned, detectors, oracle)
-    with told.stage("examine"):
+    with progress.stage("examine"):
         treatment = treat(decoded_once(session), rules)
         session = treatment.session
-    with told.stage("assemble"):
+    with progress.stage("assemble"):
         layout = lay_out(
             session, pairs=_wanted(planned, pairs, session, bool(lineup.specs)), looking=bool(lineup.specs)
         )
         assembly = assemble_bounded(session, layout, start=start, end=end)
     runs: dict[str, Run] = {}
     for spec in lineup.specs:
-        with told.stage(spec.label, len(assembly.motion)) as advance, compiling_announced(told):
+        with progress.stage(spec.label, len(assembly.motion)) as advance, compiling_announced(progress):
             runs[spec.label] = run_detector(
                 spec, assembly, seed=seed, faces=spec.label in (lineup.oracle, *planned.detectors), advance=advance
             )
-    # Misses are looked at with kernels of their own; where nothing is detected no compiler is loaded.
-    with told.stage("audit"), compiling_announced(told if runs else None):
+    # Misses are examined with kernels of their own; where nothing is detected no compiler is loaded.
+    with progress.stage("audit"), compiling_announced(progress if runs else None):
         found = {label: episodes(run.detection) for label, run in runs.items()}
         again = _face_source(assembly, seed)
         comparisons = _comparisons(runs, lineup.oracle, Tolerance(assembly, again, tau))
@@ -160,33 +127,23 @@ def compute(
         truth = found.get(lineup.oracle, ())
         dwell = dwell_of(assembly, runs[lineup.oracle].detection, truth) if lineup.oracle else None
         missed, causes = examine(comparisons, truth, runs, assembly, again)
-    recall = _face_recall(comparisons, runs, assembly, told) if faces else {}
+    recall = _face_recall(comparisons, runs, assembly, progress) if faces else {}
     effects: dict[str, EffectRun] = {}
     if planned.effects:
-        with told.stage("effects"):
+        with progress.stage("effects"):
             effects = run_effects(planned, session, assembly, _believed(planned, runs, lineup.oracle))
     measured = Measured(
-        session=session,
-        assembly=assembly,
-        detections={label: run.detection for label, run in runs.items()},
-        oracle=lineup.oracle,
-        comparisons=comparisons,
-        episodes=found,
-        misses=missed,
-        matches=matches,
-        face_recall=recall,
-        causes=causes,
-        dwell=dwell,
-        effects=effects,
-        treatment=treatment,
+        session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
+        oracle=lineup.oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches,
+        face_recall=recall, causes=causes, dwell=dwell, effects=effects, treatment=treatment,
         flags=Flags.of(treatment.spans, assembly, session.scene),
-    )
+    )  # fmt: skip
     summary = summarise(measured, runs, layout.survey, planned, window=(start, end), seed=seed, tau=tau, began=began)
     return RunResult(**vars(measured), summary=summary, out=out)
 
 
 def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
-    """Who runs: those asked for, else the usual ones where the plan looks for contacts, else those effects believe."""
+    """The detectors to run: those asked for, else the usual ones if the plan needs contacts, and those effects name."""
     if detectors is None and not planned.detection:
         return Lineup((), "")
     lineup = line_up(detectors, oracle)
@@ -214,14 +171,12 @@ def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Det
 
 
 def _comparisons(runs: dict[str, Run], oracle: str, tolerance: Tolerance) -> dict[str, Comparison]:
-    if not oracle:
-        return {}
-    truth = runs[oracle].detection
-    asked = {label: run.detection for label, run in runs.items() if label != oracle}
-    return {
-        label: compare(answer, truth, (label, oracle), tolerance.judge(answer, truth))
-        for label, answer in asked.items()
-    }
+    found = {}
+    for label, run in runs.items():
+        if oracle and label != oracle:
+            answer, truth = run.detection, runs[oracle].detection
+            found[label] = compare(answer, truth, (label, oracle), tolerance.judge(answer, truth))
+    return found
 
 
 def _matches(
@@ -236,14 +191,14 @@ def _matches(
 
 
 def _face_recall(
-    comparisons: dict[str, Comparison], runs: dict[str, Run], assembly: Assembly, told: Progress
+    comparisons: dict[str, Comparison], runs: dict[str, Run], assembly: Assembly, progress: Progress
 ) -> dict[str, FaceRecall]:
     recalls = {}
     for label, comparison in comparisons.items():
         truth = runs[comparison.oracle].detection
         if truth.face_sets is None or truth.covers != "instants":
             continue
-        with told.stage(f"faces of {label}", len(assembly.motion)) as advance:
+        with progress.stage(f"faces of {label}", len(assembly.motion)) as advance:
             said = face_sets_again(runs[label].detector, assembly, advance)
         if said is not None:
             recalls[label] = face_recall(said, truth.face_sets, comparison)
@@ -251,7 +206,7 @@ def _face_recall(
 
 
 def _face_source(assembly: Assembly, seed: int) -> Callable[[Motion], Detection]:
-    """The faces of single frames by the most trusted detector of instants, made when somebody asks.
+    """The faces of single frames by the most trusted detector of instants, made on first use.
 
     An oracle of intervals, of volumes or of a lower rate says that there is contact, but not in which faces at a frame.
     """

@@ -45,7 +45,7 @@ class EffectError(ReplayError, ValueError):
 
 
 class AuditError(ReplayError, ValueError):
-    """Two detections do not speak of the same frames and pairs."""
+    """Two detections do not cover the same frames and pairs."""
 
 
 class PolicyError(ReplayError, ValueError):

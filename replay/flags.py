@@ -1,4 +1,4 @@
-"""Which verdicts rest on a pose that was in doubt: a mark per frame and body, and per pair through its bodies."""
+"""Which verdicts use a doubtful pose: a mark per frame and body, and per pair through its bodies."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ FLAG_KINDS: Final = (
 """Kinds that flag single frames; the n-th is bit n."""
 
 POSE_DOUBT: Final = np.uint8(0xFF ^ 1 << FLAG_KINDS.index("gap"))
-"""Bits that speak of the pose itself; after a gap only the way to it is unknown."""
+"""Bits that doubt the pose itself; after a gap only the path to it is unknown."""
 
 
 @dataclass(frozen=True)
 class FlagSpan:
-    """Consecutive frames of one body with one kind of doubt, and what was done about it.
+    """Consecutive frames of one body with one kind of fault, and what was done about it.
 
     Parameters
     ----------
@@ -52,12 +52,7 @@ class FlagSpan:
 
 @dataclass(frozen=True, eq=False)
 class Flags:
-    """Flags of an assembly.
-
-    Parameters
-    ----------
-    bodies : (T, N) uint8, bits of `FLAG_KINDS`; a child carries its parents' flags.
-    """
+    """Flags of an assembly: (T, N) uint8, bits of `FLAG_KINDS`; a child carries its parents' flags."""
 
     bodies: NDArray[np.uint8]
 
@@ -85,12 +80,12 @@ class Flags:
 
 
 def flag_words() -> list[str]:
-    """What each value of a flag says: ``frozen+gap``; the value 0 says nothing."""
+    """Each value of a flag in words: ``frozen+gap``; an empty text for 0."""
     return ["+".join(kind for k, kind in enumerate(FLAG_KINDS) if value >> k & 1) for value in range(256)]
 
 
 def _chain(name: str, scene: Scene) -> list[str]:
-    """A body and all that its pose hangs on."""
+    """A body, its parent, the parent's parent and so on."""
     chain = [name]
     while (declared := scene.body(chain[-1])) is not None and declared.parent and declared.parent not in chain:
         chain.append(declared.parent)

@@ -1,4 +1,4 @@
-"""Of the frames of a file, those whose stamps increase; the others are counted, never lost in silence."""
+"""The frames of a file whose stamps increase; the others are left out and counted."""
 
 from __future__ import annotations
 
@@ -13,14 +13,13 @@ from sessions import Frames
 
 @dataclass(frozen=True, eq=False)
 class OrderedFrames:
-    """What is left of one block.
+    """The frames of one block that are used.
 
     Parameters
     ----------
     frames : frames whose stamp lies after every stamp before, over all blocks.
     numbers : their numbers in the file, from 0.
-    repeated : frames left out because their stamp is the latest one again.
-    backwards : frames left out because their stamp lies before the latest one.
+    repeated, backwards : how many were left out because their stamp equals the latest one, or lies before it.
     """
 
     frames: Frames
@@ -30,16 +29,13 @@ class OrderedFrames:
 
 
 def in_order(blocks: Iterable[Frames]) -> Iterator[OrderedFrames]:
-    """Go through blocks in file order and keep the frames that move the clock on."""
+    """Go through blocks in file order and keep the frames whose stamp increases."""
     latest, first = np.iinfo(np.int64).min, 0
     for block in blocks:
         peak = np.maximum.accumulate(np.concatenate([[latest], block.stamp_ns]))
         keep = block.stamp_ns > peak[:-1]
         same = int((block.stamp_ns == peak[:-1]).sum())
-        frames = block if keep.all() else _rows(block, keep)
+        columns = (getattr(block, item.name)[keep] for item in fields(Frames)[1:])
+        frames = block if keep.all() else Frames(block.names, *columns)
         yield OrderedFrames(frames, np.flatnonzero(keep) + first, same, len(block) - len(frames) - same)
         latest, first = int(peak[-1]), first + len(block)
-
-
-def _rows(frames: Frames, keep: NDArray[np.bool_]) -> Frames:
-    return Frames(frames.names, *(getattr(frames, item.name)[keep] for item in fields(Frames)[1:]))

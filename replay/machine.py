@@ -20,8 +20,8 @@ MACOS_PROCESSOR: Final = ("/usr/sbin/sysctl", "-n", "machdep.cpu.brand_string")
 
 def versions() -> dict[str, str]:
     """Versions of Python and of every package in ``PACKAGES`` that is installed."""
-    found = {name: _version(name) for name in PACKAGES}
-    return {"python": platform.python_version(), **{name: told for name, told in found.items() if told is not None}}
+    found = {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
+    return {name: number for name, number in found.items() if number is not None}
 
 
 @cache
@@ -36,13 +36,9 @@ def _version(name: str) -> str | None:
 def machine() -> dict[str, str | int]:
     """Operating system, processor and how many cores there are; nothing that names a user or a host."""
     return {
-        "system": platform.system(),
-        "release": platform.release(),
-        "architecture": platform.machine(),
-        "processor": processor(),
-        "cores": os.cpu_count() or 1,
-        "byte_order": sys.byteorder,
-    }
+        "system": platform.system(), "release": platform.release(), "architecture": platform.machine(),
+        "processor": processor(), "cores": os.cpu_count() or 1, "byte_order": sys.byteorder,
+    }  # fmt: skip
 
 
 def processor() -> str:
@@ -55,8 +51,8 @@ def _of_linux() -> str:
     """The first processor in the kernel's list; on ARM the list names none."""
     if not LINUX_PROCESSORS.is_file():
         return ""
-    told = (line.partition(":") for line in LINUX_PROCESSORS.read_text("utf-8", "replace").splitlines())
-    return next((value for name, _, value in told if name.strip() == "model name"), "")
+    rows = (line.partition(":") for line in LINUX_PROCESSORS.read_text("utf-8", "replace").splitlines())
+    return next((value for name, _, value in rows if name.strip() == "model name"), "")
 
 
 def _of_macos() -> str:

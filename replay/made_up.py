@@ -1,4 +1,4 @@
-"""Every made-up session by its name, so that a command line can offer them all."""
+"""Every synthetic session by its name, so that a command line can offer them all."""
 
 from __future__ import annotations
 
@@ -17,16 +17,10 @@ def made_up_names() -> tuple[str, ...]:
 
 
 def made_up_session(name: str, seed: int = 0, noise: str | None = None) -> tuple[Session, Truth]:
-    """The session of this name and what was planted in it; the same arguments give the same session.
+    """The session of this name and its ground truth; the same arguments give the same session.
 
-    Parameters
-    ----------
-    noise : ``vive`` or ``off``; ``None``: as a tracker would record a bench, and none for an analytic session.
-
-    Raises
-    ------
-    SessionError
-        Lists the names there are.
+    ``noise`` is ``vive`` or ``off``; by default a scene has it and an analytic session has not. An unknown name is a
+    ``SessionError`` that lists the names.
     """
     chosen: dict[str, Any] = {} if noise is None else {"noise": noise}
     if name in SCENES:

@@ -1,4 +1,4 @@
-"""Which pairs a run looks at: those asked for, those the scene declares, else all that move against each other."""
+"""The pairs that a run examines: those asked for, those the scene declares, else all that move against each other."""
 
 from __future__ import annotations
 
@@ -35,12 +35,9 @@ def rest_frames(scene: Scene, names: Sequence[str], moves: Mapping[str, bool]) -
 def chosen_pairs(
     scene: Scene, names: Sequence[str], moves: Mapping[str, bool], asked: Sequence[tuple[str, str]] | None = None
 ) -> NDArray[np.int64]:
-    """The pairs to look at, (P, 2) body numbers, first below second, in order.
+    """The pairs to examine, (P, 2) body numbers, first below second, in order.
 
-    Raises
-    ------
-    AssemblyError
-        A pair names a body that is not there, or one body twice.
+    Raises ``AssemblyError``: a pair names a body that is not there, or one body twice.
     """
     number = {name: index for index, name in enumerate(names)}
     wanted = list(asked) if asked is not None else wanted_pairs(scene, names)
@@ -52,7 +49,7 @@ def chosen_pairs(
 
 
 def held_pairs(scene: Scene, names: Sequence[str], pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which pairs are a body and the one it hangs on, (P,) bool: contact there is the rule, not news."""
+    """Which pairs are a body and its parent, (P,) bool: contact there is the rule, not news."""
     parent = {body.id: body.parent for body in scene.bodies}
     held = [parent.get(names[i]) == names[j] or parent.get(names[j]) == names[i] for i, j in pairs.tolist()]
     return np.array(held, dtype=np.bool_)

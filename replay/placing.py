@@ -8,7 +8,7 @@ recorded pose.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,12 +52,7 @@ class PlacedFrames:
         """Blocks after each other."""
         if len(parts) == 1:
             return parts[0]
-        return cls(
-            np.concatenate([part.stamp_ns for part in parts]),
-            np.concatenate([part.translation for part in parts]),
-            np.concatenate([part.rotation for part in parts]),
-            np.concatenate([part.origin for part in parts]),
-        )
+        return cls(*(np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(cls)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,25 +63,26 @@ class _World:
     rotation: FloatArray
     origin: NDArray[np.uint8]
 
-    def then(self, translation: FloatArray, rotation: FloatArray) -> _World:
-        """This frame followed by a pose given in it."""
-        moved = _turned(self.rotation, translation) + self.translation
-        return _World(moved, _product(self.rotation, rotation), self.origin)
+    def then(self, child: _World) -> _World:
+        """A pose given in this frame, in the world.
+
+        A child has a pose only where its parent has one; its origin is its own, or its parent's where it is fixed.
+        """
+        own, parent = np.broadcast_arrays(child.origin, self.origin)
+        origin = np.where(own == PoseOrigin.FIXED, parent, own)
+        origin = np.where(parent == PoseOrigin.NONE, PoseOrigin.NONE, origin).astype(np.uint8)
+        # ``R t`` and ``A B`` are summed in a fixed order, so that every machine and block size gets the same bits.
+        x, y, z = (self.rotation[..., :, k] * child.translation[..., k, None] for k in range(3))
+        moved = (x + y) + z + self.translation
+        x, y, z = (self.rotation[..., :, k, None] * child.rotation[..., None, k, :] for k in range(3))
+        return _World(moved, (x + y) + z, origin)
 
 
 class Placing:
     """Where the meshes of the chosen bodies are, frame block by frame block.
 
-    Parameters
-    ----------
-    scene : parents, offsets, fixed poses.
-    tracked : names of the recorded bodies, one per column of the filled frames.
-    bodies : names of the bodies wanted, in order; each tracked or fixed.
-
-    Raises
-    ------
-    AssemblyError
-        A parent that is neither tracked nor fixed, or a circle of parents.
+    ``tracked`` names the columns of the filled frames; each of ``bodies`` is tracked or fixed. Raises
+    ``AssemblyError``: a parent that is neither tracked nor fixed, or a circle of parents.
     """
 
     def __init__(self, scene: Scene, tracked: Sequence[str], bodies: Sequence[str]) -> None:
@@ -115,7 +111,7 @@ class Placing:
         declared = self._scene.body(name)
         if declared is None or declared.offset == Pose():
             return world
-        return world.then(*_matrix(declared.offset))
+        return world.then(_at_rest(declared.offset))
 
     def _body_frame(self, name: str, frames: FilledFrames, known: dict[str, _World]) -> _World:
         if name not in known:
@@ -123,9 +119,7 @@ class Placing:
             declared = self._scene.body(name)
             if declared is not None and declared.parent:
                 parent = self._body_frame(declared.parent, frames, known)
-                own = _World(
-                    *_shared(parent.then(own.translation, own.rotation), own.origin, parent.origin)
-                )  # fmt: skip
+                own = parent.then(own)
             known[name] = own
         return known[name]
 
@@ -137,8 +131,7 @@ class Placing:
             return _World(frames.position[:, column], rotation, frames.origin[:, column])
         declared = self._scene.body(name)
         assert declared is not None and declared.fixed is not None
-        translation, rotation = _matrix(declared.fixed)
-        return _World(translation, rotation, np.array([PoseOrigin.FIXED], dtype=np.uint8))
+        return _at_rest(declared.fixed)
 
     def _check_chain(self, name: str) -> None:
         chain = [name]
@@ -157,33 +150,6 @@ class Placing:
             chain.append(declared.parent)
 
 
-def _shared(
-    world: _World, own: NDArray[np.uint8], parent: NDArray[np.uint8]
-) -> tuple[FloatArray, FloatArray, NDArray[np.uint8]]:
-    """A child is there only where its parent is; then as good as its own pose, or as the parent it is fixed to."""
-    own, parent = np.broadcast_arrays(own, parent)
-    origin = np.where(own == PoseOrigin.FIXED, parent, own)
-    return (
-        world.translation,
-        world.rotation,
-        np.where(parent == PoseOrigin.NONE, PoseOrigin.NONE, origin).astype(np.uint8),
-    )
-
-
-def _matrix(pose: Pose) -> tuple[FloatArray, FloatArray]:
-    quaternion = np.array([pose.quaternion_xyzw], dtype=np.float64)
-    return np.array([pose.position], dtype=np.float64), rotation_from_quaternion(quaternion)
-
-
-def _turned(rotation: FloatArray, vector: FloatArray) -> FloatArray:
-    """``R v`` row by row, summed in a fixed order so that every machine and block size gets the same bits."""
-    x, y, z = (rotation[..., :, k] * vector[..., k, None] for k in range(3))
-    turned: FloatArray = (x + y) + z
-    return turned
-
-
-def _product(a: FloatArray, b: FloatArray) -> FloatArray:
-    """``A B`` matrix by matrix, summed in a fixed order."""
-    x, y, z = (a[..., :, k, None] * b[..., None, k, :] for k in range(3))
-    product: FloatArray = (x + y) + z
-    return product
+def _at_rest(pose: Pose) -> _World:
+    rotation = rotation_from_quaternion(np.array([pose.quaternion_xyzw], dtype=np.float64))
+    return _World(np.array([pose.position], dtype=np.float64), rotation, np.array([PoseOrigin.FIXED], dtype=np.uint8))

@@ -1,6 +1,6 @@
 """What a run does with each kind of finding: a table of defaults, and words that change them for one run.
 
-Nothing is repaired in silence: whatever is done here is listed in the summary, and verdicts on it carry a flag.
+The summary lists whatever is done, and the verdicts concerned carry a flag.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from sessions.doctor.codes import CODES
 DROP: Final = "drop"
 """The body has no pose there: verdicts are NO_POSE; frames that are dropped are left out."""
 HOLD: Final = "hold"
-"""The last good pose stands in, for at most the limit; then there is none."""
+"""The last good pose is used instead, for at most the limit; then there is none."""
 INTERPOLATE: Final = "interpolate"
-"""The way from the last good pose to the next stands in, if they are at most the limit apart; else there is none."""
+"""A pose between the last good one and the next, if they are at most the limit apart; else there is none."""
 REFUSE: Final = "refuse"
 """The run does not start."""
 KEEP: Final = "keep"
@@ -31,13 +31,7 @@ _STAND_IN: Final = (DROP, HOLD, INTERPOLATE, REFUSE)
 
 @dataclass(frozen=True)
 class Rule:
-    """What is done with one kind.
-
-    Parameters
-    ----------
-    action : ``drop``, ``hold``, ``interpolate``, ``refuse`` or ``keep``.
-    limit : seconds, for ``hold`` and ``interpolate``.
-    """
+    """An action on one kind of finding; ``limit`` in seconds belongs to ``hold`` and ``interpolate``."""
 
     action: str
     limit: float = LIMIT_S
@@ -48,20 +42,14 @@ class Rule:
 
 @dataclass(frozen=True)
 class KindSpec:
-    """One kind of finding.
-
-    Parameters
-    ----------
-    default : what is done when nobody asks for anything else.
-    allowed : actions that make sense.
-    """
+    """The default action for one kind of finding, and all actions that make sense."""
 
     default: str
     allowed: tuple[str, ...]
 
 
 KINDS: Final[dict[str, KindSpec]] = {
-    # Refused by default: whoever wrote such a sample did not know that it was none, and may have written others.
+    # Refused by default: whoever wrote such a sample took it for a pose, and may have written others.
     "not-finite": KindSpec(REFUSE, _STAND_IN),
     "zero-quaternion": KindSpec(REFUSE, _STAND_IN),
     "non-unit-quaternion": KindSpec(REFUSE, _STAND_IN),

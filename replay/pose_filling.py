@@ -55,7 +55,7 @@ class FilledFrames:
 
 
 def is_usable(status: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    """Whether each sample is a pose somebody may compute with, same shape."""
+    """Whether each sample is a pose that may be computed with, same shape."""
     usable: NDArray[np.bool_] = _ORIGIN[status] != PoseOrigin.NONE
     return usable
 
@@ -100,12 +100,8 @@ class _Anchor:
     def after(self, frames: Frames) -> _Anchor:
         """The last sample of each body after these frames too."""
         table = _Samples.of(frames, self)
-        last = table.before[-1]
-        columns = np.arange(len(last))
-        return _Anchor(
-            table.stamp_ns[last, columns], table.position[last, columns], table.quaternion[last, columns],
-            table.usable[last, columns],
-        )  # fmt: skip
+        last = table.before[-1], np.arange(len(frames.names))
+        return _Anchor(table.stamp_ns[last], table.position[last], table.quaternion[last], table.usable[last])
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,13 +128,10 @@ class _Samples:
         after = np.minimum.accumulate(np.where(present, rows, end)[::-1], axis=0)[::-1]
         stamps = np.broadcast_to(window.stamp_ns[:, None], present.shape)
         return cls(
-            np.concatenate([anchor.stamp_ns[None], stamps]),
-            np.concatenate([anchor.position[None], window.position]),
+            np.concatenate([anchor.stamp_ns[None], stamps]), np.concatenate([anchor.position[None], window.position]),
             np.concatenate([anchor.quaternion[None], window.quaternion_xyzw]),
-            np.concatenate([anchor.usable[None], is_usable(window.status)]),
-            before,
-            np.where(after == end, -1, after),
-        )
+            np.concatenate([anchor.usable[None], is_usable(window.status)]), before, np.where(after == end, -1, after),
+        )  # fmt: skip
 
 
 def _fill(window: Frames, count: int, anchor: _Anchor) -> FilledFrames:
@@ -155,13 +148,9 @@ def _fill(window: Frames, count: int, anchor: _Anchor) -> FilledFrames:
 
 
 def _fill_absent(
-    samples: _Samples,
-    stamp_ns: NDArray[np.int64],
-    absent: NDArray[np.bool_],
-    position: FloatArray,
-    quaternion: FloatArray,
-    origin: NDArray[np.uint8],
-) -> None:
+    samples: _Samples, stamp_ns: NDArray[np.int64], absent: NDArray[np.bool_], position: FloatArray,
+    quaternion: FloatArray, origin: NDArray[np.uint8],
+) -> None:  # fmt: skip
     rows, columns = np.nonzero(absent)
     now = stamp_ns[rows]
     before, after = samples.before[rows, columns], samples.after[rows, columns]
@@ -175,13 +164,10 @@ def _fill_absent(
     between = near_before & near_after
     r, c, b, a = rows[between], columns[between], before[between], after[between]
     share = since[between] / (since[between] + until[between])
-    position[r, c] = _between(samples.position[b, c], samples.position[a, c], share)
+    start, end = samples.position[b, c], samples.position[a, c]
+    position[r, c] = start + (end - start) * share[:, None]
     quaternion[r, c] = slerp(samples.quaternion[b, c], samples.quaternion[a, c], share)
     origin[r, c] = PoseOrigin.INTERPOLATED
-
-
-def _between(start: FloatArray, end: FloatArray, share: FloatArray) -> FloatArray:
-    return start + (end - start) * share[:, None]
 
 
 NEARLY_EQUAL: Final = 1.0 - 1e-10

@@ -1,4 +1,4 @@
-"""Independent pieces of work in processes: of named ones one that fails ends no other; a crew gives back results."""
+"""Independent tasks in processes: named ones, where a failure stops no other, and a crew that returns results."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing.process import BaseProcess
-from types import TracebackType
 from typing import Any
 
 from replay.errors import WorkerError
@@ -23,43 +21,34 @@ Work = Callable[..., str]
 Tasks = Mapping[str, tuple[Any, ...]]
 
 
-def in_processes(work: Work, tasks: Tasks, jobs: int, tell: Told) -> dict[str, str]:
-    """Do every task; name -> why it failed, for those that did.
+def in_processes(work: Work, tasks: Tasks, jobs: int, tell: Told | None = None) -> dict[str, str]:
+    """Do every task (name -> arguments of ``work``); name -> why it failed, for those that did.
 
-    Parameters
-    ----------
-    tasks : name -> arguments of ``work``.
-    jobs : processes; 1 works in this one.
-    tell : told of every task when it is finished.
+    ``jobs`` processes do them, this one if it is 1; ``tell`` is called for every task when it is finished.
     """
     failed: dict[str, str] = {}
 
     def note(name: str, why: str) -> None:
         if why:
             failed[name] = why
-        tell(name, why or "done")
+        if tell is not None:
+            tell(name, why or "done")
 
     if jobs <= 1 or len(tasks) <= 1:
         for name, arguments in tasks.items():
             note(name, work(*arguments))
         return failed
     for name in _pooled(work, tasks, min(jobs, len(tasks)), note):
-        # A process that dies takes its pool along; alone, each task shows whether it was the one.
+        # A process that dies breaks its whole pool; run alone, each task shows whether it was the cause.
         for again in _pooled(work, {name: tasks[name]}, 1, note):
             note(again, "its process was ended, perhaps for want of memory")
     return failed
 
 
-def untold(name: str, became: str) -> None:
-    """Tell nobody."""
-    del name, became
-
-
 def _pooled(work: Work, tasks: Tasks, jobs: int, note: Told) -> list[str]:
-    """Do tasks in processes; the names of those that a dying process took along."""
+    """Do tasks in processes; return the names of those that were lost with a dying process."""
     lost = []
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_end_with_parent)
+    pool = _pool(jobs)
     try:
         waiting: dict[Future[str], str] = {pool.submit(work, *arguments): name for name, arguments in tasks.items()}
         for finished in as_completed(waiting):
@@ -72,41 +61,30 @@ def _pooled(work: Work, tasks: Tasks, jobs: int, note: Told) -> list[str]:
     return sorted(lost)
 
 
-class Crew:
-    """Processes that stay for several rounds of work, so that what each has loaded and compiled serves the next.
+def _pool(jobs: int) -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"), initializer=_end_with_parent)
 
-    Parameters
-    ----------
-    jobs : processes; 1 works in this one.
-    """
+
+class Crew:
+    """``jobs`` processes (1: this one) that stay for several rounds, so that each compiles once."""
 
     def __init__(self, jobs: int) -> None:
-        context = multiprocessing.get_context("spawn")
-        self._pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_end_with_parent) if jobs > 1 else None
+        self._pool = _pool(jobs) if jobs > 1 else None
 
     def __enter__(self) -> Crew:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         if self._pool is not None:
             self._pool.shutdown(cancel_futures=True)
 
     def results(
         self, tasks: Sequence[tuple[Callable[..., Any], tuple[Any, ...]]], done: Callable[[int], None]
     ) -> list[Any]:
-        """What each function gives for its arguments, in order of the tasks; what one raises is raised here.
+        """What each function returns, in order of the tasks; what one raises is raised here.
 
-        Parameters
-        ----------
-        tasks : functions of modules, each with its arguments; the longest first keeps all processes busy.
-        done : called with 1 whenever a task is finished.
-
-        Raises
-        ------
-        WorkerError
-            A process ended without an answer.
+        Tasks are functions of modules with their arguments; the longest first keeps all processes busy. ``done`` is
+        called with 1 whenever one is finished. Raises ``WorkerError``: a process ended without an answer.
         """
         if self._pool is None:
             found = []
@@ -129,10 +107,10 @@ class Crew:
 def _end_with_parent() -> None:
     """A worker whose parent was killed ends too, instead of waiting for work for ever."""
     parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=_wait_and_end, args=(parent,), daemon=True).start()
 
+    def wait_and_end() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
 
-def _wait_and_end(parent: BaseProcess) -> None:
-    parent.join()
-    os._exit(1)
+    threading.Thread(target=wait_and_end, daemon=True).start()

@@ -1,4 +1,4 @@
-"""How far long work has come, told to whoever listens: what computes knows no terminal."""
+"""How far long work has come, reported through a protocol: what computes knows no terminal."""
 
 from __future__ import annotations
 
@@ -11,22 +11,18 @@ Advance = Callable[[int], None]
 
 
 class Progress(Protocol):
-    """Somebody who wants to know."""
+    """Receives reports of progress."""
 
     def stage(self, name: str, total: int | None = None, unit: str = "frames") -> AbstractContextManager[Advance]:
-        """Enter a piece of work of ``total`` units; the value of the ``with`` is to be called with units done."""
+        """Begin a piece of work of ``total`` units; the value of the ``with`` is called with the units just done."""
         ...
 
 
-def _unheard(done: int) -> None:
-    del done
-
-
 class Silent:
-    """Nobody wants to know."""
+    """Ignores all progress."""
 
     @contextmanager
     def stage(self, name: str, total: int | None = None, unit: str = "frames") -> Iterator[Advance]:
-        """Tell no one."""
+        """Begin a piece of work without a report."""
         del name, total, unit
-        yield _unheard
+        yield lambda _: None

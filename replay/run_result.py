@@ -11,8 +11,8 @@ from cdcore import Detection
 from replay.affecting import EffectRun
 from replay.assembly import Assembly
 from replay.audit.causes import Causes
+from replay.audit.compare import FaceRecall
 from replay.audit.dwell import Dwell
-from replay.audit.face_recall import FaceRecall
 from replay.audit.matching import EpisodeMatches
 from replay.audit.outcome import Comparison, Episode, Miss
 from replay.flags import Flags
@@ -67,7 +67,7 @@ class Measured:
     causes : label -> why each of its misses was missed.
     dwell : how long each contact of the oracle lasted; ``None`` without an oracle.
     effects : kind -> what the effect found and took, in running order; empty where the scene declares none.
-    treatment : what the doctor found, and what the policy made of it.
+    treatment : the findings of the doctor, and what the policy did about them.
     flags : which verdicts rest on a pose in doubt.
     """
 
@@ -89,13 +89,11 @@ class Measured:
 
 @dataclass(frozen=True, eq=False)
 class RunResult(Measured):
-    """The outcome of ``replay.run``: what it computed, and
+    """The outcome of ``replay.run``: what it computed, its summary, and where it was written.
 
-    Parameters
-    ----------
-    summary : settings, seeds, counts, digests, machine; everything JSON can hold.
-    tradeoff : what other settings would have missed and taken, where that was measured.
-    out : the run folder, or ``None`` when nothing was written.
+    ``summary`` holds settings, seeds, counts, digests and machine as JSON can; ``tradeoff`` is what other settings
+    would have missed and taken, where that was measured; ``out`` is the run folder, or ``None`` when nothing was
+    written.
     """
 
     summary: Mapping[str, Any] = field(default_factory=dict)

@@ -15,23 +15,12 @@ from sessions import Session
 
 
 def run(
-    session_or_path: Session | str | Path,
-    *,
-    detectors: SpecsLike | None = None,
-    oracle: SpecLike | None = None,
-    out: str | Path | None = None,
-    pairs: Pairs | None = None,
-    start: float | None = None,
-    end: float | None = None,
-    seed: int = 0,
-    faces: bool = False,
-    tau: float = TAU,
-    policy: PolicyLike | Policy | None = None,
-    picture: bool = True,
-    force: bool = False,
-    progress: Progress | None = None,
-) -> RunResult:
-    """Replay a session through detectors, audit them against the one you trust, and write what came of it.
+    session_or_path: Session | str | Path, *, detectors: SpecsLike | None = None, oracle: SpecLike | None = None,
+    out: str | Path | None = None, pairs: Pairs | None = None, start: float | None = None, end: float | None = None,
+    seed: int = 0, faces: bool = False, tau: float = TAU, policy: PolicyLike | Policy | None = None,
+    picture: bool = True, force: bool = False, progress: Progress | None = None,
+) -> RunResult:  # fmt: skip
+    """Replay a session through detectors, audit them against the one you trust, and write the result.
 
     Parameters
     ----------
@@ -50,34 +39,31 @@ def run(
         ``None``: the defaults of ``replay.policy``.
     picture : whether the run folder holds the recording for Rerun.
     force : replace an earlier run folder.
-    progress : told how far the work is.
+    progress : receives reports of how far the work is.
 
     Raises
     ------
     ReplayError, SessionError, CollisionCoreError
         One sentence that says what to do.
     """
-    told = progress or Silent()
+    progress = progress or Silent()
     target = None if out is None else Path(out)
     if target is not None:
         from replay.results.run_folder import check_target
 
         check_target(target, force=force)
-    session = session_or_path if isinstance(session_or_path, Session) else _read(Path(session_or_path))
+    if not isinstance(session_or_path, Session):
+        from sessions import read_session
+
+        session_or_path = read_session(Path(session_or_path))
     result = compute(
-        session, detectors=detectors, oracle=oracle, pairs=pairs, start=start, end=end, seed=seed, faces=faces,
-        tau=tau, policy=policy, progress=told, out=target,
+        session_or_path, detectors=detectors, oracle=oracle, pairs=pairs, start=start, end=end, seed=seed, faces=faces,
+        tau=tau, policy=policy, progress=progress, out=target,
     )  # fmt: skip
     if target is not None:
-        with told.stage("write"):
+        with progress.stage("write"):
             _write(result, target, force=force, picture=picture)
     return result
-
-
-def _read(path: Path) -> Session:
-    from sessions import read_session
-
-    return read_session(path)
 
 
 def _write(result: RunResult, target: Path, *, force: bool, picture: bool) -> None:

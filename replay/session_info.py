@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -48,7 +49,7 @@ class ClockInfo:
 
 
 def session_info(session: Session) -> dict[str, Any]:
-    """Everything ``replay info`` says, as JSON can hold it."""
+    """Everything that ``replay info`` prints, as JSON can hold it."""
     stamps: list[NDArray[np.int64]] = []
     samples: list[list[NDArray[np.int64]]] = [[] for _ in session.names]
     words = np.zeros((len(session.names), len(Status)), dtype=np.int64)
@@ -60,6 +61,8 @@ def session_info(session: Session) -> dict[str, Any]:
     clock = ClockInfo.of(_joined(stamps))
     tracks = {name: ClockInfo.of(_joined(samples[column])) for column, name in enumerate(session.names)}
     fixed = [body.id for body in session.scene.bodies if body.fixed is not None and body.id not in tracks]
+    zero = int(stamps[0][0]) if stamps and len(stamps[0]) else 0
+    events = Counter(event.name for event in session.events)
     return {
         "origin": session.origin,
         "scene": session.scene.name,
@@ -67,10 +70,16 @@ def session_info(session: Session) -> dict[str, Any]:
         "frames": vars(clock),
         "bodies": [_body(session, name, tracks[name], words[column]) for column, name in enumerate(session.names)]
         + [_body(session, name, None, None) for name in fixed],
-        "intervals": [_interval(session, interval, stamps) for interval in session.intervals],
-        "events": _event_counts(session),
+        "intervals": [
+            {
+                "kind": interval.kind, "name": interval.name, "start": (interval.start_ns - zero) / 1e9,
+                "end": (interval.end_ns - zero) / 1e9,
+            }
+            for interval in session.intervals
+        ],
+        "events": dict(sorted(events.items(), key=lambda item: (-item[1], item[0]))),
         "facts": dict(session.facts),
-    }
+    }  # fmt: skip
 
 
 def _joined(parts: list[NDArray[np.int64]]) -> NDArray[np.int64]:
@@ -81,29 +90,8 @@ def _body(session: Session, name: str, track: ClockInfo | None, words: NDArray[n
     declared, mesh = session.scene.body(name), session.meshes.get(name)
     counts = {} if words is None else {status.name.lower(): int(words[status]) for status in Status if words[status]}
     return {
-        "name": name,
-        "faces": None if mesh is None else len(mesh.faces),
+        "name": name, "faces": None if mesh is None else len(mesh.faces),
         "size": None if mesh is None else (mesh.bounds[1] - mesh.bounds[0]).tolist(),
-        "proxy": declared is not None and declared.proxy,
-        "fixed": track is None,
-        "samples": counts,
+        "proxy": declared is not None and declared.proxy, "fixed": track is None, "samples": counts,
         **({} if track is None else {"rate_hz": track.rate_hz, "gaps": track.gaps, "longest_gap": track.longest_gap}),
-    }
-
-
-def _interval(session: Session, interval: Any, stamps: list[NDArray[np.int64]]) -> dict[str, Any]:
-    del session
-    zero = int(stamps[0][0]) if stamps and len(stamps[0]) else 0
-    return {
-        "kind": interval.kind,
-        "name": interval.name,
-        "start": (interval.start_ns - zero) / 1e9,
-        "end": (interval.end_ns - zero) / 1e9,
-    }
-
-
-def _event_counts(session: Session) -> dict[str, int]:
-    counts: dict[str, int] = {}
-    for event in session.events:
-        counts[event.name] = counts.get(event.name, 0) + 1
-    return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
+    }  # fmt: skip

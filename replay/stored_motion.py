@@ -22,14 +22,10 @@ ROWS_AT_ONCE: Final = BLOCK_FRAMES
 
 
 class StoredRows:
-    """A float64 array on disk that grows by rows and is read by rows; the file is gone when the object is.
+    """A float64 array on disk that grows by rows of one shape; the file is deleted with the object.
 
-    Supports what poses are asked for: ``rows[t]``, ``rows[t, body]``, ``rows[start:stop]``, ``rows[frames]``,
-    ``rows[frames, body]``, ``rows[mask]``, each with a copy as its answer.
-
-    Parameters
-    ----------
-    row_shape : shape of one row.
+    These give copies: ``rows[t]``, ``rows[t, body]``, ``rows[start:stop]``, ``rows[frames]``, ``rows[frames, body]``,
+    ``rows[mask]``.
     """
 
     dtype = np.dtype(np.float64)
@@ -66,14 +62,13 @@ class StoredRows:
 
     def __getitem__(self, key: Any) -> Any:
         first, rest = (key[0], key[1:]) if isinstance(key, tuple) else (key, ())
-        if isinstance(first, EllipsisType):
-            return np.asarray(self)[key]
         if isinstance(first, int | np.integer):
-            return self._rows(np.array([self._checked(int(first))]))[0][rest or ...]
+            row = int(first) + (self._count if first < 0 else 0)
+            return self._rows(np.array([row]))[0][rest or ...]
         if isinstance(first, slice):
             return self._picked(np.arange(self._count)[first], rest)
         rows = np.asarray(first)
-        if rows.dtype == np.bool_ and rows.ndim > 1:
+        if isinstance(first, EllipsisType) or (rows.dtype == np.bool_ and rows.ndim > 1):
             return np.asarray(self)[key]
         if rows.dtype == np.bool_:
             rows = np.flatnonzero(rows)
@@ -81,22 +76,14 @@ class StoredRows:
         paired = any(isinstance(part, list | np.ndarray) for part in rest)
         return self._rows(rows)[(np.arange(len(rows)), *rest)] if paired else self._picked(rows, rest)
 
-    def _checked(self, row: int) -> int:
-        if not -self._count <= row < self._count:
-            raise IndexError(f"row {row} of an array with {self._count} rows")
-        return row % self._count
-
     def _picked(self, rows: NDArray[np.int64], rest: tuple[Any, ...]) -> NDArray[np.float64]:
         """Some rows, each cut down by the rest of the key; never more than ``ROWS_AT_ONCE`` whole rows in memory."""
         if not rest:
             return self._rows(rows)
         if len(rows) == 0 or not all(isinstance(part, int | np.integer | slice) for part in rest):
             return self._rows(rows)[(slice(None), *rest)]
-        pieces = [
-            self._rows(rows[start : start + ROWS_AT_ONCE])[(slice(None), *rest)].copy()
-            for start in range(0, len(rows), ROWS_AT_ONCE)
-        ]
-        return np.concatenate(pieces)
+        parts = (rows[start : start + ROWS_AT_ONCE] for start in range(0, len(rows), ROWS_AT_ONCE))
+        return np.concatenate([self._rows(part)[(slice(None), *rest)].copy() for part in parts])
 
     def _rows(self, rows: NDArray[np.int64]) -> NDArray[np.float64]:
         if not len(rows):
@@ -120,11 +107,9 @@ class StoredRows:
 
 
 class StoredMotion(Motion):
-    """The blocks of a motion, put after each other on disk; times and flags stay in memory.
+    """Consecutive motions of the same bodies, joined on disk; times and flags stay in memory.
 
-    Parameters
-    ----------
-    blocks : consecutive motions of the same bodies, each checked already; ``linked`` of a first frame is kept.
+    The poses are not checked again, and ``linked`` of a block's first frame is kept.
     """
 
     def __init__(self, blocks: Iterable[Motion]) -> None:

@@ -25,16 +25,9 @@ PRIVATE_FACTS: Final = ("devices",)
 
 
 def summarise(
-    result: Measured,
-    runs: Mapping[str, Run],
-    seen: Survey,
-    planned: Plan,
-    *,
-    window: tuple[float | None, float | None],
-    seed: int,
-    tau: float,
-    began: float,
-) -> dict[str, Any]:
+    result: Measured, runs: Mapping[str, Run], seen: Survey, planned: Plan, *,
+    window: tuple[float | None, float | None], seed: int, tau: float, began: float,
+) -> dict[str, Any]:  # fmt: skip
     """Everything that was settled and counted; ``began`` is the ``perf_counter`` at which the run began."""
     return {
         "schema": SCHEMA,
@@ -94,36 +87,23 @@ def _session(result: Measured, seen: Survey) -> dict[str, Any]:
 
 def _detector(run: Run, contacts: int) -> dict[str, Any]:
     detection = run.detection
+    verdicts = np.bincount(detection.verdict.ravel(), minlength=len(Verdict))
     return {
-        "name": run.spec.name,
-        "settings": dict(run.settings),
-        "covers": detection.covers,
-        "online": run.detector.online,
-        "approximate": detection.approximate,
-        "contacts": contacts,
-        "verdicts": _verdicts(detection),
-        "seconds": _seconds(run),
-        "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
-        "digest": detection.digest,
-        "faces_digest": detection.faces_digest if detection.face_sets is not None else None,
-    }
-
-
-def _verdicts(detection: Detection) -> dict[str, int]:
-    count = np.bincount(detection.verdict.ravel(), minlength=len(Verdict))
-    return {verdict.name: int(count[verdict]) for verdict in Verdict if count[verdict]}
+        "name": run.spec.name, "settings": dict(run.settings), "covers": detection.covers,
+        "online": run.detector.online, "approximate": detection.approximate, "contacts": contacts,
+        "verdicts": {verdict.name: int(verdicts[verdict]) for verdict in Verdict if verdicts[verdict]},
+        "seconds": _seconds(run), "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
+        "digest": detection.digest, "faces_digest": detection.faces_digest if detection.face_sets is not None else None,
+    }  # fmt: skip
 
 
 def _seconds(run: Run) -> dict[str, Any]:
     stages = {name: float(np.sum(value)) for name, value in run.detection.seconds.items()}
     frames = max(1, len(run.detection.times))
     seconds: dict[str, Any] = {
-        "prepare": run.prepare,
-        "warm_up": run.warm,
-        "detect": run.detect,
-        "per_frame_mean": run.detect / frames,
+        "prepare": run.prepare, "warm_up": run.warm, "detect": run.detect, "per_frame_mean": run.detect / frames,
         "stages": stages,
-    }
+    }  # fmt: skip
     per_frame = frame_seconds(run.detection)
     if per_frame is not None and len(per_frame):
         seconds["per_frame"] = {

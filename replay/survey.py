@@ -1,4 +1,4 @@
-"""One cheap pass over a session before any detector runs: what its clock does, who moves, which poses are none."""
+"""One cheap pass over a session before any detector runs: its clock, which bodies move, which samples are no poses."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cdcore.numerics import QUATERNION_REJECT
 from replay.base.constants import BLOCK_FRAMES
 from replay.frame_order import in_order
 from replay.pose_filling import is_usable
-from sessions import Frames, Session, Status
+from sessions import Frames, Session
 
 NORM_NOTE: Final = 1e-6
 """A quaternion whose norm is further off 1 is worth a note; float32 reaches 1e-7."""
@@ -21,7 +21,7 @@ NORM_NOTE: Final = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """What one pass over the frames tells.
+    """The figures of one pass over the frames.
 
     Parameters
     ----------
@@ -29,7 +29,6 @@ class Survey:
     stamp_ns : (T,) int64 of the frames kept, strictly increasing.
     repeated, backwards : frames left out because their stamp repeats the latest one, or lies before it.
     moves : (N,) bool, whether any two usable samples of a body differ.
-    samples, lost : (N,) usable samples, and samples flagged as lost, in the frames kept.
     median_step_ns : median step between frames kept; 0 with fewer than two.
     off_norm : usable samples whose quaternion's norm is further than 1e-6 off 1; ``worst_norm`` is the furthest.
     """
@@ -39,16 +38,9 @@ class Survey:
     repeated: int
     backwards: int
     moves: NDArray[np.bool_]
-    samples: NDArray[np.int64]
-    lost: NDArray[np.int64]
     median_step_ns: int
     off_norm: int
     worst_norm: float
-
-    @property
-    def dropped(self) -> int:
-        """Frames that will not be looked at."""
-        return self.repeated + self.backwards
 
     @property
     def duration(self) -> float:
@@ -70,10 +62,8 @@ class Survey:
 def survey(session: Session, block_frames: int = BLOCK_FRAMES) -> Survey:
     """Pass over the frames once; memory is one block, and one stamp per frame.
 
-    Raises
-    ------
-    InvalidPoseError
-        A sample that claims to be a pose is not finite or has no unit quaternion; names frame, time and body.
+    Raises ``InvalidPoseError`` for a sample that claims to be a pose but is not finite or has no unit quaternion; it
+    names frame, time and body.
     """
     count = _Count(session.names)
     for block in in_order(session.blocks(block_frames)):
@@ -94,19 +84,14 @@ class _Count:
         self.worst_norm = 1.0
         self.first = np.full((len(names), 7), np.nan)
         self.moves = np.zeros(len(names), dtype=np.bool_)
-        self.samples = np.zeros(len(names), dtype=np.int64)
-        self.lost = np.zeros(len(names), dtype=np.int64)
 
     def add(self, frames: Frames, numbers: NDArray[np.int64]) -> None:
         """Take the frames of one block into account."""
         self.stamps.append(frames.stamp_ns)
         usable = is_usable(frames.status)
         self._require_poses(frames, numbers, usable)
-        self.samples += usable.sum(axis=0)
-        self.lost += (frames.status == Status.LOST).sum(axis=0)
         pose = np.concatenate([frames.position, frames.quaternion_xyzw], axis=-1)
-        unseen = np.isnan(self.first[:, 0]) & usable.any(axis=0)
-        columns = np.flatnonzero(unseen)
+        columns = np.flatnonzero(np.isnan(self.first[:, 0]) & usable.any(axis=0))
         self.first[columns] = pose[usable.argmax(axis=0)[columns], columns]
         self.moves |= ((pose != self.first).any(axis=-1) & usable).any(axis=0)
 
@@ -138,10 +123,8 @@ class _Count:
         """The figures as they stand."""
         stamps = np.concatenate(self.stamps) if self.stamps else np.zeros(0, dtype=np.int64)
         step = int(np.median(np.diff(stamps))) if len(stamps) > 1 else 0
-        return Survey(
-            self.names, stamps, self.repeated, self.backwards, self.moves, self.samples, self.lost, step, self.off_norm,
-            self.worst_norm,
-        )  # fmt: skip
+        count = (self.repeated, self.backwards, self.moves, step, self.off_norm, self.worst_norm)
+        return Survey(self.names, stamps, *count)
 
 
 def _frames(count: int) -> str:

@@ -32,7 +32,7 @@ class Replacement:
     ----------
     rows : (k,) frame numbers in the file, ascending.
     status : (k,) uint8, values of ``Status``.
-    position (k, 3), quaternion (k, 4) : what stands in; NaN where nothing does.
+    position (k, 3), quaternion (k, 4) : the replacement; NaN where there is none.
     """
 
     rows: NDArray[np.int64]
@@ -48,14 +48,7 @@ class Replacement:
 
 @dataclass(frozen=True, eq=False)
 class TreatedFrames:
-    """A source of frames over another.
-
-    Parameters
-    ----------
-    original : gives the recorded frames in blocks.
-    names : bodies.
-    replaced : column -> its replacement.
-    """
+    """The frames of another source with the samples of some columns replaced."""
 
     original: Blocks
     names: tuple[str, ...]

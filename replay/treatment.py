@@ -1,12 +1,9 @@
-"""Before a run: what is wrong with the session, and what the policy makes of it; the recording stays as it is."""
+"""Before a run: the faults of the session, and what the policy does about them; the recording is not changed."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
-
-import numpy as np
 
 from replay.base.constants import BLOCK_FRAMES
 from replay.errors import RefusedError
@@ -24,12 +21,12 @@ DAMAGE: Final = frozenset({"not-finite", "zero-quaternion", "non-unit-quaternion
 """Kinds whose samples claimed to be poses: dropping them loses data that a reader would expect."""
 
 NAMED_BY_SURVEY: Final = frozenset({"not-finite", "zero-quaternion", "non-unit-quaternion"})
-"""Kinds that the assembly refuses by frame, body and value when nothing stands in for them."""
+"""Kinds that the assembly refuses by frame, body and value when nothing replaces them."""
 
 
 @dataclass(frozen=True)
 class Treatment:
-    """What a run goes on with.
+    """The session that a run uses, and why.
 
     Parameters
     ----------
@@ -56,10 +53,8 @@ class Treatment:
 def treat(session: Session, policy: Policy) -> Treatment:
     """Examine a session and apply the policy to it.
 
-    Raises
-    ------
-    RefusedError
-        Something was found that the policy refuses; samples that are no poses are left to ``survey``, which names them.
+    Raises ``RefusedError``: something was found that the policy refuses; samples that are no poses are left to
+    ``survey``, which names them.
     """
     looked = look_through(session.blocks(BLOCK_FRAMES))
     findings = tuple(in_order([*examine_session(session, looked)]))
@@ -72,7 +67,9 @@ def treat(session: Session, policy: Policy) -> Treatment:
     if replaced:
         treated = replace(session, source=TreatedFrames(session.blocks, session.names, replaced))
     flagged = [_flagged(looked, span, policy, replaced.get(span.column)) for span in spans]
-    return Treatment(treated, policy, findings, (*flagged, *_gaps(looked, policy)))
+    # The frame after a gap is flagged: the path into it is not known.
+    gaps = [_span(looked, "gap", "", row, row, 1, policy) for row in (gap_rows(looked.stamp_ns) + 1).tolist()]
+    return Treatment(treated, policy, findings, (*flagged, *gaps))
 
 
 def _flagged(looked: Looked, span: PoseSpan, policy: Policy, replaced: Replacement | None) -> FlagSpan:
@@ -82,27 +79,17 @@ def _flagged(looked: Looked, span: PoseSpan, policy: Policy, replaced: Replaceme
         dropped, held, interpolated = (
             replaced.count(span.first, span.last, status) for status in (Status.LOST, Status.HELD, Status.INTERPOLATED)
         )
-    start, end = _seconds(looked, span.first), _seconds(looked, span.last)
-    return FlagSpan(
-        span.code, looked.names[span.column], int(looked.stamp_ns[span.first]), int(looked.stamp_ns[span.last]),
-        start, end, span.count, str(policy.rule(span.code)), dropped, held, interpolated,
-    )  # fmt: skip
+    where = looked.names[span.column], span.first, span.last, span.count
+    return _span(looked, span.code, *where, policy, dropped, held, interpolated)
 
 
-def _gaps(looked: Looked, policy: Policy) -> Sequence[FlagSpan]:
-    """The frame after each gap: what its path says of the time before is not known."""
-    action = str(policy.rule("gap"))
-    return [
-        FlagSpan(
-            "gap", "", int(looked.stamp_ns[row]), int(looked.stamp_ns[row]), _seconds(looked, row),
-            _seconds(looked, row), 1, action,
-        )
-        for row in (gap_rows(looked.stamp_ns) + 1).tolist()
-    ]  # fmt: skip
-
-
-def _seconds(looked: Looked, row: int) -> float:
-    return float(np.int64(looked.stamp_ns[row]) - np.int64(looked.stamp_ns[0])) / 1e9
+def _span(
+    looked: Looked, kind: str, body: str, first: int, last: int, samples: int, policy: Policy, *became: int
+) -> FlagSpan:
+    """Frames ``first`` to ``last`` of a body; ``became``: samples that were dropped, held, interpolated."""
+    zero, start, end = (int(looked.stamp_ns[row]) for row in (0, first, last))
+    seconds = (start - zero) / 1e9, (end - zero) / 1e9
+    return FlagSpan(kind, body, start, end, seconds[0], seconds[1], samples, str(policy.rule(kind)), *became)
 
 
 def _refusal(session: Session, finding: Finding) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cdcore import Motion
 from cdcore.numerics import place_points
 from replay.assembly import Assembly
-from replay.audit.outcome import Touch
+from replay.audit.outcome import Touch, as_vector
 
 FloatArray = NDArray[np.float64]
 
@@ -26,12 +26,7 @@ NO_GAP: Final = 1e-9
 
 
 def first_touch(assembly: Assembly, pair: int, frame: int) -> Touch | None:
-    """When a pair first touches on the way from one frame to the next; ``None`` where nobody can say that it does.
-
-    Parameters
-    ----------
-    frame : the way begins here.
-    """
+    """When a pair first touches between ``frame`` and the next; ``None`` where no touch is known."""
     from cdcore import Impact, time_of_impact  # with its compiler: only an oracle of intervals needs it
 
     ends, motion = assembly.pairs[pair], assembly.motion
@@ -44,7 +39,7 @@ def first_touch(assembly: Assembly, pair: int, frame: int) -> Touch | None:
     found = time_of_impact(meshes[0], _matrices(motion, rows, a), meshes[1], _matrices(motion, rows, b), times=times)
     if found.verdict is not Impact.HIT or found.toi is None or found.faces is None:
         return None
-    # At ``free`` they are still apart, by at most what they move in a microsecond: there a gap has a direction.
+    # At ``free`` they are still apart, by what they move in a microsecond: there the gap has a direction.
     there = poses_between(motion, ends, np.array([found.toi[0]]))
     placed = [
         place_points(mesh.triangles[face], there.rotations[0, k], there.translations[0, k])
@@ -57,11 +52,13 @@ def first_touch(assembly: Assembly, pair: int, frame: int) -> Touch | None:
     ]
     normal = _direction(other - here, across, middles[1] - middles[0])
     later = round((found.toi[1] - times[0]) * 1e9)
-    return Touch(frame, found.toi[0], found.toi[1], later, found.faces, _vector((here + other) / 2), _vector(normal))
+    return Touch(
+        frame, found.toi[0], found.toi[1], later, found.faces, as_vector((here + other) / 2), as_vector(normal)
+    )
 
 
 def _direction(gap: FloatArray, across: FloatArray, toward: FloatArray) -> FloatArray:
-    """Unit vector along a gap; where there is none, across what meets, on the side of the second body."""
+    """Unit vector along a gap; without a gap, ``across`` turned towards the second body."""
     length = float(np.linalg.norm(gap))
     if length > NO_GAP:
         along: FloatArray = gap / length
@@ -99,10 +96,10 @@ def at_touch(assembly: Assembly, pair: int, touch: Touch) -> Assembly:
 
 
 def nearest_points(one: FloatArray, other: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The nearest points of two triangles (3, 3) that are apart or touch, and a unit vector across what meets there.
+    """The nearest points of two triangles (3, 3) that are apart or touch, and a unit normal of the contact.
 
-    That is the face's normal where a corner is over a face, else the direction across both edges; edges along each
-    other, or faces without area, have none that is better than any other.
+    The normal is the face's where a corner is over a face, else the direction across both edges; for parallel edges and
+    faces without area it is arbitrary.
     """
     corners = [_corner(point, other) for point in one]
     corners += [near and (near[0], near[2], near[1], near[3]) for near in (_corner(point, one) for point in other)]
@@ -119,7 +116,7 @@ _UP: Final = np.array([0.0, 1.0, 0.0])
 
 
 def _corner(point: FloatArray, triangle: FloatArray) -> _Near | None:
-    """A corner over the inside of a triangle; at its rim the edges are nearer or as near."""
+    """A corner over the inside of a triangle, else ``None``: outside, the edges are at least as near."""
     a, edge_b, edge_c = triangle[0], triangle[1] - triangle[0], triangle[2] - triangle[0]
     normal = np.cross(edge_b, edge_c)
     area = float(np.linalg.norm(normal))
@@ -163,8 +160,3 @@ def _matrices(motion: Motion, rows: slice, body: int) -> FloatArray:
     poses = np.tile(np.eye(4), (2, 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = motion.rotations[rows, body], motion.translations[rows, body]
     return poses
-
-
-def _vector(array: FloatArray) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in array)
-    return x, y, z

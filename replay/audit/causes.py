@@ -1,20 +1,25 @@
-"""Why each contact was missed: the first stage that lost it, found by deciding the missed frames again."""
+"""Numbers the misses of a run and says why each contact was missed: the first stage that lost it.
+
+The stage is found by deciding the missed frames again.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Detection, Motion, Verdict
 from cdcore.protocol import Explains, Explanation, counts_as_contact
-from replay.audit.misses import Stretch
-from replay.audit.outcome import Comparison, Outcome
+from replay.assembly import Assembly
+from replay.audit.evidence import Evidence, grouped, looks
+from replay.audit.misses import Stretch, misses, stretches
+from replay.audit.outcome import Comparison, Episode, Miss, Outcome
+from replay.detecting import Run
 
 LOOKS_PER_MISS: Final = 16
 """A longer miss is decided again in this many frames, evenly spread with both ends."""
@@ -33,15 +38,15 @@ class Cause(StrEnum):
     """The stage that lost a contact."""
 
     TOLERANCE = "within tolerance"
-    """Contact by less than tau: nobody's fault, and no miss."""
+    """Contact by less than tau: too small to decide, and no miss."""
     BETWEEN_FRAMES = "between frames"
     """No instant shows it; only an oracle of intervals does."""
     BETWEEN_LOOKS = "between looks"
-    """The detector did not look at that frame."""
+    """The detector did not examine that frame."""
     CLOCK = "clock"
     """Within what is not known of the detector's clock."""
     COLLIDER_SHAPE = "collider shape"
-    """What stands in place of the meshes does not meet."""
+    """The colliders that replace the meshes do not meet."""
     CONTAINMENT = "inside, not asked"
     """One body is inside the other, and the detector does not ask that."""
     SPHERE_STAGE = "sphere stage"
@@ -53,9 +58,9 @@ class Cause(StrEnum):
     SEARCH = "search"
     """In the sample, not found."""
     UNEXPLAINED = "unexplained"
-    """Nobody can say."""
+    """No stage explains it."""
     NOT_EXAMINED = "not examined"
-    """There were too many misses to look at this one."""
+    """There were too many misses to examine this one."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +92,7 @@ class Causes:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What the causes of one detector are looked for in.
+    """The data in which the causes of one detector's misses are found.
 
     Parameters
     ----------
@@ -105,59 +110,49 @@ class Scene:
 
 
 def find_causes(places: Sequence[Stretch], comparison: Comparison, scene: Scene) -> Causes:
-    """Decide the missed frames again and say of every miss why.
-
-    Parameters
-    ----------
-    places : the misses, in order of time.
-    comparison : the subject beside the oracle.
-    """
+    """Decide the frames of the misses (``places``, in order of time) again and give each miss its cause."""
     found: list[list[Cause]] = [[] for _ in places]
     for number, cause in _causes(places, scene):
         found[number].append(cause)
     frames = Counter(cause for causes in found for cause in causes)
-    frames[Cause.TOLERANCE] += _contact_within_tolerance(comparison, scene.oracle)
+    excused = comparison.outcome == Outcome.WITHIN_TOLERANCE
+    frames[Cause.TOLERANCE] += int(counts_as_contact(scene.oracle.verdict[excused]).sum())
     words = tuple(Counter(causes).most_common(1)[0][0] if causes else Cause.NOT_EXAMINED for causes in found)
     return Causes(words, dict(frames), sum(map(len, found)), comparison.count(Outcome.MISSED))
 
 
-def first_failed(told: Explanation, verdict: int, *, at_instant: bool, asks_inside: bool = True) -> Cause:
+def first_failed(stages: Explanation, verdict: int, *, at_instant: bool, asks_inside: bool = True) -> Cause:
     """The first stage that lost a contact.
 
     Parameters
     ----------
-    told : what the detector says of its stages.
-    verdict : its verdict there.
+    stages, verdict : the detector's explanation and its verdict there.
     at_instant : whether the contact shows at the frame itself.
-    asks_inside : False where one body is inside the other and the detector refuses to say so.
+    asks_inside : False where one body is inside the other and the detector does not decide that.
     """
-    no, yes = _saying(told, False), _saying(told, True)
+    # A detector may answer with numpy's booleans.
+    answers = {name: bool(value) for name, value in vars(stages).items() if value is not None}
+    no, yes = ({name for name, value in answers.items() if value is answer} for answer in (False, True))
     asked = (
-        (not at_instant, Cause.BETWEEN_FRAMES),
-        ("looked" in no, Cause.BETWEEN_LOOKS),
-        ("within_clock" in yes, Cause.CLOCK),
-        ("shapes_meet" in no, Cause.COLLIDER_SHAPE),
-        (not asks_inside, Cause.CONTAINMENT),
-        ("spheres_meet" in no, Cause.SPHERE_STAGE),
-        ("sample_meets" in no, Cause.SAMPLING),
-        ("found_with_more" in yes, Cause.BUDGET),
+        (not at_instant, Cause.BETWEEN_FRAMES), ("looked" in no, Cause.BETWEEN_LOOKS),
+        ("within_clock" in yes, Cause.CLOCK), ("shapes_meet" in no, Cause.COLLIDER_SHAPE),
+        (not asks_inside, Cause.CONTAINMENT), ("spheres_meet" in no, Cause.SPHERE_STAGE),
+        ("sample_meets" in no, Cause.SAMPLING), ("found_with_more" in yes, Cause.BUDGET),
         ("sample_meets" in yes or verdict == Verdict.NOT_FOUND, Cause.SEARCH),
-    )
+    )  # fmt: skip
     return next((cause for failed, cause in asked if failed), Cause.UNEXPLAINED)
 
 
-def _saying(told: Explanation, answer: bool) -> set[str]:
-    """The stages that answered so; a detector may answer with numpy's booleans."""
-    return {name for name, value in vars(told).items() if value is not None and bool(value) is answer}
-
-
 def _causes(places: Sequence[Stretch], scene: Scene) -> Iterator[tuple[int, Cause]]:
-    """Number of a miss and the cause at one of its frames, for every look."""
-    instants = scene.oracle.covers == "instants"
-    for group in _groups(_looks(places)):
+    """Number of a miss and the cause at one of its frames, for every frame examined."""
+    instants, subject = scene.oracle.covers == "instants", scene.subject
+    for group in grouped(_looks(places), lambda look: len(look[2]), LOOKS_AT_ONCE):
         frames = np.unique([frame for _, _, looked in group for frame in looked])
-        truth = scene.faces(scene.motion.take(_with_before(frames, scene)))
-        row = {frame: k for k, frame in enumerate(_with_before(frames, scene).tolist())}
+        if not instants:
+            # An interval is also decided at the frame where it begins.
+            frames = np.unique(np.concatenate([frames, np.maximum(frames - 1, 0)]))
+        truth = scene.faces(scene.motion.take(frames))
+        row = {frame: k for k, frame in enumerate(frames.tolist())}
         contact = counts_as_contact(truth.verdict)
         for number, pair, looked in group:
             for frame in looked:
@@ -165,28 +160,13 @@ def _causes(places: Sequence[Stretch], scene: Scene) -> Iterator[tuple[int, Caus
                 ends = [end for end in asked if end in row and contact[row[end], pair]]
                 # An interval whose contact shows where it begins is explained there: at its end there is none to miss.
                 at = ends[0] if ends else frame
-                told = _told(scene, at, pair, truth.faces(row[at], pair))
-                asks = int(truth.verdict[row[at], pair]) != Verdict.CONTAINED or _asks_inside(scene.subject, pair)
-                verdict, at_instant = int(scene.subject.verdict[at, pair]), bool(ends) or instants
-                yield number, first_failed(told, verdict, at_instant=at_instant, asks_inside=asks)
-
-
-def _asks_inside(subject: Detection, pair: int) -> bool:
-    return not (subject.containment and subject.containment[pair].startswith("refused"))
-
-
-def _told(scene: Scene, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
-    if isinstance(scene.detector, Explains):
-        return scene.detector.explain(scene.motion, frame, pair, faces)
-    return Explanation()
-
-
-def _with_before(frames: NDArray[np.int64], scene: Scene) -> NDArray[np.int64]:
-    """With an oracle of intervals, the frame at which each interval begins as well."""
-    if scene.oracle.covers == "instants":
-        return frames
-    before: NDArray[np.int64] = np.unique(np.concatenate([frames, np.maximum(frames - 1, 0)]))
-    return before
+                stages = Explanation()
+                if isinstance(scene.detector, Explains):
+                    stages = scene.detector.explain(scene.motion, at, pair, truth.faces(row[at], pair))
+                refuses = bool(subject.containment) and subject.containment[pair].startswith("refused")
+                asks = int(truth.verdict[row[at], pair]) != Verdict.CONTAINED or not refuses
+                verdict, at_instant = int(subject.verdict[at, pair]), bool(ends) or instants
+                yield number, first_failed(stages, verdict, at_instant=at_instant, asks_inside=asks)
 
 
 Look = tuple[int, int, list[int]]
@@ -198,24 +178,37 @@ def _looks(places: Sequence[Stretch]) -> Iterator[Look]:
     every = max(1, -(-len(places) // LOOKS_IN_ALL))
     for number, place in enumerate(places):
         if number % every == 0:
-            count = min(most, place.last - place.first + 1)
-            frames = np.linspace(place.first, place.last, count) if count > 1 else [(place.first + place.last) // 2]
-            yield number, place.pair, np.unique(np.round(frames).astype(np.int64)).tolist()
+            yield number, place.pair, looks(place.first, place.last, most).tolist()
 
 
-def _groups(looks: Iterator[Look]) -> Iterator[list[Look]]:
-    group: list[Look] = []
-    size = 0
-    for look in looks:
-        if group and size + len(look[2]) > LOOKS_AT_ONCE:
-            yield group
-            group, size = [], 0
-        group.append(look)
-        size += len(look[2])
-    if group:
-        yield group
+def examine(
+    comparisons: Mapping[str, Comparison], contacts: Sequence[Episode], runs: Mapping[str, Run], assembly: Assembly,
+    faces_of: Callable[[Motion], Detection],
+) -> tuple[dict[str, tuple[Miss, ...]], dict[str, Causes]]:  # fmt: skip
+    """Misses and causes per label.
 
-
-def _contact_within_tolerance(comparison: Comparison, oracle: Detection) -> int:
-    rows, columns = np.nonzero(comparison.outcome == Outcome.WITHIN_TOLERANCE)
-    return int(counts_as_contact(oracle.verdict[rows, columns]).sum())
+    Parameters
+    ----------
+    comparisons : label -> comparison, all with one oracle.
+    contacts : the oracle's episodes.
+    runs : every detector of the run, the oracle among them.
+    faces_of : the most trusted answer, with faces, for some frames.
+    """
+    places = {label: stretches(comparison, contacts) for label, comparison in comparisons.items()}
+    asked = [(place.pair, place.first, place.last) for found in places.values() for place in found]
+    if not asked:
+        return dict.fromkeys(places, ()), {label: Causes() for label in places}
+    trusted = runs[next(iter(comparisons.values())).oracle]
+    own = trusted.detection
+    has_faces = own.face_sets is not None and own.covers == "instants" and not trusted.detector.online
+    evidence = Evidence(assembly, own if has_faces else faces_of, asked, between=own.covers == "intervals")
+    names = [(assembly.names[i], assembly.names[j]) for i, j in assembly.pairs.tolist()]
+    times = assembly.motion.times
+    numbered = {label: misses(found, names, times, evidence) for label, found in places.items()}
+    causes = {}
+    for label, found in places.items():
+        scene = Scene(assembly.motion, runs[label].detection, own, runs[label].detector, faces_of)
+        causes[label] = find_causes(found, comparisons[label], scene)
+        with_cause = zip(numbered[label], causes[label].of_misses, strict=True)
+        numbered[label] = tuple(replace(miss, cause=cause.value) for miss, cause in with_cause)
+    return numbered, causes

@@ -1,4 +1,4 @@
-"""By how much another clock is off: the shift at which most reported begins and ends fall on true ones."""
+"""The offset of another clock: the shift at which most reported begins and ends fall on true ones."""
 
 from __future__ import annotations
 
@@ -52,13 +52,12 @@ def estimate_offset(reported: Moments, truth: Moments, offset: float | None = No
     reported, truth : moments per pair and kind, each on its own clock.
     offset : take this one, and only say how well it fits.
 
-    Raises
-    ------
-    AuditError
-        No pair is on both sides, so that nothing can be estimated.
+    Raises ``AuditError``: no pair is on both sides, so that nothing can be estimated.
     """
     total = sum(map(len, reported.values()))
-    every = [_differences(moments, truth.get(key, ())) for key, moments in reported.items()]
+    # True minus reported seconds, (reported, true), for every pair and kind.
+    both = ((np.array(moments, dtype=np.float64), truth.get(key, ())) for key, moments in reported.items())
+    every = [np.array(true, dtype=np.float64)[None] - said[:, None] for said, true in both]
     differences = np.sort(np.concatenate([part.ravel() for part in every])) if every else np.zeros(0)
     if offset is None:
         if not len(differences):
@@ -70,14 +69,6 @@ def estimate_offset(reported: Moments, truth: Moments, offset: float | None = No
     left = np.concatenate([np.zeros(0), *(_nearest(part, offset) for part in every)])
     held = np.abs(left[np.abs(left) <= WINDOW])
     return ClockOffset(offset, float(np.quantile(held, 0.95)) if len(held) else 0.0, len(held), total)
-
-
-def _differences(reported: Sequence[float], truth: Sequence[float]) -> NDArray[np.float64]:
-    """True minus reported, (reported, true) seconds."""
-    table: NDArray[np.float64] = (
-        np.asarray(truth, dtype=np.float64)[None] - np.asarray(reported, dtype=np.float64)[:, None]
-    )
-    return table
 
 
 def _densest(differences: NDArray[np.float64]) -> float:

@@ -1,4 +1,4 @@
-"""Hundreds of misses in a few dozen groups: of one pair, close together in time, the deepest first."""
+"""Groups of misses of one pair that lie close together in time, the deepest first: dozens instead of hundreds."""
 
 from __future__ import annotations
 
@@ -20,18 +20,13 @@ SHORTEST_GAP: Final = 0.25
 
 @dataclass(frozen=True)
 class Cluster:
-    """Misses of one pair that lie close together in time.
-
-    Parameters
-    ----------
-    misses : in order of time.
-    """
+    """Misses of one pair that lie close together in time, in order of time."""
 
     misses: tuple[Miss, ...]
 
     @property
     def deepest(self) -> Miss:
-        """The miss worth a look."""
+        """The miss with the longest cut."""
         return by_depth(self.misses)[0]
 
     @property

@@ -21,22 +21,22 @@ from replay.audit.outcome import Episode
 FloatArray = NDArray[np.float64]
 
 RATES_HZ: Final = (10.0, 20.0, 22.5, 30.0, 45.0, 50.0, 60.0, 72.0, 80.0, 90.0, 120.0, 144.0, 240.0)
-"""Step rates that are told: physics steps of engines and refresh rates of headsets."""
+"""Step rates reported: physics steps of engines and refresh rates of headsets."""
 
 HALVINGS: Final = 20
 """Of the step in which a contact begins or ends: a millionth of it remains, ten nanoseconds at 90 Hz."""
 
 REFINED: Final = 20_000
-"""Contacts whose ends are looked for between frames; with more, flicker, the frames' own resolution must do."""
+"""Contacts whose ends are located between frames; with more (flicker), the ends stay at frames."""
 
 
 def miss_probability(dwell: ArrayLike, step: float) -> FloatArray:
-    """Share of the phases at which a contact of ``dwell`` seconds has no look at steps of ``step`` seconds."""
+    """Share of the phases at which a contact of ``dwell`` seconds is never examined at steps of ``step`` seconds."""
     return np.maximum(0.0, 1.0 - np.asarray(dwell, dtype=np.float64) / step)
 
 
 def expected_misses(dwells: ArrayLike, rate_hz: float) -> float:
-    """How many of the contacts have no look at all, on average over the phase."""
+    """How many of the contacts are never examined, on average over the phase."""
     return float(miss_probability(dwells, 1.0 / rate_hz).sum())
 
 
@@ -52,9 +52,9 @@ class Dwell:
 
     Parameters
     ----------
-    begin, end : (E,) seconds, between frames where that could be looked for.
+    begin, end : (E,) seconds, between frames where they could be located.
     open : (E,) bool: it began before the recording or a gap, or ended after; it lasted at least this long.
-    refined : whether its ends were looked for between frames.
+    refined : whether the ends were located between frames.
     """
 
     begin: FloatArray
@@ -71,15 +71,12 @@ class Dwell:
         """As plain data: expected misses at each rate, and the rate from which on none is missed."""
         seconds = self.seconds
         return {
-            "contacts": len(seconds),
-            "cut_off": int(self.open.sum()),
-            "between_frames": self.refined,
+            "contacts": len(seconds), "cut_off": int(self.open.sum()), "between_frames": self.refined,
             "shortest": float(seconds.min()) if len(seconds) else None,
-            "median": float(np.median(seconds)) if len(seconds) else None,
-            "rates_hz": list(RATES_HZ),
+            "median": float(np.median(seconds)) if len(seconds) else None, "rates_hz": list(RATES_HZ),
             "expected_misses": [expected_misses(seconds, rate) for rate in RATES_HZ],
             "none_missed_from_hz": safe_rate(seconds) if len(seconds) else 0.0,
-        }
+        }  # fmt: skip
 
 
 def dwell_of(assembly: Assembly, oracle: Detection, contacts: Sequence[Episode]) -> Dwell:
@@ -87,10 +84,7 @@ def dwell_of(assembly: Assembly, oracle: Detection, contacts: Sequence[Episode])
 
     Between frames bodies move as ``continuous`` moves them: origins along a line, rotations at constant speed. A
     contact is taken to begin and to end once in a step; where the oracle knows the time of impact, that is the begin.
-
-    Parameters
-    ----------
-    contacts : the oracle's episodes, in order.
+    ``contacts`` are the oracle's episodes.
     """
     if not contacts:
         return Dwell(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.bool_), True)
@@ -116,8 +110,7 @@ def _edges(
     motion: Motion, pairs: NDArray[np.int64], oracle: Detection, contact: Episode
 ) -> tuple[Edge | None, Edge | None]:
     """Where a contact begins and ends; ``None``: at the end of what was recorded of the pair."""
-    times, last = motion.times, len(motion) - 1
-    bodies = pairs[contact.pair]
+    times, last, bodies = motion.times, len(motion) - 1, pairs[contact.pair]
     if oracle.covers == "intervals":
         return _interval_edges(times, oracle, contact)
     starts = contact.first > 0 and bool(motion.linked[contact.first][bodies].all())

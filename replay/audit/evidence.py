@@ -1,10 +1,10 @@
-"""The geometry behind misses: faces, curve, point and normal, asked for only in the frames that missed something."""
+"""The geometry behind misses: faces, curve, point and normal, computed only in frames with a miss."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,23 +12,24 @@ from numpy.typing import NDArray
 from cdcore import Detection, Motion
 from replay.assembly import Assembly
 from replay.audit.between import first_touch
-from replay.audit.outcome import Touch, Vector
+from replay.audit.outcome import Touch, Vector, as_vector
 
 FloatArray = NDArray[np.float64]
 Place = tuple[int, int, int]
+Item = TypeVar("Item")
 
 LOOKS_PER_MISS: Final = 128
-"""A longer miss is looked at in this many frames, evenly spread with both ends: at 90 Hz all frames of 1.4 s."""
+"""A longer miss is examined in this many frames, evenly spread with both ends: at 90 Hz all frames of 1.4 s."""
 
 LOOKS_IN_ALL: Final = 20_000
-"""Pair-frames looked at in all, some seconds of work; with more misses each is looked at once, in its middle."""
+"""Pair-frames examined in all, some seconds of work; with more misses each is examined once, in its middle."""
 
 
 LOOKS_AT_ONCE: Final = 4096
 """Looks whose faces are held together: some 100 MB when every look has a thousand face pairs in every pair."""
 
 TOUCHES_IN_ALL: Final = 500
-"""Misses between frames whose moment is looked for, 25 ms each with meshes of 3,000 faces; those beyond, later in the
+"""Misses between frames whose moment is located, 25 ms each with meshes of 3,000 faces; those beyond, later in the
 recording, get no faces."""
 
 
@@ -57,30 +58,27 @@ class Cut:
 
 
 class Evidence:
-    """Answers where in a stretch of frames two bodies cut each other longest.
+    """Finds the frame of a stretch in which the surfaces of two bodies intersect in the longest curve.
 
     Parameters
     ----------
     assembly : bodies, motion, pairs.
     faces : a detection of the whole assembly that holds face pairs, or what asks a detector for them on a motion.
     places : (pair, first, last) of every stretch that will be asked for.
-    between : whether row t of the oracle speaks of the way from t-1 to t, so that no frame need show a contact.
+    between : whether row t of the oracle covers the path from t-1 to t, so that no frame need show a contact.
     """
 
     def __init__(
-        self,
-        assembly: Assembly,
-        faces: Detection | Callable[[Motion], Detection],
-        places: Sequence[Place],
-        *,
+        self, assembly: Assembly, faces: Detection | Callable[[Motion], Detection], places: Sequence[Place], *,
         between: bool = False,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._assembly = assembly
-        self._middles = [_middle(body.mesh.referenced_vertices) for body in assembly.bodies]
+        points = (body.mesh.referenced_vertices for body in assembly.bodies)
+        self._middles = [(vertices.min(axis=0) + vertices.max(axis=0)) / 2 for vertices in points]
         most = min(LOOKS_PER_MISS, max(1, LOOKS_IN_ALL // max(1, len(places))))
-        self._frames = {place: _looks(place[1], place[2], most) for place in places}
+        self._frames = {place: looks(place[1], place[2], most) for place in places}
         self._faces = faces
-        self._groups = _grouped(self._frames)
+        self._groups = list(grouped(self._frames, lambda place: len(self._frames[place]), LOOKS_AT_ONCE))
         self._group_of = {place: number for number, group in enumerate(self._groups) for place in group}
         self._touches_left = TOUCHES_IN_ALL if between else 0
         self._asked = -1
@@ -89,7 +87,7 @@ class Evidence:
     def deepest(self, pair: int, first: int, last: int) -> Cut:
         """The look with the longest curve; of equals the one with most faces, then the earliest.
 
-        Asked in the order of ``places``, every frame is looked at once, and memory holds one group of looks.
+        Called in the order of ``places``, it examines every frame once, and memory holds one group of frames.
         """
         detection, row = self._detection((pair, first, last))
         frames = self._frames[pair, first, last].tolist()
@@ -98,7 +96,7 @@ class Evidence:
         return deepest if deepest.face_pairs else self._between_frames(pair, first, deepest)
 
     def _between_frames(self, pair: int, first: int, nothing: Cut) -> Cut:
-        """Where they first touch on the way to the first frame; as it is where nobody can say."""
+        """Where they first touch before the first frame; ``nothing`` where that is not known."""
         if self._touches_left <= 0:
             return nothing
         self._touches_left -= 1
@@ -108,7 +106,7 @@ class Evidence:
         return Cut(first, touch.point, touch.normal, 1, 0.0, touch, np.array([touch.faces], dtype=np.int64))
 
     def _detection(self, place: Place) -> tuple[Detection, dict[int, int]]:
-        """A detection that holds the faces of a stretch, and which of its rows a frame is where that differs."""
+        """A detection that holds the faces of a stretch, and frame -> row where the two differ."""
         if isinstance(self._faces, Detection):
             return self._faces, {}
         number = self._group_of[place]
@@ -124,21 +122,13 @@ class Evidence:
         segments = detection.section(row, pair) if len(faces) else np.zeros((0, 2, 3))
         way = segments[:, 1] - segments[:, 0]
         length = np.sqrt((way * way).sum(axis=-1))
-        toward = self._toward(pair, frame)
-        if not len(segments):
-            place = _vector(self._between(pair, frame))
-            return Cut(frame, place, _vector(toward), len(faces), 0.0, faces=self._kept(faces))
-        return Cut(
-            frame,
-            _vector(_point(segments, length)),
-            _vector(_normal(segments, toward)),
-            len(faces),
-            float(length.sum()),
-            faces=self._kept(faces),
-        )
-
-    def _kept(self, faces: NDArray[np.int64]) -> NDArray[np.int64] | None:
-        return None if isinstance(self._faces, Detection) else np.array(faces, dtype=np.int64)
+        a, b = self._centres(pair, frame)
+        toward = _unit(b - a)
+        point, normal = (a + b) / 2, toward
+        if len(segments):
+            point, normal = _point(segments, length), _normal(segments, toward)
+        kept = None if isinstance(self._faces, Detection) else np.array(faces, dtype=np.int64)
+        return Cut(frame, as_vector(point), as_vector(normal), len(faces), float(length.sum()), faces=kept)
 
     def _centres(self, pair: int, frame: int) -> tuple[FloatArray, FloatArray]:
         motion = self._assembly.motion
@@ -148,37 +138,29 @@ class Evidence:
         )
         return a, b
 
-    def _toward(self, pair: int, frame: int) -> FloatArray:
-        """Unit vector from the middle of the first body to that of the second; up where they coincide."""
-        a, b = self._centres(pair, frame)
-        way = b - a
-        length = float(np.sqrt((way * way).sum()))
-        return way / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
 
-    def _between(self, pair: int, frame: int) -> FloatArray:
-        a, b = self._centres(pair, frame)
-        return (a + b) / 2
-
-
-def _grouped(frames: Mapping[Place, NDArray[np.int64]]) -> list[list[Place]]:
-    """Stretches in order, cut into groups of at most ``LOOKS_AT_ONCE`` looks (a single longer one is a group)."""
-    groups: list[list[Place]] = []
-    looks = LOOKS_AT_ONCE
-    for place, asked in frames.items():
-        if looks + len(asked) > LOOKS_AT_ONCE:
-            groups.append([])
-            looks = 0
-        groups[-1].append(place)
-        looks += len(asked)
-    return groups
+def grouped(items: Iterable[Item], size: Callable[[Item], int], most: int) -> Iterator[list[Item]]:
+    """Items in order, in groups of at most ``most`` in size; a larger item is a group of its own."""
+    group: list[Item] = []
+    used = 0
+    for item in items:
+        if group and used + size(item) > most:
+            yield group
+            group, used = [], 0
+        group.append(item)
+        used += size(item)
+    if group:
+        yield group
 
 
-def _middle(vertices: FloatArray) -> FloatArray:
-    middle: FloatArray = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
-    return middle
+def _unit(way: FloatArray) -> FloatArray:
+    """The direction of a vector; up where it has none."""
+    length = float(np.sqrt((way * way).sum()))
+    return way / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
 
 
-def _looks(first: int, last: int, most: int) -> NDArray[np.int64]:
+def looks(first: int, last: int, most: int) -> NDArray[np.int64]:
+    """At most ``most`` frames of a stretch, evenly spread with both ends; a single one lies in the middle."""
     if last - first < most:
         return np.arange(first, last + 1)
     if most == 1:
@@ -211,8 +193,3 @@ def _normal(segments: FloatArray, toward: FloatArray) -> FloatArray:
         length = float(np.sqrt((normal * normal).sum()))
         normal = normal / length if length > 1e-9 else toward
     return normal if normal @ toward >= 0 else -normal
-
-
-def _vector(array: FloatArray) -> Vector:
-    x, y, z = (float(value) for value in array)
-    return x, y, z

@@ -1,4 +1,4 @@
-"""Limits that a build server holds a detector to; a limit nobody measured counts as broken."""
+"""Limits that a build server holds a detector to; a limit that was not measured counts as broken."""
 
 from __future__ import annotations
 
@@ -26,10 +26,7 @@ class Gates:
     def broken(self, audit: Mapping[str, Any], summaries: Sequence[Mapping[str, Any]]) -> list[str]:
         """A sentence for each limit that was exceeded or could not be checked.
 
-        Parameters
-        ----------
-        audit : label -> figures over all sessions.
-        summaries : the summaries of the runs, which hold the times.
+        ``audit`` has the figures over all sessions by label; ``summaries`` of the runs hold the times.
         """
         found = [] if self.max_missed is None else _missed(audit, self.max_missed)
         return found + ([] if self.max_p99_ms is None else _late(audit, summaries, self.max_p99_ms))

@@ -1,17 +1,13 @@
-"""What a detector missed, and what each took, in one line each: the same words in terminal, picture and report."""
+"""Sentences about what a detector missed and how long it took, the same in terminal, picture and report."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
-from typing import Any, Final
 
 from replay.audit.gates import figure
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Outcome
+from replay.audit.recorded import RECORDED
+from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.run_result import RunResult
-
-RECORDED: Final = "recorded"
-"""The detector that reads what an engine reported: it takes no time that would mean anything."""
 
 
 def headline(result: RunResult, label: str) -> str:
@@ -35,7 +31,7 @@ def headline(result: RunResult, label: str) -> str:
 
 
 def invented(result: RunResult) -> list[str]:
-    """A line per detector that reports contact where there is none: who misses nothing may invent everything."""
+    """A line per detector that reports contact where there is none: one that misses nothing may invent everything."""
     lines = []
     for label, comparison in result.comparisons.items():
         wrong, right = comparison.count(Outcome.INVENTED), comparison.count(Outcome.BOTH)
@@ -46,26 +42,19 @@ def invented(result: RunResult) -> list[str]:
 
 
 def price(result: RunResult) -> list[str]:
-    """What the oracle took to find every contact counted, beside what was audited; no line where nobody is."""
+    """A line with the time of the oracle and of each audited detector; no line where none is audited."""
     if not result.comparisons:
         return []
-    told = result.summary["detectors"]
-    how = _how(told[result.oracle])
-    least = (
-        f"Every contact counted here was found by {result.oracle} in {_per_frame(told[result.oracle])} a frame, {how}"
-    )
-    others: list[str] = []
+    figures = result.summary["detectors"]
+    ways = {
+        label: "frame by frame" if one["online"] else "the whole recording at once" for label, one in figures.items()
+    }
+    took = {label: f"{1e3 * one['seconds']['per_frame_mean']:.3g} ms" for label, one in figures.items()}
+    trusted = result.oracle
+    parts = [f"Every contact counted here was found by {trusted} in {took[trusted]} a frame, {ways[trusted]}"]
     for label in result.comparisons:
-        if told[label]["name"] != RECORDED:
-            other = _how(told[label])
-            took = "" if others else " took"
-            others.append(f"{label}{took} {_per_frame(told[label])}" + ("" if other == how else f", {other}"))
-    return ["; ".join([least, *others]) + ". At 90 Hz a frame lasts 11.1 ms."]
-
-
-def _how(told: Mapping[str, Any]) -> str:
-    return "frame by frame" if told["online"] else "the whole recording at once"
-
-
-def _per_frame(told: Mapping[str, Any]) -> str:
-    return f"{1e3 * told['seconds']['per_frame_mean']:.3g} ms"
+        if figures[label]["name"] != RECORDED:
+            verb = " took" if len(parts) == 1 else ""
+            way = "" if ways[label] == ways[trusted] else f", {ways[label]}"
+            parts.append(f"{label}{verb} {took[label]}{way}")
+    return [f"{'; '.join(parts)}. At {HEADSET_HZ:g} Hz a frame lasts {BUDGET_MS:.1f} ms."]

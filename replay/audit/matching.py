@@ -15,7 +15,7 @@ from replay.audit.outcome import Comparison, Episode, Outcome
 
 @dataclass(frozen=True)
 class EpisodeMatch:
-    """One contact of the oracle and the contact of the subject that stands for it.
+    """One contact of the oracle and the contact of the subject that matches it.
 
     Parameters
     ----------
@@ -34,18 +34,18 @@ class EpisodeMatch:
 
 @dataclass(frozen=True)
 class EpisodeMatches:
-    """What became of every contact of the oracle and of every contact of the subject; all are numbers from 1.
+    """The contacts of the oracle and of the subject, each in one class; all are numbers from 1.
 
     Parameters
     ----------
     matched : one to one, in order of the oracle's contacts.
     missed : contacts of the oracle that the subject never found.
-    invented : contacts of the subject of which the oracle has nothing.
+    invented : contacts of the subject that overlap none of the oracle's.
     split : contacts of the oracle that the subject reports as several.
     merged : contacts of the subject that join several of the oracle's.
     absorbed : contacts of the oracle that overlap only a merged one matched with another.
     pieces : contacts of the subject that are further pieces of a split one.
-    excused_truth, excused_found : unmatched, but nobody's fault: undecided, within tolerance, or between frames.
+    excused_truth, excused_found : unmatched and no error: undecided, within tolerance, or between frames.
     """
 
     matched: tuple[EpisodeMatch, ...] = ()
@@ -91,16 +91,13 @@ def match_episodes(
     missed = [number for number, episode in alone if _any(comparison, episode, Outcome.MISSED)]
     invented = [number for number, episode in extra if _any(comparison, episode, Outcome.INVENTED)]
     return EpisodeMatches(
-        matched=tuple(_match(one, truth[one.truth - 1], found[one.found - 1]) for one in chosen),
-        missed=tuple(missed),
-        invented=tuple(invented),
-        split=tuple(sorted(number for number, count in of_truth.items() if count > 1)),
+        matched=tuple(_match(one, truth[one.truth - 1], found[one.found - 1]) for one in chosen), missed=tuple(missed),
+        invented=tuple(invented), split=tuple(sorted(number for number, count in of_truth.items() if count > 1)),
         merged=tuple(sorted(number for number, count in of_found.items() if count > 1)),
-        absorbed=tuple(sorted(set(of_truth) - taken)),
-        pieces=tuple(sorted(set(of_found) - used)),
+        absorbed=tuple(sorted(set(of_truth) - taken)), pieces=tuple(sorted(set(of_found) - used)),
         excused_truth=tuple(sorted({number for number, _ in alone} - set(missed))),
         excused_found=tuple(sorted({number for number, _ in extra} - set(invented))),
-    )
+    )  # fmt: skip
 
 
 def partners(one: Sequence[Episode], other: Sequence[Episode]) -> list[tuple[int, int]]:
@@ -150,7 +147,7 @@ def _best(overlaps: Sequence[_Overlap]) -> list[_Overlap]:
     run = 0
     for k, one in enumerate(overlaps):
         previous = overlaps[k - 1] if k else None
-        if previous is None or not (one.truth == previous.truth or one.found == previous.found):
+        if previous is None or not _share(one, previous):
             run = k
         elif k >= 2 and not _share(one, overlaps[k - 2]):
             run = k - 1

@@ -1,4 +1,4 @@
-"""Every stretch of an oracle's contact that a detector did not report gets one number, in order of time, for ever."""
+"""Every stretch of an oracle's contact that a detector did not report gets one fixed number, in order of time."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ FOUND_LATE: Final = "found late"
 LOST_EARLY: Final = "lost early"
 INTERRUPTED: Final = "interrupted"
 MISS_KINDS: Final = (NEVER_FOUND, FOUND_LATE, LOST_EARLY, INTERRUPTED)
+"""By whether the contact was found after the stretch, and (two places on) before it."""
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """Where a miss is, before anybody looked at its geometry.
+    """Pair, frames and kind of a miss; its geometry is not yet known.
 
     Parameters
     ----------
@@ -39,12 +40,7 @@ class Stretch:
 
 
 def stretches(comparison: Comparison, contacts: Sequence[Episode]) -> tuple[Stretch, ...]:
-    """The missed stretches of a comparison, in order of time, then pair.
-
-    Parameters
-    ----------
-    contacts : the oracle's episodes, in order.
-    """
+    """The missed stretches of a comparison, in order of time, then pair; ``contacts`` are the oracle's episodes."""
     outcome = comparison.outcome
     missed = column_runs(outcome[:, p] == Outcome.MISSED for p in range(outcome.shape[1]))
     columns = _by_column(contacts)
@@ -54,7 +50,7 @@ def stretches(comparison: Comparison, contacts: Sequence[Episode]) -> tuple[Stre
 def misses(
     places: Sequence[Stretch], names: Sequence[tuple[str, str]], times: NDArray[np.float64], evidence: Evidence
 ) -> tuple[Miss, ...]:
-    """Number the stretches from 1 and look at each where the surfaces cut longest.
+    """Number the stretches from 1 and describe each where the surfaces cut longest.
 
     Parameters
     ----------
@@ -63,30 +59,17 @@ def misses(
     times : (T,) seconds.
     evidence : the geometry of the frames concerned.
     """
-    return tuple(_miss(number, place, names[place.pair], times, evidence) for number, place in enumerate(places, 1))
-
-
-def _miss(number: int, place: Stretch, names: tuple[str, str], times: NDArray[np.float64], evidence: Evidence) -> Miss:
-    cut = evidence.deepest(place.pair, place.first, place.last)
-    return Miss(
-        number=number,
-        pair=place.pair,
-        body_a=names[0],
-        body_b=names[1],
-        first=place.first,
-        last=place.last,
-        start=float(times[place.first]),
-        end=float(times[place.last]),
-        kind=place.kind,
-        episode=place.episode,
-        deepest=cut.frame,
-        point=cut.point,
-        normal=cut.normal,
-        face_pairs=cut.face_pairs,
-        cut_length=cut.length,
-        touch=cut.touch,
-        faces=cut.faces,
-    )
+    found = []
+    for number, place in enumerate(places, 1):
+        cut = evidence.deepest(place.pair, place.first, place.last)
+        start, end = (float(times[frame]) for frame in (place.first, place.last))
+        found.append(
+            Miss(
+                number, place.pair, *names[place.pair], place.first, place.last, start, end, place.kind, place.episode,
+                cut.frame, cut.point, cut.normal, cut.face_pairs, cut.length, touch=cut.touch, faces=cut.faces,
+            )
+        )  # fmt: skip
+    return tuple(found)
 
 
 def _by_column(contacts: Sequence[Episode]) -> dict[int, tuple[NDArray[np.int64], list[tuple[int, Episode]]]]:
@@ -98,20 +81,11 @@ def _by_column(contacts: Sequence[Episode]) -> dict[int, tuple[NDArray[np.int64]
 
 
 def _stretch(
-    pair: int,
-    first: int,
-    last: int,
-    column: tuple[NDArray[np.int64], list[tuple[int, Episode]]],
+    pair: int, first: int, last: int, column: tuple[NDArray[np.int64], list[tuple[int, Episode]]],
     outcome: NDArray[np.uint8],
-) -> Stretch:
+) -> Stretch:  # fmt: skip
     starts, numbered = column
     number, episode = numbered[int(np.searchsorted(starts, first, side="right")) - 1]
-    before = bool((outcome[episode.first : first] == Outcome.BOTH).any())
-    after = bool((outcome[last + 1 : episode.last + 1] == Outcome.BOTH).any())
-    kind = {
-        (False, False): NEVER_FOUND,
-        (False, True): FOUND_LATE,
-        (True, False): LOST_EARLY,
-        (True, True): INTERRUPTED,
-    }
-    return Stretch(pair, first, last, kind[before, after], number)
+    before = int((outcome[episode.first : first] == Outcome.BOTH).any())
+    after = int((outcome[last + 1 : episode.last + 1] == Outcome.BOTH).any())
+    return Stretch(pair, first, last, MISS_KINDS[2 * before + after], number)

@@ -1,4 +1,6 @@
-"""The words of an audit: what one detector's verdict is worth beside an oracle's."""
+"""The words of an audit: one detector's verdict beside an oracle's. BOTH is a true positive, MISSED a false negative,
+INVENTED a false positive, NEITHER a true negative.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +13,14 @@ from numpy.typing import NDArray
 Vector = tuple[float, float, float]
 
 
+def as_vector(array: NDArray[np.float64]) -> Vector:
+    """Three plain floats of an array (3,)."""
+    x, y, z = array.tolist()
+    return x, y, z
+
+
 class Outcome(IntEnum):
-    """What comparing two verdicts on one pair-frame gives (stored as uint8)."""
+    """The result of comparing two verdicts on one pair-frame (stored as uint8)."""
 
     NEITHER = 0
     """No contact, and the detector says so."""
@@ -23,7 +31,7 @@ class Outcome(IntEnum):
     INVENTED = 3
     """A contact reported where there is none: a false positive."""
     WITHIN_TOLERANCE = 4
-    """They disagree about less than tau: ill-posed, nobody's fault."""
+    """They disagree about less than tau: ill-posed, so no error of either."""
     BETWEEN_FRAMES = 5
     """An interval detector's contact that no instant shows."""
     LEFT_OUT = 6
@@ -32,13 +40,7 @@ class Outcome(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """One detector beside the oracle, pair-frame by pair-frame.
-
-    Parameters
-    ----------
-    subject, oracle : labels of the two detections.
-    outcome : (T, P) uint8, values of ``Outcome``.
-    """
+    """One detector beside the oracle, by label: (T, P) uint8 values of ``Outcome``."""
 
     subject: str
     oracle: str

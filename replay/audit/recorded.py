@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 
 from cdcore import Body, Detection, Motion, Verdict, create_detector
 from cdcore.protocol import Explains, Explanation, PairDetector, pair_has_pose
-from replay.audit.reports import reported_spans
 from replay.errors import AuditError
 from sessions.live_contact import LiveContact
 
 RECORDED: Final = "recorded"
-"""The name that stands for it in a list of detectors."""
+"""Its name in a list of detectors."""
+
+Span = tuple[int | None, int | None]
+"""First and last nanosecond; ``None``: it began before the first report, or no end was reported."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +46,7 @@ class _Memory:
 class RecordedDetector(PairDetector[RecordedSettings]):
     """Says of every frame what the engine's reports say: contact from a begin to the next end, both included.
 
-    A contact that began and ended between two frames is told at the next frame. With ``shape`` or ``rate_hz`` a miss
+    A contact that began and ended between two frames is reported at the next one. With ``shape`` or ``rate_hz`` a miss
     is explained as that collider would explain it. It lists no faces.
     """
 
@@ -53,13 +55,9 @@ class RecordedDetector(PairDetector[RecordedSettings]):
     Settings: ClassVar[type] = RecordedSettings
 
     def __init__(
-        self,
-        bodies: Sequence[Body],
-        pairs: NDArray[np.int64],
-        settings: RecordedSettings,
-        contacts: Iterable[LiveContact],
-        first_ns: int,
-    ) -> None:
+        self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: RecordedSettings,
+        contacts: Iterable[LiveContact], first_ns: int,
+    ) -> None:  # fmt: skip
         super().__init__(bodies, pairs, settings)
         spans = reported_spans(contacts)
         if not spans:
@@ -76,7 +74,7 @@ class RecordedDetector(PairDetector[RecordedSettings]):
         return _Memory(-np.inf)
 
     def _run(self, motion: Motion, memory: _Memory, faces: bool) -> Detection:
-        """A contact between two blocks is told in the later one."""
+        """A contact between two blocks is reported in the later one."""
         del faces
         begin = perf_counter()
         verdict = np.full((len(motion), len(self.pairs)), Verdict.CLEAR, dtype=np.uint8)
@@ -96,13 +94,13 @@ class RecordedDetector(PairDetector[RecordedSettings]):
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
         """Whether the frame is within the clock's residual of a report, and what the engine's collider says of it."""
-        told = Explanation()
+        stages = Explanation()
         if self._collider is not None:
-            told = self._collider.explain(motion, frame, pair, faces)
+            stages = self._collider.explain(motion, frame, pair, faces)
         time, residual = float(motion.times[frame]), self.settings.residual or 0.0
         spans = self._spans.get(pair, np.zeros((0, 2)))
         near = bool((np.abs(spans - time) <= residual).any()) if residual > 0.0 else None
-        return replace(told, within_clock=near)
+        return replace(stages, within_clock=near)
 
     def _make_collider(self) -> Explains | None:
         if self.settings.shape is None and self.settings.rate_hz is None:
@@ -114,24 +112,13 @@ class RecordedDetector(PairDetector[RecordedSettings]):
 
 
 def recorded_detector(
-    bodies: Sequence[Body],
-    pairs: NDArray[np.int64],
-    contacts: Iterable[LiveContact],
-    first_ns: int,
-    residual: float,
+    bodies: Sequence[Body], pairs: NDArray[np.int64], contacts: Iterable[LiveContact], first_ns: int, residual: float,
     settings: Mapping[str, object],
-) -> RecordedDetector:
-    """The detector of a session's reports.
+) -> RecordedDetector:  # fmt: skip
+    """The detector of a session's reports, which are on the session's clock; ``first_ns`` is the stamp of second 0.
 
-    Parameters
-    ----------
-    contacts : reports on the session's clock; ``first_ns`` is the stamp of second 0.
-    residual : what the import says of their clock, seconds.
-
-    Raises
-    ------
-    AuditError
-        There are no reports, or a setting it does not have.
+    ``residual`` is the uncertainty of the reports' clock in seconds, as the import measured it. Raises ``AuditError``:
+    there are no reports, or a setting it does not have.
     """
     known = RecordedSettings.__dataclass_fields__
     for name in settings:
@@ -143,12 +130,12 @@ def recorded_detector(
     return RecordedDetector(bodies, pairs, made, contacts, first_ns)
 
 
-def _seconds(spans: Sequence[tuple[int | None, int | None]], first_ns: int) -> NDArray[np.float64]:
+def _seconds(spans: Sequence[Span], first_ns: int) -> NDArray[np.float64]:
     """Spans (n, 2) in seconds of the session, open ends at infinity."""
     return np.array(
         [
-            (-np.inf if begin is None else (begin - first_ns) / 1e9, np.inf if end is None else (end - first_ns) / 1e9)
-            for begin, end in spans
+            [far if at is None else (at - first_ns) / 1e9 for at, far in zip(span, (-np.inf, np.inf), strict=True)]
+            for span in spans
         ]
     ).reshape(-1, 2)
 
@@ -163,3 +150,25 @@ def _rows(times: NDArray[np.float64], spans: NDArray[np.float64], before: float)
             end = max(end, start + 1)
         if end > start:
             yield start, end
+
+
+def reported_spans(contacts: Iterable[LiveContact]) -> dict[tuple[str, str], list[Span]]:
+    """Spans per pair of names (sorted), in order of time.
+
+    A second begin within a contact changes nothing, nor does a second end. A pair whose first report is an end, or
+    that it stays, was in contact from the start.
+    """
+    spans: dict[tuple[str, str], list[Span]] = {}
+    begun: dict[tuple[str, str], int | None] = {}
+    for contact in sorted(contacts, key=lambda one: one.time_ns):
+        pair = (min(contact.body_a, contact.body_b), max(contact.body_a, contact.body_b))
+        first = pair not in spans
+        found = spans.setdefault(pair, [])
+        if contact.phase == "exit":
+            if pair in begun or first:
+                found.append((begun.pop(pair, None), contact.time_ns))
+        elif pair not in begun:
+            begun[pair] = None if first and contact.phase == "stay" else contact.time_ns
+    for pair, start in begun.items():
+        spans[pair].append((start, None))
+    return spans

@@ -1,10 +1,9 @@
-"""Within tolerance: a disagreement about at most tau, decided on exact geometry, is nobody's fault.
+"""Within tolerance: a disagreement about at most tau, decided on exact geometry, is no error.
 
 A contact is excused when no face pair is deeper than tau and a move of the surfaces by tau ends it; a gap, when some
 face pair is at most tau apart. The move is asked for because face pairs of cubes with faces in common planes only
-touch, however deep the cubes stand in each other. What was decided
-differently about a body being *inside* another is never excused: no shift by tau gives the other answer. Neither is a
-volume's candidate, nor what an interval says about instants.
+touch, however deep the cubes stand in each other. A disagreement about a body being *inside* another is never excused:
+no shift by tau gives the other answer. Neither are candidates of volumes, nor verdicts on intervals.
 """
 
 from __future__ import annotations
@@ -36,13 +35,7 @@ EXCUSABLE: Final = (Verdict.CLEAR, Verdict.CONTACT, Verdict.NOT_FOUND)
 
 
 def require_tau(tau: float) -> float:
-    """The tolerance, if it is one.
-
-    Raises
-    ------
-    AuditError
-        It is negative or not finite.
-    """
+    """The tolerance; raises ``AuditError`` where it is negative or not finite."""
     if not 0.0 <= tau < float("inf"):
         raise AuditError(f"tau {tau} is no tolerance; give metres, 0 or more")
     return tau
@@ -51,11 +44,8 @@ def require_tau(tau: float) -> float:
 class Tolerance:
     """Judges the disagreements of one run.
 
-    Parameters
-    ----------
-    assembly : bodies, motion, pairs.
-    faces : asks an exact detector for verdicts and faces of some frames.
-    tau : metres; with 0 nothing is excused, not even a touch.
+    ``faces`` gives an exact detector's verdicts and faces for some frames. ``tau`` is in metres; with 0 nothing is
+    excused, not even a touch.
     """
 
     def __init__(self, assembly: Assembly, faces: Callable[[Motion], Detection], tau: float = TAU) -> None:

@@ -19,7 +19,7 @@ BLOCK_FRAMES: Final = 16384
 is no faster."""
 
 VERDICT_FRAMES: Final = 65536
-"""Frames whose verdicts are looked through together: some 20 MB for 66 pairs, however long the session."""
+"""Frames whose verdicts are processed together: some 20 MB for 66 pairs, however long the session."""
 
 CAVEAT: Final = (
     "Exact about the recorded poses and these meshes; tracker noise (VIVE: 0.14-0.77 mm frame to frame) is larger than "

@@ -1,7 +1,7 @@
-"""The engines that race: each is built for a session and asked for all its pair-frames in one call.
+"""The engines that race: each is built for a session and decides all its pair-frames in one call.
 
-The three peers are loops of Python over an engine that knows one pose at a time, as their users write them: what moves
-is placed once a frame, then every pair is asked.
+The three peers are loops of Python over an engine that knows one pose at a time, as their users write them: bodies that
+move are placed once a frame, then every pair is asked.
 """
 
 from __future__ import annotations
@@ -101,44 +101,38 @@ class TrimeshLoop:
             manager.set_transform(names[body], pose)
 
         def fill(row: Answer) -> None:
-            _, pairs = manager.in_collision_internal(return_names=True)
-            touching = [column[frozenset(pair)] for pair in pairs if frozenset(pair) in column]
-            row[touching] = 1
-
-        def count(row: Answer) -> None:
-            _, contacts = manager.in_collision_internal(return_data=True)
-            found = {(a, b, c.index(a), c.index(b)) for c in contacts for a, b in [sorted(c.names)]}
-            for a, b, _, _ in found:
+            if what == "faces":
+                contacts = manager.in_collision_internal(return_data=True)[1]
+                found = {(*sorted(c.names), *(c.index(name) for name in sorted(c.names))) for c in contacts}
+            else:
+                found = set(manager.in_collision_internal(return_names=True)[1])
+            for a, b, *_ in found:
                 if frozenset((a, b)) in column:
                     row[column[frozenset((a, b))]] += 1
 
-        return frame_by_frame(self._load, place, count if what == "faces" else fill)
+        return frame_by_frame(self._load, place, fill)
 
 
 class OwnExact:
     """The detector ``exact`` through its public path: poses checked in every call, trees kept, answers never."""
 
     def __init__(self, load: BenchWorkload) -> None:
-        self._load = load
+        self.load = load
         bodies = [Body(name, TriangleMesh(*mesh)) for name, mesh in zip(load.names, load.meshes, strict=True)]
         self._detector = create_detector("exact", bodies, pairs=load.pairs, containment=False)
-
-    def detect(self, what: str) -> Detection:
-        """The whole ``Detection``."""
-        return self.staged(what)[1]
 
     def staged(self, what: str) -> tuple[dict[str, float], Detection]:
         """Seconds of every stage, the check of the poses first, and the ``Detection``."""
         begin = perf_counter()
-        times = np.arange(len(self._load.poses)) / self._load.rate_hz
-        motion = Motion.from_matrices(times, self._load.poses)
+        times = np.arange(len(self.load.poses)) / self.load.rate_hz
+        motion = Motion.from_matrices(times, self.load.poses)
         checked = perf_counter() - begin
         found = self._detector.detect(motion, faces=what == "faces")
         return {"check": checked} | {name: float(np.sum(spent)) for name, spent in found.seconds.items()}, found
 
     def ask(self, what: str) -> Answer:
         """Every pair in every frame."""
-        found = self.detect(what)
+        found = self.staged(what)[1]
         return np.asarray(found.face_counts if what == "faces" else found.verdict, dtype=np.int64)
 
 

@@ -55,12 +55,9 @@ class Growth:
 
 
 def grow(where: str, grows: str, size: int, *, seed: int = 0) -> Growth:
-    """Time ``exact`` on a session of one size.
+    """Time ``exact`` on a session of one size, with bodies "distant" (5 m from each other) or "near" (on one bench).
 
-    Parameters
-    ----------
-    where : "distant", bodies 5 m from each other, or "near", on one bench.
-    grows : frames, bodies or faces; the others stay at 5,400, 7 and 500.
+    ``grows`` is frames, bodies or faces; the others stay at 5,400, 7 and 500.
     """
     sizes = {"faces": 500, "frames": 5400, "bodies": 7} | {grows: size}
     load = make_workload(sizes["faces"], sizes["frames"], bodies=sizes["bodies"], seed=seed, distant=where == "distant")

@@ -21,7 +21,7 @@ from replay.bench.workload import make_workload
 PATIENCE: Final = 3.0
 """Seconds: a peer whose warm-up took longer is not asked again, its warm-up counts."""
 TIMED_ALWAYS: Final = (YARDSTICK, "exact")
-"""What the ratio is made of is repeated however long it takes."""
+"""The two engines of the ratio are repeated however long they take."""
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 A tray, a cup, a ring and a bottle stand; a rod stirs in the cup and knocks at its wall, a tube is put into the ring and
 leans on it, then pours over the cup's rim, a hand touches bottle, cup and tray. Things are near each other for much of
-the time and touch in some 10 % of the frames, which is what makes such a session hard. It goes on every 30 s.
+the time and touch in some 10 % of the frames, which makes such a session hard. The motion repeats every 30 s.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def make_workload(
     Parameters
     ----------
     faces : triangles a body, nearly.
-    frames : at 90 Hz; a longer session goes on, it is not slower.
+    frames : at 90 Hz; a longer session repeats the motion at the same speed.
     bodies : 3 or more: a tray, then stations of six.
     seed : of tremor, times and places.
     distant : every body 5 m from the next, and each moves as it does on the bench.

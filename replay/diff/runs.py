@@ -24,13 +24,7 @@ Row = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Shift:
-    """A contact that both runs have, at other times.
-
-    Parameters
-    ----------
-    before, after : its rows in the two tables of episodes.
-    start, end : seconds by which begin and end come later.
-    """
+    """A contact of both runs, as its rows in their tables, and the seconds by which it begins and ends later."""
 
     before: Row
     after: Row
@@ -71,13 +65,9 @@ class DetectorDiff:
 
 @dataclass(frozen=True)
 class RunDiff:
-    """Two runs beside each other.
+    """Two runs beside each other: label -> comparison of the detectors that both have, and the labels of the others.
 
-    Parameters
-    ----------
-    detectors : label -> comparison, of detectors that both runs have.
-    only_a, only_b : labels of the others.
-    settings : name -> (first, second) of everything set differently.
+    ``settings`` is name -> (first, second) of everything set differently.
     """
 
     detectors: Mapping[str, DetectorDiff]
@@ -92,7 +82,7 @@ class RunDiff:
 
     @property
     def machines_own(self) -> tuple[float, float] | None:
-        """Least and greatest ratio of times of what gave the same verdicts, as set the same: as good as the machine's.
+        """Least and greatest ratio of times of detectors with the same verdicts and settings: the machine's own.
 
         ``None`` without such a detector.
         """
@@ -106,13 +96,7 @@ class RunDiff:
 
 
 def diff_runs(a: str | Path, b: str | Path) -> RunDiff:
-    """Compare two run folders.
-
-    Raises
-    ------
-    RunFolderError
-        One of them is no run folder, or of another version.
-    """
+    """Compare two run folders; raises ``RunFolderError`` for a folder that is none, or of another version."""
     first, second = read_run_folder(Path(a)), read_run_folder(Path(b))
     labels = [list(run.summary["detectors"]) for run in (first, second)]
     rows = [_rows(run.path) for run in (first, second)]
@@ -140,27 +124,33 @@ def _rows(folder: Path) -> dict[str, list[Row]]:
 
 
 def _detector(
-    told: Row, told_after: Row, before: Sequence[Row], after: Sequence[Row], audit: Row, audit_after: Row
+    earlier: Row, later: Row, before: Sequence[Row], after: Sequence[Row], audit: Row, audit_after: Row
 ) -> DetectorDiff:
     names = {_pair(row): None for row in (*before, *after)}
     number = {name: k for k, name in enumerate(names)}
-    sides = [[_episode(row, number[_pair(row)]) for row in rows] for rows in (before, after)]
+    sides = [
+        [
+            Episode(
+                number[_pair(row)], round(row["start"] * TICKS), round(row["end"] * TICKS), row["start"], row["end"]
+            )
+            for row in rows
+        ]
+        for rows in (before, after)
+    ]
     matched = partners(*sides)
-    shifts = [_shift(before[i - 1], after[j - 1]) for i, j in matched]
+    both = [(before[i - 1], after[j - 1]) for i, j in matched]
+    shifts = [Shift(one, other, other["start"] - one["start"], other["end"] - one["end"]) for one, other in both]
     moved = tuple(one for one in shifts if round(one.start * TICKS) or round(one.end * TICKS))
     kept, come = {i for i, _ in matched}, {j for _, j in matched}
-    digests = told["digest"], told_after["digest"]
+    digests = earlier["digest"], later["digest"]
     return DetectorDiff(
-        same=len(shifts) - len(moved),
-        gained=tuple(row for k, row in enumerate(after, 1) if k not in come),
-        lost=tuple(row for k, row in enumerate(before, 1) if k not in kept),
-        shifted=moved,
-        time_ratio=_ratio(told["seconds"]["detect"], told_after["seconds"]["detect"]),
-        p99_ratio=_ratio(*(one["seconds"].get("per_frame", {}).get("p99") for one in (told, told_after))),
+        same=len(shifts) - len(moved), gained=tuple(row for k, row in enumerate(after, 1) if k not in come),
+        lost=tuple(row for k, row in enumerate(before, 1) if k not in kept), shifted=moved,
+        time_ratio=_ratio(earlier["seconds"]["detect"], later["seconds"]["detect"]),
+        p99_ratio=_ratio(*(one["seconds"].get("per_frame", {}).get("p99") for one in (earlier, later))),
         same_verdicts=None if None in digests else digests[0] == digests[1],
-        missed=_shares("missed", audit, audit_after),
-        invented=_shares("invented", audit, audit_after),
-    )
+        missed=_shares("missed", audit, audit_after), invented=_shares("invented", audit, audit_after),
+    )  # fmt: skip
 
 
 def _shares(name: str, before: Row, after: Row) -> tuple[float | None, float | None]:
@@ -173,15 +163,6 @@ def _pair(row: Row) -> tuple[str, str]:
     return a, b
 
 
-def _episode(row: Row, pair: int) -> Episode:
-    start, end = row["start"], row["end"]
-    return Episode(pair, round(start * TICKS), round(end * TICKS), start, end)
-
-
-def _shift(before: Row, after: Row) -> Shift:
-    return Shift(before, after, after["start"] - before["start"], after["end"] - before["end"])
-
-
 def _ratio(before: float | None, after: float | None) -> float | None:
     return after / before if before and after is not None else None
 
@@ -189,9 +170,8 @@ def _ratio(before: float | None, after: float | None) -> float | None:
 def _differences(a: Row, b: Row, common: Sequence[str]) -> Iterator[tuple[str, tuple[Any, Any]]]:
     for name in SETTINGS:
         yield from _unequal(name, a.get(name), b.get(name))
-    yield from _unequal("session.origin", a["session"]["origin"], b["session"]["origin"])
-    yield from _unequal("session.frames", a["session"]["frames"], b["session"]["frames"])
-    yield from _unequal("session.bodies", a["session"]["bodies"], b["session"]["bodies"])
+    for name in ("origin", "frames", "bodies"):
+        yield from _unequal(f"session.{name}", a["session"][name], b["session"][name])
     for label in common:
         for key in ("name", "settings"):
             yield from _unequal(f"{label}.{key}", a["detectors"][label][key], b["detectors"][label][key])

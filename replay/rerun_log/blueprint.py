@@ -10,13 +10,13 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
+from replay.base.constants import BUDGET_MS
 from replay.rerun_log.camera import Eye
 from replay.rerun_log.colours import BACKGROUND
 from replay.rerun_log.columns import FRAME, SESSION
 from replay.rerun_log.effects import EffectViews
 from replay.rerun_log.findings import finding_tab
 from replay.rerun_log.subject import Subject, lanes_in_view
-from replay.rerun_log.timing import BUDGET_MS
 from replay.rerun_log.tradeoff import curve_tab
 
 AROUND: Final = 0.6

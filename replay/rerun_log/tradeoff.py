@@ -19,8 +19,7 @@ from replay.rerun_log.colours import BACKGROUND, WHITE, Rgba, packed
 from replay.rerun_log.columns import RecordingWriter, entity
 from replay.run_result import Tradeoff
 from replay.tradeoff.front import Row, counts
-from replay.tradeoff.lines import apart, lines_of
-from replay.tradeoff.picture import DARK, stretched
+from replay.tradeoff.picture import DARK, apart, lines_of, stretched
 
 ROOT: Final = "tradeoff/plot"
 ADVICE: Final = "tradeoff/advice"

@@ -1,22 +1,23 @@
-"""From answers and metrics to a study: reliabilities, regressions asked beforehand, and what is not said and why.
+"""From answers and metrics to a study: reliabilities, regressions declared beforehand, and results refused with reason.
 
 Every regression carries its n, the detector behind the behaviour and that detector's measured recall; each is fitted
-again with every other detector there is, to see whether its conclusion hangs on what the detector missed.
+again with every other detector, to see whether its conclusion depends on what the detector missed.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import partial
 from typing import Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from replay.errors import StudyError
-from replay.study.codebook import Codebook, Question
+from replay.study.codebook import Codebook, Item, Question
 from replay.study.factorability import Bartlett, bartlett, kmo
 from replay.study.joining import DETECTOR, RECALL, STUDENT, Metrics, Questionnaire, rows_of_students
 from replay.study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, RefusedError
@@ -36,14 +37,10 @@ zero.
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """One coefficient with another detector behind the behaviour.
+    """One coefficient fitted with another detector behind the behaviour.
 
-    Parameters
-    ----------
-    detector, recall : the other detector and what it finds of the contacts.
-    outcome, predictor : which coefficient.
-    beta, p_holm : what comes out with it.
-    changes : whether the conclusion (associated or not, and its sign) is another.
+    ``recall`` is what that detector finds of the contacts; ``changes`` says whether the conclusion differs (associated
+    or not, and its sign).
     """
 
     detector: str
@@ -57,7 +54,7 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class Study:
-    """What came of a study; everything a page or a table needs.
+    """The results of a study: everything that a page or a table needs.
 
     Parameters
     ----------
@@ -85,13 +82,9 @@ class Study:
 
 
 def analyse(
-    codebook: Codebook,
-    questionnaire: Questionnaire,
-    metrics: Metrics | None = None,
-    *,
-    detector: str | None = None,
+    codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None = None, *, detector: str | None = None,
     seed: int = 0,
-) -> Study:
+) -> Study:  # fmt: skip
     """Analyse a class.
 
     Parameters
@@ -115,39 +108,25 @@ def analyse(
     own = metrics.of(chosen) if metrics is not None else None
     reliabilities = {}
     for name, items in codebook.constructs.items():
-        whole = _whole(np.column_stack([questionnaire.answers[item.name] for item in items]))
-        random = random_stream(seed, "reliability", name)
-        found = _try(lambda a=whole, r=random: reliability(_enough(a), r), f"alpha of {name}", refusals)  # type: ignore[misc]
+        figure = partial(reliability, random=random_stream(seed, "reliability", name))
+        found = _try(partial(_of_items, questionnaire, items, figure), f"alpha of {name}", refusals)
         if found is not None:
             reliabilities[name] = found
-    answers = _whole(np.column_stack([questionnaire.answers[item.name] for item in codebook.items]))
-    adequacy = _try(lambda: kmo(_enough(answers)), "KMO", refusals)
-    sphericity = _try(lambda: bartlett(_enough(answers)), "Bartlett's test", refusals)
+    adequacy = _try(partial(_of_items, questionnaire, codebook.items, kmo), "KMO", refusals)
+    sphericity = _try(partial(_of_items, questionnaire, codebook.items, bartlett), "Bartlett's test", refusals)
     regressions = _regressions(codebook, questionnaire, own, seed, refusals)
-    others = [name for name in metrics.detectors if name != chosen] if metrics is not None else []
-    sensitivity = tuple(
-        row
-        for name in others
-        if metrics is not None
-        for row in _sensitivity(regressions, codebook, questionnaire, metrics.of(name), seed)
-    )
+    others = [] if metrics is None else [metrics.of(name) for name in metrics.detectors if name != chosen]
+    sensitivity = [row for other in others for row in _sensitivity(regressions, codebook, questionnaire, other, seed)]
     return Study(
-        students=len(questionnaire.students),
-        rows=len(questionnaire.students) if own is None else len(own),
-        detector=chosen,
-        recall=None if own is None else own.recall(),
-        reliabilities=reliabilities,
-        kmo=adequacy,
-        bartlett=sphericity,
-        regressions=regressions,
-        sensitivity=sensitivity,
-        refusals=tuple(refusals),
+        students=len(questionnaire.students), rows=len(questionnaire.students) if own is None else len(own),
+        detector=chosen, recall=None if own is None else own.recall(), reliabilities=reliabilities, kmo=adequacy,
+        bartlett=sphericity, regressions=regressions, sensitivity=tuple(sensitivity), refusals=tuple(refusals),
         warnings=tuple(_warnings(codebook, questionnaire)),
-    )
+    )  # fmt: skip
 
 
 def associated(coefficient: Coefficient) -> bool:
-    """Whether a coefficient is told from zero: by its p after Holm's correction, and by its interval.
+    """Whether a coefficient differs from zero: by its p after Holm's correction, and by its interval.
 
     The two come from different resamplings, permutations and the bootstrap, and among few students they can differ; a
     page that claims an association and prints an interval around zero contradicts itself.
@@ -173,15 +152,13 @@ def _try(make: Callable[[], Result], what: str, refusals: list[RefusedError]) ->
         return None
 
 
-def _enough(answers: Floats) -> Floats:
-    """The answers, if so many students gave them that none can be told from the figure."""
+def _of_items(questionnaire: Questionnaire, items: Sequence[Item], figure: Callable[[Floats], Result]) -> Result:
+    """A figure of the complete answers to some items, if so many students gave them that none can be recognised."""
+    answers = np.column_stack([questionnaire.answers[item.name] for item in items])
+    answers = answers[np.isfinite(answers).all(axis=1)]
     if len(answers) < LEAST_IN_CELL:
         raise RefusedError("small-cell", "")
-    return answers
-
-
-def _whole(answers: Floats) -> Floats:
-    return answers[np.isfinite(answers).all(axis=1)]
+    return figure(answers)
 
 
 def _warnings(codebook: Codebook, questionnaire: Questionnaire) -> list[str]:
@@ -218,7 +195,7 @@ def _regressions(
     for question in codebook.questions:
         words = f"the regression of {question.outcome} on {', '.join(question.predictors)}"
         random = random_stream(seed, "regression", question.outcome, *question.predictors)
-        fitted = _try(lambda q=question, r=random: _fit(q, codebook, questionnaire, metrics, r), words, refusals)  # type: ignore[misc]
+        fitted = _try(partial(_fit, question, codebook, questionnaire, metrics, random), words, refusals)
         if fitted is not None:
             done.append(fitted)
             if any(one.p is None for one in fitted.coefficients):
@@ -227,12 +204,9 @@ def _regressions(
 
 
 def _fit(
-    question: Question,
-    codebook: Codebook,
-    questionnaire: Questionnaire,
-    metrics: Metrics | None,
+    question: Question, codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None,
     random: np.random.Generator,
-) -> Regression:
+) -> Regression:  # fmt: skip
     named = (question.outcome, *question.predictors)
     if metrics is not None and any(name in metrics.columns for name in named):
         if metrics.recall() is None:
@@ -277,11 +251,11 @@ def _sensitivity(
     first: tuple[Regression, ...], codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics, seed: int
 ) -> list[Sensitivity]:
     """The regressions that use behaviour, again with another detector; all are fitted, for Holm's family."""
-    before = {_key(one): one for one in first}
+    before = {_names(one): one for one in first}
     rows = []
     for again in _regressions(codebook, questionnaire, metrics, seed, []):
-        old = before.get(_key(again))
-        if old is None or not any(name in metrics.columns for name in _key(again)):
+        old = before.get(_names(again))
+        if old is None or not any(name in metrics.columns for name in _names(again)):
             continue
         for was, now in zip(old.coefficients, again.coefficients, strict=True):
             turned = associated(now) and np.sign(was.beta) != np.sign(now.beta)
@@ -291,5 +265,5 @@ def _sensitivity(
     return rows
 
 
-def _key(regression: Regression) -> tuple[str, ...]:
+def _names(regression: Regression) -> tuple[str, ...]:
     return (regression.outcome, *(one.name for one in regression.coefficients))

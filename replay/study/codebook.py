@@ -1,6 +1,6 @@
 """The codebook of a questionnaire: item -> construct, scale and direction; and which regressions are asked.
 
-Written before the data are looked at: what is not declared here is not analysed.
+It is written before the data are seen: what is not declared here is not analysed.
 """
 
 from __future__ import annotations
@@ -65,10 +65,8 @@ class Codebook:
 def read_codebook(path: Path) -> Codebook:
     """Read a codebook.
 
-    Raises
-    ------
-    StudyError
-        Not YAML, a field that is unknown, missing or of the wrong kind; names the place and the nearest known name.
+    Raises ``StudyError``: not YAML, or a field that is unknown, missing or of the wrong kind; it names the place and
+    the nearest known name.
     """
     import yaml
 

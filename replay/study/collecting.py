@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -13,7 +12,7 @@ import pyarrow.parquet as pq
 
 from replay.errors import OutputError, RunFolderError, StudyError
 from replay.results.run_folder import METRICS
-from replay.study.joining import check_pseudonyms
+from replay.study.joining import check_pseudonyms, read_rows
 from replay.study.refusals import RefusedError
 
 KEY: Final = ("session", "detector", "settings")
@@ -43,7 +42,10 @@ def collect(runs: Sequence[Path], students: Path | None = None) -> pa.Table:
         raise RunFolderError("no runs to collect; make them with `replay study run`")
     table = pa.concat_tables([_read(file) for file in files], promote_options="default")
     if students is not None:
-        table = _named(table, read_students(students))
+        named = read_students(students)
+        own = zip(table["session"].to_pylist(), table["student"].to_pylist(), strict=True)
+        column = pa.array([named.get(session, student) for session, student in own], pa.string())
+        table = table.set_column(table.column_names.index("student"), "student", column)
     check_pseudonyms([student or "" for student in table["student"].to_pylist()], "metrics")
     return _without_repeats(table).sort_by(ORDER)
 
@@ -51,10 +53,7 @@ def collect(runs: Sequence[Path], students: Path | None = None) -> pa.Table:
 def metric_files(run: Path) -> list[Path]:
     """The table of a run folder, or those of the run folders in a folder, in order of name.
 
-    Raises
-    ------
-    RunFolderError
-        There is none.
+    Raises ``RunFolderError``: there is none.
     """
     if (run / METRICS).is_file():
         return [run / METRICS]
@@ -67,10 +66,7 @@ def metric_files(run: Path) -> list[Path]:
 def write_table(table: pa.Table, out: Path, *, force: bool = False) -> Path:
     """Write a table under its name when it is whole.
 
-    Raises
-    ------
-    OutputError
-        The file exists or cannot be written.
+    Raises ``OutputError``: the file exists or cannot be written.
     """
     if out.exists() and not force:
         raise OutputError(f"{out} exists; name another file, or replace it with --force")
@@ -89,18 +85,9 @@ def write_table(table: pa.Table, out: Path, *, force: bool = False) -> Path:
 def read_students(path: Path) -> dict[str, str]:
     """Session digest -> pseudonym.
 
-    Raises
-    ------
-    StudyError
-        No CSV with these columns.
-    RefusedError
-        ``ids``: one session of two students.
+    Raises ``StudyError``: no CSV with these columns; ``RefusedError``: ``ids``, one session of two students.
     """
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = list(csv.DictReader(file))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise StudyError(f"{path} cannot be read as CSV: {error}") from error
+    rows = read_rows(path)
     if not rows or not {"session", "student"} <= set(rows[0]):
         raise StudyError(f"{path.name} needs the columns session and student")
     named: dict[str, str] = {}
@@ -116,12 +103,6 @@ def _read(file: Path) -> pa.Table:
         return pq.read_table(file)
     except (OSError, pa.ArrowException) as error:
         raise RunFolderError(f"{file} cannot be read as a table of metrics ({error}); run its session again") from error
-
-
-def _named(table: pa.Table, named: dict[str, str]) -> pa.Table:
-    own = zip(table["session"].to_pylist(), table["student"].to_pylist(), strict=True)
-    column = pa.array([named.get(session, student) for session, student in own], pa.string())
-    return table.set_column(table.column_names.index("student"), "student", column)
 
 
 def _without_repeats(table: pa.Table) -> pa.Table:

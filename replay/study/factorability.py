@@ -36,10 +36,7 @@ def kaiser_word(kmo: float) -> str:
 def correlations(answers: Floats) -> Floats:
     """Correlation matrix of items, (k, k).
 
-    Raises
-    ------
-    RefusedError
-        ``one-item``; ``no-variance``; ``singular``.
+    Raises ``RefusedError``: ``one-item``; ``no-variance``; ``singular``.
     """
     if answers.shape[1] < 2:
         raise RefusedError("one-item", "correlations of items")
@@ -55,15 +52,7 @@ def kmo(answers: Floats) -> float:
     """Kaiser-Meyer-Olkin measure of sampling adequacy, ``sum r^2 / (sum r^2 + sum a^2)`` over i != j.
 
     ``a`` are the partial correlations, ``-P_ij / sqrt(P_ii P_jj)`` with ``P`` the inverse correlation matrix.
-
-    Parameters
-    ----------
-    answers : (students, items).
-
-    Raises
-    ------
-    RefusedError
-        As ``correlations``.
+    ``answers`` are (students, items); refused as by ``correlations``.
 
     Source: Kaiser (1970), Psychometrika 35, 401-415.
     """
@@ -79,10 +68,7 @@ def kmo(answers: Floats) -> float:
 def bartlett(answers: Floats) -> Bartlett:
     """Bartlett's test of sphericity, ``chi2 = -(n - 1 - (2k + 5)/6) ln det R`` with ``k (k - 1)/2`` degrees.
 
-    Raises
-    ------
-    RefusedError
-        As ``correlations``; ``few-students``.
+    Refused as by ``correlations``, and as ``few-students``.
 
     Source: Bartlett (1951), Biometrika 38, 337-344.
     """

@@ -1,11 +1,11 @@
-"""A study as files: a page to read, tables to go on with, and JSON that says how all of it came about."""
+"""A study as files: a page to read, tables for further work, and JSON with everything that it was made from."""
 
 from __future__ import annotations
 
 import csv
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
@@ -25,18 +25,9 @@ SENSITIVITY: Final = "sensitivity.csv"
 def write_study(study: Study, out: Path, *, title: str, inputs: dict[str, str], force: bool = False) -> Path:
     """Write a study folder; whole, or not at all.
 
-    Parameters
-    ----------
-    title : heading of the page.
-    inputs : what went in: names and digests of the files, detector, seed.
-    force : replace an earlier study folder.
-
-    Raises
-    ------
-    OutputError
-        The folder exists, or cannot be written.
-    RefusedError
-        ``causal-wording``.
+    ``title`` heads the page; ``inputs`` are names and digests of the files, detector, seed; ``force`` replaces an
+    earlier study folder. Raises ``OutputError``: the folder exists, or cannot be written; ``RefusedError``:
+    ``causal-wording``.
     """
     refuse_causal_words([title])
     check_study_target(out, force=force)
@@ -51,13 +42,7 @@ def write_study(study: Study, out: Path, *, title: str, inputs: dict[str, str], 
 
 
 def check_study_target(out: Path, *, force: bool) -> None:
-    """Refuse a folder that cannot become a study folder, before the work is done.
-
-    Raises
-    ------
-    OutputError
-        Says what is in the way.
-    """
+    """Raise ``OutputError`` for a folder that cannot become a study folder, before the work is done."""
     check_target(out, force=force, mark=SUMMARY, what="study")
 
 
@@ -65,54 +50,37 @@ def association_rows(study: Study) -> list[dict[str, Any]]:
     """One row per coefficient, each with its n, the detector and what that misses."""
     return [
         {
-            "outcome": one.outcome,
-            **{name: value for name, value in asdict(c).items() if name != "name"},
-            "predictor": c.name,
-            "regression": one.kind,
-            "adjusted_r2": one.adjusted_r2,
-            "students": one.students,
-            "rows": one.rows,
-            "associated": associated(c),
-            "detector": study.detector,
-            "recall": study.recall,
+            "outcome": one.outcome, **{name: value for name, value in asdict(c).items() if name != "name"},
+            "predictor": c.name, "regression": one.kind, "adjusted_r2": one.adjusted_r2, "students": one.students,
+            "rows": one.rows, "associated": associated(c), "detector": study.detector, "recall": study.recall,
         }
         for one in study.regressions
         for c in one.coefficients
-    ]
+    ]  # fmt: skip
 
 
 def reliability_rows(study: Study) -> list[dict[str, Any]]:
     """One row per construct."""
     return [
         {
-            "construct": name,
-            "alpha": r.alpha,
-            "low": r.low,
-            "high": r.high,
-            "items": r.items,
-            "students": r.students,
-            "least_item_total": min(r.item_total),
+            "construct": name, "alpha": r.alpha, "low": r.low, "high": r.high, "items": r.items,
+            "students": r.students, "least_item_total": min(r.item_total),
         }
         for name, r in study.reliabilities.items()
-    ]
+    ]  # fmt: skip
 
 
 def as_json(study: Study) -> dict[str, Any]:
     """Everything of a study that JSON can hold; a value that is no number is null."""
-    told = {
-        "students": study.students,
-        "rows": study.rows,
-        "detector": study.detector,
-        "recall": study.recall,
-        "reliability": reliability_rows(study),
-        "kmo": study.kmo,
-        "bartlett": None if study.bartlett is None else asdict(study.bartlett),
-        "associations": association_rows(study),
+    whole = {
+        "students": study.students, "rows": study.rows, "detector": study.detector, "recall": study.recall,
+        "reliability": reliability_rows(study), "kmo": study.kmo,
+        "bartlett": None if study.bartlett is None else asdict(study.bartlett), "associations": association_rows(study),
         "sensitivity": [asdict(row) for row in study.sensitivity],
         "refused": [{"result": r.what, "rule": r.rule, "reason": r.reason, "lift": r.lift} for r in study.refusals],
         "warnings": list(study.warnings),
-    }
-    plain: dict[str, Any] = _plain(told)
+    }  # fmt: skip
+    plain: dict[str, Any] = _plain(whole)
     return plain
 
 
@@ -125,9 +93,8 @@ def _plain(value: Any) -> Any:
 
 
 def _write_csv(path: Path, rows: Sequence[dict[str, Any]]) -> None:
-    heading: Iterable[str] = rows[0] if rows else ()
     with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, list(heading), lineterminator="\n")
         if rows:
+            writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
             writer.writeheader()
             writer.writerows(rows)

@@ -1,4 +1,4 @@
-"""Questionnaire and metrics, joined student by student or not at all."""
+"""Questionnaire and metrics, joined student by student; a row that cannot be joined is an error."""
 
 from __future__ import annotations
 
@@ -51,10 +51,7 @@ class Questionnaire:
 def check_pseudonyms(students: Sequence[str], where: str) -> None:
     """Refuse what is missing or looks like a name, an address or a serial with signs.
 
-    Raises
-    ------
-    RefusedError
-        ``ids``; says in which rows and never repeats the words.
+    Raises ``RefusedError`` ``ids``: it names the rows and never repeats the words.
     """
     wrong = [k + 1 for k, student in enumerate(students) if not PSEUDONYM.fullmatch(student)]
     if wrong:
@@ -62,21 +59,22 @@ def check_pseudonyms(students: Sequence[str], where: str) -> None:
         raise RefusedError("ids", f"{where}, data row {rows}: no pseudonym (letters and at least one digit, as S01)")
 
 
+def read_rows(path: Path) -> list[dict[str, str]]:
+    """The rows of a CSV file; one that cannot be read is a ``StudyError``."""
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            return list(csv.DictReader(file))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise StudyError(f"{path} cannot be read as CSV: {error}") from error
+
+
 def read_questionnaire(path: Path, codebook: Codebook) -> Questionnaire:
     """Read the answers that the codebook names from a CSV file.
 
-    Raises
-    ------
-    StudyError
-        A column is missing, an answer is no number or off its scale; names row and column.
-    RefusedError
-        ``ids``: a pseudonym is missing or there twice; ``undeclared-groups``.
+    Raises ``StudyError``: a column is missing, an answer is no number or off its scale (names row and column);
+    ``RefusedError``: ``ids``, a pseudonym is missing or there twice; ``undeclared-groups``.
     """
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = list(csv.DictReader(file))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise StudyError(f"{path} cannot be read as CSV: {error}") from error
+    rows = read_rows(path)
     if not rows:
         raise StudyError(f"{path} has no rows below its heading")
     columns = [codebook.student, *(item.name for item in codebook.items)]
@@ -86,17 +84,13 @@ def read_questionnaire(path: Path, codebook: Codebook) -> Questionnaire:
         raise StudyError(f"{path.name} lacks the column {missing[0]!r} that the codebook names")
     students = [(row[codebook.student] or "").strip() for row in rows]
     check_pseudonyms(students, path.name)
-    _refuse_repeats(students, path.name)
+    twice = sorted(student for student, count in Counter(students).items() if count > 1)
+    if twice:
+        raise RefusedError("ids", f"{path.name}: {', '.join(twice[:5])} answered more than once")
     order = sorted(range(len(rows)), key=students.__getitem__)
     answers = {item.name: _column([rows[k] for k in order], item, path.name, order) for item in codebook.items}
     group = tuple(_group(rows[k], codebook, path.name) for k in order) if codebook.groups else ()
     return Questionnaire(tuple(students[k] for k in order), answers, group)
-
-
-def _refuse_repeats(students: Sequence[str], where: str) -> None:
-    twice = sorted(student for student, count in Counter(students).items() if count > 1)
-    if twice:
-        raise RefusedError("ids", f"{where}: {', '.join(twice[:5])} answered more than once")
 
 
 def _column(rows: Sequence[dict[str, str]], item: Item, where: str, order: Sequence[int]) -> Floats:
@@ -127,12 +121,7 @@ def _group(row: dict[str, str], codebook: Codebook, where: str) -> str:
 
 @dataclass(frozen=True)
 class Metrics:
-    """Rows of ``metrics.parquet``: one per session and detector.
-
-    Parameters
-    ----------
-    columns : name -> values, all of one length.
-    """
+    """Rows of ``metrics.parquet``, one per session and detector, as columns of one length."""
 
     columns: dict[str, list[Any]]
 
@@ -141,7 +130,7 @@ class Metrics:
 
     @property
     def detectors(self) -> tuple[str, ...]:
-        """Detectors there are rows of, in order of appearance."""
+        """Detectors with rows, in order of appearance."""
         return tuple(dict.fromkeys(self.columns[DETECTOR]))
 
     def of(self, detector: str) -> Metrics:
@@ -163,15 +152,7 @@ class Metrics:
 
 
 def read_metrics(path: Path) -> Metrics:
-    """Read ``metrics.parquet``.
-
-    Raises
-    ------
-    StudyError
-        Not such a table.
-    RefusedError
-        ``ids``.
-    """
+    """Read ``metrics.parquet``; raises ``StudyError`` for another table and ``RefusedError`` ``ids``."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -187,12 +168,9 @@ def read_metrics(path: Path) -> Metrics:
 
 
 def rows_of_students(metrics: Metrics, questionnaire: Questionnaire) -> NDArray[np.int64]:
-    """For each row of metrics the place of its student in the questionnaire.
+    """For each row of metrics the index of its student in the questionnaire.
 
-    Raises
-    ------
-    RefusedError
-        ``ids``: a student is in one file only.
+    Raises ``RefusedError`` ``ids``: a student is in one file only.
     """
     place = {student: k for k, student in enumerate(questionnaire.students)}
     seen = set(metrics.columns[STUDENT])

@@ -1,6 +1,6 @@
-"""A class that never was: what its students answer and how they behave is drawn from a model that is written down.
+"""A synthetic class: answers and behaviour of its students are drawn from a model that is written down.
 
-Ease of use goes with motivation and with fewer accidental touches; near misses go with nothing.
+In the model, ease of use is associated with motivation and with fewer accidental touches; near misses with nothing.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay.errors import OutputError
-from replay.processes import Told, in_processes, untold
+from replay.processes import Told, in_processes
 from sessions.synthetic.streams import random_stream
 
 Floats = NDArray[np.float64]
@@ -28,7 +28,6 @@ ANSWERS: Final = "questionnaire.csv"
 CODEBOOK: Final = "codebook.yaml"
 TRUTH: Final = "truth.json"
 ITEMS_EACH: Final = 4
-CONSTRUCTS: Final = {"ease": "ease of use", "use": "usefulness", "imm": "immersion", "mot": "motivation"}
 
 
 @dataclass(frozen=True)
@@ -74,14 +73,8 @@ def make_class(
 ) -> dict[str, str]:
     """Write sessions, questionnaire, codebook and truth to a folder; what is there already is kept.
 
-    Returns
-    -------
-    Student -> why the session could not be made; empty when all is well.
-
-    Raises
-    ------
-    OutputError
-        The folder holds something else, or another class.
+    Returns student -> why the session could not be made; empty when all is well. Raises ``OutputError``: the folder
+    holds something else, or another class.
     """
     drawn = draw_class(students, seed)
     truth = json.dumps({"seed": seed, "students": students, "model": asdict(Model())}, indent=1) + "\n"
@@ -95,7 +88,7 @@ def make_class(
         for k, one in enumerate(drawn)
         if not (out / SESSIONS / f"{one.pseudonym}.mcap").is_file()
     }
-    return in_processes(record_student, tasks, jobs, told or untold)
+    return in_processes(record_student, tasks, jobs, told)
 
 
 def record_student(student: Student, path: Path, seed: int) -> str:

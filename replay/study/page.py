@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 BLUE: Final = "#4a86c5"
-"""Told from both a white and a dark page."""
+"""Can be seen on a white and on a dark page."""
 
 CAUSAL: Final = re.compile(
     r"\b(caus\w*|because of|effects? of|impact of|improv\w*|increas\w*|decreas\w*|leads? to|influenc\w*|enhanc\w*)\b",
     re.IGNORECASE,
 )
-"""Words that claim a cause; none of them may stand in what a study says, names from the codebook included."""
+"""Words that claim a cause: no text of a study may hold one, names from the codebook included."""
 
 CAVEAT: Final = (
     "Associations in the students observed. Nothing was assigned at random, so no figure here says what would happen "
@@ -35,10 +35,7 @@ CAVEAT: Final = (
 def study_html(study: Study, title: str) -> str:
     """The page as text.
 
-    Raises
-    ------
-    RefusedError
-        ``causal-wording``: a name from the codebook or the title claims a cause.
+    Raises ``RefusedError``: ``causal-wording``: a name from the codebook or the title claims a cause.
     """
     style = Markup(files("replay.report").joinpath("style.css").read_text(encoding="utf-8"))
     head = [
@@ -51,18 +48,13 @@ def study_html(study: Study, title: str) -> str:
         element("main", joined(_sections(study))),
         element("footer", element("p", CAVEAT)),
     ]
-    refuse_causal_words([title, *_names(study)])
+    named = [name for one in study.regressions for name in (one.outcome, *(c.name for c in one.coefficients))]
+    refuse_causal_words([title, *study.reliabilities, *named])
     return f'<!doctype html>\n<html lang="en"><head>{joined(head)}</head><body>{joined(body)}</body></html>\n'
 
 
 def refuse_causal_words(words: Sequence[str]) -> None:
-    """Refuse text that claims a cause.
-
-    Raises
-    ------
-    RefusedError
-        Names the text.
-    """
+    """Raise ``RefusedError`` for a text that claims a cause."""
     for text in words:
         if CAUSAL.search(text):
             raise RefusedError("causal-wording", f"the words {text!r}")
@@ -90,11 +82,6 @@ def _sentence(regression: Regression, c: Coefficient) -> str:
 def words(name: str) -> str:
     """A column's name as words: ``contacts_per_min`` is contacts per minute."""
     return re.sub(r"\bper min\b", "per minute", name.replace("_", " "))
-
-
-def _names(study: Study) -> list[str]:
-    named = [name for one in study.regressions for name in (one.outcome, *(c.name for c in one.coefficients))]
-    return list(dict.fromkeys([*study.reliabilities, *named]))
 
 
 def _sections(study: Study) -> list[Markup]:
@@ -146,8 +133,8 @@ def _sensitivity(study: Study) -> list[Markup]:
     names = list(dict.fromkeys(row.detector for row in study.sensitivity))
     said = f"No conclusion changes when {' or '.join(names)} decides what a contact was."
     if changed:
-        told = [f"{words(row.predictor)} with {words(row.outcome)} (seen by {row.detector})" for row in changed]
-        said = f"{len(changed)} conclusions change with the detector: {'; '.join(told)}."
+        named = [f"{words(row.predictor)} with {words(row.outcome)} (seen by {row.detector})" for row in changed]
+        said = f"{len(changed)} conclusions change with the detector: {'; '.join(named)}."
     rows = [
         (
             words(row.outcome), words(row.predictor), row.detector,
@@ -200,11 +187,6 @@ def _methods(study: Study) -> Markup:
     return element("ul", *(element("li", line) for line in lines))
 
 
-def _label(regression: Regression, c: Coefficient) -> str:
-    held = "" if regression.kind == "simple" else ", others held equal"
-    return f"{words(c.name)} – {words(regression.outcome)}{held}"
-
-
 def _forest(study: Study) -> Markup:
     """Every coefficient with its interval; the ones told from zero filled."""
     rows = [(one, c) for one in study.regressions for c in one.coefficients]
@@ -214,7 +196,9 @@ def _forest(study: Study) -> Markup:
             axes.plot([c.low, c.high], [k, k], color=BLUE, lw=1.6)
             axes.plot(c.beta, k, "o", ms=7, color=BLUE, mfc=BLUE if associated(c) else PAPER)
         axes.axvline(0.0, color="#8a93a0", lw=1)
-        axes.set_yticks(range(len(rows)), [_label(one, c) for one, c in rows])
+        held = ["" if one.kind == "simple" else ", others held equal" for one, _ in rows]
+        names = [f"{words(c.name)} – {words(one.outcome)}{more}" for (one, c), more in zip(rows, held, strict=True)]
+        axes.set_yticks(range(len(rows)), names)
         axes.invert_yaxis()
         axes.set_xlabel("standardised coefficient with 95 % interval; filled: associated")
         axes.spines[["top", "right", "left"]].set_visible(False)

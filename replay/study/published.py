@@ -33,14 +33,10 @@ AGREES: Final = "agrees"
 
 @dataclass(frozen=True)
 class Remark:
-    """One thing the check found.
+    """One result of the check, on a row of a table or (row ``""``) on the whole table.
 
-    Parameters
-    ----------
-    kind : ``inconsistent`` (figures contradict each other), ``weak`` (agrees, but carries little), ``agrees``.
-    table : the table it speaks of.
-    row : the row, or ``""`` for the whole table.
-    message : what was recomputed and what was printed.
+    ``kind`` is ``inconsistent`` (figures contradict each other), ``weak`` (agrees, but carries little) or ``agrees``;
+    the message gives the recomputed and the printed figure.
     """
 
     kind: str
@@ -52,10 +48,7 @@ class Remark:
 def check_published(path: Path) -> list[Remark]:
     """Check the tables of a TOML file: ``n``, ``[reliability]``, ``[[regression]]`` as the shipped example has them.
 
-    Raises
-    ------
-    StudyError
-        The file cannot be read, or a field is missing or no number.
+    Raises ``StudyError``: the file cannot be read, or a field is missing or no number.
     """
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -74,19 +67,19 @@ def check_published(path: Path) -> list[Remark]:
 
 def _reliability(table: Mapping[str, Any], n: float, where: str) -> list[Remark]:
     name = str(table.get("table", "reliability"))
-    where = f"{where}: [reliability]"
-    items, alpha = _number(table, "items", where), _number(table, "alpha", where)
-    kmo, chi = _number(table, "kmo", where), _number(table, "chi_square", where)
-    degrees, printed_p = _number(table, "df", where), _number(table, "p", where)
+    keys = ("items", "alpha", "kmo", "chi_square", "df", "p")
+    items, alpha, kmo, chi, degrees, printed_p = (_number(table, key, f"{where}: [reliability]") for key in keys)
     expected = items * (items - 1) / 2
     p = chi_square_tail(chi, int(expected))
     mean_r = alpha / (items - alpha * (items - 1))
-    kind = AGREES if degrees == expected else INCONSISTENT
-    remarks = [Remark(kind, name, "df", f"{items:g} items have {expected:g} degrees of freedom, printed {degrees:g}")]
-    kind = AGREES if abs(p - printed_p) <= P_TOLERANCE else INCONSISTENT
-    remarks.append(Remark(kind, name, "p", f"a chi-square of {chi:g} has p = {p:.0e}, printed {printed_p:.3f}"))
-    remarks.append(Remark(AGREES, name, "alpha", f"alpha {alpha:g} implies a mean correlation of {mean_r:.3f}"))
+    df_kind = AGREES if degrees == expected else INCONSISTENT
+    p_kind = AGREES if abs(p - printed_p) <= P_TOLERANCE else INCONSISTENT
     per_item = n / items
+    remarks = [
+        Remark(df_kind, name, "df", f"{items:g} items have {expected:g} degrees of freedom, printed {degrees:g}"),
+        Remark(p_kind, name, "p", f"a chi-square of {chi:g} has p = {p:.0e}, printed {printed_p:.3f}"),
+        Remark(AGREES, name, "alpha", f"alpha {alpha:g} implies a mean correlation of {mean_r:.3f}"),
+    ]
     if per_item < PERSONS_PER_ITEM:
         remarks.append(Remark(WEAK, name, "n", f"{per_item:.1f} persons per item (usual advice 5 to 10)"))
     remarks.append(Remark(WEAK if kmo < 0.7 else AGREES, name, "kmo", f"KMO {kmo:g} is {kaiser_word(kmo)}"))

@@ -15,7 +15,7 @@ LEAST_STUDENTS: Final = 10
 """Below this many students no p-value is given."""
 
 LEAST_IN_CELL: Final = 5
-"""No cell of any output stands for fewer students than this: fewer could be recognised."""
+"""No cell of any output summarises fewer students than this: fewer could be recognised."""
 
 PERSONS_PER_ITEM: Final = 5
 """Below this many students per questionnaire item, factor statistics carry a warning (usual advice: 5 to 10)."""
@@ -23,13 +23,7 @@ PERSONS_PER_ITEM: Final = 5
 
 @dataclass(frozen=True)
 class Rule:
-    """One rule.
-
-    Parameters
-    ----------
-    reason : why the result would mislead.
-    lift : what would make it possible.
-    """
+    """Why a result would mislead, and what would make it possible."""
 
     reason: str
     lift: str
@@ -72,13 +66,7 @@ RULES: Final[dict[str, Rule]] = {
 
 
 class RefusedError(StudyError):
-    """A result that a rule forbids.
-
-    Parameters
-    ----------
-    rule : key of ``RULES``.
-    what : the result that is not given.
-    """
+    """The result ``what``, which a rule (key of ``RULES``) forbids."""
 
     def __init__(self, rule: str, what: str) -> None:
         self.rule, self.what = rule, what

@@ -87,17 +87,14 @@ def regress(
     students : (n,) number of the student of each row; repeats make the covariance cluster-robust.
     random : draws bootstrap resamples and permutations.
 
-    Raises
-    ------
-    RefusedError
-        ``no-variance``; ``collinear``.
+    Raises ``RefusedError``: ``no-variance``; ``collinear``.
 
     Source: Freedman and Lane (1983), J. Bus. Econ. Stat. 1, 292-298, for the permutations.
     """
     whole = np.isfinite(y) & np.isfinite(x).all(axis=1)
     y, x, students = y[whole], x[whole], students[whole]
     _refuse(outcome, names, y, x)
-    y, x = _standardised(y), _standardised(x)
+    y, x = ((values - values.mean(axis=0)) / values.std(axis=0, ddof=1) for values in (y, x))
     people, clusters = np.unique(students, return_inverse=True)
     clustered = len(people) < len(y)
     fitted = _least_squares(y, x, clusters if clustered else None)
@@ -140,11 +137,6 @@ def _refuse(outcome: str, names: Sequence[str], y: Floats, x: Floats) -> None:
     spread = np.linalg.eigvalsh(np.atleast_2d(np.corrcoef(x, rowvar=False)))
     if spread[0] < LEAST_SPREAD:
         raise RefusedError("collinear", what)
-
-
-def _standardised(values: Floats) -> Floats:
-    done: Floats = (values - values.mean(axis=0)) / values.std(axis=0, ddof=1)
-    return done
 
 
 def _least_squares(y: Floats, x: Floats, clusters: Ints | None) -> Any:

@@ -19,7 +19,7 @@ BOOTSTRAPS: Final = 2000
 
 @dataclass(frozen=True)
 class Reliability:
-    """How far the items of one construct say the same.
+    """How far the items of one construct agree.
 
     Parameters
     ----------
@@ -40,14 +40,8 @@ class Reliability:
 def cronbach_alpha(answers: Floats) -> float:
     """Cronbach's alpha, ``k/(k-1) (1 - sum var(x_i) / var(sum x_i))`` with variances over n - 1.
 
-    Parameters
-    ----------
-    answers : (students, items), reverse-coded items already turned.
-
-    Raises
-    ------
-    RefusedError
-        ``one-item``; ``no-variance`` when every student's sum is the same.
+    ``answers`` are (students, items), reverse-coded items already turned. Refused as ``one-item``, and as
+    ``no-variance`` when every student's sum is the same.
 
     Source: Cronbach (1951), Psychometrika 16, 297-334.
     """
@@ -60,22 +54,14 @@ def cronbach_alpha(answers: Floats) -> float:
     return float(k / (k - 1) * (1.0 - answers.var(axis=0, ddof=1).sum() / total))
 
 
-def reliability(answers: Floats, random: np.random.Generator, resamples: int = BOOTSTRAPS) -> Reliability:
-    """Alpha with its interval and item-total correlations.
+def reliability(answers: Floats, random: np.random.Generator) -> Reliability:
+    """Alpha of ``answers`` (as ``cronbach_alpha``) with its interval and item-total correlations.
 
-    Parameters
-    ----------
-    answers : (students, items), reverse-coded items already turned.
-    random : draws the resamples of students.
-
-    Raises
-    ------
-    RefusedError
-        As ``cronbach_alpha``.
+    ``random`` draws the resamples of students.
     """
     alpha = cronbach_alpha(answers)
     students, items = answers.shape
-    drawn = _alphas(answers[random.integers(0, students, (resamples, students))])
+    drawn = _alphas(answers[random.integers(0, students, (BOOTSTRAPS, students))])
     others = np.array([np.delete(np.arange(students), k) for k in range(students)])
     low, high = interval(drawn, alpha, _alphas(answers[others]))
     return Reliability(alpha, low, high, item_total(answers), students, items)

@@ -1,4 +1,4 @@
-"""Honest time: the clock stands outside the detector, online ones get one frame after the other, in order."""
+"""Timing from outside the detector; an online detector gets one frame after the other, in order."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Pass:
 
 
 def timed(detector: Detector, motion: Motion, *, faces: bool) -> tuple[Detection, Pass]:
-    """Detect once and say what it took: frame by frame where the detector decides so, else in one piece."""
+    """Detect once and measure the time: frame by frame for an online detector, else in one call."""
     at_work = process_time()
     if not detector.online:
         began = perf_counter()
@@ -60,37 +60,34 @@ def timed(detector: Detector, motion: Motion, *, faces: bool) -> tuple[Detection
 def figures(passes: list[Pass]) -> dict[str, Any]:
     """Milliseconds of one or several passes as plain data.
 
-    ``seconds`` is the quickest pass, because the same work is done in every one and others on the machine can only add
-    to it; ``seconds_median`` and ``seconds_high`` say how much they did. So with every frame of online detectors:
-    ``p50_ms``, ``p95_ms`` and ``p99_ms`` are over the quickest pass of each frame (a scheduler that takes turns every 4
-    ms is else all that a p99 shows), ``p99_all_ms`` and the share of frames over the budget of 90 Hz over all of all
-    passes. Intervals are as wide as one pass makes them: the same frames once more are no new frames.
+    ``seconds`` is the quickest pass: every pass does the same work, and other processes can only add to it;
+    ``seconds_median`` and ``seconds_high`` say how much they did. For online detectors ``p50_ms``, ``p95_ms`` and
+    ``p99_ms`` are over the quickest pass of each frame (else a p99 shows only a scheduler that switches every 4 ms);
+    ``p99_all_ms`` and the share of frames over the budget are over all passes. Intervals are those of one pass: the
+    same frames once more are no new frames.
 
     Source: best of repeated runs as in M. Aumueller, E. Bernhardsson, A. Faithfull, ANN-Benchmarks, Information Systems
     87 (2020).
 
-    Raises
-    ------
-    ValueError
-        No pass.
+    Raises ``ValueError``: no pass.
     """
     frames = [one.frames for one in passes if one.frames is not None]
     seconds = [one.seconds for one in passes]
-    told: dict[str, Any] = {"passes": len(passes), "seconds": min(seconds), "seconds_median": float(np.median(seconds))}
-    told |= {"seconds_high": max(seconds), "processor_seconds": min(one.processor for one in passes)}
-    return told | (_of_frames(np.stack(frames) * 1e3) if frames else dict.fromkeys(OF_FRAMES))
+    of_frames = _of_frames(np.stack(frames) * 1e3) if frames else dict.fromkeys(OF_FRAMES)
+    return {
+        "passes": len(passes), "seconds": min(seconds), "seconds_median": float(np.median(seconds)),
+        "seconds_high": max(seconds), "processor_seconds": min(one.processor for one in passes), **of_frames,
+    }  # fmt: skip
 
 
 def _of_frames(ms: NDArray[np.float64]) -> dict[str, float]:
     """Quantiles of the quickest pass of each frame, and what all passes (k, T) say."""
     best = np.sort(ms.min(axis=0))
-    told: dict[str, float] = {}
-    for name, level in LEVELS.items():
-        told |= dict(zip((f"{name}_ms", f"{name}_low", f"{name}_high"), quantile(best, level), strict=True))
     late = float((ms > BUDGET_MS).sum(axis=1).mean())
-    low, high = wilson(late, ms.shape[1])
-    told |= {"p99_all_ms": quantile(np.sort(ms, axis=None), 0.99)[0]}
-    return told | {"over_share": late / ms.shape[1], "over_low": low, "over_high": high}
+    quantiles = [value for level in LEVELS.values() for value in quantile(best, level)]
+    every = quantile(np.sort(ms, axis=None), 0.99)[0]
+    values = (*quantiles, every, late / ms.shape[1], *wilson(late, ms.shape[1]))
+    return dict(zip(OF_FRAMES, values, strict=True))
 
 
 def quantile(ordered: NDArray[np.float64], level: float) -> tuple[float, float, float]:

@@ -19,28 +19,20 @@ def clustered(mesh: TriangleMesh, cell: float) -> TriangleMesh:
 
     No vertex moves by more than the cell's diagonal. Choose it where any mesh must become coarser, open ones and ones
     that are no manifold too; edge collapse keeps the shape better and needs a manifold.
-
-    Parameters
-    ----------
-    cell : metres, edge of a cell.
+    ``cell`` is the edge of a cell in metres.
 
     Source: J. Rossignac, P. Borrel, Multi-resolution 3D approximations for rendering complex scenes, in Modeling in
     Computer Graphics, Springer 1993.
 
-    Raises
-    ------
-    TradeoffError
-        A cell that is not positive and finite.
+    Raises ``TradeoffError``: a cell that is not positive and finite.
     """
     if not 0.0 < cell < float("inf"):
         raise TradeoffError(f"cell={cell!r} is no length; give metres above 0")
     used, corners = np.unique(mesh.faces, return_inverse=True)
     points = mesh.vertices[used]
-    keys = np.floor(points / cell).astype(np.int64)
-    cells, group = np.unique(keys, axis=0, return_inverse=True)
-    group = group.reshape(-1)
-    count = np.bincount(group, minlength=len(cells))[:, None]
-    middle = np.stack([np.bincount(group, weights=points[:, k], minlength=len(cells)) for k in range(3)], axis=1)
+    group = np.unique(np.floor(points / cell).astype(np.int64), axis=0, return_inverse=True)[1].reshape(-1)
+    count = np.bincount(group)[:, None]
+    middle = np.stack([np.bincount(group, weights=points[:, k]) for k in range(3)], axis=1)
     faces = group[corners.reshape(-1, 3)]
     a, b, c = faces.T
     faces = faces[(a != b) & (b != c) & (a != c)]

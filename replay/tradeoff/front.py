@@ -1,9 +1,9 @@
-"""The front and the advice, from the table alone: whoever has the table can compute both again.
+"""The Pareto front and the advice, from the table alone.
 
-A row is on the front when no other is at least as quick and misses no more. Rows that do not count: the oracle, whoever
-shares its algorithm (nobody judges itself), and those of whose reported pair-frames fewer than ``PRECISION`` are true:
-who always says contact misses nothing. Whoever counts and still invents is advised only with the share of its reports
-that is invented, beside what invents less for the same price, and never dominates one that invents less.
+A row is on the front when no other is at least as quick and misses no more. These rows do not count: the oracle and
+rows with its algorithm, and rows of whose reported pair-frames fewer than ``PRECISION`` are true (a detector that
+always reports contact misses nothing). A row that invents contacts is advised with the share of its reports that is
+invented, beside a row that invents less for the same price, and it never dominates one that invents less.
 """
 
 from __future__ import annotations
@@ -26,12 +26,9 @@ def counts(row: Row) -> bool:
 
 
 def front_of(rows: Sequence[Row], *, time: str = "ms_per_frame", online: bool = False) -> list[str]:
-    """Labels on the front, quickest first; of equals the earlier in the table.
+    """Labels on the front, quickest first by the column ``time``; of equals the earlier in the table.
 
-    Parameters
-    ----------
-    time : column that is the price.
-    online : only rows timed frame by frame.
+    With ``online`` only rows timed frame by frame.
     """
     asked = [row for row in rows if counts(row) and (row["online"] or not online)]
     front: list[Row] = []
@@ -54,19 +51,19 @@ def _advice(rows: Sequence[Row], time: str, budgets: Sequence[float], *, online:
     front = [by_label[label] for label in front_of(rows, time=time, online=online)]
     if len(front) == 1:
         return [_alone(front[0], asked, time)]
-    told, last = [], ""
+    sentences, last = [], ""
     for budget in budgets:
         fits = [row for row in front if row[time] <= budget]
         if fits and fits[-1]["label"] != last:
             last = fits[-1]["label"]
             what = "with p99 under" if online else "at"
             clean = _truest([row for row in asked if row[time] <= budget], time)
-            told.append(f"{what} {budget:g} ms per frame: {_price(fits[-1])}{_instead(fits[-1], clean)}")
-    return told
+            sentences.append(f"{what} {budget:g} ms per frame: {_price(fits[-1])}{_instead(fits[-1], clean)}")
+    return sentences
 
 
 def _alone(best: Row, asked: Sequence[Row], time: str) -> str:
-    """Of the only row on the front: it dominates, unless another invents less."""
+    """The sentence for the only row on the front: it dominates, unless another invents less."""
     truest = _truest(asked, time)
     if len(asked) == 1:
         return f"only {best['label']} was tried that reports more contacts than it invents: it {_errors(best)}"
@@ -79,7 +76,7 @@ def _alone(best: Row, asked: Sequence[Row], time: str) -> str:
 
 
 def _truest(rows: Sequence[Row], time: str) -> Row:
-    """Who invents least; of equals who misses least, then who is quickest."""
+    """The row that invents least; of equals the one that misses least, then the quickest."""
     return min(rows, key=lambda row: (-row["precision"], row["missed"], row[time]))
 
 
@@ -95,7 +92,7 @@ def _price(row: Row) -> str:
 
 
 def _errors(row: Row) -> str:
-    """What it misses of the contacts, and invents of what it reports."""
+    """Shares missed of the contacts, and invented of the reports."""
     missed = [100 * row[key] for key in ("missed", "missed_low", "missed_high")]
     invented = [100 * (1 - row[key]) for key in ("precision", "precision_high", "precision_low")]
     return f"misses {_percent(missed)}" + (f", invents {_percent(invented)}" if row["precision"] < 1.0 else "")

@@ -1,4 +1,4 @@
-"""The oracle's answer, and what a detection is worth beside it: the same pair-frames as the audit's, counted alike."""
+"""The oracle's answer, and the figures of a detection beside it: counted as the audit counts them."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ import numpy as np
 from cdcore import Detection
 from cdcore.protocol import FaceSets
 from replay.assembly import Assembly
-from replay.audit.compare import compare
+from replay.audit.compare import compare, face_recall
 from replay.audit.episodes import episodes
-from replay.audit.face_recall import face_recall
 from replay.audit.outcome import Comparison, Episode, Outcome
 from replay.audit.tolerance import Tolerance
 from replay.audit.wilson import share
@@ -24,16 +23,8 @@ from replay.errors import TradeoffError
 class Judge:
     """What an oracle found in a session, and figures of any other detection of it.
 
-    Parameters
-    ----------
-    assembly : bodies, motion, pairs.
-    spec : the oracle.
-    tau : metres; a disagreement about less is *within tolerance*.
-
-    Raises
-    ------
-    TradeoffError
-        The oracle finds no contact: nothing can be missed.
+    A disagreement about less than ``tau`` metres is *within tolerance*. Raises ``TradeoffError``: the oracle finds no
+    contact, so nothing can be missed.
     """
 
     def __init__(self, assembly: Assembly, spec: DetectorSpec, seed: int, tau: float) -> None:
@@ -54,16 +45,15 @@ class Judge:
     def figures(self, detection: Detection, *, same_faces: bool = True) -> dict[str, Any]:
         """Pair-frames, contacts and, where they were listed, face pairs found, missed and invented, with intervals.
 
-        Parameters
-        ----------
-        same_faces : whether the detection's meshes are the oracle's; else its faces have other numbers.
+        Without ``same_faces`` the detection's meshes are not the oracle's, and faces are not compared.
         """
         comparison = compare(detection, self.truth, within=self._tolerance.judge(detection, self.truth))
         outcome = comparison.outcome
         count = np.bincount(outcome.ravel(), minlength=len(Outcome))
         both, missed, invented = (int(count[word]) for word in (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED))
         lost, true = share(missed, both + missed), share(both, both + invented)
-        whole = sum(_lost(outcome[one.first : one.last + 1, one.pair]) for one in self.contacts)
+        found = [set(outcome[one.first : one.last + 1, one.pair].tolist()) for one in self.contacts]
+        whole = sum(Outcome.MISSED in words and Outcome.BOTH not in words for words in found)
         contacts = share(whole, len(self.contacts))
         return {
             "both": both, "missed_pair_frames": missed, "invented_pair_frames": invented,
@@ -88,8 +78,3 @@ class Judge:
             "face_recall": recall, "face_pairs": found.total, "face_pairs_listed": found.found,
             "face_pairs_invented": found.invented,
         }  # fmt: skip
-
-
-def _lost(outcome: np.ndarray[Any, np.dtype[np.uint8]]) -> bool:
-    """Whether a contact was missed in all of its frames."""
-    return bool((outcome == Outcome.MISSED).any() and not (outcome == Outcome.BOTH).any())

@@ -1,10 +1,14 @@
-"""Recall against time, a line per algorithm, the front drawn out and numbered: known from ann-benchmarks."""
+"""Recall against time, a line per algorithm, the front drawn out and numbered.
+
+Source: M. Aumueller, E. Bernhardsson, A. Faithfull, ANN-Benchmarks, Information Systems 87 (2020), figures 2-6.
+"""
 
 from __future__ import annotations
 
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import hypot
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -12,7 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from replay.base.constants import BUDGET_MS
 from replay.tradeoff.front import PRECISION, Row, counts, front_of
-from replay.tradeoff.lines import apart, lines_of
 from replay.tradeoff.settings import AS_IT_COMES
 
 if TYPE_CHECKING:
@@ -22,7 +25,7 @@ if TYPE_CHECKING:
 
 SIZE: Final = (12.4, 6.6)
 MARKERS: Final = ("o", "s", "D", "^", "v", "P", "X", "<", ">", "h", "*")
-"""One per axis that is turned."""
+"""One per parameter that is varied."""
 
 PALE: Final = 0.3
 """Opacity of what is not on the front for inventing too much."""
@@ -34,17 +37,12 @@ RECALLS: Final = (0, 20, 50, 70, 80, 90, 95, 98, 99, 100)
 APART: Final = 15.0
 """Points between the numbers of two neighbours on the front, so that both can be read."""
 
-# SOURCE: M. Aumueller, E. Bernhardsson, A. Faithfull, ANN-Benchmarks, Information Systems 87 (2020), figures 2-6.
-
 
 @dataclass(frozen=True)
 class Theme:
-    """Colours of a picture.
+    """Colours of background, words, lesser words, grid lines and front; ``series`` has one per algorithm.
 
-    Parameters
-    ----------
-    paper, ink, faint, grid, front : background, words, lesser words, grid lines, the front.
-    series : one per algorithm; told apart by colour-blind readers, further ones begin again.
+    Colour-blind readers can tell the series apart; with more algorithms than colours they repeat.
     """
 
     paper: str
@@ -72,21 +70,15 @@ DARK: Final = Theme(
 
 
 def picture(rows: Sequence[Row], title: str, kind: str = "png", theme: Theme = LIGHT) -> bytes:
-    """The picture as ``png`` or ``svg``.
-
-    Raises
-    ------
-    ValueError
-        No row.
-    """
+    """The picture as ``png`` or ``svg``; no row is a ``ValueError``."""
     from matplotlib import rc_context
 
     out = io.BytesIO()
     how: Mapping[str, Any] = {"metadata": {"Date": None}} if kind == "svg" else {"dpi": 110}
-    told: dict[Any, Any] = {"svg.hashsalt": "vrlab-replay", "text.color": theme.ink}
-    told |= dict.fromkeys(("axes.labelcolor", "xtick.color", "ytick.color", "axes.edgecolor"), theme.faint)
-    # The salt makes the names inside an SVG, and so the page that holds it, the same every time.
-    with rc_context(told):
+    style: dict[Any, Any] = {"svg.hashsalt": "vrlab-replay", "text.color": theme.ink}
+    style |= dict.fromkeys(("axes.labelcolor", "xtick.color", "ytick.color", "axes.edgecolor"), theme.faint)
+    # The salt fixes the random names inside an SVG, so that the page that holds it is the same every time.
+    with rc_context(style):
         _drawn(rows, title, theme).savefig(out, format=kind, facecolor=theme.paper, **how)
     return out.getvalue()
 
@@ -113,22 +105,18 @@ def _drawn(rows: Sequence[Row], title: str, theme: Theme) -> Figure:
 def _line(axes: Axes, points: Sequence[Row], colour: str, marker: str, theme: Theme) -> None:
     times = [row["ms_per_frame"] for row in points]
     recall = [100 * row["recall"] for row in points]
-    axes.plot(times, recall, color=colour, lw=1.1, alpha=0.7 if all(map(_sure, points)) else PALE, zorder=2)
-    for row, time, value in zip(points, times, recall, strict=True):
+    sure = [counts(row) or bool(row["oracle"]) for row in points]
+    axes.plot(times, recall, color=colour, lw=1.1, alpha=0.7 if all(sure) else PALE, zorder=2)
+    for row, time, value, full in zip(points, times, recall, sure, strict=True):
         spread = [[value - 100 * row["recall_low"]], [100 * row["recall_high"] - value]]
-        seen = 1.0 if _sure(row) else PALE
+        seen = 1.0 if full else PALE
         axes.errorbar([time], [value], yerr=spread, fmt="none", ecolor=colour, lw=0.6, alpha=seen / 2, zorder=2)
         fill = colour if row["online"] else theme.paper
         axes.plot([time], [value], marker, color=colour, ms=6, mfc=fill, mew=1.2, alpha=seen, zorder=3)
 
 
-def _sure(row: Row) -> bool:
-    """Whether a row is drawn in full."""
-    return counts(row) or bool(row["oracle"])
-
-
 def _front(axes: Axes, rows: Sequence[Row], theme: Theme) -> float:
-    """Draw the front, number its points and list them beside the picture; gives how far down the list reaches."""
+    """Draw the front, number its points and list them beside the picture; return the height where the list ends."""
     by_label = {row["label"]: row for row in rows}
     front = [by_label[label] for label in front_of(rows)]
     heads = ("", "the front, quickest first", "ms/frame", "misses", "invents")
@@ -137,15 +125,8 @@ def _front(axes: Axes, rows: Sequence[Row], theme: Theme) -> float:
         return height
     times = [row["ms_per_frame"] for row in front]
     recall = [100 * row["recall"] for row in front]
-    axes.step(
-        [*times, axes.get_xlim()[1]],
-        [*recall, recall[-1]],
-        where="post",
-        color=theme.front,
-        lw=2.4,
-        alpha=0.8,
-        zorder=4,
-    )
+    right = axes.get_xlim()[1]
+    axes.step([*times, right], [*recall, recall[-1]], where="post", color=theme.front, lw=2.4, alpha=0.8, zorder=4)
     for number, (row, (x, y)) in enumerate(zip(front, _apart(axes, times, recall), strict=True), 1):
         axes.annotate(
             str(number), (row["ms_per_frame"], 100 * row["recall"]), xytext=(x, y), textcoords="offset points",
@@ -154,13 +135,13 @@ def _front(axes: Axes, rows: Sequence[Row], theme: Theme) -> float:
             arrowprops={"arrowstyle": "-", "color": theme.front, "lw": 0.8, "shrinkA": 0, "shrinkB": 2},
         )  # fmt: skip
         invents = "" if row["precision"] == 1.0 else f"{100 * (1 - row['precision']):.1f} %"
-        told = (str(number), row["label"], f"{row['ms_per_frame']:.4f}", f"{100 * row['missed']:.1f} %", invents)
-        height = _row_beside(axes, height, told, theme.ink)
+        cells = (str(number), row["label"], f"{row['ms_per_frame']:.4f}", f"{100 * row['missed']:.1f} %", invents)
+        height = _row_beside(axes, height, cells, theme.ink)
     return height
 
 
 def _apart(axes: Axes, times: Sequence[float], recall: Sequence[float]) -> list[tuple[float, float]]:
-    """Where the numbers stand beside their points, in points: to the left, none on top of another."""
+    """Offsets of the numbers from their points, in points: to the left, without overlap."""
     scale = 72.0 / axes.figure.dpi
     places = axes.transData.transform(np.column_stack([times, recall])) * scale
     words = np.array(apart([(x, y) for x, y in places.tolist()], (-APART, APART / 2), APART, 1.0))
@@ -168,7 +149,7 @@ def _apart(axes: Axes, times: Sequence[float], recall: Sequence[float]) -> list[
 
 
 def _row_beside(axes: Axes, height: float, words: Sequence[str], colour: str, *, bold: bool = False) -> float:
-    """One row of a list to the right of the axes; gives where the next begins."""
+    """Write one row of a list to the right of the axes; return the height of the next."""
     for x, word, side in zip((1.02, 1.045, 1.385, 1.47, 1.555), words, ("left", "left", *["right"] * 3), strict=True):
         axes.text(
             x, height, word, transform=axes.transAxes, fontsize=8, color=colour, ha=side, va="top",
@@ -227,11 +208,34 @@ def _dress(axes: Axes, rows: Sequence[Row], title: str, theme: Theme) -> None:
 def stretched(recall: ArrayLike) -> NDArray[np.float64]:
     """Where a recall in % stands: half the missed share is as far again, until ``TOP`` is missed.
 
-    What matters to who ships it lies between 90 and 100, where a plain axis has no room.
+    The range that matters lies between 90 and 100, where a plain axis has no room.
     """
     return -np.log10(np.maximum(1.0 - np.asarray(recall, dtype=np.float64) / 100.0, -TOP / 2) + TOP)
 
 
 def unstretched(place: ArrayLike) -> NDArray[np.float64]:
-    """The recall in % that stands there."""
+    """The recall in % at this height."""
     return 100.0 * (1.0 + TOP - 10.0 ** -np.asarray(place, dtype=np.float64))
+
+
+def lines_of(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """Name of a line -> its rows, quickest first."""
+    lines: dict[str, list[Row]] = {}
+    for row in rows:
+        lines.setdefault(row["line"], []).append(row)
+    return {name: sorted(points, key=lambda row: float(row["ms_per_frame"])) for name, points in lines.items()}
+
+
+def apart(
+    places: Sequence[tuple[float, float]], shift: tuple[float, float], least: float, step: float
+) -> list[tuple[float, float]]:
+    """Where labels of points stand: each at ``shift`` from its point, then moved along y by ``step`` until no two are
+    nearer than ``least``; all in one unit.
+    """
+    taken: list[tuple[float, float]] = []
+    for x, y in places:
+        at = x + shift[0], y + shift[1]
+        while any(hypot(at[0] - a, at[1] - b) < least for a, b in taken):
+            at = at[0], at[1] + step
+        taken.append(at)
+    return taken

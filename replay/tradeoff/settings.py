@@ -69,7 +69,7 @@ COLLIDER_RATES: Final = (4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 22.5, 45.0)
 
 CELLS_MM: Final = (1.0, 2.0, 5.0, 10.0)
 SAMPLES: Final = (30, 120, 480, 1920, "auto")
-"""Faces of each body that a search looks at."""
+"""Faces of each body that a search samples."""
 
 BUDGETS: Final = (30, 120, 480, 1920, 7680)
 """Evaluations that a search may spend on a pair and frame."""
@@ -83,57 +83,38 @@ LISTING: Final = ("hybrid", "solid-style", "hybrid-qaco")
 
 
 def settings_list() -> tuple[Setting, ...]:
-    """Everything that is tried, in order: the head answers most for least, the tail is slow."""
+    """Everything that is tried, in order: the first ones answer most for least time, the last ones are slow."""
     plain = (Setting(name, AS_IT_COMES, "") for name in PLAIN)
-    return (*plain, *_live(EARLY_RATES), *_shipped(), *_asked(), *_live(RATES), *_searches(), *_slow(), *_tail())
+    # Tried once, after the repeats of all others, where the time limit leaves room.
+    tail = (Setting("image-space", "resolution", str(size), {"resolution": size}, tail=True) for size in (4, 8))
+    return (
+        *plain,
+        *_varied("discrete", "step rate", "rate_hz", EARLY_RATES, " Hz"),
+        # What an engine can change: colliders, step rate, mesh resolution.
+        *_varied("collider", "step rate", "rate_hz", COLLIDER_RATES, " Hz", shape="mesh"),
+        *_varied("collider", "shape", "shape", SHAPES),
+        *_varied("hybrid", "mesh resolution", "cell", CELLS_MM, " mm"),
+        *_varied("solid-style", "budget", "budget", TREE_BUDGETS),
+        *(Setting(name, ASKED, what, faces=what == "faces") for name in LISTING for what in ("booleans", "faces")),
+        *_varied("continuous", "tolerance", "tolerance", TOLERANCES_MM, " mm"),
+        *_varied("discrete", "step rate", "rate_hz", RATES, " Hz"),
+        *_varied("hybrid-qaco", "samples", "samples", SAMPLES),
+        *_varied("hybrid-qaco", "budget", "budget", BUDGETS),
+        *_varied("hybrid-qaco", "decide", "decide", ("mesh",)),
+        *_varied("rapid-style", "budget", "budget", TREE_BUDGETS),
+        *_varied("obb", "budget", "budget", TREE_BUDGETS[2:]),
+        Setting("aabb", AS_IT_COMES, ""),
+        *_varied("aabb", "boxes", "mode", ("first",)),
+        Setting("qaco", AS_IT_COMES, ""),
+        *tail,
+    )
 
 
-def _shipped() -> Iterator[Setting]:
-    """What an engine would turn: its colliders, how often they are looked at, its meshes; a tree's budget."""
-    for rate in COLLIDER_RATES:
-        yield Setting("collider", "step rate", f"{rate:g} Hz", {"shape": "mesh", "rate_hz": rate})
-    for shape in SHAPES:
-        yield Setting("collider", "shape", shape, {"shape": shape})
-    for cell in CELLS_MM:
-        yield Setting("hybrid", "mesh resolution", f"{cell:g} mm", cell=cell / 1e3)
-    for budget in TREE_BUDGETS:
-        yield Setting("solid-style", "budget", str(budget), {"budget": budget})
-
-
-def _asked() -> Iterator[Setting]:
-    """Faces too; and contacts between frames."""
-    for detector in LISTING:
-        yield Setting(detector, ASKED, "booleans")
-        yield Setting(detector, ASKED, "faces", faces=True)
-    for tolerance in TOLERANCES_MM:
-        yield Setting("continuous", "tolerance", f"{tolerance:g} mm", {"tolerance": tolerance / 1e3})
-
-
-def _live(rates: Sequence[float]) -> Iterator[Setting]:
-    """Frame by frame, at the rate of a headset and below."""
-    for rate in rates:
-        yield Setting("discrete", "step rate", f"{rate:g} Hz", {"rate_hz": rate})
-
-
-def _searches() -> Iterator[Setting]:
-    for samples in SAMPLES:
-        yield Setting("hybrid-qaco", "samples", str(samples), {"samples": samples})
-    for budget in BUDGETS:
-        yield Setting("hybrid-qaco", "budget", str(budget), {"budget": budget})
-    yield Setting("hybrid-qaco", "decide", "mesh", {"decide": "mesh"})
-
-
-def _slow() -> Iterator[Setting]:
-    for budget in TREE_BUDGETS:
-        yield Setting("rapid-style", "budget", str(budget), {"budget": budget})
-    for budget in TREE_BUDGETS[2:]:
-        yield Setting("obb", "budget", str(budget), {"budget": budget})
-    yield Setting("aabb", AS_IT_COMES, "")
-    yield Setting("aabb", "boxes", "first", {"mode": "first"})
-    yield Setting("qaco", AS_IT_COMES, "")
-
-
-def _tail() -> Iterator[Setting]:
-    """Tried once, after the repeats of all others, where the time limit leaves room."""
-    for resolution in (4, 8):
-        yield Setting("image-space", "resolution", str(resolution), {"resolution": resolution}, tail=True)
+def _varied(
+    detector: str, axis: str, key: str, values: Sequence[Any], unit: str = "", **fixed: Any
+) -> Iterator[Setting]:
+    """One parameter of a detector at several values, written in the unit that people read (mm for metres)."""
+    for value in values:
+        text = value if isinstance(value, str) else f"{value:g}{unit}"
+        settings = {**fixed, key: value / 1e3 if unit == " mm" else value}
+        yield Setting(detector, axis, text, cell=settings.pop("cell", 0.0), settings=settings)

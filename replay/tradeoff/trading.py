@@ -47,7 +47,7 @@ ONCE_SECONDS: Final = 2.0
 """What takes longer than this is not repeated: noise of the clock is no longer what matters."""
 
 Watch = Callable[[int, int, str, Sequence[dict[str, Any]]], None]
-"""Told: steps done, steps in all, what is next, the rows so far."""
+"""Called with steps done, steps in all, what is next, and the rows so far."""
 
 
 @dataclass(eq=False)
@@ -63,19 +63,10 @@ class _Trial:
 
 
 def tradeoff(
-    session: Session,
-    *,
-    settings: Sequence[Setting] | None = None,
-    oracle: SpecLike = "exact",
-    pairs: Pairs | None = None,
-    start: float | None = None,
-    end: float | None = None,
-    seed: int = 0,
-    tau: float = TAU,
-    repeats: int = REPEATS,
-    time_limit: float | None = TIME_LIMIT,
-    watch: Watch | None = None,
-) -> Tradeoff:
+    session: Session, *, settings: Sequence[Setting] | None = None, oracle: SpecLike = "exact",
+    pairs: Pairs | None = None, start: float | None = None, end: float | None = None, seed: int = 0, tau: float = TAU,
+    repeats: int = REPEATS, time_limit: float | None = TIME_LIMIT, watch: Watch | None = None,
+) -> Tradeoff:  # fmt: skip
     """Run every setting over a session, beside the oracle.
 
     Parameters
@@ -88,7 +79,7 @@ def tradeoff(
     repeats : timed passes of each setting that takes under ``ONCE_SECONDS``.
     time_limit : seconds; a setting that cannot end within them is not begun and is in ``cut``; ``None``: no limit.
         Compiling, once per machine, does not count.
-    watch : told after every step.
+    watch : called after every step.
 
     Raises
     ------
@@ -103,7 +94,7 @@ def tradeoff(
     steps = sum(1 if one.tail else max(1, repeats) for one in wanted)
     trials: list[_Trial] = []
     with told_of_compiling(lambda *_: None) as compiled:
-        watched = _Watched(watch or _unheard, steps, time_limit, compiled)
+        watched = _Watched(watch, steps, time_limit, compiled)
         assembly = assemble(session, pairs=pairs, start=start, end=end)
         judge = Judge(assembly, parse_detector(oracle), seed, tau)
         for setting in (one for one in wanted if not one.tail):
@@ -115,17 +106,17 @@ def tradeoff(
                     _again(trial)
         for setting in (one for one in wanted if one.tail):
             _try(setting, assembly, judge, seed, trials, watched)
-        watched.end(trials)
+        watched.next("", trials)
     done = {trial.setting.label for trial in trials}
     cut = tuple(setting.label for setting in wanted if setting.label not in done)
     return _whole(session, assembly, judge, trials, cut, seed)
 
 
 class _Watched:
-    """Tells how far the work is, and how much time is left."""
+    """Reports how far the work is, and knows how much time is left."""
 
-    def __init__(self, told: Watch, total: int, limit: float | None, compiled: Compiled) -> None:
-        self._told, self._total, self._limit, self._compiled = told, total, limit, compiled
+    def __init__(self, watch: Watch | None, total: int, limit: float | None, compiled: Compiled) -> None:
+        self._watch, self._total, self._limit, self._compiled = watch, total, limit, compiled
         self._began, self._done = perf_counter(), 0
 
     def left(self) -> float:
@@ -135,13 +126,10 @@ class _Watched:
         return self._limit + self._compiled.seconds - (perf_counter() - self._began)
 
     def next(self, label: str, trials: Sequence[_Trial]) -> None:
-        """This comes next."""
-        self._told(self._done, self._total, label, [one.row for one in trials])
+        """Report what comes next; an empty label says that all is done."""
+        if self._watch is not None:
+            self._watch(self._done if label else self._total, self._total, label, [one.row for one in trials])
         self._done += 1
-
-    def end(self, trials: Sequence[_Trial]) -> None:
-        """All is done."""
-        self._told(self._total, self._total, "", [one.row for one in trials])
 
 
 def _try(
@@ -155,18 +143,14 @@ def _try(
         trials += [] if trial is None else [trial]
 
 
-def _unheard(done: int, total: int, label: str, rows: Sequence[dict[str, Any]]) -> None:
-    del done, total, label, rows
-
-
 def _first(setting: Setting, assembly: Assembly, judge: Judge, seed: int, left: float) -> _Trial | None:
-    """Build, warm up, detect, compare; ``None`` where the warm-up foretells more than the seconds ``left``."""
+    """Build, warm up, detect, compare; ``None`` where the warm-up predicts more than the seconds ``left``."""
     seen = coarser(assembly, setting.cell) if setting.cell else assembly
     clock = perf_counter()
     detector = make_detector(setting.spec, seen, seed)
     prepared = perf_counter() - clock
     sample = seen.motion.take(warm_frames(len(seen.motion)))
-    # The first call may have compiled; only the second foretells.
+    # The first call may have compiled; only the second predicts the time.
     least = left * len(sample) / len(seen.motion)
     if all(timed(detector, sample, faces=setting.faces)[1].seconds > least for _ in range(2)):
         return None
@@ -198,12 +182,12 @@ def _again(trial: _Trial) -> None:
 
 
 def _tell_time(trial: _Trial) -> None:
-    told, frames = figures(trial.passes), max(1, len(trial.motion))
+    taken, frames = figures(trial.passes), max(1, len(trial.motion))
     minutes = float(trial.motion.times[-1] - trial.motion.times[0]) / 60 or 1.0
-    trial.row.update(told)
-    trial.row["seconds_per_minute"] = told["seconds"] / minutes
+    trial.row.update(taken)
+    trial.row["seconds_per_minute"] = taken["seconds"] / minutes
     for key, name in (("seconds", "ms_per_frame"), ("seconds_median", "ms_median"), ("seconds_high", "ms_high")):
-        trial.row[name] = told[key] / frames * 1e3
+        trial.row[name] = taken[key] / frames * 1e3
 
 
 def _whole(

@@ -6,6 +6,8 @@ import pytest
 
 from cdcore import DETECTORS
 from replay.choosing import BEGIN, END, choosing_table, with_table
+from replay.made_up import made_up_names, made_up_session
+from sessions.errors import SessionError
 
 README = Path(__file__).resolve().parents[2] / "README.md"
 
@@ -25,3 +27,15 @@ def test_only_what_stands_between_the_marks_is_replaced():
     assert with_table(f"a\n{BEGIN}\nold\n{END}\nb", "new") == f"a\n{BEGIN}\nnew\n{END}\nb"
     with pytest.raises(ValueError, match="put both where the table belongs"):
         with_table("no marks", "new")
+
+
+def test_an_analytic_session_is_made_by_its_name_and_seed():
+    assert "fast-ball" in made_up_names()
+    one, same, other = (made_up_session("fast-ball", seed)[0] for seed in (1, 1, 2))
+    assert one.frames.position.tobytes() == same.frames.position.tobytes()
+    assert one.frames.position.tobytes() != other.frames.position.tobytes()
+
+
+def test_an_unknown_name_is_answered_with_those_there_are():
+    with pytest.raises(SessionError, match="no made-up session 'bench'; there are: bench-bumps"):
+        made_up_session("bench")

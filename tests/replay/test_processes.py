@@ -6,6 +6,7 @@ import pytest
 
 from replay.errors import WorkerError
 from replay.processes import Crew, in_processes
+from replay.progress import Silent
 
 
 def work(path, what):
@@ -73,3 +74,8 @@ def test_what_a_task_raises_is_raised_to_who_asked(jobs):
 def test_a_process_of_a_crew_that_dies_is_one_sentence(tmp_path):
     with Crew(2) as crew, pytest.raises(WorkerError, match="use --jobs 1"):
         crew.results([(work, (str(tmp_path / "a"), "die")), (work, (str(tmp_path / "b"), "slow"))], lambda done: None)
+
+
+def test_silence_takes_any_stage_and_any_advance():
+    with Silent().stage("detect", 10) as advance:
+        assert advance(3) is None

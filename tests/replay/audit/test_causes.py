@@ -120,7 +120,7 @@ def test_looks_are_bounded_and_misses_without_one_are_not_examined(monkeypatch):
     looks = list(module._looks(places))
     assert [number for number, _, _ in looks] == list(range(0, 25, 3))
     assert all(frames == [40 * number + 10] for number, _, frames in looks)
-    assert [len(group) for group in module._groups(iter(looks))] == [3, 3, 3]
+    assert [len(group) for group in module.grouped(looks, lambda look: len(look[2]), 3)] == [3, 3, 3]
     session = cubes({"a": [0] * 300, "b": [3, 0.9, 0.9] * 100})
     result = compute(session, detectors="planted_detectors:Blind")
     words = Counter(miss.cause for miss in result.misses["Blind"])
@@ -130,3 +130,19 @@ def test_looks_are_bounded_and_misses_without_one_are_not_examined(monkeypatch):
 def test_a_long_miss_is_looked_at_with_both_ends():
     (look,) = module._looks([Stretch(0, 100, 900, "never found", 1)])
     assert len(look[2]) == 16 and look[2][0] == 100 and look[2][-1] == 900
+
+
+TWO_BUMPS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+
+
+def test_every_numbered_miss_has_a_cause_and_the_causes_are_those_counted():
+    result = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20],hybrid")
+    assert [miss.cause for miss in result.misses["slow"]] == ["between looks", "between looks"]
+    assert result.causes["slow"].missed == result.causes["slow"].examined == 3
+    assert result.misses["hybrid"] == () and result.causes["hybrid"].of_misses == ()
+
+
+def test_misses_beside_an_oracle_without_faces_are_looked_at_with_an_exact_detector():
+    result = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20]", oracle="planted_detectors:Planted")
+    assert [miss.cause for miss in result.misses["slow"]] == ["between looks"] * 2
+    assert all(miss.face_pairs for miss in result.misses["slow"])

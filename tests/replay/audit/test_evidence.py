@@ -4,7 +4,7 @@ from small_worlds import along_x, cube, cubes
 
 from cdcore import create_detector
 from replay.assemble import assemble
-from replay.audit.evidence import LOOKS_PER_MISS, Evidence, _looks, _normal, _point
+from replay.audit.evidence import LOOKS_PER_MISS, Evidence, _normal, _point, looks
 from sessions import Session
 
 
@@ -86,11 +86,11 @@ def test_nothing_missed_asks_nobody():
 
 
 def test_long_misses_are_looked_at_evenly_with_both_ends():
-    assert _looks(3, 9, 10).tolist() == list(range(3, 10))
-    looks = _looks(0, 10_000, LOOKS_PER_MISS)
-    assert len(looks) == LOOKS_PER_MISS and looks[0] == 0 and looks[-1] == 10_000
-    assert np.diff(looks).max() - np.diff(looks).min() <= 1
-    assert _looks(4, 10, 1).tolist() == [7]
+    assert looks(3, 9, 10).tolist() == list(range(3, 10))
+    many = looks(0, 10_000, LOOKS_PER_MISS)
+    assert len(many) == LOOKS_PER_MISS and many[0] == 0 and many[-1] == 10_000
+    assert np.ptp(np.diff(many)) <= 1
+    assert looks(4, 10, 1).tolist() == [7]
 
 
 def ring(normal=(0.0, 0.0, 1.0), radius=1.0, count=24):

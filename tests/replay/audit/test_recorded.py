@@ -6,7 +6,7 @@ from small_worlds import STEP_NS, cubes
 
 from cdcore import join
 from replay.assemble import RESIDUAL_FACT, assemble
-from replay.audit.recorded import recorded_detector
+from replay.audit.recorded import recorded_detector, reported_spans
 from replay.engine import compute
 from replay.errors import AuditError
 from sessions.live_contact import LiveContact
@@ -85,3 +85,28 @@ def test_reports_of_other_bodies_are_counted_and_a_session_without_any_is_refuse
         compute(cubes(PLACES), detectors="recorded")
     with pytest.raises(AuditError, match="no setting 'nonsense'"):
         compute(session, detectors="recorded[nonsense=1]")
+
+
+def spans(*reports):
+    return reported_spans(LiveContact(time, a, b, phase) for time, a, b, phase in reports)
+
+
+def test_a_span_goes_from_a_begin_to_the_next_end_whoever_is_named_first():
+    found = spans((5, "b", "a", "exit"), (1, "a", "b", "enter"), (9, "a", "b", "enter"), (12, "b", "a", "exit"))
+    assert found == {("a", "b"): [(1, 5), (9, 12)]}
+
+
+def test_a_second_begin_or_end_changes_nothing():
+    found = spans((1, "a", "b", "enter"), (2, "a", "b", "enter"), (3, "a", "b", "stay"), (5, "a", "b", "exit"),
+                  (6, "a", "b", "exit"))  # fmt: skip
+    assert found == {("a", "b"): [(1, 5)]}
+
+
+def test_what_was_there_before_or_never_ended_is_open():
+    assert spans((4, "a", "b", "exit")) == {("a", "b"): [(None, 4)]}
+    assert spans((4, "a", "b", "stay"), (6, "a", "b", "exit")) == {("a", "b"): [(None, 6)]}
+    assert spans((4, "a", "b", "enter")) == {("a", "b"): [(4, None)]}
+
+
+def test_pairs_are_kept_apart():
+    assert set(spans((1, "a", "b", "enter"), (1, "c", "a", "enter"))) == {("a", "b"), ("a", "c")}

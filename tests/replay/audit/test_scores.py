@@ -2,7 +2,8 @@ import pytest
 from small_worlds import cubes
 
 from replay.audit.matching import EpisodeMatch, EpisodeMatches
-from replay.audit.scores import NOT_EXAMINED, episode_figures
+from replay.audit.scores import NOT_EXAMINED, episode_figures, pool
+from replay.audit.wilson import wilson
 from replay.engine import compute
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -28,3 +29,27 @@ def test_excused_contacts_are_no_part_of_a_share():
     figures = episode_figures(matches, 3, 2)
     assert figures["missed_share"]["of"] == 2 and figures["invented_share"]["of"] == 1
     assert figures["onset_error"] == pytest.approx({"mean": 0.5, "median": 0.5, "p95_off": 0.5, "most_off": 0.5})
+
+
+ONE = {
+    "missed": {"count": 1, "of": 10, "share": 0.1, "low": 0, "high": 1},
+    "pair_frames": {"BOTH": 9, "MISSED": 1},
+    "between_frames": "not examined",
+    "faces": None,
+    "episodes": {"truth": 3, "onset_error": {"mean": 0.1}},
+}
+
+
+def test_counts_add_up_and_shares_are_those_of_the_sums():
+    (figures,) = pool([{"x": ONE}, {"x": ONE}]).values()
+    assert figures["missed"]["count"] == 2 and figures["missed"]["of"] == 20
+    assert (figures["missed"]["low"], figures["missed"]["high"]) == wilson(2, 20)
+    assert figures["pair_frames"] == {"BOTH": 18, "MISSED": 2}
+    assert figures["between_frames"] == "not examined" and figures["faces"] is None
+    assert figures["episodes"] == {"truth": 6}
+
+
+def test_one_session_keeps_everything_and_a_detector_of_one_session_only_is_there():
+    assert pool([{"x": ONE}]) == {"x": ONE}
+    assert list(pool([{"x": ONE}, {"y": ONE}])) == ["x", "y"]
+    assert pool([]) == {}

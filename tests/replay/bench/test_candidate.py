@@ -56,7 +56,7 @@ def test_booleans_are_where_faces_are(workload):
 
 @needs_bench
 def test_other_poses_of_the_same_meshes_are_answered_anew(workload):
-    candidate = Candidate(containment=False)
+    candidate = Candidate()
     first = candidate(workload, "bool")
     poses = workload.poses.copy()
     workload.poses[:, :, :3, 3] += 10.0 * np.arange(len(workload.names))[None, :, None]

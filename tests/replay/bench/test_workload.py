@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from replay.bench.engines import OwnExact
+from replay.bench.shapes import MAKERS, bench_mesh
 from replay.bench.workload import PERIOD, RATE_HZ, make_resting, make_workload
 
 FRAMES = int(PERIOD * RATE_HZ)
@@ -34,7 +35,7 @@ def test_two_bodies_are_no_bench():
 @pytest.mark.parametrize("seed", [0, 1])
 def test_every_moving_thing_touches_something_and_a_twentieth_of_the_pair_frames_is_near(seed):
     load = make_workload(500, FRAMES, seed=seed)
-    found = OwnExact(load).detect("bool")
+    found = OwnExact(load).staged("bool")[1]
     touching = load.pairs[(found.verdict == 1).any(axis=0)]
     assert {load.names[k] for k in touching.ravel()} == set(load.names)
     assert 0.06 < (found.verdict == 1).any(axis=1).mean() < 0.15
@@ -49,6 +50,23 @@ def test_distant_bodies_are_metres_apart_and_move_as_they_do_on_the_bench():
 
 
 def test_a_resting_cup_takes_exact_arithmetic_in_every_frame():
-    found = OwnExact(make_resting(200, 20)).detect("faces")
+    found = OwnExact(make_resting(200, 20)).staged("faces")[1]
     assert (found.verdict == 1).all()
     assert found.work["exact_tests"] > 20
+
+
+@pytest.mark.parametrize("faces", [500, 5_000])
+@pytest.mark.parametrize("kind", MAKERS)
+def test_a_mesh_has_nearly_the_faces_asked_for_and_each_has_an_area(kind, faces):
+    vertices, triangles = bench_mesh(kind, faces)
+    assert abs(len(triangles) / faces - 1) < 0.1
+    assert np.array_equal(vertices, vertices.astype(np.float32))
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    assert np.linalg.norm(np.cross(b - a, c - a), axis=1).min() > 0
+    assert np.array_equal(np.unique(triangles), np.arange(len(vertices)))
+
+
+def test_a_rod_goes_into_a_cup_and_a_tube_into_a_ring():
+    rod, cup, tube, ring = (np.hypot(*bench_mesh(kind, 500)[0][:, :2].T) for kind in ("rod", "cup", "tube", "ring"))
+    assert rod.max() < 0.1 * cup.max()
+    assert tube.max() < 0.5 * ring.min()

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from replay.rerun_log.timing import BUDGET_MS, cost_of, cost_table
+from replay.base.constants import BUDGET_MS
+from replay.rerun_log.timing import cost_of, cost_table
 from replay.run_result import RunResult
 
 ORACLE, SUBJECT = "hybrid", "22.5Hz"

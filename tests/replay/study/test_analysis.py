@@ -4,7 +4,7 @@ from study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.errors import StudyError
 from replay.study.analysis import analyse, associated
-from replay.study.refusals import RefusedError
+from replay.study.refusals import RULES, RefusedError
 from replay.study.regression import Coefficient
 
 BEHAVIOUR = (("motivation", "ease of use"), ("motivation", "contacts_per_min"))
@@ -134,3 +134,17 @@ def test_one_seed_gives_one_study():
     answers, contacts = a_class(25)
     args = codebook(BEHAVIOUR), questionnaire(answers), metrics(contacts)
     assert analyse(*args, seed=5) == analyse(*args, seed=5)
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_a_refusal_names_its_rule_its_reason_and_what_lifts_it(rule):
+    refused = RefusedError(rule, "this figure")
+    text = str(refused)
+    assert text.startswith("this figure: ") and rule in text
+    assert RULES[rule].reason in text and RULES[rule].lift in text
+    assert isinstance(refused, StudyError)
+
+
+def test_an_unknown_rule_is_no_refusal():
+    with pytest.raises(KeyError):
+        RefusedError("because", "this figure")

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from replay.assemble import assemble
+from replay.base.constants import BUDGET_MS
 from replay.detecting import make_detector
 from replay.detector_spec import parse_detector
-from replay.tradeoff.clocks import BUDGET_MS, Pass, figures, quantile, timed
+from replay.tradeoff.clocks import Pass, figures, quantile, timed
 
 
 class Sleepy:

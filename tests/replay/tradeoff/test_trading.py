@@ -4,6 +4,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from small_worlds import cubes
 
@@ -14,6 +15,7 @@ from replay.machine import processor
 from replay.runner import run
 from replay.tradeoff import trading
 from replay.tradeoff.clocks import timed
+from replay.tradeoff.output import title_of, tradeoff_files, write_tradeoff
 from replay.tradeoff.settings import ASKED, Setting
 from replay.tradeoff.trading import tradeoff
 
@@ -131,3 +133,17 @@ def test_passes_go_round_and_every_step_is_told(bumped):
 def test_a_session_without_contact_is_refused():
     with pytest.raises(TradeoffError, match="nothing can be missed"):
         tradeoff(cubes({"a": [0, 0, 0], "b": [3, 4, 3]}), settings=LIST)
+
+
+def test_table_and_json_say_the_same(bumped, tmp_path):
+    done = tradeoff(bumped, settings=[Setting(name, "as it comes", "") for name in ("hybrid", "static")])
+    write_tradeoff(done, tmp_path)
+    names = ["tradeoff-dark.png", "tradeoff.json", "tradeoff.parquet", "tradeoff.png", "tradeoff.svg"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == names
+    told = json.loads((tmp_path / "tradeoff.json").read_text("utf-8"))
+    table = pq.read_table(tmp_path / "tradeoff.parquet").to_pylist()
+    assert [{**row, "work": json.loads(row["work"])} for row in table] == told["rows"] == list(done.rows)
+    assert told["machine"]["cores"] >= 1 and "2 contacts" in title_of(done)
+    with tradeoff_files(done) as files:
+        assert sorted(files) == names and all(path.is_file() for path in files.values())
+    assert not any(path.exists() for path in files.values())
