@@ -14,6 +14,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ByteArray = NDArray[np.uint8]
+Int32Array = NDArray[np.int32]
 
 EPS: Final = float(np.finfo(np.float64).eps)
 """Spacing of float64 at 1, 2^-52."""

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.bounding.box import Box
 from cdcore.broad.box_kernels import boxes_may_meet
-from cdcore.numerics import EPS
+from cdcore.numerics import EPS, BoolArray, IntArray
 from cdcore.protocol import Motion
 
 BOX_PAD_ULPS: Final = 1024.0
@@ -25,7 +24,7 @@ than 64 eps of size more. 1024 is above twice the sum; at 1 m it is 0.2 nanometr
 class BoxStage:
     """Tests oriented boxes of all bodies for separation, 15 axes, for many pair-frames at once."""
 
-    def __init__(self, boxes: Sequence[Box], pairs: NDArray[np.int64]) -> None:
+    def __init__(self, boxes: Sequence[Box], pairs: IntArray) -> None:
         self._centres = np.array([box.centre for box in boxes]).reshape(-1, 3)
         self._axes = np.array([box.axes for box in boxes]).reshape(-1, 3, 3)
         self._halves = np.array([box.half for box in boxes]).reshape(-1, 3)
@@ -33,7 +32,7 @@ class BoxStage:
         self._first = np.ascontiguousarray(pairs[:, 0])
         self._second = np.ascontiguousarray(pairs[:, 1])
 
-    def may_meet(self, motion: Motion, frames: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.bool_]:
+    def may_meet(self, motion: Motion, frames: IntArray, columns: IntArray) -> BoolArray:
         """(K,) for K pair-frames: False only where the bodies are certainly apart.
 
         Parameters

@@ -12,11 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.bounding.sphere import Sphere
 from cdcore.broad.sphere_kernels import place_centres, sphere_verdicts
-from cdcore.numerics import EPS, PAD_ULPS, FloatArray
+from cdcore.numerics import EPS, PAD_ULPS, ByteArray, FloatArray, IntArray
 from cdcore.protocol import Motion
 
 
@@ -24,7 +23,7 @@ from cdcore.protocol import Motion
 class SphereAnswer:
     """Verdicts (T, P): CLEAR, CANDIDATE or NO_POSE; sphere tests done and pair-frames that needed none."""
 
-    verdict: NDArray[np.uint8]
+    verdict: ByteArray
     tests: int
     skipped: int
 
@@ -43,7 +42,7 @@ class SphereStage:
     skip : whether to skip.
     """
 
-    def __init__(self, spheres: Sequence[Sphere], pairs: NDArray[np.int64], *, skip: bool = True) -> None:
+    def __init__(self, spheres: Sequence[Sphere], pairs: IntArray, *, skip: bool = True) -> None:
         self._centres: FloatArray = np.array([sphere.centre for sphere in spheres]).reshape(-1, 3)
         self._radii: FloatArray = np.array([sphere.radius for sphere in spheres], dtype=np.float64)
         self._first = np.ascontiguousarray(pairs[:, 0])
@@ -61,15 +60,6 @@ class SphereStage:
             motion.rotations, motion.translations, motion.valid, self._centres, self._radii, world, path, size
         )
         tests, skipped = sphere_verdicts(
-            self._first,
-            self._second,
-            motion.valid,
-            self._radii,
-            world,
-            path,
-            size,
-            PAD_ULPS * EPS,
-            self._skip,
-            verdict,
+            self._first, self._second, motion.valid, self._radii, world, path, size, PAD_ULPS * EPS, self._skip, verdict
         )
         return SphereAnswer(verdict, int(tests), int(skipped))

@@ -10,12 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.bounding.box import Box
 from cdcore.broad.box_stage import BOX_PAD_ULPS
 from cdcore.broad.sweep_kernels import sweep
-from cdcore.numerics import EPS, FloatArray, IntArray
+from cdcore.numerics import EPS, ByteArray, FloatArray, IntArray
 from cdcore.protocol import Motion
 
 
@@ -23,7 +22,7 @@ from cdcore.protocol import Motion
 class SweepAnswer:
     """Verdicts (T, P): CLEAR, CANDIDATE or NO_POSE; neighbours exchanged, and overlaps begun or ended."""
 
-    verdict: NDArray[np.uint8]
+    verdict: ByteArray
     swaps: int
     events: int
 
@@ -49,7 +48,7 @@ class SweepStage:
     pairs : (P, 2) body numbers.
     """
 
-    def __init__(self, boxes: Sequence[Box], pairs: NDArray[np.int64]) -> None:
+    def __init__(self, boxes: Sequence[Box], pairs: IntArray) -> None:
         self._centres = np.array([box.centre for box in boxes]).reshape(-1, 3)
         self._halves = np.array([box.half for box in boxes]).reshape(-1, 3)
         with np.errstate(over="ignore"):

@@ -8,7 +8,6 @@ from time import perf_counter
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.bounding.collider_shapes import SHAPES
 from cdcore.errors import InvalidSettingError
@@ -16,16 +15,8 @@ from cdcore.narrow.containment import ContainmentStage
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
-from cdcore.protocol import (
-    Body,
-    Detection,
-    Explanation,
-    Motion,
-    PairDetector,
-    Verdict,
-    contact_or_clear,
-    pair_has_pose,
-)
+from cdcore.numerics import ByteArray, IntArray
+from cdcore.protocol import Body, Detection, Explanation, Motion, PairDetector, Verdict, contact_or_clear, pair_has_pose
 from cdcore.protocol.ticks import looks_at, looks_of
 
 
@@ -52,7 +43,7 @@ class _Memory:
     """What passes from block to block: the last tick, and per pair what was seen last."""
 
     tick: float
-    verdict: NDArray[np.uint8]
+    verdict: ByteArray
 
 
 class ColliderDetector(PairDetector[ColliderSettings]):
@@ -75,13 +66,13 @@ class ColliderDetector(PairDetector[ColliderSettings]):
     choose_when: ClassVar[str] = "you want to know what the simple colliders of an engine invent and miss"
     cannot: ClassVar[str] = "list faces: those of a collider are not the mesh's"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: ColliderSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ColliderSettings) -> None:
         super().__init__(bodies, pairs, settings)
         self.colliders = tuple(Body(body.name, SHAPES[settings.shape](body.mesh)) for body in bodies)
         self._trees = [build_box_tree(body.mesh.triangles) for body in self.colliders]
         self._containment = ContainmentStage(self.colliders, pairs)
 
-    def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
+    def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether the frame was looked at, and whether the solids meet there."""
         del faces
         rate = self.settings.rate_hz
@@ -112,7 +103,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
             seconds=seconds,
         )
 
-    def _decide(self, motion: Motion) -> tuple[NDArray[np.uint8], dict[str, int], dict[str, float]]:
+    def _decide(self, motion: Motion) -> tuple[ByteArray, dict[str, int], dict[str, float]]:
         """Verdicts of the solids in every frame, counters, and seconds."""
         clock = [perf_counter()]
         poses = Poses(motion.rotations, motion.translations, motion.valid)
@@ -127,7 +118,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         return verdict, answer.work | {"containment_tests": len(frames)}, seconds
 
 
-def _believed(seen: NDArray[np.uint8], before: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _believed(seen: ByteArray, before: ByteArray) -> ByteArray:
     """After each look, what is believed of every pair, (looks + 1, P); a look without a pose teaches nothing."""
     rows = np.concatenate([before[None], seen])
     last = np.where(rows != Verdict.NO_POSE, np.arange(len(rows))[:, None], 0)

@@ -8,7 +8,6 @@ from time import perf_counter
 from typing import ClassVar, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.bounding.box import box_best
 from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
@@ -18,17 +17,8 @@ from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment import ContainmentStage
 from cdcore.narrow.mesh_stage import NO_FACES, MeshStage
 from cdcore.narrow.section_source import Pose, section_of_faces
-from cdcore.numerics import FloatArray
-from cdcore.protocol import (
-    Body,
-    Detection,
-    Explanation,
-    FaceSets,
-    Motion,
-    PairDetector,
-    Verdict,
-    pair_has_pose,
-)
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray
+from cdcore.protocol import Body, Detection, Explanation, FaceSets, Motion, PairDetector, Verdict, pair_has_pose
 from cdcore.protocol.detection import SectionSource
 from cdcore.protocol.ticks import looks_at, looks_of
 
@@ -58,7 +48,7 @@ class DiscreteSettings:
 class _Contact:
     """A contact as it was seen: its faces and the poses of both bodies, rotation and translation each."""
 
-    faces: NDArray[np.int32]
+    faces: Int32Array
     pose_i: Pose
     pose_j: Pose
 
@@ -68,7 +58,7 @@ class _Memory:
     """What the detector knows from its looks so far; the only thing that passes from block to block."""
 
     tick: float
-    verdict: NDArray[np.uint8]
+    verdict: ByteArray
     contacts: list[_Contact | None]
 
 
@@ -106,7 +96,7 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
     choose_when: ClassVar[str] = "you want to know what an engine of that rate misses"
     cannot: ClassVar[str] = "see what happens between its looks"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: DiscreteSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: DiscreteSettings) -> None:
         super().__init__(bodies, pairs, settings)
         spheres = [sphere_in_mode(body.mesh, settings.sphere) for body in bodies]
         self._spheres = SphereStage(spheres, pairs, skip=False)
@@ -114,7 +104,7 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
         self._meshes = MeshStage(bodies, pairs)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
-    def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
+    def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether a frame was looked at; where it was, spheres and boxes let every contact through."""
         del pair, faces
         looked = self.settings.rate_hz is None or looks_at(motion.times, frame, self.settings.rate_hz)
@@ -145,7 +135,7 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
             section_source=self._sections(which, log.contacts) if faces else None,
         )
 
-    def _looks(self, times: FloatArray, memory: _Memory) -> NDArray[np.bool_]:
+    def _looks(self, times: FloatArray, memory: _Memory) -> BoolArray:
         """Which frames are the first at or after a tick, (T,)."""
         rate = self.settings.rate_hz
         if rate is None or not len(times):
@@ -184,8 +174,8 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
         return np.diff(clock).tolist()
 
     def _see(
-        self, now: Motion, column: int, faces: NDArray[np.int32], which: NDArray[np.int64], memory: _Memory, log: _Log
-    ) -> NDArray[np.int64]:
+        self, now: Motion, column: int, faces: Int32Array, which: IntArray, memory: _Memory, log: _Log
+    ) -> IntArray:
         """Remember a contact; returns the new row of contact numbers."""
         # Copies: a view would keep every pose of its block in memory for as long as the contact is remembered.
         i, j = self.pairs[column].tolist()
@@ -197,11 +187,11 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
         log.contacts.append(contact)
         return changed
 
-    def _sections(self, which: NDArray[np.int64], contacts: list[_Contact | None]) -> SectionSource:
+    def _sections(self, which: IntArray, contacts: list[_Contact | None]) -> SectionSource:
         """Segments at the poses of the look that found the faces, not at those of a frame that holds its verdict."""
         ends = self.pairs.tolist()
 
-        def section(frame: int, pair: int, faces: NDArray[np.int64]) -> FloatArray:
+        def section(frame: int, pair: int, faces: IntArray) -> FloatArray:
             seen = contacts[which[frame, pair]]
             if seen is None or not len(faces):
                 return np.zeros((0, 2, 3))
@@ -211,7 +201,7 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
         return section
 
 
-def _face_sets(verdict: NDArray[np.uint8], which: NDArray[np.int64], log: _Log) -> FaceSets:
+def _face_sets(verdict: ByteArray, which: IntArray, log: _Log) -> FaceSets:
     frames, columns = np.nonzero(verdict == Verdict.CONTACT)
     sets = [NO_FACES if contact is None else contact.faces for contact in log.contacts]
     return FaceSets.from_shared(frames, columns, which[frames, columns], sets)

@@ -8,7 +8,6 @@ from time import perf_counter
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment import ContainmentStage
@@ -16,15 +15,8 @@ from cdcore.narrow.section_source import sections_of
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import MotionAnswer, decide_motion
-from cdcore.protocol import (
-    Body,
-    Detection,
-    FaceSets,
-    Motion,
-    PairDetector,
-    Verdict,
-    contact_or_clear,
-)
+from cdcore.numerics import IntArray
+from cdcore.protocol import Body, Detection, FaceSets, Motion, PairDetector, Verdict, contact_or_clear
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +62,7 @@ class ExactDetector(PairDetector[ExactSettings]):
     choose_when: ClassVar[str] = "you need the truth, or the fastest answer over a whole recording"
     cannot: ClassVar[str] = "see what happens between frames"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: ExactSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ExactSettings) -> None:
         super().__init__(bodies, pairs, settings)
         self._trees = [build_box_tree(body.mesh.triangles) for body in bodies]
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)

@@ -8,7 +8,6 @@ from time import perf_counter
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.bounding.box import box_best
 from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
@@ -17,6 +16,7 @@ from cdcore.broad.sphere_stage import SphereStage
 from cdcore.narrow.containment import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.section_source import sections_of
+from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict
 
 
@@ -58,7 +58,7 @@ class HybridDetector(PairDetector[HybridSettings]):
     choose_when: ClassVar[str] = "you want contacts and faces of ordinary meshes from a widely used engine"
     cannot: ClassVar[str] = "be exact on degenerate faces and resting ties"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: HybridSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: HybridSettings) -> None:
         super().__init__(bodies, pairs, settings)
         spheres = [sphere_in_mode(body.mesh, settings.sphere) for body in bodies]
         self._spheres = SphereStage(spheres, pairs, skip=settings.skip)

@@ -8,7 +8,6 @@ from time import perf_counter
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.bounding.box import box_best
 from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
@@ -18,15 +17,8 @@ from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment import REFUSAL, ContainmentStage
 from cdcore.narrow.mesh_stage import NO_FACES, MeshAnswer, MeshStage
 from cdcore.narrow.section_source import sections_of
-from cdcore.protocol import (
-    Body,
-    Detection,
-    Explanation,
-    FaceSets,
-    Motion,
-    PairDetector,
-    Verdict,
-)
+from cdcore.numerics import ByteArray, Int32Array, IntArray
+from cdcore.protocol import Body, Detection, Explanation, FaceSets, Motion, PairDetector, Verdict
 from cdcore.search.explaining import SearchExplainer
 from cdcore.search.settings import SearchSettings
 from cdcore.search.stage import CONTAINMENT_REFUSED, SearchAnswer, SearchMemory, SearchStage
@@ -81,7 +73,7 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
     )
     cannot: ClassVar[str] = "promise to find a contact with `decide=search`"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: HybridQacoSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: HybridQacoSettings) -> None:
         super().__init__(bodies, pairs, settings)
         complete = settings.decide == "mesh"
         self._spheres = SphereStage([sphere_in_mode(body.mesh, settings.sphere) for body in bodies], pairs)
@@ -93,7 +85,7 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
             bodies, pairs, asked=complete and settings.containment, refusal=REFUSAL if complete else CONTAINMENT_REFUSED
         )
 
-    def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
+    def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether spheres and boxes met, and with ``decide="search"`` whether a more patient search finds it."""
         now = motion.frames(frame, frame + 1)
         near = int(self._spheres.candidates(now).verdict[0, pair]) == Verdict.CANDIDATE
@@ -141,8 +133,8 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
         )
 
     def _ask_meshes(
-        self, motion: Motion, frames: NDArray[np.int64], columns: NDArray[np.int64], found: SearchAnswer,
-        verdict: NDArray[np.uint8], faces: bool,
+        self, motion: Motion, frames: IntArray, columns: IntArray, found: SearchAnswer,
+        verdict: ByteArray, faces: bool,
     ) -> tuple[int, FaceSets | None]:  # fmt: skip
         """Decide on meshes what the search left open; returns queries done and the faces of both if asked for."""
         if self._meshes is None:
@@ -156,16 +148,14 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
         return answer.queries, _joined_faces(found, answer, frames, columns) if faces else None
 
 
-def _joined_faces(
-    found: SearchAnswer, meshes: MeshAnswer, frames: NDArray[np.int64], columns: NDArray[np.int64]
-) -> FaceSets:
+def _joined_faces(found: SearchAnswer, meshes: MeshAnswer, frames: IntArray, columns: IntArray) -> FaceSets:
     """Faces of the meshes and those the search confirmed, which FCL may leave out where faces are degenerate."""
     searched = {
         (frame, column): which
         for frame, column, which in zip(found.frame.tolist(), found.column.tolist(), found.which.tolist(), strict=True)
     }
     joined: dict[tuple[int, int], int] = {}
-    sets: list[NDArray[np.int32]] = []
+    sets: list[Int32Array] = []
     which = np.zeros(len(frames), dtype=np.int64)
     for row, place in enumerate(zip(frames.tolist(), columns.tolist(), strict=True)):
         key = (int(meshes.which[row]), searched.get(place, -1))

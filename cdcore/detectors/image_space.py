@@ -8,19 +8,12 @@ from time import perf_counter
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.bounding.sphere import sphere_best
 from cdcore.broad.sphere_stage import SphereStage
-from cdcore.narrow.image_space.overlap import (
-    NOTHING,
-    Overlap,
-    overlap_of_placed,
-    require_resolution,
-    turn_of_normals,
-)
+from cdcore.narrow.image_space.overlap import NOTHING, Overlap, overlap_of_placed, require_resolution, turn_of_normals
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns
-from cdcore.numerics import FloatArray, place_points
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, place_points
 from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict
 
 
@@ -56,7 +49,7 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
     choose_when: ClassVar[str] = "you want to know how much two closed bodies overlap, within a percent"
     cannot: ClassVar[str] = "name faces, see overlaps between its rays, or speak of open meshes"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: ImageSpaceSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ImageSpaceSettings) -> None:
         super().__init__(bodies, pairs, settings)
         self._spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs)
         self._turns = [turn_of_normals(body.mesh) if body.mesh.is_closed else 0 for body in bodies]
@@ -80,7 +73,7 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
 
     def _look(
         self, motion: Motion
-    ) -> tuple[NDArray[np.uint8], dict[tuple[int, int], str], FloatArray, dict[str, int], dict[str, float]]:
+    ) -> tuple[ByteArray, dict[tuple[int, int], str], FloatArray, dict[str, int], dict[str, float]]:
         clock = [perf_counter()]
         near = self._spheres.candidates(motion)
         clock.append(perf_counter())
@@ -105,7 +98,7 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
         clock.append(perf_counter())
         return verdict, reasons, volumes, work, dict(zip(("spheres", "images"), np.diff(clock).tolist(), strict=True))
 
-    def _fresh(self, motion: Motion, frames: NDArray[np.int64], pair: list[int]) -> NDArray[np.bool_]:
+    def _fresh(self, motion: Motion, frames: IntArray, pair: list[int]) -> BoolArray:
         poses = [(motion.rotations[frames, body], motion.translations[frames, body]) for body in pair]
         return differs_from_before(poses[0]) | differs_from_before(poses[1])
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.errors import InvalidPoseError
+from cdcore.numerics import BoolArray, ByteArray, IntArray
 from cdcore.protocol.body import Body
 from cdcore.protocol.motion import Motion
 from cdcore.protocol.verdict import Verdict
@@ -50,21 +50,21 @@ def blocks_in_order(motions: Iterable[Motion]) -> Iterator[Motion]:
         yield motion
 
 
-def pair_has_pose(motion: Motion, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
+def pair_has_pose(motion: Motion, pairs: IntArray) -> BoolArray:
     """Whether both bodies of a pair have a pose, (T, P)."""
-    both: NDArray[np.bool_] = motion.valid[:, pairs[:, 0]] & motion.valid[:, pairs[:, 1]]
+    both: BoolArray = motion.valid[:, pairs[:, 0]] & motion.valid[:, pairs[:, 1]]
     return both
 
 
-def contact_or_clear(hits: NDArray[np.bool_], motion: Motion, pairs: NDArray[np.int64]) -> NDArray[np.uint8]:
+def contact_or_clear(hits: BoolArray, motion: Motion, pairs: IntArray) -> ByteArray:
     """Verdicts (T, P): CONTACT where a pair was hit, NO_POSE where a body has no pose, else CLEAR."""
-    verdict: NDArray[np.uint8] = hits * np.uint8(Verdict.CONTACT)
+    verdict: ByteArray = hits * np.uint8(Verdict.CONTACT)
     if not motion.valid.all():
         verdict[~pair_has_pose(motion, pairs)] = Verdict.NO_POSE
     return verdict
 
 
-def ordered_by_name(bodies: Sequence[Body], pairs: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+def ordered_by_name(bodies: Sequence[Body], pairs: IntArray) -> tuple[IntArray, BoolArray]:
     """Each pair with the body first whose name sorts first, (P, 2), and which rows that turned round, (P,).
 
     Asked in this order, an engine whose answer depends on the order of its operands gives one answer for a pair,

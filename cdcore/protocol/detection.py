@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.errors import NotRecordedError
-from cdcore.numerics import FloatArray, readonly
+from cdcore.numerics import ByteArray, FloatArray, IntArray, readonly
 from cdcore.protocol.face_sets import FaceSets
 
 Covers = Literal["instants", "intervals"]
-SectionSource = Callable[[int, int, NDArray[np.int64]], FloatArray]
+SectionSource = Callable[[int, int, IntArray], FloatArray]
 """``(frame, pair, faces) -> (k, 2, 3)``: computes intersection segments when somebody asks for them."""
 
 DECIDED = "decided"
@@ -48,9 +48,9 @@ class Detection:
 
     detector: str
     names: tuple[str, ...]
-    pairs: NDArray[np.int64]
+    pairs: IntArray
     times: FloatArray
-    verdict: NDArray[np.uint8]
+    verdict: ByteArray
     covers: Covers = "instants"
     face_sets: FaceSets | None = None
     containment: tuple[str, ...] = ()
@@ -70,7 +70,7 @@ class Detection:
         return f"Detection({self.detector}: {frames} frames, {pairs} pairs, covers {self.covers})"
 
     @property
-    def face_counts(self) -> NDArray[np.int64]:
+    def face_counts(self) -> IntArray:
         """Number of face pairs, (T, P) int64.
 
         Raises
@@ -80,7 +80,7 @@ class Detection:
         """
         return self._faces_asked().counts(*self.verdict.shape)
 
-    def faces(self, frame: int, pair: int) -> NDArray[np.int64]:
+    def faces(self, frame: int, pair: int) -> IntArray:
         """Face pairs of one frame and pair (column), (k, 2) int64, unique and sorted; k = 0 without contact."""
         frame, pair = self._place(frame, pair)
         return self._faces_asked().at(frame, pair)
@@ -172,7 +172,7 @@ def _joined_sections(parts: list[Detection], first: list[int]) -> SectionSource 
     if any(part.section_source is None for part in parts):
         return None
 
-    def section(frame: int, pair: int, faces: NDArray[np.int64]) -> FloatArray:
+    def section(frame: int, pair: int, faces: IntArray) -> FloatArray:
         block = int(np.searchsorted(first, frame, side="right")) - 1
         source = parts[block].section_source
         assert source is not None

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-import numpy as np
-from numpy.typing import NDArray
-
+from cdcore.numerics import IntArray
 from cdcore.protocol.motion import Motion
 
 
@@ -37,7 +35,7 @@ class Explanation:
 class Explains(Protocol):
     """A detector that can say, afterwards, where it lost a contact. A detector need not have this method."""
 
-    def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
+    def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Decide one pair in one frame again, stage by stage.
 
         Parameters

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.numerics import readonly
+from cdcore.numerics import Int32Array, IntArray, readonly
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,11 +25,11 @@ class FaceSets:
     faces : (M, 2) int32, (face of the pair's first body, face of its second), each set unique and sorted.
     """
 
-    frame: NDArray[np.int64]
-    pair: NDArray[np.int64]
-    start: NDArray[np.int64]
-    stop: NDArray[np.int64]
-    faces: NDArray[np.int32]
+    frame: IntArray
+    pair: IntArray
+    start: IntArray
+    stop: IntArray
+    faces: Int32Array
 
     def __post_init__(self) -> None:
         for array in (self.frame, self.pair, self.start, self.stop, self.faces):
@@ -65,7 +65,7 @@ class FaceSets:
         start = (stop - sizes)[number]
         return cls(frame[order].astype(np.int64), pair[order].astype(np.int64), start, stop[number], faces)
 
-    def at(self, frame: int, pair: int) -> NDArray[np.int64]:
+    def at(self, frame: int, pair: int) -> IntArray:
         """The face pairs of one frame and pair, (k, 2) int64; k = 0 where there is no contact."""
         low, high = np.searchsorted(self.frame, [frame, frame + 1])
         entry = low + int(np.searchsorted(self.pair[low:high], pair))
@@ -73,7 +73,7 @@ class FaceSets:
             return np.zeros((0, 2), dtype=np.int64)
         return self.faces[self.start[entry] : self.stop[entry]].astype(np.int64)
 
-    def counts(self, frames: int, pairs: int) -> NDArray[np.int64]:
+    def counts(self, frames: int, pairs: int) -> IntArray:
         """Number of face pairs for every frame and pair, (T, P)."""
         counts = np.zeros((frames, pairs), dtype=np.int64)
         counts[self.frame, self.pair] = self.stop - self.start

@@ -9,10 +9,10 @@ from time import perf_counter
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidPairError
-from cdcore.numerics import FloatArray
+from cdcore.numerics import FloatArray, IntArray
 from cdcore.protocol.blocks import pair_has_pose
 from cdcore.protocol.body import Body
 from cdcore.protocol.detection import Detection
@@ -49,7 +49,7 @@ class FrameDetector(PairDetector[Any]):
         if "name" not in cls.__dict__:
             cls.name = cls.__name__
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: Any = None) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: Any = None) -> None:
         super().__init__(bodies, pairs, self.Settings() if settings is None else settings)
 
     def prepare(self) -> None:

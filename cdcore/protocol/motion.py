@@ -8,10 +8,18 @@ from dataclasses import dataclass
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidPoseError
-from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, QUATERNION_REJECT, FloatArray, readonly
+from cdcore.numerics import (
+    ORTHONORMAL_KEEP,
+    ORTHONORMAL_REJECT,
+    QUATERNION_REJECT,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    readonly,
+)
 from cdcore.transforms.rigid import orthonormality_error
 
 
@@ -41,8 +49,8 @@ class Motion:
     times: FloatArray
     translations: FloatArray
     rotations: FloatArray
-    valid: NDArray[np.bool_]
-    linked: NDArray[np.bool_]
+    valid: BoolArray
+    linked: BoolArray
     renormalised: int
     worst_orthonormality: float
 
@@ -66,7 +74,7 @@ class Motion:
         clock: FloatArray,
         place: FloatArray,
         turn: FloatArray,
-        mask: NDArray[np.bool_],
+        mask: BoolArray,
         linked: ArrayLike | None,
         names: Sequence[str] | None,
         matrices: FloatArray | None = None,
@@ -93,12 +101,7 @@ class Motion:
 
     @classmethod
     def of_rigid(
-        cls,
-        times: FloatArray,
-        translations: FloatArray,
-        rotations: FloatArray,
-        valid: NDArray[np.bool_],
-        linked: NDArray[np.bool_],
+        cls, times: FloatArray, translations: FloatArray, rotations: FloatArray, valid: BoolArray, linked: BoolArray
     ) -> Motion:
         """A motion of poses that are known to be finite and rigid: kept as they are, and no compiler is loaded.
 
@@ -176,7 +179,7 @@ class Motion:
         part._set(*(array[start:stop] for array in arrays), self.renormalised, self.worst_orthonormality)
         return part
 
-    def take(self, frames: NDArray[np.int64]) -> Motion:
+    def take(self, frames: IntArray) -> Motion:
         """The frames of these numbers, increasing, as a motion; paths across left-out frames are not linked."""
         part = object.__new__(Motion)
         linked = self.linked[frames].copy()
@@ -229,7 +232,7 @@ def _array(values: ArrayLike, what: str, shape: tuple[int | None, ...], *, copy:
     return array
 
 
-def _mask(mask: ArrayLike | None, shape: tuple[int, ...], what: str) -> NDArray[np.bool_]:
+def _mask(mask: ArrayLike | None, shape: tuple[int, ...], what: str) -> BoolArray:
     if mask is None:
         return np.ones(shape, dtype=np.bool_)
     array = np.array(mask, dtype=np.bool_)
@@ -238,7 +241,7 @@ def _mask(mask: ArrayLike | None, shape: tuple[int, ...], what: str) -> NDArray[
     return array
 
 
-def _where(pose: int, mask: NDArray[np.bool_], clock: FloatArray, names: Sequence[str] | None) -> str:
+def _where(pose: int, mask: BoolArray, clock: FloatArray, names: Sequence[str] | None) -> str:
     """Frame and body of a pose that is counted through."""
     frame, body = divmod(pose, mask.shape[1])
     name = names[body] if names is not None else str(body)

@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdcore.numerics import FloatArray
+from cdcore.numerics import BoolArray, FloatArray
 
 TICK_SLACK: Final = 1e-6
 """A frame up to a microsecond before a tick counts as at it: stamps are whole nanoseconds, and k/rate is rounded."""
 
 
-def looks_of(times: FloatArray, rate_hz: float, before: float = -np.inf) -> tuple[NDArray[np.bool_], float]:
+def looks_of(times: FloatArray, rate_hz: float, before: float = -np.inf) -> tuple[BoolArray, float]:
     """Which frames are looked at, (T,), and the number of the last tick, which is ``before`` of the next block.
 
     Parameters

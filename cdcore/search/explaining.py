@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Explanation, Motion
 from cdcore.search.features import features_of
 from cdcore.search.samples import sample_of
@@ -27,16 +27,14 @@ class SearchExplainer:
     bodies, pairs, settings : of the detector that missed; trees of a pair are built when it is first asked about.
     """
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: SearchSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings) -> None:
         self._bodies, self._pairs = bodies, pairs
         more, whole_frame = settings.budget * TIMES_MORE, settings.frame_budget * TIMES_MORE
         self._settings = replace(settings, budget=more, frame_budget=whole_frame, budget_seconds=None)
         self._stages: dict[int, SearchStage] = {}
-        self._drawn: dict[int, NDArray[np.int64]] = {}
+        self._drawn: dict[int, IntArray] = {}
 
-    def explain(
-        self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64], *, volumes_meet: bool
-    ) -> Explanation:
+    def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray, *, volumes_meet: bool) -> Explanation:
         """What spheres and search make of one pair in one frame.
 
         Parameters
@@ -53,14 +51,14 @@ class SearchExplainer:
             spheres_meet=volumes_meet, sample_meets=True, found_with_more=self._finds(motion, frame, pair)
         )
 
-    def _sample_meets(self, pair: int, faces: NDArray[np.int64]) -> bool:
+    def _sample_meets(self, pair: int, faces: IntArray) -> bool:
         """Whether a pair of faces that meets has both its faces in the sample."""
         if not isinstance(self._settings.samples, int):
             return True
         first, second = (self._sample(body) for body in self._pairs[pair].tolist())
         return bool((np.isin(faces[:, 0], first) & np.isin(faces[:, 1], second)).any())
 
-    def _sample(self, body: int) -> NDArray[np.int64]:
+    def _sample(self, body: int) -> IntArray:
         """Numbers of the faces of a body that its searches draw from."""
         if body not in self._drawn:
             features, size, name = features_of(self._bodies[body].mesh), self._settings.samples, self._bodies[body].name

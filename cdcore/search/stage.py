@@ -10,9 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray
 from cdcore.protocol import Body, FaceSets, Motion, ordered_by_name
 from cdcore.search.features import RADIUS, Features, features_of
 from cdcore.search.look import Look, Pair
@@ -25,7 +24,7 @@ from cdcore.search.settings import SearchSettings
 SEEDS = 64
 """Pairs of the frame before from which the flood fill starts as well: a second curve then is found again."""
 
-NO_FACES: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
+NO_FACES: Int32Array = np.zeros((0, 2), dtype=np.int32)
 NO_FACES.setflags(write=False)
 NO_SEEDS: IntArray = np.zeros((0, 2), dtype=np.int64)
 NO_SEEDS.setflags(write=False)
@@ -44,7 +43,7 @@ class PairMemory:
     hit: bool = False
     start: Pair | None = None
     seeds: IntArray = field(default_factory=lambda: NO_SEEDS)
-    faces: NDArray[np.int32] = field(default_factory=lambda: NO_FACES)
+    faces: Int32Array = field(default_factory=lambda: NO_FACES)
     searched: FloatArray | None = None
     """Relative pose (13,) at which the whole budget found nothing; ``None``: there is none since the last hit."""
     seen: FloatArray | None = None
@@ -70,7 +69,7 @@ class SearchAnswer:
     frame: IntArray
     column: IntArray
     which: IntArray
-    sets: list[NDArray[np.int32]]
+    sets: list[Int32Array]
 
     def face_sets(self) -> FaceSets:
         """The faces as a detection keeps them."""
@@ -85,7 +84,7 @@ class _Log:
         self.hits = np.zeros(shape, dtype=np.bool_)
         self.work = dict.fromkeys(COUNTERS, 0)
         self.entries: list[tuple[int, int, int]] = []
-        self.sets: list[NDArray[np.int32]] = []
+        self.sets: list[Int32Array] = []
 
     def count(self, look: Look, flood_tests: int) -> None:
         """Add the work of one look."""
@@ -104,7 +103,7 @@ class SearchStage:
     settings : who searches, with which constants, seed and budget.
     """
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: SearchSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings) -> None:
         self._settings = settings
         ordered, self._turned = ordered_by_name(bodies, pairs)
         self._ends: list[tuple[int, int]] = [(a, b) for a, b in ordered.tolist()]
@@ -283,7 +282,7 @@ class SearchStage:
         known.faces = self._faces(column, pairs)
         return look
 
-    def _faces(self, column: int, pairs: IntArray) -> NDArray[np.int32]:
+    def _faces(self, column: int, pairs: IntArray) -> Int32Array:
         """Places as face numbers, first and second as the pair was asked for, sorted."""
         search = self._searches[column]
         faces = np.stack([search.first.face[pairs[:, 0]], search.second.face[pairs[:, 1]]], axis=1)

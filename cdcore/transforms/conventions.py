@@ -74,10 +74,7 @@ CONVENTIONS: Final[dict[str, Convention]] = {
 }
 """Name -> convention of a source."""
 
-MESH_FRAMES: Final[dict[str, FloatArray]] = {
-    "raw-z": np.diag([1.0, 1.0, -1.0]),
-    "gltf-x": np.diag([-1.0, 1.0, 1.0]),
-}
+MESH_FRAMES: Final[dict[str, FloatArray]] = {"raw-z": np.diag([1.0, 1.0, -1.0]), "gltf-x": np.diag([-1.0, 1.0, 1.0])}
 """How a file of a Unity mesh differs from Unity's own mesh coordinates, as F_m: raw dumps flip z, glTF exporters x.
 
 Both reverse the winding. With ``gltf-x``, F_z F_m is a rotation by 180 degrees about Y: left out, everything faces

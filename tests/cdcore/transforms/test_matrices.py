@@ -46,8 +46,7 @@ def test_a_matrix_gives_its_component_formulas(matrix, expected):
 
 
 @pytest.mark.parametrize(
-    ("matrix", "axis", "angle"),
-    [(row_rotation_x(A), "x", A), (row_rotation_y(B), "y", B), (row_rotation_z(G), "z", G)],
+    ("matrix", "axis", "angle"), [(row_rotation_x(A), "x", A), (row_rotation_y(B), "y", B), (row_rotation_z(G), "z", G)]
 )
 def test_a_rotation_is_the_transpose_of_the_standard_column_matrix(matrix, axis, angle):
     assert np.abs(to_column(matrix)[:3, :3] - Rotation.from_euler(axis, angle).as_matrix()).max() < 1e-15
