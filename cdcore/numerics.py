@@ -33,9 +33,6 @@ UNDERFLOW_PAD: Final = 1e-150
 ORTHONORMAL_KEEP: Final = 64.0 * EPS
 """Rotations this close to orthonormal stay bit for bit as they are."""
 
-ORTHONORMAL_NOTE: Final = 1e-6
-"""Above this a rotation is projected and the motion notes it: six printed decimals reach 1.1e-6."""
-
 ORTHONORMAL_REJECT: Final = 1e-3
 """Above this a matrix is not a rotation but a scale, a shear or an error."""
 

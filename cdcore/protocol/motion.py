@@ -20,7 +20,6 @@ from cdcore.numerics import (
     IntArray,
     readonly,
 )
-from cdcore.transforms.rigid import orthonormality_error
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -252,12 +251,13 @@ def _fault(place: FloatArray, turn: FloatArray, last_row: FloatArray | None) -> 
     """What is wrong with one pose that was refused, and what to do."""
     if last_row is not None and last_row.tolist() != [0, 0, 0, 1]:
         return f"last row is {last_row.tolist()}, not 0 0 0 1; pass column-convention matrices"
-    error = float(orthonormality_error(turn))
+    with np.errstate(invalid="ignore", over="ignore"):
+        error, determinant = float(np.abs(turn.T @ turn - np.eye(3)).max()), float(np.linalg.det(turn))
     if not np.isfinite(place).all():
         what = f"translation {place.tolist()} is not finite"
     elif not np.isfinite(turn).all():
         what = "rotation is not finite"
-    elif np.isinf(error):
+    elif determinant < 0:
         what = "matrix is a reflection, not a rotation (determinant below 0)"
     else:
         what = f"matrix is not a rotation (|R^T R - I| reaches {error:.3g}, at most 1e-3 is repaired)"
