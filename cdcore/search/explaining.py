@@ -16,11 +16,11 @@ from cdcore.search.settings import SearchSettings
 from cdcore.search.stage import SearchStage
 
 TIMES_MORE: Final = 10
-"""A budget is said to have run out where this many times as much finds the contact."""
+"""A miss is blamed on the budget where this many times the budget finds the contact."""
 
 
 class SearchExplainer:
-    """Searches single pair-frames again, patiently.
+    """Searches single pair-frames again, with ten times the budget.
 
     Parameters
     ----------
@@ -43,26 +43,22 @@ class SearchExplainer:
             up in the sample; without it, and with "auto", which probes them all, every face can be drawn.
         volumes_meet : whether spheres and boxes let the pair through.
         """
-        if not len(faces):
-            return Explanation(spheres_meet=volumes_meet)
-        if not self._sample_meets(pair, faces):
-            return Explanation(spheres_meet=volumes_meet, sample_meets=False)
-        return Explanation(
-            spheres_meet=volumes_meet, sample_meets=True, found_with_more=self._finds(motion, frame, pair)
-        )
+        sampled = self._sample_meets(pair, faces) if len(faces) else None
+        found = self._finds(motion, frame, pair) if sampled else None
+        return Explanation(spheres_meet=volumes_meet, sample_meets=sampled, found_with_more=found)
 
     def _sample_meets(self, pair: int, faces: IntArray) -> bool:
         """Whether a pair of faces that meets has both its faces in the sample."""
         if not isinstance(self._settings.samples, int):
             return True
-        first, second = (self._sample(body) for body in self._pairs[pair].tolist())
+        first, second = (self._sample(body, self._settings.samples) for body in self._pairs[pair].tolist())
         return bool((np.isin(faces[:, 0], first) & np.isin(faces[:, 1], second)).any())
 
-    def _sample(self, body: int) -> IntArray:
+    def _sample(self, body: int, size: int) -> IntArray:
         """Numbers of the faces of a body that its searches draw from."""
         if body not in self._drawn:
-            features, size, name = features_of(self._bodies[body].mesh), self._settings.samples, self._bodies[body].name
-            sample = sample_of(features, None if size is None else int(size), self._settings.seed, name)
+            features = features_of(self._bodies[body].mesh)
+            sample = sample_of(features, size, self._settings.seed, self._bodies[body].name)
             self._drawn[body] = features.face[sample.pick]
         return self._drawn[body]
 
