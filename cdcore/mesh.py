@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidMeshError
-from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray, readonly
+from cdcore.numerics import FloatArray, Int32Array, IntArray, readonly
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -67,7 +67,11 @@ class TriangleMesh:
         Vertices count as one only when their coordinates are bitwise equal; faces with two equal corners have no
         interior and are left out.
         """
-        return _is_closed(self.merged_faces)
+        a, b, c = self.merged_faces.T
+        proper = self.merged_faces[(a != b) & (b != c) & (c != a)]
+        edges = np.sort(proper[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        _, counts = np.unique(edges, axis=0, return_counts=True)
+        return bool(len(proper) > 0 and (counts % 2 == 0).all())
 
     @cached_property
     def merged_faces(self) -> IntArray:
@@ -129,21 +133,6 @@ def _faces(faces: ArrayLike, vertex_count: int) -> Int32Array:
         array = array.copy()
     readonly(array)
     return array
-
-
-def _proper(merged: IntArray) -> BoolArray:
-    a, b, c = merged.T
-    proper: BoolArray = (a != b) & (b != c) & (c != a)
-    return proper
-
-
-def _is_closed(merged: IntArray) -> bool:
-    proper = merged[_proper(merged)]
-    if len(proper) == 0:
-        return False
-    edges = np.sort(proper[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    _, counts = np.unique(edges, axis=0, return_counts=True)
-    return bool((counts % 2 == 0).all())
 
 
 def _components(merged: IntArray) -> IntArray:

@@ -1,4 +1,4 @@
-"""Where rounding is decided: the points that count, and the pads that cover their error.
+"""Where rounding is decided: the reference vertices, and the pads that cover their error.
 
 Every tolerance of the core has its name, its reason and its scale here or beside the algorithm it belongs to.
 """
@@ -41,7 +41,7 @@ QUATERNION_REJECT: Final = 1e-3
 
 
 def place_points(points: FloatArray, rotation: FloatArray, translation: FloatArray) -> FloatArray:
-    """Place body points in the world: *the points that count*.
+    """Place body points in the world: the *reference vertices* of all exact tests.
 
     ``x' = ((r00 x + r01 y) + r02 z) + t0`` in float64, in this order, without BLAS and without fused multiply-add, so
     that every machine gets the same bits. Every confirmation of a contact uses these points; searches and trees may use

@@ -84,7 +84,6 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
     )
     choose_when: ClassVar[str] = "hands move fast among thin glass, through which every look at frames can pass"
     cannot: ClassVar[str] = "look across lost poses and gaps, or list faces"
-    online: ClassVar[bool] = False
     Settings: ClassVar[type] = ContinuousSettings
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ContinuousSettings) -> None:

@@ -45,7 +45,6 @@ class QacoDetector(PairDetector[QacoSettings]):
     """
 
     name: ClassVar[str] = "qaco"
-    online: ClassVar[bool] = False
     Settings: ClassVar[type] = QacoSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
@@ -64,7 +63,7 @@ class QacoDetector(PairDetector[QacoSettings]):
         self._explainer = SearchExplainer(self.bodies, pairs, settings)
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
-        """Say whether the spheres met, and whether a more patient search finds the contact."""
+        """Say whether the spheres met, and whether ten times the budget finds the contact."""
         spheres = self._spheres.candidates(motion.frames(frame, frame + 1)).verdict[0, pair]
         return self._explainer.explain(motion, frame, pair, faces, volumes_meet=int(spheres) == Verdict.CANDIDATE)
 

@@ -32,7 +32,6 @@ class SphereDetector(PairDetector[SphereSettings]):
     """
 
     name: ClassVar[str] = "sphere"
-    online: ClassVar[bool] = False
     Settings: ClassVar[type] = SphereSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
@@ -50,10 +49,7 @@ class SphereDetector(PairDetector[SphereSettings]):
         del memory, faces
         start = perf_counter()
         answer = self._spheres.candidates(motion)
-        return self._detection(
-            motion,
-            answer.verdict,
-            containment=("refused: spheres alone cannot tell",) * len(self.pairs),
-            work={"sphere_tests": answer.tests, "skipped": answer.skipped},
-            seconds={"spheres": perf_counter() - start},
-        )
+        seconds = {"spheres": perf_counter() - start}
+        refused = ("refused: spheres alone cannot tell",) * len(self.pairs)
+        work = {"sphere_tests": answer.tests, "skipped": answer.skipped}
+        return self._detection(motion, answer.verdict, containment=refused, work=work, seconds=seconds)

@@ -56,7 +56,6 @@ class StaticDetector(PairDetector[StaticSettings]):
     """
 
     name: ClassVar[str] = "static"
-    online: ClassVar[bool] = False
     Settings: ClassVar[type] = StaticSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
@@ -154,36 +153,25 @@ def _flat(motion: Motion, frames: IntArray, body: int) -> FloatArray:
 def _moved(poses: FloatArray, last: FloatArray | None, sphere: Sphere, epsilon: float) -> tuple[BoolArray, FloatArray]:
     """Which rows are further than ``epsilon`` from the pose asked about last, and the one asked about last of all.
 
-    Seen from j, the ball of i moves by at most ``|dR|_F d + |dc|``: Frobenius norm bounds the map, the centre goes
-    its own way. Each query sets the pose that the next rows are compared with, so errors do not add up.
+    Seen from j, the ball of i moves by at most ``|dR|_F d + |dc|``: the Frobenius norm bounds the map, the centre moves
+    by itself. Each query sets the pose that the next rows are compared with, so errors do not add up.
     """
-    turn_i, move_i, turn_j, move_j = poses[:, :9], poses[:, 9:12], poses[:, 12:21], poses[:, 21:]
-    back = turn_j.reshape(-1, 3, 3).transpose(0, 2, 1)
-    turn = back @ turn_i.reshape(-1, 3, 3)
-    centre = np.einsum("kab,kb->ka", turn, np.broadcast_to(sphere.centre, move_i.shape))
-    centre += np.einsum("kab,kb->ka", back, move_i - move_j)
-    fresh = np.zeros(len(poses), dtype=np.bool_)
-    reference = None if last is None else _moved_reference(last, sphere)
-    asked = last
-    for k in range(len(poses)):
-        if reference is not None:
-            way = np.linalg.norm(turn[k] - reference[0]) * sphere.radius + np.linalg.norm(centre[k] - reference[1])
-            if way <= epsilon:
-                continue
-        fresh[k] = True
-        reference, asked = (turn[k], centre[k]), poses[k]
-    assert asked is not None
-    return fresh, asked.copy()
-
-
-def _moved_reference(pose: FloatArray, sphere: Sphere) -> tuple[FloatArray, FloatArray]:
-    back = pose[12:21].reshape(3, 3).T
-    turn = back @ pose[:9].reshape(3, 3)
-    return turn, turn @ sphere.centre + back @ (pose[9:12] - pose[21:])
+    rows = poses if last is None else np.concatenate([last[None], poses])
+    back = rows[:, 12:21].reshape(-1, 3, 3).transpose(0, 2, 1)
+    turn = back @ rows[:, :9].reshape(-1, 3, 3)
+    centre = np.einsum("kab,b->ka", turn, sphere.centre)
+    centre += np.einsum("kab,kb->ka", back, rows[:, 9:12] - rows[:, 21:])
+    fresh, asked = np.zeros(len(rows), dtype=np.bool_), 0
+    fresh[0] = True
+    for k in range(1, len(rows)):
+        way = np.linalg.norm(turn[k] - turn[asked]) * sphere.radius + np.linalg.norm(centre[k] - centre[asked])
+        if not way <= epsilon:
+            fresh[k], asked = True, k
+    return fresh[len(rows) - len(poses) :], rows[asked].copy()
 
 
 def _face_sets(entries: list[tuple[IntArray, IntArray, IntArray]], sets: list[Int32Array]) -> FaceSets:
     if not entries:
-        return FaceSets.empty()
+        return FaceSets.from_lists([], [], [])
     frames, columns, which = (np.concatenate(part) for part in zip(*entries, strict=True))
     return FaceSets.from_shared(frames, columns, which, sets)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from typing import Final
 
 import numpy as np
 
-from cdcore.errors import InvalidPoseError
-from cdcore.numerics import BoolArray, ByteArray, IntArray
+from cdcore.errors import InvalidPoseError, InvalidSettingError
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol.body import Body
 from cdcore.protocol.motion import Motion
 from cdcore.protocol.verdict import Verdict
@@ -76,3 +77,40 @@ def ordered_by_name(bodies: Sequence[Body], pairs: IntArray) -> tuple[IntArray, 
     ordered = pairs.copy()
     ordered[turned] = pairs[turned][:, ::-1]
     return ordered, turned
+
+
+TICK_SLACK: Final = 1e-6
+"""A frame up to a microsecond before a tick counts as at it: stamps are whole nanoseconds, and k/rate is rounded."""
+
+
+def require_rate(rate_hz: float | None) -> None:
+    """Refuse a rate that is none.
+
+    Raises
+    ------
+    InvalidSettingError
+    """
+    if rate_hz is not None and not 0.0 < rate_hz < float("inf"):
+        raise InvalidSettingError(f"rate_hz={rate_hz!r} is no rate; give looks per second above 0, or None")
+
+
+def looks_of(times: FloatArray, rate_hz: float | None, before: float = -np.inf) -> tuple[BoolArray, float]:
+    """Which frames are looked at, (T,), and the number of the last tick, which is ``before`` of the next block.
+
+    Parameters
+    ----------
+    times : (T,) seconds, increasing.
+    rate_hz : ticks per second; ``None``: every frame is looked at.
+    before : number of the last tick that had a look; minus infinity: none, so that the first frame has one.
+    """
+    if rate_hz is None or not len(times):
+        return np.ones(len(times), dtype=np.bool_), before
+    ticks = np.floor((times + TICK_SLACK) * rate_hz)
+    return np.diff(ticks, prepend=before) > 0, float(ticks[-1])
+
+
+def looks_at(times: FloatArray, frame: int, rate_hz: float | None) -> bool:
+    """Whether one frame of a whole motion is looked at."""
+    first = max(0, frame - 1)
+    looks, _ = looks_of(times[first : frame + 1], rate_hz)
+    return frame == 0 or bool(looks[-1])

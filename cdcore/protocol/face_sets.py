@@ -36,12 +36,6 @@ class FaceSets:
             readonly(array)
 
     @classmethod
-    def empty(cls) -> FaceSets:
-        """No frame in contact."""
-        none = np.zeros(0, dtype=np.int64)
-        return cls(none, none.copy(), none.copy(), none.copy(), np.zeros((0, 2), dtype=np.int32))
-
-    @classmethod
     def from_lists(cls, frame: Sequence[int], pair: Sequence[int], sets: Sequence[NDArray[np.integer]]) -> FaceSets:
         """Build from one (k, 2) array per entry, entries in any order; each array sorted and unique."""
         return cls.from_shared(np.array(frame), np.array(pair), np.arange(len(sets)), sets)
@@ -84,7 +78,7 @@ class FaceSets:
         """Put blocks after each other; each comes with the number of its first frame."""
         blocks = list(parts)
         if not blocks:
-            return cls.empty()
+            return cls.from_lists([], [], [])
         rows = np.cumsum([0] + [len(sets.faces) for _, sets in blocks])
         return cls(
             np.concatenate([sets.frame + first for first, sets in blocks]),

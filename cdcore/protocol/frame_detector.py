@@ -82,10 +82,6 @@ class FrameDetector(PairDetector[Any]):
                 )
             verdict[frame] = answer
         verdict[~pair_has_pose(motion, self.pairs)] = Verdict.NO_POSE
-        return self._detection(
-            motion,
-            verdict,
-            containment=("refused: not asked",) * len(self.pairs),
-            work={"looks": len(motion)},
-            seconds={"look": seconds},
-        )
+        refused = ("refused: not asked",) * len(self.pairs)
+        work = {"looks": len(motion)}
+        return self._detection(motion, verdict, containment=refused, work=work, seconds={"look": seconds})

@@ -54,31 +54,19 @@ class Motion:
     worst_orthonormality: float
 
     def __init__(
-        self,
-        times: ArrayLike,
-        translations: ArrayLike,
-        rotations: ArrayLike,
-        valid: ArrayLike | None = None,
-        *,
-        linked: ArrayLike | None = None,
-        names: Sequence[str] | None = None,
-    ) -> None:
+        self, times: ArrayLike, translations: ArrayLike, rotations: ArrayLike, valid: ArrayLike | None = None, *,
+        linked: ArrayLike | None = None, names: Sequence[str] | None = None,
+    ) -> None:  # fmt: skip
         clock = _times(times)
         place = _array(translations, "translations", (len(clock), None, 3))
         turn = _array(rotations, "rotations", (len(clock), place.shape[1], 3, 3))
         self._take(clock, place, turn, _mask(valid, place.shape[:2], "valid"), linked, names)
 
     def _take(
-        self,
-        clock: FloatArray,
-        place: FloatArray,
-        turn: FloatArray,
-        mask: BoolArray,
-        linked: ArrayLike | None,
-        names: Sequence[str] | None,
-        matrices: FloatArray | None = None,
-    ) -> None:
-        """Check arrays that nobody else holds, or fill them from matrices, and keep them."""
+        self, clock: FloatArray, place: FloatArray, turn: FloatArray, mask: BoolArray, linked: ArrayLike | None,
+        names: Sequence[str] | None, matrices: FloatArray | None = None,
+    ) -> None:  # fmt: skip
+        """Check arrays of our own, or fill them from matrices, and keep them."""
         flat_place, flat_turn = place.reshape(-1, 3), turn.reshape(-1, 3, 3)
         given = np.empty((0, 4, 4)) if matrices is None else matrices.reshape(-1, 4, 4)
         bad, repaired, worst = _kernels().check_poses(
@@ -113,15 +101,9 @@ class Motion:
 
     @classmethod
     def from_quaternions(
-        cls,
-        times: ArrayLike,
-        translations: ArrayLike,
-        quaternions_xyzw: ArrayLike,
-        valid: ArrayLike | None = None,
-        *,
-        linked: ArrayLike | None = None,
-        names: Sequence[str] | None = None,
-    ) -> Motion:
+        cls, times: ArrayLike, translations: ArrayLike, quaternions_xyzw: ArrayLike, valid: ArrayLike | None = None, *,
+        linked: ArrayLike | None = None, names: Sequence[str] | None = None,
+    ) -> Motion:  # fmt: skip
         """Build a motion from unit quaternions (T, N, 4), xyzw; norms up to 1e-3 off 1 are renormalised in float64.
 
         Raises
@@ -146,14 +128,9 @@ class Motion:
 
     @classmethod
     def from_matrices(
-        cls,
-        times: ArrayLike,
-        poses: ArrayLike,
-        valid: ArrayLike | None = None,
-        *,
-        linked: ArrayLike | None = None,
-        names: Sequence[str] | None = None,
-    ) -> Motion:
+        cls, times: ArrayLike, poses: ArrayLike, valid: ArrayLike | None = None, *,
+        linked: ArrayLike | None = None, names: Sequence[str] | None = None,
+    ) -> Motion:  # fmt: skip
         """Build a motion from 4x4 matrices (T, N, 4, 4), column convention: the last row is 0 0 0 1."""
         clock = _times(times)
         matrices = _array(poses, "poses", (len(clock), None, 4, 4), copy=False)

@@ -22,6 +22,7 @@ class PairDetector(ABC, Generic[SettingsT]):
     """
 
     name: ClassVar[str]
+    online: ClassVar[bool] = False
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SettingsT) -> None:
         self.bodies = tuple(bodies)

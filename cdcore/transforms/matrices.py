@@ -25,7 +25,7 @@ def row_scale(scale: ArrayLike, centre: ArrayLike = 0.0) -> FloatArray:
 
     Differs: the paper speaks of a scale about the centre P of a body, but its matrix scales about the origin.
     """
-    middle, matrix = np.zeros(3) + centre, np.eye(4)
+    middle, matrix = np.asarray(centre, dtype=np.float64), np.eye(4)
     matrix[[0, 1, 2], [0, 1, 2]] = scale
     return row_translation(-middle) @ matrix @ row_translation(middle)
 
