@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidMeshError
-from cdcore.numerics import FloatArray, readonly
+from cdcore.numerics import FloatArray, Int32Array, IntArray, readonly
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -37,7 +37,7 @@ class TriangleMesh:
     """
 
     vertices: FloatArray
-    faces: NDArray[np.int32]
+    faces: Int32Array
 
     def __init__(self, vertices: ArrayLike, faces: ArrayLike) -> None:
         object.__setattr__(self, "vertices", _vertices(vertices))
@@ -67,17 +67,21 @@ class TriangleMesh:
         Vertices count as one only when their coordinates are bitwise equal; faces with two equal corners have no
         interior and are left out.
         """
-        return _is_closed(self.merged_faces)
+        a, b, c = self.merged_faces.T
+        proper = self.merged_faces[(a != b) & (b != c) & (c != a)]
+        edges = np.sort(proper[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        _, counts = np.unique(edges, axis=0, return_counts=True)
+        return bool(len(proper) > 0 and (counts % 2 == 0).all())
 
     @cached_property
-    def merged_faces(self) -> NDArray[np.int64]:
+    def merged_faces(self) -> IntArray:
         """Faces over vertices merged where bitwise equal, (f, 3); -0.0 and 0.0 are one."""
         _, inverse = np.unique(self.vertices + 0.0, axis=0, return_inverse=True)
-        merged: NDArray[np.int64] = inverse.reshape(-1)[self.faces].astype(np.int64)
+        merged: IntArray = inverse.reshape(-1)[self.faces].astype(np.int64)
         return merged
 
     @cached_property
-    def components(self) -> NDArray[np.int64]:
+    def components(self) -> IntArray:
         """Lowest face number of the connected component each face belongs to, (f,)."""
         return _components(self.merged_faces)
 
@@ -107,7 +111,7 @@ def _vertices(vertices: ArrayLike) -> FloatArray:
     return array
 
 
-def _faces(faces: ArrayLike, vertex_count: int) -> NDArray[np.int32]:
+def _faces(faces: ArrayLike, vertex_count: int) -> Int32Array:
     try:
         given = np.asarray(faces)
     except ValueError as error:
@@ -131,22 +135,7 @@ def _faces(faces: ArrayLike, vertex_count: int) -> NDArray[np.int32]:
     return array
 
 
-def _proper(merged: NDArray[np.int64]) -> NDArray[np.bool_]:
-    a, b, c = merged.T
-    proper: NDArray[np.bool_] = (a != b) & (b != c) & (c != a)
-    return proper
-
-
-def _is_closed(merged: NDArray[np.int64]) -> bool:
-    proper = merged[_proper(merged)]
-    if len(proper) == 0:
-        return False
-    edges = np.sort(proper[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    _, counts = np.unique(edges, axis=0, return_counts=True)
-    return bool((counts % 2 == 0).all())
-
-
-def _components(merged: NDArray[np.int64]) -> NDArray[np.int64]:
+def _components(merged: IntArray) -> IntArray:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -159,5 +148,5 @@ def _components(merged: NDArray[np.int64]) -> NDArray[np.int64]:
     label = label[:count]
     first = np.full(label.max() + 1, count, dtype=np.int64)
     np.minimum.at(first, label, np.arange(count))
-    result: NDArray[np.int64] = first[label]
+    result: IntArray = first[label]
     return result

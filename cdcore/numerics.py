@@ -1,4 +1,4 @@
-"""Where rounding is decided: the points that count, and the pads that cover their error.
+"""Where rounding is decided: the reference vertices, and the pads that cover their error.
 
 Every tolerance of the core has its name, its reason and its scale here or beside the algorithm it belongs to.
 """
@@ -14,6 +14,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ByteArray = NDArray[np.uint8]
+Int32Array = NDArray[np.int32]
 
 EPS: Final = float(np.finfo(np.float64).eps)
 """Spacing of float64 at 1, 2^-52."""
@@ -32,9 +33,6 @@ UNDERFLOW_PAD: Final = 1e-150
 ORTHONORMAL_KEEP: Final = 64.0 * EPS
 """Rotations this close to orthonormal stay bit for bit as they are."""
 
-ORTHONORMAL_NOTE: Final = 1e-6
-"""Above this a rotation is projected and the motion notes it: six printed decimals reach 1.1e-6."""
-
 ORTHONORMAL_REJECT: Final = 1e-3
 """Above this a matrix is not a rotation but a scale, a shear or an error."""
 
@@ -43,7 +41,7 @@ QUATERNION_REJECT: Final = 1e-3
 
 
 def place_points(points: FloatArray, rotation: FloatArray, translation: FloatArray) -> FloatArray:
-    """Place body points in the world: *the points that count*.
+    """Place body points in the world: the *reference vertices* of all exact tests.
 
     ``x' = ((r00 x + r01 y) + r02 z) + t0`` in float64, in this order, without BLAS and without fused multiply-add, so
     that every machine gets the same bits. Every confirmation of a contact uses these points; searches and trees may use

@@ -29,6 +29,8 @@ __all__ = [
     "lab",
     "merged",
     "moved",
+    "nearest_rotation",
+    "orthonormality_error",
     "random_rotations",
     "revolved_mesh",
     "rod_mesh",
@@ -45,6 +47,31 @@ def without_faces(mesh: TriangleMesh, count: int) -> TriangleMesh:
 def random_rotations(rng: np.random.Generator, *shape: int) -> np.ndarray:
     """Uniform random rotations (..., 3, 3)."""
     return rotation_from_quaternion(rng.normal(size=(*shape, 4)))
+
+
+def orthonormality_error(rotation: np.ndarray) -> np.ndarray:
+    """Largest entry of ``|R^T R - I|`` for each matrix (..., 3, 3); infinity for a reflection, NaN where not finite."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        columns = [rotation[..., :, k] for k in range(3)]
+        error = np.zeros(rotation.shape[:-2])
+        for i in range(3):
+            for j in range(i, 3):
+                a, b = columns[i], columns[j]
+                dot = a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
+                error = np.maximum(error, np.abs(dot - (i == j)))
+        a, b, c = columns
+        determinant = (
+            a[..., 0] * (b[..., 1] * c[..., 2] - b[..., 2] * c[..., 1])
+            + a[..., 1] * (b[..., 2] * c[..., 0] - b[..., 0] * c[..., 2])
+            + a[..., 2] * (b[..., 0] * c[..., 1] - b[..., 1] * c[..., 0])
+        )
+        return np.where(determinant < 0, np.inf, error)
+
+
+def nearest_rotation(matrix: np.ndarray) -> np.ndarray:
+    """The rotation nearest to each matrix (..., 3, 3) in the Frobenius norm."""
+    u, _, vt = np.linalg.svd(matrix)
+    return u @ vt
 
 
 def still(bodies, places, frames=1) -> Motion:

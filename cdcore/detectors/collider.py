@@ -8,7 +8,6 @@ from time import perf_counter
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.bounding.collider_shapes import SHAPES
 from cdcore.errors import InvalidSettingError
@@ -16,17 +15,9 @@ from cdcore.narrow.containment import ContainmentStage
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
-from cdcore.protocol import (
-    Body,
-    Detection,
-    Explanation,
-    Motion,
-    PairDetector,
-    Verdict,
-    contact_or_clear,
-    pair_has_pose,
-)
-from cdcore.protocol.ticks import looks_at, looks_of
+from cdcore.numerics import ByteArray, IntArray
+from cdcore.protocol import Body, Detection, Explanation, Motion, PairDetector, Verdict, contact_or_clear, pair_has_pose
+from cdcore.protocol.blocks import looks_at, looks_of, require_rate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,8 +34,7 @@ class ColliderSettings:
     def __post_init__(self) -> None:
         if self.shape not in SHAPES:
             raise InvalidSettingError(f"shape={self.shape!r} is no collider; choose one of: {', '.join(SHAPES)}")
-        if self.rate_hz is not None and not 0.0 < self.rate_hz < float("inf"):
-            raise InvalidSettingError(f"rate_hz={self.rate_hz!r} is no rate; give looks per second above 0, or None")
+        require_rate(self.rate_hz)
 
 
 @dataclass(eq=False)
@@ -52,7 +42,7 @@ class _Memory:
     """What passes from block to block: the last tick, and per pair what was seen last."""
 
     tick: float
-    verdict: NDArray[np.uint8]
+    verdict: ByteArray
 
 
 class ColliderDetector(PairDetector[ColliderSettings]):
@@ -66,7 +56,6 @@ class ColliderDetector(PairDetector[ColliderSettings]):
     """
 
     name: ClassVar[str] = "collider"
-    online: ClassVar[bool] = False
     Settings: ClassVar[type] = ColliderSettings
     sources: ClassVar[tuple[str, ...]] = (
         "C. B. Barber, D. P. Dobkin, H. Huhdanpaa, The Quickhull algorithm for convex hulls, ACM Transactions on "
@@ -75,17 +64,16 @@ class ColliderDetector(PairDetector[ColliderSettings]):
     choose_when: ClassVar[str] = "you want to know what the simple colliders of an engine invent and miss"
     cannot: ClassVar[str] = "list faces: those of a collider are not the mesh's"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: ColliderSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ColliderSettings) -> None:
         super().__init__(bodies, pairs, settings)
         self.colliders = tuple(Body(body.name, SHAPES[settings.shape](body.mesh)) for body in bodies)
         self._trees = [build_box_tree(body.mesh.triangles) for body in self.colliders]
         self._containment = ContainmentStage(self.colliders, pairs)
 
-    def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
+    def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether the frame was looked at, and whether the solids meet there."""
         del faces
-        rate = self.settings.rate_hz
-        looked = rate is None or looks_at(motion.times, frame, rate)
+        looked = looks_at(motion.times, frame, self.settings.rate_hz)
         verdict, _, _ = self._decide(motion.frames(frame, frame + 1))
         return Explanation(looked=looked, shapes_meet=int(verdict[0, pair]) in (Verdict.CONTACT, Verdict.CONTAINED))
 
@@ -94,25 +82,17 @@ class ColliderDetector(PairDetector[ColliderSettings]):
 
     def _run(self, motion: Motion, memory: _Memory, faces: bool) -> Detection:
         del faces
-        rate = self.settings.rate_hz
-        looks = np.ones(len(motion), dtype=np.bool_)
-        if rate is not None:
-            looks, memory.tick = looks_of(motion.times, rate, memory.tick)
+        looks, memory.tick = looks_of(motion.times, self.settings.rate_hz, memory.tick)
         seen, work, seconds = self._decide(motion.take(np.flatnonzero(looks)))
         known = pair_has_pose(motion, self.pairs)
         believed = _believed(seen, memory.verdict)
         memory.verdict = believed[-1]
         verdict = np.where(known, believed[np.cumsum(looks)], Verdict.NO_POSE).astype(np.uint8)
         looked = int(known[looks].sum())
-        return self._detection(
-            motion,
-            verdict,
-            containment=self._containment.words,
-            work=work | {"looks": int(looks.sum()), "held": int(known.sum()) - looked},
-            seconds=seconds,
-        )
+        work |= {"looks": int(looks.sum()), "held": int(known.sum()) - looked}
+        return self._detection(motion, verdict, containment=self._containment.words, work=work, seconds=seconds)
 
-    def _decide(self, motion: Motion) -> tuple[NDArray[np.uint8], dict[str, int], dict[str, float]]:
+    def _decide(self, motion: Motion) -> tuple[ByteArray, dict[str, int], dict[str, float]]:
         """Verdicts of the solids in every frame, counters, and seconds."""
         clock = [perf_counter()]
         poses = Poses(motion.rotations, motion.translations, motion.valid)
@@ -127,8 +107,8 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         return verdict, answer.work | {"containment_tests": len(frames)}, seconds
 
 
-def _believed(seen: NDArray[np.uint8], before: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """After each look, what is believed of every pair, (looks + 1, P); a look without a pose teaches nothing."""
+def _believed(seen: ByteArray, before: ByteArray) -> ByteArray:
+    """After each look, what is believed of every pair, (looks + 1, P); a look without a pose changes nothing."""
     rows = np.concatenate([before[None], seen])
     last = np.where(rows != Verdict.NO_POSE, np.arange(len(rows))[:, None], 0)
     return np.take_along_axis(rows, np.maximum.accumulate(last, axis=0), axis=0)

@@ -8,7 +8,6 @@ from time import perf_counter
 from typing import ClassVar, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.bounding.sphere import sphere_best
 from cdcore.narrow.containment import ContainmentStage
@@ -19,16 +18,8 @@ from cdcore.narrow.continuous.time_of_impact import require_search_settings
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
-from cdcore.numerics import FloatArray
-from cdcore.protocol import (
-    Body,
-    Detection,
-    Motion,
-    PairDetector,
-    Verdict,
-    ordered_by_name,
-    pair_has_pose,
-)
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict, ordered_by_name, pair_has_pose
 
 LOST_BEFORE: Final = "no pose in the frame before"
 GAP_BEFORE: Final = "gap in the track before this frame: the way here is not known"
@@ -55,7 +46,7 @@ class ContinuousSettings:
 class _Found:
     """What the intervals of a motion came to, filled stage by stage."""
 
-    verdict: NDArray[np.uint8]
+    verdict: ByteArray
     reasons: dict[tuple[int, int], str]
     toi: dict[tuple[int, int], tuple[float, float]]
     work: dict[str, int]
@@ -93,10 +84,9 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
     )
     choose_when: ClassVar[str] = "hands move fast among thin glass, through which every look at frames can pass"
     cannot: ClassVar[str] = "look across lost poses and gaps, or list faces"
-    online: ClassVar[bool] = False
     Settings: ClassVar[type] = ContinuousSettings
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: ContinuousSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ContinuousSettings) -> None:
         super().__init__(bodies, pairs, settings)
         self._trees = [build_box_tree(body.mesh.triangles) for body in bodies]
         self._spheres = SweptSpheres([sphere_best(body.mesh) for body in bodies])
@@ -137,7 +127,7 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
             toi={(t - first, p): toi for (t, p), toi in found.toi.items()},
         )
 
-    def _between(self, motion: Motion, hits: NDArray[np.bool_], first: int) -> _Found:
+    def _between(self, motion: Motion, hits: BoolArray, first: int) -> _Found:
         has_pose = pair_has_pose(motion, self.pairs)
         way = motion.linked[:, self.pairs[:, 0]] & motion.linked[:, self.pairs[:, 1]]
         way[:1] = False
@@ -153,9 +143,7 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         self._search(motion, way & ~before, hits, found, first)
         return found
 
-    def _search(
-        self, motion: Motion, asked: NDArray[np.bool_], hits: NDArray[np.bool_], found: _Found, first: int
-    ) -> None:
+    def _search(self, motion: Motion, asked: BoolArray, hits: BoolArray, found: _Found, first: int) -> None:
         """Decide the intervals that do not start in contact."""
         asked[:first] = False
         moving = _moves(motion)
@@ -167,8 +155,8 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         found.work |= {"intervals": int(asked.sum()), "searched": len(frames)} | answer.work
 
     def _note(
-        self, times: FloatArray, frames: NDArray[np.int64], columns: NDArray[np.int64], answer: LegAnswer,
-        hits: NDArray[np.bool_], found: _Found,
+        self, times: FloatArray, frames: IntArray, columns: IntArray, answer: LegAnswer,
+        hits: BoolArray, found: _Found,
     ) -> None:  # fmt: skip
         """Write down what the search of K intervals came to."""
         open_ = 0
@@ -197,7 +185,7 @@ def _joined(last: Motion, motion: Motion) -> Motion:
     )
 
 
-def _moves(motion: Motion) -> NDArray[np.bool_]:
+def _moves(motion: Motion) -> BoolArray:
     """(T, N): whether a body's pose differs from the frame before in any bit."""
     moves = np.ones(motion.valid.shape, dtype=np.bool_)
     turn, place = motion.rotations, motion.translations
@@ -205,9 +193,7 @@ def _moves(motion: Motion) -> NDArray[np.bool_]:
     return moves
 
 
-def _no_way(
-    motion: Motion, pairs: NDArray[np.int64], nowhere: NDArray[np.bool_], first: int
-) -> dict[tuple[int, int], str]:
+def _no_way(motion: Motion, pairs: IntArray, nowhere: BoolArray, first: int) -> dict[tuple[int, int], str]:
     """Why a frame with poses has no interval before it."""
     reasons = {}
     for t, p in np.argwhere(nowhere).tolist():
@@ -217,7 +203,7 @@ def _no_way(
     return reasons
 
 
-def _instants(motion: Motion, contact: NDArray[np.bool_], first: int) -> dict[tuple[int, int], tuple[float, float]]:
+def _instants(motion: Motion, contact: BoolArray, first: int) -> dict[tuple[int, int], tuple[float, float]]:
     """A contact in a frame without an interval before it begins, as far as is known, in that frame."""
     return {
         (t, p): (float(motion.times[t]), float(motion.times[t])) for t, p in np.argwhere(contact).tolist() if t >= first

@@ -2,37 +2,26 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdcore.bounding.box import box_best
-from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
-from cdcore.broad.box_stage import BoxStage
-from cdcore.broad.sphere_stage import SphereStage
-from cdcore.errors import InvalidSettingError
+from cdcore.bounding.sphere import require_sphere_mode
+from cdcore.broad.broad_phase import BroadPhase
 from cdcore.narrow.containment import ContainmentStage
 from cdcore.narrow.mesh_stage import NO_FACES, MeshStage
 from cdcore.narrow.section_source import Pose, section_of_faces
-from cdcore.numerics import FloatArray
-from cdcore.protocol import (
-    Body,
-    Detection,
-    Explanation,
-    FaceSets,
-    Motion,
-    PairDetector,
-    Verdict,
-    pair_has_pose,
-)
+from cdcore.numerics import ByteArray, FloatArray, Int32Array, IntArray
+from cdcore.protocol import Body, Detection, Explanation, FaceSets, Motion, PairDetector, Verdict, pair_has_pose
+from cdcore.protocol.blocks import looks_at, looks_of, require_rate
 from cdcore.protocol.detection import SectionSource
-from cdcore.protocol.ticks import looks_at, looks_of
 
 STAGES: Final = ("spheres", "boxes", "meshes", "containment")
+COUNTERS: Final = ("sphere_tests", "box_tests", "mesh_queries", "containment_tests")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,15 +39,14 @@ class DiscreteSettings:
 
     def __post_init__(self) -> None:
         require_sphere_mode(self.sphere)
-        if self.rate_hz is not None and not 0.0 < self.rate_hz < float("inf"):
-            raise InvalidSettingError(f"rate_hz={self.rate_hz!r} is no rate; give looks per second above 0, or None")
+        require_rate(self.rate_hz)
 
 
 @dataclass(frozen=True, eq=False)
 class _Contact:
     """A contact as it was seen: its faces and the poses of both bodies, rotation and translation each."""
 
-    faces: NDArray[np.int32]
+    faces: Int32Array
     pose_i: Pose
     pose_j: Pose
 
@@ -68,7 +56,7 @@ class _Memory:
     """What the detector knows from its looks so far; the only thing that passes from block to block."""
 
     tick: float
-    verdict: NDArray[np.uint8]
+    verdict: ByteArray
     contacts: list[_Contact | None]
 
 
@@ -80,7 +68,7 @@ class _Log:
         self.verdicts = [memory.verdict]
         self.which = [np.arange(len(memory.contacts))]
         """Per look, (P,): number of the contact seen last, in ``contacts``."""
-        self.counts = dict.fromkeys(("sphere_tests", "box_tests", "mesh_queries", "containment_tests"), 0)
+        self.counts: Counter[str] = Counter()
 
 
 class DiscreteDetector(PairDetector[DiscreteSettings]):
@@ -88,7 +76,7 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
 
     A look happens at the first frame at or after a tick, and at the first frame of all. The verdict of a frame between
     looks is *held*: it is what a live engine would still believe, and may be wrong. A look at which a pair has no pose
-    teaches nothing: the verdict before stands; frames without a pose are NO_POSE whatever is held.
+    changes nothing: the verdict before stands; frames without a pose are NO_POSE whatever is held.
 
     Choose it to see what an engine of a given rate would have missed; ``hybrid`` gives the same verdicts at every
     frame in less time, because it knows the whole motion. ``work["held"]`` counts pair-frames that were not looked
@@ -106,19 +94,16 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
     choose_when: ClassVar[str] = "you want to know what an engine of that rate misses"
     cannot: ClassVar[str] = "see what happens between its looks"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: DiscreteSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: DiscreteSettings) -> None:
         super().__init__(bodies, pairs, settings)
-        spheres = [sphere_in_mode(body.mesh, settings.sphere) for body in bodies]
-        self._spheres = SphereStage(spheres, pairs, skip=False)
-        self._boxes = BoxStage([box_best(body.mesh) for body in bodies], pairs)
+        self._broad = BroadPhase(bodies, pairs, sphere=settings.sphere, skip=False)
         self._meshes = MeshStage(bodies, pairs)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
-    def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
+    def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether a frame was looked at; where it was, spheres and boxes let every contact through."""
         del pair, faces
-        looked = self.settings.rate_hz is None or looks_at(motion.times, frame, self.settings.rate_hz)
-        return Explanation(looked=looked, spheres_meet=True)
+        return Explanation(looked=looks_at(motion.times, frame, self.settings.rate_hz), spheres_meet=True)
 
     def _fresh_memory(self) -> _Memory:
         count = len(self.pairs)
@@ -126,7 +111,7 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
 
     def _run(self, motion: Motion, memory: _Memory, faces: bool) -> Detection:
         known = pair_has_pose(motion, self.pairs)
-        looks = self._looks(motion.times, memory)
+        looks, memory.tick = looks_of(motion.times, self.settings.rate_hz, memory.tick)
         seconds = np.zeros((len(STAGES), len(motion)))
         log = _Log(memory)
         for frame in np.flatnonzero(looks).tolist():
@@ -140,32 +125,16 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
             verdict,
             face_sets=_face_sets(verdict, which, log) if faces else None,
             containment=self._containment.words,
-            work=log.counts | {"looks": int(looks.sum()), "pair_looks": looked, "held": int(known.sum()) - looked},
+            work={name: log.counts[name] for name in COUNTERS}
+            | {"looks": int(looks.sum()), "pair_looks": looked, "held": int(known.sum()) - looked},
             seconds=dict(zip(STAGES, seconds, strict=True)),
             section_source=self._sections(which, log.contacts) if faces else None,
         )
 
-    def _looks(self, times: FloatArray, memory: _Memory) -> NDArray[np.bool_]:
-        """Which frames are the first at or after a tick, (T,)."""
-        rate = self.settings.rate_hz
-        if rate is None or not len(times):
-            return np.ones(len(times), dtype=np.bool_)
-        looks, memory.tick = looks_of(times, rate, memory.tick)
-        return looks
-
     def _look(self, now: Motion, memory: _Memory, log: _Log, faces: bool) -> list[float]:
         """Look at every pair in one frame, write down what is known from here on; returns seconds per stage."""
-        clock = [perf_counter()]
-        spheres = self._spheres.candidates(now)
-        verdict = spheres.verdict[0]
-        columns = np.flatnonzero(verdict == Verdict.CANDIDATE)
-        clock.append(perf_counter())
-        verdict[columns] = Verdict.CLEAR
-        near = columns
-        if len(columns):
-            near = columns[self._boxes.may_meet(now, np.zeros(len(columns), dtype=np.int64), columns)]
-        clock.append(perf_counter())
-        which = log.which[-1]
+        broad = self._broad.candidates(now)
+        near, verdict, clock, which = broad.columns, broad.verdict[0], broad.clock, log.which[-1]
         for column in near.tolist():
             hit, found = self._meshes.look(now, 0, column, faces=faces)
             if hit:
@@ -173,19 +142,18 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
                 which = self._see(now, column, found, which, memory, log)
         clock.append(perf_counter())
         apart = near[verdict[near] != Verdict.CONTACT]
-        asked = self._containment.mark(now, np.zeros(len(apart), dtype=np.int64), apart, spheres.verdict)
+        asked = self._containment.mark(now, np.zeros(len(apart), dtype=np.int64), apart, broad.verdict)
         clock.append(perf_counter())
         seen = verdict != Verdict.NO_POSE
         memory.verdict = np.where(seen, verdict, memory.verdict).astype(np.uint8)
         log.verdicts.append(memory.verdict)
         log.which.append(which)
-        for counter, amount in zip(log.counts, (spheres.tests, len(columns), len(near), asked), strict=True):
-            log.counts[counter] += amount
+        log.counts.update(broad.work | {"mesh_queries": len(near), "containment_tests": asked})
         return np.diff(clock).tolist()
 
     def _see(
-        self, now: Motion, column: int, faces: NDArray[np.int32], which: NDArray[np.int64], memory: _Memory, log: _Log
-    ) -> NDArray[np.int64]:
+        self, now: Motion, column: int, faces: Int32Array, which: IntArray, memory: _Memory, log: _Log
+    ) -> IntArray:
         """Remember a contact; returns the new row of contact numbers."""
         # Copies: a view would keep every pose of its block in memory for as long as the contact is remembered.
         i, j = self.pairs[column].tolist()
@@ -197,11 +165,11 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
         log.contacts.append(contact)
         return changed
 
-    def _sections(self, which: NDArray[np.int64], contacts: list[_Contact | None]) -> SectionSource:
+    def _sections(self, which: IntArray, contacts: list[_Contact | None]) -> SectionSource:
         """Segments at the poses of the look that found the faces, not at those of a frame that holds its verdict."""
         ends = self.pairs.tolist()
 
-        def section(frame: int, pair: int, faces: NDArray[np.int64]) -> FloatArray:
+        def section(frame: int, pair: int, faces: IntArray) -> FloatArray:
             seen = contacts[which[frame, pair]]
             if seen is None or not len(faces):
                 return np.zeros((0, 2, 3))
@@ -211,7 +179,7 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
         return section
 
 
-def _face_sets(verdict: NDArray[np.uint8], which: NDArray[np.int64], log: _Log) -> FaceSets:
+def _face_sets(verdict: ByteArray, which: IntArray, log: _Log) -> FaceSets:
     frames, columns = np.nonzero(verdict == Verdict.CONTACT)
     sets = [NO_FACES if contact is None else contact.faces for contact in log.contacts]
     return FaceSets.from_shared(frames, columns, which[frames, columns], sets)

@@ -8,23 +8,15 @@ from time import perf_counter
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment import ContainmentStage
 from cdcore.narrow.section_source import sections_of
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pair_job import Poses
-from cdcore.narrow.spacetime.whole_motion import MotionAnswer, decide_motion
-from cdcore.protocol import (
-    Body,
-    Detection,
-    FaceSets,
-    Motion,
-    PairDetector,
-    Verdict,
-    contact_or_clear,
-)
+from cdcore.narrow.spacetime.whole_motion import decide_motion
+from cdcore.numerics import IntArray
+from cdcore.protocol import Body, Detection, FaceSets, Motion, PairDetector, Verdict, contact_or_clear
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +49,6 @@ class ExactDetector(PairDetector[ExactSettings]):
     """
 
     name: ClassVar[str] = "exact"
-    online: ClassVar[bool] = False
     Settings: ClassVar[type] = ExactSettings
     sources: ClassVar[tuple[str, ...]] = (
         "S. Gottschalk, M. C. Lin, D. Manocha, OBBTree: a hierarchical structure for rapid interference detection, "
@@ -70,7 +61,7 @@ class ExactDetector(PairDetector[ExactSettings]):
     choose_when: ClassVar[str] = "you need the truth, or the fastest answer over a whole recording"
     cannot: ClassVar[str] = "see what happens between frames"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: ExactSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ExactSettings) -> None:
         super().__init__(bodies, pairs, settings)
         self._trees = [build_box_tree(body.mesh.triangles) for body in bodies]
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
@@ -82,21 +73,14 @@ class ExactDetector(PairDetector[ExactSettings]):
             self._trees, self.pairs, poses, faces=faces, threads=self.settings.threads, verify=self.settings.verify
         )
         verdict = contact_or_clear(answer.hits, motion, self.pairs)
-        clock, asked = [perf_counter()], 0
+        start, asked = perf_counter(), 0
         if self.settings.containment:
             columns, frames = np.nonzero(verdict.T == Verdict.CLEAR)
             asked = self._containment.mark(motion, frames, columns, verdict)
-        clock.append(perf_counter())
+        seconds = answer.seconds | {"containment": perf_counter() - start}
+        sets = FaceSets(answer.frame, answer.pair, answer.start, answer.stop, answer.faces) if faces else None
+        work, sections = answer.work | {"containment_tests": asked}, sections_of(self.bodies, self.pairs, motion)
         return self._detection(
-            motion,
-            verdict,
-            face_sets=_face_sets(answer) if faces else None,
-            containment=self._containment.words,
-            work=answer.work | {"containment_tests": asked},
-            seconds=answer.seconds | {"containment": clock[1] - clock[0]},
-            section_source=sections_of(self.bodies, self.pairs, motion),
-        )
-
-
-def _face_sets(answer: MotionAnswer) -> FaceSets:
-    return FaceSets(answer.frame, answer.pair, answer.start, answer.stop, answer.faces)
+            motion, verdict, face_sets=sets, containment=self._containment.words, work=work, seconds=seconds,
+            section_source=sections,
+        )  # fmt: skip

@@ -8,15 +8,13 @@ from time import perf_counter
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdcore.bounding.box import box_best
-from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
-from cdcore.broad.box_stage import BoxStage
-from cdcore.broad.sphere_stage import SphereStage
+from cdcore.bounding.sphere import require_sphere_mode
+from cdcore.broad.broad_phase import BroadPhase
 from cdcore.narrow.containment import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.section_source import sections_of
+from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict
 
 
@@ -48,7 +46,6 @@ class HybridDetector(PairDetector[HybridSettings]):
     """
 
     name: ClassVar[str] = "hybrid"
-    online: ClassVar[bool] = False
     Settings: ClassVar[type] = HybridSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
@@ -58,44 +55,29 @@ class HybridDetector(PairDetector[HybridSettings]):
     choose_when: ClassVar[str] = "you want contacts and faces of ordinary meshes from a widely used engine"
     cannot: ClassVar[str] = "be exact on degenerate faces and resting ties"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: HybridSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: HybridSettings) -> None:
         super().__init__(bodies, pairs, settings)
-        spheres = [sphere_in_mode(body.mesh, settings.sphere) for body in bodies]
-        self._spheres = SphereStage(spheres, pairs, skip=settings.skip)
-        self._boxes = BoxStage([box_best(body.mesh) for body in bodies], pairs)
+        self._broad = BroadPhase(bodies, pairs, sphere=settings.sphere, skip=settings.skip)
         self._meshes = MeshStage(bodies, pairs)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
     def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
         del memory
-        clock = [perf_counter()]
-        spheres = self._spheres.candidates(motion)
-        verdict = spheres.verdict
-        columns, frames = np.nonzero(verdict.T == Verdict.CANDIDATE)
-        clock.append(perf_counter())
-        may_meet = self._boxes.may_meet(motion, frames, columns)
-        verdict[frames, columns] = Verdict.CLEAR
-        box_tests, frames, columns = len(frames), frames[may_meet], columns[may_meet]
-        clock.append(perf_counter())
+        near = self._broad.candidates(motion)
+        verdict, frames, columns, clock = near.verdict, near.frames, near.columns, near.clock
         meshes = self._meshes.decide(motion, frames, columns, faces=faces)
         verdict[frames[meshes.hits], columns[meshes.hits]] = Verdict.CONTACT
         clock.append(perf_counter())
         contained = self._containment.mark(motion, frames[~meshes.hits], columns[~meshes.hits], verdict)
         clock.append(perf_counter())
+        work = {"mesh_queries": meshes.queries, "reused": meshes.reused, "containment_tests": contained}
+        work["face_pairs"] = int(sum(len(one) for one in meshes.sets))
         return self._detection(
             motion,
             verdict,
             face_sets=meshes.face_sets(frames, columns) if faces else None,
             containment=self._containment.words,
-            work={
-                "sphere_tests": spheres.tests,
-                "skipped": spheres.skipped,
-                "box_tests": box_tests,
-                "mesh_queries": meshes.queries,
-                "reused": meshes.reused,
-                "containment_tests": contained,
-                "face_pairs": int(sum(len(one) for one in meshes.sets)),
-            },
+            work=near.work | work,
             seconds=dict(zip(("spheres", "boxes", "meshes", "containment"), np.diff(clock).tolist(), strict=True)),
             section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
         )

@@ -8,25 +8,15 @@ from time import perf_counter
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdcore.bounding.box import box_best
-from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
-from cdcore.broad.box_stage import BoxStage
-from cdcore.broad.sphere_stage import SphereStage
+from cdcore.bounding.sphere import require_sphere_mode
+from cdcore.broad.broad_phase import BroadPhase
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment import REFUSAL, ContainmentStage
 from cdcore.narrow.mesh_stage import NO_FACES, MeshAnswer, MeshStage
 from cdcore.narrow.section_source import sections_of
-from cdcore.protocol import (
-    Body,
-    Detection,
-    Explanation,
-    FaceSets,
-    Motion,
-    PairDetector,
-    Verdict,
-)
+from cdcore.numerics import ByteArray, Int32Array, IntArray
+from cdcore.protocol import Body, Detection, Explanation, FaceSets, Motion, PairDetector, Verdict
 from cdcore.search.explaining import SearchExplainer
 from cdcore.search.settings import SearchSettings
 from cdcore.search.stage import CONTAINMENT_REFUSED, SearchAnswer, SearchMemory, SearchStage
@@ -66,7 +56,6 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
     """
 
     name: ClassVar[str] = "hybrid-qaco"
-    online: ClassVar[bool] = False
     Settings: ClassVar[type] = HybridQacoSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
@@ -81,11 +70,10 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
     )
     cannot: ClassVar[str] = "promise to find a contact with `decide=search`"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: HybridQacoSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: HybridQacoSettings) -> None:
         super().__init__(bodies, pairs, settings)
         complete = settings.decide == "mesh"
-        self._spheres = SphereStage([sphere_in_mode(body.mesh, settings.sphere) for body in bodies], pairs)
-        self._boxes = BoxStage([box_best(body.mesh) for body in bodies], pairs)
+        self._broad = BroadPhase(bodies, pairs, sphere=settings.sphere)
         self._search = SearchStage(bodies, pairs, settings)
         self._explainer = SearchExplainer(self.bodies, pairs, settings)
         self._meshes = MeshStage(bodies, pairs) if complete else None
@@ -93,11 +81,9 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
             bodies, pairs, asked=complete and settings.containment, refusal=REFUSAL if complete else CONTAINMENT_REFUSED
         )
 
-    def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
-        """Say whether spheres and boxes met, and with ``decide="search"`` whether a more patient search finds it."""
-        now = motion.frames(frame, frame + 1)
-        near = int(self._spheres.candidates(now).verdict[0, pair]) == Verdict.CANDIDATE
-        near = near and bool(self._boxes.may_meet(now, np.zeros(1, dtype=np.int64), np.array([pair]))[0])
+    def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
+        """Say whether spheres and boxes met, and with ``decide="search"`` whether ten times the budget finds it."""
+        near = pair in self._broad.candidates(motion.frames(frame, frame + 1)).columns
         if self._meshes is not None:
             return Explanation(spheres_meet=near)
         return self._explainer.explain(motion, frame, pair, faces, volumes_meet=near)
@@ -106,15 +92,8 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
         return self._search.fresh_memory()
 
     def _run(self, motion: Motion, memory: SearchMemory, faces: bool) -> Detection:
-        clock = [perf_counter()]
-        spheres = self._spheres.candidates(motion)
-        verdict = spheres.verdict
-        columns, frames = np.nonzero(verdict.T == Verdict.CANDIDATE)
-        clock.append(perf_counter())
-        may_meet = self._boxes.may_meet(motion, frames, columns)
-        verdict[frames, columns] = Verdict.CLEAR
-        box_tests, frames, columns = len(frames), frames[may_meet], columns[may_meet]
-        clock.append(perf_counter())
+        broad = self._broad.candidates(motion)
+        verdict, frames, columns, clock = broad.verdict, broad.frames, broad.columns, broad.clock
         near = np.zeros(verdict.shape, dtype=np.bool_)
         near[frames, columns] = True
         found = self._search.decide(motion, near, memory, faces=faces)
@@ -132,17 +111,15 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
             verdict,
             face_sets=sets,
             containment=self._containment.words,
-            work={"sphere_tests": spheres.tests, "skipped": spheres.skipped, "box_tests": box_tests}
-            | found.work
-            | {"mesh_queries": queries, "containment_tests": contained},
+            work=broad.work | found.work | {"mesh_queries": queries, "containment_tests": contained},
             seconds=dict(zip(stages, np.diff(clock).tolist(), strict=True)),
             reproducible=self.settings.budget_seconds is None,
             section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
         )
 
     def _ask_meshes(
-        self, motion: Motion, frames: NDArray[np.int64], columns: NDArray[np.int64], found: SearchAnswer,
-        verdict: NDArray[np.uint8], faces: bool,
+        self, motion: Motion, frames: IntArray, columns: IntArray, found: SearchAnswer,
+        verdict: ByteArray, faces: bool,
     ) -> tuple[int, FaceSets | None]:  # fmt: skip
         """Decide on meshes what the search left open; returns queries done and the faces of both if asked for."""
         if self._meshes is None:
@@ -156,16 +133,11 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
         return answer.queries, _joined_faces(found, answer, frames, columns) if faces else None
 
 
-def _joined_faces(
-    found: SearchAnswer, meshes: MeshAnswer, frames: NDArray[np.int64], columns: NDArray[np.int64]
-) -> FaceSets:
+def _joined_faces(found: SearchAnswer, meshes: MeshAnswer, frames: IntArray, columns: IntArray) -> FaceSets:
     """Faces of the meshes and those the search confirmed, which FCL may leave out where faces are degenerate."""
-    searched = {
-        (frame, column): which
-        for frame, column, which in zip(found.frame.tolist(), found.column.tolist(), found.which.tolist(), strict=True)
-    }
+    searched = {(frame, column): number for frame, column, number in found.entries}
     joined: dict[tuple[int, int], int] = {}
-    sets: list[NDArray[np.int32]] = []
+    sets: list[Int32Array] = []
     which = np.zeros(len(frames), dtype=np.int64)
     for row, place in enumerate(zip(frames.tolist(), columns.tolist(), strict=True)):
         key = (int(meshes.which[row]), searched.get(place, -1))

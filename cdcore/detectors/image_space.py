@@ -8,19 +8,12 @@ from time import perf_counter
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.bounding.sphere import sphere_best
 from cdcore.broad.sphere_stage import SphereStage
-from cdcore.narrow.image_space.overlap import (
-    NOTHING,
-    Overlap,
-    overlap_of_placed,
-    require_resolution,
-    turn_of_normals,
-)
+from cdcore.narrow.image_space.overlap import NOTHING, Overlap, overlap_of_placed, require_resolution, turn_of_normals
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns
-from cdcore.numerics import FloatArray, place_points
+from cdcore.numerics import ByteArray, FloatArray, IntArray, place_points
 from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict
 
 
@@ -45,7 +38,6 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
     """
 
     name: ClassVar[str] = "image-space"
-    online: ClassVar[bool] = False
     Settings: ClassVar[type] = ImageSpaceSettings
     sources: ClassVar[tuple[str, ...]] = (
         "B. Heidelberger, M. Teschner, M. Gross, Real-time volumetric intersections of deforming objects, Vision, "
@@ -56,7 +48,7 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
     choose_when: ClassVar[str] = "you want to know how much two closed bodies overlap, within a percent"
     cannot: ClassVar[str] = "name faces, see overlaps between its rays, or speak of open meshes"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: ImageSpaceSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ImageSpaceSettings) -> None:
         super().__init__(bodies, pairs, settings)
         self._spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs)
         self._turns = [turn_of_normals(body.mesh) if body.mesh.is_closed else 0 for body in bodies]
@@ -64,14 +56,9 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
     def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
         del memory, faces
         verdict, reasons, _, work, seconds = self._look(motion)
+        refused = ("refused: depth images are sampled",) * len(self.pairs)
         return self._detection(
-            motion,
-            verdict,
-            containment=("refused: depth images are sampled",) * len(self.pairs),
-            work=work,
-            seconds=seconds,
-            approximate=True,
-            reasons=reasons,
+            motion, verdict, containment=refused, work=work, seconds=seconds, approximate=True, reasons=reasons
         )
 
     def overlap_volumes(self, motion: Motion) -> FloatArray:
@@ -80,7 +67,7 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
 
     def _look(
         self, motion: Motion
-    ) -> tuple[NDArray[np.uint8], dict[tuple[int, int], str], FloatArray, dict[str, int], dict[str, float]]:
+    ) -> tuple[ByteArray, dict[tuple[int, int], str], FloatArray, dict[str, int], dict[str, float]]:
         clock = [perf_counter()]
         near = self._spheres.candidates(motion)
         clock.append(perf_counter())
@@ -90,49 +77,36 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
         columns, frames = np.nonzero(verdict.T == Verdict.CANDIDATE)
         for column, rows in rows_of_columns(columns):
             pair = self.pairs[column].tolist()
-            fresh = self._fresh(motion, frames[rows], pair)
-            seen = NOTHING, True
+            poses = [(motion.rotations[frames[rows], body], motion.translations[frames[rows], body]) for body in pair]
+            fresh = differs_from_before(poses[0]) | differs_from_before(poses[1])
             for frame, asked in zip(frames[rows].tolist(), fresh.tolist(), strict=True):
                 if asked:
-                    seen = self._overlap(motion, frame, pair)
+                    seen, found, why = self._overlap(motion, frame, pair)
                     work["images"] += 1
-                    work["rays"] += seen[0].rays
-                    work["layers"] += seen[0].layers
-                verdict[frame, column], why = self._verdict(*seen, pair)
-                volumes[frame, column] = np.nan if why else seen[0].volume
+                    work["rays"] += seen.rays
+                    work["layers"] += seen.layers
+                verdict[frame, column] = found
+                volumes[frame, column] = np.nan if why else seen.volume
                 if why:
                     reasons[frame, column] = why
         clock.append(perf_counter())
         return verdict, reasons, volumes, work, dict(zip(("spheres", "images"), np.diff(clock).tolist(), strict=True))
 
-    def _fresh(self, motion: Motion, frames: NDArray[np.int64], pair: list[int]) -> NDArray[np.bool_]:
-        poses = [(motion.rotations[frames, body], motion.translations[frames, body]) for body in pair]
-        return differs_from_before(poses[0]) | differs_from_before(poses[1])
-
-    def _overlap(self, motion: Motion, frame: int, pair: list[int]) -> tuple[Overlap, bool]:
-        """What the rays saw, and whether the boxes are apart."""
-        placed = [
-            place_points(
-                self.bodies[body].mesh.triangles, motion.rotations[frame, body], motion.translations[frame, body]
-            )
-            for body in pair
-        ]
+    def _overlap(self, motion: Motion, frame: int, pair: list[int]) -> tuple[Overlap, Verdict, str]:
+        """What the rays saw in one pose, the verdict, and why it is INVALID."""
+        rotations, translations = motion.rotations[frame], motion.translations[frame]
+        placed = [place_points(self.bodies[k].mesh.triangles, rotations[k], translations[k]) for k in pair]
         low, high = [one.min(axis=(0, 1)) for one in placed], [one.max(axis=(0, 1)) for one in placed]
         if (low[0] > high[1]).any() or (low[1] > high[0]).any():
-            return NOTHING, True
-        if not all(self._turns[body] for body in pair):
-            return NOTHING, False
-        a, b = pair
-        return overlap_of_placed(placed[0], self._turns[a], placed[1], self._turns[b], self.settings.resolution), False
-
-    def _verdict(self, seen: Overlap, apart: bool, pair: list[int]) -> tuple[Verdict, str]:
-        if apart:
-            return Verdict.CLEAR, ""
-        opened = [self.bodies[body].name for body in pair if not self._turns[body]]
+            return NOTHING, Verdict.CLEAR, ""
+        opened = sorted(self.bodies[body].name for body in pair if not self._turns[body])
         if opened:
-            return Verdict.INVALID, f"{' and '.join(sorted(opened))} is open: it has no inside to overlap"
+            return NOTHING, Verdict.INVALID, f"{' and '.join(opened)} is open: it has no inside to overlap"
+        a, b = pair
+        seen = overlap_of_placed(placed[0], self._turns[a], placed[1], self._turns[b], self.settings.resolution)
         if seen.unbalanced:
-            return Verdict.INVALID, f"{seen.unbalanced} of {seen.rays} rays do not leave a mesh as often as they enter"
+            why = f"{seen.unbalanced} of {seen.rays} rays do not leave a mesh as often as they enter"
+            return seen, Verdict.INVALID, why
         if seen.volume <= 0.0:
-            return Verdict.NOT_FOUND, ""
-        return (Verdict.CONTACT if seen.inside < 0 else Verdict.CONTAINED), ""
+            return seen, Verdict.NOT_FOUND, ""
+        return seen, Verdict.CONTACT if seen.inside < 0 else Verdict.CONTAINED, ""

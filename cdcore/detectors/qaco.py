@@ -8,11 +8,11 @@ from time import perf_counter
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.narrow.section_source import sections_of
+from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Explanation, Motion, PairDetector, Verdict
 from cdcore.search.explaining import SearchExplainer
 from cdcore.search.settings import SearchSettings
@@ -45,7 +45,6 @@ class QacoDetector(PairDetector[QacoSettings]):
     """
 
     name: ClassVar[str] = "qaco"
-    online: ClassVar[bool] = False
     Settings: ClassVar[type] = QacoSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
@@ -57,14 +56,14 @@ class QacoDetector(PairDetector[QacoSettings]):
     choose_when: ClassVar[str] = "you want to see what a sampled search costs and misses"
     cannot: ClassVar[str] = "say CLEAR where spheres overlap, or promise to find a contact"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: QacoSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: QacoSettings) -> None:
         super().__init__(bodies, pairs, settings)
         self._spheres = SphereStage([sphere_in_mode(body.mesh, settings.sphere) for body in bodies], pairs)
         self._search = SearchStage(bodies, pairs, settings)
         self._explainer = SearchExplainer(self.bodies, pairs, settings)
 
-    def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
-        """Say whether the spheres met, and whether a more patient search finds the contact."""
+    def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
+        """Say whether the spheres met, and whether ten times the budget finds the contact."""
         spheres = self._spheres.candidates(motion.frames(frame, frame + 1)).verdict[0, pair]
         return self._explainer.explain(motion, frame, pair, faces, volumes_meet=int(spheres) == Verdict.CANDIDATE)
 

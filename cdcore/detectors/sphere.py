@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
 from cdcore.broad.sphere_stage import SphereStage
+from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Motion, PairDetector
 
 
@@ -34,7 +32,6 @@ class SphereDetector(PairDetector[SphereSettings]):
     """
 
     name: ClassVar[str] = "sphere"
-    online: ClassVar[bool] = False
     Settings: ClassVar[type] = SphereSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
@@ -43,7 +40,7 @@ class SphereDetector(PairDetector[SphereSettings]):
     choose_when: ClassVar[str] = "you want the cheapest answer that never misses"
     cannot: ClassVar[str] = "confirm anything"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: SphereSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SphereSettings) -> None:
         super().__init__(bodies, pairs, settings)
         spheres = [sphere_in_mode(body.mesh, settings.sphere) for body in bodies]
         self._spheres = SphereStage(spheres, pairs, skip=settings.skip)
@@ -52,10 +49,7 @@ class SphereDetector(PairDetector[SphereSettings]):
         del memory, faces
         start = perf_counter()
         answer = self._spheres.candidates(motion)
-        return self._detection(
-            motion,
-            answer.verdict,
-            containment=("refused: spheres alone cannot tell",) * len(self.pairs),
-            work={"sphere_tests": answer.tests, "skipped": answer.skipped},
-            seconds={"spheres": perf_counter() - start},
-        )
+        seconds = {"spheres": perf_counter() - start}
+        refused = ("refused: spheres alone cannot tell",) * len(self.pairs)
+        work = {"sphere_tests": answer.tests, "skipped": answer.skipped}
+        return self._detection(motion, answer.verdict, containment=refused, work=work, seconds=seconds)

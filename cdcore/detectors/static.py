@@ -8,7 +8,6 @@ from time import perf_counter
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.bounding.sphere import Sphere, sphere_best
 from cdcore.broad.sphere_stage import SphereStage
@@ -16,16 +15,8 @@ from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment import ContainmentStage
 from cdcore.narrow.mesh_stage import NO_FACES, MeshStage
 from cdcore.narrow.section_source import sections_of
-from cdcore.numerics import FloatArray
-from cdcore.protocol import (
-    Body,
-    Detection,
-    FaceSets,
-    Motion,
-    PairDetector,
-    Verdict,
-    pair_has_pose,
-)
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray
+from cdcore.protocol import Body, Detection, FaceSets, Motion, PairDetector, Verdict, pair_has_pose
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,8 +41,8 @@ class _Memory:
     """Per pair, the poses of its last query and what it answered; passes from block to block."""
 
     poses: list[FloatArray | None]
-    verdict: NDArray[np.uint8]
-    faces: list[NDArray[np.int32]]
+    verdict: ByteArray
+    faces: list[Int32Array]
 
 
 class StaticDetector(PairDetector[StaticSettings]):
@@ -65,7 +56,6 @@ class StaticDetector(PairDetector[StaticSettings]):
     """
 
     name: ClassVar[str] = "static"
-    online: ClassVar[bool] = False
     Settings: ClassVar[type] = StaticSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
@@ -75,7 +65,7 @@ class StaticDetector(PairDetector[StaticSettings]):
     choose_when: ClassVar[str] = "things stand still most of the time"
     cannot: ClassVar[str] = "be fast when everything moves"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: StaticSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: StaticSettings) -> None:
         super().__init__(bodies, pairs, settings)
         self._spheres = [sphere_best(body.mesh) for body in bodies]
         self._broad = SphereStage(self._spheres, pairs)
@@ -91,8 +81,8 @@ class StaticDetector(PairDetector[StaticSettings]):
         near = self._broad.candidates(motion).verdict
         known = pair_has_pose(motion, self.pairs)
         verdict = np.full(known.shape, Verdict.NO_POSE, dtype=np.uint8)
-        sets: list[NDArray[np.int32]] = list(memory.faces)
-        entries: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]] = []
+        sets: list[Int32Array] = list(memory.faces)
+        entries: list[tuple[IntArray, IntArray, IntArray]] = []
         queries = mesh_queries = 0
         for column in range(len(self.pairs)):
             frames = np.flatnonzero(known[:, column])
@@ -122,8 +112,8 @@ class StaticDetector(PairDetector[StaticSettings]):
         )
 
     def _ask(
-        self, motion: Motion, frames: NDArray[np.int64], close: NDArray[np.bool_], column: int, faces: bool
-    ) -> tuple[NDArray[np.uint8], list[NDArray[np.int32]]]:
+        self, motion: Motion, frames: IntArray, close: BoolArray, column: int, faces: bool
+    ) -> tuple[ByteArray, list[Int32Array]]:
         """Verdicts of the frames asked about, and their faces if wanted, one set per frame."""
         rows = np.flatnonzero(close)
         columns = np.full(len(rows), column)
@@ -138,7 +128,7 @@ class StaticDetector(PairDetector[StaticSettings]):
             found[row] = answer.sets[which]
         return verdicts, found
 
-    def _fresh(self, motion: Motion, frames: NDArray[np.int64], column: int, memory: _Memory) -> NDArray[np.bool_]:
+    def _fresh(self, motion: Motion, frames: IntArray, column: int, memory: _Memory) -> BoolArray:
         """Which frames need a query, (K,); remembers the poses of the last one."""
         if not len(frames):
             return np.zeros(0, dtype=np.bool_)
@@ -148,55 +138,40 @@ class StaticDetector(PairDetector[StaticSettings]):
         if self.settings.epsilon == 0.0:
             before = np.concatenate([poses[:1] * np.nan if last is None else last[None], poses[:-1]])
             memory.poses[column] = poses[-1].copy()
-            changed: NDArray[np.bool_] = (poses != before).any(axis=1)
+            changed: BoolArray = (poses != before).any(axis=1)
             return changed
         fresh, memory.poses[column] = _moved(poses, last, self._spheres[i], self.settings.epsilon)
         return fresh
 
 
-def _flat(motion: Motion, frames: NDArray[np.int64], body: int) -> FloatArray:
+def _flat(motion: Motion, frames: IntArray, body: int) -> FloatArray:
     """Poses as rows of twelve numbers, (K, 12): rotation, translation."""
     turn = motion.rotations[frames, body].reshape(-1, 9)
     return np.concatenate([turn, motion.translations[frames, body]], axis=1)
 
 
-def _moved(
-    poses: FloatArray, last: FloatArray | None, sphere: Sphere, epsilon: float
-) -> tuple[NDArray[np.bool_], FloatArray]:
+def _moved(poses: FloatArray, last: FloatArray | None, sphere: Sphere, epsilon: float) -> tuple[BoolArray, FloatArray]:
     """Which rows are further than ``epsilon`` from the pose asked about last, and the one asked about last of all.
 
-    Seen from j, the ball of i moves by at most ``|dR|_F d + |dc|``: Frobenius norm bounds the map, the centre goes
-    its own way. Each query sets the pose that the next rows are compared with, so errors do not add up.
+    Seen from j, the ball of i moves by at most ``|dR|_F d + |dc|``: the Frobenius norm bounds the map, the centre moves
+    by itself. Each query sets the pose that the next rows are compared with, so errors do not add up.
     """
-    turn_i, move_i, turn_j, move_j = poses[:, :9], poses[:, 9:12], poses[:, 12:21], poses[:, 21:]
-    back = turn_j.reshape(-1, 3, 3).transpose(0, 2, 1)
-    turn = back @ turn_i.reshape(-1, 3, 3)
-    centre = np.einsum("kab,kb->ka", turn, np.broadcast_to(sphere.centre, move_i.shape))
-    centre += np.einsum("kab,kb->ka", back, move_i - move_j)
-    fresh = np.zeros(len(poses), dtype=np.bool_)
-    reference = None if last is None else _moved_reference(last, sphere)
-    asked = last
-    for k in range(len(poses)):
-        if reference is not None:
-            way = np.linalg.norm(turn[k] - reference[0]) * sphere.radius + np.linalg.norm(centre[k] - reference[1])
-            if way <= epsilon:
-                continue
-        fresh[k] = True
-        reference, asked = (turn[k], centre[k]), poses[k]
-    assert asked is not None
-    return fresh, asked.copy()
+    rows = poses if last is None else np.concatenate([last[None], poses])
+    back = rows[:, 12:21].reshape(-1, 3, 3).transpose(0, 2, 1)
+    turn = back @ rows[:, :9].reshape(-1, 3, 3)
+    centre = np.einsum("kab,b->ka", turn, sphere.centre)
+    centre += np.einsum("kab,kb->ka", back, rows[:, 9:12] - rows[:, 21:])
+    fresh, asked = np.zeros(len(rows), dtype=np.bool_), 0
+    fresh[0] = True
+    for k in range(1, len(rows)):
+        way = np.linalg.norm(turn[k] - turn[asked]) * sphere.radius + np.linalg.norm(centre[k] - centre[asked])
+        if not way <= epsilon:
+            fresh[k], asked = True, k
+    return fresh[len(rows) - len(poses) :], rows[asked].copy()
 
 
-def _moved_reference(pose: FloatArray, sphere: Sphere) -> tuple[FloatArray, FloatArray]:
-    back = pose[12:21].reshape(3, 3).T
-    turn = back @ pose[:9].reshape(3, 3)
-    return turn, turn @ sphere.centre + back @ (pose[9:12] - pose[21:])
-
-
-def _face_sets(
-    entries: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]], sets: list[NDArray[np.int32]]
-) -> FaceSets:
+def _face_sets(entries: list[tuple[IntArray, IntArray, IntArray]], sets: list[Int32Array]) -> FaceSets:
     if not entries:
-        return FaceSets.empty()
+        return FaceSets.from_lists([], [], [])
     frames, columns, which = (np.concatenate(part) for part in zip(*entries, strict=True))
     return FaceSets.from_shared(frames, columns, which, sets)

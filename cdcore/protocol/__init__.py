@@ -3,8 +3,7 @@
 from cdcore.protocol.blocks import blocks_in_order, contact_or_clear, ordered_by_name, pair_has_pose, require_bodies
 from cdcore.protocol.body import Body, resolve_pairs
 from cdcore.protocol.detection import DECIDED, Detection, join
-from cdcore.protocol.detector import Detector
-from cdcore.protocol.explanation import Explains, Explanation
+from cdcore.protocol.detector import Detector, Explains, Explanation
 from cdcore.protocol.face_sets import FaceSets
 from cdcore.protocol.frame_detector import FrameDetector
 from cdcore.protocol.motion import Motion
@@ -12,24 +11,7 @@ from cdcore.protocol.pair_detector import PairDetector
 from cdcore.protocol.verdict import Verdict, counts_as_contact, is_undecided
 
 __all__ = [
-    "DECIDED",
-    "Body",
-    "Detection",
-    "Detector",
-    "Explains",
-    "Explanation",
-    "FaceSets",
-    "FrameDetector",
-    "Motion",
-    "PairDetector",
-    "Verdict",
-    "blocks_in_order",
-    "contact_or_clear",
-    "counts_as_contact",
-    "is_undecided",
-    "join",
-    "ordered_by_name",
-    "pair_has_pose",
-    "require_bodies",
-    "resolve_pairs",
-]
+    "DECIDED", "Body", "Detection", "Detector", "Explains", "Explanation", "FaceSets", "FrameDetector", "Motion",
+    "PairDetector", "Verdict", "blocks_in_order", "contact_or_clear", "counts_as_contact", "is_undecided", "join",
+    "ordered_by_name", "pair_has_pose", "require_bodies", "resolve_pairs",
+]  # fmt: skip

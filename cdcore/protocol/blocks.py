@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdcore.errors import InvalidPoseError
+from cdcore.errors import InvalidPoseError, InvalidSettingError
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol.body import Body
 from cdcore.protocol.motion import Motion
 from cdcore.protocol.verdict import Verdict
@@ -50,21 +51,21 @@ def blocks_in_order(motions: Iterable[Motion]) -> Iterator[Motion]:
         yield motion
 
 
-def pair_has_pose(motion: Motion, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
+def pair_has_pose(motion: Motion, pairs: IntArray) -> BoolArray:
     """Whether both bodies of a pair have a pose, (T, P)."""
-    both: NDArray[np.bool_] = motion.valid[:, pairs[:, 0]] & motion.valid[:, pairs[:, 1]]
+    both: BoolArray = motion.valid[:, pairs[:, 0]] & motion.valid[:, pairs[:, 1]]
     return both
 
 
-def contact_or_clear(hits: NDArray[np.bool_], motion: Motion, pairs: NDArray[np.int64]) -> NDArray[np.uint8]:
+def contact_or_clear(hits: BoolArray, motion: Motion, pairs: IntArray) -> ByteArray:
     """Verdicts (T, P): CONTACT where a pair was hit, NO_POSE where a body has no pose, else CLEAR."""
-    verdict: NDArray[np.uint8] = hits * np.uint8(Verdict.CONTACT)
+    verdict: ByteArray = hits * np.uint8(Verdict.CONTACT)
     if not motion.valid.all():
         verdict[~pair_has_pose(motion, pairs)] = Verdict.NO_POSE
     return verdict
 
 
-def ordered_by_name(bodies: Sequence[Body], pairs: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+def ordered_by_name(bodies: Sequence[Body], pairs: IntArray) -> tuple[IntArray, BoolArray]:
     """Each pair with the body first whose name sorts first, (P, 2), and which rows that turned round, (P,).
 
     Asked in this order, an engine whose answer depends on the order of its operands gives one answer for a pair,
@@ -76,3 +77,40 @@ def ordered_by_name(bodies: Sequence[Body], pairs: NDArray[np.int64]) -> tuple[N
     ordered = pairs.copy()
     ordered[turned] = pairs[turned][:, ::-1]
     return ordered, turned
+
+
+TICK_SLACK: Final = 1e-6
+"""A frame up to a microsecond before a tick counts as at it: stamps are whole nanoseconds, and k/rate is rounded."""
+
+
+def require_rate(rate_hz: float | None) -> None:
+    """Refuse a rate that is none.
+
+    Raises
+    ------
+    InvalidSettingError
+    """
+    if rate_hz is not None and not 0.0 < rate_hz < float("inf"):
+        raise InvalidSettingError(f"rate_hz={rate_hz!r} is no rate; give looks per second above 0, or None")
+
+
+def looks_of(times: FloatArray, rate_hz: float | None, before: float = -np.inf) -> tuple[BoolArray, float]:
+    """Which frames are looked at, (T,), and the number of the last tick, which is ``before`` of the next block.
+
+    Parameters
+    ----------
+    times : (T,) seconds, increasing.
+    rate_hz : ticks per second; ``None``: every frame is looked at.
+    before : number of the last tick that had a look; minus infinity: none, so that the first frame has one.
+    """
+    if rate_hz is None or not len(times):
+        return np.ones(len(times), dtype=np.bool_), before
+    ticks = np.floor((times + TICK_SLACK) * rate_hz)
+    return np.diff(ticks, prepend=before) > 0, float(ticks[-1])
+
+
+def looks_at(times: FloatArray, frame: int, rate_hz: float | None) -> bool:
+    """Whether one frame of a whole motion is looked at."""
+    first = max(0, frame - 1)
+    looks, _ = looks_of(times[first : frame + 1], rate_hz)
+    return frame == 0 or bool(looks[-1])

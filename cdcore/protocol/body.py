@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidPairError
 from cdcore.mesh import TriangleMesh
+from cdcore.numerics import IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +22,7 @@ class Body:
     mesh: TriangleMesh
 
 
-def resolve_pairs(bodies: Sequence[Body], pairs: ArrayLike | None) -> NDArray[np.int64]:
+def resolve_pairs(bodies: Sequence[Body], pairs: ArrayLike | None) -> IntArray:
     """Turn the pairs asked for into body numbers.
 
     Parameters

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import accumulate
 from typing import Any, Literal
@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.errors import NotRecordedError
-from cdcore.numerics import FloatArray, readonly
+from cdcore.numerics import ByteArray, FloatArray, IntArray, readonly
 from cdcore.protocol.face_sets import FaceSets
 
 Covers = Literal["instants", "intervals"]
-SectionSource = Callable[[int, int, NDArray[np.int64]], FloatArray]
-"""``(frame, pair, faces) -> (k, 2, 3)``: computes intersection segments when somebody asks for them."""
+SectionSource = Callable[[int, int, IntArray], FloatArray]
+"""``(frame, pair, faces) -> (k, 2, 3)``: computes intersection segments on request."""
 
 DECIDED = "decided"
 """Word in ``Detection.containment`` for a pair whose containment was decided; others carry ``refused: <reason>``."""
@@ -48,9 +48,9 @@ class Detection:
 
     detector: str
     names: tuple[str, ...]
-    pairs: NDArray[np.int64]
+    pairs: IntArray
     times: FloatArray
-    verdict: NDArray[np.uint8]
+    verdict: ByteArray
     covers: Covers = "instants"
     face_sets: FaceSets | None = None
     containment: tuple[str, ...] = ()
@@ -70,7 +70,7 @@ class Detection:
         return f"Detection({self.detector}: {frames} frames, {pairs} pairs, covers {self.covers})"
 
     @property
-    def face_counts(self) -> NDArray[np.int64]:
+    def face_counts(self) -> IntArray:
         """Number of face pairs, (T, P) int64.
 
         Raises
@@ -80,7 +80,7 @@ class Detection:
         """
         return self._faces_asked().counts(*self.verdict.shape)
 
-    def faces(self, frame: int, pair: int) -> NDArray[np.int64]:
+    def faces(self, frame: int, pair: int) -> IntArray:
         """Face pairs of one frame and pair (column), (k, 2) int64, unique and sorted; k = 0 without contact."""
         frame, pair = self._place(frame, pair)
         return self._faces_asked().at(frame, pair)
@@ -99,16 +99,12 @@ class Detection:
     @cached_property
     def digest(self) -> str | None:
         """SHA-256 of the verdicts, sorted by stamp and body names; ``None`` if the result is not reproducible."""
-        if not self.reproducible:
-            return None
-        return _verdict_digest(self)
+        return _verdict_digest(self) if self.reproducible else None
 
     @cached_property
     def faces_digest(self) -> str | None:
         """SHA-256 of all face pairs, sorted by stamp, body names and faces; ``None`` if not reproducible."""
-        if not self.reproducible:
-            return None
-        return _faces_digest(self, self._faces_asked())
+        return _faces_digest(self, self._faces_asked()) if self.reproducible else None
 
     def _faces_asked(self) -> FaceSets:
         if self.face_sets is None:
@@ -143,27 +139,17 @@ def join(detections: Iterable[Detection]) -> Detection:
         faces = FaceSets.join(
             (start, part.face_sets) for start, part in zip(first, parts, strict=False) if part.face_sets
         )
-    return Detection(
-        detector=head.detector,
-        names=head.names,
-        pairs=head.pairs,
+    blocks = list(zip(first, parts, strict=False))
+    return replace(
+        head,
         times=np.concatenate([part.times for part in parts]),
         verdict=np.concatenate([part.verdict for part in parts]),
-        covers=head.covers,
         face_sets=faces,
-        containment=head.containment,
         work=_added([part.work for part in parts]),
         seconds=_added([part.seconds for part in parts]),
-        approximate=head.approximate,
         reproducible=all(part.reproducible for part in parts),
-        reasons={
-            (t + start, p): why
-            for start, part in zip(first, parts, strict=False)
-            for (t, p), why in part.reasons.items()
-        },
-        toi={
-            (t + start, p): toi for start, part in zip(first, parts, strict=False) for (t, p), toi in part.toi.items()
-        },
+        reasons={(t + start, p): why for start, part in blocks for (t, p), why in part.reasons.items()},
+        toi={(t + start, p): toi for start, part in blocks for (t, p), toi in part.toi.items()},
         section_source=_joined_sections(parts, first),
     )
 
@@ -172,7 +158,7 @@ def _joined_sections(parts: list[Detection], first: list[int]) -> SectionSource 
     if any(part.section_source is None for part in parts):
         return None
 
-    def section(frame: int, pair: int, faces: NDArray[np.int64]) -> FloatArray:
+    def section(frame: int, pair: int, faces: IntArray) -> FloatArray:
         block = int(np.searchsorted(first, frame, side="right")) - 1
         source = parts[block].section_source
         assert source is not None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.numerics import readonly
+from cdcore.numerics import Int32Array, IntArray, readonly
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,21 +25,15 @@ class FaceSets:
     faces : (M, 2) int32, (face of the pair's first body, face of its second), each set unique and sorted.
     """
 
-    frame: NDArray[np.int64]
-    pair: NDArray[np.int64]
-    start: NDArray[np.int64]
-    stop: NDArray[np.int64]
-    faces: NDArray[np.int32]
+    frame: IntArray
+    pair: IntArray
+    start: IntArray
+    stop: IntArray
+    faces: Int32Array
 
     def __post_init__(self) -> None:
         for array in (self.frame, self.pair, self.start, self.stop, self.faces):
             readonly(array)
-
-    @classmethod
-    def empty(cls) -> FaceSets:
-        """No frame in contact."""
-        none = np.zeros(0, dtype=np.int64)
-        return cls(none, none.copy(), none.copy(), none.copy(), np.zeros((0, 2), dtype=np.int32))
 
     @classmethod
     def from_lists(cls, frame: Sequence[int], pair: Sequence[int], sets: Sequence[NDArray[np.integer]]) -> FaceSets:
@@ -65,7 +59,7 @@ class FaceSets:
         start = (stop - sizes)[number]
         return cls(frame[order].astype(np.int64), pair[order].astype(np.int64), start, stop[number], faces)
 
-    def at(self, frame: int, pair: int) -> NDArray[np.int64]:
+    def at(self, frame: int, pair: int) -> IntArray:
         """The face pairs of one frame and pair, (k, 2) int64; k = 0 where there is no contact."""
         low, high = np.searchsorted(self.frame, [frame, frame + 1])
         entry = low + int(np.searchsorted(self.pair[low:high], pair))
@@ -73,7 +67,7 @@ class FaceSets:
             return np.zeros((0, 2), dtype=np.int64)
         return self.faces[self.start[entry] : self.stop[entry]].astype(np.int64)
 
-    def counts(self, frames: int, pairs: int) -> NDArray[np.int64]:
+    def counts(self, frames: int, pairs: int) -> IntArray:
         """Number of face pairs for every frame and pair, (T, P)."""
         counts = np.zeros((frames, pairs), dtype=np.int64)
         counts[self.frame, self.pair] = self.stop - self.start
@@ -84,7 +78,7 @@ class FaceSets:
         """Put blocks after each other; each comes with the number of its first frame."""
         blocks = list(parts)
         if not blocks:
-            return cls.empty()
+            return cls.from_lists([], [], [])
         rows = np.cumsum([0] + [len(sets.faces) for _, sets in blocks])
         return cls(
             np.concatenate([sets.frame + first for first, sets in blocks]),

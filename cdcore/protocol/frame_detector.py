@@ -9,10 +9,10 @@ from time import perf_counter
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidPairError
-from cdcore.numerics import FloatArray
+from cdcore.numerics import FloatArray, IntArray
 from cdcore.protocol.blocks import pair_has_pose
 from cdcore.protocol.body import Body
 from cdcore.protocol.detection import Detection
@@ -49,7 +49,7 @@ class FrameDetector(PairDetector[Any]):
         if "name" not in cls.__dict__:
             cls.name = cls.__name__
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: Any = None) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: Any = None) -> None:
         super().__init__(bodies, pairs, self.Settings() if settings is None else settings)
 
     def prepare(self) -> None:
@@ -82,10 +82,6 @@ class FrameDetector(PairDetector[Any]):
                 )
             verdict[frame] = answer
         verdict[~pair_has_pose(motion, self.pairs)] = Verdict.NO_POSE
-        return self._detection(
-            motion,
-            verdict,
-            containment=("refused: not asked",) * len(self.pairs),
-            work={"looks": len(motion)},
-            seconds={"look": seconds},
-        )
+        refused = ("refused: not asked",) * len(self.pairs)
+        work = {"looks": len(motion)}
+        return self._detection(motion, verdict, containment=refused, work=work, seconds={"look": seconds})

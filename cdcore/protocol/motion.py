@@ -8,11 +8,18 @@ from dataclasses import dataclass
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidPoseError
-from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, QUATERNION_REJECT, FloatArray, readonly
-from cdcore.transforms.rigid import orthonormality_error
+from cdcore.numerics import (
+    ORTHONORMAL_KEEP,
+    ORTHONORMAL_REJECT,
+    QUATERNION_REJECT,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    readonly,
+)
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -41,37 +48,25 @@ class Motion:
     times: FloatArray
     translations: FloatArray
     rotations: FloatArray
-    valid: NDArray[np.bool_]
-    linked: NDArray[np.bool_]
+    valid: BoolArray
+    linked: BoolArray
     renormalised: int
     worst_orthonormality: float
 
     def __init__(
-        self,
-        times: ArrayLike,
-        translations: ArrayLike,
-        rotations: ArrayLike,
-        valid: ArrayLike | None = None,
-        *,
-        linked: ArrayLike | None = None,
-        names: Sequence[str] | None = None,
-    ) -> None:
+        self, times: ArrayLike, translations: ArrayLike, rotations: ArrayLike, valid: ArrayLike | None = None, *,
+        linked: ArrayLike | None = None, names: Sequence[str] | None = None,
+    ) -> None:  # fmt: skip
         clock = _times(times)
         place = _array(translations, "translations", (len(clock), None, 3))
         turn = _array(rotations, "rotations", (len(clock), place.shape[1], 3, 3))
         self._take(clock, place, turn, _mask(valid, place.shape[:2], "valid"), linked, names)
 
     def _take(
-        self,
-        clock: FloatArray,
-        place: FloatArray,
-        turn: FloatArray,
-        mask: NDArray[np.bool_],
-        linked: ArrayLike | None,
-        names: Sequence[str] | None,
-        matrices: FloatArray | None = None,
-    ) -> None:
-        """Check arrays that nobody else holds, or fill them from matrices, and keep them."""
+        self, clock: FloatArray, place: FloatArray, turn: FloatArray, mask: BoolArray, linked: ArrayLike | None,
+        names: Sequence[str] | None, matrices: FloatArray | None = None,
+    ) -> None:  # fmt: skip
+        """Check arrays of our own, or fill them from matrices, and keep them."""
         flat_place, flat_turn = place.reshape(-1, 3), turn.reshape(-1, 3, 3)
         given = np.empty((0, 4, 4)) if matrices is None else matrices.reshape(-1, 4, 4)
         bad, repaired, worst = _kernels().check_poses(
@@ -93,12 +88,7 @@ class Motion:
 
     @classmethod
     def of_rigid(
-        cls,
-        times: FloatArray,
-        translations: FloatArray,
-        rotations: FloatArray,
-        valid: NDArray[np.bool_],
-        linked: NDArray[np.bool_],
+        cls, times: FloatArray, translations: FloatArray, rotations: FloatArray, valid: BoolArray, linked: BoolArray
     ) -> Motion:
         """A motion of poses that are known to be finite and rigid: kept as they are, and no compiler is loaded.
 
@@ -111,15 +101,9 @@ class Motion:
 
     @classmethod
     def from_quaternions(
-        cls,
-        times: ArrayLike,
-        translations: ArrayLike,
-        quaternions_xyzw: ArrayLike,
-        valid: ArrayLike | None = None,
-        *,
-        linked: ArrayLike | None = None,
-        names: Sequence[str] | None = None,
-    ) -> Motion:
+        cls, times: ArrayLike, translations: ArrayLike, quaternions_xyzw: ArrayLike, valid: ArrayLike | None = None, *,
+        linked: ArrayLike | None = None, names: Sequence[str] | None = None,
+    ) -> Motion:  # fmt: skip
         """Build a motion from unit quaternions (T, N, 4), xyzw; norms up to 1e-3 off 1 are renormalised in float64.
 
         Raises
@@ -144,14 +128,9 @@ class Motion:
 
     @classmethod
     def from_matrices(
-        cls,
-        times: ArrayLike,
-        poses: ArrayLike,
-        valid: ArrayLike | None = None,
-        *,
-        linked: ArrayLike | None = None,
-        names: Sequence[str] | None = None,
-    ) -> Motion:
+        cls, times: ArrayLike, poses: ArrayLike, valid: ArrayLike | None = None, *,
+        linked: ArrayLike | None = None, names: Sequence[str] | None = None,
+    ) -> Motion:  # fmt: skip
         """Build a motion from 4x4 matrices (T, N, 4, 4), column convention: the last row is 0 0 0 1."""
         clock = _times(times)
         matrices = _array(poses, "poses", (len(clock), None, 4, 4), copy=False)
@@ -176,7 +155,7 @@ class Motion:
         part._set(*(array[start:stop] for array in arrays), self.renormalised, self.worst_orthonormality)
         return part
 
-    def take(self, frames: NDArray[np.int64]) -> Motion:
+    def take(self, frames: IntArray) -> Motion:
         """The frames of these numbers, increasing, as a motion; paths across left-out frames are not linked."""
         part = object.__new__(Motion)
         linked = self.linked[frames].copy()
@@ -229,7 +208,7 @@ def _array(values: ArrayLike, what: str, shape: tuple[int | None, ...], *, copy:
     return array
 
 
-def _mask(mask: ArrayLike | None, shape: tuple[int, ...], what: str) -> NDArray[np.bool_]:
+def _mask(mask: ArrayLike | None, shape: tuple[int, ...], what: str) -> BoolArray:
     if mask is None:
         return np.ones(shape, dtype=np.bool_)
     array = np.array(mask, dtype=np.bool_)
@@ -238,7 +217,7 @@ def _mask(mask: ArrayLike | None, shape: tuple[int, ...], what: str) -> NDArray[
     return array
 
 
-def _where(pose: int, mask: NDArray[np.bool_], clock: FloatArray, names: Sequence[str] | None) -> str:
+def _where(pose: int, mask: BoolArray, clock: FloatArray, names: Sequence[str] | None) -> str:
     """Frame and body of a pose that is counted through."""
     frame, body = divmod(pose, mask.shape[1])
     name = names[body] if names is not None else str(body)
@@ -249,12 +228,13 @@ def _fault(place: FloatArray, turn: FloatArray, last_row: FloatArray | None) -> 
     """What is wrong with one pose that was refused, and what to do."""
     if last_row is not None and last_row.tolist() != [0, 0, 0, 1]:
         return f"last row is {last_row.tolist()}, not 0 0 0 1; pass column-convention matrices"
-    error = float(orthonormality_error(turn))
+    with np.errstate(invalid="ignore", over="ignore"):
+        error, determinant = float(np.abs(turn.T @ turn - np.eye(3)).max()), float(np.linalg.det(turn))
     if not np.isfinite(place).all():
         what = f"translation {place.tolist()} is not finite"
     elif not np.isfinite(turn).all():
         what = "rotation is not finite"
-    elif np.isinf(error):
+    elif determinant < 0:
         what = "matrix is a reflection, not a rotation (determinant below 0)"
     else:
         what = f"matrix is not a rotation (|R^T R - I| reaches {error:.3g}, at most 1e-3 is repaired)"

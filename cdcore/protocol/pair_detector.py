@@ -6,9 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Generic, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from cdcore.numerics import ByteArray, IntArray
 from cdcore.protocol.blocks import blocks_in_order, require_bodies
 from cdcore.protocol.body import Body
 from cdcore.protocol.detection import Detection
@@ -24,8 +22,9 @@ class PairDetector(ABC, Generic[SettingsT]):
     """
 
     name: ClassVar[str]
+    online: ClassVar[bool] = False
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: SettingsT) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SettingsT) -> None:
         self.bodies = tuple(bodies)
         self.pairs = pairs
         self.settings = settings
@@ -53,7 +52,7 @@ class PairDetector(ABC, Generic[SettingsT]):
     def _detection(
         self,
         motion: Motion,
-        verdict: NDArray[np.uint8],
+        verdict: ByteArray,
         *,
         containment: Sequence[str],
         work: Mapping[str, int],

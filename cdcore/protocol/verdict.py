@@ -5,7 +5,8 @@ from __future__ import annotations
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
+
+from cdcore.numerics import BoolArray, ByteArray
 
 
 class Verdict(IntEnum):
@@ -36,11 +37,11 @@ UNDECIDED_VERDICTS = (Verdict.UNRESOLVED, Verdict.INVALID, Verdict.NO_POSE)
 """Verdicts that an audit leaves out and counts in columns of their own."""
 
 
-def counts_as_contact(verdict: NDArray[np.uint8]) -> NDArray[np.bool_]:
+def counts_as_contact(verdict: ByteArray) -> BoolArray:
     """Whether each verdict is contact in an audit, same shape."""
     return np.isin(verdict, np.array(CONTACT_VERDICTS, dtype=np.uint8))
 
 
-def is_undecided(verdict: NDArray[np.uint8]) -> NDArray[np.bool_]:
+def is_undecided(verdict: ByteArray) -> BoolArray:
     """Whether each verdict is left out of an audit, same shape."""
     return np.isin(verdict, np.array(UNDECIDED_VERDICTS, dtype=np.uint8))

@@ -9,24 +9,9 @@ import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.numerics import FloatArray, IntArray
+from cdcore.search import state
 from cdcore.search.descent import DRAWS, descend, is_over, local_round
 from cdcore.search.pair_test import evaluate
-from cdcore.search.state import (
-    ANTS,
-    CURSOR,
-    ENTRIES,
-    FOUND,
-    FRESH,
-    FULL,
-    HIT_A,
-    HUNGRY,
-    OPEN,
-    QUIET,
-    RESTART_AFTER,
-    SPENT,
-    STALE,
-    UNSURE,
-)
 from cdcore.search.swarm import NUMBERS_PER_ANT, iterate, populate
 
 COLONY, LOCAL, RANDOM = 0, 1, 2
@@ -44,9 +29,9 @@ def random_round(
     """Sixteen uniform random pairs; needs 32 random numbers."""
     stay_one_function()
     for _ in range(RANDOM_STEP):
-        i = pick_a[int(random[count[CURSOR]] * pick_a.shape[0])]
-        j = pick_b[int(random[count[CURSOR] + 1] * pick_b.shape[0])]
-        count[CURSOR] += 2
+        i = pick_a[int(random[count[state.CURSOR]] * pick_a.shape[0])]
+        j = pick_b[int(random[count[state.CURSOR] + 1] * pick_b.shape[0])]
+        count[state.CURSOR] += 2
         evaluate(i, j, rows_a, rows_b, pose, number, count, table, pair)
         if is_over(count):
             return
@@ -59,15 +44,15 @@ def needed(who: int, count: IntArray) -> int:
         return 2 * DRAWS
     if who == RANDOM:
         return 2 * RANDOM_STEP
-    return int((NUMBERS_PER_ANT + 2) * count[ANTS])
+    return int((NUMBERS_PER_ANT + 2) * count[state.ANTS])
 
 
 @hot_kernel
 def outcome(count: IntArray) -> int:
     """Why a search stopped."""
-    if count[HIT_A] >= 0:
-        return FOUND
-    return UNSURE if count[OPEN] > 0 else SPENT
+    if count[state.HIT_A] >= 0:
+        return state.FOUND
+    return state.UNSURE if count[state.OPEN] > 0 else state.SPENT
 
 
 @kernel
@@ -81,22 +66,22 @@ def advance(
     """
     pair = np.empty((6, 3))
     while not is_over(count):
-        if who == COLONY and count[QUIET] >= count[RESTART_AFTER]:
-            count[FRESH] = 1
-            count[QUIET] = 0
-            return STALE
-        if 2 * count[ENTRIES] >= table.shape[0]:
-            return FULL
-        if count[CURSOR] + needed(who, count) > random.shape[0]:
-            return HUNGRY
+        if who == COLONY and count[state.QUIET] >= count[state.RESTART_AFTER]:
+            count[state.FRESH] = 1
+            count[state.QUIET] = 0
+            return state.STALE
+        if 2 * count[state.ENTRIES] >= table.shape[0]:
+            return state.FULL
+        if count[state.CURSOR] + needed(who, count) > random.shape[0]:
+            return state.HUNGRY
         if who == RANDOM:
             random_round(pick_a, pick_b, rows_a, rows_b, pose, number, count, table, pair, random)
         elif who == LOCAL:
             local_round(pick_a, pick_b, rows_a, rows_b, near_a, near_b, pose, number, count, table, pair, random)
         else:
-            if count[FRESH] != 0:
+            if count[state.FRESH] != 0:
                 populate(swarm, pick_a.shape[0], pick_b.shape[0], count, random)
-                count[FRESH] = 0
+                count[state.FRESH] = 0
             iterate(swarm, pick_a, pick_b, rows_a, rows_b, near_a, near_b, pose, number, count, table, pair, random)
     return outcome(count)
 

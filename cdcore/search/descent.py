@@ -14,9 +14,9 @@ from __future__ import annotations
 
 from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.numerics import FloatArray, IntArray
+from cdcore.search import state
 from cdcore.search.features import NEIGHBOURS, RADIUS
 from cdcore.search.pair_test import evaluate, is_new
-from cdcore.search.state import BUDGET, CURSOR, EVALUATIONS, HIT_A, OPEN, OPEN_ASKED, ROUNDS
 
 DRAWS = 32
 """Random pairs among which a round of local search chooses its start."""
@@ -25,7 +25,8 @@ DRAWS = 32
 @hot_kernel
 def is_over(count: IntArray) -> bool:
     """A pair meets, the budget is spent, or enough pairs are left open to ask about them."""
-    return bool(count[HIT_A] >= 0 or count[EVALUATIONS] >= count[BUDGET] or count[OPEN] >= OPEN_ASKED)
+    is_spent = count[state.EVALUATIONS] >= count[state.BUDGET]
+    return bool(count[state.HIT_A] >= 0 or is_spent or count[state.OPEN] >= state.OPEN_ASKED)
 
 
 @hot_kernel
@@ -94,12 +95,12 @@ def local_round(
 ) -> None:  # fmt: skip
     """Down from the best of 32 random pairs; needs 64 random numbers."""
     stay_one_function()
-    count[ROUNDS] += 1
+    count[state.ROUNDS] += 1
     best_i, best_j, best = -1, -1, 0.0
     for _ in range(DRAWS):
-        i = pick_a[int(random[count[CURSOR]] * pick_a.shape[0])]
-        j = pick_b[int(random[count[CURSOR] + 1] * pick_b.shape[0])]
-        count[CURSOR] += 2
+        i = pick_a[int(random[count[state.CURSOR]] * pick_a.shape[0])]
+        j = pick_b[int(random[count[state.CURSOR] + 1] * pick_b.shape[0])]
+        count[state.CURSOR] += 2
         d = evaluate(i, j, rows_a, rows_b, pose, number, count, table, pair)
         if best_i < 0 or d < best:
             best_i, best_j, best = i, j, d

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Explanation, Motion
 from cdcore.search.features import features_of
 from cdcore.search.samples import sample_of
@@ -16,27 +16,25 @@ from cdcore.search.settings import SearchSettings
 from cdcore.search.stage import SearchStage
 
 TIMES_MORE: Final = 10
-"""A budget is said to have run out where this many times as much finds the contact."""
+"""A miss is blamed on the budget where this many times the budget finds the contact."""
 
 
 class SearchExplainer:
-    """Searches single pair-frames again, patiently.
+    """Searches single pair-frames again, with ten times the budget.
 
     Parameters
     ----------
     bodies, pairs, settings : of the detector that missed; trees of a pair are built when it is first asked about.
     """
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: SearchSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings) -> None:
         self._bodies, self._pairs = bodies, pairs
         more, whole_frame = settings.budget * TIMES_MORE, settings.frame_budget * TIMES_MORE
         self._settings = replace(settings, budget=more, frame_budget=whole_frame, budget_seconds=None)
         self._stages: dict[int, SearchStage] = {}
-        self._drawn: dict[int, NDArray[np.int64]] = {}
+        self._drawn: dict[int, IntArray] = {}
 
-    def explain(
-        self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64], *, volumes_meet: bool
-    ) -> Explanation:
+    def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray, *, volumes_meet: bool) -> Explanation:
         """What spheres and search make of one pair in one frame.
 
         Parameters
@@ -45,26 +43,22 @@ class SearchExplainer:
             up in the sample; without it, and with "auto", which probes them all, every face can be drawn.
         volumes_meet : whether spheres and boxes let the pair through.
         """
-        if not len(faces):
-            return Explanation(spheres_meet=volumes_meet)
-        if not self._sample_meets(pair, faces):
-            return Explanation(spheres_meet=volumes_meet, sample_meets=False)
-        return Explanation(
-            spheres_meet=volumes_meet, sample_meets=True, found_with_more=self._finds(motion, frame, pair)
-        )
+        sampled = self._sample_meets(pair, faces) if len(faces) else None
+        found = self._finds(motion, frame, pair) if sampled else None
+        return Explanation(spheres_meet=volumes_meet, sample_meets=sampled, found_with_more=found)
 
-    def _sample_meets(self, pair: int, faces: NDArray[np.int64]) -> bool:
+    def _sample_meets(self, pair: int, faces: IntArray) -> bool:
         """Whether a pair of faces that meets has both its faces in the sample."""
         if not isinstance(self._settings.samples, int):
             return True
-        first, second = (self._sample(body) for body in self._pairs[pair].tolist())
+        first, second = (self._sample(body, self._settings.samples) for body in self._pairs[pair].tolist())
         return bool((np.isin(faces[:, 0], first) & np.isin(faces[:, 1], second)).any())
 
-    def _sample(self, body: int) -> NDArray[np.int64]:
+    def _sample(self, body: int, size: int) -> IntArray:
         """Numbers of the faces of a body that its searches draw from."""
         if body not in self._drawn:
-            features, size, name = features_of(self._bodies[body].mesh), self._settings.samples, self._bodies[body].name
-            sample = sample_of(features, None if size is None else int(size), self._settings.seed, name)
+            features = features_of(self._bodies[body].mesh)
+            sample = sample_of(features, size, self._settings.seed, self._bodies[body].name)
             self._drawn[body] = features.face[sample.pick]
         return self._drawn[body]
 

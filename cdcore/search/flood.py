@@ -14,21 +14,9 @@ import numpy as np
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.narrow.triangle_filter import UNDECIDED
 from cdcore.numerics import FloatArray, IntArray
+from cdcore.search import state
 from cdcore.search.features import NEIGHBOURS
 from cdcore.search.pair_test import faces_meet, is_new, leave_open
-from cdcore.search.state import (
-    BY_CORNERS,
-    ENTRIES,
-    FLOOD_TESTS,
-    FOUND_COUNT,
-    FULL,
-    HEAD,
-    OPEN,
-    OPEN_KEPT,
-    SPENT,
-    STALE,
-    UNSURE,
-)
 
 
 @hot_kernel
@@ -38,25 +26,25 @@ def enter(
 ) -> int:  # fmt: skip
     """Test a pair that is new and add it to those found; SPENT, FULL, UNSURE, or STALE: corners count from here on."""
     stay_one_function()
-    if count[FOUND_COUNT] >= found.shape[0] or 4 * count[ENTRIES] + 4 >= 3 * table.shape[0]:
-        return FULL
-    if count[OPEN] >= OPEN_KEPT:
-        return UNSURE
+    if count[state.FOUND_COUNT] >= found.shape[0] or 4 * count[state.ENTRIES] + 4 >= 3 * table.shape[0]:
+        return state.FULL
+    if count[state.OPEN] >= state.OPEN_KEPT:
+        return state.UNSURE
     key = i * rows_b.shape[0] + j
     if not is_new(table, count, key):
-        return SPENT
-    count[FLOOD_TESTS] += 1
+        return state.SPENT
+    count[state.FLOOD_TESTS] += 1
     answer = faces_meet(i, j, rows_a, rows_b, pose, pair)
     if answer == 1:
-        found[count[FOUND_COUNT], 0] = i
-        found[count[FOUND_COUNT], 1] = j
-        count[FOUND_COUNT] += 1
+        found[count[state.FOUND_COUNT], 0] = i
+        found[count[state.FOUND_COUNT], 1] = j
+        count[state.FOUND_COUNT] += 1
     elif answer == UNDECIDED:
         leave_open(key, count)
-        if count[BY_CORNERS] == 0:
-            count[BY_CORNERS] = 1
-            return STALE
-    return SPENT
+        if count[state.BY_CORNERS] == 0:
+            count[state.BY_CORNERS] = 1
+            return state.STALE
+    return state.SPENT
 
 
 @hot_kernel
@@ -68,21 +56,16 @@ def spread(
     stay_one_function()
     face = j if second else i
     faces = near.shape[0]
-    if count[BY_CORNERS] == 0 and near[face, NEIGHBOURS] < NEIGHBOURS:
-        for k in range(near[face, NEIGHBOURS]):
-            a, b = (i, near[face, k]) if second else (near[face, k], j)
-            state = enter(a, b, found, rows_a, rows_b, pose, count, table, pair)
-            if state != SPENT:
-                return state
-        return SPENT
-    for corner in range(3):
+    edges = count[state.BY_CORNERS] == 0 and near[face, NEIGHBOURS] < NEIGHBOURS
+    for corner in range(1 if edges else 3):
         at = 3 * faces + links[3 * face + corner]
-        for k in range(links[at], links[at + 1]):
-            a, b = (i, links[k]) if second else (links[k], j)
-            state = enter(a, b, found, rows_a, rows_b, pose, count, table, pair)
-            if state != SPENT:
-                return state
-    return SPENT
+        for k in range(0 if edges else links[at], near[face, NEIGHBOURS] if edges else links[at + 1]):
+            other = near[face, k] if edges else links[k]
+            a, b = (i, other) if second else (other, j)
+            outcome = enter(a, b, found, rows_a, rows_b, pose, count, table, pair)
+            if outcome != state.SPENT:
+                return outcome
+    return state.SPENT
 
 
 @kernel
@@ -95,18 +78,18 @@ def flood(
     May be called again after either: pairs tested before are not tested again.
     """
     pair = np.empty((6, 3))
-    while count[HEAD] < count[FOUND_COUNT]:
-        i, j = found[count[HEAD], 0], found[count[HEAD], 1]
-        state = spread(False, i, j, near_a, links_a, found, rows_a, rows_b, pose, count, table, pair)
-        if state == SPENT:
-            state = spread(True, i, j, near_b, links_b, found, rows_a, rows_b, pose, count, table, pair)
-        if state == SPENT:
-            count[HEAD] += 1
-        elif state == STALE:
-            count[HEAD] = 0
+    while count[state.HEAD] < count[state.FOUND_COUNT]:
+        i, j = found[count[state.HEAD], 0], found[count[state.HEAD], 1]
+        outcome = spread(False, i, j, near_a, links_a, found, rows_a, rows_b, pose, count, table, pair)
+        if outcome == state.SPENT:
+            outcome = spread(True, i, j, near_b, links_b, found, rows_a, rows_b, pose, count, table, pair)
+        if outcome == state.SPENT:
+            count[state.HEAD] += 1
+        elif outcome == state.STALE:
+            count[state.HEAD] = 0
         else:
-            return state
-    return UNSURE if count[OPEN] > 0 else SPENT
+            return outcome
+    return state.UNSURE if count[state.OPEN] > 0 else state.SPENT
 
 
 @kernel
@@ -117,9 +100,9 @@ def sow(
     """Test seeds (n, 2), pairs of another time, and add those that meet to those found; FULL as ``flood``."""
     pair = np.empty((6, 3))
     for row in range(seeds.shape[0]):
-        state = enter(seeds[row, 0], seeds[row, 1], found, rows_a, rows_b, pose, count, table, pair)
-        if state == STALE:
-            count[HEAD] = 0
-        elif state != SPENT:
-            return state
-    return SPENT
+        outcome = enter(seeds[row, 0], seeds[row, 1], found, rows_a, rows_b, pose, count, table, pair)
+        if outcome == state.STALE:
+            count[state.HEAD] = 0
+        elif outcome != state.SPENT:
+            return outcome
+    return state.SPENT

@@ -1,6 +1,6 @@
 """The search of one pair of bodies at one pair of poses: finds a face pair that meets, or says it has not found one.
 
-Whatever it finds has passed the exact triangle test at the points that count, so it never invents a contact.
+Whatever it finds has passed the exact triangle test at the reference vertices, so it never invents a contact.
 """
 
 from __future__ import annotations
@@ -17,8 +17,7 @@ from cdcore.search.advance import COLONY, LOCAL, RANDOM, advance, follow
 from cdcore.search.features import Features
 from cdcore.search.flood import flood, sow
 from cdcore.search.look import Look, Pair
-from cdcore.search.open_pairs import meeting_pairs
-from cdcore.search.pair_test import grow_table
+from cdcore.search.pair_test import grow_table, meeting_pairs
 from cdcore.search.printed import search_as_printed
 from cdcore.search.samples import Sample, sample_of
 from cdcore.search.settings import SearchSettings
@@ -52,16 +51,14 @@ class PairSearch:
     def __init__(self, first: Features, second: Features, names: tuple[str, str], settings: SearchSettings) -> None:
         self.first, self.second, self.names, self.settings = first, second, names, settings
         self._who = SEARCHERS.get(settings.variant, COLONY)
-        self._count = np.zeros(state.COUNTERS, dtype=np.int64)
+        self._count, self._fresh = np.zeros((2, state.COUNTERS), dtype=np.int64)
         self._number = np.zeros(state.NUMBERS)
         self._pose = np.zeros(state.POSES)
         self._swarm = np.zeros((settings.ants, state.ANT))
         self._table = np.zeros((TABLE, 2), dtype=np.int64)
         self._found = np.zeros((256, 2), dtype=np.int64)
-        self._random = np.zeros(0)
-        self._stamp = self._deadline = 0.0
-        self._restart = 0
-        self._stream: np.random.Generator | None = None
+        self._stamp, self._deadline, self._restart = 0.0, 0.0, 0
+        self._forget_random()
         self._set_constants()
         self.use(sample_of(first, None, 0, ""), sample_of(second, None, 0, ""))
 
@@ -120,47 +117,35 @@ class PairSearch:
         return int(self._count[state.FLOOD_TESTS])
 
     def _set_constants(self) -> None:
-        s, count, number = self.settings, self._count, self._number
-        count[state.RESTART_AFTER], count[state.ANTS], count[state.DAEMON] = (
-            s.restart_after,
-            s.ants,
-            s.variant == "memetic",
-        )
-        count[state.WITHOUT], count[state.AMPLITUDE] = s.without_equation or 0, s.decode == "amplitude"
-        number[state.TURN], number[state.MUTATION], number[state.ALPHA], number[state.BETA] = (
-            s.turn,
-            s.mutation,
-            s.alpha,
-            s.beta,
-        )
-        number[state.EVAPORATION], number[state.REWARD] = s.evaporation, s.reward
-        number[state.LEAST], number[state.MOST] = s.pheromone_least, s.pheromone_most
-        scale = self.first.mean_radius + self.second.mean_radius
-        number[state.SCALE] = scale if scale > 0.0 else 1.0
+        """The numbers of the settings, and the counters of a search that has not begun."""
+        s, fresh, number = self.settings, self._fresh, self._number
+        fresh[[state.HIT_A, state.HIT_B, state.LAST_A, state.LAST_B, state.START_A, state.START_B]] = -1
+        fresh[[state.RESTART_AFTER, state.ANTS, state.FRESH]] = s.restart_after, s.ants, 1
+        fresh[[state.DAEMON, state.AMPLITUDE]] = s.variant == "memetic", s.decode == "amplitude"
+        fresh[state.WITHOUT] = s.without_equation or 0
+        number[[state.TURN, state.MUTATION, state.ALPHA, state.BETA]] = s.turn, s.mutation, s.alpha, s.beta
+        number[[state.EVAPORATION, state.REWARD]] = s.evaporation, s.reward
+        number[[state.LEAST, state.MOST]] = s.pheromone_least, s.pheromone_most
+        number[state.SCALE] = self.first.mean_radius + self.second.mean_radius or 1.0
 
     def _place(self, pose_a: Pose, pose_b: Pose, stamp: float) -> None:
         """Forget the search before and take new poses."""
         (turn_a, move_a), (turn_b, move_b) = pose_a, pose_b
-        pose, count = self._pose, self._count
-        pose[state.WORLD_A : state.WORLD_A + 9], pose[state.WORLD_A + 9 : state.WORLD_A + 12] = turn_a.ravel(), move_a
-        pose[state.WORLD_B : state.WORLD_B + 9], pose[state.WORLD_B + 9 : state.WORLD_B + 12] = turn_b.ravel(), move_b
-        pose[state.RELATIVE : state.RELATIVE + 9] = (turn_b.T @ turn_a).ravel()
-        pose[state.RELATIVE + 9 : state.RELATIVE + 12] = turn_b.T @ (move_a - move_b)
+        relative = turn_b.T @ turn_a, turn_b.T @ (move_a - move_b)
+        for at, (turn, move) in ((state.WORLD_A, pose_a), (state.WORLD_B, pose_b), (state.RELATIVE, relative)):
+            self._pose[at : at + 9], self._pose[at + 9 : at + 12] = turn.ravel(), move
         size = self.first.size + self.second.size + float(np.abs(move_a).max() + np.abs(move_b).max())
         self._number[state.PAD] = PLACE_PAD * size + UNDERFLOW_PAD
         self._number[state.CLOSEST] = np.inf
-        kept = count[[state.GENERATION, state.RESTART_AFTER, state.ANTS, state.DAEMON, state.WITHOUT, state.AMPLITUDE]]
-        count[:] = 0
-        count[[state.GENERATION, state.RESTART_AFTER, state.ANTS, state.DAEMON, state.WITHOUT, state.AMPLITUDE]] = kept
-        count[state.GENERATION] += 1
-        count[[state.HIT_A, state.HIT_B, state.LAST_A, state.LAST_B, state.START_A, state.START_B]] = -1
-        count[state.FRESH] = 1
-        self._stamp, self._restart, self._stream = stamp, 0, None
-        self._random = self._random[:0]
+        generation = self._count[state.GENERATION] + 1
+        self._count[:] = self._fresh
+        self._count[state.GENERATION] = generation
+        self._stamp, self._restart = stamp, 0
+        self._forget_random()
         self._deadline = perf_counter() + (self.settings.budget_seconds or 0.0)
 
     def _begin_at(self, start: Pair) -> None:
-        """Look at a pair first; who walks walks down from it, and the colony's first ant starts there."""
+        """Look at a pair first. Variants with local search descend from it; the colony's first ant starts there."""
         walk = self.settings.variant in ("memetic", "local")
         count = self._count
         follow(walk, *start, *self._rows(), *self._near, self._pose, self._number, count, self._table)
@@ -202,10 +187,9 @@ class PairSearch:
 
         stream = stream_of(self.settings.seed, *self.names, self._stamp, self._restart)
         sizes = (len(self._pick[0]), len(self._pick[1]))
-        outcome = search_as_printed(evaluate, is_over, sizes, self.settings, stream)
+        count[state.ITERATIONS], broken = search_as_printed(evaluate, is_over, sizes, self.settings, stream)
         number[state.CLOSEST], (count[state.BEST_A], count[state.BEST_B]) = closest, pair
-        count[state.ITERATIONS] = outcome.iterations
-        return self._answer(broken=outcome.broken)
+        return self._answer(broken=broken)
 
     def _run(self) -> None:
         """Serve the kernel with what it asks for until it has a hit or its budget is spent."""
@@ -220,13 +204,16 @@ class PairSearch:
                 self._feed()
             elif outcome == state.STALE:
                 self._restart += 1
-                self._stream = None
-                self._random = self._random[:0]
+                self._forget_random()
                 self._count[state.CURSOR] = 0
             elif outcome == state.FULL:
                 self._grow()
             elif outcome == state.UNSURE and self._resolve():
                 return
+
+    def _forget_random(self) -> None:
+        self._stream: np.random.Generator | None = None
+        self._random = np.zeros(0)
 
     def _feed(self) -> None:
         """More random numbers, after those not used yet."""
@@ -287,10 +274,11 @@ class PairSearch:
 
     def _answer(self, *, broken: bool = False) -> Look:
         count = self._count
-        hit = (int(count[state.HIT_A]), int(count[state.HIT_B])) if count[state.HIT_A] >= 0 else None
+        hit_a, hit_b, best_a, best_b = count[[state.HIT_A, state.HIT_B, state.BEST_A, state.BEST_B]].tolist()
+        hit = (hit_a, hit_b) if hit_a >= 0 else None
         return Look(
             hit=hit,
-            closest=(int(count[state.BEST_A]), int(count[state.BEST_B])),
+            closest=(best_a, best_b),
             distance=float(self._number[state.CLOSEST]),
             evaluations=int(count[state.EVALUATIONS]),
             tests=int(count[state.TESTS]),

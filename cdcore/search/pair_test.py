@@ -10,28 +10,11 @@ import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.kernels.memory import doubles_of
+from cdcore.narrow.predicates import triangles_intersect
 from cdcore.narrow.triangle_filter import UNDECIDED, pair_intersects_filtered
-from cdcore.numerics import FloatArray, IntArray
-from cdcore.search.features import CORNERS, RADIUS
-from cdcore.search.state import (
-    BEST_A,
-    BEST_B,
-    CLOSEST,
-    ENTRIES,
-    EVALUATIONS,
-    GENERATION,
-    HIT_A,
-    HIT_B,
-    OPEN,
-    OPEN_FIRST,
-    PAD,
-    QUIET,
-    RELATIVE,
-    TESTS,
-    WORLD_A,
-    WORLD_B,
-)
-from cdcore.search.state import UNDECIDED as UNDECIDED_COUNT
+from cdcore.numerics import FloatArray, IntArray, place_points
+from cdcore.search import state
+from cdcore.search.features import CORNERS, RADIUS, Features
 
 HASH = 0x9E3779B97F4A7C15 - (1 << 64)
 """Odd number near 2^64 over the golden ratio: its products spread neighbouring keys (Knuth)."""
@@ -47,21 +30,21 @@ def is_new(table: IntArray, count: IntArray, key: int) -> bool:
     mask = table.shape[0] - 1
     mixed = key * HASH
     slot = (mixed ^ (mixed >> 32)) & mask
-    generation = count[GENERATION]
+    generation = count[state.GENERATION]
     while table[slot, 1] == generation:
         if table[slot, 0] == key:
             return False
         slot = (slot + 1) & mask
-    if 4 * count[ENTRIES] < 3 * table.shape[0]:
+    if 4 * count[state.ENTRIES] < 3 * table.shape[0]:
         table[slot, 0] = key
         table[slot, 1] = generation
-        count[ENTRIES] += 1
+        count[state.ENTRIES] += 1
     return True
 
 
 @hot_kernel
 def place_corners(rows: FloatArray, face: int, pose: FloatArray, at: int, pair: FloatArray, first: int) -> None:
-    """World corners of a face to rows ``first`` to ``first + 2`` of ``pair``, rounded as the points that count."""
+    """World corners of a face to rows ``first`` to ``first + 2`` of ``pair``, rounded as reference vertices."""
     stay_one_function()
     for corner in range(3):
         x = rows[face, CORNERS + 3 * corner]
@@ -74,20 +57,20 @@ def place_corners(rows: FloatArray, face: int, pose: FloatArray, at: int, pair: 
 
 @hot_kernel
 def faces_meet(i: int, j: int, rows_a: FloatArray, rows_b: FloatArray, pose: FloatArray, pair: FloatArray) -> int:
-    """Whether face i of A meets face j of B at the points that count: 0, 1, or 2 where rounding leaves it open."""
+    """Whether face i of A meets face j of B at the reference vertices: 0, 1, or 2 where rounding leaves it open."""
     stay_one_function()
     o = int(np.int64(0))
-    place_corners(rows_a, i, pose, o + WORLD_A, pair, o)
-    place_corners(rows_b, j, pose, o + WORLD_B, pair, o + 3)
+    place_corners(rows_a, i, pose, o + state.WORLD_A, pair, o)
+    place_corners(rows_b, j, pose, o + state.WORLD_B, pair, o + 3)
     return pair_intersects_filtered(doubles_of(pair))
 
 
 @hot_kernel
 def leave_open(key: int, count: IntArray) -> None:
     """Note a pair that the filter could not decide; the caller asks the exact predicate about several at a time."""
-    count[OPEN_FIRST + count[OPEN]] = key
-    count[OPEN] += 1
-    count[UNDECIDED_COUNT] += 1
+    count[state.OPEN_FIRST + count[state.OPEN]] = key
+    count[state.OPEN] += 1
+    count[state.UNDECIDED] += 1
 
 
 @hot_kernel
@@ -97,29 +80,29 @@ def evaluate(
 ) -> float:  # fmt: skip
     """Distance of the centroids of faces i and j, the unit of cost; a pair that meets is written to the counters."""
     stay_one_function()
-    count[EVALUATIONS] += 1
-    count[QUIET] += 1
+    count[state.EVALUATIONS] += 1
+    count[state.QUIET] += 1
     x, y, z = rows_a[i, 0], rows_a[i, 1], rows_a[i, 2]
     square = 0.0
     for k in range(3):
-        row = RELATIVE + 3 * k
-        step = pose[row] * x + pose[row + 1] * y + pose[row + 2] * z + pose[RELATIVE + 9 + k] - rows_b[j, k]
+        row = state.RELATIVE + 3 * k
+        step = pose[row] * x + pose[row + 1] * y + pose[row + 2] * z + pose[state.RELATIVE + 9 + k] - rows_b[j, k]
         square += step * step
     distance: float = np.sqrt(square)
-    if distance < number[CLOSEST]:
-        number[CLOSEST] = distance
-        count[BEST_A] = i
-        count[BEST_B] = j
+    if distance < number[state.CLOSEST]:
+        number[state.CLOSEST] = distance
+        count[state.BEST_A] = i
+        count[state.BEST_B] = j
     # written so that a distance that overflowed is tested
-    if distance - (rows_a[i, RADIUS] + rows_b[j, RADIUS]) > number[PAD]:
+    if distance - (rows_a[i, RADIUS] + rows_b[j, RADIUS]) > number[state.PAD]:
         return distance
     key = i * rows_b.shape[0] + j
     if is_new(table, count, key):
-        count[TESTS] += 1
+        count[state.TESTS] += 1
         answer = faces_meet(i, j, rows_a, rows_b, pose, pair)
         if answer == 1:
-            count[HIT_A] = i
-            count[HIT_B] = j
+            count[state.HIT_A] = i
+            count[state.HIT_B] = j
         elif answer == UNDECIDED:
             leave_open(key, count)
     return distance
@@ -128,7 +111,22 @@ def evaluate(
 @kernel
 def grow_table(old: IntArray, new: IntArray, count: IntArray) -> None:
     """Move the pairs of this search to a larger table of zeros."""
-    count[ENTRIES] = 0
+    count[state.ENTRIES] = 0
     for row in range(old.shape[0]):
-        if old[row, 1] == count[GENERATION]:
+        if old[row, 1] == count[state.GENERATION]:
             is_new(new, count, old[row, 0])
+
+
+def meeting_pairs(first: Features, second: Features, pose: FloatArray, pairs: IntArray) -> IntArray:
+    """Those of the pairs (k, 2), places of faces, that meet at the reference vertices; order kept."""
+    meeting: IntArray = pairs[triangles_intersect(placed_pairs(first, second, pose, pairs))]
+    return meeting
+
+
+def placed_pairs(first: Features, second: Features, pose: FloatArray, pairs: IntArray) -> FloatArray:
+    """World corners (k, 2, 3, 3) of pairs of faces."""
+    placed = np.empty((len(pairs), 2, 3, 3))
+    for side, (features, at) in enumerate(((first, state.WORLD_A), (second, state.WORLD_B))):
+        corners = features.rows[pairs[:, side], CORNERS:].reshape(-1, 3, 3)
+        placed[:, side] = place_points(corners, pose[at : at + 9].reshape(3, 3), pose[at + 9 : at + 12])
+    return placed

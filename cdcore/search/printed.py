@@ -7,20 +7,11 @@ powers of differences are added to pheromone without a clamp; the gate of (17) w
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from cdcore.numerics import FloatArray
 from cdcore.search.settings import SearchSettings
-
-
-@dataclass(frozen=True)
-class PrintedOutcome:
-    """How a search as printed ended: iterations done, and whether its probabilities broke."""
-
-    iterations: int
-    broken: bool
 
 
 def printed_gate(theta: FloatArray, qubits: FloatArray) -> FloatArray:
@@ -31,15 +22,9 @@ def printed_gate(theta: FloatArray, qubits: FloatArray) -> FloatArray:
     return turned
 
 
-def not_gate(qubits: FloatArray) -> FloatArray:
-    """(18): the two amplitudes change places."""
-    return qubits[..., ::-1]
-
-
-def signed_power(change: FloatArray, exponent: float) -> FloatArray:
+def signed_power(change: float, exponent: float) -> float:
     """``sgn(x) |x|^exponent`` of (19)."""
-    powered: FloatArray = np.sign(change) * np.abs(change) ** exponent
-    return powered
+    return float(np.sign(change) * np.abs(change) ** exponent)
 
 
 def probabilities(pheromone: FloatArray, heuristic: FloatArray, alpha: float, beta: float) -> FloatArray:
@@ -56,7 +41,7 @@ def search_as_printed(
     sizes: tuple[int, int],
     settings: SearchSettings,
     stream: np.random.Generator,
-) -> PrintedOutcome:
+) -> tuple[int, bool]:
     """Search until a hit, the end of the budget, or probabilities that are none.
 
     Parameters
@@ -65,6 +50,10 @@ def search_as_printed(
     is_over : whether a pair was hit or the budget is spent.
     sizes : features of both bodies.
     settings : ants, turn, mutation, alpha, beta and evaporation count.
+
+    Returns
+    -------
+    iterations done, and whether the probabilities broke.
     """
     ants = settings.ants
     angle = 2 * np.pi * stream.random((ants, 2))
@@ -80,21 +69,21 @@ def search_as_printed(
             pheromone[ant] += signed_power(change[ant], settings.alpha)
             heuristic[ant] += signed_power(change[ant] - change_before, settings.beta)
             if is_over():
-                return PrintedOutcome(iterations, False)
+                return iterations, False
         best = int(np.argmin(f))
         pheromone *= 1 - settings.evaporation
         pheromone[best] += settings.evaporation * f[best]
         chance = probabilities(pheromone, heuristic, settings.alpha, settings.beta)
         if not (np.isfinite(chance).all() and (chance >= 0).all()):
-            return PrintedOutcome(iterations, True)
+            return iterations, True
         followed = np.searchsorted(np.cumsum(chance), stream.random(ants)).clip(max=ants - 1)
         # the lookup rule of the double-chain papers: minus the sign of the determinant
         ahead, behind = qubits[followed], qubits
         sign = -np.sign(ahead[..., 0] * behind[..., 1] - ahead[..., 1] * behind[..., 0])
         qubits = printed_gate(-sign * settings.turn * stream.random((ants, 2)), qubits)
         mutated = stream.random((ants, 2)) < settings.mutation
-        qubits[mutated] = not_gate(qubits[mutated])
-    return PrintedOutcome(iterations, False)
+        qubits[mutated] = qubits[mutated][..., ::-1]  # (18): the two amplitudes change places
+    return iterations, False
 
 
 def _closest(

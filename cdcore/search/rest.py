@@ -1,6 +1,6 @@
-"""Whether two bodies have moved against each other since they were searched in vain: if not, there is nothing new.
+"""Whether two bodies have moved against each other since a search found nothing: if not, there is nothing new.
 
-What is left out is only ever NOT_FOUND, so no contact is invented and nothing is said to be clear.
+A search that is left out leaves the verdict NOT_FOUND: no contact is invented, and no pair is called clear.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from cdcore.kernels.box_axes import pose_seen_from
 from cdcore.kernels.compiling import kernel
 from cdcore.numerics import EPS, BoolArray, FloatArray, IntArray
 from cdcore.protocol import Motion
@@ -27,21 +28,13 @@ def relative_poses(
     """``out`` (K, 13): pose of the first body in the second's frame, rotation by rows, then translation; last the
     largest coordinate of both places.
     """
+    turn, move = np.empty((3, 3)), np.empty(3)
     for k in range(frames.shape[0]):
         t = frames[k]
-        largest = 0.0
-        for i in range(3):
-            largest = max(largest, abs(translations[t, first, i]), abs(translations[t, second, i]))
-            move = 0.0
-            for m in range(3):
-                move += rotations[t, second, m, i] * (translations[t, first, m] - translations[t, second, m])
-            out[k, 9 + i] = move
-            for j in range(3):
-                turn = 0.0
-                for m in range(3):
-                    turn += rotations[t, second, m, i] * rotations[t, first, m, j]
-                out[k, 3 * i + j] = turn
-        out[k, 12] = largest
+        place_a, place_b = translations[t, first], translations[t, second]
+        pose_seen_from(rotations[t, second], place_b, rotations[t, first], place_a, turn, move)
+        out[k, :9], out[k, 9:12] = turn.ravel(), move
+        out[k, 12] = max(np.abs(place_a).max(), np.abs(place_b).max())
 
 
 @kernel
@@ -76,7 +69,7 @@ class Rest:
 
         Parameters
         ----------
-        searched : relative pose at which the whole budget was spent in vain; ``None``: there is none.
+        searched : relative pose at which the whole budget found nothing; ``None``: there is none.
         seen : that of the look before. A pair that has come to rest elsewhere is searched there, once.
         whole : the budget.
         """

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray, readonly
 from cdcore.protocol import Body, FaceSets, Motion, ordered_by_name
 from cdcore.search.features import RADIUS, Features, features_of
 from cdcore.search.look import Look, Pair
@@ -25,10 +25,10 @@ from cdcore.search.settings import SearchSettings
 SEEDS = 64
 """Pairs of the frame before from which the flood fill starts as well: a second curve then is found again."""
 
-NO_FACES: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
-NO_FACES.setflags(write=False)
+NO_FACES: Int32Array = np.zeros((0, 2), dtype=np.int32)
 NO_SEEDS: IntArray = np.zeros((0, 2), dtype=np.int64)
-NO_SEEDS.setflags(write=False)
+readonly(NO_FACES)
+readonly(NO_SEEDS)
 
 CONTAINMENT_REFUSED = "refused: a search that finds nothing does not know that surfaces are disjoint"
 """What a detector that ends with a search says about containment."""
@@ -44,7 +44,7 @@ class PairMemory:
     hit: bool = False
     start: Pair | None = None
     seeds: IntArray = field(default_factory=lambda: NO_SEEDS)
-    faces: NDArray[np.int32] = field(default_factory=lambda: NO_FACES)
+    faces: Int32Array = field(default_factory=lambda: NO_FACES)
     searched: FloatArray | None = None
     """Relative pose (13,) at which the whole budget found nothing; ``None``: there is none since the last hit."""
     seen: FloatArray | None = None
@@ -61,37 +61,30 @@ class SearchMemory:
     control: SampleControl | None
 
 
-@dataclass(frozen=True, eq=False)
 class SearchAnswer:
-    """Which pair-frames (T, P) have a confirmed contact, the work, and the faces if asked for."""
+    """What the searches of one block gave.
 
-    hits: BoolArray
-    work: dict[str, int]
-    frame: IntArray
-    column: IntArray
-    which: IntArray
-    sets: list[NDArray[np.int32]]
-
-    def face_sets(self) -> FaceSets:
-        """The faces as a detection keeps them."""
-        return FaceSets.from_shared(self.frame, self.column, self.which, self.sets)
-
-
-class _Log:
-    """What the looks of one block gave."""
+    ``hits`` (T, P): where a contact was confirmed. ``work``: counters. With ``faces``, ``entries`` holds frame, column
+    and number of every pair-frame in contact; its face pairs are ``sets[number]``.
+    """
 
     def __init__(self, shape: tuple[int, ...], faces: bool) -> None:
         self.faces = faces
         self.hits = np.zeros(shape, dtype=np.bool_)
         self.work = dict.fromkeys(COUNTERS, 0)
         self.entries: list[tuple[int, int, int]] = []
-        self.sets: list[NDArray[np.int32]] = []
+        self.sets: list[Int32Array] = []
 
     def count(self, look: Look, flood_tests: int) -> None:
         """Add the work of one look."""
         amounts = (look.evaluations, look.tests, flood_tests, look.restarts, look.iterations, look.reason == "broken")
         for name, amount in zip(COUNTERS[3:], amounts, strict=True):
             self.work[name] += int(amount)
+
+    def face_sets(self) -> FaceSets:
+        """The faces as a detection keeps them."""
+        frames, columns, numbers = np.array(self.entries, dtype=np.int64).reshape(-1, 3).T
+        return FaceSets.from_shared(frames, columns, numbers, self.sets)
 
 
 class SearchStage:
@@ -104,7 +97,7 @@ class SearchStage:
     settings : who searches, with which constants, seed and budget.
     """
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: SearchSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings) -> None:
         self._settings = settings
         ordered, self._turned = ordered_by_name(bodies, pairs)
         self._ends: list[tuple[int, int]] = [(a, b) for a, b in ordered.tolist()]
@@ -126,7 +119,7 @@ class SearchStage:
 
     def decide(self, motion: Motion, near: BoolArray, memory: SearchMemory, *, faces: bool = False) -> SearchAnswer:
         """Search where ``near`` (T, P) says so; what is learned stays in ``memory`` for the block after."""
-        log = _Log(near.shape, faces)
+        found = SearchAnswer(near.shape, faces)
         for known in memory.pairs:
             known.number = -1
         resting = self._relative(motion, near) if memory.control is None else None
@@ -134,22 +127,23 @@ class SearchStage:
         for frame in np.flatnonzero(by_name.any(axis=1)).tolist():
             columns = self._order[by_name[frame]].tolist()
             if memory.control is not None:
-                self._decide_within(memory.control, motion, frame, columns, memory, log)
+                self._decide_within(motion, frame, columns, memory, found)
                 continue
             for column in columns:
                 known = memory.pairs[column]
                 if resting is None:
-                    look = self._look(motion, frame, column, known, self._settings.budget, log)
+                    look = self._look(motion, frame, column, known, self._settings.budget, found)
                 else:
-                    look = self._look_rested(motion, frame, column, known, next(resting[column]), log)
-                self._finish(frame, column, look, known, log)
-        frames, places, which = np.array(log.entries, dtype=np.int64).reshape(-1, 3).T.copy()
-        return SearchAnswer(log.hits, log.work, frames, places, which, log.sets)
+                    look = self._look_rested(motion, frame, column, known, next(resting[column]), found)
+                self._finish(frame, column, look, known, found)
+        return found
 
     def _decide_within(
-        self, control: SampleControl, motion: Motion, frame: int, columns: list[int], memory: SearchMemory, log: _Log
+        self, motion: Motion, frame: int, columns: list[int], memory: SearchMemory, found: SearchAnswer
     ) -> None:
         """One frame within its budget: a probe of every pair, then what is left to those that came closest."""
+        control = memory.control
+        assert control is not None
         left = control.begin()
         looks: dict[int, Look | None] = {}
         apart: list[tuple[float, int]] = []
@@ -159,7 +153,7 @@ class SearchStage:
                 continue
             search = self._searches[column]
             search.use(*self._samples[column][0])
-            look = self._look(motion, frame, column, memory.pairs[column], min(PROBE, share), log)
+            look = self._look(motion, frame, column, memory.pairs[column], min(PROBE, share), found)
             looks[column] = look
             left -= look.evaluations if look else 0
             if look is not None and look.hit is None:
@@ -179,7 +173,7 @@ class SearchStage:
             looks[column] = look
         self._run_on(control, [column for _, column in apart if memory.pairs[column].hit], looks)
         for column, one in looks.items():
-            self._finish(frame, column, one, memory.pairs[column], log)
+            self._finish(frame, column, one, memory.pairs[column], found)
 
     def _run_on(self, control: SampleControl, lost: list[int], looks: dict[int, Look | None]) -> None:
         """Search beyond the frame's budget for the nearest of the pairs that met in the frame before, if it may."""
@@ -201,68 +195,67 @@ class SearchStage:
         return [iter(poses) for poses in relative_of(motion, near, self._ends)]
 
     def _look_rested(
-        self, motion: Motion, frame: int, column: int, known: PairMemory, pose: FloatArray, log: _Log
+        self, motion: Motion, frame: int, column: int, known: PairMemory, pose: FloatArray, found: SearchAnswer
     ) -> Look | None:
-        """Search a pair with the whole budget, or with less where it stands as it stood when that found nothing."""
+        """Search a pair with the whole budget; with less or not at all while it rests where that found nothing."""
         budget = self._rests[column].budget(pose, known.searched, known.seen, self._settings.budget)
         if budget == 0:
-            log.work["reused"] += 1
+            found.work["reused"] += 1
             return None
         known.seen = pose
-        look = self._look(motion, frame, column, known, budget, log)
+        look = self._look(motion, frame, column, known, budget, found)
         if look is not None and look.hit is not None:
             known.searched = None
         elif look is not None and budget == self._settings.budget:
             known.searched = pose
         elif look is not None:
-            log.work["short"] += 1
+            found.work["short"] += 1
         return look
 
-    def _look(self, motion: Motion, frame: int, column: int, known: PairMemory, budget: int, log: _Log) -> Look | None:
-        """Search a pair in a frame; ``None``: it stands as it stood at its last look."""
+    def _look(
+        self, motion: Motion, frame: int, column: int, known: PairMemory, budget: int, found: SearchAnswer
+    ) -> Look | None:
+        """Search a pair in a frame; ``None``: both poses are bit for bit those of its last look."""
         a, b = self._ends[column]
         pose_a = motion.rotations[frame, a], motion.translations[frame, a]
         pose_b = motion.rotations[frame, b], motion.translations[frame, b]
         poses = b"".join(part.tobytes() for part in (*pose_a, *pose_b))
         if poses == known.poses:
-            log.work["reused"] += 1
+            found.work["reused"] += 1
             return None
-        log.work["looks"] += 1
+        found.work["looks"] += 1
         known.poses = poses
         start = known.start if self._settings.warm_start else None
         return self._searches[column].look(pose_a, pose_b, float(motion.times[frame]), start=start, budget=budget)
 
-    def _finish(self, frame: int, column: int, look: Look | None, known: PairMemory, log: _Log) -> None:
-        """Write down a look, with its faces if they are asked for; ``None``: what the one before said."""
+    def _finish(self, frame: int, column: int, look: Look | None, known: PairMemory, found: SearchAnswer) -> None:
+        """Write down a look, with its faces if they are asked for; ``None``: repeat the answer of the look before."""
         if look is not None:
             known.hit, known.start, known.number = look.hit is not None, look.hit or look.closest, -1
-            if log.faces:
+            if found.faces:
                 look = self._collect(column, look, known)
-            log.count(look, self._searches[column].flood_tests)
-        log.hits[frame, column] = known.hit
-        if log.faces and known.hit:
+            found.count(look, self._searches[column].flood_tests)
+        found.hits[frame, column] = known.hit
+        if found.faces and known.hit:
             if known.number < 0:
-                known.number = len(log.sets)
-                log.sets.append(known.faces)
-            log.entries.append((frame, column, known.number))
+                known.number = len(found.sets)
+                found.sets.append(known.faces)
+            found.entries.append((frame, column, known.number))
 
     def _draw(self, bodies: Sequence[Body], features: dict[int, Features]) -> list[list[tuple[Sample, Sample]]]:
         """Samples of both bodies of every pair at every level; a fixed size is used at once."""
         wanted = self._settings.samples
-        drawn: dict[tuple[int, int | None], Sample] = {}
 
+        @cache
         def sample(body: int, size: int | None) -> Sample:
-            if (body, size) not in drawn:
-                drawn[body, size] = sample_of(features[body], size, self._settings.seed, bodies[body].name)
-            return drawn[body, size]
+            return sample_of(features[body], size, self._settings.seed, bodies[body].name)
+
+        def thinned(body: int, part: int) -> Sample:
+            faces = len(features[body])
+            return sample(body, max(faces // part, min(LEAST_SAMPLE, faces)))
 
         if wanted == "auto":
-            sizes = {
-                body: [max(len(faces) // part, min(LEAST_SAMPLE, len(faces))) for part in LEVELS]
-                for body, faces in features.items()
-            }
-            levels = range(len(LEVELS))
-            return [[(sample(a, sizes[a][n]), sample(b, sizes[b][n])) for n in levels] for a, b in self._ends]
+            return [[(thinned(a, part), thinned(b, part)) for part in LEVELS] for a, b in self._ends]
         if wanted is not None:
             for (a, b), search in zip(self._ends, self._searches, strict=True):
                 search.use(sample(a, int(wanted)), sample(b, int(wanted)))
@@ -283,7 +276,7 @@ class SearchStage:
         known.faces = self._faces(column, pairs)
         return look
 
-    def _faces(self, column: int, pairs: IntArray) -> NDArray[np.int32]:
+    def _faces(self, column: int, pairs: IntArray) -> Int32Array:
         """Places as face numbers, first and second as the pair was asked for, sorted."""
         search = self._searches[column]
         faces = np.stack([search.first.face[pairs[:, 0]], search.second.face[pairs[:, 1]]], axis=1)

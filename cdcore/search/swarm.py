@@ -6,36 +6,9 @@ import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.numerics import FloatArray, IntArray
+from cdcore.search import state
 from cdcore.search.descent import descend, is_over
 from cdcore.search.pair_test import evaluate
-from cdcore.search.state import (
-    ALPHA,
-    AMPLITUDE,
-    ANTS,
-    BETA,
-    CURSOR,
-    DAEMON,
-    EVAPORATION,
-    FIRST_ANGLE,
-    FITNESS,
-    HEURISTIC,
-    ITERATIONS,
-    LAST_A,
-    LAST_B,
-    LEAST,
-    MOST,
-    MUTATION,
-    NEXT_FIRST,
-    PHEROMONE,
-    REWARD,
-    SCALE,
-    SECOND_ANGLE,
-    START_A,
-    START_B,
-    TURN,
-    WEIGHT,
-    WITHOUT,
-)
 
 PI = 3.141592653589793
 TWO_PI = 2.0 * PI
@@ -73,36 +46,36 @@ def decoded(angle: float, chain: int, features: int, amplitude: int, without: in
 def populate(swarm: FloatArray, features_a: int, features_b: int, count: IntArray, random: FloatArray) -> None:
     """Angles anew, pheromone 1, fitness 0; the first ant at the pair to start from, if any; two numbers an ant."""
     stay_one_function()
-    for ant in range(count[ANTS]):
-        swarm[ant, FIRST_ANGLE] = TWO_PI * random[count[CURSOR]]
-        swarm[ant, SECOND_ANGLE] = TWO_PI * random[count[CURSOR] + 1]
-        swarm[ant, PHEROMONE] = 1.0
-        swarm[ant, FITNESS] = 0.0
-        count[CURSOR] += 2
-    if count[START_A] >= 0:
-        swarm[0, FIRST_ANGLE] = PI * (count[START_A] + 0.5) / features_a
-        swarm[0, SECOND_ANGLE] = PI * (count[START_B] + 0.5) / features_b
-        count[START_A] = -1
+    for ant in range(count[state.ANTS]):
+        swarm[ant, state.FIRST_ANGLE] = TWO_PI * random[count[state.CURSOR]]
+        swarm[ant, state.SECOND_ANGLE] = TWO_PI * random[count[state.CURSOR] + 1]
+        swarm[ant, state.PHEROMONE] = 1.0
+        swarm[ant, state.FITNESS] = 0.0
+        count[state.CURSOR] += 2
+    if count[state.START_A] >= 0:
+        swarm[0, state.FIRST_ANGLE] = PI * (count[state.START_A] + 0.5) / features_a
+        swarm[0, state.SECOND_ANGLE] = PI * (count[state.START_B] + 0.5) / features_b
+        count[state.START_A] = -1
 
 
 @hot_kernel
 def clamped(value: float, number: FloatArray) -> float:
     """Pheromone inside its clamp."""
-    return float(max(number[LEAST], min(value, number[MOST])))
+    return float(max(number[state.LEAST], min(value, number[state.MOST])))
 
 
 @hot_kernel
 def reward(swarm: FloatArray, ant: int, distance: float, number: FloatArray, count: IntArray) -> None:
     """New fitness and heuristic of an ant, and (19): pheromone follows the change of fitness."""
     stay_one_function()
-    fitness = 1.0 / (1.0 + distance / number[SCALE])
-    change = fitness - swarm[ant, FITNESS]
-    swarm[ant, FITNESS] = fitness
-    swarm[ant, HEURISTIC] = 1.0 / (FARTHEST + distance / number[SCALE])
-    if count[WITHOUT] != 19:
-        size = abs(change) if number[REWARD] == 1.0 else abs(change) ** number[REWARD]
+    fitness = 1.0 / (1.0 + distance / number[state.SCALE])
+    change = fitness - swarm[ant, state.FITNESS]
+    swarm[ant, state.FITNESS] = fitness
+    swarm[ant, state.HEURISTIC] = 1.0 / (FARTHEST + distance / number[state.SCALE])
+    if count[state.WITHOUT] != 19:
+        size = abs(change) if number[state.REWARD] == 1.0 else abs(change) ** number[state.REWARD]
         step = size if change > 0.0 else -size
-        swarm[ant, PHEROMONE] = clamped(swarm[ant, PHEROMONE] + step, number)
+        swarm[ant, state.PHEROMONE] = clamped(swarm[ant, state.PHEROMONE] + step, number)
 
 
 @hot_kernel
@@ -110,21 +83,22 @@ def weigh(swarm: FloatArray, best: int, number: FloatArray, count: IntArray) -> 
     """(20), then (16): cumulated weights of the ants; returns their sum."""
     stay_one_function()
     highest = -np.inf
-    for ant in range(count[ANTS]):
-        if count[WITHOUT] != 20:
-            left = (1.0 - number[EVAPORATION]) * swarm[ant, PHEROMONE]
+    for ant in range(count[state.ANTS]):
+        if count[state.WITHOUT] != 20:
+            left = (1.0 - number[state.EVAPORATION]) * swarm[ant, state.PHEROMONE]
             if ant == best:
-                left += number[EVAPORATION] * swarm[ant, FITNESS]
-            swarm[ant, PHEROMONE] = clamped(left, number)
+                left += number[state.EVAPORATION] * swarm[ant, state.FITNESS]
+            swarm[ant, state.PHEROMONE] = clamped(left, number)
         weight = 0.0
-        if count[WITHOUT] != 16:
-            weight = number[ALPHA] * np.log(swarm[ant, PHEROMONE]) + number[BETA] * np.log(swarm[ant, HEURISTIC])
-        swarm[ant, WEIGHT] = weight
+        if count[state.WITHOUT] != 16:
+            weight = number[state.ALPHA] * np.log(swarm[ant, state.PHEROMONE])
+            weight += number[state.BETA] * np.log(swarm[ant, state.HEURISTIC])
+        swarm[ant, state.WEIGHT] = weight
         highest = max(highest, weight)
     total = 0.0
-    for ant in range(count[ANTS]):
-        total += np.exp(swarm[ant, WEIGHT] - highest)
-        swarm[ant, WEIGHT] = total
+    for ant in range(count[state.ANTS]):
+        total += np.exp(swarm[ant, state.WEIGHT] - highest)
+        swarm[ant, state.WEIGHT] = total
     return total
 
 
@@ -132,7 +106,7 @@ def weigh(swarm: FloatArray, best: int, number: FloatArray, count: IntArray) -> 
 def followed(swarm: FloatArray, ants: int, level: float) -> int:
     """The ant whose cumulated weight first exceeds a level."""
     for ant in range(ants):
-        if swarm[ant, WEIGHT] > level:
+        if swarm[ant, state.WEIGHT] > level:
             return ant
     return ants - 1
 
@@ -143,13 +117,13 @@ def stepped(angle: float, target: float, number: FloatArray, without: int, rando
     stay_one_function()
     ahead = wrapped(target - angle)
     sign = 1.0 if random[at] < 0.5 else -1.0
-    size = number[TURN] * random[at + 1]
+    size = number[state.TURN] * random[at + 1]
     if ahead != 0.0:
-        size = 2.0 * random[at + 1] * min(number[TURN], abs(ahead))
+        size = 2.0 * random[at + 1] * min(number[state.TURN], abs(ahead))
         if without != 17:
             sign = 1.0 if ahead > 0.0 else -1.0
     turned = wrapped(angle + sign * size)
-    if without != 18 and random[at + 2] < number[MUTATION]:
+    if without != 18 and random[at + 2] < number[state.MUTATION]:
         turned = 0.5 * PI - turned
     return turned
 
@@ -158,18 +132,17 @@ def stepped(angle: float, target: float, number: FloatArray, without: int, rando
 def move(swarm: FloatArray, total: float, number: FloatArray, count: IntArray, random: FloatArray) -> None:
     """Every ant follows one drawn by weight, all from the places before the move."""
     stay_one_function()
-    ants, without = count[ANTS], count[WITHOUT]
+    ants, without = count[state.ANTS], count[state.WITHOUT]
     for ant in range(ants):
-        at = count[CURSOR]
+        at = count[state.CURSOR]
         chosen = followed(swarm, ants, random[at] * total)
         for k in range(2):
-            swarm[ant, NEXT_FIRST + k] = stepped(
-                swarm[ant, FIRST_ANGLE + k], swarm[chosen, FIRST_ANGLE + k], number, without, random, at + 1 + 3 * k
-            )
-        count[CURSOR] += NUMBERS_PER_ANT
+            angle, target = swarm[ant, state.FIRST_ANGLE + k], swarm[chosen, state.FIRST_ANGLE + k]
+            swarm[ant, state.NEXT_FIRST + k] = stepped(angle, target, number, without, random, at + 1 + 3 * k)
+        count[state.CURSOR] += NUMBERS_PER_ANT
     for ant in range(ants):
-        swarm[ant, FIRST_ANGLE] = swarm[ant, NEXT_FIRST]
-        swarm[ant, SECOND_ANGLE] = swarm[ant, NEXT_FIRST + 1]
+        swarm[ant, state.FIRST_ANGLE] = swarm[ant, state.NEXT_FIRST]
+        swarm[ant, state.SECOND_ANGLE] = swarm[ant, state.NEXT_FIRST + 1]
 
 
 @hot_kernel
@@ -180,14 +153,15 @@ def iterate(
 ) -> None:  # fmt: skip
     """One iteration: evaluate every ant, weigh, move, and improve the best pair by local search if asked to."""
     stay_one_function()
-    count[ITERATIONS] += 1
+    count[state.ITERATIONS] += 1
     best, best_i, best_j, best_d = -1, 0, 0, 0.0
-    chains = 1 if count[WITHOUT] == 15 else 2
-    for ant in range(count[ANTS]):
+    amplitude, without = count[state.AMPLITUDE], count[state.WITHOUT]
+    chains = 1 if without == 15 else 2
+    for ant in range(count[state.ANTS]):
         closest = np.inf
         for chain in range(chains):
-            i = pick_a[decoded(swarm[ant, FIRST_ANGLE], chain, pick_a.shape[0], count[AMPLITUDE], count[WITHOUT])]
-            j = pick_b[decoded(swarm[ant, SECOND_ANGLE], chain, pick_b.shape[0], count[AMPLITUDE], count[WITHOUT])]
+            i = pick_a[decoded(swarm[ant, state.FIRST_ANGLE], chain, pick_a.shape[0], amplitude, without)]
+            j = pick_b[decoded(swarm[ant, state.SECOND_ANGLE], chain, pick_b.shape[0], amplitude, without)]
             d = evaluate(i, j, rows_a, rows_b, pose, number, count, table, pair)
             closest = min(closest, d)
             if best < 0 or d < best_d:
@@ -196,6 +170,6 @@ def iterate(
                 return
         reward(swarm, ant, closest, number, count)
     move(swarm, weigh(swarm, best, number, count), number, count, random)
-    if count[DAEMON] != 0 and (best_i != count[LAST_A] or best_j != count[LAST_B]):
-        count[LAST_A], count[LAST_B] = best_i, best_j
+    if count[state.DAEMON] != 0 and (best_i != count[state.LAST_A] or best_j != count[state.LAST_B]):
+        count[state.LAST_A], count[state.LAST_B] = best_i, best_j
         descend(best_i, best_j, best_d, rows_a, rows_b, near_a, near_b, pose, number, count, table, pair)

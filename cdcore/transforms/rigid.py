@@ -1,7 +1,4 @@
-"""Rotations that are rotations: quaternions and matrices are checked, renormalised in float64, or refused.
-
-Source: equations (6)-(14) for the meaning of a rotation; the bounds are those of ``cdcore.numerics``.
-"""
+"""Rotation matrices of quaternions, renormalised in float64."""
 
 from __future__ import annotations
 
@@ -32,33 +29,3 @@ def rotation_from_quaternion(quaternion_xyzw: FloatArray) -> FloatArray:
     matrix[..., 2, 1] = 2 * (y * z + x * w)
     matrix[..., 2, 2] = 1 - 2 * (x * x + y * y)
     return matrix
-
-
-def orthonormality_error(rotation: FloatArray) -> FloatArray:
-    """Largest entry of ``|R^T R - I|`` for each matrix (..., 3, 3); infinity for a reflection, NaN where not finite."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        columns = [rotation[..., :, k] for k in range(3)]
-        error = np.zeros(rotation.shape[:-2])
-        for i in range(3):
-            for j in range(i, 3):
-                a, b = columns[i], columns[j]
-                dot = a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
-                error = np.maximum(error, np.abs(dot - (i == j)))
-        a, b, c = columns
-        determinant = (
-            a[..., 0] * (b[..., 1] * c[..., 2] - b[..., 2] * c[..., 1])
-            + a[..., 1] * (b[..., 2] * c[..., 0] - b[..., 0] * c[..., 2])
-            + a[..., 2] * (b[..., 0] * c[..., 1] - b[..., 1] * c[..., 0])
-        )
-        return np.where(determinant < 0, np.inf, error)
-
-
-def nearest_rotation(matrix: FloatArray) -> FloatArray:
-    """The rotation nearest to each matrix (..., 3, 3) in the Frobenius norm, by singular value decomposition.
-
-    Choose it for matrices that should be rotations and lost digits on the way; a reflection has no nearest rotation
-    worth having and is the caller's to refuse.
-    """
-    u, _, vt = np.linalg.svd(matrix)
-    rotation: FloatArray = u @ vt
-    return rotation

@@ -1,4 +1,4 @@
-"""The points that count are computed in one order, coordinate by coordinate, and nothing else decides them."""
+"""The reference vertices are computed in one order, coordinate by coordinate, and nothing else decides them."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shapes import ball_mesh, beaker_mesh, box_mesh, moved, random_rotations, revolved_mesh, rod_mesh
+from shapes import ball_mesh, beaker_mesh, box_mesh, moved, revolved_mesh, rod_mesh
 
 from cdcore import TriangleMesh
 from cdcore.bounding.sphere import (
@@ -19,7 +19,6 @@ from cdcore.bounding.sphere import (
     sphere_by_ritter,
     sphere_by_triangle_mean,
     sphere_in_mode,
-    sphere_scaled,
 )
 from cdcore.errors import InvalidSettingError
 from cdcore.numerics import EPS
@@ -114,38 +113,6 @@ def test_a_mesh_near_the_limits_of_float64_neither_overflows_nor_vanishes():
     small, large = TriangleMesh(SHAPES["box"].vertices * 1e-120, box_mesh().faces), 1e150 * SHAPES["box"].vertices
     assert sphere_best(small).radius > 0
     assert np.isfinite(sphere_best(TriangleMesh(large, box_mesh().faces)).radius)
-
-
-@pytest.mark.parametrize("kind", ["diagonal", "negative", "sheared"])
-def test_a_scaled_ball_holds_the_scaled_mesh_and_the_mean_scale_would_not(kind):
-    rng = np.random.default_rng(len(kind))
-    mean_fails = 0
-    for _ in range(120):
-        mesh = TriangleMesh(rng.normal(size=(9, 3)), np.arange(9).reshape(-1, 3))
-        ball = sphere_best(mesh)
-        if kind == "sheared":
-            scale = rng.normal(size=(3, 3))
-            points, stretches = mesh.vertices @ scale.T, np.linalg.svd(scale, compute_uv=False)
-        else:
-            scale = rng.uniform(0.1, 4, 3) * (1 if kind == "diagonal" else rng.choice([-1, 1], 3))
-            points, stretches = mesh.vertices * scale, np.abs(scale)
-        assert holds(sphere_scaled(ball, scale), points)
-        reach = np.linalg.norm(points - sphere_scaled(ball, scale).centre, axis=1).max()
-        mean_fails += reach > ball.radius * stretches.mean()
-    assert mean_fails > 20
-
-
-def test_a_diagonal_scale_and_its_matrix_give_the_same_ball():
-    ball = sphere_best(SHAPES["beaker"])
-    one, other = sphere_scaled(ball, [1, -2, 0.5]), sphere_scaled(ball, np.diag([1, -2, 0.5]))
-    assert one.radius == pytest.approx(other.radius)
-    assert np.allclose(one.centre, other.centre)
-
-
-def test_a_rotation_changes_no_radius():
-    ball = sphere_best(SHAPES["beaker"])
-    for rotation in random_rotations(np.random.default_rng(0), 20):
-        assert sphere_scaled(ball, rotation).radius == pytest.approx(ball.radius, rel=1e-14)
 
 
 def test_modes_are_those_of_the_table_and_others_are_refused():

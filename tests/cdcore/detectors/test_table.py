@@ -5,9 +5,11 @@ from __future__ import annotations
 import subprocess
 import sys
 from importlib.metadata import EntryPoint
+from time import perf_counter
 
+import numpy as np
 import pytest
-from shapes import box_mesh
+from shapes import box_mesh, lab
 
 import cdcore.detectors as table
 from cdcore import DETECTORS, Body, create_detector
@@ -21,6 +23,14 @@ BODIES = [Body("a", box_mesh()), Body("b", box_mesh())]
 @pytest.mark.parametrize("name", DETECTORS)
 def test_every_row_names_a_class_of_that_name(name):
     assert load_detector(name).name == name
+
+
+@pytest.mark.parametrize("name", DETECTORS)
+def test_the_seconds_of_all_stages_are_part_of_those_of_the_call(name):
+    bodies, motion = lab(8)
+    detector, start = create_detector(name, bodies), perf_counter()
+    spent = [float(np.sum(stage)) for stage in detector.detect(motion).seconds.values()]
+    assert min(spent) >= 0 and 0 < sum(spent) <= perf_counter() - start
 
 
 def test_an_unknown_name_is_answered_with_the_known_ones():

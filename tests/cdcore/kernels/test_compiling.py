@@ -5,12 +5,15 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
+import numba
 import pytest
 from numba import njit
 from numba.core.event import Event
 
-from cdcore.kernels.compiling import Compiled, stay_one_function
+from cdcore.kernels import compiling
+from cdcore.kernels.compiling import Compiled, hot_kernel, kernel, quick_compilers, stay_one_function
 
 
 @njit
@@ -88,3 +91,17 @@ def test_the_collector_rests_while_kernels_compile_and_only_then():
             assert gc.isenabled() == on
         finally:
             gc.enable()
+
+
+@pytest.mark.parametrize(("version", "quick"), [((0, 60), 0), ((0, 61), 1), ((0, 68), 1), ((0, 69), 0), ((1, 0), 0)])
+def test_only_versions_of_numba_that_were_tried_compile_the_quick_way(version, quick, monkeypatch):
+    monkeypatch.setattr(numba, "version_info", SimpleNamespace(short=version))
+    assert [len(options) for options in quick_compilers.__wrapped__()] == [quick, quick]
+
+
+def test_without_the_quick_way_kernels_and_their_parts_compute_the_same(monkeypatch):
+    monkeypatch.setattr(compiling, "quick_compilers", lambda: ({}, {}))
+    part = hot_kernel(lambda x: x * x + 1)
+    asked = kernel(lambda x: part(x) + part(x + 1))
+    asked._cache = type(asked)(asked.py_func)._cache  # no disk: this test compiles
+    assert asked(3.0) == 10.0 + 17.0

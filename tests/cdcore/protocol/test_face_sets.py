@@ -61,4 +61,4 @@ def test_they_are_read_only():
 
 def test_nothing_joined_is_nothing():
     assert FaceSets.join([]).counts(2, 2).tolist() == [[0, 0], [0, 0]]
-    assert FaceSets.empty().at(0, 0).shape == (0, 2)
+    assert FaceSets.from_lists([], [], []).at(0, 0).shape == (0, 2)

@@ -7,12 +7,12 @@ import sys
 
 import numpy as np
 import pytest
-from shapes import random_rotations
+from shapes import nearest_rotation, orthonormality_error, random_rotations
 
 from cdcore import Motion
 from cdcore.errors import InvalidPoseError
 from cdcore.numerics import ORTHONORMAL_KEEP
-from cdcore.transforms.rigid import nearest_rotation, orthonormality_error, rotation_from_quaternion
+from cdcore.transforms.rigid import rotation_from_quaternion
 
 TIMES = np.arange(6) / 90
 

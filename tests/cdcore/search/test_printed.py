@@ -5,7 +5,7 @@ import pytest
 from search_scenes import I3, ball_of, search_of
 from shapes import box_mesh
 
-from cdcore.search.printed import not_gate, printed_gate, probabilities
+from cdcore.search.printed import printed_gate, probabilities
 
 
 def test_the_printed_gate_shrinks_its_vector_a_hundred_turns_by_nine_tenths():
@@ -21,12 +21,6 @@ def test_the_printed_gate_fails_the_invariant_of_a_rotation_and_is_a_reflection_
     assert np.allclose(norm, 1 - np.sin(2 * theta) * np.sin(2 * t))
     assert np.abs(norm - 1).max() > 0.9
     assert np.allclose(norm[:, 10], 1.0)
-
-
-def test_not_twice_is_the_identity():
-    qubits = np.random.default_rng(0).normal(size=(9, 2, 2))
-    assert np.array_equal(not_gate(not_gate(qubits)), qubits)
-    assert not np.array_equal(not_gate(qubits), qubits)
 
 
 def test_probabilities_of_a_negative_pheromone_are_none():

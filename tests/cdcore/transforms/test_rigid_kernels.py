@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import random_rotations
+from shapes import nearest_rotation, orthonormality_error, random_rotations
 
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of
 from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT
-from cdcore.transforms.rigid import nearest_rotation, orthonormality_error, rotation_from_quaternion
+from cdcore.transforms.rigid import rotation_from_quaternion
 from cdcore.transforms.rigid_kernels import GOOD, check_poses, matrix_error, turns_of_quaternions
 
 COUNT = 300
@@ -50,7 +50,7 @@ def test_repair_gives_the_nearest_rotation(size):
     bad, repaired, worst = check(np.zeros((COUNT, 3)), turn, np.ones(COUNT, dtype=bool))
     assert (bad, repaired) == (GOOD, COUNT)
     assert 0 < worst < 20 * size
-    assert np.abs(turn - expected).max() < 5e-15
+    assert np.abs(turn - expected).max() < 1e-14  # the decomposition itself rounds, by the machine, up to 5e-15
     assert orthonormality_error(turn).max() <= ORTHONORMAL_KEEP
 
 

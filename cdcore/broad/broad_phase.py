@@ -1,0 +1,57 @@
+"""Spheres, then boxes: the pair-frames that both let through may meet, all others are clear."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from cdcore.bounding.box import box_best
+from cdcore.bounding.sphere import sphere_in_mode
+from cdcore.broad.box_stage import BoxStage
+from cdcore.broad.sphere_stage import SphereStage
+from cdcore.numerics import ByteArray, IntArray
+from cdcore.protocol import Body, Motion, Verdict
+
+
+@dataclass(frozen=True, eq=False)
+class BroadAnswer:
+    """What volumes decide.
+
+    Parameters
+    ----------
+    verdict : (T, P) CLEAR or NO_POSE; the caller writes its answers about the pair-frames below into it.
+    frames, columns : (K,) pair-frames that may meet, sorted by pair, then frame.
+    work : counters of sphere and box tests.
+    clock : seconds of the performance counter at the start, after the spheres and after the boxes.
+    """
+
+    verdict: ByteArray
+    frames: IntArray
+    columns: IntArray
+    work: dict[str, int]
+    clock: list[float]
+
+
+class BroadPhase:
+    """The volumes of all bodies; ``sphere`` is a mode of ``SPHERES``, ``skip`` as in ``SphereStage``."""
+
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, *, sphere: str = "best", skip: bool = True) -> None:
+        self._spheres = SphereStage([sphere_in_mode(body.mesh, sphere) for body in bodies], pairs, skip=skip)
+        self._boxes = BoxStage([box_best(body.mesh) for body in bodies], pairs)
+
+    def candidates(self, motion: Motion) -> BroadAnswer:
+        """Answer for every frame and pair of the motion."""
+        clock = [perf_counter()]
+        spheres = self._spheres.candidates(motion)
+        columns, frames = np.nonzero(spheres.verdict.T == Verdict.CANDIDATE)
+        clock.append(perf_counter())
+        work = {"sphere_tests": spheres.tests, "skipped": spheres.skipped, "box_tests": len(frames)}
+        spheres.verdict[frames, columns] = Verdict.CLEAR
+        if len(frames):
+            meet = self._boxes.may_meet(motion, frames, columns)
+            frames, columns = frames[meet], columns[meet]
+        clock.append(perf_counter())
+        return BroadAnswer(spheres.verdict, frames, columns, work, clock)
