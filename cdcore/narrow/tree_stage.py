@@ -20,9 +20,9 @@ from cdcore.narrow.containment import ContainmentStage
 from cdcore.narrow.exhaustive import meeting_faces_exhaustive
 from cdcore.narrow.face_pair import decided_by_integers
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns, turned_faces
-from cdcore.narrow.pair_search import UNLIMITED, PairPoses, PairSearch, Searched
 from cdcore.narrow.section_source import sections_of
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, position_pad
+from cdcore.narrow.tree_search import UNLIMITED, PairPoses, Searched, TreeSearch
 from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
 from cdcore.protocol import Body, Detection, FaceSets, Motion, Verdict, ordered_by_name, pair_has_pose
 
@@ -77,7 +77,7 @@ class TreeStage:
     """
 
     def __init__(
-        self, bodies: Sequence[Body], pairs: NDArray[np.int64], search: PairSearch, settings: TreeSettings
+        self, bodies: Sequence[Body], pairs: NDArray[np.int64], search: TreeSearch, settings: TreeSettings
     ) -> None:
         self._bodies = tuple(bodies)
         self._pairs = pairs
