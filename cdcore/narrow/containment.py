@@ -13,12 +13,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.memory import Memory, doubles_of
 from cdcore.mesh import TriangleMesh
-from cdcore.narrow.containment_kernels import may_be_inside
-from cdcore.narrow.inside_grid import OUTSIDE, UNCERTAIN, InsideGrid
 from cdcore.narrow.pair_frames import rows_of_columns
-from cdcore.narrow.ray_parity import point_inside
-from cdcore.numerics import EPS, FloatArray, place_points
+from cdcore.narrow.ray_parity import OUTSIDE, UNCERTAIN, InsideGrid, point_inside
+from cdcore.numerics import EPS, BoolArray, FloatArray, IntArray, place_points
 from cdcore.protocol import DECIDED, Body, Motion, Verdict
 
 MARGIN_ULPS: Final = 1024.0
@@ -33,6 +33,8 @@ ROOM_SLACK: Final = 1e-9
 
 PROBES_PER_COMPONENT: Final = 4
 """Vertices tried before the exact answer: from one of them a ray may run along an edge, hardly from four."""
+
+Pose = tuple[FloatArray, FloatArray]
 
 REFUSAL: Final = "refused: containment=False"
 """What ``Detection.containment`` says of every pair where a setting turned the question off."""
@@ -139,14 +141,8 @@ def containment_word(a: Body, b: Body) -> str:
     return f"refused: {opened[0]} is open" if len(opened) == 1 else f"refused: {' and '.join(sorted(opened))} are open"
 
 
-def wholly_inside(
-    inner: TriangleMesh,
-    inner_pose: tuple[FloatArray, FloatArray],
-    outer: TriangleMesh,
-    outer_pose: tuple[FloatArray, FloatArray],
-) -> bool:
-    """Whether every component of one mesh is inside a closed other that it does not meet; exact about the points that
-    count.
+def wholly_inside(inner: TriangleMesh, inner_pose: Pose, outer: TriangleMesh, outer_pose: Pose) -> bool:
+    """Whether every component of one mesh is inside a closed other that it does not meet, by exact arithmetic.
 
     Choose it for single poses; it places the whole outer mesh. Poses are (rotation, translation).
     """
@@ -200,3 +196,51 @@ def _component_vertices(mesh: TriangleMesh, count: int) -> FloatArray:
     spread = first[:, None] + (np.arange(count) * sizes[:, None]) // count
     corner = np.arange(count) % 3
     return np.ascontiguousarray(mesh.vertices[mesh.faces[order[spread], corner]])
+
+
+@hot_kernel
+def point_in_box(
+    points: Memory, e: int, turns: Memory, places: Memory, a: int, b: int, box: Memory, margin: float
+) -> bool:
+    """Whether point ``e`` of a body with pose ``a`` may lie in the box (6,), low and high, of one with pose ``b``."""
+    stay_one_function()
+    p, q, r = points[3 * e], points[3 * e + 1], points[3 * e + 2]
+    t, u, v, w = 9 * a, 9 * b, 3 * a, 3 * b
+    x = turns[t] * p + turns[t + 1] * q + turns[t + 2] * r + (places[v] - places[w])
+    y = turns[t + 3] * p + turns[t + 4] * q + turns[t + 5] * r + (places[v + 1] - places[w + 1])
+    z = turns[t + 6] * p + turns[t + 7] * q + turns[t + 8] * r + (places[v + 2] - places[w + 2])
+    for k in range(3):
+        seen = turns[u + k] * x + turns[u + 3 + k] * y + turns[u + 6 + k] * z
+        if seen < box[k] - margin or seen > box[3 + k] + margin:
+            return False
+    return True
+
+
+@hot_kernel
+def largest_of(places: Memory, pose: int) -> float:
+    """Largest absolute coordinate of the translation of one pose."""
+    x, y, z = abs(places[3 * pose]), abs(places[3 * pose + 1]), abs(places[3 * pose + 2])
+    largest: float = max(max(x, y), z)
+    return largest
+
+
+@kernel
+def may_be_inside(
+    rotation: FloatArray, translation: FloatArray, frames: IntArray, inner: int, outer: int, extremes: FloatArray,
+    box: FloatArray, size: float, pad: float, may: BoolArray,
+) -> None:  # fmt: skip
+    """Fill ``may`` (K,): False where an outermost vertex of the inner body lies outside the box of the outer one.
+
+    ``extremes`` (E, 3): vertices of the inner body; ``box`` (2, 3); the margin is ``pad`` times both bodies' size. All
+    arrays are contiguous.
+    """
+    turns, places, points, ends = doubles_of(rotation), doubles_of(translation), doubles_of(extremes), doubles_of(box)
+    bodies = rotation.shape[1]
+    for k in range(len(frames)):
+        a, b = frames[k] * bodies + inner, frames[k] * bodies + outer
+        margin = pad * (size + (largest_of(places, a) + largest_of(places, b)))
+        may[k] = True
+        for e in range(len(extremes)):
+            if not point_in_box(points, e, turns, places, a, b, ends, margin):
+                may[k] = False
+                break

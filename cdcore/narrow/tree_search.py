@@ -48,7 +48,7 @@ class Searched:
 
 @dataclass(frozen=True)
 class TreeKind:
-    """A hierarchy: ``build`` makes a tree of corners (f, 3, 3) and says its depth, ``search_rows`` searches two trees."""
+    """A hierarchy: ``build`` makes a tree of corners (f, 3, 3) and says its depth, ``search_rows`` searches two."""
 
     build: Callable[[FloatArray], tuple[Any, int]]
     search_rows: Callable[..., IntArray]

@@ -7,9 +7,7 @@ the segment between its lexicographic extremes, or as the point it is.
 
 from __future__ import annotations
 
-import numpy as np
-
-from cdcore.kernels.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory
 from cdcore.narrow.orientation import cross_sign, orientation_sign
 
@@ -23,11 +21,11 @@ def projection_axis(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> int
     ux, uy, uz = p[3 * b] - p[3 * a], p[3 * b + 1] - p[3 * a + 1], p[3 * b + 2] - p[3 * a + 2]
     vx, vy, vz = p[3 * d] - p[3 * c], p[3 * d + 1] - p[3 * c + 1], p[3 * d + 2] - p[3 * c + 2]
     x, y, z = abs(uy * vz - uz * vy), abs(uz * vx - ux * vz), abs(ux * vy - uy * vx)
-    first = int(np.int64(2))
+    first = runtime_int(2)
     if x > y and x > z:
-        first = int(np.int64(0))
+        first = runtime_int(0)
     elif y > z:
-        first = int(np.int64(1))
+        first = runtime_int(1)
     for step in range(3):
         axis = (first + step) % 3
         if cross_sign(p, a, b, c, d, axis, w) != 0:
@@ -144,8 +142,8 @@ def segments_meet(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> bool:
         return segments_meet_2d(p, a, b, c, d, axis, w)
     if not (on_one_line(p, a, b, c, w) and on_one_line(p, c, d, a, w)):
         return False
-    apart = ranges_apart(p, a, b, c, d, int(np.int64(0))) or ranges_apart(p, a, b, c, d, int(np.int64(1)))
-    return not (apart or ranges_apart(p, a, b, c, d, int(np.int64(2))))
+    apart = ranges_apart(p, a, b, c, d, runtime_int(0)) or ranges_apart(p, a, b, c, d, runtime_int(1))
+    return not (apart or ranges_apart(p, a, b, c, d, runtime_int(2)))
 
 
 @hot_kernel
@@ -213,7 +211,7 @@ def pair_intersects_exact(p: Memory, w: Memory) -> bool:
     stay_one_function()
     if boxes_apart(p):
         return False
-    o = int(np.int64(0))
+    o = runtime_int(0)
     t = o + 3
     first_axis = projection_axis(p, o, o + 1, o, o + 2, w)
     second_axis = projection_axis(p, t, t + 1, t, t + 2, w)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.narrow.face_pair import keep_found, place_face, placed_pair_meets
 from cdcore.narrow.level_tree import extents, grow_tree
 from cdcore.numerics import ByteArray, FloatArray, IntArray
@@ -95,7 +95,7 @@ def place_and_fit(tree: WorldBoxTree, turn: FloatArray, move: FloatArray, world:
     """The placed faces and boxes of a body in one pose."""
     stay_one_function()
     for face in range(len(tree.corners)):
-        place_face(tree.corners, face, turn, move, world[face], 0 * face)
+        place_face(tree.corners, face, turn, move, world[face], runtime_int(0))
     fit_boxes(world, tree.child, tree.leaf, boxes)
 
 

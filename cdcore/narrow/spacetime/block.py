@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory
-from cdcore.narrow.spacetime.lanes import widened
 from cdcore.narrow.spacetime.leaf_test import survivors_of_leaves
 from cdcore.narrow.spacetime.memory import PoseMemory, TreeMemory
 from cdcore.narrow.spacetime.node_test import lanes_that_may_meet
@@ -112,7 +111,7 @@ def ask_face_pair(
     become_part_of_caller()
     edge_a = tree_a.planes[11 * face_a + 10] * EDGE_SLACK + question.pad
     edge_b = tree_b.planes[11 * face_b + 10] * EDGE_SLACK + question.pad
-    key = (widened(tree_a.faces[face_a]) << question.bits_b) | widened(tree_b.faces[face_b])
+    key = (runtime_int(tree_a.faces[face_a]) << question.bits_b) | runtime_int(tree_b.faces[face_b])
     place = (face_a << question.bits_b) | face_b
     contact, lane = 0, 0
     while asked != 0:
@@ -184,7 +183,7 @@ def traverse_block(
         a, b, mask = stack[depth], stack[depth + 1], stack[depth + 2] & alive
         if mask == 0:
             continue
-        leaf_a, leaf_b = widened(links_a[2 * a + 1]), widened(links_b[2 * b + 1])
+        leaf_a, leaf_b = runtime_int(links_a[2 * a + 1]), runtime_int(links_b[2 * b + 1])
         before = mask
         mask = lanes_that_may_meet(
             boxes_a, a, boxes_b, b, scratch.relative, scratch.middle, chord, pad, mask, leaf_a >= 0 and leaf_b >= 0,
@@ -201,12 +200,12 @@ def traverse_block(
                 scratch,
             )  # fmt: skip
         elif leaf_b >= 0 or (leaf_a < 0 and boxes_a[16 * a + 15] > boxes_b[16 * b + 15]):
-            child = widened(links_a[2 * a])
+            child = runtime_int(links_a[2 * a])
             stack[depth], stack[depth + 1], stack[depth + 2] = child, b, mask
             stack[depth + 3], stack[depth + 4], stack[depth + 5] = child + 1, b, mask
             depth += 6
         else:
-            child = widened(links_b[2 * b])
+            child = runtime_int(links_b[2 * b])
             stack[depth], stack[depth + 1], stack[depth + 2] = a, child, mask
             stack[depth + 3], stack[depth + 4], stack[depth + 5] = a, child + 1, mask
             depth += 6

@@ -13,10 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, doubles_at, integers_at, row_of, words_at
 from cdcore.narrow.spacetime.box_fit import FitMemory, fit_box
-from cdcore.narrow.spacetime.lanes import widened
 from cdcore.narrow.spacetime.leaf_data import fill_leaves
 from cdcore.numerics import FloatArray, IntArray
 
@@ -84,7 +83,7 @@ def best_split(fit: FitMemory, split: SplitMemory, start: int, stop: int) -> int
     stay_one_function()
     extent, spans, choice = fit.extent, fit.spans, split.choice
     longest = max(max(extent[1] - extent[0], extent[3] - extent[2]), extent[5] - extent[4])
-    best = widened(-1)
+    best = runtime_int(-1)
     choice[0], choice[1] = np.inf, 0.0
     for axis in range(3):
         if extent[2 * axis + 1] - extent[2 * axis] < 0.25 * longest:
@@ -112,7 +111,7 @@ def fill_bins(fit: FitMemory, split: SplitMemory, start: int, stop: int, axis: i
         empty_box(split.bounds, 6 * b)
     for row in range(start, stop):
         face = 9 * fit.order[row]
-        b = min(widened(BINS - 1), int((fit.spans[face + 6 + axis] - low) / width))
+        b = min(runtime_int(BINS - 1), int((fit.spans[face + 6 + axis] - low) / width))
         split.counts[b] += 1
         grow(split.bounds, 6 * b, fit.spans, face)
 
@@ -124,18 +123,18 @@ def cheapest_bin(split: SplitMemory) -> int:
     """
     stay_one_function()
     left, right, counts = split.left, split.right, split.counts
-    empty_box(right, widened(0))
-    total = widened(0)
+    empty_box(right, runtime_int(0))
+    total = runtime_int(0)
     for b in range(BINS):
         total += counts[b]
-        grow(right, widened(0), split.bounds, 6 * b)
+        grow(right, runtime_int(0), split.bounds, 6 * b)
         left[b] = total * surface(right)
-    empty_box(right, widened(0))
-    everything, total, at = total, widened(0), widened(0)
+    empty_box(right, runtime_int(0))
+    everything, total, at = total, runtime_int(0), runtime_int(0)
     left[BINS] = np.inf
     for b in range(BINS - 1, 0, -1):
         total += counts[b]
-        grow(right, widened(0), split.bounds, 6 * b)
+        grow(right, runtime_int(0), split.bounds, 6 * b)
         cost = left[b - 1] + total * surface(right)
         if cost < left[BINS] and 0 < total < everything:
             left[BINS], at = cost, b - 1
@@ -222,7 +221,7 @@ def split_all(row: IntArray, count: int, scale: float) -> int:
         doubles_at(room + 1144),
     )  # fmt: skip
     todo[0], todo[1], todo[2] = 0, 0, count
-    depth, nodes, leaf = widened(3), widened(1), widened(0)
+    depth, nodes, leaf = runtime_int(3), runtime_int(1), runtime_int(0)
     while depth > 0:
         depth -= 3
         node, start, stop = todo[depth], todo[depth + 1], todo[depth + 2]

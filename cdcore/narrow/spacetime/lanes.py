@@ -213,13 +213,6 @@ def _row(width: int) -> Callable[..., Any]:
     return machine_operation(typed)
 
 
-def _widened(_context: Any, number: Any) -> Any:
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return context.cast(builder, arguments[0], signature.args[0], types.int64)
-
-    return types.int64(number), generate
-
-
 load8, load4 = _load(eight), _load(four)
 """``load8(array, index)``: consecutive doubles of a contiguous array or an address, index in doubles from its start."""
 row16 = _row(16)
@@ -228,5 +221,3 @@ store: Callable[..., None] = machine_operation(_store)
 """``store(array, index, value)``."""
 splat8, splat4 = _splat(eight), _splat(four)
 """One double in every lane."""
-widened: Callable[[Any], int] = machine_operation(_widened)
-"""An integer of any width as a 64-bit one, whatever the compiler knows of its value."""

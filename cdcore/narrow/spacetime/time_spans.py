@@ -15,9 +15,9 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, words_of
-from cdcore.narrow.spacetime.lanes import LANES, least, load8, most, splat8, store, widened
+from cdcore.narrow.spacetime.lanes import LANES, least, load8, most, splat8, store
 from cdcore.narrow.spacetime.memory import PoseMemory, pose_memory
 from cdcore.numerics import IntArray
 
@@ -121,7 +121,7 @@ def first_near(pose_a: PoseMemory, pose_b: PoseMemory, frame: int, reach: float,
 
 @kernel
 def _first_near(row_a: IntArray, row_b: IntArray, frame: int, reach: float, work: IntArray) -> int:
-    pose_a, pose_b = pose_memory(row_a, widened(0)), pose_memory(row_b, widened(0))
+    pose_a, pose_b = pose_memory(row_a, runtime_int(0)), pose_memory(row_b, runtime_int(0))
     return first_near(pose_a, pose_b, frame, reach, words_of(work))
 
 

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, bytes_at, doubles_at, row_of, words_at
 from cdcore.narrow.exact_sums import exponents_are_moderate, new_digits
 from cdcore.narrow.spacetime.box_tree import BoxTree
-from cdcore.narrow.spacetime.lanes import widened
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes
 from cdcore.narrow.triangle_exact import pair_intersects_exact
 from cdcore.narrow.triangle_filter import UNDECIDED
@@ -46,16 +45,16 @@ def answer_keys(row: IntArray, count: int, start: int, faces: bool) -> tuple[int
     keys, hits, answers, digits, pair = (
         words_at(row[10]), bytes_at(row[11]), bytes_at(row[12]), words_at(row[13]), doubles_at(row[14]),
     )  # fmt: skip
-    exact, integers = widened(0), widened(0)
+    exact, integers = runtime_int(0), runtime_int(0)
     for k in range(count):
         frame = start + (keys[k] >> (bits_a + bits_b))
         answers[k] = 0
         if hits[frame] != 0 and not faces:
             continue
         face_a, face_b = (keys[k] >> bits_b) & ((1 << bits_a) - 1), keys[k] & ((1 << bits_b) - 1)
-        place_rows(placed_a, face_a, entries_a, stride_a, frame * step_a, pair, widened(0))
-        place_rows(placed_b, face_b, entries_b, stride_b, frame * step_b, pair, widened(9))
-        if exponents_are_moderate(pair, widened(18)):
+        place_rows(placed_a, face_a, entries_a, stride_a, frame * step_a, pair, runtime_int(0))
+        place_rows(placed_b, face_b, entries_b, stride_b, frame * step_b, pair, runtime_int(9))
+        if exponents_are_moderate(pair, runtime_int(18)):
             exact += 1
             if pair_intersects_exact(pair, digits):
                 answers[k] = 1
