@@ -11,15 +11,13 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, ClassVar, Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cdcore.bounding.box import box_by_body_axes
 from cdcore.bounding.sphere import sphere_best
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.broad.sweep_stage import SweepMemory, SweepStage
 from cdcore.narrow.tree_search import TreeSearch
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
+from cdcore.numerics import ByteArray, IntArray
 from cdcore.protocol import Body, Detection, Motion, PairDetector
 
 OBB_TREE: Final = (
@@ -31,7 +29,7 @@ AABB_TREE: Final = (
     "Graphics Tools 2(4), 1997"
 )
 
-Near = tuple[NDArray[np.uint8], dict[str, int]]
+Near = tuple[ByteArray, dict[str, int]]
 """Verdicts (T, P) of a broad phase, CANDIDATE where the trees are to be asked, and its work counters."""
 
 
@@ -60,7 +58,7 @@ class TreeDetector(PairDetector[TreeSettings]):
 
     online: ClassVar[bool] = False
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: TreeSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: TreeSettings) -> None:
         super().__init__(bodies, pairs, settings)
         search = TreeSearch(self.name, [body.mesh.triangles for body in bodies])
         self._trees = TreeStage(bodies, pairs, search, settings)
@@ -91,7 +89,7 @@ class AabbDetector(TreeDetector):
     choose_when: ClassVar[str] = "you want a complete tree without any tolerance, to compare others with"
     cannot: ClassVar[str] = "be fast on large meshes: it refits every box in every pose"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: TreeSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: TreeSettings) -> None:
         super().__init__(bodies, pairs, settings)
         self._spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs)
 
@@ -154,7 +152,7 @@ class SolidStyleDetector(TreeDetector):
     choose_when: ClassVar[str] = "you compare with SOLID: its descent, its counters, its cached axes"
     cannot: ClassVar[str] = "speak for SOLID's own rounding: what GJK leaves open is decided exactly here"
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: TreeSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: TreeSettings) -> None:
         super().__init__(bodies, pairs, settings)
         self._sweep = SweepStage([box_by_body_axes(body.mesh) for body in bodies], pairs)
 

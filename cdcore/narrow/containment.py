@@ -18,11 +18,11 @@ from cdcore.kernels.memory import Memory, doubles_of
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.narrow.ray_parity import OUTSIDE, UNCERTAIN, InsideGrid, point_inside
-from cdcore.numerics import EPS, BoolArray, FloatArray, IntArray, place_points
+from cdcore.numerics import EPS, BoolArray, ByteArray, FloatArray, IntArray, place_points
 from cdcore.protocol import DECIDED, Body, Motion, Verdict
 
 MARGIN_ULPS: Final = 1024.0
-"""How far a point seen from the other body may be from the points that count, in eps of both bodies' size.
+"""How far a point seen from the other body may be from the reference vertices, in eps of both bodies' size.
 
 The transpose of a rotation is its inverse to 192 eps (``ORTHONORMAL_KEEP``), applied to a distance of at most both
 sizes; the roundings of both ways of placing a point add less than 64. Twice the sum, generously.
@@ -50,24 +50,20 @@ class ContainmentStage:
     asked : False: nobody is asked about, and ``refusal`` says why not.
     """
 
-    def __init__(
-        self, bodies: Sequence[Body], pairs: NDArray[np.int64], *, asked: bool = True, refusal: str = REFUSAL
-    ) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, *, asked: bool = True, refusal: str = REFUSAL) -> None:
         self._asked = asked
         self._solids = [_Solid(body.mesh) for body in bodies] if asked else []
         self._pairs = pairs.tolist()
         self.words = tuple(containment_word(bodies[i], bodies[j]) if asked else refusal for i, j in self._pairs)
         """Per pair ``decided`` or ``refused: <name> is open``; what lies inside a closed one is found all the same."""
 
-    def mark(
-        self, motion: Motion, frames: NDArray[np.int64], columns: NDArray[np.int64], verdict: NDArray[np.uint8]
-    ) -> int:
+    def mark(self, motion: Motion, frames: IntArray, columns: IntArray, verdict: ByteArray) -> int:
         """Mark as CONTAINED in ``verdict`` (T, P) which of K pair-frames are; returns how many were asked about."""
         inside = self.contained(motion, frames, columns)
         verdict[frames[inside], columns[inside]] = Verdict.CONTAINED
         return len(frames) if self._asked else 0
 
-    def contained(self, motion: Motion, frames: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.bool_]:
+    def contained(self, motion: Motion, frames: IntArray, columns: IntArray) -> BoolArray:
         """Whether one body of the pair is wholly inside the other, (K,) for K pair-frames without contact."""
         inside = np.zeros(len(frames), dtype=np.bool_)
         for column, rows in rows_of_columns(columns) if self._asked else ():
@@ -78,7 +74,7 @@ class ContainmentStage:
                     inside[left] = self._inside(motion, inner, outer, frames[left])
         return inside
 
-    def _inside(self, motion: Motion, inner: int, outer: int, frames: NDArray[np.int64]) -> NDArray[np.bool_]:
+    def _inside(self, motion: Motion, inner: int, outer: int, frames: IntArray) -> BoolArray:
         a, b = self._solids[inner], self._solids[outer]
         inside = np.zeros(len(frames), dtype=np.bool_)
         size, pad = a.size + b.size, MARGIN_ULPS * EPS
@@ -94,12 +90,12 @@ class ContainmentStage:
 class _Relative:
     """K poses of one body and another, in the columns of a motion."""
 
-    def __init__(self, motion: Motion, frames: NDArray[np.int64], inner: int, outer: int) -> None:
+    def __init__(self, motion: Motion, frames: IntArray, inner: int, outer: int) -> None:
         self.ra, self.ta = motion.rotations[frames, inner], motion.translations[frames, inner]
         self.rb, self.tb = motion.rotations[frames, outer], motion.translations[frames, outer]
         self.far: FloatArray = np.abs(self.ta).max(axis=1) + np.abs(self.tb).max(axis=1)
 
-    def wholly_inside(self, a: _Solid, b: _Solid, margins: FloatArray) -> NDArray[np.bool_]:
+    def wholly_inside(self, a: _Solid, b: _Solid, margins: FloatArray) -> BoolArray:
         """Whether all components of A are inside B, (K,); the exact answer where a ray is uncertain."""
         inside = np.ones(len(margins), dtype=np.bool_)
         uncertain = np.zeros(len(margins), dtype=np.bool_)
@@ -113,7 +109,7 @@ class _Relative:
         return inside
 
     def _component_states(
-        self, probes: FloatArray, grid: InsideGrid, rows: NDArray[np.int64], margins: FloatArray
+        self, probes: FloatArray, grid: InsideGrid, rows: IntArray, margins: FloatArray
     ) -> NDArray[np.int8]:
         """State of one component: it meets no surface, so any of its vertices along any axis tells."""
         states = np.full(len(rows), UNCERTAIN, dtype=np.int8)
@@ -126,7 +122,7 @@ class _Relative:
                 states[asked] = grid.parity(seen[still], margins[rows[asked]], axis)
         return states
 
-    def _seen(self, point: FloatArray, rows: NDArray[np.int64]) -> FloatArray:
+    def _seen(self, point: FloatArray, rows: IntArray) -> FloatArray:
         """A point of A in the frame of B, (K, 3)."""
         away = np.einsum("kij,j->ki", self.ra[rows], point) + (self.ta[rows] - self.tb[rows])
         seen: FloatArray = np.einsum("kji,kj->ki", self.rb[rows], away)

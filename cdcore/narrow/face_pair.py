@@ -1,4 +1,4 @@
-"""One face of each body at the points that count: they meet, they do not, or only integers can tell.
+"""One face of each body at the reference vertices: they meet, they do not, or only integers can tell.
 
 The leaf test that every hierarchy ends in. It is compiled once; a traversal that calls it compiles in a second.
 """
@@ -18,7 +18,7 @@ from cdcore.numerics import FloatArray, IntArray, place_points
 
 @kernel
 def place_face(corners: FloatArray, face: int, turn: FloatArray, move: FloatArray, pair: FloatArray, o: int) -> None:
-    """World corners of a face to rows ``o`` to ``o + 2`` of ``pair``, rounded as the points that count."""
+    """World corners of a face to rows ``o`` to ``o + 2`` of ``pair``, rounded as the reference vertices."""
     stay_one_function()
     for c in range(3):
         x, y, z = corners[face, c, 0], corners[face, c, 1], corners[face, c, 2]

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from cdcore.errors import InvalidMeshError, InvalidPoseError
 from cdcore.mesh import TriangleMesh
-from cdcore.numerics import FloatArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 EVERY_CONTACT: Final = 2**31 - 1
 """FCL stops after ``num_max_contacts``, by default after one."""
@@ -111,7 +111,7 @@ class FclMeshes:
 
     def touch_along(
         self, a: int, b: int, poses_a: tuple[FloatArray, FloatArray], poses_b: tuple[FloatArray, FloatArray]
-    ) -> NDArray[np.bool_]:
+    ) -> BoolArray:
         """Whether two bodies meet at each of K pairs of poses, (K,); the poses come from a ``Motion``.
 
         Parameters
@@ -142,8 +142,8 @@ class FclMeshes:
         return found
 
     def counts_along(
-        self, pairs: NDArray[np.int64], rotations: FloatArray, translations: FloatArray, *, faces: bool
-    ) -> NDArray[np.int64]:
+        self, pairs: IntArray, rotations: FloatArray, translations: FloatArray, *, faces: bool
+    ) -> IntArray:
         """Distinct face pairs, or 0 and 1, of every pair in every frame, (T, P): the plain loop a user of FCL writes.
 
         What stands is placed once. Choose it as a yardstick; it answers everything and knows nothing between frames.

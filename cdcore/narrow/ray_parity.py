@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.numerics import FloatArray
+from cdcore.numerics import FloatArray, IntArray
 
 Point = tuple[Fraction, Fraction, Fraction]
 
@@ -69,7 +69,7 @@ class InsideGrid:
         open_ones = np.bincount(point[crossed == UNCERTAIN], minlength=len(points))
         return np.where(known & (open_ones == 0), crossings & 1, UNCERTAIN).astype(np.int8)
 
-    def _crossed(self, triangle: NDArray[np.int64], points: FloatArray, margins: FloatArray, axis: int) -> States:
+    def _crossed(self, triangle: IntArray, points: FloatArray, margins: FloatArray, axis: int) -> States:
         """Whether the ray of each row crosses the triangle of that row."""
         plane = [(axis + 1) % 3, (axis + 2) % 3]
         reach = 2.0 * margins[:, None]
@@ -81,7 +81,7 @@ class InsideGrid:
         crossed[near] = triangles_crossed(self._triangles[triangle[near]], points[near], margins[near], axis)
         return crossed
 
-    def _list_along(self, axis: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def _list_along(self, axis: int) -> tuple[IntArray, IntArray]:
         """Where the triangles of each cell begin, (cells^2 + 1,), and their numbers."""
         plane = [(axis + 1) % 3, (axis + 2) % 3]
         first = self._cell_of(self._low[:, plane] - self._overlap, plane)
@@ -95,9 +95,9 @@ class InsideGrid:
         np.cumsum(np.bincount(cell, minlength=self._cells**2), out=start[1:])
         return start, triangle[order]
 
-    def _cell_of(self, places: FloatArray, plane: list[int]) -> NDArray[np.int64]:
+    def _cell_of(self, places: FloatArray, plane: list[int]) -> IntArray:
         cell = ((places - self._corner[plane]) * self._scale).astype(np.int64)
-        clipped: NDArray[np.int64] = np.clip(cell, 0, self._cells - 1)
+        clipped: IntArray = np.clip(cell, 0, self._cells - 1)
         return clipped
 
 
@@ -137,7 +137,7 @@ def _sign(values: FloatArray, bounds: FloatArray) -> States:
     return (values > bounds).astype(np.int8) - (values < -bounds).astype(np.int8)
 
 
-def _ragged(counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _ragged(counts: IntArray) -> tuple[IntArray, IntArray]:
     """Row k repeated ``counts[k]`` times, and the number within its row, for all rows."""
     rows = np.repeat(np.arange(len(counts)), counts)
     first = np.cumsum(counts) - counts

@@ -29,6 +29,11 @@ class PairPoses:
     move_b: FloatArray
     pad: FloatArray
 
+    def at(self, rows: IntArray) -> PairPoses:
+        """Some of the poses."""
+        parts = (self.turn_a, self.move_a, self.turn_b, self.move_b, self.pad)
+        return PairPoses(*(part[rows] for part in parts))
+
 
 @dataclass(frozen=True, eq=False)
 class Searched:

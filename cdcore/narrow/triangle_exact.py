@@ -1,5 +1,4 @@
-"""Closed triangle against closed triangle with exact signs, degenerate triangles included: the compiled decision for
-moderate exponents.
+"""Closed triangle against closed triangle with exact signs, degenerate ones included, for moderate exponents.
 
 A pair is one array (6, 3): rows 0-2 are the first triangle, rows 3-5 the second. A triangle of zero area counts as
 the segment between its lexicographic extremes, or as the point it is.
@@ -14,9 +13,7 @@ from cdcore.narrow.orientation import cross_sign, orientation_sign
 
 @hot_kernel
 def projection_axis(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> int:
-    """An axis along which (b - a) x (d - c) is not zero, the float64 largest first; -1 when the product is exactly
-    zero.
-    """
+    """An axis along which (b - a) x (d - c) is not zero, the float64 largest first; -1 where the product is zero."""
     stay_one_function()
     ux, uy, uz = p[3 * b] - p[3 * a], p[3 * b + 1] - p[3 * a + 1], p[3 * b + 2] - p[3 * a + 2]
     vx, vy, vz = p[3 * d] - p[3 * c], p[3 * d + 1] - p[3 * c + 1], p[3 * d + 2] - p[3 * c + 2]
@@ -178,9 +175,7 @@ def flat_meets_proper(p: Memory, flat: int, t: int, axis: int, w: Memory) -> boo
 
 @hot_kernel
 def edges_meet_triangle(p: Memory, s: int, t: int, axis: int, w: Memory) -> int:
-    """One of: an edge of the proper triangle s..s+2 meets the proper triangle t..t+2 (1), all of s lies strictly
-    to one side (-1), no (0).
-    """
+    """1: an edge of the proper triangle s..s+2 meets the proper one t..t+2; -1: s is wholly on one side; 0: neither."""
     stay_one_function()
     side0 = orientation_sign(p, t, t + 1, t + 2, s, w)
     side1 = orientation_sign(p, t, t + 1, t + 2, s + 1, w)

@@ -37,7 +37,7 @@ SHORTEST: Final = 2.5e-7
 """Seconds. A hit lies at most this far from what is proven clear: a quarter of the microsecond that is promised."""
 
 SHARE_SLACK: Final = 2.0**-51
-"""Added to the share of a leg at which a contact was seen: poses and the points that count are rounded there."""
+"""Added to the share of a leg at which a contact was seen: poses and the reference vertices are rounded there."""
 
 HALF_TURN: Final = 4
 """A body turns by half a turn: which way round, rounding would decide."""

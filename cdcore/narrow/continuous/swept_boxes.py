@@ -1,5 +1,6 @@
-"""Whether a moving box certainly stays clear of a resting one: a box axis that separates them at both ends of a part of
-the way, by more than the way can leave its chord.
+"""Whether a moving box certainly stays clear of a resting one.
+
+An axis must separate them at both ends of a part of the motion, by more than the motion can leave its chord.
 """
 
 from __future__ import annotations

@@ -23,33 +23,35 @@ EDGE_SLACK = 1.0 + 1e-5
 
 
 class Question(NamedTuple):
-    """What is asked of a pair, and how a face pair of a frame is packed into one number."""
+    """What is asked of a pair, and how a face pair of a frame is packed into one number.
+
+    Frames ``start`` to ``stop``; packed frames count from ``start``, faces take ``bits_a`` and ``bits_b`` bits.
+    ``pad``: metres that a dismissal keeps. ``faces``: all face pairs; else a frame is done at its first one.
+    ``record``: note everything that is dismissed.
+    """
 
     start: int
-    """First frame; packed frames count from here."""
     stop: int
     pad: float
-    """Distance, metres, that a dismissal keeps."""
     faces: bool
-    """All face pairs; else a frame is done at its first."""
     record: bool
-    """Note everything that is dismissed."""
     bits_a: int
     bits_b: int
 
 
 class Lists(NamedTuple):
-    """Lists that the kernels fill and their caller lengthens; place 0 holds how many follow."""
+    """Lists that the kernels fill and their caller lengthens: place 0 counts what follows, ``_end`` is the memory.
+
+    ``keys``: face pairs that meet, as frame, face of A, face of B. ``later``: those that only exact arithmetic decides,
+    faces in leaf order. ``dismissed``: four numbers a record: kind, first frame, lanes or last frame, and the nodes of
+    A and of B packed by 32 bits.
+    """
 
     keys: Memory
-    """Face pairs that meet: frame, face of A, face of B."""
     keys_end: int
-    """Length of the memory of ``keys``; likewise below."""
     later: Memory
-    """Those only exact arithmetic can decide, faces by their place in leaf order."""
     later_end: int
     dismissed: Memory
-    """Four numbers a record: kind, first frame, lanes or last frame, node of A and of B packed by 32 bits."""
     dismissed_end: int
 
 
@@ -58,7 +60,10 @@ MOST_AT_ONCE = 512
 
 
 class Scratch(NamedTuple):
-    """Memory of a traversal, so that nothing is allocated inside it."""
+    """Memory of a traversal, so that nothing is allocated inside it.
+
+    ``state``: height of the stack and lanes still alive, for a traversal that stopped because a list was full.
+    """
 
     stack: Memory
     relative: Memory
@@ -70,7 +75,6 @@ class Scratch(NamedTuple):
     span: Memory
     found: Memory
     state: Memory
-    """Height of the stack and lanes still alive, for a traversal that stopped because a list was full."""
 
 
 @hot_kernel
@@ -107,7 +111,7 @@ def ask_face_pair(
     tree_a: TreeMemory, pose_a: PoseMemory, face_a: int, tree_b: TreeMemory, pose_b: PoseMemory, face_b: int,
     frame: int, asked: int, question: Question, lists: Lists, hits: Memory, scratch: Memory,
 ) -> int:  # fmt: skip
-    """Ask two faces at the points that count, lane by lane; returns the lanes in contact."""
+    """Ask two faces at the reference vertices, lane by lane; returns the lanes in contact."""
     become_part_of_caller()
     edge_a = tree_a.planes[11 * face_a + 10] * EDGE_SLACK + question.pad
     edge_b = tree_b.planes[11 * face_b + 10] * EDGE_SLACK + question.pad

@@ -15,9 +15,7 @@ from cdcore.numerics import IntArray
 
 @hot_kernel
 def write_plane(p: Memory, row: int, out: Memory, at: int) -> float:
-    """Unit normal of corners ``p[row : row + 9]``, with its range on them, to ``out[at:at + 5]``; returns the longest
-    edge.
-    """
+    """Unit normal of ``p[row : row + 9]`` and its range there, to ``out[at : at + 5]``; returns the longest edge."""
     stay_one_function()
     ux, uy, uz = p[row + 3] - p[row], p[row + 4] - p[row + 1], p[row + 5] - p[row + 2]
     vx, vy, vz = p[row + 6] - p[row], p[row + 7] - p[row + 1], p[row + 8] - p[row + 2]

@@ -1,6 +1,4 @@
-"""The faces of two leaves in eight frames: slabs of the leaf's box, both planes, and what survives goes to the
-world test.
-"""
+"""The faces of two leaves in eight frames: the slabs of a leaf's box, both planes; the rest is asked in the world."""
 
 from __future__ import annotations
 
@@ -107,9 +105,7 @@ def survivors_of_leaves(
     tree_a: TreeMemory, leaf_a: int, tree_b: TreeMemory, b: int, leaf_b: int, relative: Memory, offset: Memory, pad:
     float, mask: int, turned: Memory, placed: Memory, plane: Memory, span: Memory, found: Memory,
 ) -> int:  # fmt: skip
-    """Face pairs that no box or plane dismisses: three numbers (face, face, lanes) each in ``found``; returns how
-    many.
-    """
+    """Write face pairs that no box or plane dismisses to ``found``, as face, face, lanes; returns how many."""
     become_part_of_caller()
     enter_box_frame(tree_b.boxes, b, relative, turned)
     row_a, row_b = 4 * leaf_a, 4 * leaf_b

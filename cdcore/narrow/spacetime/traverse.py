@@ -118,10 +118,7 @@ def fill_relative(pose_a: PoseMemory, pose_b: PoseMemory, frame: int, relative: 
 
 @hot_kernel
 def largest_chord(relative: Memory, lane: int, lanes: int, middle: Memory, squares: Memory) -> float:
-    """Write the rotation of one lane to ``middle`` (9,); returns how far any lane's lies from it, spectral norm.
-
-    ``squares`` (8,) is scratch.
-    """
+    """Write one lane's rotation to ``middle`` (9,); returns how far any lane's lies from it, spectral norm."""
     stay_one_function()
     total = splat8(0.0)
     for k in range(9):
@@ -190,17 +187,10 @@ class Workspace:
         self, tree_a: BoxTree, pose_a: PoseLanes, tree_b: BoxTree, pose_b: PoseLanes, question: Question,
         hits: ByteArray, work: IntArray,
     ) -> list[IntArray]:  # fmt: skip
-        """Decide the frames of a question.
+        """Decide the frames of a question; ``hits`` (stop,) is set to 1 where there is contact, ``work`` is added to.
 
-        Parameters
-        ----------
-        hits : (stop,) set to 1 in frames with contact.
-        work : (COUNTERS,) or longer, added to.
-
-        Returns
-        -------
-        list of arrays : ``Lists`` without the counts in front: face pairs that meet, those left open, dismissals; they
-            hold until the next traversal.
+        Returns ``Lists`` without the counts in front: face pairs that meet, those left open, dismissals. They hold
+        until the next traversal.
         """
         row, nodes = self._row, 3 * (len(tree_a.links) + len(tree_b.links) + 2)
         if len(self._stack) < nodes:

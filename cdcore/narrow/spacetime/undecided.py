@@ -1,4 +1,4 @@
-"""Face pairs that the filter of the world test left open, in exact arithmetic at the points that count.
+"""Face pairs that the filter of the world test left open, in exact arithmetic at the reference vertices.
 
 A kernel of its own, so that it is compiled when the first such pair turns up and not before.
 """
@@ -19,7 +19,7 @@ from cdcore.numerics import ByteArray, IntArray
 
 @hot_kernel
 def place_rows(placed: Memory, face: int, entries: Memory, stride: int, frame: int, pair: Memory, first: int) -> None:
-    """World corners of a face to nine numbers from ``pair[first]`` on, rounded as the points that count."""
+    """World corners of a face to nine numbers from ``pair[first]`` on, rounded as the reference vertices."""
     stay_one_function()
     for corner in range(3):
         at = 12 * face + corner
@@ -32,8 +32,7 @@ def place_rows(placed: Memory, face: int, entries: Memory, stride: int, frame: i
 
 @kernel
 def answer_keys(row: IntArray, count: int, start: int, faces: bool) -> tuple[int, int]:
-    """Fill ``answers`` with 0, 1, or UNDECIDED for integers, and set ``hits``; returns how many of each kind were
-    asked.
+    """Fill ``answers`` with 0, 1, or UNDECIDED for integers, and set ``hits``; returns the numbers of both kinds.
 
     ``row`` holds the numbers of bits of a face of A and of B, then of each body the address of its corners, of its
     poses, their stride and step, then the addresses of the keys, hits, answers, digits and eighteen doubles of scratch.
