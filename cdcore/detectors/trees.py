@@ -75,7 +75,7 @@ class TreeDetector(PairDetector[TreeSettings]):
 
 
 class AabbDetector(TreeDetector):
-    """A tree of axis-aligned boxes around the placed points, exact faces at its leaves.
+    """A tree of axis-aligned boxes around the reference vertices, exact faces at its leaves.
 
     Choose it as the simplest complete hierarchy: its box tests compare numbers that were rounded already, so it has no
     tolerance to doubt. ``obb`` is faster wherever bodies are rigid.

@@ -1,4 +1,4 @@
-"""Which bodies lie wholly inside another, where their surfaces do not meet: exact parity, asked only of closed meshes.
+"""Which bodies lie wholly inside a closed other, where their surfaces do not meet: decided by exact parity.
 
 A ball in a box is contained; a rod in an open beaker is not, even if the beaker's mesh is closed: the cavity is
 outside the glass.
@@ -22,14 +22,12 @@ from cdcore.numerics import EPS, BoolArray, ByteArray, FloatArray, IntArray, pla
 from cdcore.protocol import DECIDED, Body, Motion, Verdict
 
 MARGIN_ULPS: Final = 1024.0
-"""How far a point seen from the other body may be from the reference vertices, in eps of both bodies' size.
-
-The transpose of a rotation is its inverse to 192 eps (``ORTHONORMAL_KEEP``), applied to a distance of at most both
-sizes; the roundings of both ways of placing a point add less than 64. Twice the sum, generously.
+"""How far a point seen from the other body may be from the reference vertices, in eps of both bodies' size: over twice
+the sum of 192, to which a rotation's transpose is its inverse (``ORTHONORMAL_KEEP``), and 64 for placing a point twice.
 """
 
 ROOM_SLACK: Final = 1e-9
-"""A body longer than the other's box by less than this share is still asked about, frame by frame."""
+"""A body longer than the other's box by less than this share is still asked about."""
 
 PROBES_PER_COMPONENT: Final = 4
 """Vertices tried before the exact answer: from one of them a ray may run along an edge, hardly from four."""
@@ -41,13 +39,9 @@ REFUSAL: Final = "refused: containment=False"
 
 
 class ContainmentStage:
-    """Decides containment for pair-frames whose surfaces do not meet.
+    """Decides containment for pair-frames of ``pairs`` (P, 2) whose surfaces do not meet.
 
-    Parameters
-    ----------
-    bodies : N bodies.
-    pairs : (P, 2) body numbers.
-    asked : False: nobody is asked about, and ``refusal`` says why not.
+    Where ``asked`` is False every pair is refused, with ``refusal`` as the reason.
     """
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, *, asked: bool = True, refusal: str = REFUSAL) -> None:
@@ -227,8 +221,7 @@ def may_be_inside(
 ) -> None:  # fmt: skip
     """Fill ``may`` (K,): False where an outermost vertex of the inner body lies outside the box of the outer one.
 
-    ``extremes`` (E, 3): vertices of the inner body; ``box`` (2, 3); the margin is ``pad`` times both bodies' size. All
-    arrays are contiguous.
+    ``extremes`` (E, 3) of the inner body and ``box`` (2, 3); the margin is ``pad`` times both bodies' size.
     """
     turns, places, points, ends = doubles_of(rotation), doubles_of(translation), doubles_of(extremes), doubles_of(box)
     bodies = rotation.shape[1]

@@ -1,6 +1,6 @@
 """One face of each body at the reference vertices: they meet, they do not, or only integers can tell.
 
-The leaf test that every hierarchy ends in. It is compiled once; a traversal that calls it compiles in a second.
+The leaf test of every hierarchy. It is compiled once, so that a search which calls it compiles in a second.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The mesh stage: which of many pair-frames meet, and in which faces, each set of poses asked once.
-
-Where both poses of a pair are bit for bit those of its query before, the answer is that answer.
-"""
+"""The mesh stage: which of many pair-frames meet, and in which faces; poses that repeat are not asked again."""
 
 from __future__ import annotations
 
@@ -25,9 +22,8 @@ class MeshAnswer:
     queries: int
     reused: int
     which: IntArray
-    """(K,) row of ``sets``, where faces were asked for."""
+    """(K,) row of ``sets``, the distinct face sets (k, 2); both empty where faces were not asked for."""
     sets: list[NDArray[np.int32]]
-    """Distinct face sets, (k, 2) each, empty ones included; none where faces were not asked for."""
 
     def face_sets(self, frames: IntArray, columns: IntArray) -> FaceSets:
         """The faces as a detection keeps them."""
@@ -37,10 +33,7 @@ class MeshAnswer:
 class MeshStage:
     """Decides contact on triangles, pair after pair so that two trees stay in the cache.
 
-    Parameters
-    ----------
-    bodies : N bodies.
-    pairs : (P, 2) body numbers; each pair is asked in the order of its names, whatever order it has here.
+    Each of the ``pairs`` (P, 2) is asked in the order of its names, whatever order it has here.
     """
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray) -> None:

@@ -1,7 +1,6 @@
-"""Where two triangles meet: a segment whose existence and ends are decided by exact signs, its coordinates rounded to
-float64.
+"""Where two triangles meet: a segment whose ends are decided by exact signs, its coordinates rounded to float64.
 
-Which edges pierce which faces is never a matter of rounding; only the printed position of a piercing point is.
+Rounding never decides which edges pierce which faces; it only moves the point where they do.
 """
 
 from __future__ import annotations

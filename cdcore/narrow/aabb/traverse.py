@@ -1,4 +1,4 @@
-"""Boxes along the world's axes around the placed points: comparing them does not round, so they need no pad.
+"""Boxes along the world's axes around the reference vertices: comparing them does not round, so they need no pad.
 
 Both trees are fitted to each pose from the leaves up; then the box with the longer side is opened.
 

@@ -13,6 +13,7 @@ from cdcore.narrow.continuous.legs import HALF_TURN_SLACK, LEG_WIDTH, fill_leg, 
 from cdcore.narrow.continuous.search import (
     BOX_TESTS,
     FACE_TESTS,
+    FREE,
     HIT,
     MEETING_TESTS,
     PARTS,
@@ -40,7 +41,7 @@ SHARE_SLACK: Final = 2.0**-51
 """Added to the share of a leg at which a contact was seen: poses and the reference vertices are rounded there."""
 
 HALF_TURN: Final = 4
-"""A body turns by half a turn: which way round, rounding would decide."""
+"""A body turns by half a turn: only rounding would decide in which direction."""
 TOO_LARGE: Final = 5
 """Coordinates or rotations beyond the bounds of rounding."""
 
@@ -57,26 +58,23 @@ COUNTERS: Final = {"box_tests": BOX_TESTS, "face_tests": FACE_TESTS, "meeting_te
 
 @dataclass(frozen=True, eq=False)
 class LegAnswer:
-    """What was found on K legs."""
+    """What was found on K legs.
+
+    ``states`` (K,): FREE, HIT, or a key of ``REASONS``. ``impact`` (K, 2) seconds: before the first nothing touches, at
+    the second a contact was seen; else what is undecided. ``faces`` (K, 2): meet where HIT, in the pair's order.
+    """
 
     states: ByteArray
-    """(K,) ``search.FREE``, ``search.HIT``, or a key of ``REASONS``."""
     impact: FloatArray
-    """(K, 2) seconds: before the first nothing touches, at the second a contact was seen; else what is undecided."""
     faces: IntArray
-    """(K, 2) faces that were seen to meet, in the order of the pair, where HIT."""
     work: dict[str, int]
 
 
 class LegStage:
     """Searches legs for their first contact.
 
-    Parameters
-    ----------
-    trees : one per body.
-    pairs : (P, 2) body numbers; a pair and its turned form give one answer if the caller orders them.
-    tolerance : metres; parts of a leg in which something moves further than this are always divided further.
-    effort : tests per leg spent on parts in which nothing does.
+    Parts of a leg in which something moves further than ``tolerance``, metres, are always divided further; ``effort``
+    bounds the tests per leg spent on the others. A pair and its turned form give one answer if the caller orders them.
     """
 
     def __init__(self, trees: Sequence[BoxTree], pairs: IntArray, *, tolerance: float, effort: int) -> None:
@@ -148,18 +146,17 @@ def decide_legs(
             states[k] = HALF_TURN
             continue
         shortest = min(1.0, settings[1] / steps[k])
-        if leg_b[27] > leg_a[27]:
+        turned = leg_b[27] > leg_a[27]
+        if turned:
             speed, acceleration = leg_bounds(leg_b, tree_b.reach, leg_a)
             bounds = Bounds(speed, acceleration, pad, settings[0], shortest, effort)
             state = first_contact(tree_b, leg_b, tree_a, leg_a, bounds, room)
-            first, second = int(room.found[3]), int(room.found[2])
         else:
             speed, acceleration = leg_bounds(leg_a, tree_a.reach, leg_b)
             bounds = Bounds(speed, acceleration, pad, settings[0], shortest, effort)
             state = first_contact(tree_a, leg_a, tree_b, leg_b, bounds, room)
-            first, second = int(room.found[2]), int(room.found[3])
         states[k] = state
         if state == HIT:
-            faces[k, 0], faces[k, 1] = first, second
-        if state != 0:
+            faces[k, 0], faces[k, 1] = int(room.found[3 if turned else 2]), int(room.found[2 if turned else 3])
+        if state != FREE:
             shares[k, 0], shares[k, 1] = room.found[0], room.found[1]

@@ -1,8 +1,7 @@
-"""The first contact of two meshes on one leg: the way is halved until each part is proven clear or a contact is seen.
+"""The first contact of two meshes on one leg, which is halved until each part is proven clear or a contact is seen.
 
-Parts are taken in order of time. For a part, pairs of nodes that stay apart are dropped; what is left goes on into both
-halves. In a part so short that nothing can be said about it but by looking, the faces left are tested exactly at its
-middle and its end.
+Parts are taken in order of time. Pairs of nodes that stay apart in a part are dropped; the others go on into both of
+its halves. In the shortest parts the faces left are tested exactly, at the middle and the end.
 """
 
 from __future__ import annotations
@@ -14,8 +13,7 @@ from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.narrow.continuous.legs import pose_at, seen_from
-from cdcore.narrow.continuous.swept_boxes import boxes_stay_apart, turned_between
-from cdcore.narrow.continuous.swept_faces import CORNERS, faces_stay_apart
+from cdcore.narrow.continuous.swept import CORNERS, boxes_stay_apart, faces_stay_apart, turned_between
 from cdcore.narrow.exact_sums import new_digits
 from cdcore.narrow.face_pair import placed_pair_meets
 from cdcore.narrow.spacetime.box_tree import BoxTree

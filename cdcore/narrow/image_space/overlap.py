@@ -30,16 +30,11 @@ MOST_PIXELS: Final = 4096
 
 @dataclass(frozen=True, eq=False)
 class Overlap:
-    """What the rays of three axes saw.
+    """What the rays of three axes saw: volumes in cubic metres, ``volume`` the mean of those along x, y and z.
 
-    Parameters
-    ----------
-    volume : cubic metres, mean of the three axes.
-    by_axis : (3,) cubic metres along x, y and z.
-    pixel : metres, the longest side of the window by the resolution.
-    rays, layers : rays sent and surfaces they met.
-    unbalanced : rays that did not leave a mesh as often as they entered it; above 0 the volume means nothing.
-    inside : -1; or 0 where A, 1 where B lies wholly inside the other as far as the rays tell.
+    ``pixel``: metres, the longest side of the window by the resolution. ``unbalanced``: rays that did not leave a mesh
+    as often as they entered it; above 0 the volume means nothing. ``inside``: 0 where A, 1 where B lies wholly inside
+    the other as far as the rays tell; else -1.
     """
 
     volume: float

@@ -1,12 +1,11 @@
 """Spans of frames, coarse above fine: the box in which a body's root centre stays for 64 frames, for 512, up to all.
 
-Two bodies whose boxes are further apart than their radii reach are apart in every frame of the span, whatever ways
-they took in it: distant bodies are dismissed for a whole recording in as many tests as there are levels. A path, by
-which shorter stretches are skipped, only grows; a body that wanders about keeps its box.
+Bodies whose boxes are further apart than their radii are apart in every frame of the span: distant bodies are dismissed
+for a whole recording in as many tests as there are levels. A path length, which skips shorter stretches, only grows; a
+body that moves to and fro keeps its box.
 
-The ends of a box are centres as they were placed, so nothing is rounded that the pad of
-``cdcore.narrow.spacetime.bounds`` does not count already: the distance of two boxes and the sum of two radii err by
-less than 20 u S.
+The ends of a box are centres as they were placed; the distance of two boxes and the sum of two radii err by less than
+20 u S, which the pad of ``cdcore.narrow.spacetime.bounds`` covers.
 """
 
 from __future__ import annotations
