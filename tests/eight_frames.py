@@ -9,7 +9,7 @@ from cdcore.kernels.compiling import kernel
 from cdcore.narrow.spacetime.bounds import position_pad
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pose_lanes import pose_lanes
-from cdcore.narrow.spacetime.relative_poses import fill_relative, largest_chord
+from cdcore.narrow.spacetime.traverse import fill_relative, largest_chord
 
 
 @kernel

@@ -9,7 +9,7 @@ import pytest
 from shapes import ball_mesh, beaker_mesh, random_rotations, rod_mesh
 
 from cdcore import triangles_intersect
-from cdcore.narrow.pair_search import PairPoses
+from cdcore.narrow.tree_search import PairPoses, TreeSearch
 from cdcore.numerics import place_points
 
 
@@ -135,10 +135,10 @@ complete_first_hit_or_cut_short = pytest.mark.parametrize(
 )
 
 
-def assert_as_slow(scene, compiled, slow, every, budget):
+def assert_as_slow(scene, kind, slow, every, budget):
     """The compiled search gives counts, faces and truncation of the slow one, row by row."""
     corners, poses = SCENES[scene]()
-    search = compiled(corners)
+    search = TreeSearch(kind, corners)
     limit = np.iinfo(np.int64).max if budget is None else budget
     fast = search.search(0, 1, poses, every=every, budget=limit)
     hits = 0

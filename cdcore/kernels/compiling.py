@@ -179,3 +179,17 @@ stay_one_function = _marked("noinline")
 
 become_part_of_caller = _marked("alwaysinline")
 """Called once in a kernel's body: the kernel is inlined wherever it is called."""
+
+
+def _runtime_int(_context: Any, number: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return context.cast(builder, arguments[0], signature.args[0], types.int64)
+
+    return types.int64(number), generate
+
+
+runtime_int: Callable[[Any], int] = machine_operation(_runtime_int)
+"""An integer of any width as a 64-bit one whose value the compiler does not know; kernels only.
+
+Called with a literal number, a kernel would be compiled once more for that number alone.
+"""

@@ -1,5 +1,4 @@
-"""Sums of products of doubles without any rounding, and their sign: each product goes whole into a row of integer
-digits.
+"""Sums of products of doubles without any rounding, and their sign: every product is added to a row of integer digits.
 
 A product of two doubles is two doubles (its rounded value and the error), a product of three is four; every one of
 them is added to 32-bit digits kept in 64-bit integers, so that hundreds fit before carries need to be resolved.

@@ -1,20 +1,17 @@
-"""Every face of one mesh against every face of another: the slow reference, and the answer where nothing faster
-applies.
-"""
+"""Brute force: every face of one mesh against every face of another, the reference and the last resort."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.narrow.predicates import triangles_intersect
-from cdcore.numerics import FloatArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 PAIRS_AT_ONCE = 1 << 20
 """Keeps each array of comparisons at a mebibyte, which stays in the processor's cache."""
 
 
-def meeting_faces_exhaustive(first: FloatArray, second: FloatArray) -> NDArray[np.int64]:
+def meeting_faces_exhaustive(first: FloatArray, second: FloatArray) -> IntArray:
     """Face pairs (k, 2) that meet among placed triangles (f, 3, 3) and (g, 3, 3), sorted; f g comparisons of boxes.
 
     Choose it for tests and for coordinates so large that the bounds of the trees no longer hold.
@@ -36,7 +33,7 @@ def _boxes(triangles: FloatArray) -> FloatArray:
     return np.ascontiguousarray(np.stack([triangles.min(axis=1).T, triangles.max(axis=1).T]))
 
 
-def _overlapping(first: FloatArray, second: FloatArray) -> NDArray[np.bool_]:
+def _overlapping(first: FloatArray, second: FloatArray) -> BoolArray:
     """Which boxes (2, 3, f) share a point with which boxes (2, 3, g): (f, g)."""
     near = np.ones((first.shape[2], second.shape[2]), dtype=np.bool_)
     for axis in range(3):

@@ -1,13 +1,13 @@
-"""One face of each body at the points that count: they meet, they do not, or only integers can tell.
+"""One face of each body at the reference vertices: they meet, they do not, or only integers can tell.
 
-The leaf test that every hierarchy ends in. It is compiled once; a traversal that calls it compiles in a second.
+The leaf test of every hierarchy. It is compiled once, so that a search which calls it compiles in a second.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, kernel, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import doubles_of, words_of
 from cdcore.narrow.exact_sums import exponents_are_moderate
 from cdcore.narrow.triangle_exact import pair_intersects_exact
@@ -15,13 +15,10 @@ from cdcore.narrow.triangle_filter import UNDECIDED, pair_intersects_filtered
 from cdcore.narrow.triangle_integers import pair_intersects_integers
 from cdcore.numerics import FloatArray, IntArray, place_points
 
-FOUND_COLUMNS = 4
-"""Row, face of A, face of B, answer: 1 or UNDECIDED."""
-
 
 @kernel
 def place_face(corners: FloatArray, face: int, turn: FloatArray, move: FloatArray, pair: FloatArray, o: int) -> None:
-    """World corners of a face to rows ``o`` to ``o + 2`` of ``pair``, rounded as the points that count."""
+    """World corners of a face to rows ``o`` to ``o + 2`` of ``pair``, rounded as the reference vertices."""
     stay_one_function()
     for c in range(3):
         x, y, z = corners[face, c, 0], corners[face, c, 1], corners[face, c, 2]
@@ -31,11 +28,11 @@ def place_face(corners: FloatArray, face: int, turn: FloatArray, move: FloatArra
 
 @kernel
 def placed_pair_meets(pair: FloatArray, digits: IntArray) -> int:
-    """1 or 0 for the faces in rows 0-2 and 3-5 of ``pair`` (6, 3); UNDECIDED where only integers can tell."""
+    """1 or 0 for the faces in the two halves of ``pair``, (6, 3) or (18,); UNDECIDED where only integers can tell."""
     stay_one_function()
     corners = doubles_of(pair)
     answer = pair_intersects_filtered(corners)
-    if answer == UNDECIDED and exponents_are_moderate(corners, int(np.int64(18))):
+    if answer == UNDECIDED and exponents_are_moderate(corners, runtime_int(18)):
         answer = 1 if pair_intersects_exact(corners, words_of(digits)) else 0
     return answer
 
@@ -47,8 +44,8 @@ def faces_meet(
 ) -> int:  # fmt: skip
     """1, 0 or UNDECIDED for a face of A and a face of B, corners (f, 3, 3) in their own frames."""
     stay_one_function()
-    place_face(corners_a, face_a, turn_a, move_a, pair, 0 * face_a)
-    place_face(corners_b, face_b, turn_b, move_b, pair, 0 * face_b + 3)
+    place_face(corners_a, face_a, turn_a, move_a, pair, runtime_int(0))
+    place_face(corners_b, face_b, turn_b, move_b, pair, runtime_int(3))
     return placed_pair_meets(pair, digits)
 
 

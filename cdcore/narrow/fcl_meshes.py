@@ -1,7 +1,7 @@
-"""Triangle meshes in FCL: complete and exact in general position, and the only module that imports ``fcl``.
+"""Triangle meshes in FCL: complete and exact in general position. The only module that imports ``fcl``.
 
-Every mesh is a ``BVHModel`` built explicitly, so that faces keep their numbers and a convex mesh stays a surface. A
-mesh inside another does not touch it: containment is another question.
+Every mesh is a ``BVHModel``, so that faces keep their numbers and a convex mesh stays a surface. A mesh inside another
+does not touch it.
 
 What FCL cannot do: faces that are points or segments (543 of 1,500 pairs missed; 2,090 of 3,357 on a mesh of zero
 area), needles, coordinates near 2^400, and ties within rounding in a rotated world (glass resting exactly on a table:
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from cdcore.errors import InvalidMeshError, InvalidPoseError
 from cdcore.mesh import TriangleMesh
-from cdcore.numerics import FloatArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 EVERY_CONTACT: Final = 2**31 - 1
 """FCL stops after ``num_max_contacts``, by default after one."""
@@ -51,14 +51,10 @@ class _Placed:
 
 
 class FclMeshes:
-    """Meshes that can be placed and asked whether, and in which faces, two of them meet.
+    """Meshes, one a body, that can be placed and asked whether, and in which faces, two of them meet.
 
-    Equal meshes (by content hash) share one tree.
-
-    Parameters
-    ----------
-    meshes : one per body; ``TriangleMesh`` is never empty and its indices exist, which FCL relies on without checking
-        (it ends the process otherwise).
+    Equal meshes (by content hash) share one tree. A ``TriangleMesh`` is never empty and its indices exist: FCL would
+    end the process otherwise.
 
     Raises
     ------
@@ -77,13 +73,7 @@ class FclMeshes:
         self._all = fcl.CollisionRequest(num_max_contacts=EVERY_CONTACT, enable_contact=False)
 
     def place(self, body: int, rotation: FloatArray, translation: FloatArray) -> None:
-        """Put a body at a pose of a ``Motion``: finite and rigid, which FCL does not check.
-
-        Raises
-        ------
-        InvalidPoseError
-            The pose is not finite; FCL would answer *contact*.
-        """
+        """Put a body at a rigid pose; InvalidPoseError where it is not finite, to which FCL would answer *contact*."""
         if not (np.isfinite(rotation).all() and np.isfinite(translation).all()):
             raise InvalidPoseError(f"body {body}: the pose is not finite; flag it as not valid or repair it")
         self._place(body, rotation, translation)
@@ -111,13 +101,8 @@ class FclMeshes:
 
     def touch_along(
         self, a: int, b: int, poses_a: tuple[FloatArray, FloatArray], poses_b: tuple[FloatArray, FloatArray]
-    ) -> NDArray[np.bool_]:
-        """Whether two bodies meet at each of K pairs of poses, (K,); the poses come from a ``Motion``.
-
-        Parameters
-        ----------
-        poses_a, poses_b : rotations (K, 3, 3) and translations (K, 3).
-        """
+    ) -> BoolArray:
+        """Whether two bodies meet at each of K pairs of poses of a ``Motion``, (K, 3, 3) and (K, 3) each; (K,)."""
         hits = np.zeros(len(poses_a[0]), dtype=np.bool_)
         one, other = self._bodies[a], self._bodies[b]
         collide, request, found = fcl.collide, self._first, _FacePairs()
@@ -142,16 +127,11 @@ class FclMeshes:
         return found
 
     def counts_along(
-        self, pairs: NDArray[np.int64], rotations: FloatArray, translations: FloatArray, *, faces: bool
-    ) -> NDArray[np.int64]:
+        self, pairs: IntArray, rotations: FloatArray, translations: FloatArray, *, faces: bool
+    ) -> IntArray:
         """Distinct face pairs, or 0 and 1, of every pair in every frame, (T, P): the plain loop a user of FCL writes.
 
-        What stands is placed once. Choose it as a yardstick; it answers everything and knows nothing between frames.
-
-        Parameters
-        ----------
-        pairs : (P, 2) body numbers.
-        rotations, translations : (T, N, 3, 3) and (T, N, 3) of a ``Motion``.
+        What stands is placed once. Choose it as a yardstick: it carries nothing over from frame to frame.
         """
         counts = np.zeros((len(rotations), len(pairs)), dtype=np.int64)
         moves = (rotations != rotations[:1]).any(axis=(0, 2, 3)) | (translations != translations[:1]).any(axis=(0, 2))

@@ -1,8 +1,8 @@
-"""Which pair-frames are within tau of the other answer: asked of thousands of them, decided as the integers decide.
+"""Which pair-frames are within tau of the other answer.
 
 Floats with error bounds dismiss what is clearly deeper or clearly further; the rest is measured exactly. A contact
-needs a witness too: the face pairs of cubes that stand in each other with faces in common planes only touch, and the
-cubes are deep in contact all the same.
+needs a witness too: cubes that stand in each other with faces in common planes are deep in contact, though each of
+their face pairs only touches.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.narrow.margin_kernels import POSE_ULPS, certainly_apart, overlap_bounds
+from cdcore.narrow.margin_kernels import POSE_ULPS, boxes_of, certainly_apart, overlap_bounds
 from cdcore.narrow.margins import near_faces, triangle_margins
 from cdcore.narrow.predicates import triangles_intersect
 from cdcore.narrow.spacetime.box_tree import BoxTree, build_box_tree
@@ -25,13 +25,7 @@ SAMPLE = 8
 
 
 class MarginStage:
-    """Says whether surfaces in contact meet by at most tau, and whether surfaces apart are at most tau apart.
-
-    Parameters
-    ----------
-    bodies : N bodies.
-    tau : metres.
-    """
+    """Says whether surfaces in contact meet by at most ``tau`` metres, and surfaces apart are no further apart."""
 
     def __init__(self, bodies: Iterable[Body], tau: float) -> None:
         meshes = [body.mesh for body in bodies]
@@ -44,22 +38,15 @@ class MarginStage:
     def shallow(
         self, pair: tuple[int, int], faces: NDArray[np.integer], rotations: FloatArray, translations: FloatArray
     ) -> bool:
-        """Whether the deepest of the face pairs that meet is no deeper than tau.
+        """Whether the deepest of all face pairs that meet, ``faces`` (k, 2), k > 0, is no deeper than tau.
 
-        Parameters
-        ----------
-        pair : the two bodies.
-        faces : (k, 2), all face pairs that meet, at least one.
-        rotations, translations : (2, 3, 3) and (2, 3), the poses of the two.
+        ``rotations`` (2, 3, 3) and ``translations`` (2, 3) are the poses of the two bodies of the pair.
         """
         chosen = np.unique(np.linspace(0, len(faces) - 1, SAMPLE).astype(np.int64))
         for rows in (chosen, np.arange(len(faces))) if len(chosen) < len(faces) else (chosen,):
+            corners = [self._triangles[body][faces[rows, side]] for side, body in enumerate(pair)]
             placed = np.stack(
-                [
-                    place_points(self._triangles[body][faces[rows, side]], rotations[side], translations[side])
-                    for side, body in enumerate(pair)
-                ],
-                axis=1,
+                [place_points(*one) for one in zip(corners, rotations, translations, strict=True)], axis=1
             )
             low, high, _ = _bounds(placed)
             if (low > self._tau).any():
@@ -69,21 +56,13 @@ class MarginStage:
     def loose(
         self, pair: tuple[int, int], faces: NDArray[np.integer], rotations: FloatArray, translations: FloatArray
     ) -> bool:
-        """Whether some move of the surfaces by tau ends the contact.
-
-        Parameters as for ``shallow``.
-        """
+        """Whether some move of the surfaces by tau ends the contact; parameters as for ``shallow``."""
         placed = [self._placed(body, rotations[side], translations[side]) for side, body in enumerate(pair)]
         shells = [self._shell(body) @ rotations[side].T for side, body in enumerate(pair)]
         return come_apart(placed[0], placed[1], shells[0], shells[1], faces, self._tau)
 
     def near(self, pair: tuple[int, int], rotations: FloatArray, translations: FloatArray) -> BoolArray:
-        """Whether two surfaces that do not meet are at most tau apart, at each of K poses.
-
-        Parameters
-        ----------
-        rotations, translations : (K, 2, 3, 3) and (K, 2, 3), the poses of the two.
-        """
+        """Whether two surfaces that do not meet are at most tau apart, at each of K poses (K, 2, 3, 3), (K, 2, 3)."""
         same, which = _distinct(rotations, translations)
         rotations, translations = rotations[same], translations[same]
         answer = ~self._certainly_apart(pair, rotations, translations)
@@ -110,10 +89,8 @@ class MarginStage:
         moves = (back @ (translations[:, 0] - translations[:, 1])[..., None])[..., 0]
         size = np.abs(translations).sum(axis=(1, 2)) + a.reach + b.reach
         apart = np.zeros(len(turns), dtype=np.bool_)
-        certainly_apart(
-            a.boxes, a.links, a.leaves, a.placed, b.boxes, b.links, b.leaves, b.placed,
-            turns, np.ascontiguousarray(moves), self._tau + POSE_ULPS * EPS * size, apart,
-        )  # fmt: skip
+        reach = self._tau + POSE_ULPS * EPS * size
+        certainly_apart(boxes_of(a), a, boxes_of(b), b, turns, np.ascontiguousarray(moves), reach, apart)
         return apart
 
     def _placed(self, body: int, rotation: FloatArray, translation: FloatArray) -> FloatArray:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
+from cdcore.numerics import IntArray
 from cdcore.protocol import Motion
 
 
 def intersecting_faces(
     mesh_a: TriangleMesh, mesh_b: TriangleMesh, pose_a: ArrayLike | None = None, pose_b: ArrayLike | None = None
-) -> NDArray[np.int64]:
+) -> IntArray:
     """Face pairs of two placed meshes that have a point in common; touching counts.
 
     Choose it for one placement; for many poses of the same meshes the detector ``exact`` builds its trees once.

@@ -12,21 +12,16 @@ import numpy as np
 
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 
-Look = Callable[[IntArray, IntArray, IntArray], FloatArray]
+Keys = Callable[[IntArray, IntArray, IntArray], FloatArray]
 """``(faces, node, first) -> key``: called once a level with the faces of all its nodes (E,), the node within the
 level each belongs to (E,), and where each node's faces start (n,); gives each face its place along the cut, (E,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Topology:
-    """Which faces each of n nodes holds.
+    """Which faces each of n nodes holds: ``order[start:stop]``, of face numbers ``order`` (f,).
 
-    Parameters
-    ----------
-    child : (n,) number of the first child, the second follows it; -1 for a leaf.
-    start, stop : (n,) the node's faces are ``order[start:stop]``.
-    order : (f,) face numbers.
-    depth : levels.
+    ``child`` (n,): number of the first child, the second follows it; -1 for a leaf. ``depth``: levels.
     """
 
     child: IntArray
@@ -36,14 +31,11 @@ class Topology:
     depth: int
 
 
-def grow_tree(count: int, leaf_faces: int, look: Look, *, balanced: bool) -> Topology:
-    """Cut ``count`` faces in two until none has more than ``leaf_faces``.
+def grow_tree(count: int, leaf_faces: int, keys: Keys, *, balanced: bool) -> Topology:
+    """Cut ``count`` faces in two, level by level, until no node has more than ``leaf_faces``.
 
-    Parameters
-    ----------
-    look : sees every level and says where its faces lie along the cut.
-    balanced : cut at the median of the keys; else between keys up to 0 and keys above, and in the middle where that
-        leaves one side empty.
+    ``balanced``: cut at the median of the keys; else between keys up to 0 and keys above, and in the middle where that
+    leaves one side empty.
     """
     order = np.arange(count, dtype=np.int64)
     start, stop = np.array([0], dtype=np.int64), np.array([count], dtype=np.int64)
@@ -55,7 +47,7 @@ def grow_tree(count: int, leaf_faces: int, look: Look, *, balanced: bool) -> Top
         node = np.repeat(np.arange(len(start)), sizes)
         place = np.arange(len(node)) + np.repeat(start - first, sizes)
         faces = order[place]
-        key = look(faces, node, first)
+        key = keys(faces, node, first)
         rank = key if balanced else key > 0
         order[place] = faces[np.lexsort((faces, rank, node))]
         opened = sizes > leaf_faces

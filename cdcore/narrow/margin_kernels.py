@@ -5,11 +5,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from cdcore.kernels.box_axes import apart_on_face_axes, box_seen_from
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.numerics import EPS, BoolArray, FloatArray
+
+if TYPE_CHECKING:
+    from cdcore.narrow.spacetime.box_tree import BoxTree
 
 PROJECTION_ULPS = 16.0
 """Rounding of a difference, a dot product and a division, in eps of the triangles' extent."""
@@ -21,7 +27,7 @@ one, is across both; and across a common edge the least overlap is along a face'
 PARALLEL_PAD = 1e-8
 """Of the extent: covers the angle below which edges count as parallel."""
 POSE_ULPS = 256.0
-"""Rounding of a relative pose beside the points that count, in eps of the bodies' coordinates in the world."""
+"""Rounding of a relative pose beside the reference vertices, in eps of the bodies' coordinates in the world."""
 
 
 @kernel
@@ -93,22 +99,34 @@ def _overlap_along(points: FloatArray, x: float, y: float, z: float) -> float:
     return min(high_a - low_b, high_b - low_a)
 
 
+class Boxes(NamedTuple):
+    """Boxes of n nodes as the axes tests read them: centre (n, 3), axes (n, 3, 3) one a row, half (n, 3), size (n,)."""
+
+    centre: FloatArray
+    axes: FloatArray
+    half: FloatArray
+    size: FloatArray
+
+
+def boxes_of(tree: BoxTree) -> Boxes:
+    """The boxes of a tree."""
+    boxes = tree.boxes
+    parts = boxes[:, :3], boxes[:, 3:12].reshape(-1, 3, 3), boxes[:, 12:15], boxes[:, 15]
+    return Boxes(*(np.ascontiguousarray(part) for part in parts))
+
+
 @kernel
 def certainly_apart(
-    boxes_a: FloatArray, links_a: NDArray[np.int32], leaves_a: NDArray[np.int32], placed_a: FloatArray,
-    boxes_b: FloatArray, links_b: NDArray[np.int32], leaves_b: NDArray[np.int32], placed_b: FloatArray,
-    turns: FloatArray, moves: FloatArray, reach: FloatArray, apart: BoolArray,
+    boxes_a: Boxes, tree_a: BoxTree, boxes_b: Boxes, tree_b: BoxTree, turns: FloatArray, moves: FloatArray,
+    reach: FloatArray, apart: BoolArray,
 ) -> None:  # fmt: skip
     """Fill for each relative pose, of body a in the axes of b, whether the surfaces keep more than ``reach`` there.
 
-    Parameters
-    ----------
-    boxes, links, leaves, placed : of the two bodies' ``BoxTree``.
-    turns, moves, reach, apart : (K, 3, 3), (K, 3), (K,), (K,).
+    ``turns`` (K, 3, 3), ``moves`` (K, 3), ``reach`` (K,), ``apart`` (K,).
     """
+    links_a, leaves_a, links_b, leaves_b = tree_a.links, tree_a.leaves, tree_b.links, tree_b.leaves
     stack = np.empty((len(links_a) + len(links_b) + 2, 2), dtype=np.int64)
-    axes, points, pair = np.empty((11, 4)), np.empty((6, 3)), np.empty((6, 3))
-    axes_a, away = np.empty((3, 3)), np.empty(3)
+    axes, points, pair, m, d = np.empty((11, 4)), np.empty((6, 3)), np.empty((6, 3)), np.empty((3, 3)), np.empty(3)
     for row in range(len(turns)):
         turn, move, far = turns[row], moves[row], reach[row]
         stack[0, 0], stack[0, 1] = 0, 0
@@ -117,46 +135,20 @@ def certainly_apart(
         while depth > 0 and apart[row]:
             depth -= 1
             a, b = stack[depth, 0], stack[depth, 1]
-            if _boxes_apart(boxes_a[a], boxes_b[b], turn, move, far, axes_a, away):
+            box_seen_from(boxes_b.centre[b], boxes_b.axes[b], boxes_a.centre[a], boxes_a.axes[a], turn, move, m, d)
+            if apart_on_face_axes(m, d, boxes_b.half[b], boxes_a.half[a], far):
                 continue
             if links_a[a, 0] < 0 and links_b[b, 0] < 0:
                 leaf_a, leaf_b = leaves_a[links_a[a, 1]], leaves_b[links_b[b, 1]]
-                apart[row] = _faces_apart(placed_a, leaf_a, placed_b, leaf_b, turn, move, far, axes, points, pair)
+                apart[row] = _faces_apart(
+                    tree_a.placed, leaf_a, tree_b.placed, leaf_b, turn, move, far, axes, points, pair
+                )
                 continue
-            split_a = links_b[b, 0] < 0 or (links_a[a, 0] >= 0 and boxes_a[a, 15] >= boxes_b[b, 15])
+            split_a = links_b[b, 0] < 0 or (links_a[a, 0] >= 0 and boxes_a.size[a] >= boxes_b.size[b])
             for child in range(2):
                 stack[depth, 0] = links_a[a, 0] + child if split_a else a
                 stack[depth, 1] = b if split_a else links_b[b, 0] + child
                 depth += 1
-
-
-@hot_kernel
-def _boxes_apart(
-    box_a: FloatArray, box_b: FloatArray, turn: FloatArray, move: FloatArray, far: float, axes_a: FloatArray,
-    away: FloatArray,
-) -> bool:  # fmt: skip
-    """Whether a face direction of one of the boxes shows a gap of more than ``far``."""
-    stay_one_function()
-    for i in range(3):
-        for k in range(3):
-            axes_a[k, i] = 0.0
-            for j in range(3):
-                axes_a[k, i] += turn[i, j] * box_a[3 + 3 * k + j]
-        away[i] = turn[i, 0] * box_a[0] + turn[i, 1] * box_a[1] + turn[i, 2] * box_a[2] + move[i] - box_b[i]
-    for k in range(3):
-        along_a, along_b, reach_a, reach_b = 0.0, 0.0, box_b[12 + k], box_a[12 + k]
-        for i in range(3):
-            along_b += away[i] * box_b[3 + 3 * k + i]
-            along_a += away[i] * axes_a[k, i]
-            onto_b, onto_a = 0.0, 0.0
-            for j in range(3):
-                onto_b += axes_a[i, j] * box_b[3 + 3 * k + j]
-                onto_a += axes_a[k, j] * box_b[3 + 3 * i + j]
-            reach_a += abs(onto_b) * box_a[12 + i]
-            reach_b += abs(onto_a) * box_b[12 + i]
-        if abs(along_b) > reach_a + far or abs(along_a) > reach_b + far:
-            return True
-    return False
 
 
 @hot_kernel

@@ -12,11 +12,11 @@ from itertools import chain
 from math import inf, isqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cdcore.narrow.predicates import checked_triangles, triangles_intersect
 from cdcore.narrow.triangle_integers import Triangle, Vector, cross, difference, dot, integers_on_one_scale, normal
-from cdcore.numerics import FloatArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 ROOT_BITS = 120
 """Bits under the integer root: its result has 60, seven more than a float64."""
@@ -24,7 +24,7 @@ FACE_PAIRS_AT_ONCE = 1 << 20
 """Keeps the arrays of comparisons of boxes below some 50 MB."""
 
 
-def triangle_margins(triangles: ArrayLike) -> tuple[NDArray[np.bool_], FloatArray]:
+def triangle_margins(triangles: ArrayLike) -> tuple[BoolArray, FloatArray]:
     """Whether the triangles of each pair meet, and their penetration or clearance.
 
     Clearance is the smallest distance of the closed triangles. Penetration is the smallest overlap along the unit
@@ -60,7 +60,7 @@ def triangle_margins(triangles: ArrayLike) -> tuple[NDArray[np.bool_], FloatArra
     return meets, np.array(distance, dtype=np.float64)
 
 
-def near_faces(first: FloatArray, second: FloatArray, reach: float) -> NDArray[np.int64]:
+def near_faces(first: FloatArray, second: FloatArray, reach: float) -> IntArray:
     """Face pairs (k, 2) of placed triangles whose boxes are no further apart than ``reach`` along any axis."""
     low_a, high_a, low_b, high_b = first.min(axis=1), first.max(axis=1), second.min(axis=1), second.max(axis=1)
     # The sum rounds once: a step outward keeps every face pair within reach.

@@ -1,7 +1,4 @@
-"""The mesh stage: which of many pair-frames meet, and in which faces, each set of poses asked once.
-
-Where both poses of a pair are bit for bit those of its query before, the answer is that answer.
-"""
+"""The mesh stage: which of many pair-frames meet, and in which faces; poses that repeat are not asked again."""
 
 from __future__ import annotations
 
@@ -13,7 +10,7 @@ from numpy.typing import NDArray
 
 from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns, turned_faces
-from cdcore.numerics import FloatArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import Body, FaceSets, Motion, ordered_by_name
 
 
@@ -21,15 +18,14 @@ from cdcore.protocol import Body, FaceSets, Motion, ordered_by_name
 class MeshAnswer:
     """Which of K pair-frames are in contact (K,), in which faces if asked, mesh queries done and answers reused."""
 
-    hits: NDArray[np.bool_]
+    hits: BoolArray
     queries: int
     reused: int
-    which: NDArray[np.int64]
-    """(K,) row of ``sets``, where faces were asked for."""
+    which: IntArray
+    """(K,) row of ``sets``, the distinct face sets (k, 2); both empty where faces were not asked for."""
     sets: list[NDArray[np.int32]]
-    """Distinct face sets, (k, 2) each, empty ones included; none where faces were not asked for."""
 
-    def face_sets(self, frames: NDArray[np.int64], columns: NDArray[np.int64]) -> FaceSets:
+    def face_sets(self, frames: IntArray, columns: IntArray) -> FaceSets:
         """The faces as a detection keeps them."""
         return FaceSets.from_shared(frames, columns, self.which, self.sets)
 
@@ -37,19 +33,14 @@ class MeshAnswer:
 class MeshStage:
     """Decides contact on triangles, pair after pair so that two trees stay in the cache.
 
-    Parameters
-    ----------
-    bodies : N bodies.
-    pairs : (P, 2) body numbers; each pair is asked in the order of its names, whatever order it has here.
+    Each of the ``pairs`` (P, 2) is asked in the order of its names, whatever order it has here.
     """
 
-    def __init__(self, bodies: Sequence[Body], pairs: NDArray[np.int64]) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray) -> None:
         self._meshes = FclMeshes([body.mesh for body in bodies])
         self._pairs, self._turned = ordered_by_name(bodies, pairs)
 
-    def decide(
-        self, motion: Motion, frames: NDArray[np.int64], columns: NDArray[np.int64], *, faces: bool = False
-    ) -> MeshAnswer:
+    def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, faces: bool = False) -> MeshAnswer:
         """Answer for K pair-frames at which both bodies have a pose, sorted by column, then frame."""
         hits = np.zeros(len(frames), dtype=np.bool_)
         which = np.zeros(len(frames) if faces else 0, dtype=np.int64)
@@ -87,5 +78,5 @@ NO_FACES: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
 NO_FACES.setflags(write=False)
 
 
-def _poses(motion: Motion, frames: NDArray[np.int64], body: int) -> tuple[FloatArray, FloatArray]:
+def _poses(motion: Motion, frames: IntArray, body: int) -> tuple[FloatArray, FloatArray]:
     return motion.rotations[frames, body], motion.translations[frames, body]

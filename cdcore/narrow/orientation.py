@@ -1,5 +1,4 @@
-"""Signs of small determinants of points, right for all coordinates of moderate exponent: a bound first, then exact
-sums.
+"""Signs of small determinants of points of moderate exponent: a bound first, then exact sums.
 
 Every function takes the points as rows of one array and returns -1, 0 or 1; ``w`` are the digits of an exact sum.
 

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.numerics import FloatArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 
-def rows_of_columns(columns: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
+def rows_of_columns(columns: IntArray) -> Iterator[tuple[int, IntArray]]:
     """Each column that occurs in ``columns`` (K,), ascending, with the rows in which it stands, ascending.
 
     Cost: one pass where the columns are sorted, else a sort.
@@ -26,7 +26,7 @@ def rows_of_columns(columns: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[n
         yield int(columns[start]), order[start:stop]
 
 
-def differs_from_before(poses: tuple[FloatArray, FloatArray]) -> NDArray[np.bool_]:
+def differs_from_before(poses: tuple[FloatArray, FloatArray]) -> BoolArray:
     """(K,): whether a pose (rotations, translations) is not bit for bit the one in the row before; True in row 0."""
     turn, move = poses
     differs = np.ones(len(turn), dtype=np.bool_)

@@ -1,37 +1,22 @@
-"""Do two closed triangles meet? The answer of exact arithmetic for any finite coordinates, degenerate triangles
-included.
+"""Do two closed triangles meet? Decided exactly for any finite coordinates, degenerate triangles included.
 
-Three stages, each only for what the one before left open: a float64 filter with a proved bound, exact sums, Python
-integers.
+Each of three stages is for what the one before left open: a float64 filter with a proved bound, exact sums, integers.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidTrianglesError
 from cdcore.kernels.memory import row_of
 from cdcore.narrow.exact_sums import new_digits
 from cdcore.narrow.triangle_filter import UNDECIDED, pairs_intersect_compiled
 from cdcore.narrow.triangle_integers import pair_intersects_integers
-from cdcore.numerics import FloatArray
+from cdcore.numerics import BoolArray, FloatArray
 
 
-@dataclass(frozen=True)
-class PredicateWork:
-    """How many pairs each stage of the exact triangle test had to look at."""
-
-    pairs: int
-    undecided: int
-    """Pairs the float64 filter left open, decided by exact sums or integers."""
-    integers: int
-    """Those of them whose exponents lie too far apart for exact sums."""
-
-
-def triangles_intersect(triangles: ArrayLike) -> NDArray[np.bool_]:
+def triangles_intersect(triangles: ArrayLike) -> BoolArray:
     """Whether the two closed triangles of each pair have a point in common; touching counts.
 
     Choose it wherever the answer must be right: near-contact, coplanar faces, needles, points and segments as
@@ -62,19 +47,12 @@ def triangles_intersect(triangles: ArrayLike) -> NDArray[np.bool_]:
     >>> triangles_intersect([[floor, [[0.25, 0.25, 0], [1, 1, 1], [0, 1, 1]]]])
     array([ True])
     """
-    return triangles_intersect_counted(triangles)[0]
-
-
-def triangles_intersect_counted(triangles: ArrayLike) -> tuple[NDArray[np.bool_], PredicateWork]:
-    """The answers of :func:`triangles_intersect` and the work behind them."""
     pairs = checked_triangles(triangles)
-    answers = np.empty(len(pairs), dtype=np.uint8)
-    digits = new_digits()
-    undecided = int(pairs_intersect_compiled(row_of([pairs, answers, digits]), len(pairs)))
-    hard = np.flatnonzero(answers == UNDECIDED)
-    for index in hard.tolist():
+    answers, digits = np.empty(len(pairs), dtype=np.uint8), new_digits()
+    pairs_intersect_compiled(row_of([pairs, answers, digits]), len(pairs))
+    for index in np.flatnonzero(answers == UNDECIDED).tolist():
         answers[index] = pair_intersects_integers(pairs[index].tolist())
-    return answers.astype(np.bool_), PredicateWork(len(pairs), undecided, len(hard))
+    return answers.astype(np.bool_)
 
 
 def checked_triangles(triangles: ArrayLike) -> FloatArray:

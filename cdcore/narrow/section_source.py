@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdcore.numerics import FloatArray, place_points
+from cdcore.numerics import FloatArray, IntArray, place_points
 from cdcore.protocol import Body, Motion
 
 Pose = tuple[FloatArray, FloatArray]
 """Rotation (3, 3) and translation (3,)."""
 
 
-def section_of_faces(a: Body, pose_a: Pose, b: Body, pose_b: Pose, faces: NDArray[np.int64]) -> FloatArray:
+def section_of_faces(a: Body, pose_a: Pose, b: Body, pose_b: Pose, faces: IntArray) -> FloatArray:
     """Segments (m, 2, 3) in which the face pairs (k, 2) of two placed bodies meet, world metres.
 
     m is below k only where an engine that rounds listed pairs that, taken exactly, do not meet: those have no segment.
@@ -30,13 +29,11 @@ def section_of_faces(a: Body, pose_a: Pose, b: Body, pose_b: Pose, faces: NDArra
     return meeting
 
 
-def sections_of(
-    bodies: Sequence[Body], pairs: NDArray[np.int64], motion: Motion
-) -> Callable[[int, int, NDArray[np.int64]], FloatArray]:
+def sections_of(bodies: Sequence[Body], pairs: IntArray, motion: Motion) -> Callable[[int, int, IntArray], FloatArray]:
     """The ``section_source`` of a detection whose faces were found at the poses of its own frames."""
     ends = pairs.tolist()
 
-    def section(frame: int, pair: int, faces: NDArray[np.int64]) -> FloatArray:
+    def section(frame: int, pair: int, faces: IntArray) -> FloatArray:
         i, j = ends[pair]
         pose_i, pose_j = ((motion.rotations[frame, k], motion.translations[frame, k]) for k in (i, j))
         return section_of_faces(bodies[i], pose_i, bodies[j], pose_j, faces)

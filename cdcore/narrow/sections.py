@@ -1,7 +1,6 @@
-"""Where two triangles meet: a segment whose existence and ends are decided by exact signs, its coordinates rounded to
-float64.
+"""Where two triangles meet: a segment whose ends are decided by exact signs, its coordinates rounded to float64.
 
-Which edges pierce which faces is never a matter of rounding; only the printed position of a piercing point is.
+Rounding never decides which edges pierce which faces; it only moves the point where they do.
 """
 
 from __future__ import annotations
@@ -9,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, doubles_at, row_of, words_at
 from cdcore.narrow.exact_sums import LARGEST_EXACT, SMALLEST_EXACT, new_digits
 from cdcore.narrow.orientation import cross_sign, orientation_sign
@@ -180,9 +179,9 @@ def add_segments(p: Memory, a: int, b: int, c: int, d: int, w: Memory, out: Memo
 def candidate_ends(p: Memory, w: Memory, out: Memory) -> int:
     """Write every possible end of the common segment to ``out``; returns how many there are."""
     stay_one_function()
-    o = int(np.int64(0))
+    o = runtime_int(0)
     t = o + 3
-    count = int(np.int64(0))
+    count = runtime_int(0)
     first_axis = projection_axis(p, o, o + 1, o, o + 2, w)
     second_axis = projection_axis(p, t, t + 1, t, t + 2, w)
     a, b = lexicographic_ends(p, o)

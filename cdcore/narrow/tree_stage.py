@@ -1,7 +1,7 @@
-"""From a traversal of one pair to a detection of all: every hierarchy is asked the same way and judged the same way.
+"""From a search of one pair to a detection of all, the same way for every kind of tree.
 
-A search that runs to completion is complete: rounding is covered by a pad around volumes, and faces are decided at the
-points that count. A search that its budget ends says what it found and NOT_FOUND where that is nothing.
+A search that runs to completion is complete: a pad around volumes covers rounding, and faces are decided at the
+reference vertices. A search that its budget ends says what it found, and NOT_FOUND where that is nothing.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from cdcore.narrow.containment import ContainmentStage
 from cdcore.narrow.exhaustive import meeting_faces_exhaustive
 from cdcore.narrow.face_pair import decided_by_integers
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns, turned_faces
-from cdcore.narrow.pair_search import UNLIMITED, PairPoses, PairSearch, Searched
 from cdcore.narrow.section_source import sections_of
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, position_pad
-from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
+from cdcore.narrow.tree_search import UNLIMITED, PairPoses, Searched, TreeSearch
+from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, ByteArray, FloatArray, IntArray, place_points
 from cdcore.protocol import Body, Detection, FaceSets, Motion, Verdict, ordered_by_name, pair_has_pose
 
 MODES: Final = ("all", "first")
@@ -55,30 +55,22 @@ class TreeSettings:
 
 @dataclass(frozen=True, eq=False)
 class TreeAnswer:
-    """What became of K pair-frames."""
+    """The answer for K pair-frames; ``which`` (K,) is the row of each in ``sets``."""
 
     hits: BoolArray
     truncated: BoolArray
     which: IntArray
-    """(K,) row of ``sets``."""
     sets: list[NDArray[np.int32]]
     work: dict[str, int]
 
 
 class TreeStage:
-    """Asks a traversal about pair-frames, and makes a detection of its answers.
+    """Asks a search about pair-frames of its bodies, and makes a detection of its answers.
 
-    Parameters
-    ----------
-    bodies : N bodies.
-    pairs : (P, 2) body numbers; each pair is asked in the order of its names, whatever order it has here.
-    search : the traversal, over the same bodies.
-    settings : mode, budget, containment.
+    Each of the ``pairs`` (P, 2) is asked in the order of its names, whatever order it has here.
     """
 
-    def __init__(
-        self, bodies: Sequence[Body], pairs: NDArray[np.int64], search: PairSearch, settings: TreeSettings
-    ) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, search: TreeSearch, settings: TreeSettings) -> None:
         self._bodies = tuple(bodies)
         self._pairs = pairs
         self._ordered, self._turned = ordered_by_name(bodies, pairs)
@@ -87,12 +79,12 @@ class TreeStage:
         self._reach = [_reach(body.mesh.triangles) for body in bodies]
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
-    def everywhere(self, motion: Motion) -> NDArray[np.uint8]:
+    def everywhere(self, motion: Motion) -> ByteArray:
         """CANDIDATE wherever a pair has its poses, (T, P): nothing is left out before the traversal."""
         return np.where(pair_has_pose(motion, self._pairs), Verdict.CANDIDATE, Verdict.NO_POSE).astype(np.uint8)
 
     def detection(
-        self, name: str, motion: Motion, verdict: NDArray[np.uint8], *, faces: bool, broad: float, work: dict[str, int]
+        self, name: str, motion: Motion, verdict: ByteArray, *, faces: bool, broad: float, work: dict[str, int]
     ) -> Detection:
         """Decide every CANDIDATE of ``verdict`` (T, P).
 
@@ -165,18 +157,14 @@ class TreeStage:
         return PairPoses(turn_a, move_a, turn_b, move_b, pad), large
 
     def _searched(self, a: int, b: int, poses: PairPoses, large: BoolArray, every: bool) -> Searched:
+        """What the search finds at the poses that are not ``large``, in rows of all poses."""
         budget = UNLIMITED if self._settings.budget is None else self._settings.budget
-        if not large.any():
-            return self._search.search(a, b, poses, every=every, budget=budget)
         near = np.flatnonzero(~large)
-        parts = (poses.turn_a, poses.move_a, poses.turn_b, poses.move_b, poses.pad)
-        some = self._search.search(a, b, PairPoses(*(part[near] for part in parts)), every=every, budget=budget)
-        found = some.found.copy()
-        found[:, 0] = near[found[:, 0]]
-        counts = np.zeros((len(large), some.counts.shape[1]), dtype=np.int64)
+        some = self._search.search(a, b, poses.at(near), every=every, budget=budget)
+        some.found[:, 0] = near[some.found[:, 0]]
         truncated = np.zeros(len(large), dtype=np.bool_)
-        counts[near], truncated[near] = some.counts, some.truncated
-        return Searched(found, counts, truncated)
+        truncated[near] = some.truncated
+        return Searched(some.found, some.counts, truncated)
 
     def _found(self, a: int, b: int, poses: PairPoses, searched: Searched, every: bool) -> list[NDArray[np.int32]]:
         """Per pose the faces that meet, (k, 2), sorted."""

@@ -1,5 +1,4 @@
-"""Closed triangle against closed triangle with exact signs, degenerate triangles included: the compiled decision for
-moderate exponents.
+"""Closed triangle against closed triangle with exact signs, degenerate ones included, for moderate exponents.
 
 A pair is one array (6, 3): rows 0-2 are the first triangle, rows 3-5 the second. A triangle of zero area counts as
 the segment between its lexicographic extremes, or as the point it is.
@@ -7,27 +6,23 @@ the segment between its lexicographic extremes, or as the point it is.
 
 from __future__ import annotations
 
-import numpy as np
-
-from cdcore.kernels.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory
 from cdcore.narrow.orientation import cross_sign, orientation_sign
 
 
 @hot_kernel
 def projection_axis(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> int:
-    """An axis along which (b - a) x (d - c) is not zero, the float64 largest first; -1 when the product is exactly
-    zero.
-    """
+    """An axis along which (b - a) x (d - c) is not zero, the float64 largest first; -1 where the product is zero."""
     stay_one_function()
     ux, uy, uz = p[3 * b] - p[3 * a], p[3 * b + 1] - p[3 * a + 1], p[3 * b + 2] - p[3 * a + 2]
     vx, vy, vz = p[3 * d] - p[3 * c], p[3 * d + 1] - p[3 * c + 1], p[3 * d + 2] - p[3 * c + 2]
     x, y, z = abs(uy * vz - uz * vy), abs(uz * vx - ux * vz), abs(ux * vy - uy * vx)
-    first = int(np.int64(2))
+    first = runtime_int(2)
     if x > y and x > z:
-        first = int(np.int64(0))
+        first = runtime_int(0)
     elif y > z:
-        first = int(np.int64(1))
+        first = runtime_int(1)
     for step in range(3):
         axis = (first + step) % 3
         if cross_sign(p, a, b, c, d, axis, w) != 0:
@@ -144,8 +139,8 @@ def segments_meet(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> bool:
         return segments_meet_2d(p, a, b, c, d, axis, w)
     if not (on_one_line(p, a, b, c, w) and on_one_line(p, c, d, a, w)):
         return False
-    apart = ranges_apart(p, a, b, c, d, int(np.int64(0))) or ranges_apart(p, a, b, c, d, int(np.int64(1)))
-    return not (apart or ranges_apart(p, a, b, c, d, int(np.int64(2))))
+    apart = ranges_apart(p, a, b, c, d, runtime_int(0)) or ranges_apart(p, a, b, c, d, runtime_int(1))
+    return not (apart or ranges_apart(p, a, b, c, d, runtime_int(2)))
 
 
 @hot_kernel
@@ -180,9 +175,7 @@ def flat_meets_proper(p: Memory, flat: int, t: int, axis: int, w: Memory) -> boo
 
 @hot_kernel
 def edges_meet_triangle(p: Memory, s: int, t: int, axis: int, w: Memory) -> int:
-    """One of: an edge of the proper triangle s..s+2 meets the proper triangle t..t+2 (1), all of s lies strictly
-    to one side (-1), no (0).
-    """
+    """1: an edge of the proper triangle s..s+2 meets the proper one t..t+2; -1: s is wholly on one side; 0: neither."""
     stay_one_function()
     side0 = orientation_sign(p, t, t + 1, t + 2, s, w)
     side1 = orientation_sign(p, t, t + 1, t + 2, s + 1, w)
@@ -213,7 +206,7 @@ def pair_intersects_exact(p: Memory, w: Memory) -> bool:
     stay_one_function()
     if boxes_apart(p):
         return False
-    o = int(np.int64(0))
+    o = runtime_int(0)
     t = o + 3
     first_axis = projection_axis(p, o, o + 1, o, o + 2, w)
     second_axis = projection_axis(p, t, t + 1, t, t + 2, w)

@@ -6,9 +6,7 @@ resting contact.
 
 from __future__ import annotations
 
-import numpy as np
-
-from cdcore.kernels.compiling import hot_kernel, kernel
+from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int
 from cdcore.kernels.memory import Memory, bytes_at, doubles_at, words_at
 from cdcore.narrow.exact_sums import exponents_are_moderate
 from cdcore.narrow.orientation import orientation_filtered
@@ -29,7 +27,7 @@ def pair_intersects_filtered(p: Memory) -> int:
     """0 no, 1 yes, 2 undecided, for rows 0-2 against rows 3-5 of p (6, 3)."""
     if boxes_apart(p):
         return 0
-    o = int(np.int64(0))
+    o = runtime_int(0)
     t = o + 3
     a0 = orientation_filtered(p, t, t + 1, t + 2, o)
     a1 = orientation_filtered(p, t, t + 1, t + 2, o + 1)
@@ -78,7 +76,7 @@ def pairs_intersect_compiled(row: IntArray, count: int) -> int:
         answer = pair_intersects_filtered(pair)
         if answer == UNDECIDED:
             undecided += 1
-            if exponents_are_moderate(pair, int(np.int64(18))):
+            if exponents_are_moderate(pair, runtime_int(18)):
                 answer = 1 if pair_intersects_exact(pair, digits) else 0
         answers[k] = answer
     return undecided

@@ -1,9 +1,8 @@
-"""Whether surfaces in contact come apart when no face of them is moved by more than a step: tried on exact geometry.
+"""Separating moves: whether surfaces in contact come apart when no face moves by more than a step.
 
-The depth of face pairs alone does not tell. Where cubes stand in each other with faces in common planes, every face
-pair only touches, however deep the cubes are. A move that ends the contact is a witness that it is no deeper than the
-step; the moves tried are shifts of a body along the normals of what meets, and shells: every face of a body moved along
-its own normal, inward or outward, so that a plug comes out of a hole that it fits on all sides.
+The depth of face pairs does not tell: it is 0 for cubes that stand in each other with faces in common planes. A move
+that ends the contact proves that it is no deeper than the step. Two kinds are tried: shifts of a body along the normals
+of what meets, and shells, where every face of a body moves along its own normal, so that a plug comes out of its hole.
 """
 
 from __future__ import annotations
@@ -26,18 +25,14 @@ DIRECTIONS = 6
 ROUNDING_ULPS = 16
 """Added to a step, times the size of the coordinates: moving rounds, and surfaces that just touch still meet."""
 FIRST_ASKED = 64
-"""Face pairs that meet and are asked first: a move that leaves one of them meeting is no way out."""
+"""Face pairs that meet and are asked first: a move that leaves one of them meeting separates nothing."""
 
 
 def shell_vectors(triangles: FloatArray, faces: NDArray[np.integer]) -> FloatArray:
     """Where the corners of each face go when all faces of a body move outward by 1, (f, 3, 3), in units of the step.
 
     A corner moves so that every face around it moves by 1 along its normal, if that can be; by least squares if not.
-
-    Parameters
-    ----------
-    triangles : (f, 3, 3) corners.
-    faces : (f, 3) vertex numbers; faces without area have no say.
+    ``triangles`` (f, 3, 3) corners, ``faces`` (f, 3) vertex numbers; faces without area do not count.
     """
     normal = unit(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]))
     count = int(faces.max()) + 1
@@ -55,17 +50,11 @@ def come_apart(
     first: FloatArray, second: FloatArray, shell_a: FloatArray, shell_b: FloatArray, meeting: NDArray[np.integer],
     step: float,
 ) -> bool:  # fmt: skip
-    """Whether some move of the surfaces by ``step`` leaves no face pair that meets.
+    """Whether some move of the surfaces by ``step`` metres leaves no face pair that meets.
 
-    True is a proof that a move by ``step``, and what rounding adds, ends the contact; False that none of those tried
-    does.
-
-    Parameters
-    ----------
-    first, second : placed triangles (f, 3, 3) and (g, 3, 3), finite.
-    shell_a, shell_b : their :func:`shell_vectors`, placed.
-    meeting : (k, 2), the face pairs that meet, at least one.
-    step : metres.
+    True proves that a move by ``step``, and what rounding adds, ends the contact; False says that no tried move does.
+    ``first`` and ``second`` are placed triangles, the shells their placed :func:`shell_vectors`; ``meeting`` (k, 2) are
+    the face pairs that meet, at least one.
     """
     step += ROUNDING_ULPS * EPS * float(max(np.abs(first).max(), np.abs(second).max()))
     close = near_faces(first, second, 2 * LONGEST_MITRE * step)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import doubles_of
 from cdcore.narrow.predicates import triangles_intersect
 from cdcore.narrow.triangle_filter import UNDECIDED, pair_intersects_filtered
@@ -59,7 +59,7 @@ def place_corners(rows: FloatArray, face: int, pose: FloatArray, at: int, pair: 
 def faces_meet(i: int, j: int, rows_a: FloatArray, rows_b: FloatArray, pose: FloatArray, pair: FloatArray) -> int:
     """Whether face i of A meets face j of B at the reference vertices: 0, 1, or 2 where rounding leaves it open."""
     stay_one_function()
-    o = int(np.int64(0))
+    o = runtime_int(0)
     place_corners(rows_a, i, pose, o + state.WORLD_A, pair, o)
     place_corners(rows_b, j, pose, o + state.WORLD_B, pair, o + 3)
     return pair_intersects_filtered(doubles_of(pair))

@@ -6,7 +6,7 @@ its time on building. An engine is the same search without the stages before it;
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Final, Protocol
 
@@ -15,11 +15,7 @@ from numpy.typing import NDArray
 
 from cdcore import Body, Motion
 from cdcore.detectors import load_detector
-from cdcore.narrow.aabb.search import AabbSearch
-from cdcore.narrow.obb.search import ObbSearch
-from cdcore.narrow.pair_search import PairSearch as TreeSearch
-from cdcore.narrow.rapid_style.search import RapidSearch
-from cdcore.narrow.solid_style.search import SolidSearch
+from cdcore.narrow.tree_search import TREE_KINDS, TreeSearch
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 from cdcore.search.features import Features, features_of
 from cdcore.search.look import Look
@@ -28,13 +24,8 @@ from cdcore.search.samples import Sample, sample_of
 from cdcore.search.settings import SearchSettings
 from replay.paper.contestants import CONTESTANTS, TREE
 
-TREES: Final[dict[str, Callable[[Sequence[NDArray[np.float64]]], TreeSearch]]] = {
-    "rapid-style": RapidSearch,
-    "solid-style": SolidSearch,
-    "aabb": AabbSearch,
-    "obb": ObbSearch,
-}
-"""Rows that walk through two trees, and their searches."""
+TREES: Final = tuple(TREE_KINDS)
+"""Rows that search two trees."""
 
 ONLY: Final = np.array([[0, 1]], dtype=np.int64)
 FIRST: Final = np.zeros(1, dtype=np.int64)
@@ -126,7 +117,7 @@ def _drawn(features: Features, size: int | None, seed: int, name: str) -> Sample
 def engines_of(bodies: Sequence[Body], names: Sequence[str]) -> Mapping[str, Engine]:
     """An engine for each of the rows ``names``, all of which take a budget."""
     corners = [body.mesh.triangles for body in bodies]
-    made: dict[str, Engine] = {name: TreeEngine(bodies, TREES[name](corners)) for name in names if name in TREES}
+    made: dict[str, Engine] = {name: TreeEngine(bodies, TreeSearch(name, corners)) for name in names if name in TREES}
     searched = [name for name in names if name not in TREES]
     features = [features_of(body.mesh) for body in bodies] if searched else []
     for name in searched:

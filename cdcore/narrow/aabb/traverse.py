@@ -1,4 +1,4 @@
-"""Boxes along the world's axes around the points that count: comparing them does not round, so they need no pad.
+"""Boxes along the world's axes around the reference vertices: comparing them does not round, so they need no pad.
 
 Both trees are fitted to each pose from the leaves up; then the box with the longer side is opened.
 
@@ -8,11 +8,39 @@ refitting.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.narrow.face_pair import keep_found, place_face, placed_pair_meets
+from cdcore.narrow.level_tree import extents, grow_tree
 from cdcore.numerics import ByteArray, FloatArray, IntArray
+
+
+class WorldBoxTree(NamedTuple):
+    """Which faces share a box; the boxes themselves belong to a pose.
+
+    ``corners`` (f, 3, 3), body frame; ``child`` (n,) first of two neighbouring children or -1; ``leaf`` (n,) face of a
+    leaf.
+    """
+
+    corners: FloatArray
+    child: IntArray
+    leaf: IntArray
+
+
+def build_world_box_tree(corners: FloatArray) -> tuple[WorldBoxTree, int]:
+    """The tree and its depth: cut at the median of the centroids along the longest side of their box."""
+    centroids = corners[:, 0] / 3 + corners[:, 1] / 3 + corners[:, 2] / 3
+
+    def along_longest_side(faces: IntArray, node: IntArray, first: IntArray) -> FloatArray:
+        low, high = extents(centroids[faces, None], first)
+        keys: FloatArray = centroids[faces, np.argmax(high / 2 - low / 2, axis=1)[node]]
+        return keys
+
+    shape = grow_tree(len(corners), 1, along_longest_side, balanced=True)
+    return WorldBoxTree(corners, shape.child, shape.order[shape.start]), shape.depth
 
 
 @hot_kernel
@@ -63,34 +91,32 @@ def is_as_before(turn: FloatArray, move: FloatArray, row: int) -> bool:
 
 
 @kernel
-def place_and_fit(
-    corners: FloatArray, turn: FloatArray, move: FloatArray, child: IntArray, leaf: IntArray, world: FloatArray,
-    boxes: FloatArray,
-) -> None:  # fmt: skip
+def place_and_fit(tree: WorldBoxTree, turn: FloatArray, move: FloatArray, world: FloatArray, boxes: FloatArray) -> None:
     """The placed faces and boxes of a body in one pose."""
     stay_one_function()
-    for face in range(len(corners)):
-        place_face(corners, face, turn, move, world[face], 0 * face)
-    fit_boxes(world, child, leaf, boxes)
+    for face in range(len(tree.corners)):
+        place_face(tree.corners, face, turn, move, world[face], runtime_int(0))
+    fit_boxes(world, tree.child, tree.leaf, boxes)
 
 
 @kernel
 def search_rows(  # noqa: C901 - one loop with its stack
-    corners_a: FloatArray, child_a: IntArray, leaf_a: IntArray, corners_b: FloatArray, child_b: IntArray,
-    leaf_b: IntArray, stack: IntArray, turn_a: FloatArray, move_a: FloatArray, turn_b: FloatArray, move_b: FloatArray,
-    every: bool, budget: int, digits: IntArray, counts: IntArray, truncated: ByteArray,
+    tree_a: WorldBoxTree, tree_b: WorldBoxTree, stack: IntArray, turn_a: FloatArray, move_a: FloatArray,
+    turn_b: FloatArray, move_b: FloatArray, pad: FloatArray, every: bool, budget: int, digits: IntArray,
+    counts: IntArray, truncated: ByteArray,
 ) -> IntArray:  # fmt: skip
-    """Faces that meet, (M, 4), in K poses; ``counts`` (K, 3) gets boxes fitted last."""
-    world_a, world_b = np.empty(corners_a.shape), np.empty(corners_b.shape)
+    """Faces that meet, (M, 4), in K poses; ``counts`` (K, 3) gets boxes fitted last; of ``pad`` only the length."""
+    world_a, world_b = np.empty(tree_a.corners.shape), np.empty(tree_b.corners.shape)
+    child_a, leaf_a, child_b, leaf_b = tree_a.child, tree_a.leaf, tree_b.child, tree_b.leaf
     boxes_a, boxes_b = np.empty((len(child_a), 6)), np.empty((len(child_b), 6))
     pair = np.empty((6, 3))
     found, known = np.empty((64, 4), dtype=np.int64), 0
-    for row in range(len(turn_a)):
+    for row in range(len(pad)):
         if not is_as_before(turn_a, move_a, row):
-            place_and_fit(corners_a, turn_a[row], move_a[row], child_a, leaf_a, world_a, boxes_a)
+            place_and_fit(tree_a, turn_a[row], move_a[row], world_a, boxes_a)
             counts[row, 2] += len(child_a)
         if not is_as_before(turn_b, move_b, row):
-            place_and_fit(corners_b, turn_b[row], move_b[row], child_b, leaf_b, world_b, boxes_b)
+            place_and_fit(tree_b, turn_b[row], move_b[row], world_b, boxes_b)
             counts[row, 2] += len(child_b)
         tests, depth = 0, 1
         stack[0, 0], stack[0, 1] = 0, 0

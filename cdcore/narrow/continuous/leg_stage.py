@@ -8,15 +8,20 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.narrow.continuous.leg_loop import HALF_TURN, TOO_LARGE, decide_legs
+from cdcore.kernels.compiling import kernel
+from cdcore.narrow.continuous.legs import HALF_TURN_SLACK, LEG_WIDTH, fill_leg, leg_bounds, leg_pad
 from cdcore.narrow.continuous.search import (
     BOX_TESTS,
     FACE_TESTS,
+    FREE,
     HIT,
     MEETING_TESTS,
     PARTS,
     TOO_CLOSE,
     TOO_LONG,
+    Bounds,
+    Room,
+    first_contact,
     make_room,
 )
 from cdcore.narrow.pair_frames import rows_of_columns
@@ -33,7 +38,12 @@ SHORTEST: Final = 2.5e-7
 """Seconds. A hit lies at most this far from what is proven clear: a quarter of the microsecond that is promised."""
 
 SHARE_SLACK: Final = 2.0**-51
-"""Added to the share of a leg at which a contact was seen: poses and the points that count are rounded there."""
+"""Added to the share of a leg at which a contact was seen: poses and the reference vertices are rounded there."""
+
+HALF_TURN: Final = 4
+"""A body turns by half a turn: only rounding would decide in which direction."""
+TOO_LARGE: Final = 5
+"""Coordinates or rotations beyond the bounds of rounding."""
 
 REASONS: Final = {
     TOO_CLOSE: "closer than parts of {shortest:.3g} s can tell apart",
@@ -48,26 +58,23 @@ COUNTERS: Final = {"box_tests": BOX_TESTS, "face_tests": FACE_TESTS, "meeting_te
 
 @dataclass(frozen=True, eq=False)
 class LegAnswer:
-    """What was found on K legs."""
+    """What was found on K legs.
+
+    ``states`` (K,): FREE, HIT, or a key of ``REASONS``. ``impact`` (K, 2) seconds: before the first nothing touches, at
+    the second a contact was seen; else what is undecided. ``faces`` (K, 2): meet where HIT, in the pair's order.
+    """
 
     states: ByteArray
-    """(K,) ``search.FREE``, ``search.HIT``, or a key of ``REASONS``."""
     impact: FloatArray
-    """(K, 2) seconds: before the first nothing touches, at the second a contact was seen; else what is undecided."""
     faces: IntArray
-    """(K, 2) faces that were seen to meet, in the order of the pair, where HIT."""
     work: dict[str, int]
 
 
 class LegStage:
     """Searches legs for their first contact.
 
-    Parameters
-    ----------
-    trees : one per body.
-    pairs : (P, 2) body numbers; a pair and its turned form give one answer if the caller orders them.
-    tolerance : metres; parts of a leg in which something moves further than this are always divided further.
-    effort : tests per leg spent on parts in which nothing does.
+    Parts of a leg in which something moves further than ``tolerance``, metres, are always divided further; ``effort``
+    bounds the tests per leg spent on the others. A pair and its turned form give one answer if the caller orders them.
     """
 
     def __init__(self, trees: Sequence[BoxTree], pairs: IntArray, *, tolerance: float, effort: int) -> None:
@@ -112,3 +119,44 @@ def _seconds(start: FloatArray, steps: FloatArray, stop: FloatArray, shares: Flo
     high = np.nextafter(start + (shares[:, 1] + SHARE_SLACK) * steps, np.inf)
     low = np.where(shares[:, 0] == 0.0, start, np.maximum(start, low))
     return np.stack([low, np.where(shares[:, 1] == 1.0, stop, np.minimum(stop, high))], axis=1)
+
+
+@kernel
+def decide_legs(
+    tree_a: BoxTree, body_a: int, tree_b: BoxTree, body_b: int, rotations: FloatArray, places: FloatArray,
+    frames: IntArray, steps: FloatArray, settings: FloatArray, effort: int, room: Room, states: ByteArray,
+    shares: FloatArray, faces: IntArray,
+) -> None:  # fmt: skip
+    """Fill ``states`` (K,), ``shares`` (K, 2), ``faces`` (K, 2, leaf order) for legs from ``frames - 1`` to ``frames``.
+
+    ``steps`` (K,) are the seconds they last, ``settings`` the tolerance and the shortest part in seconds. Each leg is
+    seen from the body that turns less.
+    """
+    leg_a, leg_b = np.empty(LEG_WIDTH), np.empty(LEG_WIDTH)
+    for k in range(len(frames)):
+        t = frames[k]
+        fill_leg(rotations[t - 1, body_a], places[t - 1, body_a], rotations[t, body_a], places[t, body_a], leg_a)
+        fill_leg(rotations[t - 1, body_b], places[t - 1, body_b], rotations[t, body_b], places[t, body_b], leg_b)
+        pad = leg_pad(leg_a, tree_a.reach, leg_b, tree_b.reach)
+        shares[k, 0], shares[k, 1] = 0.0, 1.0
+        if not np.isfinite(pad):
+            states[k] = TOO_LARGE
+            continue
+        if max(leg_a[27], leg_b[27]) > np.pi - HALF_TURN_SLACK:
+            states[k] = HALF_TURN
+            continue
+        shortest = min(1.0, settings[1] / steps[k])
+        turned = leg_b[27] > leg_a[27]
+        if turned:
+            speed, acceleration = leg_bounds(leg_b, tree_b.reach, leg_a)
+            bounds = Bounds(speed, acceleration, pad, settings[0], shortest, effort)
+            state = first_contact(tree_b, leg_b, tree_a, leg_a, bounds, room)
+        else:
+            speed, acceleration = leg_bounds(leg_a, tree_a.reach, leg_b)
+            bounds = Bounds(speed, acceleration, pad, settings[0], shortest, effort)
+            state = first_contact(tree_a, leg_a, tree_b, leg_b, bounds, room)
+        states[k] = state
+        if state == HIT:
+            faces[k, 0], faces[k, 1] = int(room.found[3 if turned else 2]), int(room.found[2 if turned else 3])
+        if state != FREE:
+            shares[k, 0], shares[k, 1] = room.found[0], room.found[1]

@@ -1,6 +1,6 @@
-"""The way of one body from one recorded pose to the next: origin along a line, rotation at constant rate, shortest arc.
+"""The motion of a body between two recorded poses: origin along a line, rotation at constant rate, shortest arc.
 
-At both ends a leg gives the recorded pose bit for bit; between them it is off the exact way by at most ``leg_pad``.
+At both ends a leg gives the recorded pose bit for bit; between them it is off the exact motion by at most ``leg_pad``.
 
 **How far off the chord.** Seen from B, a point ``a`` of A is at ``x = R_B^T (R_A a + d)`` with ``d = p_A - p_B``. With
 constant angular velocities w_A, w_B and D = w_A - w_B its acceleration, per unit of the leg, is in B's frame
@@ -56,11 +56,8 @@ def fill_leg(
     for i in range(3):
         for j in range(3):
             moved |= rotation[i, j] != rotation_after[i, j]
-            m[i, j] = (
-                rotation[0, i] * rotation_after[0, j]
-                + rotation[1, i] * rotation_after[1, j]
-                + rotation[2, i] * rotation_after[2, j]
-            )
+            first = rotation[0, i] * rotation_after[0, j] + rotation[1, i] * rotation_after[1, j]
+            m[i, j] = first + rotation[2, i] * rotation_after[2, j]
     x, y, z, w = 0.0, 0.0, 0.0, 1.0
     if moved:
         x, y, z, w = quaternion_of(m)
@@ -129,21 +126,19 @@ def seen_from(pose: FloatArray, other: FloatArray, relative: FloatArray) -> None
 
 
 @kernel
-def turning(leg: FloatArray, velocity: FloatArray) -> float:
-    """Angular velocity of the leg in the world, per unit of the leg, to ``velocity`` (3,); returns its length."""
-    for i in range(3):
-        along = leg[3 * i] * leg[24] + leg[3 * i + 1] * leg[25] + leg[3 * i + 2] * leg[26]
-        velocity[i] = leg[27] * along
-    return float(leg[27])
+def angular_velocity(leg: FloatArray) -> tuple[float, float, float]:
+    """In the world, per unit of the leg."""
+    x = leg[0] * leg[24] + leg[1] * leg[25] + leg[2] * leg[26]
+    y = leg[3] * leg[24] + leg[4] * leg[25] + leg[5] * leg[26]
+    z = leg[6] * leg[24] + leg[7] * leg[25] + leg[8] * leg[26]
+    return leg[27] * x, leg[27] * y, leg[27] * z
 
 
 @kernel
 def leg_bounds(leg_a: FloatArray, reach_a: float, leg_b: FloatArray) -> tuple[float, float]:
     """Bounds of speed and acceleration, per unit of the leg, of any point of A seen from B."""
     stay_one_function()
-    wa, wb = np.empty(3), np.empty(3)
-    turning(leg_a, wa)
-    turn_b = turning(leg_b, wb)
+    wa, wb, turn_b = angular_velocity(leg_a), angular_velocity(leg_b), leg_b[27]
     turn = np.sqrt((wa[0] - wb[0]) ** 2 + (wa[1] - wb[1]) ** 2 + (wa[2] - wb[2]) ** 2)
     before = after = speed = 0.0
     for k in range(3):

@@ -1,8 +1,7 @@
-"""The first contact of two meshes on one leg: the way is halved until each part is proven clear or a contact is seen.
+"""The first contact of two meshes on one leg, which is halved until each part is proven clear or a contact is seen.
 
-Parts are taken in order of time. For a part, pairs of nodes that stay apart are dropped; what is left goes on into both
-halves. In a part so short that nothing can be said about it but by looking, the faces left are tested exactly at its
-middle and its end.
+Parts are taken in order of time. Pairs of nodes that stay apart in a part are dropped; the others go on into both of
+its halves. In the shortest parts the faces left are tested exactly, at the middle and the end.
 """
 
 from __future__ import annotations
@@ -14,10 +13,9 @@ from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.narrow.continuous.legs import pose_at, seen_from
-from cdcore.narrow.continuous.meeting import faces_meet_at
-from cdcore.narrow.continuous.swept_boxes import boxes_stay_apart, turned_between
-from cdcore.narrow.continuous.swept_faces import CORNERS, faces_stay_apart
+from cdcore.narrow.continuous.swept import CORNERS, boxes_stay_apart, faces_stay_apart, turned_between
 from cdcore.narrow.exact_sums import new_digits
+from cdcore.narrow.face_pair import placed_pair_meets
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.numerics import FloatArray, IntArray
 
@@ -32,59 +30,54 @@ TOO_CLOSE: Final = 2
 TOO_LONG: Final = 3
 """Closer than the tolerance, and the effort ended."""
 
-BOXES: Final = 0
-FACES: Final = 1
-
+BOXES, FACES = 0, 1
+"""Kinds of items."""
 MOST_ITEMS: Final = 1 << 17
 """Pairs kept at a time, 1.5 MB; more than that end the effort for the part."""
 MOST_PARTS: Final = 256
 """Depth of the halving is at most 60 (a double has 53 bits), two parts waiting at each."""
 
-BOX_TESTS: Final = 0
-FACE_TESTS: Final = 1
-MEETING_TESTS: Final = 2
-PARTS: Final = 3
+BOX_TESTS, FACE_TESTS, MEETING_TESTS, PARTS = range(4)
+"""Places of the counters in ``Room.work``."""
 COUNTERS: Final = 4
 
 
 class Bounds(NamedTuple):
-    """What bounds one leg of A seen from B, per unit of the leg, and when to stop halving."""
+    """What bounds one leg of A seen from B, per unit of the leg, and when to stop halving.
+
+    Parts in which something moves further than ``tolerance``, metres, are always halved; parts as short as ``shortest``
+    never. ``effort``: box and face tests spent on parts in which nothing moves further than the tolerance.
+    """
 
     speed: float
     acceleration: float
     pad: float
     tolerance: float
-    """Parts in which something moves further than this, metres, are always halved."""
     shortest: float
-    """Parts this short are not halved."""
     effort: int
-    """Box and face tests spent on parts in which nothing moves further than the tolerance."""
 
 
 class Room(NamedTuple):
-    """Memory that a search works in, made once for a pair."""
+    """Memory that a search works in, made once for a pair.
+
+    ``items`` (MOST_ITEMS, 3) kind, A, B; ``waiting`` (n, 3) pairs of nodes still to be looked at within a part;
+    ``parts`` (MOST_PARTS, 2) start and end of parts still to be looked at; ``spans`` (MOST_PARTS, 2) their items, first
+    and count; ``poses`` (6, 12) A seen from B at start and end, A and B at the instant that is tested, two to build
+    them; ``corners`` (27,), ``scratch`` (32,), ``pair`` (18,) and ``digits``: scratch; ``found`` (4,) lo, hi, and the
+    faces (leaf order) that were seen to meet or could not be told apart; ``work`` (COUNTERS,).
+    """
 
     items: Items
-    """(MOST_ITEMS, 3) kind, A, B."""
     waiting: Items
-    """(n, 3) pairs of nodes still to be looked at within a part."""
     parts: FloatArray
-    """(MOST_PARTS, 2) start and end of parts still to be looked at."""
     spans: IntArray
-    """(MOST_PARTS, 2) their items: first and count."""
     poses: FloatArray
-    """(6, 12): A seen from B at start and end; A and B at the instant that is tested; two to build them."""
     corners: FloatArray
-    """(27,)."""
     scratch: FloatArray
-    """(32,)."""
     pair: FloatArray
-    """(6, 3)."""
     digits: IntArray
     found: FloatArray
-    """(4,): lo, hi, and the faces (leaf order) that were seen to meet or could not be told apart."""
     work: IntArray
-    """(COUNTERS,)."""
 
 
 def make_room(tree_a: BoxTree, tree_b: BoxTree) -> Room:
@@ -93,13 +86,13 @@ def make_room(tree_a: BoxTree, tree_b: BoxTree) -> Room:
     return Room(
         np.empty((MOST_ITEMS, 3), dtype=np.int32), np.empty((depth, 3), dtype=np.int32), np.empty((MOST_PARTS, 2)),
         np.empty((MOST_PARTS, 2), dtype=np.int64), np.empty((6, 12)), np.empty(CORNERS), np.empty(32),
-        np.empty((6, 3)), new_digits(), np.zeros(4), np.zeros(COUNTERS, dtype=np.int64),
+        np.empty(18), new_digits(), np.zeros(4), np.zeros(COUNTERS, dtype=np.int64),
     )  # fmt: skip
 
 
 @hot_kernel
 def load_corners(placed: FloatArray, face: int, poses: FloatArray, row: int, corners: FloatArray, at: int) -> None:
-    """Corners of a face at the relative pose ``poses[row]`` to ``corners[at:at + 9]``."""
+    """Corners of a face at ``poses[row]`` to ``corners[at:at + 9]``, rounded as ``place_points`` rounds."""
     for corner in range(3):
         x, y, z = placed[face, corner], placed[face, 4 + corner], placed[face, 8 + corner]
         for k in range(3):
@@ -206,15 +199,18 @@ def seen_meeting(
     tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, share: float, first: int, end: int,
     room: Room,
 ) -> int:  # fmt: skip
-    """The first of the items whose faces meet at a share of the leg, -1 if none does."""
+    """The first of the items whose faces meet at a share of the leg, -1 if none does.
+
+    Faces whose exponents lie too far apart for exact sums do not count as meeting.
+    """
     stay_one_function()
-    pose_a, pose_b = room.poses[2], room.poses[3]
-    pose_at(leg_a, share, pose_a)
-    pose_at(leg_b, share, pose_b)
+    pose_at(leg_a, share, room.poses[2])
+    pose_at(leg_b, share, room.poses[3])
     for k in range(first, end):
         room.work[MEETING_TESTS] += 1
-        i, j = int(room.items[k, 1]), int(room.items[k, 2])
-        if faces_meet_at(tree_a, i, pose_a, tree_b, j, pose_b, room.pair, room.digits):
+        load_corners(tree_a.placed, int(room.items[k, 1]), room.poses, 2, room.pair, 0)
+        load_corners(tree_b.placed, int(room.items[k, 2]), room.poses, 3, room.pair, 9)
+        if placed_pair_meets(room.pair, room.digits) == 1:
             return k
     return -1
 

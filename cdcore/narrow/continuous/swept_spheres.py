@@ -23,12 +23,7 @@ ANGLE_OF_CHORD: Final = 1.1108
 
 
 class SweptSpheres:
-    """Finds the legs on which the bounding spheres of a pair may meet.
-
-    Parameters
-    ----------
-    spheres : one per body.
-    """
+    """Finds the legs on which the bounding spheres of a pair, one a body, may meet."""
 
     def __init__(self, spheres: Sequence[Sphere]) -> None:
         self._spheres = tuple(spheres)
@@ -82,6 +77,6 @@ def mark_near(
         along, length = -(x * u + y * v + z * w), u * u + v * v + w * w
         share = min(1.0, max(0.0, along / length)) if length > 0.0 else 0.0
         x, y, z = x + share * u, y + share * v, z + share * w
-        # asked this way round, a distance that overflowed to NaN is near
+        # "not above": a distance that overflowed to NaN counts as near
         if not np.sqrt(x * x + y * y + z * z) > reach + slack_a[t] + slack_b[t]:
             near[t] = True

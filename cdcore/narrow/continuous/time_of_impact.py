@@ -21,7 +21,7 @@ from cdcore.protocol import Motion
 
 
 class Impact(Enum):
-    """What is known of the way between two poses."""
+    """What is known of the motion between two poses."""
 
     HIT = "HIT"
     """The surfaces meet; seen on triangles, exactly."""
@@ -42,7 +42,7 @@ class TimeOfImpact:
         time within which the question is open; ``None`` where FREE.
     faces : a face of A and one of B that meet at ``high``; ``None`` unless HIT.
     inside : at the start, whether one mesh is wholly inside the other, without touching; ``None`` where the outer one
-        would be open and the question has no answer. It stays so on the whole way where FREE.
+        would be open and the question has no answer. It stays so throughout where FREE.
     reason : why UNRESOLVED.
     """
 
@@ -57,10 +57,10 @@ def time_of_impact(
     mesh_a: TriangleMesh, poses_a: ArrayLike, mesh_b: TriangleMesh, poses_b: ArrayLike, *,
     times: tuple[float, float] = (0.0, 1.0), tolerance: float = DEFAULT_TOLERANCE, effort: int = DEFAULT_EFFORT,
 ) -> TimeOfImpact:  # fmt: skip
-    """When two meshes first meet on their way from one pose to another.
+    """When two meshes first meet on their motion from one pose to another.
 
     Body origins move along lines, rotations turn at a constant rate along the shorter arc, both at once. Choose it for
-    one way of one pair; for a recording the detector ``continuous`` builds its trees once.
+    one motion of one pair; for a recording the detector ``continuous`` builds its trees once.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def time_of_impact(
     InvalidPoseError
         A pose is not finite or not rigid; body 0 is A, body 1 is B.
     InvalidSettingError
-        A tolerance or effort that is none.
+        The tolerance is no distance, or the effort no count.
 
     Notes
     -----
@@ -120,12 +120,7 @@ def time_of_impact(
 
 
 def require_search_settings(tolerance: float, effort: int) -> None:
-    """Refuse a tolerance that is no distance or an effort that is no count.
-
-    Raises
-    ------
-    InvalidSettingError
-    """
+    """Refuse a tolerance that is no distance, or an effort that is no count, with an InvalidSettingError."""
     if not (tolerance > 0.0 and isfinite(tolerance)):
         raise InvalidSettingError(f"tolerance={tolerance!r} is no distance; give metres above 0")
     if effort < 0:

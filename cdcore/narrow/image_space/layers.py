@@ -111,9 +111,7 @@ def shared_length(
     depths_a: FloatArray, turns_a: IntArray, first_a: int, stop_a: int, flip_a: int, depths_b: FloatArray,
     turns_b: IntArray, first_b: int, stop_b: int, flip_b: int, least: float, lengths: FloatArray,
 ) -> bool:  # fmt: skip
-    """Add to ``lengths`` (3,) how long one ray is in A, in B, and in both for more than ``least``; whether it ends
-    outside both, having left as often as it entered.
-    """
+    """Add to ``lengths`` (3,) how long a ray is in A, B, both for more than ``least``; whether it ends outside."""
     i, j, in_a, in_b = first_a, first_b, 0, 0
     last = 0.0
     while i < stop_a or j < stop_b:

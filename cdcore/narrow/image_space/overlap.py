@@ -1,5 +1,4 @@
-"""How much two closed solids overlap, from layered depth images along three axes: approximate, and never more than a
-sampled ray has seen.
+"""How much two closed solids overlap, from layered depth images along three axes: what sampled rays have seen.
 
 Source: B. Heidelberger, M. Teschner, M. Gross, Real-time volumetric intersections of deforming objects (VMV 2003);
 Detection of collisions and self-collisions using image-space techniques (WSCG 2004).
@@ -12,13 +11,11 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-from cdcore.errors import InvalidMeshError, InvalidSettingError
+from cdcore.errors import InvalidSettingError
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.image_space.layers import overlap_along
-from cdcore.numerics import EPS, UNDERFLOW_PAD, FloatArray, place_points
-from cdcore.protocol import Motion
+from cdcore.numerics import EPS, UNDERFLOW_PAD, FloatArray
 
 SHIFT: Final = (1e-4, 2e-4)
 """Of a pixel: centres are moved off the middle, so that no ray runs along an edge of a mesh drawn on a grid."""
@@ -33,16 +30,11 @@ MOST_PIXELS: Final = 4096
 
 @dataclass(frozen=True, eq=False)
 class Overlap:
-    """What the rays of three axes saw.
+    """What the rays of three axes saw: volumes in cubic metres, ``volume`` the mean of those along x, y and z.
 
-    Parameters
-    ----------
-    volume : cubic metres, mean of the three axes.
-    by_axis : (3,) cubic metres along x, y and z.
-    pixel : metres, the longest side of the window by the resolution.
-    rays, layers : rays sent and surfaces they met.
-    unbalanced : rays that did not leave a mesh as often as they entered it; above 0 the volume means nothing.
-    inside : -1; or 0 where A, 1 where B lies wholly inside the other as far as the rays tell.
+    ``pixel``: metres, the longest side of the window by the resolution. ``unbalanced``: rays that did not leave a mesh
+    as often as they entered it; above 0 the volume means nothing. ``inside``: 0 where A, 1 where B lies wholly inside
+    the other as far as the rays tell; else -1.
     """
 
     volume: float
@@ -59,55 +51,9 @@ NOTHING: Final = Overlap(0.0, (0.0, 0.0, 0.0), 0.0, 0, 0, 0, -1)
 
 
 def require_resolution(resolution: int) -> None:
-    """Refuse a number of pixels out of range.
-
-    Raises
-    ------
-    InvalidSettingError
-    """
+    """Refuse a number of pixels out of range with an InvalidSettingError."""
     if not 1 <= resolution <= MOST_PIXELS:
         raise InvalidSettingError(f"resolution is {resolution}; give 1 to {MOST_PIXELS} pixels")
-
-
-def overlap_volume(
-    mesh_a: TriangleMesh, mesh_b: TriangleMesh, pose_a: ArrayLike | None = None, pose_b: ArrayLike | None = None, *,
-    resolution: int = 32,
-) -> Overlap:  # fmt: skip
-    """The volume that two placed closed meshes have in common.
-
-    Choose it where the amount of overlap matters and a percent is enough. It misses overlaps thinner than a pixel
-    that no ray of three axes runs through.
-
-    Parameters
-    ----------
-    mesh_a, mesh_b : closed surfaces, normals all out or all in.
-    pose_a, pose_b : (4, 4) body to world, column convention; ``None``: the identity.
-    resolution : pixels along the longest side of the window.
-
-    Raises
-    ------
-    InvalidMeshError
-        A mesh is open: it has no inside.
-    InvalidSettingError, InvalidPoseError
-
-    Examples
-    --------
-    >>> tetrahedron = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
-    ...                            [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-    >>> round(overlap_volume(tetrahedron, tetrahedron).volume, 2)
-    0.17
-    """
-    require_resolution(resolution)
-    for name, mesh in (("A", mesh_a), ("B", mesh_b)):
-        if not mesh.is_closed:
-            raise InvalidMeshError(f"mesh {name} is open and has no inside; close it or ask a detector of surfaces")
-    poses = [np.eye(4) if pose is None else np.asarray(pose, dtype=np.float64) for pose in (pose_a, pose_b)]
-    motion = Motion.from_matrices([0.0], np.array([poses]), names=("A", "B"))
-    world = [
-        place_points(mesh.triangles, motion.rotations[0, k], motion.translations[0, k])
-        for k, mesh in enumerate((mesh_a, mesh_b))
-    ]
-    return overlap_of_placed(world[0], turn_of_normals(mesh_a), world[1], turn_of_normals(mesh_b), resolution)
 
 
 def turn_of_normals(mesh: TriangleMesh) -> int:
@@ -119,7 +65,10 @@ def turn_of_normals(mesh: TriangleMesh) -> int:
 
 
 def overlap_of_placed(world_a: FloatArray, flip_a: int, world_b: FloatArray, flip_b: int, resolution: int) -> Overlap:
-    """The overlap of placed faces (f, 3, 3) and (g, 3, 3), with the turn of each mesh's normals."""
+    """The overlap of placed closed faces (f, 3, 3) and (g, 3, 3), with the turn of each mesh's normals.
+
+    It misses overlaps thinner than a pixel that no ray of three axes runs through.
+    """
     low_a, high_a, low_b, high_b = (
         pick(world, axis=(0, 1)) for world in (world_a, world_b) for pick in (np.min, np.max)
     )
@@ -142,12 +91,11 @@ def overlap_of_placed(world_a: FloatArray, flip_a: int, world_b: FloatArray, fli
     by_axis = lengths[:, 2] * areas
     volume = float(by_axis.mean())
     inside = _inside(lengths, (low_a, high_a, low_b, high_b)) if volume > 0.0 else -1
-    return Overlap(
-        volume, (float(by_axis[0]), float(by_axis[1]), float(by_axis[2])), pixel, rays, layers, unbalanced, inside
-    )
+    x, y, z = by_axis.tolist()
+    return Overlap(volume, (x, y, z), pixel, rays, layers, unbalanced, inside)
 
 
-def _inside(lengths: FloatArray, boxes: tuple[NDArray[np.float64], ...]) -> int:
+def _inside(lengths: FloatArray, boxes: tuple[FloatArray, ...]) -> int:
     """Which body shares every stretch that a ray runs in it, its box inside the other's; -1 for neither."""
     low_a, high_a, low_b, high_b = boxes
     within = ((low_a > low_b) & (high_a < high_b)).all(), ((low_b > low_a) & (high_b < high_a)).all()

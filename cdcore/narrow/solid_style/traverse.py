@@ -1,4 +1,6 @@
-"""SOLID's descent: six axes for two boxes, the larger one opened, GJK for two faces, and exact arithmetic after it.
+"""SOLID's tree and its descent: boxes along the body's own axes, cut at the middle of their longest side.
+
+Two boxes are tested on six axes and the larger is opened; two faces are asked with GJK, then in exact arithmetic.
 
 Source: G. van den Bergen, Efficient collision detection of complex deformable models using AABB trees (1997);
 Collision detection in interactive 3D environments (2003).
@@ -6,14 +8,52 @@ Collision detection in interactive 3D environments (2003).
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from cdcore.kernels.box_axes import apart_on_face_axes, pose_seen_from
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.narrow.face_pair import faces_meet, keep_found
+from cdcore.narrow.level_tree import extents, grow_tree
 from cdcore.narrow.solid_style.gjk import MEETING, steps_to_separate
-from cdcore.narrow.solid_style.tree import SolidTree
 from cdcore.numerics import ByteArray, FloatArray, IntArray
+
+
+class SolidTree(NamedTuple):
+    """Boxes of n nodes in the body's frame, one face a leaf.
+
+    ``corners`` (f, 3, 3); ``child`` (n,) first of two neighbouring children or -1; ``leaf`` (n,) face of a leaf;
+    ``centre`` (n, 3), ``half`` (n, 3), ``size`` (n,) longest half.
+    """
+
+    corners: FloatArray
+    child: IntArray
+    leaf: IntArray
+    centre: FloatArray
+    half: FloatArray
+    size: FloatArray
+
+
+def build_solid_tree(corners: FloatArray) -> tuple[SolidTree, int]:
+    """The tree and its depth; a node whose faces all lie on one side of the middle is cut into halves of their number.
+
+    A face lies where the middle of its own box lies.
+    """
+    middles = corners.min(axis=1) / 2 + corners.max(axis=1) / 2
+    boxes: list[tuple[FloatArray, FloatArray]] = []
+
+    def fit(faces: IntArray, node: IntArray, first: IntArray) -> FloatArray:
+        low, high = extents(corners[faces], first)
+        centre, half = low / 2 + high / 2, high / 2 - low / 2
+        boxes.append((centre, half))
+        longest = np.argmax(half, axis=1)
+        keys: FloatArray = middles[faces, longest[node]] - centre[np.arange(len(first)), longest][node]
+        return keys
+
+    shape = grow_tree(len(corners), 1, fit, balanced=False)
+    centre, half = (np.concatenate(part) for part in zip(*boxes, strict=True))
+    return SolidTree(corners, shape.child, shape.order[shape.start], centre, half, half.max(axis=1)), shape.depth
 
 
 @hot_kernel

@@ -1,3 +1,1 @@
-"""Many frames at once: trees of boxes traversed over blocks of consecutive poses, every dismissal with a
-certificate.
-"""
+"""Many frames at once: trees of boxes searched over blocks of consecutive poses, a certificate for every dismissal."""

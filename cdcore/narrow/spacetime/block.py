@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory
-from cdcore.narrow.spacetime.lanes import widened
 from cdcore.narrow.spacetime.leaf_test import survivors_of_leaves
 from cdcore.narrow.spacetime.memory import PoseMemory, TreeMemory
 from cdcore.narrow.spacetime.node_test import lanes_that_may_meet
@@ -24,33 +23,35 @@ EDGE_SLACK = 1.0 + 1e-5
 
 
 class Question(NamedTuple):
-    """What is asked of a pair, and how a face pair of a frame is packed into one number."""
+    """What is asked of a pair, and how a face pair of a frame is packed into one number.
+
+    Frames ``start`` to ``stop``; packed frames count from ``start``, faces take ``bits_a`` and ``bits_b`` bits.
+    ``pad``: metres that a dismissal keeps. ``faces``: all face pairs; else a frame is done at its first one.
+    ``record``: note everything that is dismissed.
+    """
 
     start: int
-    """First frame; packed frames count from here."""
     stop: int
     pad: float
-    """Distance, metres, that a dismissal keeps."""
     faces: bool
-    """All face pairs; else a frame is done at its first."""
     record: bool
-    """Note everything that is dismissed."""
     bits_a: int
     bits_b: int
 
 
 class Lists(NamedTuple):
-    """Lists that the kernels fill and their caller lengthens; place 0 holds how many follow."""
+    """Lists that the kernels fill and their caller lengthens: place 0 counts what follows, ``_end`` is the memory.
+
+    ``keys``: face pairs that meet, as frame, face of A, face of B. ``later``: those that only exact arithmetic decides,
+    faces in leaf order. ``dismissed``: four numbers a record: kind, first frame, lanes or last frame, and the nodes of
+    A and of B packed by 32 bits.
+    """
 
     keys: Memory
-    """Face pairs that meet: frame, face of A, face of B."""
     keys_end: int
-    """Length of the memory of ``keys``; likewise below."""
     later: Memory
-    """Those only exact arithmetic can decide, faces by their place in leaf order."""
     later_end: int
     dismissed: Memory
-    """Four numbers a record: kind, first frame, lanes or last frame, node of A and of B packed by 32 bits."""
     dismissed_end: int
 
 
@@ -59,7 +60,10 @@ MOST_AT_ONCE = 512
 
 
 class Scratch(NamedTuple):
-    """Memory of a traversal, so that nothing is allocated inside it."""
+    """Memory of a traversal, so that nothing is allocated inside it.
+
+    ``state``: height of the stack and lanes still alive, for a traversal that stopped because a list was full.
+    """
 
     stack: Memory
     relative: Memory
@@ -71,7 +75,6 @@ class Scratch(NamedTuple):
     span: Memory
     found: Memory
     state: Memory
-    """Height of the stack and lanes still alive, for a traversal that stopped because a list was full."""
 
 
 @hot_kernel
@@ -108,11 +111,11 @@ def ask_face_pair(
     tree_a: TreeMemory, pose_a: PoseMemory, face_a: int, tree_b: TreeMemory, pose_b: PoseMemory, face_b: int,
     frame: int, asked: int, question: Question, lists: Lists, hits: Memory, scratch: Memory,
 ) -> int:  # fmt: skip
-    """Ask two faces at the points that count, lane by lane; returns the lanes in contact."""
+    """Ask two faces at the reference vertices, lane by lane; returns the lanes in contact."""
     become_part_of_caller()
     edge_a = tree_a.planes[11 * face_a + 10] * EDGE_SLACK + question.pad
     edge_b = tree_b.planes[11 * face_b + 10] * EDGE_SLACK + question.pad
-    key = (widened(tree_a.faces[face_a]) << question.bits_b) | widened(tree_b.faces[face_b])
+    key = (runtime_int(tree_a.faces[face_a]) << question.bits_b) | runtime_int(tree_b.faces[face_b])
     place = (face_a << question.bits_b) | face_b
     contact, lane = 0, 0
     while asked != 0:
@@ -184,7 +187,7 @@ def traverse_block(
         a, b, mask = stack[depth], stack[depth + 1], stack[depth + 2] & alive
         if mask == 0:
             continue
-        leaf_a, leaf_b = widened(links_a[2 * a + 1]), widened(links_b[2 * b + 1])
+        leaf_a, leaf_b = runtime_int(links_a[2 * a + 1]), runtime_int(links_b[2 * b + 1])
         before = mask
         mask = lanes_that_may_meet(
             boxes_a, a, boxes_b, b, scratch.relative, scratch.middle, chord, pad, mask, leaf_a >= 0 and leaf_b >= 0,
@@ -201,12 +204,12 @@ def traverse_block(
                 scratch,
             )  # fmt: skip
         elif leaf_b >= 0 or (leaf_a < 0 and boxes_a[16 * a + 15] > boxes_b[16 * b + 15]):
-            child = widened(links_a[2 * a])
+            child = runtime_int(links_a[2 * a])
             stack[depth], stack[depth + 1], stack[depth + 2] = child, b, mask
             stack[depth + 3], stack[depth + 4], stack[depth + 5] = child + 1, b, mask
             depth += 6
         else:
-            child = widened(links_b[2 * b])
+            child = runtime_int(links_b[2 * b])
             stack[depth], stack[depth + 1], stack[depth + 2] = a, child, mask
             stack[depth + 3], stack[depth + 4], stack[depth + 5] = a, child + 1, mask
             depth += 6

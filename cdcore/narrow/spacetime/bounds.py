@@ -1,12 +1,12 @@
-"""How far float64 arithmetic in a relative frame may lie from the points that count; every dismissal keeps that
+"""How far float64 arithmetic in a relative frame may lie from the reference vertices; every dismissal keeps that
 distance.
 
 **Claim.** Let S = |A| + |B| + |t_A| + |t_B|, with |A| the largest distance of a corner of A from A's origin and t the
 translations, and d = delta_A + delta_B, with delta the Frobenius norm of R^T R - I. A pair of node boxes, a box and a
 face, or two faces that the kernels find apart along some direction by more than ``pad = (POSITION_ULPS u + 8 d) S`` are
-disjoint in the points that count, ``x' = ((r00 x + r01 y) + r02 z) + t0`` in float64.
+disjoint in the reference vertices, ``x' = ((r00 x + r01 y) + r02 z) + t0`` in float64.
 
-**Why.** Take the points that count back to B's frame exactly, q = R_B^-1 (x' - t_B). This is affine with positive
+**Why.** Take the reference vertices back to B's frame exactly, q = R_B^-1 (x' - t_B). This is affine with positive
 determinant, so it keeps *disjoint*. With u = 2^-53, and |R p| <= (1 + d) |p|:
 
 ====================================================================  ==========================
@@ -31,7 +31,7 @@ that by at most |R_l - R_m|_2 times its distance from the box centre. For two ro
 over sqrt 2 (their difference has rank 2 and equal singular values); ``chord`` is that, for the relative rotations,
 rounded up.
 
-**World filter.** With edges and differences of points that count, each rounded once, the determinant w . (e x f) errs
+**World filter.** With edges and differences of reference vertices, each rounded once, the determinant w . (e x f) errs
 by at most 8.1 u times its permanent, which is at most 6 |w| |e| |f| in largest components: 49 u |w| |e| |f|.
 """
 

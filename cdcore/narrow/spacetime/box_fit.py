@@ -1,6 +1,4 @@
-"""An oriented box around faces: along their principal axes or along the body's axes, whichever has the smaller
-surface.
-"""
+"""An oriented box around faces, along their principal axes or the body's: whichever has the smaller surface."""
 
 from __future__ import annotations
 
@@ -16,20 +14,19 @@ SWEEPS = 8
 
 
 class FitMemory(NamedTuple):
-    """What fitting and splitting read and write; rows one after another."""
+    """What fitting and splitting read and write; rows one after another.
+
+    ``corners`` (f, 9) of the faces, body axes; ``order`` (f,) faces, those of a node next to each other; ``spans``
+    (f, 9) by face: least and largest coordinate and centroid along each axis of the node at hand, whose ``axes`` (9,)
+    stand by rows and whose ``extent`` (6,) is the least and largest coordinate along each; ``matrix`` (9,) scratch.
+    """
 
     corners: Memory
-    """(f, 9) of the faces, body axes."""
     order: Memory
-    """(f,) faces, those of a node next to each other."""
     spans: Memory
-    """(f, 9) by face: least and largest coordinate and centroid along each axis of the node at hand."""
     axes: Memory
-    """(9,) of the node at hand, by rows."""
     extent: Memory
-    """(6,) least and largest coordinate of the node at hand along each axis."""
     matrix: Memory
-    """(9,) scratch: the covariance."""
 
 
 @hot_kernel

@@ -1,5 +1,4 @@
-"""A hierarchy of oriented boxes over a mesh, split by the surface-area heuristic, with its leaves prepared for eight
-frames at once.
+"""A hierarchy of oriented boxes over a mesh, split by the surface-area heuristic, its leaves ready for eight frames.
 
 Built once for a mesh; nothing in it depends on poses. Siblings lie next to each other, faces of a leaf too.
 
@@ -13,69 +12,63 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, doubles_at, integers_at, row_of, words_at
 from cdcore.narrow.spacetime.box_fit import FitMemory, fit_box
-from cdcore.narrow.spacetime.lanes import widened
 from cdcore.narrow.spacetime.leaf_data import fill_leaves
 from cdcore.numerics import FloatArray, IntArray
 
 BINS = 16
 LEAF_FACES = 4
-"""Most faces of a leaf; where no split separates their centroids a leaf may hold up to LEAF_LIMIT."""
-LEAF_LIMIT = 8
+"""Most faces of a leaf."""
 BOX_WIDTH = 16
 """Doubles of a node: centre 3, axes 9 (rows), half extents 3, half diagonal 1."""
 ROOM_DOUBLES = 24 + 7 * BINS + 1 + 6 + 2
 """Scratch of a split: axes 9, extent 6, covariance 9, the bins' boxes and costs, one box, the choice."""
 SMALLEST_SCALED = 1e-300
-"""Meshes all of whose coordinates are smaller are not scaled up before their covariance is taken: they count as one
-point."""
+"""A mesh whose coordinates are all smaller counts as one point: its covariance is taken as it is, not scaled up."""
 
 
 class BoxTree(NamedTuple):
-    """The arrays of one tree; n nodes, f faces in leaf order, c distinct corners of leaves."""
+    """The arrays of one tree; n nodes, f faces in leaf order, c distinct corners of leaves.
+
+    ``boxes`` (n, 16). ``links`` (n, 2): first child (its sibling follows) or -1, leaf number or -1. ``leaves`` (l, 4):
+    first face, faces, first corner, corners. ``faces`` (f,): numbers in the mesh. ``placed`` (f, 12): corners in the
+    body frame, as the mesh has them, x of corners 0, 1, 2, 0, then y, then z. ``picks`` (f, 3): corners of the face,
+    counted from its leaf's first corner. ``corners`` (c, 3): distinct corners of a leaf, body axes, from the leaf's
+    centre. ``boxed`` (f, 9): corners in the leaf's box frame. ``spans`` (f, 6): least and largest coordinate of the
+    face along each axis of the leaf's box. ``planes`` (f, 11): unit normal and its least and largest value on the face,
+    in the box frame 5 and in body axes from the leaf's centre 5; longest edge 1. ``reach``: largest distance of a
+    corner from the body's origin, rounded up. ``row`` (10,): addresses of the arrays, as the kernels take them.
+    """
 
     boxes: FloatArray
-    """(n, 16)."""
     links: NDArray[np.int32]
-    """(n, 2): first child (its sibling follows) or -1, leaf number or -1."""
     leaves: NDArray[np.int32]
-    """(leaves, 4): first face, faces, first corner, corners."""
     faces: NDArray[np.int32]
-    """(f,) number of the face in the mesh."""
     placed: FloatArray
-    """(f, 12) corners in the body frame, as the mesh has them: x of corners 0, 1, 2, 0, then y, then z."""
     picks: NDArray[np.int32]
-    """(f, 3) corners of the face, counted from its leaf's first corner."""
     corners: FloatArray
-    """(c, 3) distinct corners of a leaf, body axes, from the leaf's centre."""
     boxed: FloatArray
-    """(f, 9) corners in the leaf's box frame."""
     spans: FloatArray
-    """(f, 6) least and largest coordinate of the face along each axis of the leaf's box."""
     planes: FloatArray
-    """(f, 11): unit normal and its least and largest value on the face, in the box frame 5 and in body axes from the
-    leaf's centre 5; longest edge 1."""
     reach: float
-    """Largest distance of a corner from the body's origin, rounded up."""
     row: IntArray
-    """(10,) addresses of the arrays above, as the kernels take them."""
 
 
 class SplitMemory(NamedTuple):
-    """What one split reads and writes."""
+    """What one split reads and writes.
+
+    ``bounds`` (BINS, 6): least and largest coordinates of the faces of a bin; ``counts`` (BINS,) its faces; ``left``
+    (BINS + 1,): cost of the bins up to this one; ``right`` (6,): the box of several bins; ``choice`` (2,): cost and
+    position of the best split so far.
+    """
 
     bounds: Memory
-    """(BINS, 6) least and largest coordinates of the faces of a bin."""
     counts: Memory
-    """(BINS,) faces of a bin."""
     left: Memory
-    """(BINS,) cost of the bins up to this one."""
     right: Memory
-    """(6,) the box of several bins."""
     choice: Memory
-    """(2,) cost and position of the best split so far."""
 
 
 @hot_kernel
@@ -84,7 +77,7 @@ def best_split(fit: FitMemory, split: SplitMemory, start: int, stop: int) -> int
     stay_one_function()
     extent, spans, choice = fit.extent, fit.spans, split.choice
     longest = max(max(extent[1] - extent[0], extent[3] - extent[2]), extent[5] - extent[4])
-    best = widened(-1)
+    best = runtime_int(-1)
     choice[0], choice[1] = np.inf, 0.0
     for axis in range(3):
         if extent[2 * axis + 1] - extent[2 * axis] < 0.25 * longest:
@@ -112,30 +105,28 @@ def fill_bins(fit: FitMemory, split: SplitMemory, start: int, stop: int, axis: i
         empty_box(split.bounds, 6 * b)
     for row in range(start, stop):
         face = 9 * fit.order[row]
-        b = min(widened(BINS - 1), int((fit.spans[face + 6 + axis] - low) / width))
+        b = min(runtime_int(BINS - 1), int((fit.spans[face + 6 + axis] - low) / width))
         split.counts[b] += 1
         grow(split.bounds, 6 * b, fit.spans, face)
 
 
 @hot_kernel
 def cheapest_bin(split: SplitMemory) -> int:
-    """Last bin of the left side of the cheapest split, whose cost goes to ``left[BINS]``: faces times surface, both
-    sides.
-    """
+    """Last bin left of the cheapest split; its cost, faces times surface of both sides, goes to ``left[BINS]``."""
     stay_one_function()
     left, right, counts = split.left, split.right, split.counts
-    empty_box(right, widened(0))
-    total = widened(0)
+    empty_box(right, runtime_int(0))
+    total = runtime_int(0)
     for b in range(BINS):
         total += counts[b]
-        grow(right, widened(0), split.bounds, 6 * b)
+        grow(right, runtime_int(0), split.bounds, 6 * b)
         left[b] = total * surface(right)
-    empty_box(right, widened(0))
-    everything, total, at = total, widened(0), widened(0)
+    empty_box(right, runtime_int(0))
+    everything, total, at = total, runtime_int(0), runtime_int(0)
     left[BINS] = np.inf
     for b in range(BINS - 1, 0, -1):
         total += counts[b]
-        grow(right, widened(0), split.bounds, 6 * b)
+        grow(right, runtime_int(0), split.bounds, 6 * b)
         cost = left[b - 1] + total * surface(right)
         if cost < left[BINS] and 0 < total < everything:
             left[BINS], at = cost, b - 1
@@ -222,7 +213,7 @@ def split_all(row: IntArray, count: int, scale: float) -> int:
         doubles_at(room + 1144),
     )  # fmt: skip
     todo[0], todo[1], todo[2] = 0, 0, count
-    depth, nodes, leaf = widened(3), widened(1), widened(0)
+    depth, nodes, leaf = runtime_int(3), runtime_int(1), runtime_int(0)
     while depth > 0:
         depth -= 3
         node, start, stop = todo[depth], todo[depth + 1], todo[depth + 2]
@@ -262,8 +253,7 @@ def build_box_tree(triangles: FloatArray) -> BoxTree:
     corner_count = fill_leaves(row, leaf_count)
     reach = float(np.sqrt((triangles**2).sum(axis=2).max())) * (1 + 2.0**-50)
     corners = corners[:corner_count].copy()
-    spans = np.ascontiguousarray(
-        np.stack([boxed.reshape(-1, 3, 3).min(axis=1), boxed.reshape(-1, 3, 3).max(axis=1)], axis=2).reshape(-1, 6)
-    )
+    along = boxed.reshape(-1, 3, 3)
+    spans = np.ascontiguousarray(np.stack([along.min(axis=1), along.max(axis=1)], axis=2).reshape(-1, 6))
     arrays = (boxes, links, leaves, order, placed, picks, corners, boxed, spans, planes)
     return BoxTree(*arrays, reach, row_of([*arrays]))

@@ -1,6 +1,4 @@
-"""Asks everything that was dismissed again, face by face in exact arithmetic: the debug mode of the whole-motion
-search.
-"""
+"""The debug mode of the whole-motion search: asks what was dismissed again, face by face in exact arithmetic."""
 
 from __future__ import annotations
 
@@ -25,11 +23,7 @@ class FalseDismissalError(AssertionError):
 def count_verified(trees: tuple[BoxTree, BoxTree], records: IntArray, placed: Placing) -> int:
     """Number of dismissals asked again, all of them right.
 
-    Parameters
-    ----------
-    trees : of A and B.
-    records : (4 m,) kind, frame, lanes or last frame, nodes, as the traversal notes them.
-    placed : places both bodies in a frame.
+    ``records`` (4 m,): kind, frame, lanes or last frame, nodes, as the traversal notes them.
 
     Raises
     ------

@@ -5,7 +5,7 @@ The operations exist in kernels only. A plain double among the operands stands f
 Comparisons give one bit per lane as an integer, bit k for lane k; a comparison with NaN gives 0.
 
 Differs: ``dot``, ``fused`` and ``turn`` may round once or twice a step, as the machine prefers. Use them where an error
-bound covers both; the points that count are built from ``times`` and ``plus``, which always round.
+bound covers both; the reference vertices are built from ``times`` and ``plus``, which always round.
 """
 
 from __future__ import annotations
@@ -188,45 +188,30 @@ def _store(_context: Any, array: Any, index: Any, value: Any) -> Any:
     return types.void(array, types.intp, value), generate
 
 
-def _splat(kind: LanesType) -> Callable[[float], Lanes]:
-    def typed(_context: Any, number: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return _Machine(context, builder, (kind,), (None,)).spread(arguments[0])
-
-        return kind(types.float64), generate
-
-    return machine_operation(typed)
-
-
-def _row(width: int) -> Callable[..., Any]:
-    def typed(_context: Any, array: Any, row: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            data = _start(context, builder, signature.args[0], arguments[0])
-            first = builder.mul(arguments[1], ir.Constant(ir.IntType(64), width))
-            places = [builder.add(first, ir.Constant(ir.IntType(64), k)) for k in range(width)]
-            values = [builder.load(builder.gep(data, [place]), align=8) for place in places]
-            return context.make_tuple(builder, signature.return_type, values)
-
-        many: Any = types.UniTuple
-        return many(types.float64, width)(array, types.intp), generate
-
-    return machine_operation(typed)
-
-
-def _widened(_context: Any, number: Any) -> Any:
+def _splat8(_context: Any, number: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return context.cast(builder, arguments[0], signature.args[0], types.int64)
+        return _Machine(context, builder, (eight,), (None,)).spread(arguments[0])
 
-    return types.int64(number), generate
+    return eight(types.float64), generate
+
+
+def _row16(_context: Any, array: Any, row: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = _start(context, builder, signature.args[0], arguments[0])
+        first = builder.mul(arguments[1], ir.Constant(ir.IntType(64), 16))
+        places = [builder.add(first, ir.Constant(ir.IntType(64), k)) for k in range(16)]
+        values = [builder.load(builder.gep(data, [place]), align=8) for place in places]
+        return context.make_tuple(builder, signature.return_type, values)
+
+    many: Any = types.UniTuple
+    return many(types.float64, 16)(array, types.intp), generate
 
 
 load8, load4 = _load(eight), _load(four)
 """``load8(array, index)``: consecutive doubles of a contiguous array or an address, index in doubles from its start."""
-row16 = _row(16)
+row16: Callable[..., Any] = machine_operation(_row16)
 """``row16(array, i)``: row i of a contiguous array (n, 16) as sixteen doubles."""
 store: Callable[..., None] = machine_operation(_store)
 """``store(array, index, value)``."""
-splat8, splat4 = _splat(eight), _splat(four)
+splat8: Callable[[float], Lanes] = machine_operation(_splat8)
 """One double in every lane."""
-widened: Callable[[Any], int] = machine_operation(_widened)
-"""An integer of any width as a 64-bit one, whatever the compiler knows of its value."""

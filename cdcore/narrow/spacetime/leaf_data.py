@@ -8,17 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, doubles_at, integers_at, words_at
-from cdcore.narrow.spacetime.lanes import widened
 from cdcore.numerics import IntArray
 
 
 @hot_kernel
 def write_plane(p: Memory, row: int, out: Memory, at: int) -> float:
-    """Unit normal of corners ``p[row : row + 9]``, with its range on them, to ``out[at:at + 5]``; returns the longest
-    edge.
-    """
+    """Unit normal of ``p[row : row + 9]`` and its range there, to ``out[at : at + 5]``; returns the longest edge."""
     stay_one_function()
     ux, uy, uz = p[row + 3] - p[row], p[row + 4] - p[row + 1], p[row + 5] - p[row + 2]
     vx, vy, vz = p[row + 6] - p[row], p[row + 7] - p[row + 1], p[row + 8] - p[row + 2]
@@ -64,12 +61,12 @@ def fill_leaves(row: IntArray, count: int) -> int:
     boxes, leaf_nodes, leaves = doubles_at(row[0]), words_at(row[1]), integers_at(row[2])
     placed, picks, corners = doubles_at(row[3]), integers_at(row[4]), doubles_at(row[5])
     boxed, planes, local = doubles_at(row[6]), doubles_at(row[7]), doubles_at(row[8])
-    total = widened(0)
+    total = runtime_int(0)
     for leaf in range(count):
         box = 16 * leaf_nodes[leaf]
         leaves[4 * leaf + 2] = total
-        known = widened(0)
-        first = widened(leaves[4 * leaf])
+        known = runtime_int(0)
+        first = runtime_int(leaves[4 * leaf])
         for face in range(first, first + leaves[4 * leaf + 1]):
             for c in range(3):
                 x = placed[12 * face + c] - boxes[box]
@@ -85,7 +82,7 @@ def fill_leaves(row: IntArray, count: int) -> int:
                     at = 3 * (total + known)
                     corners[at], corners[at + 1], corners[at + 2] = x, y, z
                     known += 1
-            planes[11 * face + 10] = write_plane(local, widened(0), planes, 11 * face + 5)
+            planes[11 * face + 10] = write_plane(local, runtime_int(0), planes, 11 * face + 5)
             write_plane(boxed, 9 * face, planes, 11 * face)
         leaves[4 * leaf + 3] = known
         total += known

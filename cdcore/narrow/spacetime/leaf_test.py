@@ -1,12 +1,10 @@
-"""The faces of two leaves in eight frames: slabs of the leaf's box, both planes, and what survives goes to the
-world test.
-"""
+"""The faces of two leaves in eight frames: the slabs of a leaf's box, both planes; the rest is asked in the world."""
 
 from __future__ import annotations
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int
 from cdcore.kernels.memory import Memory
-from cdcore.narrow.spacetime.lanes import above, dot, fused, least3, load8, most3, moved, plus, splat8, store, widened
+from cdcore.narrow.spacetime.lanes import above, dot, fused, least3, load8, most3, moved, plus, splat8, store
 from cdcore.narrow.spacetime.memory import TreeMemory
 
 
@@ -107,21 +105,20 @@ def survivors_of_leaves(
     tree_a: TreeMemory, leaf_a: int, tree_b: TreeMemory, b: int, leaf_b: int, relative: Memory, offset: Memory, pad:
     float, mask: int, turned: Memory, placed: Memory, plane: Memory, span: Memory, found: Memory,
 ) -> int:  # fmt: skip
-    """Face pairs that no box or plane dismisses: three numbers (face, face, lanes) each in ``found``; returns how
-    many.
-    """
+    """Write face pairs that no box or plane dismisses to ``found``, as face, face, lanes; returns how many."""
     become_part_of_caller()
     enter_box_frame(tree_b.boxes, b, relative, turned)
     row_a, row_b = 4 * leaf_a, 4 * leaf_b
     leaves_a, leaves_b = tree_a.leaves, tree_b.leaves
-    move_corners(tree_a.corners, widened(leaves_a[row_a + 2]), widened(leaves_a[row_a + 3]), turned, offset, placed)
-    first_a, first_b = widened(leaves_a[row_a]), widened(leaves_b[row_b])
-    stop_a, stop_b = first_a + widened(leaves_a[row_a + 1]), first_b + widened(leaves_b[row_b + 1])
+    first, corners = runtime_int(leaves_a[row_a + 2]), runtime_int(leaves_a[row_a + 3])
+    move_corners(tree_a.corners, first, corners, turned, offset, placed)
+    first_a, first_b = runtime_int(leaves_a[row_a]), runtime_int(leaves_b[row_b])
+    stop_a, stop_b = first_a + runtime_int(leaves_a[row_a + 1]), first_b + runtime_int(leaves_b[row_b + 1])
     count = 0
     for face_a in range(first_a, stop_a):
         pick = 3 * face_a
-        p, q = 24 * widened(tree_a.picks[pick]), 24 * widened(tree_a.picks[pick + 1])
-        r = 24 * widened(tree_a.picks[pick + 2])
+        p, q = 24 * runtime_int(tree_a.picks[pick]), 24 * runtime_int(tree_a.picks[pick + 1])
+        r = 24 * runtime_int(tree_a.picks[pick + 2])
         inside = lanes_in_box(placed, p, q, r, tree_b.boxes, b, pad, mask, span)
         if inside == 0:
             continue

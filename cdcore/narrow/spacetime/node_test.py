@@ -37,36 +37,24 @@ def lanes_that_may_meet(
     m00, m01, m02 = middle[0], middle[1], middle[2]
     m10, m11, m12 = middle[3], middle[4], middle[5]
     m20, m21, m22 = middle[6], middle[7], middle[8]
-    w00, w01, w02 = (
-        dot(b00, b01, b02, m00, m10, m20),
-        dot(b00, b01, b02, m01, m11, m21),
-        dot(b00, b01, b02, m02, m12, m22),
-    )
-    w10, w11, w12 = (
-        dot(b10, b11, b12, m00, m10, m20),
-        dot(b10, b11, b12, m01, m11, m21),
-        dot(b10, b11, b12, m02, m12, m22),
-    )
-    w20, w21, w22 = (
-        dot(b20, b21, b22, m00, m10, m20),
-        dot(b20, b21, b22, m01, m11, m21),
-        dot(b20, b21, b22, m02, m12, m22),
-    )
-    u00, u01, u02 = (
-        dot(w00, w01, w02, a00, a01, a02),
-        dot(w00, w01, w02, a10, a11, a12),
-        dot(w00, w01, w02, a20, a21, a22),
-    )
-    u10, u11, u12 = (
-        dot(w10, w11, w12, a00, a01, a02),
-        dot(w10, w11, w12, a10, a11, a12),
-        dot(w10, w11, w12, a20, a21, a22),
-    )
-    u20, u21, u22 = (
-        dot(w20, w21, w22, a00, a01, a02),
-        dot(w20, w21, w22, a10, a11, a12),
-        dot(w20, w21, w22, a20, a21, a22),
-    )
+    w00 = dot(b00, b01, b02, m00, m10, m20)
+    w01 = dot(b00, b01, b02, m01, m11, m21)
+    w02 = dot(b00, b01, b02, m02, m12, m22)
+    w10 = dot(b10, b11, b12, m00, m10, m20)
+    w11 = dot(b10, b11, b12, m01, m11, m21)
+    w12 = dot(b10, b11, b12, m02, m12, m22)
+    w20 = dot(b20, b21, b22, m00, m10, m20)
+    w21 = dot(b20, b21, b22, m01, m11, m21)
+    w22 = dot(b20, b21, b22, m02, m12, m22)
+    u00 = dot(w00, w01, w02, a00, a01, a02)
+    u01 = dot(w00, w01, w02, a10, a11, a12)
+    u02 = dot(w00, w01, w02, a20, a21, a22)
+    u10 = dot(w10, w11, w12, a00, a01, a02)
+    u11 = dot(w10, w11, w12, a10, a11, a12)
+    u12 = dot(w10, w11, w12, a20, a21, a22)
+    u20 = dot(w20, w21, w22, a00, a01, a02)
+    u21 = dot(w20, w21, w22, a10, a11, a12)
+    u22 = dot(w20, w21, w22, a20, a21, a22)
     f00, f01, f02 = abs(u00), abs(u01), abs(u02)
     f10, f11, f12 = abs(u10), abs(u11), abs(u12)
     f20, f21, f22 = abs(u20), abs(u21), abs(u22)

@@ -1,6 +1,4 @@
-"""One pair of bodies over a motion: its distinct frames, the kernel's answer for a stretch of them, the integers'
-for the rest.
-"""
+"""One pair of bodies over a motion: its distinct frames, and the answer of kernels and integers for a stretch."""
 
 from __future__ import annotations
 
@@ -28,14 +26,9 @@ from cdcore.narrow.triangle_filter import UNDECIDED
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, place_points
 
 REPEATS_WORTH_LEAVING_OUT = 0.25
-"""Share of repeated or missing poses from which on a pair's frames are gathered first: gathering costs 40 ns a
-frame.
-"""
+"""From this share of repeated or missing poses on, a pair's frames are gathered first, which costs 40 ns a frame."""
 KEY_BITS = 62
-"""A face pair of a frame is one 64-bit number while it is sorted; a stretch has as many frames as that leaves room
-for.
-"""
-
+"""A face pair of a frame is sorted as one 64-bit number, so a stretch has as many frames as that leaves room for."""
 
 NO_FRAMES: IntArray = np.zeros(0, dtype=np.int64)
 NO_FACES: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
@@ -56,18 +49,19 @@ class Poses:
 
 
 class Stretch(NamedTuple):
-    """The answer for some of a pair's distinct frames."""
+    """The answer for some of a pair's distinct frames.
+
+    ``hits`` (n,) for frames ``start`` to start + n; ``frame`` (m,) distinct frame of each face pair, not decreasing;
+    ``faces`` (m, 2) in the order of the pair, sorted within a frame, empty where they were not asked for; ``seconds``
+    spent in the search, in exact arithmetic, in sorting face pairs.
+    """
 
     start: int
     hits: BoolArray
-    """(n,) for frames start to start + n."""
     frame: IntArray
-    """(m,) distinct frame of each face pair, not decreasing."""
     faces: NDArray[np.int32]
-    """(m, 2) in the order of the pair, sorted within a frame; empty where faces were not asked for."""
     work: IntArray
     seconds: tuple[float, float, float]
-    """Spent in the search, in exact arithmetic, in sorting face pairs."""
 
 
 class PairJob:
@@ -88,9 +82,8 @@ class PairJob:
         if not self._apart:
             self.frames, self._asked, self.which = _distinct_frames(poses, i, j, shared)
             if len(self._lanes) < 2 or self._asked is not poses.everywhere:
-                self._take(
-                    tuple(self._lanes_of(body, shared) for body in (self._a, self._b)) if len(self._asked) else ()
-                )
+                bodies = (self._a, self._b) if len(self._asked) else ()
+                self._take(tuple(self._lanes_of(body, shared) for body in bodies))
         self.count = len(self._asked)
         """Number of distinct frames; all frames, as they come, of bodies that spans alone keep apart."""
         self._bits = tuple((len(tree.faces) - 1).bit_length() for tree in self._trees)
@@ -208,8 +201,8 @@ class PairJob:
             first, second = self._placed(row)
             found.append(meeting_faces_exhaustive(*((second, first) if self._turned else (first, second))))
         sizes = np.array([len(one) for one in found])
-        frame = np.repeat(np.arange(start, stop), sizes) if self._faces else np.zeros(0, dtype=np.int64)
-        faces = np.concatenate(found).astype(np.int32) if self._faces else np.zeros((0, 2), dtype=np.int32)
+        frame = np.repeat(np.arange(start, stop), sizes) if self._faces else NO_FRAMES
+        faces = np.concatenate(found).astype(np.int32) if self._faces else NO_FACES
         work = np.zeros(COUNTERS + 1, dtype=np.int64)
         return Stretch(start, sizes > 0, frame, faces, work, (0.0, perf_counter() - begin, 0.0))
 

@@ -1,7 +1,6 @@
-"""Poses of one body with equal entries of consecutive frames side by side, as kernels load them, and the body's path
-length.
+"""Poses of one body, equal entries of consecutive frames side by side as kernels load them, and its path length.
 
-The path bounds how far any point of the body can have come between two frames; it errs upwards only.
+The path bounds how far any point of the body moves between two frames; it errs upwards only.
 """
 
 from __future__ import annotations
@@ -9,7 +8,6 @@ from __future__ import annotations
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.kernels.memory import Memory, doubles_of, row_of
@@ -47,36 +45,32 @@ ONE_POSE: Final = stride_of(1)
 
 
 class PoseLanes(NamedTuple):
-    """One body over F frames, or one pose for all of them."""
+    """One body over F frames, or one pose for all of them.
+
+    ``entries`` (15 stride,): rotation row by row, translation, then the world centre of the root box; every row is
+    followed by copies of its last frame, so that eight can be loaded anywhere. ``step``: 1, or 0 for a body that keeps
+    one pose throughout; frame f is read at ``f * step``. ``path`` (F,): metres, not decreasing; no point moves further
+    between f and h than path[h] - path[f]. ``ranges`` (6 n,): where the root centre stays in spans of frames, as
+    ``cdcore.narrow.spacetime.time_spans`` orders them. ``frames``: F, or 1. ``restless``: the pose changes in every
+    frame. ``size``: largest distance of a translation from the origin. ``skew``: largest Frobenius norm of R^T R - I.
+    ``row`` (6,): addresses and numbers as the kernels take them, ``memory.PoseMemory``.
+    """
 
     entries: FloatArray
-    """(15 stride,): rotation row by row, translation, then the world centre of the root box; every row is followed by
-    copies of its last frame, so that eight can be loaded anywhere."""
     stride: int
     step: int
-    """1, or 0 for a body that keeps one pose throughout: frame f is read at ``f * step``."""
     path: FloatArray
-    """(F,) metres, not decreasing: no point moves further between f and h than path[h] - path[f]."""
     ranges: FloatArray
-    """(6 n,) where the root centre stays in spans of frames, as ``cdcore.narrow.spacetime.time_spans`` orders them."""
     frames: int
-    """F, or 1."""
     restless: bool
-    """Whether the pose changes in every frame."""
     size: float
-    """Largest distance of a translation from the origin."""
     skew: float
-    """Largest Frobenius norm of R^T R - I."""
     row: IntArray
-    """(6,) addresses and numbers as the kernels take them: ``memory.PoseMemory``."""
 
 
 @hot_kernel
-def stays_put(turns: Memory, places: Memory, bodies: int, body: int, frames: NDArray[np.int64]) -> bool:
-    """Whether a body has one and the same pose at all these frames.
-
-    ``turns`` and ``places`` hold nine and three numbers of each of ``bodies`` bodies, frame after frame.
-    """
+def stays_put(turns: Memory, places: Memory, bodies: int, body: int, frames: IntArray) -> bool:
+    """Whether a body has one pose at all these frames; ``turns`` and ``places``: of all bodies, frame after frame."""
     stay_one_function()
     first = frames[0] * bodies + body
     for f in range(1, len(frames)):
@@ -93,7 +87,7 @@ def stays_put(turns: Memory, places: Memory, bodies: int, body: int, frames: NDA
 
 @hot_kernel
 def copy_poses(
-    turns: Memory, places: Memory, bodies: int, body: int, frames: NDArray[np.int64], count: int, entries: Memory,
+    turns: Memory, places: Memory, bodies: int, body: int, frames: IntArray, count: int, entries: Memory,
     stride: int,
 ) -> None:  # fmt: skip
     """Fill the first twelve rows of ``entries`` for the first ``count`` chosen frames, ends repeated."""
@@ -124,16 +118,9 @@ def place_centres(entries: Memory, stride: int, centre: FloatArray, lanes: Memor
             store(entries, (12 + i) * stride + f, moved(t, x, y, z, p, q, r))
             away = fused(t, t, away)
             for j in range(i, 3):
-                u, v, w = (
-                    load8(entries, i * stride + f),
-                    load8(entries, (3 + i) * stride + f),
-                    load8(entries, (6 + i) * stride + f),
-                )
-                p, q, r = (
-                    load8(entries, j * stride + f),
-                    load8(entries, (3 + j) * stride + f),
-                    load8(entries, (6 + j) * stride + f),
-                )
+                u, v = load8(entries, i * stride + f), load8(entries, (3 + i) * stride + f)
+                w, p = load8(entries, (6 + i) * stride + f), load8(entries, j * stride + f)
+                q, r = load8(entries, (3 + j) * stride + f), load8(entries, (6 + j) * stride + f)
                 product = dot(u, v, w, p, q, r)
                 if i == j:
                     product = minus(product, 1.0)
@@ -199,16 +186,12 @@ def moves(entries: Memory, stride: int, frame: int) -> bool:
 
 @kernel
 def fill_lanes(
-    rotations: FloatArray, translations: FloatArray, body: int, frames: NDArray[np.int64], box: FloatArray,
+    rotations: FloatArray, translations: FloatArray, body: int, frames: IntArray, box: FloatArray,
     reach: float, entries: FloatArray, path: FloatArray, ranges: FloatArray, scratch: FloatArray,
 ) -> tuple[bool, bool, float, float]:  # fmt: skip
     """Fill the arrays of a body that moves; of one that does not, their beginning with its one pose.
 
-    ``scratch`` (2 LANES,).
-
-    Returns
-    -------
-    whether it stays put, whether its pose changes in every frame, the size and the skew of ``PoseLanes``.
+    ``scratch`` (2 LANES,). Returns whether it stays put, and ``restless``, ``size`` and ``skew`` of ``PoseLanes``.
     """
     bodies, row, lanes = rotations.shape[1], doubles_of(entries), doubles_of(scratch)
     turns, places = doubles_of(rotations), doubles_of(translations)
@@ -225,7 +208,7 @@ def fill_lanes(
 
 
 def pose_lanes(
-    rotations: FloatArray, translations: FloatArray, body: int, frames: NDArray[np.int64], root_box: FloatArray,
+    rotations: FloatArray, translations: FloatArray, body: int, frames: IntArray, root_box: FloatArray,
     reach: float,
 ) -> PoseLanes:  # fmt: skip
     """Poses of one body at these frames, for a root box (16,) and corners within ``reach`` of the origin."""

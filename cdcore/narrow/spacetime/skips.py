@@ -1,4 +1,4 @@
-"""How many frames two bodies certainly stay apart: their gap now against the paths they are known to take."""
+"""Motion bounds: for how many frames two bodies certainly stay apart, from their gap now and their path lengths."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cdcore.kernels.memory import Memory
 from cdcore.narrow.spacetime.memory import PoseMemory
 
 GAP_SHARE = 1.0 - 1e-12
-"""Of a gap, the share that may be walked: covers the rounding of the sum of two paths."""
+"""Share of a gap that two paths may use up: covers the rounding of their sum."""
 
 
 @hot_kernel

@@ -1,12 +1,11 @@
 """Spans of frames, coarse above fine: the box in which a body's root centre stays for 64 frames, for 512, up to all.
 
-Two bodies whose boxes are further apart than their radii reach are apart in every frame of the span, whatever ways
-they took in it: distant bodies are dismissed for a whole recording in as many tests as there are levels. A path, by
-which shorter stretches are skipped, only grows; a body that wanders about keeps its box.
+Bodies whose boxes are further apart than their radii are apart in every frame of the span: distant bodies are dismissed
+for a whole recording in as many tests as there are levels. A path length, which skips shorter stretches, only grows; a
+body that moves to and fro keeps its box.
 
-The ends of a box are centres as they were placed, so nothing is rounded that the pad of
-``cdcore.narrow.spacetime.bounds`` does not count already: the distance of two boxes and the sum of two radii err by
-less than 20 u S.
+The ends of a box are centres as they were placed; the distance of two boxes and the sum of two radii err by less than
+20 u S, which the pad of ``cdcore.narrow.spacetime.bounds`` covers.
 """
 
 from __future__ import annotations
@@ -15,9 +14,9 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, words_of
-from cdcore.narrow.spacetime.lanes import LANES, least, load8, most, splat8, store, widened
+from cdcore.narrow.spacetime.lanes import LANES, least, load8, most, splat8, store
 from cdcore.narrow.spacetime.memory import PoseMemory, pose_memory
 from cdcore.numerics import IntArray
 
@@ -121,7 +120,7 @@ def first_near(pose_a: PoseMemory, pose_b: PoseMemory, frame: int, reach: float,
 
 @kernel
 def _first_near(row_a: IntArray, row_b: IntArray, frame: int, reach: float, work: IntArray) -> int:
-    pose_a, pose_b = pose_memory(row_a, widened(0)), pose_memory(row_b, widened(0))
+    pose_a, pose_b = pose_memory(row_a, runtime_int(0)), pose_memory(row_b, runtime_int(0))
     return first_near(pose_a, pose_b, frame, reach, words_of(work))
 
 

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, address_of, bytes_at, doubles_at, words_at
 from cdcore.narrow.spacetime.block import (
     BLOCKS,
@@ -26,11 +26,11 @@ from cdcore.narrow.spacetime.block import (
     note,
     traverse_block,
 )
+from cdcore.narrow.spacetime.bounds import CHORD_SLACK
 from cdcore.narrow.spacetime.box_tree import BoxTree
-from cdcore.narrow.spacetime.lanes import LANES, widened
+from cdcore.narrow.spacetime.lanes import LANES, dot, fused, load8, minus, splat8, store
 from cdcore.narrow.spacetime.memory import POSE_WORDS, TREE_WORDS, PoseMemory, TreeMemory, pose_memory, tree_memory
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes
-from cdcore.narrow.spacetime.relative_poses import fill_relative, largest_chord
 from cdcore.narrow.spacetime.skips import first_unsafe, root_gap
 from cdcore.narrow.spacetime.time_spans import SPAN_BITS, first_near
 from cdcore.numerics import ByteArray, IntArray
@@ -80,14 +80,14 @@ def skipped(
     Spans are looked at once each; then the paths, which reach across their ends.
     """
     stay_one_function()
-    stop, kind, following = question.stop, widened(BY_SPAN), frame
+    stop, kind, following = question.stop, runtime_int(BY_SPAN), frame
     if frame >= state[NEXT_SPAN]:
         reach = tree_a.boxes[15] + tree_b.boxes[15] + question.pad
         following = min(first_near(pose_a, pose_b, frame, reach, work), stop)
         state[NEXT_SPAN] = ((frame >> SPAN_BITS) + 1) << SPAN_BITS
     if following == frame:
         work[GAP_TESTS] += 1
-        kind, gap = widened(BY_PATH), root_gap(tree_a.boxes, pose_a, tree_b.boxes, pose_b, frame, question.pad)
+        kind, gap = runtime_int(BY_PATH), root_gap(tree_a.boxes, pose_a, tree_b.boxes, pose_b, frame, question.pad)
         if gap > 0.0:
             following = first_unsafe(pose_a, pose_b, frame, stop, gap)
             if following - frame < SHORTEST_SKIP and following < stop:
@@ -95,15 +95,49 @@ def skipped(
     if following > frame:
         work[SKIPPED_FRAMES] += following - frame
         if question.record:
-            note(lists, kind, frame, following - 1, widened(0), widened(0))
+            note(lists, kind, frame, following - 1, runtime_int(0), runtime_int(0))
     return following
+
+
+@hot_kernel
+def fill_relative(pose_a: PoseMemory, pose_b: PoseMemory, frame: int, relative: Memory) -> None:
+    """Poses of A in B's frame for eight frames, (96,): rotation by rows, then translation."""
+    stay_one_function()
+    a, n, f_a = pose_a.entries, pose_a.stride, frame * pose_a.step
+    b, m, f_b = pose_b.entries, pose_b.stride, frame * pose_b.step
+    x = minus(load8(a, 9 * n + f_a), load8(b, 9 * m + f_b))
+    y = minus(load8(a, 10 * n + f_a), load8(b, 10 * m + f_b))
+    z = minus(load8(a, 11 * n + f_a), load8(b, 11 * m + f_b))
+    for i in range(3):
+        p, q, r = load8(b, i * m + f_b), load8(b, (3 + i) * m + f_b), load8(b, (6 + i) * m + f_b)
+        for j in range(3):
+            u, v, w = load8(a, j * n + f_a), load8(a, (3 + j) * n + f_a), load8(a, (6 + j) * n + f_a)
+            store(relative, 24 * i + 8 * j, dot(p, q, r, u, v, w))
+        store(relative, 72 + 8 * i, dot(p, q, r, x, y, z))
+
+
+@hot_kernel
+def largest_chord(relative: Memory, lane: int, lanes: int, middle: Memory, squares: Memory) -> float:
+    """Write one lane's rotation to ``middle`` (9,); returns how far any lane's lies from it, spectral norm."""
+    stay_one_function()
+    total = splat8(0.0)
+    for k in range(9):
+        middle[k] = relative[8 * k + lane]
+        change = minus(load8(relative, 8 * k), middle[k])
+        total = fused(change, change, total)
+    store(squares, 0, total)
+    largest = 0.0
+    for k in range(lanes):
+        largest = max(largest, squares[k])
+    chord: float = np.sqrt(0.5 * largest) * CHORD_SLACK
+    return chord
 
 
 @kernel
 def traverse_frames(row: IntArray, pad: float) -> bool:
     """Decide the frames of a row's question; False when it stopped because a list was full."""
-    tree_a, tree_b = tree_memory(row, widened(0)), tree_memory(row, widened(TREE_B))
-    pose_a, pose_b = pose_memory(row, widened(POSE_A)), pose_memory(row, widened(POSE_B))
+    tree_a, tree_b = tree_memory(row, runtime_int(0)), tree_memory(row, runtime_int(TREE_B))
+    pose_a, pose_b = pose_memory(row, runtime_int(POSE_A)), pose_memory(row, runtime_int(POSE_B))
     scratch = scratch_memory(row)
     state, hits, work = scratch.state, bytes_at(row[HITS]), words_at(row[WORK])
     lists = Lists(
@@ -119,7 +153,7 @@ def traverse_frames(row: IntArray, pad: float) -> bool:
         if not have_room(lists):
             state[AT_FRAME] = f
             return False
-        lanes = min(widened(LANES), stop - f)
+        lanes = min(runtime_int(LANES), stop - f)
         if state[IN_BLOCK] == 0:
             following = skipped(tree_a, pose_a, tree_b, pose_b, f, question, lists, work, state)
             if following > f:
@@ -153,17 +187,10 @@ class Workspace:
         self, tree_a: BoxTree, pose_a: PoseLanes, tree_b: BoxTree, pose_b: PoseLanes, question: Question,
         hits: ByteArray, work: IntArray,
     ) -> list[IntArray]:  # fmt: skip
-        """Decide the frames of a question.
+        """Decide the frames of a question; ``hits`` (stop,) is set to 1 where there is contact, ``work`` is added to.
 
-        Parameters
-        ----------
-        hits : (stop,) set to 1 in frames with contact.
-        work : (COUNTERS,) or longer, added to.
-
-        Returns
-        -------
-        list of arrays : ``Lists`` without the counts in front: face pairs that meet, those left open, dismissals; they
-            hold until the next traversal.
+        Returns ``Lists`` without the counts in front: face pairs that meet, those left open, dismissals. They hold
+        until the next traversal.
         """
         row, nodes = self._row, 3 * (len(tree_a.links) + len(tree_b.links) + 2)
         if len(self._stack) < nodes:

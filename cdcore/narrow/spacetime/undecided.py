@@ -1,4 +1,4 @@
-"""Face pairs that the filter of the world test left open, in exact arithmetic at the points that count.
+"""Face pairs that the filter of the world test left open, in exact arithmetic at the reference vertices.
 
 A kernel of its own, so that it is compiled when the first such pair turns up and not before.
 """
@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, bytes_at, doubles_at, row_of, words_at
 from cdcore.narrow.exact_sums import exponents_are_moderate, new_digits
 from cdcore.narrow.spacetime.box_tree import BoxTree
-from cdcore.narrow.spacetime.lanes import widened
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes
 from cdcore.narrow.triangle_exact import pair_intersects_exact
 from cdcore.narrow.triangle_filter import UNDECIDED
@@ -20,7 +19,7 @@ from cdcore.numerics import ByteArray, IntArray
 
 @hot_kernel
 def place_rows(placed: Memory, face: int, entries: Memory, stride: int, frame: int, pair: Memory, first: int) -> None:
-    """World corners of a face to nine numbers from ``pair[first]`` on, rounded as the points that count."""
+    """World corners of a face to nine numbers from ``pair[first]`` on, rounded as the reference vertices."""
     stay_one_function()
     for corner in range(3):
         at = 12 * face + corner
@@ -33,8 +32,7 @@ def place_rows(placed: Memory, face: int, entries: Memory, stride: int, frame: i
 
 @kernel
 def answer_keys(row: IntArray, count: int, start: int, faces: bool) -> tuple[int, int]:
-    """Fill ``answers`` with 0, 1, or UNDECIDED for integers, and set ``hits``; returns how many of each kind were
-    asked.
+    """Fill ``answers`` with 0, 1, or UNDECIDED for integers, and set ``hits``; returns the numbers of both kinds.
 
     ``row`` holds the numbers of bits of a face of A and of B, then of each body the address of its corners, of its
     poses, their stride and step, then the addresses of the keys, hits, answers, digits and eighteen doubles of scratch.
@@ -46,16 +44,16 @@ def answer_keys(row: IntArray, count: int, start: int, faces: bool) -> tuple[int
     keys, hits, answers, digits, pair = (
         words_at(row[10]), bytes_at(row[11]), bytes_at(row[12]), words_at(row[13]), doubles_at(row[14]),
     )  # fmt: skip
-    exact, integers = widened(0), widened(0)
+    exact, integers = runtime_int(0), runtime_int(0)
     for k in range(count):
         frame = start + (keys[k] >> (bits_a + bits_b))
         answers[k] = 0
         if hits[frame] != 0 and not faces:
             continue
         face_a, face_b = (keys[k] >> bits_b) & ((1 << bits_a) - 1), keys[k] & ((1 << bits_b) - 1)
-        place_rows(placed_a, face_a, entries_a, stride_a, frame * step_a, pair, widened(0))
-        place_rows(placed_b, face_b, entries_b, stride_b, frame * step_b, pair, widened(9))
-        if exponents_are_moderate(pair, widened(18)):
+        place_rows(placed_a, face_a, entries_a, stride_a, frame * step_a, pair, runtime_int(0))
+        place_rows(placed_b, face_b, entries_b, stride_b, frame * step_b, pair, runtime_int(9))
+        if exponents_are_moderate(pair, runtime_int(18)):
             exact += 1
             if pair_intersects_exact(pair, digits):
                 answers[k] = 1

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from cdcore.narrow.spacetime.block import COUNTERS
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.pair_job import PairJob, Poses, Stretch
-from cdcore.narrow.spacetime.pose_lanes import pose_lanes
+from cdcore.narrow.spacetime.pose_lanes import PoseLanes, pose_lanes
 from cdcore.narrow.spacetime.traverse import Workspace
 from cdcore.numerics import BoolArray, IntArray
 
@@ -37,47 +37,39 @@ FRAMES_PER_TASK = 4096
 
 @dataclass(frozen=True, eq=False)
 class MotionAnswer:
-    """What was found for T frames and P pairs."""
+    """What was found for T frames and P pairs.
+
+    ``hits`` (T, P). With faces, entries stand for the pair-frames in contact, sorted by frame, then pair: ``frame``,
+    ``pair``, and the face pairs ``faces[start:stop]``, (K,) each; equal poses share them. ``faces`` (M, 2) is sorted
+    within an entry. ``seconds`` of ``STAGES``; workers side by side add up.
+    """
 
     hits: BoolArray
-    """(T, P)."""
     frame: IntArray
-    """(K,) frame of each entry: a pair-frame in contact; sorted by frame, then pair. Empty without faces."""
     pair: IntArray
     start: IntArray
-    """(K,) the entry's face pairs are ``faces[start:stop]``; equal poses share them."""
     stop: IntArray
     faces: NDArray[np.int32]
-    """(M, 2), sorted within an entry."""
     work: dict[str, int]
     seconds: dict[str, float]
-    """Of ``STAGES``; workers side by side add up."""
 
 
 def decide_motion(
     trees: Sequence[BoxTree], pairs: IntArray, poses: Poses, *, faces: bool = False, threads: int = 1,
     verify: bool = False,
 ) -> MotionAnswer:  # fmt: skip
-    """Decide every pair in every frame at which both bodies have a pose.
+    """Decide every pair (P, 2) in every frame at which both bodies have a pose; a tree per body.
 
-    Parameters
-    ----------
-    trees : N trees, one per body.
-    pairs : (P, 2) body numbers.
-    poses : rotations orthonormal to rounding.
-    faces : whether to list all face pairs that meet.
-    threads : workers; the answer does not depend on it.
-    verify : ask everything that was dismissed again, face by face, in exact arithmetic. Very slow.
+    ``faces``: list all face pairs that meet. ``threads``: workers; the answer does not depend on it. ``verify``: ask
+    everything that was dismissed again, face by face, in exact arithmetic, which is very slow.
     """
     clock, everywhere = [perf_counter()], poses.everywhere
     whole = len(everywhere) > 0 and bool(poses.valid.all())
     used = set(np.unique(pairs).tolist()) if whole else set()
-    shared = [
-        pose_lanes(poses.rotations, poses.translations, body, everywhere, tree.boxes[0], tree.reach)
-        if body in used
-        else None
-        for body, tree in enumerate(trees)
-    ]
+    shared: list[PoseLanes | None] = [None] * len(trees)
+    for body in used:
+        tree = trees[body]
+        shared[body] = pose_lanes(poses.rotations, poses.translations, body, everywhere, tree.boxes[0], tree.reach)
     clock.append(perf_counter())
     jobs = [PairJob(trees, i, j, poses, shared, faces=faces, verify=verify) for i, j in pairs.tolist()]
     clock.append(perf_counter())

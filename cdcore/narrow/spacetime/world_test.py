@@ -1,4 +1,4 @@
-"""Two faces at the points that count: a certain yes, a certain no, or left to exact arithmetic.
+"""Two faces at the reference vertices: a certain yes, a certain no, or left to exact arithmetic.
 
 Four lanes hold the corners of a face (the first one twice), so that the fifteen signs of a face pair take three vector
 determinants for the edges and two for the planes.
@@ -31,23 +31,15 @@ UNDECIDED = 2
 
 @hot_kernel
 def place_face(placed: Memory, face: int, entries: Memory, stride: int, frame: int) -> tuple[Lanes, Lanes, Lanes]:
-    """World x, y and z of a face's corners (0, 1, 2, 0), rounded as the points that count: no fused multiply-add."""
+    """World x, y and z of a face's corners (0, 1, 2, 0), rounded as the reference vertices: no fused multiply-add."""
     become_part_of_caller()
     row = 12 * face
     x, y, z = load4(placed, row), load4(placed, row + 4), load4(placed, row + 8)
     a, b, c = entries[frame], entries[frame + stride], entries[frame + 2 * stride]
     wx = plus(plus(plus(times(a, x), times(b, y)), times(c, z)), entries[frame + 9 * stride])
-    a, b, c = (
-        entries[frame + 3 * stride],
-        entries[frame + 4 * stride],
-        entries[frame + 5 * stride],
-    )
+    a, b, c = entries[frame + 3 * stride], entries[frame + 4 * stride], entries[frame + 5 * stride]
     wy = plus(plus(plus(times(a, x), times(b, y)), times(c, z)), entries[frame + 10 * stride])
-    a, b, c = (
-        entries[frame + 6 * stride],
-        entries[frame + 7 * stride],
-        entries[frame + 8 * stride],
-    )
+    a, b, c = entries[frame + 6 * stride], entries[frame + 7 * stride], entries[frame + 8 * stride]
     wz = plus(plus(plus(times(a, x), times(b, y)), times(c, z)), entries[frame + 11 * stride])
     return wx, wy, wz
 

@@ -1,4 +1,4 @@
-"""The leaf test is the exact test of faces placed as the points that count, integers where sums cannot tell."""
+"""The leaf test is the exact test of faces placed as the reference vertices, integers where sums cannot tell."""
 
 import numpy as np
 from shapes import random_rotations

@@ -5,7 +5,7 @@ import pytest
 from motions import rotations
 from shapes import ball_mesh, beaker_mesh, box_mesh
 
-from cdcore.narrow.margin_kernels import certainly_apart, overlap_bounds
+from cdcore.narrow.margin_kernels import boxes_of, certainly_apart, overlap_bounds
 from cdcore.narrow.margins import triangle_margins
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.numerics import place_points
@@ -50,10 +50,7 @@ def test_surfaces_called_apart_are_and_most_that_are_get_called_so():
     count, reach = 40, 0.003
     turns, moves = rotations(rng, (count,)), rng.normal(size=(count, 3)) * 0.06
     apart = np.zeros(count, dtype=bool)
-    certainly_apart(
-        a.boxes, a.links, a.leaves, a.placed, b.boxes, b.links, b.leaves, b.placed,
-        turns, moves, np.full(count, reach), apart,
-    )  # fmt: skip
+    certainly_apart(boxes_of(a), a, boxes_of(b), b, turns, moves, np.full(count, reach), apart)
     far = [least_distance(place_points(meshes[0].reshape(-1, 3), t, m).reshape(-1, 3, 3), meshes[1]) > reach
            for t, m in zip(turns, moves, strict=True)]  # fmt: skip
     assert not (apart & ~np.array(far)).any()
@@ -64,8 +61,6 @@ def test_surfaces_called_apart_are_and_most_that_are_get_called_so():
 def test_a_body_inside_a_hollow_one_is_apart_from_its_surface():
     a, b = build_box_tree(ball_mesh(0.01).triangles), build_box_tree(beaker_mesh().triangles)
     apart = np.zeros(2, dtype=bool)
-    certainly_apart(
-        a.boxes, a.links, a.leaves, a.placed, b.boxes, b.links, b.leaves, b.placed,
-        np.tile(np.eye(3), (2, 1, 1)), np.array([[0, 0, 0.05], [0, 0, 0.012]]), np.full(2, 1e-3), apart,
-    )  # fmt: skip
+    moves = np.array([[0, 0, 0.05], [0, 0, 0.012]])
+    certainly_apart(boxes_of(a), a, boxes_of(b), b, np.tile(np.eye(3), (2, 1, 1)), moves, np.full(2, 1e-3), apart)
     assert apart.tolist() == [True, False]

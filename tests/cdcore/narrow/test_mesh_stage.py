@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from shapes import ball_mesh, box_mesh, lab, rod_mesh
 
 from cdcore import Body, Motion
 from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.narrow.mesh_stage import MeshStage
+from cdcore.narrow.pair_frames import rows_of_columns
 
 BODIES = [Body("b ball", ball_mesh(0.5, 6, 9)), Body("a box", box_mesh()), Body("c rod", rod_mesh(0.1, 2))]
 
@@ -85,3 +88,13 @@ def test_nothing_asked_is_nothing_answered():
     answer = MeshStage(BODIES, np.array([[0, 1]])).decide(motion_of([0.0]), none, none, faces=True)
     assert answer.hits.shape == (0,)
     assert answer.face_sets(none, none).counts(1, 1).tolist() == [[0]]
+
+
+@given(st.lists(st.integers(0, 5), max_size=40))
+def test_each_column_comes_once_with_all_its_rows_in_order(columns):
+    given_columns = np.array(columns, dtype=np.int64)
+    for order in (given_columns, np.sort(given_columns)):
+        found = {column: rows.tolist() for column, rows in rows_of_columns(order)}
+        expected = {k: np.flatnonzero(order == k).tolist() for k in sorted(set(columns))}
+        assert found == expected
+        assert list(found) == sorted(found)

@@ -27,7 +27,7 @@ def exact_inverse_times(rotation, vector):
 
 
 @pytest.mark.parametrize("distance", [0.0, 1.0, 1e3, 1e6])
-def test_relative_arithmetic_stays_within_the_pad_of_the_points_that_count(distance):
+def test_relative_arithmetic_stays_within_the_pad_of_the_reference_vertices(distance):
     rng = np.random.default_rng(int(distance))
     worst = 0.0
     for _ in range(60):

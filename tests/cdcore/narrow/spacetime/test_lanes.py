@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from cdcore.kernels.compiling import kernel
+from cdcore.kernels.compiling import kernel, runtime_int
 from cdcore.narrow.spacetime import lanes
-from cdcore.narrow.spacetime.lanes import above, excess, load8, moved, outside, row16, splat8, store, turn, widened
+from cdcore.narrow.spacetime.lanes import above, excess, load8, moved, outside, row16, splat8, store, turn
 
 TWO = ["plus", "minus", "times", "least", "most"]
 NUMPY = {"plus": np.add, "minus": np.subtract, "times": np.multiply, "least": np.minimum, "most": np.maximum}
@@ -38,7 +38,7 @@ def corners(a, out):
     x = lanes.load4(a, 0)
     store(out, 0, lanes.following4(x))
     store(out, 4, lanes.third4(x))
-    return widened(np.int32(7))
+    return runtime_int(np.int32(7))
 
 
 @pytest.fixture(scope="module")

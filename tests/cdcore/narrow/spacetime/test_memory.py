@@ -3,8 +3,7 @@
 import numpy as np
 from eight_frames import ARRAYS, EightFrames
 
-from cdcore.kernels.compiling import kernel
-from cdcore.narrow.spacetime.lanes import widened
+from cdcore.kernels.compiling import kernel, runtime_int
 from cdcore.narrow.spacetime.memory import pose_memory, tree_memory
 
 
@@ -12,8 +11,8 @@ from cdcore.narrow.spacetime.memory import pose_memory, tree_memory
 def first_entries(row, at):
     tree = tree_memory(row, at)
     return (
-        tree.boxes[3], widened(tree.links[3]), widened(tree.leaves[3]), widened(tree.faces[3]), tree.placed[3],
-        widened(tree.picks[3]), tree.corners[3], tree.boxed[3], tree.spans[3], tree.planes[3],
+        tree.boxes[3], runtime_int(tree.links[3]), runtime_int(tree.leaves[3]), runtime_int(tree.faces[3]),
+        tree.placed[3], runtime_int(tree.picks[3]), tree.corners[3], tree.boxed[3], tree.spans[3], tree.planes[3],
     )  # fmt: skip
 
 

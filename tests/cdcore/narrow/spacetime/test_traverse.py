@@ -3,11 +3,25 @@ starts.
 """
 
 import numpy as np
+import pytest
 from eight_frames import EightFrames
 from motions import grid_plate
 
+from cdcore.kernels.compiling import kernel
 from cdcore.narrow.exhaustive import meeting_faces_exhaustive
-from cdcore.narrow.spacetime.block import BLOCKS, COUNTERS, GAP_TESTS, SKIPPED_FRAMES, SPAN_TESTS, Question
+from cdcore.narrow.spacetime.block import (
+    BLOCKS,
+    COUNTERS,
+    GAP_TESTS,
+    MOST_AT_ONCE,
+    SKIPPED_FRAMES,
+    SPAN_TESTS,
+    Lists,
+    Question,
+    append,
+    have_room,
+    note,
+)
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pose_lanes import pose_lanes
 from cdcore.narrow.spacetime.traverse import Workspace
@@ -60,3 +74,40 @@ def test_lists_lengthen_when_thousands_of_faces_touch():
     )
     pairs = len(lists[0]) + len(lists[1])
     assert pairs >= frames * len(meeting_faces_exhaustive(plate, plate)) > 8 * 4096
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_relative_poses_equal_numpy_in_every_lane(seed):
+    scene = EightFrames(seed)
+    rows = scene.relative.reshape(12, 8)
+    for lane in range(8):
+        turn = scene.turn[lane, 1].T @ scene.turn[lane, 0]
+        move = scene.turn[lane, 1].T @ (scene.move[lane, 0] - scene.move[lane, 1])
+        assert np.allclose(rows[:9, lane].reshape(3, 3), turn, atol=1e-15)
+        assert np.allclose(rows[9:, lane], move, atol=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_chord_is_the_largest_spectral_distance_from_the_middle(seed):
+    scene = EightFrames(seed)
+    turns = scene.relative[:72].reshape(3, 3, 8).transpose(2, 0, 1)
+    assert np.array_equal(scene.middle.reshape(3, 3), turns[4])
+    largest = max(np.linalg.norm(turn - turns[4], 2) for turn in turns)
+    assert largest * (1 - 1e-13) <= scene.chord <= largest * (1 + 1e-9) + 1e-15
+
+
+@kernel
+def add(lists, value):
+    append(lists.keys, value)
+    note(lists, value, value + 1, value + 2, value + 3, value + 4)
+    return have_room(lists)
+
+
+def test_appending_keeps_the_order_and_the_length_in_front():
+    length = MOST_AT_ONCE + 20
+    lists = Lists(*(part for _ in range(3) for part in (np.zeros(length, dtype=np.int64), length)))
+    room = [add(lists, value) for value in range(1, 6)]
+    assert lists.keys[:6].tolist() == [5, 1, 2, 3, 4, 5]
+    assert lists.dismissed[0] == 20
+    assert lists.dismissed[1:5].tolist() == [1, 2, 3, (4 << 32) | 5]
+    assert room == [True, True, True, True, False]

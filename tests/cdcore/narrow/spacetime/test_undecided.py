@@ -10,7 +10,7 @@ from cdcore.narrow.spacetime.undecided import decide_undecided
 from cdcore.numerics import place_points
 
 
-def test_answers_are_those_of_the_predicate_at_the_points_that_count():
+def test_answers_are_those_of_the_predicate_at_the_reference_vertices():
     rng = np.random.default_rng(8)
     frames = 300
     turn, move = rotations(rng, (frames, 2)), rng.normal(size=(frames, 2, 3))

@@ -1,4 +1,4 @@
-"""The world test never contradicts the predicate at the points that count, and leaves only near-ties open."""
+"""The world test never contradicts the predicate at the reference vertices, and leaves only near-ties open."""
 
 import numpy as np
 import pytest
