@@ -87,11 +87,7 @@ def finished(
         given[name] = _loaded(mesh)
     if proxies or (proxies is None and not given):
         declared = _with_proxies(declared, samples.tracks, given)
-    facts = {
-        "source_file": source.name,
-        "conversions": "; ".join(samples.conversions) or "none",
-        **samples.facts,
-    }
+    facts = {"source_file": source.name, "conversions": "; ".join(samples.conversions) or "none", **samples.facts}
     session = Session.from_tracks(samples.tracks, given, declared, events=samples.events, facts=facts)
     return replace(session, hands=dict(samples.hands), live_contacts=tuple(samples.live_contacts))
 
