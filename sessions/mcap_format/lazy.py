@@ -3,33 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property
+from functools import cache
 from typing import Any, Generic, TypeVar, overload
 
 Value = TypeVar("Value")
 
 
 class LazyMapping(Mapping[str, Value], Generic[Value]):
-    """A mapping whose keys are known and whose values are loaded one by one when asked for.
-
-    Parameters
-    ----------
-    keys : the keys, in order.
-    load : called once per key.
-    """
+    """A mapping with known keys; ``load`` is called once per key, when its value is asked for."""
 
     def __init__(self, keys: Sequence[str], load: Callable[[str], Value]) -> None:
-        self._keys, self._load = dict.fromkeys(keys), load
-        self._loaded: dict[str, Value] = {}
+        self._keys, self._load = dict.fromkeys(keys), cache(load)
 
     def __getitem__(self, key: str) -> Value:
         if key not in self._keys:
             raise KeyError(key)
-        if key not in self._loaded:
-            self._loaded[key] = self._load(key)
-        return self._loaded[key]
+        return self._load(key)
 
-    def __contains__(self, key: object) -> bool:
+    def __contains__(self, key: object) -> bool:  # the mixin's own would load the value
         return key in self._keys
 
     def __iter__(self) -> Iterator[str]:
@@ -40,32 +31,23 @@ class LazyMapping(Mapping[str, Value], Generic[Value]):
 
 
 class LazySequence(Sequence[Value], Generic[Value]):
-    """A sequence that is loaded whole when its first item is asked for.
-
-    Parameters
-    ----------
-    load : called once.
-    """
+    """A sequence that ``load`` gives whole when its first item is asked for."""
 
     def __init__(self, load: Callable[[], Sequence[Value]]) -> None:
-        self._load = load
-
-    @cached_property
-    def _items(self) -> tuple[Value, ...]:
-        return tuple(self._load())
+        self._load = cache(lambda: tuple(load()))
 
     @overload
     def __getitem__(self, index: int) -> Value: ...
     @overload
     def __getitem__(self, index: slice) -> Sequence[Value]: ...
     def __getitem__(self, index: Any) -> Any:
-        return self._items[index]
+        return self._load()[index]
 
     def __len__(self) -> int:
-        return len(self._items)
+        return len(self._load())
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Sequence) and self._items == tuple(other)
+        return isinstance(other, Sequence) and self._load() == tuple(other)
 
     def __hash__(self) -> int:
-        return hash(self._items)
+        return hash(self._load())

@@ -1,10 +1,9 @@
 import ast
 from pathlib import Path
 
+import reference_reader
 from mcap_samples import assert_same_frames, protobuf_messages, random_frames, write_foreign
-
-from sessions.mcap_format import reference_reader
-from sessions.mcap_format.reference_reader import read_frames_plainly
+from reference_reader import read_frames_plainly
 
 
 def test_it_reads_what_the_protobuf_library_wrote(tmp_path):
