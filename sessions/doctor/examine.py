@@ -1,4 +1,4 @@
-"""``examine``: a recording, a scene or a mesh in, everything wrong with it out; nothing in it ends the search."""
+"""``examine``: finds everything wrong with a recording, a scene or a mesh; no fault ends the search."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from typing import Final
 from sessions.doctor.finding import Finding, Severity, Span, in_order
 from sessions.doctor.meshes import all_mesh_findings, mesh_findings
 from sessions.doctor.pose_pass import Looked, look_through
-from sessions.doctor.scene_faults import scene_findings
-from sessions.doctor.session_findings import examine_session, frame_findings
+from sessions.doctor.session_findings import examine_session, frame_findings, scene_findings
 from sessions.doctor.structure import is_mcap, structure_findings
 from sessions.doctor.tolerant_frames import Noted, TolerantFrames
 from sessions.errors import SessionError, SessionFileError
@@ -163,23 +162,23 @@ def _noted(noted: Noted, looked: Looked, listed: tuple[str, ...], file: McapFile
                 yield span.finding(code, Severity.ERROR, message, count=region.size)
             else:
                 yield Finding(code, Severity.ERROR, message, count=region.size)
-    usual = _usual_parent(noted)
-    for (parent, child), seen in noted.frames.items():
-        span = Span(seen.first_ns, seen.last_ns, zero)
-        if parent != usual:
-            message = f"{seen.count} samples are given in frame {parent!r}, the others in {usual!r}"
-            yield span.finding("unknown-frame", Severity.ERROR, message, child, seen.count)
-        elif child not in listed:
-            message = f"{seen.count} samples of a body that the file does not list"
-            yield span.finding("unknown-frame", Severity.ERROR, message, child, seen.count)
+    yield from _unknown_frames(noted, listed, zero)
     for child, count in noted.doubled.items():
         message = f"{count} frames hold two samples of it; the first was taken"
         yield Finding("duplicate-stamps", Severity.WARNING, message, child, count=count)
 
 
-def _usual_parent(noted: Noted) -> str:
-    """The frame that most samples are given in; the world where any is."""
+def _unknown_frames(noted: Noted, listed: tuple[str, ...], zero: int) -> Iterator[Finding]:
+    # The frame that most samples are given in; the world where any is.
     count = Counter[str]()
     for (parent, _), seen in noted.frames.items():
         count[parent] += seen.count
-    return WORLD if WORLD in count else (count.most_common(1)[0][0] if count else WORLD)
+    usual = WORLD if WORLD in count or not count else count.most_common(1)[0][0]
+    for (parent, child), seen in noted.frames.items():
+        if parent == usual and child in listed:
+            continue
+        message = f"{seen.count} samples of a body that the file does not list"
+        if parent != usual:
+            message = f"{seen.count} samples are given in frame {parent!r}, the others in {usual!r}"
+        span = Span(seen.first_ns, seen.last_ns, zero)
+        yield span.finding("unknown-frame", Severity.ERROR, message, child, seen.count)
