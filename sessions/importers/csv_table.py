@@ -1,4 +1,4 @@
-"""A CSV as typed columns: numbers stay numbers to the last digit of the clock, and a bad cell is named."""
+"""A CSV as typed columns: stamps are exact to the last digit, and an error names line and column."""
 
 from __future__ import annotations
 
@@ -205,9 +205,8 @@ def _is_cut_short(source: Path, delimiter: str, columns: int) -> bool:
         tail = file.read()
     if tail.endswith((b"\n", b"\r")):
         return False
-    return (
-        _cells(tail.replace(b"\r", b"\n").rsplit(b"\n", 1)[-1].decode("utf-8", errors="replace"), delimiter) == columns
-    )
+    last = tail.replace(b"\r", b"\n").rsplit(b"\n", 1)[-1].decode("utf-8", errors="replace")
+    return _cells(last, delimiter) == columns
 
 
 def _first_line(error: Exception) -> str:

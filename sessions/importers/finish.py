@@ -1,4 +1,4 @@
-"""From converted samples to a session: meshes are put on, stand-ins named as such, what was done is written down."""
+"""Makes a session of converted samples: adds meshes and stand-ins, and records what was converted."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def finished(
     for name, mesh in (meshes or {}).items():
         if name not in known:
             raise ImportFileError(f"{source}: there is no body {name!r} to put a mesh on{nearest(name, known)}")
-        given[name] = _loaded(mesh)
+        given[name] = loaded(mesh)
     if proxies or (proxies is None and not given):
         declared = _with_proxies(declared, samples.tracks, given)
     facts = {"source_file": source.name, "conversions": "; ".join(samples.conversions) or "none", **samples.facts}
@@ -98,12 +98,12 @@ def usable_track(
     quaternions_xyzw: NDArray[np.float64],
     valid: NDArray[np.bool_],
 ) -> tuple[Track, int, int]:
-    """A track of the rows whose stamps increase, rows that hold no rotation flagged as lost.
+    """A track of the rows whose stamps increase; rows that hold no rotation are flagged as lost.
 
     Returns
     -------
-    The track, how many rows were dropped because their stamp repeats or goes back, how many were flagged that the
-    source had called valid.
+    The track; how many rows were dropped because their stamp repeats or goes back; how many rows were flagged that
+    the source had called valid.
     """
     ahead = np.maximum.accumulate(times_ns, axis=0) if len(times_ns) else times_ns
     keep = np.ones(len(times_ns), dtype=np.bool_)
@@ -118,7 +118,7 @@ def usable_track(
 
 
 def counted(what: str, dropped: int, flagged: int) -> list[str]:
-    """Sentences for the facts about rows that did not come through as they were."""
+    """Sentences for the metadata about rows that were dropped or flagged."""
     words = []
     if dropped:
         words.append(f"{what}: {dropped} rows dropped whose stamp repeats or goes back")
@@ -144,7 +144,8 @@ def side_of(name: str) -> str:
     return next((side for side in ("left", "right") if any(word.startswith(side) for word in words)), name)
 
 
-def _loaded(mesh: MeshSource) -> MeshData:
+def loaded(mesh: MeshSource) -> MeshData:
+    """A mesh, read from its file where only that is given."""
     if isinstance(mesh, MeshData):
         return mesh
     from sessions.meshes import load_mesh
