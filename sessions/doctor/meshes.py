@@ -12,10 +12,8 @@ from sessions.doctor.finding import Finding, Severity
 from sessions.errors import SessionError
 from sessions.mesh_data import MeshData
 
-LARGE_M: Final = 30.0
-"""A mesh larger than this was drawn in centimetres or millimetres; a laboratory fits into it."""
-SMALL_M: Final = 0.0005
-"""A mesh smaller than half a millimetre was drawn in other units; a needle is longer."""
+LARGE_M: Final = 30.0  # A mesh larger than this was drawn in centimetres or millimetres; a laboratory fits into it
+SMALL_M: Final = 0.0005  # A mesh smaller than half a millimetre was drawn in other units; a needle is longer
 
 SAME_PLACE_M: Final = 1e-8
 """Vertices this near are one: float32 leaves 2e-9 m between the two sides of a seam 10 cm from the origin."""

@@ -18,20 +18,16 @@ from sessions.frames import Frames, Status
 NORM_REJECT: Final = 1e-3
 """A quaternion whose norm is further off 1 was not rounded, it is wrong; the collision core rejects it too."""
 
-NORM_NOTE: Final = 1e-6
-"""Further off 1 than float32 would leave it (1e-7): printed with few decimals."""
+NORM_NOTE: Final = 1e-6  # Further off 1 than float32 would leave it (1e-7): printed with few decimals
 
 SKEW_NS: Final = 500_000_000
 """Half a second between a sample and its frame is no latency: VIVE-style trackers need 22 ms."""
 
-LOOKS_PER_BLOCK: Final = 512
-"""Frames of a block whose poses are kept to judge scale and axes by."""
+LOOKS_PER_BLOCK: Final = 512  # Frames of a block whose poses are kept to judge scale and axes by
 
-JOINED_FRAMES: Final = 1024
-"""Frames looked at together, whatever pieces they come in."""
+JOINED_FRAMES: Final = 1024  # Frames looked at together, whatever pieces they come in
 
-MOST_DECIMALS: Final = 7
-"""Numbers printed with more decimals than float32 holds are not called rounded."""
+MOST_DECIMALS: Final = 7  # Numbers printed with more decimals than float32 holds are not called rounded
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,14 +14,12 @@ from sessions.doctor.runs import runs
 from sessions.doctor.scale import unit_guess
 from sessions.doctor.track_watch import Mark, marked
 
-LEAST_FROZEN: Final = 5
-"""Repeats of a position that are worth a word; browsers repeat one or two samples in a row."""
+LEAST_FROZEN: Final = 5  # Repeats of a position that are worth a word; browsers repeat one or two samples in a row
 LEAST_FROZEN_NS: Final = 80_000_000
 
 CATCH_UP: Final = 3.0
 """A thawing track that steps so many times further than around it was moving while it stood still ..."""
-CATCH_UP_M: Final = 0.002
-"""... and at least 2 mm further, which is more than a tracker jitters (0.77 mm at p99)."""
+CATCH_UP_M: Final = 0.002  # ... and at least 2 mm further, which is more than a tracker jitters (0.77 mm at p99).
 
 ODD_SHARE: Final = 0.005
 """In a track that moves, positions repeat bit for bit in fewer steps than this (0 to 4 in 1,000 for browsers' captures
@@ -30,8 +28,7 @@ LEAST_OTHERS: Final = 300
 
 LOST_JUMP_M: Final = 0.01
 """An exact identity pose that is entered or left by less than a centimetre may be where the body is;"""
-LOST_JUMP_STEPS: Final = 5.0
-"""... and so it may by less than five of its ordinary steps."""
+LOST_JUMP_STEPS: Final = 5.0  # ... and so it may by less than five of its ordinary steps.
 
 
 @dataclass(frozen=True)

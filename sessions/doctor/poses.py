@@ -91,8 +91,7 @@ def _notes(looked: Looked, column: int, name: str) -> Iterator[Finding]:
         yield Finding("rounded-rotations", Severity.NOTE, message, name, count=count)
 
 
-LEAST_DIFFERENT: Final = 8
-"""Rotations that must differ before their decimals are judged: 0, 0, 0, 1 has none to judge."""
+LEAST_DIFFERENT: Final = 8  # Rotations that must differ before their decimals are judged: 0, 0, 0, 1 has none to judge
 
 
 def _decimals(quaternions: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> int | None:

@@ -14,21 +14,16 @@ from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.pose_pass import Looked
 from sessions.scene import Scene
 
-FAR_M: Final = 25.0
-"""Metres from the origin in the median: no tracked room is that large (VIVE: 10 m by 10 m)."""
-MILLIMETRES_M: Final = 400.0
-"""Beyond this a head would be 4 m up even in centimetres."""
-FAST_M: Final = 20.0
-"""Metres per second in the ordinary step of a moving body: no hand does that."""
+FAR_M: Final = 25.0  # Metres from the origin in the median: no tracked room is that large (VIVE: 10 m by 10 m)
+MILLIMETRES_M: Final = 400.0  # Beyond this a head would be 4 m up even in centimetres
+FAST_M: Final = 20.0  # Metres per second in the ordinary step of a moving body: no hand does that
 
 LEAST_HEAD_M, MOST_HEAD_M = 0.7, 2.3
 """Heights of a head, seated to tall; bending over a bench turns the crown but does not leave them."""
 
-MOST: Final = 0.8
-"""A share of the session that is no accident."""
+MOST: Final = 0.8  # A share of the session that is no accident
 LEAST_LOOKS: Final = 20
-APART_M: Final = 0.05
-"""Hands closer to each other sideways than this do not tell left from right."""
+APART_M: Final = 0.05  # Hands closer to each other sideways than this do not tell left from right
 
 _HEADS = frozenset({"head", "hmd", "headset", "camera"})
 _HAND_WORDS = frozenset({"hand", "controller", "left", "right", "vive", "wand", "index", "palm", "glove"})

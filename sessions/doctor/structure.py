@@ -21,8 +21,7 @@ from sessions.mcap_format.record_block import HEAD
 from sessions.mcap_format.schemas import TF
 
 DATA_END_BYTES: Final = HEAD.size + 4
-SUMMARY_LIMIT_BYTES: Final = 256 << 20
-"""An index of more than this is not read: 4 million chunks."""
+SUMMARY_LIMIT_BYTES: Final = 256 << 20  # An index of more than this is not read: 4 million chunks
 READ_BYTES: Final = 1 << 22
 
 

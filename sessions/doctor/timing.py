@@ -13,18 +13,13 @@ from sessions.doctor.pose_pass import Looked
 from sessions.doctor.runs import runs
 from sessions.doctor.track_watch import Mark
 
-GAP_STEPS: Final = 3.0
-"""A step longer than three median steps is a gap."""
-UNEVEN_STEPS: Final = 1.5
-"""A step longer than one and a half median steps has lost a frame."""
+GAP_STEPS: Final = 3.0  # A step longer than three median steps is a gap
+UNEVEN_STEPS: Final = 1.5  # A step longer than one and a half median steps has lost a frame
 LONG_GAP_NS: Final = 250_000_000
 """A longer gap is worth a warning: a quarter of a second is enough for a hand to touch and leave a glass."""
-SKEW_NS: Final = 1_000_000_000
-"""A recorder writes a frame within milliseconds of its stamp; a second is two clocks."""
-EPOCH_NS: Final = 86_400_000_000_000
-"""A day or more apart, the two clocks merely start at different zeros."""
-DRIFT_NS: Final = 50_000_000
-"""An offset that grows by more than this between the first and the last tenth is drift."""
+SKEW_NS: Final = 1_000_000_000  # A recorder writes a frame within milliseconds of its stamp; a second is two clocks
+EPOCH_NS: Final = 86_400_000_000_000  # A day or more apart, the two clocks merely start at different zeros
+DRIFT_NS: Final = 50_000_000  # An offset that grows by more than this between the first and the last tenth is drift
 
 
 def time_findings(looked: Looked) -> Iterator[Finding]:

@@ -31,8 +31,7 @@ OPENVR_BUTTONS: Final = ("trackpad", "trigger", "grip", "menu")
 
 MOST_BUTTONS: Final = 32
 
-LARGEST_MS: Final = 9.0e12
-"""About 9 million seconds short of what int64 nanoseconds hold."""
+LARGEST_MS: Final = 9.0e12  # About 9 million seconds short of what int64 nanoseconds hold
 
 
 def read_aframe(

@@ -27,8 +27,7 @@ MESH_AXES = {
 
 HALF_TURN = np.diag([-1.0, 1.0, -1.0, 1.0])
 
-MOST_BODIES = 1000
-"""More names than a laboratory has bodies: then the column holds something else."""
+MOST_BODIES = 1000  # More names than a laboratory has bodies: then the column holds something else
 
 Rows = NDArray[np.bool_]
 

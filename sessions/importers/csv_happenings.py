@@ -17,8 +17,7 @@ from sessions.live_contact import LiveContact
 
 Rows = NDArray[np.bool_]
 
-NAMED_KINDS = 5
-"""Unknown kinds of rows that are named before the sentence ends in dots."""
+NAMED_KINDS = 5  # Unknown kinds of rows that are named before the sentence ends in dots
 
 
 def live_contacts(table: CsvTable, plan: CsvMapping) -> tuple[tuple[LiveContact, ...], list[str]]:

@@ -15,17 +15,14 @@ from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import CLOCK_NS
 from sessions.toml_table import nearest
 
-EMPTY: Final = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "-"]
-"""Cells that say: no number here."""
+EMPTY: Final = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "-"]  # Cells that say: no number here
 
 EXACT_SECONDS: Final = 4.0e6
 """Up to here float64 seconds hold a nanosecond; beyond, the text of the stamp is read digit by digit."""
 
-TICKS_1970: Final = 621_355_968_000_000_000
-""".NET ticks (100 ns since the year 1) at the Unix epoch."""
+TICKS_1970: Final = 621_355_968_000_000_000  # .NET ticks (100 ns since the year 1) at the Unix epoch
 
-LONGEST_LINE: Final = 1_000_000
-"""Letters of a line that are looked at; a header of 12 bodies has a thousand."""
+LONGEST_LINE: Final = 1_000_000  # Letters of a line that are looked at; a header of 12 bodies has a thousand
 
 TRUE_WORDS: Final = ("1", "1.0", "true", "True", "TRUE", "yes", "valid")
 

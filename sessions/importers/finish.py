@@ -24,8 +24,7 @@ from sessions.track import Track
 
 MeshSource = str | Path | MeshData
 
-QUATERNION_TOLERANCE = 1e-3
-"""A quaternion whose norm is further off 1 is no rotation: its row is flagged as lost."""
+QUATERNION_TOLERANCE = 1e-3  # A quaternion whose norm is further off 1 is no rotation: its row is flagged as lost
 
 PROXIES = {
     "proxy_headset": re.compile("camera|head|hmd|headset"),

@@ -156,8 +156,7 @@ class Catalogue:
             ) from None
 
 
-DECLARING = {Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA}
-"""Small records that say what the file is."""
+DECLARING = {Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA}  # Small records that say what the file is
 
 
 def read_catalogue(path: Path) -> Catalogue:

@@ -31,8 +31,7 @@ DECLARED = {
 }
 """Metadata that every file has; what nobody gave is written as "not stated", so that a reader sees the gap."""
 
-MAX_BODIES = 4096
-"""More than any laboratory has; what a hostile file lists is bounded by it."""
+MAX_BODIES = 4096  # More than any laboratory has; what a hostile file lists is bounded by it
 
 Record = dict[str, str]
 
@@ -72,13 +71,7 @@ def mesh_name(attachment: str) -> str | None:
 
 
 def names_of(record: Mapping[str, str] | None) -> tuple[str, ...]:
-    """The tracked bodies of a ``vrlab.bodies`` record; none without one.
-
-    Raises
-    ------
-    SessionFileError
-        The record is not a list of different names.
-    """
+    """The tracked bodies of a ``vrlab.bodies`` record; an error when it is no list of different names."""
     if record is None:
         return ()
     try:
@@ -93,13 +86,7 @@ def names_of(record: Mapping[str, str] | None) -> tuple[str, ...]:
 
 
 def migrated(record: Record, profile: str) -> Record:
-    """A session record of any known version as one of the current version.
-
-    Raises
-    ------
-    SessionFileError
-        The file is of a version that this program does not know.
-    """
+    """A session record of any known version as one of the current version; an error for an unknown version."""
     word = profile.removeprefix(PROFILE_FAMILY)
     version = int(word) if word.isascii() and word.isdigit() and len(word) < 10 else -1
     while version in MIGRATIONS and version < VERSION:

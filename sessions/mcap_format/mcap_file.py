@@ -15,13 +15,7 @@ from sessions.mcap_format.unpacking import MessageTable, read_region, together
 
 
 class McapFile:
-    """A file whose records have been walked; nothing is held open between calls.
-
-    Raises
-    ------
-    SessionFileError
-        See `read_catalogue`.
-    """
+    """A file whose records have been walked; nothing is held open between calls."""
 
     def __init__(self, path: Path) -> None:
         self.catalogue: Catalogue = read_catalogue(path)

@@ -1,4 +1,4 @@
-"""Messages of a whole chunk to frames at once, each sample with the validity that its note on /tracking gives it."""
+"""Messages of a whole chunk to frames at once, each sample with the validity that /tracking gives it."""
 
 from __future__ import annotations
 
@@ -51,13 +51,7 @@ class FrameDecoder:
         return tuple(self._columns)
 
     def decode(self, table: MessageTable) -> Iterator[Frames]:
-        """The frames of one region, in parts of bounded size.
-
-        Raises
-        ------
-        SessionFileError
-            A message that is no FrameTransforms, a body twice in one frame, a body not in the list, two parents.
-        """
+        """The frames of one region, in parts of bounded size; a message that is not what it should be is an error."""
         notes = table.of_channels(self._tracking)
         empty = np.array([table.payload(row) == FRAME_WITHOUT_SAMPLES for row in notes.tolist()], dtype=np.bool_)
         rows = np.union1d(table.of_channels(self._tf), notes[empty])

@@ -42,8 +42,7 @@ from sessions.scene import Scene
 from sessions.session import Session
 
 TF_SCHEMA = "foxglove.FrameTransforms"
-MISSING = "missing"
-"""The metadata key that says what a truncated file lacks."""
+MISSING = "missing"  # The metadata key that says what a truncated file lacks
 
 Result = TypeVar("Result")
 

@@ -91,13 +91,7 @@ def _joined(tables: list[MessageTable]) -> MessageTable:
 
 
 def read_region(stream: BinaryIO, region: Region, catalogue: Catalogue) -> MessageTable:
-    """Unpack a region, check it, and list its messages; schemas and channels in it go to the catalogue.
-
-    Raises
-    ------
-    SessionFileError
-        The checksum is wrong, the bytes cannot be unpacked, or a record in it is longer than the rest.
-    """
+    """Unpack a region, check it, and list its messages; an error says how it is damaged."""
     stream.seek(region.offset)
     packed = stream.read(region.length)
     try:
@@ -145,14 +139,7 @@ def _damaged(catalogue: Catalogue, region: Region, why: str) -> SessionFileError
 def listed(data: bytes, region: Region, catalogue: Catalogue, *, truncated: bool = False) -> MessageTable:
     """The messages in a region's unpacked bytes; schemas and channels among them go to the catalogue.
 
-    Parameters
-    ----------
-    truncated : the file ends inside the region: take the records that are there in full.
-
-    Raises
-    ------
-    SessionFileError
-        A record is longer than the rest, or stamped beyond what 64 bits hold.
+    A record that is longer than the rest is an error, but for a truncated region, which ends there.
     """
     starts, at, size = array("q"), 0, len(data)
     head, head_size, message = HEAD.unpack_from, HEAD.size, int(Opcode.MESSAGE)

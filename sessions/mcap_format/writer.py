@@ -12,14 +12,8 @@ from typing import BinaryIO
 from sessions.errors import SceneError, SessionFileError
 from sessions.frames import Frames
 from sessions.glb import mesh_to_glb
-from sessions.mcap_format.annotations import (
-    Message,
-    contact_message,
-    event_message,
-    hand_messages,
-    interval_message,
-    track_messages,
-)  # fmt: skip
+from sessions.mcap_format import annotations
+from sessions.mcap_format.annotations import Message
 from sessions.mcap_format.container import ContainerWriter
 from sessions.mcap_format.facts import BODIES_RECORD, SESSION_RECORD, bodies_record, mesh_file, session_record
 from sessions.mcap_format.pose_encoding import FrameEncoder
@@ -64,13 +58,13 @@ def write_session(session: Session, path: str | Path) -> None:
 
 
 def _sparse(session: Session) -> Iterator[Message]:
-    yield from map(event_message, session.events)
-    yield from map(interval_message, session.intervals)
-    yield from map(contact_message, session.live_contacts)
+    yield from map(annotations.event_message, session.events)
+    yield from map(annotations.interval_message, session.intervals)
+    yield from map(annotations.contact_message, session.live_contacts)
     for key, hand in session.hands.items():
-        yield from hand_messages(key, hand)
+        yield from annotations.hand_messages(key, hand)
     for name, track in session.fast_tracks.items():
-        yield from track_messages(name, track)
+        yield from annotations.track_messages(name, track)
 
 
 class SessionWriter(ContainerWriter):
@@ -123,13 +117,7 @@ class SessionWriter(ContainerWriter):
 
 
 def scene_text(scene: Scene) -> str:
-    """The TOML that a file carries: what the author wrote where that still says the same, else made from the scene.
-
-    Raises
-    ------
-    SessionFileError
-        No text says what the scene does.
-    """
+    """The TOML that a file carries: the author's text where it still describes the scene, else made from the scene."""
     from sessions.scene_toml import parse_scene, scene_to_toml
 
     for text in (scene.text, scene_to_toml(scene)):

@@ -20,8 +20,7 @@ from sessions.mcap_format.container import MAGIC
 from sessions.mcap_format.record_block import CHUNK_HEAD, HEAD, LENGTH_BEFORE_DATA
 
 COMPRESSIONS: Final = ("zstd", "lz4", "")
-ATTACHMENT_LIMIT_BYTES: Final = 128 << 20
-"""A mesh larger than this is not copied: it would have 4 million faces."""
+ATTACHMENT_LIMIT_BYTES: Final = 128 << 20  # A mesh larger than this is not copied: it would have 4 million faces
 
 WINDOW_BYTES: Final = 1 << 20
 FIXED_LENGTHS: Final = {Opcode.FOOTER: 20, Opcode.DATA_END: 4, Opcode.SUMMARY_OFFSET: 17}

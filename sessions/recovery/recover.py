@@ -31,8 +31,7 @@ from sessions.mcap_format.writer import CHUNK_BYTES, SCENE_FILE, replaced
 from sessions.recovery.lost import Recovery
 from sessions.recovery.survey import Survey, survey
 
-RECOVERED = "recovered"
-"""The fact that says what a recovered file lacks."""
+RECOVERED = "recovered"  # The fact that says what a recovered file lacks
 
 
 def recover(path: str | Path, out: str | Path, *, overwrite: bool = False) -> Recovery:

@@ -29,11 +29,9 @@ from sessions.recovery.chunk_reading import parsed, read_chunk
 from sessions.recovery.lost import LostChunk
 from sessions.recovery.record_scan import Piece, RecordScan
 
-GUESSED = (TF, TRACKING)
-"""Topics that are known by what their messages look like, where no channel record is left."""
+GUESSED = (TF, TRACKING)  # Topics that are known by what their messages look like, where no channel record is left
 
-INDEX_LIMIT_BYTES = 64 << 20
-"""A longer index is not trusted over the records it repeats."""
+INDEX_LIMIT_BYTES = 64 << 20  # A longer index is not trusted over the records it repeats
 
 
 class Declared(Catalogue):
