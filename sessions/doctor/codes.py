@@ -8,14 +8,7 @@ from typing import Final
 
 @dataclass(frozen=True)
 class CodeSpec:
-    """One code.
-
-    Parameters
-    ----------
-    group : ``structure``, ``time``, ``pose``, ``scale``, ``mesh`` or ``scene``.
-    meaning : what it means for whoever looks at the recording.
-    fix : what to do about it.
-    """
+    """The group of a code, what it means for whoever looks at the recording, and what to do about it."""
 
     group: str
     meaning: str

@@ -33,23 +33,14 @@ LOST_JUMP_STEPS: Final = 5.0  # ... and so it may by less than five of its ordin
 
 @dataclass(frozen=True)
 class PoseSpan:
-    """Consecutive samples of one body with one fault.
-
-    Parameters
-    ----------
-    code : a code of group ``pose``.
-    column : the body's column.
-    first, last : frame numbers in the file, included.
-    count : samples.
-    size : metres for jumps, else 0.
-    """
+    """Consecutive samples of one body with one fault; ``first`` and ``last`` frame are included."""
 
     code: str
     column: int
     first: int
     last: int
-    count: int
-    size: float = 0.0
+    count: int  # samples
+    size: float = 0.0  # metres for jumps
 
 
 SIMPLE: Final = {

@@ -55,20 +55,13 @@ def marked(marks: NDArray[np.uint16], mark: Mark) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Consecutive samples of one body that are present and finite.
+    """Consecutive samples of one body that are present and finite."""
 
-    Parameters
-    ----------
-    rows : (n,) frame numbers.
-    time : (n,) seconds; ``sample_ns`` (n,) the device's own stamps.
-    position (n, 3), quaternion (n, 4).
-    """
-
-    rows: NDArray[np.int64]
-    time: FloatArray
-    sample_ns: NDArray[np.int64]
-    position: FloatArray
-    quaternion: FloatArray
+    rows: NDArray[np.int64]  # (n,) frame numbers
+    time: FloatArray  # (n,) seconds
+    sample_ns: NDArray[np.int64]  # (n,) the device's own stamps
+    position: FloatArray  # (n, 3)
+    quaternion: FloatArray  # (n, 4)
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -88,9 +81,7 @@ class Samples:
 class TrackWatch:
     """Takes the samples of one body block by block.
 
-    Parameters
-    ----------
-    least_step : seconds; a shorter step is taken to be this long, because stamps jitter more than bodies move.
+    A step shorter than ``least_step`` seconds is taken to be this long, because stamps jitter more than bodies move.
     """
 
     def __init__(self, least_step: float) -> None:

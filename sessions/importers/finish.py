@@ -37,16 +37,10 @@ PROXY_FACES = 2000
 
 @dataclass(frozen=True)
 class Samples:
-    """What an importer read, already in the canonical frame and in metres.
-
-    Parameters
-    ----------
-    tracks : body name -> samples.
-    conversions : sentences about what was done to the numbers.
-    """
+    """What an importer read, already in the canonical frame and in metres."""
 
     tracks: Mapping[str, Track]
-    conversions: tuple[str, ...]
+    conversions: tuple[str, ...]  # sentences about what was done to the numbers
     facts: Mapping[str, str] = field(default_factory=dict)
     events: Sequence[Event] = ()
     hands: Mapping[str, HandTrack] = field(default_factory=dict)

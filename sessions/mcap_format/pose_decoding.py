@@ -29,11 +29,8 @@ _Identity = tuple[int, int, int]
 class FrameDecoder:
     """Decodes regions in file order; remembers layouts, and the validity note that waits for its frame.
 
-    Parameters
-    ----------
-    where : what to call the file in errors.
-    tf, tracking : channel ids of the two topics.
-    names : bodies, one per column; ``None``: columns are added as bodies appear (`names` tells them).
+    ``where`` names the file in errors, ``tf`` and ``tracking`` are the channel ids of the two topics, and ``names`` the
+    bodies, one per column; without them columns are added as bodies appear.
     """
 
     def __init__(self, where: str, tf: set[int], tracking: set[int], names: tuple[str, ...] | None) -> None:

@@ -31,21 +31,13 @@ _LANDMARK: Final = re.compile(rb"(?=([\x05\x06\x07\x09][\x00-\xff]{5}\x00\x00\x0
 
 @dataclass(frozen=True)
 class Piece:
-    """A record that makes sense, or bytes that do not.
+    """A record that makes sense, head included, or bytes that do not."""
 
-    Parameters
-    ----------
-    opcode : of the record; 0 for bytes that are no record.
-    start, end : its bytes in the file, head included.
-    region : for a chunk, where its data lies.
-    truncated : the file ends inside it.
-    """
-
-    opcode: int
+    opcode: int  # 0 for bytes that are no record
     start: int
     end: int
-    region: Region | None = None
-    truncated: bool = False
+    region: Region | None = None  # of a chunk
+    truncated: bool = False  # the file ends inside it
 
     @property
     def content(self) -> int:

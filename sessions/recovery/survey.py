@@ -12,15 +12,8 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Schema
 
 from sessions.errors import SessionFileError
-from sessions.mcap_format.catalogue import (
-    DECLARING,
-    RUN_BYTES,
-    Catalogue,
-    ChannelInfo,
-    Region,
-    read_attachment,
-    read_footer,
-)
+from sessions.mcap_format import catalogue
+from sessions.mcap_format.catalogue import DECLARING, Catalogue, ChannelInfo, Region
 from sessions.mcap_format.container import MAGIC
 from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.schemas import TF, TRACKING, channel_spec
@@ -65,20 +58,13 @@ class Declared(Catalogue):
 
 @dataclass
 class Survey:
-    """What a damaged file holds.
+    """What a damaged file holds."""
 
-    Parameters
-    ----------
-    declared : schemas, channels, metadata.
-    attachments : name -> those that are whole; ``checked`` are those whose checksum says so.
-    parts : regions with messages, and whether the file ends inside.
-    """
-
-    declared: Declared
-    attachments: dict[str, Attachment] = field(default_factory=dict)
-    checked: set[str] = field(default_factory=set)
+    declared: Declared  # schemas, channels, metadata
+    attachments: dict[str, Attachment] = field(default_factory=dict)  # those that are whole, by name
+    checked: set[str] = field(default_factory=set)  # those whose checksum says so
     lost_attachments: list[str] = field(default_factory=list)
-    parts: list[tuple[Region, bool]] = field(default_factory=list)
+    parts: list[tuple[Region, bool]] = field(default_factory=list)  # with messages; whether the file ends inside
     lost: list[LostChunk] = field(default_factory=list)
     bytes_skipped: int = 0
     names: tuple[str, ...] = ()
@@ -127,7 +113,7 @@ def _run(piece: Piece, run: Region | None, found: Survey) -> Region | None:
     """Messages outside chunks are joined to runs that are read at once."""
     if piece.opcode != Opcode.MESSAGE:
         return None
-    if run is None or run.length > RUN_BYTES:
+    if run is None or run.length > catalogue.RUN_BYTES:
         run = Region(piece.start, 0, "", 0, 0, None)
         found.parts.append((run, False))
     run.length += piece.end - piece.start
@@ -136,7 +122,7 @@ def _run(piece: Piece, run: Region | None, found: Survey) -> Region | None:
 
 
 def _attachment(content: bytes, found: Survey) -> None:
-    read = read_attachment(content)
+    read = catalogue.read_attachment(content)
     if read is None:
         size = int.from_bytes(content[16:20], "little")
         found.lost_attachments.append(content[20 : 20 + min(size, 80)].decode("utf-8", errors="replace"))
@@ -205,10 +191,9 @@ def guess_channels(table: MessageTable, declared: Declared) -> None:
         row = int(table.of_channels({channel})[0])
         for topic in GUESSED:
             if not declared.ids(topic) and _looks_like(topic, table.payload(row)):
-                spec = channel_spec(topic)
-                schema = Schema(id=60_000 + channel, name=spec.schema, encoding="protobuf", data=spec.descriptor_set)
-                made = Channel(id=channel, schema_id=schema.id, topic=topic, message_encoding="protobuf", metadata={})
-                declared.raw[Schema][schema.id], declared.raw[Channel][channel] = schema, made
+                spec, number = channel_spec(topic), 60_000 + channel
+                declared.raw[Schema][number] = Schema(number, spec.descriptor_set, "protobuf", spec.schema)
+                declared.raw[Channel][channel] = Channel(channel, topic, "protobuf", {}, number)
                 declared.channels[channel] = ChannelInfo(topic, "protobuf", spec.schema)
                 break
 
@@ -225,7 +210,7 @@ def _looks_like(topic: str, payload: bytes) -> bool:
 
 def _index_start(stream: BinaryIO) -> int | None:
     """Where the index begins, if the file has one and it agrees with its checksum."""
-    footer = read_footer(stream)
+    footer = catalogue.read_footer(stream)
     if footer is None:
         return None
     foot, record, says = footer
