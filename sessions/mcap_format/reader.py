@@ -6,9 +6,10 @@ Memory for ``Session.blocks`` is one chunk and one block, whatever the file's le
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, Generic, TypeVar, overload
 
 from google.protobuf.message import DecodeError
 
@@ -25,7 +26,6 @@ from sessions.mcap_format.facts import (
     migrated,
     names_of,
 )  # fmt: skip
-from sessions.mcap_format.lazy import LazyMapping, LazySequence
 from sessions.mcap_format.mcap_file import McapFile, McapFrames
 from sessions.mcap_format.schemas import (
     EVENTS,
@@ -45,6 +45,7 @@ TF_SCHEMA = "foxglove.FrameTransforms"
 MISSING = "missing"  # The metadata key that says what a truncated file lacks
 
 Result = TypeVar("Result")
+Value = TypeVar("Value")
 
 
 def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
@@ -74,12 +75,16 @@ def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
             "`replay recover`"
         )
     own = file.catalogue.profile.startswith(PROFILE_FAMILY)
-    metadata, hashes = _own_metadata(file) if own else (_foreign_metadata(file), {})
+    metadata = {"format": "foreign", "profile": file.catalogue.profile or "none", **DECLARED}
+    hashes: dict[str, str] = {}
+    if own:
+        record = file.catalogue.metadata_record(SESSION_RECORD) or {}
+        metadata, hashes = _named(file, lambda: metadata_of(migrated(record, file.catalogue.profile)))
     _check_pose_channels(file)
     if file.catalogue.tear is not None:
         metadata[MISSING] = _missing(file)
     return Session(
-        McapFrames(file, _own_names(file) if own else _scanned_names(file)),
+        McapFrames(file, _listed_names(file) if own else _scanned_names(file)),
         {name: _mesh(file, name, expected) for name, expected in hashes.items()},
         _scene(file),
         events=_read(file, EVENTS, _events),
@@ -96,16 +101,7 @@ def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
     )
 
 
-def _own_metadata(file: McapFile) -> tuple[dict[str, str], dict[str, str]]:
-    record = file.catalogue.metadata_record(SESSION_RECORD)
-    return _named(file, lambda: metadata_of(migrated(record or {}, file.catalogue.profile)))
-
-
-def _foreign_metadata(file: McapFile) -> dict[str, str]:
-    return {"format": "foreign", "profile": file.catalogue.profile or "none", **DECLARED}
-
-
-def _own_names(file: McapFile) -> tuple[str, ...]:
+def _listed_names(file: McapFile) -> tuple[str, ...]:
     return _named(file, lambda: names_of(file.catalogue.metadata_record(BODIES_RECORD)))
 
 
@@ -188,3 +184,47 @@ def _intervals(file: McapFile, messages: list[tuple[int, bytes]]) -> tuple[Inter
 
 def _contacts(payloads: Iterator[bytes]) -> tuple[LiveContact, ...]:
     return tuple(map(read_contact, payloads))
+
+
+class LazyMapping(Mapping[str, Value], Generic[Value]):
+    """Parts of a session by name; ``load`` is called once per key, when its value is asked for."""
+
+    def __init__(self, keys: Sequence[str], load: Callable[[str], Value]) -> None:
+        self._keys, self._load = dict.fromkeys(keys), cache(load)
+
+    def __getitem__(self, key: str) -> Value:
+        if key not in self._keys:
+            raise KeyError(key)
+        return self._load(key)
+
+    def __contains__(self, key: object) -> bool:  # the mixin's own would load the value
+        return key in self._keys
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._keys)
+
+    def __len__(self) -> int:
+        return len(self._keys)
+
+
+class LazySequence(Sequence[Value], Generic[Value]):
+    """A sequence that ``load`` gives whole when its first item is asked for."""
+
+    def __init__(self, load: Callable[[], Sequence[Value]]) -> None:
+        self._load = cache(lambda: tuple(load()))
+
+    @overload
+    def __getitem__(self, index: int) -> Value: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Value]: ...
+    def __getitem__(self, index: Any) -> Any:
+        return self._load()[index]
+
+    def __len__(self) -> int:
+        return len(self._load())
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and self._load() == tuple(other)
+
+    def __hash__(self) -> int:
+        return hash(self._load())

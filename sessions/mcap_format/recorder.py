@@ -22,7 +22,7 @@ from sessions.errors import SessionError, SessionFileError
 from sessions.event import Event, Interval
 from sessions.frames import Status
 from sessions.live_contact import LiveContact
-from sessions.mcap_format import annotations
+from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
 from sessions.mcap_format.facts import MAX_BODIES
 from sessions.mcap_format.frame_batch import FrameBatch, Poses, nanoseconds, pose_values
@@ -141,7 +141,7 @@ class Recorder:
         if "/" in participant or "/" in side:
             raise SessionError(f"participant {participant!r} or side {side!r} holds a slash; use another sign")
         key, pressed = f"{participant}/{side}", (buttons or {}).items()
-        self._put(annotations.hand_message(key, nanoseconds(stamp_ns), trigger, grip, pressed), log_ns)
+        self._put(messages.hand_message(key, nanoseconds(stamp_ns), trigger, grip, pressed), log_ns)
 
     def event(
         self,
@@ -154,7 +154,7 @@ class Recorder:
         log_ns: int | None = None,
     ) -> None:
         """Record a moment; see `Event`."""
-        self._put(annotations.event_message(Event(nanoseconds(stamp_ns), name, message, body, level)), log_ns)
+        self._put(messages.event_message(Event(nanoseconds(stamp_ns), name, message, body, level)), log_ns)
 
     def contact(
         self,
@@ -167,13 +167,13 @@ class Recorder:
         log_ns: int | None = None,
     ) -> None:
         """Record what the live engine reports about a contact: ``enter``, ``stay`` or ``exit``."""
-        self._put(annotations.contact_message(LiveContact(nanoseconds(stamp_ns), body_a, body_b, phase, point)), log_ns)
+        self._put(messages.contact_message(LiveContact(nanoseconds(stamp_ns), body_a, body_b, phase, point)), log_ns)
 
     def begin(self, stamp_ns: int, kind: str, name: str, data: Mapping[str, str] | None = None) -> Interval:
         """Record that a task, stage or feature begins; it is in the file even if `end` is never reached."""
         start = nanoseconds(stamp_ns)
         begun = Interval(start, start, kind, name, dict(data or {}))
-        self._put(annotations.interval_message(begun, closed=False), None)
+        self._put(messages.interval_message(begun, closed=False), None)
         return begun
 
     def end(self, begun: Interval, stamp_ns: int) -> None:
@@ -183,7 +183,7 @@ class Recorder:
     def interval(self, start_ns: int, end_ns: int, kind: str, name: str, data: Mapping[str, str] | None = None) -> None:
         """Record a span whose both ends are known; see `Interval`."""
         span = Interval(nanoseconds(start_ns), nanoseconds(end_ns), kind, name, dict(data or {}))
-        self._put(annotations.interval_message(span), None)
+        self._put(messages.interval_message(span), None)
 
     def samples(
         self,
@@ -194,7 +194,7 @@ class Recorder:
         valid: ArrayLike | None = None,
     ) -> None:
         """Record samples of a body that is tracked faster than the frames come; (n,), (n, 3), (n, 4), (n,)."""
-        for message in annotations.track_messages(name, Track(times_ns, positions, quaternions_xyzw, valid)):
+        for message in messages.track_messages(name, Track(times_ns, positions, quaternions_xyzw, valid)):
             self._put(message, None)
 
     def close(self) -> None:

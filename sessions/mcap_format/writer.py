@@ -12,7 +12,7 @@ from typing import BinaryIO
 from sessions.errors import SceneError, SessionFileError
 from sessions.frames import Frames
 from sessions.glb import mesh_to_glb
-from sessions.mcap_format import annotations
+from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
 from sessions.mcap_format.container import ContainerWriter
 from sessions.mcap_format.facts import BODIES_RECORD, SESSION_RECORD, bodies_record, mesh_file, session_record
@@ -58,13 +58,13 @@ def write_session(session: Session, path: str | Path) -> None:
 
 
 def _sparse(session: Session) -> Iterator[Message]:
-    yield from map(annotations.event_message, session.events)
-    yield from map(annotations.interval_message, session.intervals)
-    yield from map(annotations.contact_message, session.live_contacts)
+    yield from map(messages.event_message, session.events)
+    yield from map(messages.interval_message, session.intervals)
+    yield from map(messages.contact_message, session.live_contacts)
     for key, hand in session.hands.items():
-        yield from annotations.hand_messages(key, hand)
+        yield from messages.hand_messages(key, hand)
     for name, track in session.fast_tracks.items():
-        yield from annotations.track_messages(name, track)
+        yield from messages.track_messages(name, track)
 
 
 class SessionWriter(ContainerWriter):

@@ -61,7 +61,7 @@ class RecordScan:
                 after = self._next_landmark(at + 1)
                 # A chunk that seems truncated although a record follows it is noise.
                 noise = piece is None or after < self._size
-                piece = Piece(0, at, after) if noise else replace(piece, end=after)
+                piece = Piece(0, at, after) if piece is None or noise else replace(piece, end=after)
             yield piece
             at = piece.end
 

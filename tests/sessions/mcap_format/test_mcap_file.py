@@ -4,8 +4,8 @@ from mcap_samples import assert_same_frames, protobuf_messages, random_frames, s
 from sessions.errors import SessionFileError
 from sessions.event import Event
 from sessions.frames import Frames
-from sessions.mcap_format.lazy import LazyMapping, LazySequence
 from sessions.mcap_format.mcap_file import McapFile, McapFrames
+from sessions.mcap_format.reader import LazyMapping, LazySequence
 from sessions.mcap_format.writer import write_session
 from sessions.scene import Scene
 
