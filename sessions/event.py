@@ -1,4 +1,4 @@
-"""What happened besides poses: moments and spans, with the words the source gave them."""
+"""Events and intervals of a session, in the words of their source."""
 
 from __future__ import annotations
 

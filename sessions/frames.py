@@ -1,4 +1,4 @@
-"""The poses of a session as arrays: one row per frame, one column per body, and for each cell what it is worth."""
+"""The poses of a session as arrays: one row per frame, one column per body, and the status of each sample."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Status(IntEnum):
     VALID = 1
     """Measured."""
     LOST = 2
-    """Flagged as lost by the tracker or the source; the raw numbers are kept and nobody computes with them."""
+    """Flagged as lost by the tracker or the source; the raw numbers are kept and never used."""
     HELD = 3
     """The source repeated an earlier pose and said so."""
     INTERPOLATED = 4

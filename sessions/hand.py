@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sessions.errors import SessionError
-from sessions.track import checked_column, checked_stamps
+from sessions.track import checked_column, checked_stamps, freeze
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -48,19 +47,16 @@ class HandTrack:
         repeated = next((name for name in names if names.count(name) > 1), None)
         if repeated is not None:
             raise SessionError(f"a hand has button {repeated!r} twice; give each a name of its own")
-        released = np.zeros(count)
-        down = np.zeros((count, len(names)), dtype=np.bool_) if pressed is None else pressed
-        values: dict[str, NDArray[Any]] = {
-            "times_ns": stamps,
-            "trigger": checked_column(
-                released if trigger is None else trigger, np.float64, (count,), "trigger of a hand"
-            ),
-            "grip": checked_column(released if grip is None else grip, np.float64, (count,), "grip of a hand"),
-            "pressed": checked_column(down, np.bool_, (count, len(names)), "pressed of a hand"),
-        }
-        for name, array in values.items():
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        released, never = np.zeros(count), np.zeros((count, len(names)), dtype=np.bool_)
+        trigger, grip = released if trigger is None else trigger, released if grip is None else grip
+        down = never if pressed is None else pressed
+        freeze(
+            self,
+            times_ns=stamps,
+            trigger=checked_column(trigger, np.float64, (count,), "trigger of a hand"),
+            grip=checked_column(grip, np.float64, (count,), "grip of a hand"),
+            pressed=checked_column(down, np.bool_, (count, len(names)), "pressed of a hand"),
+        )
         object.__setattr__(self, "buttons", names)
 
     def __len__(self) -> int:

@@ -1,4 +1,4 @@
-"""What the engine said about contacts while the session ran; kept to be audited, never believed."""
+"""Contacts that the engine reported while the session ran; they are audited and never used as truth."""
 
 from __future__ import annotations
 

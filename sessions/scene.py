@@ -1,4 +1,4 @@
-"""A scene says what is there: bodies with shapes, which pairs matter, which effects are called for."""
+"""A scene declares bodies with their shapes, the pairs that matter, and the effects to replay."""
 
 from __future__ import annotations
 

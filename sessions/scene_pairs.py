@@ -1,4 +1,4 @@
-"""Which pairs of bodies a scene asks about: the declared ones, else all but those of one group and the ignored."""
+"""The pairs of bodies a scene asks for: those declared, else all except ignored ones and those of one group."""
 
 from __future__ import annotations
 

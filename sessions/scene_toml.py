@@ -1,4 +1,4 @@
-"""A scene as text: every mistake in it is named with file, table and key, and nothing unknown passes in silence."""
+"""A scene as TOML text; every mistake and every unknown key is named with file and table."""
 
 from __future__ import annotations
 
@@ -22,13 +22,7 @@ TAG = "tag:"
 
 
 def read_scene(path: str | Path) -> Scene:
-    """The scene of a TOML file.
-
-    Raises
-    ------
-    SceneError
-        File, table and key, and what to do.
-    """
+    """The scene of a TOML file; errors as in `parse_scene`."""
     return parse_scene(read_text(path, "scene", SceneError), Path(path).name)
 
 
@@ -91,7 +85,10 @@ def _body(table: Table) -> SceneBody:
     if len(sources) > 1:
         raise table.fail(f"it has {' and '.join(sources)}; give one of them")
     if body.instrument:
-        _check_instrument(table, body.instrument)
+        from sessions.glassware.catalogue import INSTRUMENTS
+
+        if body.instrument not in INSTRUMENTS:
+            raise table.fail(f"no instrument {body.instrument!r}{nearest(body.instrument, INSTRUMENTS)}")
     table.done()
     return body
 
@@ -153,13 +150,6 @@ def _pose(table: Table | None) -> Pose | None:
     return Pose(cast(tuple[float, float, float], position), cast(tuple[float, float, float, float], turn))
 
 
-def _check_instrument(table: Table, name: str) -> None:
-    from sessions.glassware.catalogue import INSTRUMENTS
-
-    if name not in INSTRUMENTS:
-        raise table.fail(f"no instrument {name!r}{nearest(name, INSTRUMENTS)}")
-
-
 def _check_bodies(bodies: tuple[SceneBody, ...], whole: Table) -> None:
     names = [body.id for body in bodies]
     parents = {body.id: body.parent for body in bodies}
@@ -169,10 +159,10 @@ def _check_bodies(bodies: tuple[SceneBody, ...], whole: Table) -> None:
             raise whole.fail(f"{place}: the id is taken by [[body]] {names.index(body.id) + 1}; ids must differ")
         if body.parent and body.parent not in parents:
             raise whole.fail(f"{place}: no parent {body.parent!r}{nearest(body.parent, names)}")
-        above, steps = body.parent, 0
-        while above and above in parents and steps <= len(bodies):
-            above, steps = parents[above], steps + 1
-        if steps > len(bodies):
+        above = body.parent
+        for _ in bodies:  # a chain of parents without a loop is no longer than the bodies
+            above = parents.get(above, "")
+        if above:
             raise whole.fail(f"{place}: its parents lead back to itself; a joint needs a first body")
 
 
@@ -224,22 +214,15 @@ def _effect(table: Table, bodies: tuple[SceneBody, ...]) -> SceneEffect:
 
 def scene_to_toml(scene: Scene) -> str:
     """The scene as TOML; read again it is the same scene, and the same scene gives the same text."""
-    lines = ["[scene]", f"name = {_value(scene.name)}"] if scene.name else []
-    for key, value in _empty_lists(scene):
-        lines.insert(0, f"{key} = {value}")
-    for body in scene.bodies:
-        lines += ["", "[[body]]", *(f"{key} = {_value(value)}" for key, value in _body_keys(body).items())]
-    for kind, pairs in (("pair", scene.pairs or ()), ("ignore", scene.ignore)):
-        for pair in pairs:
-            lines += ["", f"[[{kind}]]", f"between = {_value(list(pair))}"]
-    for effect in scene.effects or ():
-        entries = {"kind": effect.kind, **effect.settings}
-        lines += ["", "[[effect]]", *(f"{key} = {_value(value)}" for key, value in entries.items())]
+    lines = [f"{key} = []" for key, value in (("effect", scene.effects), ("pair", scene.pairs)) if value == ()]
+    lines += ["[scene]", f"name = {_value(scene.name)}"] if scene.name else []
+    tables = [("body", _body_keys(body)) for body in scene.bodies]
+    tables += [("pair", {"between": pair}) for pair in scene.pairs or ()]
+    tables += [("ignore", {"between": pair}) for pair in scene.ignore]
+    tables += [("effect", {"kind": effect.kind, **effect.settings}) for effect in scene.effects or ()]
+    for kind, entries in tables:
+        lines += ["", f"[[{kind}]]", *(f"{key} = {_value(value)}" for key, value in entries.items())]
     return "\n".join(lines).lstrip("\n") + "\n"
-
-
-def _empty_lists(scene: Scene) -> list[tuple[str, str]]:
-    return [(key, "[]") for key, value in (("pair", scene.pairs), ("effect", scene.effects)) if value == ()]
 
 
 def _body_keys(body: SceneBody) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""A recorded session: who moved where, what was there, what happened; in memory or larger than it."""
+"""A recorded session: poses, meshes, scene and events; in memory or larger than memory."""
 
 from __future__ import annotations
 
@@ -132,9 +132,8 @@ class Session:
     ) -> Session:
         """A session whose bodies have clocks of their own; a frame is made for every stamp that any body has."""
         given = {name: mesh_of(name, mesh) for name, mesh in (meshes or {}).items()}
-        return cls(
-            ArraySource(_frames(tracks)), given, scene or Scene(), tuple(events), tuple(intervals), dict(facts or {})
-        )
+        source = ArraySource(_frames(tracks))
+        return cls(source, given, scene or Scene(), tuple(events), tuple(intervals), dict(facts or {}))
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,9 +193,5 @@ def _track(frames: Frames, column: int) -> Track:
     present = np.flatnonzero(frames.status[:, column] != Status.ABSENT)
     stamps, first = np.unique(frames.sample_ns[present, column], return_index=True)
     rows = present[first]
-    return Track(
-        stamps,
-        frames.position[rows, column],
-        frames.quaternion_xyzw[rows, column],
-        frames.status[rows, column] != Status.LOST,
-    )
+    valid = frames.status[rows, column] != Status.LOST
+    return Track(stamps, frames.position[rows, column], frames.quaternion_xyzw[rows, column], valid)

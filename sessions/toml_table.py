@@ -1,18 +1,17 @@
-"""One table of a TOML file, read key by key: whatever is wrong is said with file, table, key and the nearest name."""
+"""One table of a TOML file, read key by key; an error names file, table, key and the nearest known name."""
 
 from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from sessions.errors import SessionError
 
-SHOWN_LETTERS = 80
-"""A wrong value is quoted up to here, so that a message stays one line."""
+SHOWN_LETTERS = 80  # A wrong value is quoted up to here, so that a message stays one line
 
 
 def read_text(path: str | Path, what: str, error: type[SessionError]) -> str:
@@ -85,67 +84,59 @@ class Table:
             raise self.fail(f"{key} is {_shown(value)}{nearest(value, among)}")
         return value
 
+    def _checked(self, key: str, default: Any, wanted: str, fits: Callable[[Any], bool]) -> Any:
+        value = self._take(key, default)
+        if not fits(value):
+            raise self.fail(f"{key} is {_shown(value)}; {wanted}")
+        return value
+
     def count(self, key: str, default: int, least: int, most: int) -> int:
         """A whole number between bounds, both allowed."""
-        value = self._take(key, default)
-        if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
-            raise self.fail(f"{key} is {_shown(value)}; give a whole number from {least} to {most}")
-        return value
+        wanted = f"give a whole number from {least} to {most}"
+        return int(self._checked(key, default, wanted, lambda value: type(value) is int and least <= value <= most))
 
     def number(self, key: str, default: float, *, above: float = -math.inf) -> float:
         """A finite number above a bound."""
-        value = self._take(key, default)
-        if not is_number(value) or not value > above:
-            bound = "" if above == -math.inf else f" above {above:g}"
-            raise self.fail(f"{key} is {_shown(value)}; give a finite number{bound}")
-        return float(value)
+        wanted = "give a finite number" if above == -math.inf else f"give a finite number above {above:g}"
+        return float(self._checked(key, default, wanted, lambda value: is_number(value) and value > above))
 
     def flag(self, key: str, default: bool = False) -> bool:
         """true or false."""
-        value = self._take(key, default)
-        if not isinstance(value, bool):
-            raise self.fail(f"{key} is {_shown(value)}; give true or false")
-        return value
+        return bool(self._checked(key, default, "give true or false", lambda value: isinstance(value, bool)))
 
     def texts(self, key: str, count: int | None = None) -> tuple[str, ...]:
         """A list of texts, of a given length where one is named."""
-        value = self._take(key, [])
-        if not isinstance(value, list) or not all(isinstance(word, str) and word for word in value):
-            raise self.fail(f"{key} is {_shown(value)}; give a list of texts")
+        value = self._checked(key, [], "give a list of texts", lambda value: _is_list(value, str) and all(value))
         if count is not None and len(value) != count:
             raise self.fail(f"{key} has {len(value)} entries; give {count}")
         return tuple(value)
 
     def vector(self, key: str, default: tuple[float, ...]) -> tuple[float, ...]:
         """As many finite numbers as the default has."""
-        value = self._take(key, list(default))
-        if not isinstance(value, list) or len(value) != len(default) or not all(is_number(one) for one in value):
-            raise self.fail(f"{key} is {_shown(value)}; give {len(default)} finite numbers")
-        return tuple(float(one) for one in value)
+        size = len(default)
+        fits = lambda value: isinstance(value, list) and len(value) == size and all(map(is_number, value))  # noqa: E731
+        return tuple(map(float, self._checked(key, list(default), f"give {size} finite numbers", fits)))
 
     def table(self, key: str) -> Table | None:
         """A table within, or ``None``."""
-        value = self._take(key, None)
-        if value is None:
-            return None
-        if not isinstance(value, dict):
-            raise self.fail(f"{key} is {_shown(value)}; give a table")
-        return Table(value, self.file, f"{self.place} {key}".strip() if self.place else f"[{key}]", self.error)
+        value = self._checked(key, None, "give a table", lambda value: value is None or isinstance(value, dict))
+        place = f"{self.place} {key}" if self.place else f"[{key}]"
+        return None if value is None else Table(value, self.file, place, self.error)
 
     def tables(self, key: str) -> list[Table] | None:
         """``[[key]]`` tables in order, or ``None`` where the key does not occur."""
-        value = self._take(key, None)
+        wanted = f"write it as [[{key}]]"
+        value = self._checked(key, None, wanted, lambda value: value is None or _is_list(value, dict))
         if value is None:
             return None
-        if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
-            raise self.fail(f"{key} is {_shown(value)}; write it as [[{key}]]")
         return [Table(one, self.file, f"[[{key}]] {row}", self.error) for row, one in enumerate(value, start=1)]
 
     def named_tables(self, key: str) -> dict[str, Table]:
         """``[key.NAME]`` tables by name."""
-        value = self._take(key, {})
-        if not isinstance(value, dict) or not all(isinstance(one, dict) for one in value.values()):
-            raise self.fail(f"{key} is {_shown(value)}; write it as [{key}.NAME]")
+        wanted = f"write it as [{key}.NAME]"
+        value = self._checked(
+            key, {}, wanted, lambda value: isinstance(value, dict) and _is_list([*value.values()], dict)
+        )
         return {name: Table(one, self.file, f"[{key}.{name}]", self.error) for name, one in value.items()}
 
     def rest(self) -> dict[str, Any]:
@@ -155,6 +146,10 @@ class Table:
                 raise self.fail(f"{key} is {_shown(value)}; give finite numbers")
         left, self._data = self._data, {}
         return left
+
+
+def _is_list(value: object, kind: type) -> bool:
+    return isinstance(value, list) and all(isinstance(one, kind) for one in value)
 
 
 def is_number(value: object) -> bool:

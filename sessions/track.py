@@ -39,18 +39,23 @@ class Track:
         stamps = checked_stamps(times_ns, "a track")
         count = len(stamps)
         mask = np.ones(count, dtype=np.bool_) if valid is None else valid
-        values: dict[str, NDArray[Any]] = {
-            "times_ns": stamps,
-            "positions": checked_column(positions, np.float64, (count, 3), "positions of a track"),
-            "quaternions_xyzw": checked_column(quaternions_xyzw, np.float64, (count, 4), "quaternions_xyzw of a track"),
-            "valid": checked_column(mask, np.bool_, (count,), "valid of a track"),
-        }
-        for name, array in values.items():
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(
+            self,
+            times_ns=stamps,
+            positions=checked_column(positions, np.float64, (count, 3), "positions of a track"),
+            quaternions_xyzw=checked_column(quaternions_xyzw, np.float64, (count, 4), "quaternions_xyzw of a track"),
+            valid=checked_column(mask, np.bool_, (count,), "valid of a track"),
+        )
 
     def __len__(self) -> int:
         return len(self.times_ns)
+
+
+def freeze(frozen: object, **arrays: NDArray[Any]) -> None:
+    """Set attributes of a frozen dataclass to arrays that nobody can write to."""
+    for name, array in arrays.items():
+        array.setflags(write=False)
+        object.__setattr__(frozen, name, array)
 
 
 def checked_column(given: ArrayLike, kind: type[np.generic], shape: tuple[int, ...], what: str) -> NDArray[Any]:

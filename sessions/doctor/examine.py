@@ -1,4 +1,4 @@
-"""``examine``: a recording, a scene or a mesh in, everything wrong with it out; nothing in it ends the search."""
+"""``examine``: finds everything wrong with a recording, a scene or a mesh; no fault ends the search."""
 
 from __future__ import annotations
 
@@ -11,15 +11,14 @@ from typing import Final
 from sessions.doctor.finding import Finding, Severity, Span, in_order
 from sessions.doctor.meshes import all_mesh_findings, mesh_findings
 from sessions.doctor.pose_pass import Looked, look_through
-from sessions.doctor.scene_faults import scene_findings
-from sessions.doctor.session_findings import examine_session, frame_findings
-from sessions.doctor.structure import chunk_places, is_mcap, structure_findings
+from sessions.doctor.session_findings import examine_session, frame_findings, scene_findings
+from sessions.doctor.structure import is_mcap, structure_findings
 from sessions.doctor.tolerant_frames import Noted, TolerantFrames
 from sessions.errors import SessionError, SessionFileError
-from sessions.mcap_format.facts import BODIES_RECORD, SESSION_RECORD, facts_of, migrated, names_of
+from sessions.mcap_format.facts import BODIES_RECORD, SESSION_RECORD, mesh_file, metadata_of, migrated, names_of
 from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.schemas import PROFILE_FAMILY, WORLD
-from sessions.mcap_format.writer import MESH_FOLDER, MESH_TYPE, SCENE_FILE
+from sessions.mcap_format.writer import SCENE_FILE
 from sessions.scene import Scene
 from sessions.session import Session
 
@@ -95,17 +94,16 @@ def _session_file(path: Path) -> Iterator[Finding]:
     yield from structure_findings(file)
     names: tuple[str, ...] = ()
     hashes: dict[str, str] = {}
-    facts: dict[str, str] = {}
+    metadata: dict[str, str] = {}
     own = file.catalogue.profile.startswith(PROFILE_FAMILY)
     if own:
         try:
             record = migrated(file.catalogue.metadata_record(SESSION_RECORD) or {}, file.catalogue.profile)
-            facts, hashes = facts_of(record)
+            metadata, hashes = metadata_of(record)
         except SessionFileError as error:
             yield Finding("unknown-version", Severity.ERROR, str(error))
         try:
-            listed = file.catalogue.metadata_record(BODIES_RECORD)
-            names = () if listed is None else names_of(listed)
+            names = names_of(file.catalogue.metadata_record(BODIES_RECORD))
         except SessionFileError as error:
             yield Finding("unreadable", Severity.ERROR, str(error))
     frames = TolerantFrames(file, names)
@@ -115,7 +113,7 @@ def _session_file(path: Path) -> Iterator[Finding]:
     yield from _noted(frames.noted, looked, names if own else looked.names, file)
     if not len(looked.stamp_ns):
         yield Finding("no-poses", Severity.ERROR, "it holds no pose that can be read")
-    yield from frame_findings(looked, scene, facts)
+    yield from frame_findings(looked, scene, metadata)
     meshes = []
     for name, expected in hashes.items():
         meshes.append(name)
@@ -137,7 +135,7 @@ def _attached_mesh(file: McapFile, name: str, expected: str) -> Iterator[Finding
     from sessions.meshes import mesh_from_bytes
 
     try:
-        data = file.attachment(f"{MESH_FOLDER}{name}{MESH_TYPE}")
+        data = file.attachment(mesh_file(name))
         if data is None:
             yield Finding("mesh-unreadable", Severity.ERROR, "the file lists its hash but does not hold it", name)
             return
@@ -156,33 +154,31 @@ def _attached_mesh(file: McapFile, name: str, expected: str) -> Iterator[Finding
 def _noted(noted: Noted, looked: Looked, listed: tuple[str, ...], file: McapFile) -> Iterator[Finding]:
     """What a strict reader would have refused."""
     zero = int(looked.stamp_ns[0]) if len(looked.stamp_ns) else 0
-    times = {place.region.offset: place for place in chunk_places(file.catalogue)}
     for code, regions in (("damaged-chunk", noted.unpacked), ("bad-message", noted.unread)):
         for region, why in regions:
-            place = times.get(region.offset)
             message = why.removeprefix(f"{file.catalogue.path}: ").split(";")[0]
-            if place is None:
-                yield Finding(code, Severity.ERROR, message, count=region.size)
-            else:
-                span = Span(place.first_ns, place.last_ns, zero)
+            if region.start:
+                span = Span(region.first_ns, region.last_ns, zero)
                 yield span.finding(code, Severity.ERROR, message, count=region.size)
-    usual = _usual_parent(noted)
-    for (parent, child), seen in noted.frames.items():
-        span = Span(seen.first_ns, seen.last_ns, zero)
-        if parent != usual:
-            message = f"{seen.count} samples are given in frame {parent!r}, the others in {usual!r}"
-            yield span.finding("unknown-frame", Severity.ERROR, message, child, seen.count)
-        elif child not in listed:
-            message = f"{seen.count} samples of a body that the file does not list"
-            yield span.finding("unknown-frame", Severity.ERROR, message, child, seen.count)
+            else:
+                yield Finding(code, Severity.ERROR, message, count=region.size)
+    yield from _unknown_frames(noted, listed, zero)
     for child, count in noted.doubled.items():
         message = f"{count} frames hold two samples of it; the first was taken"
         yield Finding("duplicate-stamps", Severity.WARNING, message, child, count=count)
 
 
-def _usual_parent(noted: Noted) -> str:
-    """The frame that most samples are given in; the world where any is."""
+def _unknown_frames(noted: Noted, listed: tuple[str, ...], zero: int) -> Iterator[Finding]:
+    # The frame that most samples are given in; the world where any is.
     count = Counter[str]()
     for (parent, _), seen in noted.frames.items():
         count[parent] += seen.count
-    return WORLD if WORLD in count else (count.most_common(1)[0][0] if count else WORLD)
+    usual = WORLD if WORLD in count or not count else count.most_common(1)[0][0]
+    for (parent, child), seen in noted.frames.items():
+        if parent == usual and child in listed:
+            continue
+        message = f"{seen.count} samples of a body that the file does not list"
+        if parent != usual:
+            message = f"{seen.count} samples are given in frame {parent!r}, the others in {usual!r}"
+        span = Span(seen.first_ns, seen.last_ns, zero)
+        yield span.finding("unknown-frame", Severity.ERROR, message, child, seen.count)

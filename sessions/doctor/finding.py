@@ -1,4 +1,4 @@
-"""One thing that was found in a recording, and the table of everything that can be found."""
+"""One thing that the doctor found in a recording."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from sessions.doctor.codes import CODES
 
@@ -18,7 +21,7 @@ class Severity(IntEnum):
     WARNING = 1
     """Answers about this body or span are less sure than they look."""
     ERROR = 2
-    """Something here is not what was measured; nothing should rest on it."""
+    """Something here is not what was measured; no conclusion should use it."""
 
 
 @dataclass(frozen=True)
@@ -58,19 +61,9 @@ class Finding:
 
     def as_json(self) -> dict[str, Any]:
         """Everything, as JSON can hold it."""
-        return {
-            "code": self.code,
-            "severity": self.severity.name.lower(),
-            "body": self.body or None,
-            "start": self.start,
-            "end": self.end,
-            "start_ns": self.start_ns,
-            "end_ns": self.end_ns,
-            "count": self.count,
-            "message": self.message,
-            "meaning": self.meaning,
-            "fix": self.fix,
-        }
+        head = {"code": self.code, "severity": self.severity.name.lower(), "body": self.body or None}
+        rest = ("start", "end", "start_ns", "end_ns", "count", "message", "meaning", "fix")
+        return {**head, **{key: getattr(self, key) for key in rest}}
 
 
 @dataclass(frozen=True)
@@ -81,6 +74,11 @@ class Span:
     end_ns: int
     zero_ns: int
 
+    @classmethod
+    def of(cls, stamps: NDArray[np.int64], first: int, last: int) -> Span:
+        """The stretch between two frames of a session."""
+        return cls(int(stamps[first]), int(stamps[last]), int(stamps[0]))
+
     def finding(self, code: str, severity: Severity, message: str, body: str = "", count: int = 1) -> Finding:
         """A finding that covers this stretch."""
         start, end = (self.start_ns - self.zero_ns) / 1e9, (self.end_ns - self.zero_ns) / 1e9
@@ -88,6 +86,6 @@ class Span:
 
 
 def in_order(findings: Sequence[Finding]) -> list[Finding]:
-    """The worst first; then by what it is, whom it is about, and when."""
+    """The worst first; then by code, body and start."""
     order = list(CODES)
     return sorted(findings, key=lambda one: (-one.severity, order.index(one.code), one.body, one.start_ns or 0))

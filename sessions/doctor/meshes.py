@@ -1,4 +1,4 @@
-"""Findings about meshes: what is wrong with a surface before any collision is asked of it."""
+"""Findings about meshes: what is wrong with a surface, before any collision detection."""
 
 from __future__ import annotations
 
@@ -12,10 +12,8 @@ from sessions.doctor.finding import Finding, Severity
 from sessions.errors import SessionError
 from sessions.mesh_data import MeshData
 
-LARGE_M: Final = 30.0
-"""A mesh larger than this was drawn in centimetres or millimetres; a laboratory fits into it."""
-SMALL_M: Final = 0.0005
-"""A mesh smaller than half a millimetre was drawn in other units; a needle is longer."""
+LARGE_M: Final = 30.0  # A mesh larger than this was drawn in centimetres or millimetres; a laboratory fits into it
+SMALL_M: Final = 0.0005  # A mesh smaller than half a millimetre was drawn in other units; a needle is longer
 
 SAME_PLACE_M: Final = 1e-8
 """Vertices this near are one: float32 leaves 2e-9 m between the two sides of a seam 10 cm from the origin."""
@@ -26,19 +24,17 @@ FLAT: Final = 1e-12
 
 def mesh_findings(name: str, mesh: MeshData) -> Iterator[Finding]:
     """Everything about one mesh; ``count`` is in faces or edges."""
-    flat = degenerate_faces(mesh)
-    if flat.any():
-        message = f"{int(flat.sum())} of {len(flat)} faces have no area"
-        yield Finding("mesh-degenerate", Severity.WARNING, message, name, count=int(flat.sum()))
-    doubles = duplicate_faces(mesh)
+    faces, flat, doubles = len(mesh.faces), int(degenerate_faces(mesh).sum()), duplicate_faces(mesh)
+    if flat:
+        message = f"{flat} of {faces} faces have no area"
+        yield Finding("mesh-degenerate", Severity.WARNING, message, name, count=flat)
     if doubles:
-        message = f"{doubles} of {len(flat)} faces repeat another"
+        message = f"{doubles} of {faces} faces repeat another"
         yield Finding("mesh-duplicate", Severity.WARNING, message, name, count=doubles)
     yield from _edges(name, mesh)
     size = float((mesh.bounds[1] - mesh.bounds[0]).max())
     if not SMALL_M <= size <= LARGE_M:
-        message = f"it is {size:.3g} m long: drawn in other units?"
-        yield Finding("mesh-units", Severity.WARNING, message, name)
+        yield Finding("mesh-units", Severity.WARNING, f"it is {size:.3g} m long: drawn in other units?", name)
 
 
 def degenerate_faces(mesh: MeshData) -> NDArray[np.bool_]:

@@ -1,37 +1,33 @@
 """One pass over the frames of a session that marks every odd sample; memory is a block, and six bytes per sample.
 
-The findings and what a run does about them both rest on these marks, so that they cannot disagree.
+Findings and repairs both use these marks, so that they cannot disagree.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.doctor.track_watch import Mark, Samples, TrackWatch
+from sessions.doctor.track_watch import Mark, Samples, TrackWatch, marked
 from sessions.frames import Frames, Status
 
 NORM_REJECT: Final = 1e-3
 """A quaternion whose norm is further off 1 was not rounded, it is wrong; the collision core rejects it too."""
 
-NORM_NOTE: Final = 1e-6
-"""Further off 1 than float32 would leave it (1e-7): printed with few decimals."""
+NORM_NOTE: Final = 1e-6  # Further off 1 than float32 would leave it (1e-7): printed with few decimals
 
 SKEW_NS: Final = 500_000_000
 """Half a second between a sample and its frame is no latency: VIVE-style trackers need 22 ms."""
 
-LOOKS_PER_BLOCK: Final = 512
-"""Frames of a block whose poses are kept to judge scale and axes by."""
+LOOKS_PER_BLOCK: Final = 512  # Frames of a block whose poses are kept to judge scale and axes by
 
-JOINED_FRAMES: Final = 1024
-"""Frames looked at together, whatever pieces they come in."""
+JOINED_FRAMES: Final = 1024  # Frames looked at together, whatever pieces they come in
 
-MOST_DECIMALS: Final = 7
-"""Numbers printed with more decimals than float32 holds are not called rounded."""
+MOST_DECIMALS: Final = 7  # Numbers printed with more decimals than float32 holds are not called rounded
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +55,7 @@ class Looked:
 
     def has(self, mark: Mark) -> NDArray[np.bool_]:
         """(T, N) where any of these marks is set."""
-        found: NDArray[np.bool_] = (self.marks & np.uint16(mark)) != 0
-        return found
+        return marked(self.marks, mark)
 
     @property
     def usable(self) -> NDArray[np.bool_]:
@@ -93,18 +88,17 @@ def _larger(blocks: Iterable[Frames]) -> Iterator[Frames]:
         yield Frames.join(held)
 
 
-@dataclass
 class _Looking:
-    names: tuple[str, ...] = ()
-    stamps: list[NDArray[np.int64]] = field(default_factory=list)
-    logs: list[NDArray[np.int64]] = field(default_factory=list)
-    marks: NDArray[np.uint16] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.uint16))
-    steps: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.float32))
-    poses: list[NDArray[np.float64]] = field(default_factory=list)
-    watches: list[TrackWatch] = field(default_factory=list)
-    worst: list[float] = field(default_factory=list)
-    least_step: float = 0.0
-    count: int = 0
+    def __init__(self) -> None:
+        self.names: tuple[str, ...] = ()
+        self.count, self.least_step = 0, 0.0
+        self.stamps: list[NDArray[np.int64]] = []
+        self.logs: list[NDArray[np.int64]] = []
+        # Rows and columns grow while blocks come; the watches write into rows of earlier blocks.
+        self.marks, self.steps = np.zeros((0, 0), dtype=np.uint16), np.zeros((0, 0), dtype=np.float32)
+        self.worst = np.zeros(0)
+        self.poses = [np.zeros((0, 0, 7))]
+        self.watches: list[TrackWatch] = []
 
     def add(self, frames: Frames, *, last: bool) -> None:
         """Take one block in."""
@@ -116,24 +110,21 @@ class _Looking:
         self._grow()
         self.stamps.append(frames.stamp_ns)
         self.logs.append(frames.log_ns)
-        some = frames_apart(frames)
-        self.poses.append(np.concatenate([some.position, some.quaternion_xyzw], axis=2))
+        self.poses.append(sampled_poses(frames))
         with np.errstate(over="ignore", invalid="ignore"):
             self.marks[first : self.count] |= self._alone(frames)
             for column, watch in enumerate(self.watches):
                 watch.add(self._track(frames, first, column), self.marks[:, column], self.steps[:, column], last=last)
 
     def _grow(self) -> None:
-        width = len(self.names)
-        for _ in range(width - len(self.watches)):
-            self.watches.append(TrackWatch(self.least_step))
-            self.worst.append(1.0)
-        if self.count > len(self.marks) or width > self.marks.shape[1]:
-            rows = max(self.count, 2 * len(self.marks)) if self.count > len(self.marks) else len(self.marks)
-            marks, steps = np.zeros((rows, width), np.uint16), np.full((rows, width), np.nan, np.float32)
-            old = (slice(0, self.marks.shape[0]), slice(0, self.marks.shape[1]))
-            marks[old], steps[old] = self.marks, self.steps
-            self.marks, self.steps = marks, steps
+        wider = len(self.names) - len(self.watches)
+        # Doubling keeps the copying linear in the number of frames.
+        taller = max(self.count, 2 * len(self.marks)) - len(self.marks) if self.count > len(self.marks) else 0
+        self.watches += [TrackWatch(self.least_step) for _ in range(wider)]
+        self.worst = np.pad(self.worst, (0, wider), constant_values=1.0)
+        if wider or taller:
+            self.marks = np.pad(self.marks, ((0, taller), (0, wider)))
+            self.steps = np.pad(self.steps, ((0, taller), (0, wider)), constant_values=np.nan)
 
     def _alone(self, frames: Frames) -> NDArray[np.uint16]:
         """Marks of samples that need no neighbour."""
@@ -148,11 +139,8 @@ class _Looking:
         rounded = claims & finite & (off > NORM_NOTE) & (off <= NORM_REJECT)
         still = (frames.position == 0).all(axis=-1) & (q[..., :3] == 0).all(axis=-1) & (np.abs(q[..., 3]) == 1)
         skewed = present & (np.abs(frames.sample_ns - frames.stamp_ns[:, None]) > SKEW_NS)
-        for column in np.flatnonzero((rejected | rounded).any(axis=0)).tolist():
-            mine = norm[(rejected | rounded)[:, column], column]
-            furthest = float(mine[np.abs(mine - 1.0).argmax()])
-            if abs(furthest - 1.0) > abs(self.worst[column] - 1.0):
-                self.worst[column] = furthest
+        norms = np.vstack([self.worst, np.where(rejected | rounded, norm, 1.0)])
+        self.worst = norms[np.abs(norms - 1.0).argmax(axis=0), np.arange(len(self.worst))]
         marks = np.zeros(present.shape, dtype=np.uint16)
         for mark, where in (
             (Mark.PRESENT, present), (Mark.LOST, lost), (Mark.NOT_FINITE, claims & ~finite),
@@ -164,7 +152,7 @@ class _Looking:
 
     def _track(self, frames: Frames, first: int, column: int) -> Samples:
         marks = self.marks[first : self.count, column]
-        rows = np.flatnonzero(marks & np.uint16(Mark.PRESENT) & ~_missing(marks))
+        rows = np.flatnonzero(marked(marks, Mark.PRESENT) & ~marked(marks, Mark.LOST | Mark.NOT_FINITE))
         return Samples(
             rows + first,
             (frames.stamp_ns[rows] - self.stamps[0][0]) / 1e9,
@@ -175,33 +163,20 @@ class _Looking:
 
     def result(self) -> Looked:
         """Everything seen."""
-        width = len(self.names)
-        wide = np.full((sum(map(len, self.poses)), width, 7), np.nan)
-        at = 0
-        for part in self.poses:
-            wide[at : at + len(part), : part.shape[1]] = part
-            at += len(part)
-        none = [np.zeros(0, dtype=np.int64)]
+        width, none = len(self.names), np.zeros(0, dtype=np.int64)
+        poses = [
+            np.pad(part, ((0, 0), (0, width - part.shape[1]), (0, 0)), constant_values=np.nan) for part in self.poses
+        ]
+        position, quaternion = np.split(np.concatenate(poses), [3], axis=2)
         return Looked(
-            self.names, np.concatenate(self.stamps or none), np.concatenate(self.logs or none),
-            self.marks[: self.count], self.steps[: self.count], wide[..., :3], wide[..., 3:], np.array(self.worst),
+            self.names, np.concatenate([none, *self.stamps]), np.concatenate([none, *self.logs]),
+            self.marks[: self.count], self.steps[: self.count], position, quaternion, self.worst,
         )  # fmt: skip
 
 
-def _missing(marks: NDArray[np.uint16]) -> NDArray[np.uint16]:
-    """PRESENT where a sample is no pose, so that it is taken away."""
-    gone = (marks & np.uint16(Mark.LOST | Mark.NOT_FINITE)) != 0
-    return np.where(gone, np.uint16(Mark.PRESENT), np.uint16(0)).astype(np.uint16)
-
-
-def frames_apart(frames: Frames) -> Frames:
-    """At most `LOOKS_PER_BLOCK` frames, evenly spread; positions flagged as lost are NaN."""
-    stride = max(1, -(-len(frames) // LOOKS_PER_BLOCK))
-    rows = slice(0, len(frames), stride)
-    lost = frames.status[rows] == Status.LOST
-    position, quaternion = frames.position[rows].copy(), frames.quaternion_xyzw[rows].copy()
-    position[lost], quaternion[lost] = np.nan, np.nan
-    return Frames(
-        frames.names, frames.stamp_ns[rows], frames.log_ns[rows], frames.sample_ns[rows], position, quaternion,
-        frames.status[rows],
-    )  # fmt: skip
+def sampled_poses(frames: Frames) -> NDArray[np.float64]:
+    """Position and quaternion of at most `LOOKS_PER_BLOCK` frames, evenly spread, (S, N, 7); NaN where lost."""
+    rows = slice(0, len(frames), max(1, -(-len(frames) // LOOKS_PER_BLOCK)))
+    poses = np.concatenate([frames.position[rows], frames.quaternion_xyzw[rows]], axis=2)
+    poses[frames.status[rows] == Status.LOST] = np.nan
+    return poses

@@ -1,4 +1,4 @@
-"""From marks on samples to spans of one fault each: the rows a policy acts on, and the rows a finding names."""
+"""From marks on samples to spans of one fault each: the rows that a policy changes and that a finding names."""
 
 from __future__ import annotations
 
@@ -11,17 +11,15 @@ from numpy.typing import NDArray
 
 from sessions.doctor.pose_pass import Looked
 from sessions.doctor.runs import runs
-from sessions.doctor.scale import is_in_other_units
-from sessions.doctor.track_watch import Mark
+from sessions.doctor.scale import unit_guess
+from sessions.doctor.track_watch import Mark, marked
 
-LEAST_FROZEN: Final = 5
-"""Repeats of a position that are worth a word; browsers repeat one or two samples in a row."""
+LEAST_FROZEN: Final = 5  # Repeats of a position that are worth a word; browsers repeat one or two samples in a row
 LEAST_FROZEN_NS: Final = 80_000_000
 
 CATCH_UP: Final = 3.0
 """A thawing track that steps so many times further than around it was moving while it stood still ..."""
-CATCH_UP_M: Final = 0.002
-"""... and at least 2 mm further, which is more than a tracker jitters (0.77 mm at p99)."""
+CATCH_UP_M: Final = 0.002  # ... and at least 2 mm further, which is more than a tracker jitters (0.77 mm at p99).
 
 ODD_SHARE: Final = 0.005
 """In a track that moves, positions repeat bit for bit in fewer steps than this (0 to 4 in 1,000 for browsers' captures
@@ -30,29 +28,19 @@ LEAST_OTHERS: Final = 300
 
 LOST_JUMP_M: Final = 0.01
 """An exact identity pose that is entered or left by less than a centimetre may be where the body is;"""
-LOST_JUMP_STEPS: Final = 5.0
-"""... and so it may by less than five of its ordinary steps."""
+LOST_JUMP_STEPS: Final = 5.0  # ... and so it may by less than five of its ordinary steps.
 
 
 @dataclass(frozen=True)
 class PoseSpan:
-    """Consecutive samples of one body with one fault.
-
-    Parameters
-    ----------
-    code : a code of group ``pose``.
-    column : the body's column.
-    first, last : frame numbers in the file, included.
-    count : samples.
-    size : metres for jumps, else 0.
-    """
+    """Consecutive samples of one body with one fault; ``first`` and ``last`` frame are included."""
 
     code: str
     column: int
     first: int
     last: int
-    count: int
-    size: float = 0.0
+    count: int  # samples
+    size: float = 0.0  # metres for jumps
 
 
 SIMPLE: Final = {
@@ -67,16 +55,16 @@ SIMPLE: Final = {
 def pose_spans(looked: Looked) -> list[PoseSpan]:
     """Every span in which a sample is no trustworthy pose, by body and then time.
 
-    A body whose positions are no metres would be teleported in every frame; there, no step is called so.
+    A body whose positions are not in metres would teleport in every frame; of such a body no step is called a teleport.
     """
     found: list[PoseSpan] = []
     for column in range(len(looked.names)):
         track = _Track.of(looked, column)
         for code, mark in SIMPLE.items():
-            found += track.spans(code, track.present, track.has(mark, track.present))
+            found += track.simple(code, mark)
         found += track.identity()
         found += track.still("frozen")
-        if not is_in_other_units(looked, column):
+        if unit_guess(looked, column) is None:
             found += track.teleports()
     return sorted(found, key=lambda span: (span.column, span.first, span.code))
 
@@ -100,24 +88,19 @@ class _Track:
     @classmethod
     def of(cls, looked: Looked, column: int) -> _Track:
         marks = looked.marks[:, column]
-        there = (marks & np.uint16(Mark.PRESENT)) != 0
-        gone = (marks & np.uint16(Mark.LOST | Mark.NOT_FINITE)) != 0
-        return cls(
-            column,
-            looked.stamp_ns,
-            marks,
-            looked.steps[:, column],
-            np.flatnonzero(there),
-            np.flatnonzero(there & ~gone),
-        )
+        there, gone = marked(marks, Mark.PRESENT), marked(marks, Mark.LOST | Mark.NOT_FINITE)
+        usable = np.flatnonzero(there & ~gone)
+        return cls(column, looked.stamp_ns, marks, looked.steps[:, column], np.flatnonzero(there), usable)
 
     def has(self, mark: Mark, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
-        found: NDArray[np.bool_] = (self.marks[rows] & np.uint16(mark)) != 0
-        return found
+        return marked(self.marks[rows], mark)
 
-    def spans(self, code: str, rows: NDArray[np.int64], mask: NDArray[np.bool_]) -> Iterator[PoseSpan]:
-        for first, last in runs(mask).tolist():
-            yield PoseSpan(code, self.column, int(rows[first]), int(rows[last]), last - first + 1)
+    def span(self, code: str, rows: NDArray[np.int64], first: int, last: int, size: float = 0.0) -> PoseSpan:
+        return PoseSpan(code, self.column, int(rows[first]), int(rows[last]), last - first + 1, size)
+
+    def simple(self, code: str, mark: Mark) -> Iterator[PoseSpan]:
+        for first, last in runs(self.has(mark, self.present)).tolist():
+            yield self.span(code, self.present, first, last)
 
     def identity(self) -> Iterator[PoseSpan]:
         """Exact identity poses that the body jumped into or out of."""
@@ -126,9 +109,7 @@ class _Track:
         for first, last in runs(self.has(Mark.IDENTITY, rows)).tolist():
             jump = self._jump(first, last + 1)
             if jump > max(LOST_JUMP_M, LOST_JUMP_STEPS * usual):
-                yield PoseSpan(
-                    "identity-while-lost", self.column, int(rows[first]), int(rows[last]), last - first + 1, jump
-                )
+                yield self.span("identity-while-lost", rows, first, last, jump)
 
     def _jump(self, first: int, after: int) -> float:
         steps = self.steps[self.usable]
@@ -145,19 +126,16 @@ class _Track:
         rows, same = self.usable, self.has(Mark.SAME_PLACE, self.usable)
         repeats = int(same.sum())
         for first, last in runs(same).tolist():
-            if (
-                last - first + 1 < LEAST_FROZEN
-                or self.stamp_ns[rows[last]] - self.stamp_ns[rows[first]] < LEAST_FROZEN_NS
-            ):
+            duration_ns = self.stamp_ns[rows[last]] - self.stamp_ns[rows[first]]
+            if last - first + 1 < LEAST_FROZEN or duration_ns < LEAST_FROZEN_NS:
                 continue
             if self.has(Mark.IDENTITY, rows[first : last + 1]).all() and self._jump(first - 1, last + 1) > LOST_JUMP_M:
                 continue
             if (code == "frozen") == self._is_frozen(first, last, repeats):
                 size = float(self.steps[rows[last + 1]]) if last + 1 < len(rows) else 0.0
-                first -= int(
-                    code == "frozen" and first > 0 and bool(self.has(Mark.TELEPORT, rows[first - 1 : first])[0])
-                )
-                yield PoseSpan(code, self.column, int(rows[first]), int(rows[last]), last - first + 1, size)
+                # A jump to the place where the body then stands still belongs to the stretch.
+                jumped = code == "frozen" and first > 0 and self.has(Mark.TELEPORT, rows[first - 1 : first])[0]
+                yield self.span(code, rows, first - int(jumped), last, size)
 
     def _is_frozen(self, first: int, last: int, repeats: int) -> bool:
         rows = self.usable

@@ -27,27 +27,25 @@ SEVERITIES: Final = {
 }
 
 
-def pose_findings(looked: Looked, spans: Sequence[PoseSpan] | None = None) -> Iterator[Finding]:
+def pose_findings(looked: Looked) -> Iterator[Finding]:
     """Everything about single poses, body by body."""
     if not len(looked.stamp_ns):
         return
     grouped: dict[tuple[str, int], list[PoseSpan]] = defaultdict(list)
-    for span in pose_spans(looked) if spans is None else spans:
+    for span in pose_spans(looked):
         grouped[span.code, span.column].append(span)
-    for (code, column), found in grouped.items():
-        for span in found[:MOST_OF_A_KIND]:
-            yield _listed(looked, span)
-        if len(found) > MOST_OF_A_KIND:
-            yield _rest(looked, code, column, found[MOST_OF_A_KIND:])
-    yield from _resting(looked)
+    for found in grouped.values():
+        yield from (_listed(looked, span) for span in found[:MOST_OF_A_KIND])
+        rest = found[MOST_OF_A_KIND:]
+        if rest:
+            yield _together(looked, rest, SEVERITIES[rest[0].code], "{1} more stretches of the same, {0} samples")
+    resting: dict[int, list[PoseSpan]] = defaultdict(list)
+    for span in rest_spans(looked):
+        resting[span.column].append(span)
+    for found in resting.values():
+        yield _together(looked, found, Severity.NOTE, "the position repeats bit for bit in {0} samples, {1} stretches")
     for column, name in enumerate(looked.names):
         yield from _notes(looked, column, name)
-
-
-def span_of(looked: Looked, first: int, last: int) -> Span:
-    """The stretch between two frames."""
-    stamps = looked.stamp_ns
-    return Span(int(stamps[first]), int(stamps[last]), int(stamps[0]))
 
 
 def _listed(looked: Looked, span: PoseSpan) -> Finding:
@@ -64,37 +62,28 @@ def _listed(looked: Looked, span: PoseSpan) -> Finding:
         "frozen": f"the position repeats in {samples}, then steps {1e3 * span.size:.3g} mm",
         "teleport": f"{span.size:.3g} m in one step",
     }[span.code]
-    return span_of(looked, span.first, span.last).finding(span.code, SEVERITIES[span.code], message, name, span.count)
+    stretch = Span.of(looked.stamp_ns, span.first, span.last)
+    return stretch.finding(span.code, SEVERITIES[span.code], message, name, span.count)
 
 
-def _rest(looked: Looked, code: str, column: int, found: Sequence[PoseSpan]) -> Finding:
+def _together(looked: Looked, found: Sequence[PoseSpan], severity: Severity, words: str) -> Finding:
+    """One finding for several spans of one fault of one body."""
     count = sum(span.count for span in found)
-    message = f"{len(found)} more stretches of the same, {count} samples"
-    span = span_of(looked, found[0].first, found[-1].last)
-    return span.finding(code, SEVERITIES[code], message, looked.names[column], count)
-
-
-def _resting(looked: Looked) -> Iterator[Finding]:
-    grouped: dict[int, list[PoseSpan]] = defaultdict(list)
-    for span in rest_spans(looked):
-        grouped[span.column].append(span)
-    for column, found in grouped.items():
-        count = sum(span.count for span in found)
-        message = f"the position repeats bit for bit in {count} samples, {len(found)} stretches"
-        whole = span_of(looked, found[0].first, found[-1].last)
-        yield whole.finding("at-rest", Severity.NOTE, message, looked.names[column], count)
+    stretch = Span.of(looked.stamp_ns, found[0].first, found[-1].last)
+    return stretch.finding(
+        found[0].code, severity, words.format(count, len(found)), looked.names[found[0].column], count
+    )
 
 
 def _notes(looked: Looked, column: int, name: str) -> Iterator[Finding]:
-    flips = np.flatnonzero(looked.has(Mark.SIGN_FLIP)[:, column])
-    if len(flips):
-        span = span_of(looked, int(flips[0]), int(flips[-1]))
-        yield span.finding("sign-flips", Severity.NOTE, f"{len(flips)} times q becomes -q", name, len(flips))
-    off = np.flatnonzero(looked.has(Mark.OFF_UNIT)[:, column])
-    if len(off):
-        span = span_of(looked, int(off[0]), int(off[-1]))
-        message = f"{len(off)} quaternions are off unit length by more than 1e-6"
-        yield span.finding("off-unit-quaternion", Severity.NOTE, message, name, len(off))
+    for code, mark, words in (
+        ("sign-flips", Mark.SIGN_FLIP, "times q becomes -q"),
+        ("off-unit-quaternion", Mark.OFF_UNIT, "quaternions are off unit length by more than 1e-6"),
+    ):
+        rows = np.flatnonzero(looked.has(mark)[:, column]).tolist()
+        if rows:
+            stretch = Span.of(looked.stamp_ns, rows[0], rows[-1])
+            yield stretch.finding(code, Severity.NOTE, f"{len(rows)} {words}", name, len(rows))
     decimals = _decimals(looked.quaternion[:, column])
     if decimals is not None:
         message = f"quaternions have {decimals} decimals, {np.degrees(10.0**-decimals):.1g} degrees"
@@ -102,8 +91,7 @@ def _notes(looked: Looked, column: int, name: str) -> Iterator[Finding]:
         yield Finding("rounded-rotations", Severity.NOTE, message, name, count=count)
 
 
-LEAST_DIFFERENT: Final = 8
-"""Rotations that must differ before their decimals are judged: 0, 0, 0, 1 has none to judge."""
+LEAST_DIFFERENT: Final = 8  # Rotations that must differ before their decimals are judged: 0, 0, 0, 1 has none to judge
 
 
 def _decimals(quaternions: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> int | None:

@@ -1,4 +1,4 @@
-"""Findings about scale and axes: positions that are no metres, a head that is not where heads are."""
+"""Findings about scale and axes: positions that are not in metres, a head at an impossible place or angle."""
 
 from __future__ import annotations
 
@@ -10,25 +10,20 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.doctor.finding import Finding, Severity
+from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.pose_pass import Looked
 from sessions.scene import Scene
 
-FAR_M: Final = 25.0
-"""Metres from the origin in the median: no tracked room is that large (VIVE: 10 m by 10 m)."""
-MILLIMETRES_M: Final = 400.0
-"""Beyond this a head would be 4 m up even in centimetres."""
-FAST_M: Final = 20.0
-"""Metres per second in the ordinary step of a moving body: no hand does that."""
+FAR_M: Final = 25.0  # Metres from the origin in the median: no tracked room is that large (VIVE: 10 m by 10 m)
+MILLIMETRES_M: Final = 400.0  # Beyond this a head would be 4 m up even in centimetres
+FAST_M: Final = 20.0  # Metres per second in the ordinary step of a moving body: no hand does that
 
 LEAST_HEAD_M, MOST_HEAD_M = 0.7, 2.3
 """Heights of a head, seated to tall; bending over a bench turns the crown but does not leave them."""
 
-MOST: Final = 0.8
-"""A share of the session that is no accident."""
+MOST: Final = 0.8  # A share of the session that is no accident
 LEAST_LOOKS: Final = 20
-APART_M: Final = 0.05
-"""Hands closer to each other sideways than this do not tell left from right."""
+APART_M: Final = 0.05  # Hands closer to each other sideways than this do not tell left from right
 
 _HEADS = frozenset({"head", "hmd", "headset", "camera"})
 _HAND_WORDS = frozenset({"hand", "controller", "left", "right", "vive", "wand", "index", "palm", "glove"})
@@ -37,7 +32,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Roles:
-    """Columns of the head and the hands, or ``None``; told by their names."""
+    """Columns of the head and the hands, or ``None``; found by name."""
 
     head: int | None
     left: int | None
@@ -61,7 +56,7 @@ def roles_of(names: tuple[str, ...], scene: Scene) -> Roles:
     return Roles(found.get("head"), found.get("left"), found.get("right"))
 
 
-def scale_findings(looked: Looked, scene: Scene, facts: Mapping[str, str]) -> Iterator[Finding]:
+def scale_findings(looked: Looked, scene: Scene, metadata: Mapping[str, str]) -> Iterator[Finding]:
     """Everything about units and axes that poses alone can tell."""
     for column, name in enumerate(looked.names):
         declared = scene.body(name)
@@ -70,18 +65,13 @@ def scale_findings(looked: Looked, scene: Scene, facts: Mapping[str, str]) -> It
     roles = roles_of(looked.names, scene)
     yield from _up(looked, roles)
     yield from _sides(looked, roles)
-    if facts.get("handedness") == "left" and "hand" not in facts.get("conversions", ""):
-        yield Finding(
-            "handedness", Severity.WARNING, "the facts say that the source was left-handed and name no conversion"
-        )
+    if metadata.get("handedness") == "left" and "hand" not in metadata.get("conversions", ""):
+        message = "the facts say that the source was left-handed and name no conversion"
+        yield Finding("handedness", Severity.WARNING, message)
 
 
-def is_in_other_units(looked: Looked, column: int) -> bool:
-    """Whether the positions of a body can hardly be metres."""
-    return _unit_guess(looked, column) is not None
-
-
-def _unit_guess(looked: Looked, column: int) -> tuple[str, float] | None:
+def unit_guess(looked: Looked, column: int) -> tuple[str, float] | None:
+    """The unit that the positions of a body seem to be in, and their median distance; ``None``: metres."""
     place = _there(looked.position[:, column])
     if len(place) < 2:
         return None
@@ -96,13 +86,12 @@ def _unit_guess(looked: Looked, column: int) -> tuple[str, float] | None:
 
 
 def _units(looked: Looked, column: int, name: str) -> Iterator[Finding]:
-    guess = _unit_guess(looked, column)
+    guess = unit_guess(looked, column)
     if guess is not None:
         unit, far = guess
         message = f"{far:.4g} m from the origin in the median: {unit}?"
-        zero, end = int(looked.stamp_ns[0]), int(looked.stamp_ns[-1])
-        seconds = (end - zero) / 1e9
-        yield Finding("unit-suspect", Severity.WARNING, message, name, zero, end, 0.0, seconds, len(looked.stamp_ns))
+        span = Span.of(looked.stamp_ns, 0, -1)
+        yield span.finding("unit-suspect", Severity.WARNING, message, name, len(looked.stamp_ns))
 
 
 def _up(looked: Looked, roles: Roles) -> Iterator[Finding]:
@@ -135,11 +124,12 @@ def _sides(looked: Looked, roles: Roles) -> Iterator[Finding]:
     right = _turned(looked.quaternion[:, roles.head], np.array([1.0, 0.0, 0.0]))
     apart = ((looked.position[:, roles.right] - looked.position[:, roles.left]) * right).sum(axis=1)
     apart = apart[np.isfinite(apart)]
-    told = apart[np.abs(apart) > APART_M]
-    if len(told) >= LEAST_LOOKS and (told < 0).mean() > MOST:
+    clear = apart[np.abs(apart) > APART_M]
+    share = float((clear < 0).mean()) if len(clear) >= LEAST_LOOKS else 0.0
+    if share > MOST:
         message = (
             f"{looked.names[roles.right]} is on the left of {looked.names[roles.left]}, as the head sees it, "
-            f"{100 * float((told < 0).mean()):.0f} % of the time"
+            f"{100 * share:.0f} % of the time"
         )
         yield Finding("handedness", Severity.WARNING, message)
 

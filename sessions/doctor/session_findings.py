@@ -1,18 +1,18 @@
-"""Everything about a session in memory or in a file, but nothing about the file: no container is loaded for it."""
+"""Findings about a session and its scene, but not about its file: the container code is not loaded."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
-from sessions.doctor.finding import Finding
+from sessions.doctor.finding import Finding, Severity
 from sessions.doctor.meshes import all_mesh_findings
 from sessions.doctor.pose_pass import Looked, look_through
 from sessions.doctor.poses import pose_findings
 from sessions.doctor.scale import scale_findings
-from sessions.doctor.scene_faults import scene_findings
 from sessions.doctor.timing import time_findings
-from sessions.scene import Scene
+from sessions.scene import Scene, SceneBody
+from sessions.scene_pairs import absent_bodies
 from sessions.session import Session
 
 BLOCK_FRAMES: Final = 16384
@@ -26,8 +26,37 @@ def examine_session(session: Session, looked: Looked | None = None) -> Iterator[
     yield from scene_findings(session.scene, session.names, [*session.meshes])
 
 
-def frame_findings(looked: Looked, scene: Scene, facts: dict[str, str]) -> Iterator[Finding]:
-    """Everything that the frames tell."""
+def frame_findings(looked: Looked, scene: Scene, metadata: dict[str, str]) -> Iterator[Finding]:
+    """Everything about the frames."""
     yield from time_findings(looked)
     yield from pose_findings(looked)
-    yield from scale_findings(looked, scene, facts)
+    yield from scale_findings(looked, scene, metadata)
+
+
+def scene_findings(scene: Scene, names: Sequence[str], meshes: Sequence[str]) -> Iterator[Finding]:
+    """Everything about declared bodies, tracked ones (``names``), and those with a mesh."""
+    fixed = [body.id for body in scene.bodies if body.fixed is not None]
+    there = {*names, *fixed}
+    for body in scene.bodies:
+        yield from _declared(body, there)
+    declared = {body.id for body in scene.bodies}
+    for name in absent_bodies(scene, [*there]):
+        if name not in declared:
+            yield Finding("unrecorded-body", Severity.WARNING, "paired in the scene, but not recorded", name)
+    for name in dict.fromkeys([*names, *fixed]):
+        if name not in meshes:
+            yield Finding("no-mesh", Severity.NOTE, "no mesh: contacts of it cannot be found", name)
+    for name in names if declared else ():
+        if name not in declared:
+            yield Finding("undeclared-body", Severity.NOTE, "recorded, but not declared in the scene", name)
+
+
+def _declared(body: SceneBody, there: set[str]) -> Iterator[Finding]:
+    if body.id not in there:
+        message = "declared in the scene, with neither a track nor a fixed pose"
+        yield Finding("unrecorded-body", Severity.WARNING, message, body.id)
+    if body.parent and body.parent not in there:
+        message = f"its parent {body.parent!r} has neither a track nor a fixed pose"
+        yield Finding("unrecorded-body", Severity.ERROR, message, body.id)
+    if body.proxy:
+        yield Finding("proxy", Severity.NOTE, "its mesh only stands in for the real one", body.id)

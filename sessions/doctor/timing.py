@@ -13,18 +13,13 @@ from sessions.doctor.pose_pass import Looked
 from sessions.doctor.runs import runs
 from sessions.doctor.track_watch import Mark
 
-GAP_STEPS: Final = 3.0
-"""A step longer than three median steps is a gap."""
-UNEVEN_STEPS: Final = 1.5
-"""A step longer than one and a half median steps has lost a frame."""
+GAP_STEPS: Final = 3.0  # A step longer than three median steps is a gap
+UNEVEN_STEPS: Final = 1.5  # A step longer than one and a half median steps has lost a frame
 LONG_GAP_NS: Final = 250_000_000
 """A longer gap is worth a warning: a quarter of a second is enough for a hand to touch and leave a glass."""
-SKEW_NS: Final = 1_000_000_000
-"""A recorder writes a frame within milliseconds of its stamp; a second is two clocks."""
-EPOCH_NS: Final = 86_400_000_000_000
-"""A day or more apart, the two clocks merely start at different zeros."""
-DRIFT_NS: Final = 50_000_000
-"""An offset that grows by more than this between the first and the last tenth is drift."""
+SKEW_NS: Final = 1_000_000_000  # A recorder writes a frame within milliseconds of its stamp; a second is two clocks
+EPOCH_NS: Final = 86_400_000_000_000  # A day or more apart, the two clocks merely start at different zeros
+DRIFT_NS: Final = 50_000_000  # An offset that grows by more than this between the first and the last tenth is drift
 
 
 def time_findings(looked: Looked) -> Iterator[Finding]:
@@ -32,11 +27,10 @@ def time_findings(looked: Looked) -> Iterator[Finding]:
     stamps = looked.stamp_ns
     if not len(stamps):
         return
-    zero = int(stamps[0])
-    yield from _order(stamps, zero)
-    yield from _gaps(stamps, zero, "")
-    yield from _uneven(stamps, zero)
-    yield from _skew(looked, zero)
+    yield from _order(stamps)
+    yield from _gaps(stamps, int(stamps[0]), "")
+    yield from _uneven(stamps)
+    yield from _skew(looked)
     for column, name in enumerate(looked.names):
         yield from _device_clock(looked, column, name)
 
@@ -54,20 +48,18 @@ def gap_rows(stamps: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.flatnonzero(step > GAP_STEPS * float(np.median(forward))) if len(forward) else np.zeros(0, np.int64)
 
 
-def _order(stamps: NDArray[np.int64], zero: int) -> Iterator[Finding]:
+def _order(stamps: NDArray[np.int64]) -> Iterator[Finding]:
     backwards, repeated = out_of_order(stamps)
     for first, last in runs(backwards).tolist():
         count = last - first + 1
         step = (int(stamps[first - 1]) - int(stamps[first])) / 1e9
         message = f"time goes back by {step:.6g} s; {count} frames lie before the latest stamp"
         low, high = int(stamps[first : last + 1].min()), int(stamps[first : last + 1].max())
-        yield Span(low, high, zero).finding("time-backwards", Severity.ERROR, message, count=count)
+        yield Span(low, high, int(stamps[0])).finding("time-backwards", Severity.ERROR, message, count=count)
     for first, last in runs(repeated).tolist():
         count = last - first + 1
         message = f"{count} frames repeat the stamp before"
-        yield Span(int(stamps[first]), int(stamps[last]), zero).finding(
-            "duplicate-stamps", Severity.WARNING, message, count=count
-        )
+        yield Span.of(stamps, first, last).finding("duplicate-stamps", Severity.WARNING, message, count=count)
 
 
 def _gaps(stamps: NDArray[np.int64], zero: int, body: str) -> Iterator[Finding]:
@@ -90,7 +82,7 @@ def _gaps(stamps: NDArray[np.int64], zero: int, body: str) -> Iterator[Finding]:
         yield span.finding("gap", Severity.NOTE, message, body, len(short))
 
 
-def _uneven(stamps: NDArray[np.int64], zero: int) -> Iterator[Finding]:
+def _uneven(stamps: NDArray[np.int64]) -> Iterator[Finding]:
     step = np.diff(stamps)
     forward = step[step > 0]
     median = float(np.median(forward)) if len(forward) else 0.0
@@ -100,14 +92,14 @@ def _uneven(stamps: NDArray[np.int64], zero: int) -> Iterator[Finding]:
             f"{1e9 / median:.1f} Hz in the median, steps of {forward.min() / 1e6:.1f} to {forward.max() / 1e6:.1f} ms, "
             f"{len(uneven)} over 1.5 times the median"
         )
-        span = Span(int(stamps[uneven[0]]), int(stamps[uneven[-1] + 1]), zero)
+        span = Span.of(stamps, uneven[0], uneven[-1] + 1)
         yield span.finding("uneven-steps", Severity.NOTE, message, count=len(uneven))
 
 
-def _skew(looked: Looked, zero: int) -> Iterator[Finding]:
+def _skew(looked: Looked) -> Iterator[Finding]:
     stamps, skew = looked.stamp_ns, looked.log_ns - looked.stamp_ns
     middle = float(np.median(skew))
-    whole = Span(int(stamps[0]), int(stamps[-1]), zero)
+    whole = Span.of(stamps, 0, -1)
     if abs(middle) > EPOCH_NS:
         message = f"log time and frame time have different zeros, {middle / 1e9:.0f} s apart"
         yield whole.finding("clock-skew", Severity.NOTE, message, count=len(stamps))
@@ -117,7 +109,7 @@ def _skew(looked: Looked, zero: int) -> Iterator[Finding]:
     for first, last in runs(off).tolist():
         worst = skew[first : last + 1]
         message = f"log time and frame time are {float(np.median(worst)) / 1e9:+.3f} s apart"
-        span = Span(int(stamps[first]), int(stamps[last]), zero)
+        span = Span.of(stamps, first, last)
         yield span.finding("clock-skew", Severity.WARNING, message, count=last - first + 1)
     tenth = len(skew) // 10
     drift = float(np.median(skew[-tenth:]) - np.median(skew[:tenth])) if tenth >= 10 and not off.any() else 0.0
@@ -127,9 +119,9 @@ def _skew(looked: Looked, zero: int) -> Iterator[Finding]:
 
 
 def _device_clock(looked: Looked, column: int, name: str) -> Iterator[Finding]:
-    """What the device stamps of one body say; only where the frames' own stamps do not say it already."""
-    zero = int(looked.stamp_ns[0])
-    backwards, repeated = out_of_order(looked.stamp_ns)
+    """Faults of the device stamps of one body, where the frames' own stamps do not have them already."""
+    stamps = looked.stamp_ns
+    backwards, repeated = out_of_order(stamps)
     plain = ~(backwards | repeated | np.concatenate([[False], (backwards | repeated)[:-1]]))
     for code, mark, severity, what in (
         ("time-backwards", Mark.SAMPLE_BACKWARDS, Severity.ERROR, "device stamps go back"),
@@ -138,18 +130,11 @@ def _device_clock(looked: Looked, column: int, name: str) -> Iterator[Finding]:
     ):
         rows = np.flatnonzero(looked.has(mark)[:, column] & plain)
         if len(rows):
-            span = Span(int(looked.stamp_ns[rows[0]]), int(looked.stamp_ns[rows[-1]]), zero)
+            span = Span.of(stamps, rows[0], rows[-1])
             yield span.finding(code, severity, f"{len(rows)} {what}", name, len(rows))
     there = looked.has(Mark.PRESENT)[:, column]
     if not there.all() and there.any():
-        own = looked.stamp_ns[there & plain]
-        yield from _own_gaps(looked.stamp_ns, own, zero, name)
-
-
-def _own_gaps(frames: NDArray[np.int64], own: NDArray[np.int64], zero: int, name: str) -> Iterator[Finding]:
-    """Gaps of one body in which other frames were recorded."""
-    for finding in _gaps(own, zero, name):
-        if finding.start_ns is None or finding.end_ns is None:
-            continue
-        if ((frames > finding.start_ns) & (frames < finding.end_ns)).any():
-            yield finding
+        for finding in _gaps(stamps[there & plain], int(stamps[0]), name):
+            # A gap of the body alone: other frames were recorded within it.
+            if ((stamps > (finding.start_ns or 0)) & (stamps < (finding.end_ns or 0))).any():
+                yield finding

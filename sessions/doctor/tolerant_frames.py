@@ -1,4 +1,4 @@
-"""Reads every frame that can be read, whatever is wrong with the others; what a strict reader refuses is noted."""
+"""Reads every frame that can be read, and notes the data that the strict reader refuses."""
 
 from __future__ import annotations
 
@@ -48,12 +48,9 @@ class Noted:
 
 
 class TolerantFrames:
-    """The frames of a file, chunk by chunk, without those that cannot be had; ``noted`` fills while they are read.
+    """The readable frames of a file, chunk by chunk; ``noted`` fills while they are read.
 
-    Parameters
-    ----------
-    file : the file.
-    names : bodies that it lists; others become further columns where they appear.
+    Bodies that ``names`` does not list become further columns where they appear.
     """
 
     def __init__(self, file: McapFile, names: tuple[str, ...]) -> None:
@@ -102,8 +99,7 @@ class _Decoder(FrameDecoder):
             if len(single.rows) < len(part.rows):
                 self._noted.doubled[part.child] += len(part.rows) - len(single.rows)
             before[part.rows] = True
-            if len(single.rows):
-                kept.append(single)
+            kept += [single] if len(single.rows) else []
         return kept
 
     def _note(self, part: Samples, times: NDArray[np.int64]) -> None:

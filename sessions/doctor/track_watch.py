@@ -1,8 +1,8 @@
-"""Watches one body sample by sample for what cannot be motion; the answer does not depend on how it was cut in blocks.
+"""Watches one body sample by sample for steps that cannot be motion; the result does not depend on the block size.
 
-A teleport is a step that neither the speed bound nor the body's own motion around it explains: faster than 20 m/s, or
-off the median velocity of the two steps before and after by more than 2.5 m/s and four times their own spread. At
-90 Hz the second rule sees a jump of 28 mm of a body at rest and leaves a shaken hand alone.
+A teleport is a step faster than 20 m/s, or a step whose velocity differs from the median of the two steps before and
+after by more than 2.5 m/s plus four times their spread. At 90 Hz the second rule sees a jump of 28 mm of a body at
+rest and accepts a shaken hand.
 """
 
 from __future__ import annotations
@@ -48,46 +48,40 @@ class Mark(IntFlag):
     PRESENT = 8192
 
 
+def marked(marks: NDArray[np.uint16], mark: Mark) -> NDArray[np.bool_]:
+    """Where any of these marks is set, in the shape of ``marks``."""
+    return np.asarray((marks & np.uint16(mark)) != 0)
+
+
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Consecutive samples of one body that somebody could take for poses.
+    """Consecutive samples of one body that are present and finite."""
 
-    Parameters
-    ----------
-    rows : (n,) frame numbers.
-    time : (n,) seconds; ``sample_ns`` (n,) the device's own stamps.
-    position (n, 3), quaternion (n, 4).
-    """
-
-    rows: NDArray[np.int64]
-    time: FloatArray
-    sample_ns: NDArray[np.int64]
-    position: FloatArray
-    quaternion: FloatArray
+    rows: NDArray[np.int64]  # (n,) frame numbers
+    time: FloatArray  # (n,) seconds
+    sample_ns: NDArray[np.int64]  # (n,) the device's own stamps
+    position: FloatArray  # (n, 3)
+    quaternion: FloatArray  # (n, 4)
 
     def __len__(self) -> int:
         return len(self.rows)
 
     def after(self, earlier: Samples | None) -> Samples:
-        """These behind earlier ones."""
+        """Earlier samples, then these."""
         if earlier is None:
             return self
-        return Samples(*(np.concatenate([getattr(earlier, name), getattr(self, name)]) for name in _FIELDS))
+        columns = zip(vars(earlier).values(), vars(self).values(), strict=True)
+        return Samples(*(np.concatenate(pair) for pair in columns))
 
     def part(self, start: int, stop: int) -> Samples:
         """Some of them."""
-        return Samples(*(getattr(self, name)[start:stop] for name in _FIELDS))
-
-
-_FIELDS = ("rows", "time", "sample_ns", "position", "quaternion")
+        return Samples(*(column[start:stop] for column in vars(self).values()))
 
 
 class TrackWatch:
     """Takes the samples of one body block by block.
 
-    Parameters
-    ----------
-    least_step : seconds; a shorter step is taken to be this long, because stamps jitter more than bodies move.
+    A step shorter than ``least_step`` seconds is taken to be this long, because stamps jitter more than bodies move.
     """
 
     def __init__(self, least_step: float) -> None:
@@ -110,17 +104,20 @@ class TrackWatch:
         way = np.diff(window.position, axis=0)
         distance = np.sqrt((way * way).sum(axis=1))
         step = np.maximum(np.diff(window.time), self._least_step)
-        found = np.where(_teleports(way / step[:, None]), Mark.TELEPORT, 0)
-        found |= np.where((way == 0).all(axis=1), Mark.SAME_PLACE, 0)
-        turn = np.einsum("ij,ij->i", window.quaternion[1:], window.quaternion[:-1])
-        same = (window.quaternion[1:] == window.quaternion[:-1]).all(axis=1)
-        found |= np.where(same, Mark.SAME_ROTATION, 0) | np.where(turn < 0, Mark.SIGN_FLIP, 0)
+        same_place = (way == 0).all(axis=1)
+        same_rotation = (window.quaternion[1:] == window.quaternion[:-1]).all(axis=1)
+        cosine = np.einsum("ij,ij->i", window.quaternion[1:], window.quaternion[:-1])
         since = np.diff(window.sample_ns)
-        found |= np.where(since < 0, Mark.SAMPLE_BACKWARDS, 0)
-        found |= np.where((since == 0) & ~((way == 0).all(axis=1) & same), Mark.SAMPLE_REPEATED, 0)
+        found = np.zeros(len(way), dtype=np.uint16)
+        for mark, where in (
+            (Mark.TELEPORT, _teleports(way / step[:, None])), (Mark.SAME_PLACE, same_place),
+            (Mark.SAME_ROTATION, same_rotation), (Mark.SIGN_FLIP, cosine < 0), (Mark.SAMPLE_BACKWARDS, since < 0),
+            (Mark.SAMPLE_REPEATED, (since == 0) & ~(same_place & same_rotation)),
+        ):  # fmt: skip
+            found[where] |= np.uint16(mark)
         begin = max(self._done, 1)
         rows = window.rows[begin:stop]
-        marks[rows] |= found[begin - 1 : stop - 1].astype(np.uint16)
+        marks[rows] |= found[begin - 1 : stop - 1]
         steps[rows] = distance[begin - 1 : stop - 1]
 
 

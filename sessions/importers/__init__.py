@@ -1,4 +1,4 @@
-"""Recordings of other programs, each format a row of a table; whatever was converted or dropped is written down."""
+"""Recordings of other programs, one importer per format; conversions and dropped rows are recorded in the metadata."""
 
 from __future__ import annotations
 

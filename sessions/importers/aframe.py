@@ -31,8 +31,7 @@ OPENVR_BUTTONS: Final = ("trackpad", "trigger", "grip", "menu")
 
 MOST_BUTTONS: Final = 32
 
-LARGEST_MS: Final = 9.0e12
-"""About 9 million seconds short of what int64 nanoseconds hold."""
+LARGEST_MS: Final = 9.0e12  # About 9 million seconds short of what int64 nanoseconds hold
 
 
 def read_aframe(
@@ -59,14 +58,10 @@ def read_aframe(
         happened = _events(name, device.get("events"), source)
         hands |= _hand(name, device, happened)
         events += [event for event, _ in happened]
-    facts = {
-        "source_units": "m",
-        "source_convention": "webxr",
-        "handedness": "right",
-        "clock": "performance clock of the browser, ms",
-    }
+    clock = "performance clock of the browser, ms"
+    metadata = {"source_units": "m", "source_convention": "webxr", "handedness": "right", "clock": clock}
     events.sort(key=lambda event: event.time_ns)
-    samples = Samples(tracks, tuple(done), facts, events, hands)
+    samples = Samples(tracks, tuple(done), metadata, events, hands)
     return finished(samples, source, meshes=meshes, scene=scene, scene_folder=scene_folder, proxies=proxies)
 
 
@@ -79,11 +74,8 @@ def _devices(source: Path) -> dict[str, dict[str, Any]]:
         raise ImportFileError(f"{source}: this is not JSON: {error}; export the recording again") from None
     if isinstance(data, dict) and isinstance(data.get("recording"), dict):
         data = data["recording"]
-    devices = {
-        name: device
-        for name, device in (data.items() if isinstance(data, dict) else ())
-        if isinstance(device, dict) and isinstance(device.get("poses"), list)
-    }
+    parts = data.items() if isinstance(data, dict) else ()
+    devices = {name: part for name, part in parts if isinstance(part, dict) and isinstance(part.get("poses"), list)}
     if not devices:
         raise ImportFileError(f"{source}: no device with a list of poses; this is no A-Frame motion capture")
     return devices

@@ -1,4 +1,4 @@
-"""Poses from a CSV, wide or long, of any convention: converted to the canonical frame, doubtful rows flagged."""
+"""Imports a CSV of poses, wide or long, of any convention; doubtful rows are flagged as lost."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from sessions.conventions import Convention, convention, quaternion_from_euler
 from sessions.errors import ImportFileError
-from sessions.importers.csv_happenings import events, hands, live_contacts, unknown_kinds
+from sessions.importers.csv_happenings import events, hands, live_contacts, pose_rows, unknown_kinds
 from sessions.importers.csv_mapping import METRES, UNITY, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.finish import MeshSource, Samples, counted, finished, usable_track
+from sessions.importers.finish import MeshSource, Samples, counted, finished, loaded, usable_track
 from sessions.mesh_data import MeshData
 from sessions.scene import Scene
 from sessions.session import Session
@@ -27,8 +27,7 @@ MESH_AXES = {
 
 HALF_TURN = np.diag([-1.0, 1.0, -1.0, 1.0])
 
-MOST_BODIES = 1000
-"""More names than a laboratory has bodies: then the column holds something else."""
+MOST_BODIES = 1000  # More names than a laboratory has bodies: then the column holds something else
 
 Rows = NDArray[np.bool_]
 
@@ -51,7 +50,7 @@ def read_csv(
     mapping : a mapping file or ``CsvMapping``; ``None``: the CSV of the README's Unity script.
     convention : a name in ``CONVENTIONS``; wins over the mapping's.
     mesh_axes : ``same``, or ``x-flipped`` for meshes that a glTF exporter of Unity wrote (it flips X, the poses flip Z:
-        without this every mesh stands turned by 180 degrees about Y).
+        without this every mesh is turned by 180 degrees about Y).
     meshes, scene, scene_folder, proxies : see ``sessions.importers.finish.finished``.
 
     Raises
@@ -78,17 +77,17 @@ def _axes(name: str) -> Convention:
 
 
 def _turned_meshes(meshes: Mapping[str, MeshSource], scene: Scene | None, folder: Path) -> dict[str, MeshData]:
-    """Every mesh file, given or named by the scene, by a half turn about Y; plain shapes and instruments stay.
+    """Every mesh file, given or named by the scene, turned by 180 degrees about Y; shapes and instruments stay.
 
     Source: F_z F_m^-1 with F_m = diag(-1, 1, 1) is this half turn.
     """
     from sessions.meshes import load_mesh
 
-    loaded = {name: mesh if isinstance(mesh, MeshData) else load_mesh(mesh) for name, mesh in meshes.items()}
+    turned = {name: loaded(mesh) for name, mesh in meshes.items()}
     for body in scene.bodies if scene is not None else ():
-        if body.mesh and body.id not in loaded:
-            loaded[body.id] = load_mesh(folder / body.mesh, body.scale)
-    return {name: mesh.transformed(HALF_TURN) for name, mesh in loaded.items()}
+        if body.mesh and body.id not in turned:
+            turned[body.id] = load_mesh(folder / body.mesh, body.scale)
+    return {name: mesh.transformed(HALF_TURN) for name, mesh in turned.items()}
 
 
 def _samples(table: CsvTable, plan: CsvMapping, axes: Convention) -> Samples:
@@ -105,15 +104,15 @@ def _samples(table: CsvTable, plan: CsvMapping, axes: Convention) -> Samples:
     for name, columns, rows in _bodies(table, plan):
         tracks[name], dropped, flagged = _track(table, plan, axes, columns, rows)
         done += counted(name, dropped, flagged)
-    contacts, said = live_contacts(table, plan)
-    done += said + unknown_kinds(table, plan)
-    facts = {
+    contacts, notes = live_contacts(table, plan)
+    done += notes + unknown_kinds(table, plan)
+    metadata = {
         "source_units": plan.units,
         "source_convention": axes.name,
         "handedness": axes.handedness,
         "clock": f"column {plan.time}, {plan.unit}",
     }
-    return Samples(tracks, tuple(done), facts, events(table, plan), hands(table, plan), contacts)
+    return Samples(tracks, tuple(done), metadata, events(table, plan), hands(table, plan), contacts)
 
 
 def _bodies(table: CsvTable, plan: CsvMapping) -> Iterator[tuple[str, PoseColumns, Rows]]:
@@ -122,8 +121,7 @@ def _bodies(table: CsvTable, plan: CsvMapping) -> Iterator[tuple[str, PoseColumn
         for name, columns in plan.bodies.items():
             yield name, columns, np.ones(len(table), dtype=np.bool_)
     elif plan.body is not None:
-        every = np.ones(len(table), dtype=np.bool_)
-        poses = every if plan.rows is None else table.rows_of(plan.rows.column, plan.rows.pose)
+        poses = pose_rows(table, plan)
         names = table.words(plan.name, poses)
         if len(names) > MOST_BODIES:
             raise ImportFileError(

@@ -1,7 +1,7 @@
-"""How a CSV is to be read: which columns hold what, in which units, on which clock; a TOML file, or the built-in one.
+"""How to read a CSV: which columns hold what, in which units, on which clock; from a TOML file, or built in.
 
-The built-in mapping fits the CSV that the Unity script of the README writes: one row per body and time, and rows for
-triggers and collisions between them.
+The built-in mapping is for the CSV of the README's Unity script: a row per body and time, and further rows for
+triggers and collisions.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from sessions.conventions import CONVENTIONS
 from sessions.errors import ImportFileError
@@ -71,6 +71,11 @@ class CsvMapping:
     events: tuple[str, ...] = ()
     """Columns in which every new text is an event."""
 
+    @property
+    def kinds(self) -> RowKinds:
+        """The kinds of rows; without a name where the table has none."""
+        return self.rows or RowKinds("", "")
+
 
 UNITY: Final = CsvMapping(
     time="time",
@@ -127,24 +132,22 @@ def _letter(table: Table, key: str, default: str) -> str:
 
 
 def _columns(table: Table) -> PoseColumns:
-    position = table.texts("position", 3)
     if ("quaternion_xyzw" in table) == ("euler" in table):
         raise table.fail("give quaternion_xyzw = [4 columns] or euler = [3 columns] with order")
+    turn: dict[str, Any] = {}
     if "quaternion_xyzw" in table:
-        columns = PoseColumns(position, table.texts("quaternion_xyzw", 4), valid=table.text("valid"))
+        turn["quaternion_xyzw"] = table.texts("quaternion_xyzw", 4)
     else:
-        euler, order = table.texts("euler", 3), table.text("order", None)
-        degrees = table.text("angle_unit", "deg", ("deg", "rad")) == "deg"
-        columns = PoseColumns(position, (), euler, order, degrees, table.text("valid"))
+        turn["euler"], turn["order"] = table.texts("euler", 3), table.text("order", None)
+        turn["degrees"] = table.text("angle_unit", "deg", ("deg", "rad")) == "deg"
+    columns = PoseColumns(table.texts("position", 3), valid=table.text("valid"), **turn)
     table.done()
     return columns
 
 
 def _kinds(table: Table) -> RowKinds:
-    kinds = RowKinds(
-        table.text("column", None), table.text("pose", "pose"), table.text("enter"), table.text("exit"),
-        table.text("other"), table.text("trigger"), table.text("value"), table.text("event"),
-    )  # fmt: skip
+    words = {key: table.text(key) for key in ("enter", "exit", "other", "trigger", "value", "event")}
+    kinds = RowKinds(table.text("column", None), table.text("pose", "pose"), **words)
     if (kinds.enter or kinds.exit) and not kinds.other:
         raise table.fail("enter and exit need other: the column of the second body")
     if kinds.event and not kinds.other:

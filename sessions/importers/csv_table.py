@@ -1,4 +1,4 @@
-"""A CSV as typed columns: numbers stay numbers to the last digit of the clock, and a bad cell is named."""
+"""A CSV as typed columns: stamps are exact to the last digit, and an error names line and column."""
 
 from __future__ import annotations
 
@@ -15,17 +15,14 @@ from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import CLOCK_NS
 from sessions.toml_table import nearest
 
-EMPTY: Final = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "-"]
-"""Cells that say: no number here."""
+EMPTY: Final = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "-"]  # Cells that say: no number here
 
 EXACT_SECONDS: Final = 4.0e6
 """Up to here float64 seconds hold a nanosecond; beyond, the text of the stamp is read digit by digit."""
 
-TICKS_1970: Final = 621_355_968_000_000_000
-""".NET ticks (100 ns since the year 1) at the Unix epoch."""
+TICKS_1970: Final = 621_355_968_000_000_000  # .NET ticks (100 ns since the year 1) at the Unix epoch
 
-LONGEST_LINE: Final = 1_000_000
-"""Letters of a line that are looked at; a header of 12 bodies has a thousand."""
+LONGEST_LINE: Final = 1_000_000  # Letters of a line that are looked at; a header of 12 bodies has a thousand
 
 TRUE_WORDS: Final = ("1", "1.0", "true", "True", "TRUE", "yes", "valid")
 
@@ -205,9 +202,8 @@ def _is_cut_short(source: Path, delimiter: str, columns: int) -> bool:
         tail = file.read()
     if tail.endswith((b"\n", b"\r")):
         return False
-    return (
-        _cells(tail.replace(b"\r", b"\n").rsplit(b"\n", 1)[-1].decode("utf-8", errors="replace"), delimiter) == columns
-    )
+    last = tail.replace(b"\r", b"\n").rsplit(b"\n", 1)[-1].decode("utf-8", errors="replace")
+    return _cells(last, delimiter) == columns
 
 
 def _first_line(error: Exception) -> str:

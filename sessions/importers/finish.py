@@ -1,4 +1,4 @@
-"""From converted samples to a session: meshes are put on, stand-ins named as such, what was done is written down."""
+"""Makes a session of converted samples: adds meshes and stand-ins, and records what was converted."""
 
 from __future__ import annotations
 
@@ -24,8 +24,7 @@ from sessions.track import Track
 
 MeshSource = str | Path | MeshData
 
-QUATERNION_TOLERANCE = 1e-3
-"""A quaternion whose norm is further off 1 is no rotation: its row is flagged as lost."""
+QUATERNION_TOLERANCE = 1e-3  # A quaternion whose norm is further off 1 is no rotation: its row is flagged as lost
 
 PROXIES = {
     "proxy_headset": re.compile("camera|head|hmd|headset"),
@@ -38,16 +37,10 @@ PROXY_FACES = 2000
 
 @dataclass(frozen=True)
 class Samples:
-    """What an importer read, already in the canonical frame and in metres.
-
-    Parameters
-    ----------
-    tracks : body name -> samples.
-    conversions : sentences about what was done to the numbers.
-    """
+    """What an importer read, already in the canonical frame and in metres."""
 
     tracks: Mapping[str, Track]
-    conversions: tuple[str, ...]
+    conversions: tuple[str, ...]  # sentences about what was done to the numbers
     facts: Mapping[str, str] = field(default_factory=dict)
     events: Sequence[Event] = ()
     hands: Mapping[str, HandTrack] = field(default_factory=dict)
@@ -84,14 +77,10 @@ def finished(
     for name, mesh in (meshes or {}).items():
         if name not in known:
             raise ImportFileError(f"{source}: there is no body {name!r} to put a mesh on{nearest(name, known)}")
-        given[name] = _loaded(mesh)
+        given[name] = loaded(mesh)
     if proxies or (proxies is None and not given):
         declared = _with_proxies(declared, samples.tracks, given)
-    facts = {
-        "source_file": source.name,
-        "conversions": "; ".join(samples.conversions) or "none",
-        **samples.facts,
-    }
+    facts = {"source_file": source.name, "conversions": "; ".join(samples.conversions) or "none", **samples.facts}
     session = Session.from_tracks(samples.tracks, given, declared, events=samples.events, facts=facts)
     return replace(session, hands=dict(samples.hands), live_contacts=tuple(samples.live_contacts))
 
@@ -102,12 +91,12 @@ def usable_track(
     quaternions_xyzw: NDArray[np.float64],
     valid: NDArray[np.bool_],
 ) -> tuple[Track, int, int]:
-    """A track of the rows whose stamps increase, rows that hold no rotation flagged as lost.
+    """A track of the rows whose stamps increase; rows that hold no rotation are flagged as lost.
 
     Returns
     -------
-    The track, how many rows were dropped because their stamp repeats or goes back, how many were flagged that the
-    source had called valid.
+    The track; how many rows were dropped because their stamp repeats or goes back; how many rows were flagged that
+    the source had called valid.
     """
     ahead = np.maximum.accumulate(times_ns, axis=0) if len(times_ns) else times_ns
     keep = np.ones(len(times_ns), dtype=np.bool_)
@@ -122,7 +111,7 @@ def usable_track(
 
 
 def counted(what: str, dropped: int, flagged: int) -> list[str]:
-    """Sentences for the facts about rows that did not come through as they were."""
+    """Sentences for the metadata about rows that were dropped or flagged."""
     words = []
     if dropped:
         words.append(f"{what}: {dropped} rows dropped whose stamp repeats or goes back")
@@ -148,7 +137,8 @@ def side_of(name: str) -> str:
     return next((side for side in ("left", "right") if any(word.startswith(side) for word in words)), name)
 
 
-def _loaded(mesh: MeshSource) -> MeshData:
+def loaded(mesh: MeshSource) -> MeshData:
+    """A mesh, read from its file where only that is given."""
     if isinstance(mesh, MeshData):
         return mesh
     from sessions.meshes import load_mesh

@@ -15,14 +15,13 @@ from sessions.errors import SessionFileError
 from sessions.event import Event, Interval
 from sessions.hand import HandTrack
 from sessions.live_contact import PHASES, LiveContact
-from sessions.mcap_format.pose_encoding import SECOND_NS
+from sessions.mcap_format.pose_encoding import SECOND_NS, check_stamp
 from sessions.mcap_format.schemas import EVENTS, HANDS_PREFIX, INTERVALS, LIVE_CONTACTS, TRACKS_PREFIX, message_class
 from sessions.track import Track
 
 Message = tuple[str, int, bytes]
 LEVELS = ("", "debug", "info", "warning", "error", "fatal")
-UNCLOSED = "unclosed"
-"""Key in an interval's data that says its end was never recorded."""
+UNCLOSED = "unclosed"  # Key in an interval's data that says its end was never recorded
 # One message of a faster track carries this many samples: 0.25 s at 1 kHz.
 TRACK_BATCH = 256
 
@@ -38,11 +37,7 @@ def stamp_ns(stamp: Any) -> int:
 
 
 def _message(topic: str, time_ns: int, message: Any) -> Message:
-    if time_ns < 0:
-        raise SessionFileError(
-            f"something on {topic} is stamped {time_ns} ns, and a session file starts at 0; shift all stamps of the "
-            "session so that none is negative"
-        )
+    check_stamp(f"something on {topic} is", time_ns)
     return topic, time_ns, bytes(message.SerializeToString(deterministic=True))
 
 
@@ -88,20 +83,19 @@ def interval_message(interval: Interval, *, closed: bool = True) -> Message:
 def read_intervals(payloads: Iterable[bytes], last_ns: int) -> tuple[Interval, ...]:
     """Intervals in the order they began; one whose end is missing lasts to ``last_ns`` and says so."""
     found: dict[tuple[int, str, str, int], Interval] = {}
-    begun: dict[tuple[int, str, str], int] = {}
+    closed: dict[tuple[int, str, str], int] = {}
     for payload in payloads:
         message = message_class("Interval").FromString(payload)
-        start, closed = stamp_ns(message.start), message.HasField("end")
+        start, end = stamp_ns(message.start), stamp_ns(message.end)
         data = {fact.key: fact.value for fact in message.data}
         what = (start, message.kind, message.name)
-        number = begun.get(what, 0)
-        key = (*what, number)
-        if closed:
-            found[key] = Interval(start, stamp_ns(message.end), message.kind, message.name, data)
-            begun[what] = number + 1
+        # A message without an end is replaced by the next one of the same start, kind and name.
+        key = (*what, closed.get(what, 0))
+        if message.HasField("end"):
+            closed[what] = closed.get(what, 0) + 1
         else:
-            end = max(start, last_ns)
-            found[key] = Interval(start, end, message.kind, message.name, {**data, UNCLOSED: "true"})
+            end, data[UNCLOSED] = max(start, last_ns), "true"
+        found[key] = Interval(start, end, message.kind, message.name, data)
     return tuple(found.values())
 
 
@@ -109,9 +103,9 @@ def contact_message(contact: LiveContact) -> Message:
     """What the live engine reported."""
     if contact.phase not in PHASES:
         raise SessionFileError(f"a live contact has phase {contact.phase!r}; use one of: {', '.join(PHASES)}")
-    message = message_class("Contact")(
-        body_a=contact.body_a, body_b=contact.body_b, phase=PHASES.index(contact.phase) + 1, point=contact.point or ()
-    )
+    bodies = {"body_a": contact.body_a, "body_b": contact.body_b}
+    phase = PHASES.index(contact.phase) + 1
+    message = message_class("Contact")(**bodies, phase=phase, point=contact.point or ())
     set_stamp(message.timestamp, contact.time_ns)
     return _message(LIVE_CONTACTS, contact.time_ns, message)
 
@@ -177,8 +171,8 @@ def read_track(payloads: Iterable[bytes]) -> Track:
     """A faster track in order of time; repeats of a stamp are dropped."""
     parse = message_class("TrackSamples").FromString
     batches = [parse(payload) for payload in payloads]
-    counts = [(len(b.sample_ns), len(b.position), len(b.quaternion_xyzw), len(b.valid)) for b in batches]
-    if any((3 * n, 4 * n, n) != rest for n, *rest_list in counts for rest in [tuple(rest_list)]):
+    sizes = [(len(b.sample_ns), (len(b.position), len(b.quaternion_xyzw), len(b.valid))) for b in batches]
+    if any(size != (3 * n, 4 * n, n) for n, size in sizes):
         raise SessionFileError("a message of a faster track has samples of unequal length; run `replay doctor` on it")
     times = np.array([t for b in batches for t in b.sample_ns], dtype=np.int64)
     position = np.array([v for b in batches for v in b.position], dtype=np.float64).reshape(-1, 3)

@@ -1,13 +1,16 @@
-"""What lies where in an MCAP file, found by walking its records; nothing a file declares is allocated unchecked.
+"""Where the parts of an MCAP file are; declared lengths are checked before anything is allocated.
 
-The walk reads record heads and skips chunks, so it costs a few reads per chunk and does not need the index at the
-end; a file without one, or with messages outside chunks, is read the same way.
+The walk reads record heads and skips chunks: a few reads per chunk. It does not need the index at the end, so a file
+without an index, or with messages outside chunks, is read the same way.
 """
 
 from __future__ import annotations
 
 import io
 import struct
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -15,10 +18,11 @@ from typing import Any, BinaryIO
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Header, Metadata, Schema
+from mcap.records import Attachment, Channel, Footer, Header, Metadata, Schema
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format.container import MAGIC
+from sessions.mcap_format.record_block import CHUNK_HEAD, HEAD
 
 # Records that are held whole while a file is opened. Ours are below 1 KiB; 16 MiB is what the largest published
 # schema sets stay far below.
@@ -28,6 +32,11 @@ CHUNK_LIMIT_BYTES = 64 << 20
 ATTACHMENT_LIMIT_BYTES = 1 << 30
 # Messages outside chunks are read in runs of about this many bytes.
 RUN_BYTES = 1 << 20
+
+
+# A compression with a longer name is damage; the specification knows "zstd" and "lz4".
+NAME_LIMIT_BYTES = 64
+FOOTER_BYTES = HEAD.size + 20
 
 
 @dataclass(frozen=True)
@@ -50,14 +59,49 @@ class Region:
     crc: int
     channels: set[int] | None
     """Channels with messages here, or ``None`` when the file does not say."""
+    start: int = 0
+    """First byte of the chunk record; 0 for a run of records outside chunks."""
+    first_ns: int = 0
+    last_ns: int = 0
+    """Log times that the chunk declares."""
 
 
-@dataclass(frozen=True)
-class AttachmentPlace:
-    """Where an attachment's bytes lie."""
+def chunk_region(start: int, content: bytes) -> Region | None:
+    """The region of the chunk record at byte ``start``, from the first bytes of its content; ``None``: damaged."""
+    if len(content) < CHUNK_HEAD.size:
+        return None
+    first, last, size, crc, name_length = CHUNK_HEAD.unpack_from(content)
+    after = CHUNK_HEAD.size + name_length
+    if name_length >= NAME_LIMIT_BYTES or len(content) < after + 8:
+        return None
+    name = content[CHUNK_HEAD.size : after].decode("utf-8", errors="replace")
+    length = int.from_bytes(content[after : after + 8], "little")
+    return Region(start + HEAD.size + after + 8, length, name, size, crc, None, start, first, last)
 
-    offset: int
-    length: int
+
+def read_attachment(content: bytes) -> tuple[Attachment, bool] | None:
+    """An attachment record, and whether a checksum proves it right (0 means: none); ``None`` when it is damaged."""
+    stream = io.BytesIO(content)
+    try:
+        found = Attachment.read(ReadDataStream(stream))
+    except (McapError, struct.error, ValueError, OverflowError):
+        return None
+    stated = int.from_bytes(content[-4:], "little")
+    if stream.tell() != len(content) or (stated and zlib.crc32(content[:-4]) != stated):
+        return None
+    return found, bool(stated)
+
+
+def read_footer(stream: BinaryIO) -> tuple[int, bytes, Footer] | None:
+    """Where the footer record begins, its bytes, and what it says; ``None`` where the file does not end in one."""
+    place = stream.seek(0, io.SEEK_END) - len(MAGIC) - FOOTER_BYTES
+    if place < len(MAGIC):
+        return None
+    stream.seek(place)
+    record = stream.read(FOOTER_BYTES)
+    if HEAD.unpack_from(record) != (Opcode.FOOTER, 20):
+        return None
+    return place, record, Footer.read(ReadDataStream(io.BytesIO(record[HEAD.size :])))
 
 
 @dataclass
@@ -69,7 +113,8 @@ class Catalogue:
     regions: list[Region] = field(default_factory=list)
     schemas: dict[int, str] = field(default_factory=dict)
     channels: dict[int, ChannelInfo] = field(default_factory=dict)
-    attachments: dict[str, AttachmentPlace] = field(default_factory=dict)
+    attachments: dict[str, tuple[int, int]] = field(default_factory=dict)
+    """Name -> (first byte, length) of what follows the record's head."""
     metadata: list[tuple[str, dict[str, str]]] = field(default_factory=list)
     tear: int | None = None
     """Byte at which the file is cut short, or ``None``."""
@@ -111,29 +156,34 @@ class Catalogue:
             ) from None
 
 
-_SMALL = {Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA}
-_HEAD = struct.Struct("<BQ")
-_CHUNK_HEAD = struct.Struct("<QQQII")
+DECLARING = {Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA}  # Small records that say what the file is
 
 
 def read_catalogue(path: Path) -> Catalogue:
-    """Walk a file from its magic to its footer, or to where it is torn (``tear`` says where).
+    """Walk a file from its magic to its footer, or to where it is cut short (see ``tear``).
 
     Raises
     ------
     SessionFileError
         The file cannot be opened, is empty, is no MCAP, or a record in it is damaged.
     """
+    with opened(path) as stream:
+        size = stream.seek(0, io.SEEK_END)
+        stream.seek(0)
+        magic = stream.read(len(MAGIC))
+        if not magic:
+            raise SessionFileError(f"{path} is empty; record or import the session again")
+        if magic != MAGIC:
+            raise SessionFileError(f"{path} is not an MCAP file; bring other formats in with `replay import`")
+        return _Walk(path, stream, size).run()
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[BinaryIO]:
+    """A session file open for reading; whatever the system refuses becomes one sentence."""
     try:
         with path.open("rb") as stream:
-            size = stream.seek(0, io.SEEK_END)
-            stream.seek(0)
-            magic = stream.read(len(MAGIC))
-            if not magic:
-                raise SessionFileError(f"{path} is empty; record or import the session again")
-            if magic != MAGIC:
-                raise SessionFileError(f"{path} is not an MCAP file; bring other formats in with `replay import`")
-            return _Walk(path, stream, size).run()
+            yield stream
     except OSError as error:
         raise SessionFileError(
             f"session file {path} cannot be read ({error.strerror or error}); check the path and who may read it"
@@ -150,26 +200,25 @@ class _Walk:
         at = len(MAGIC)
         while True:
             self._stream.seek(at)
-            head = self._stream.read(_HEAD.size)
-            opcode, length = _HEAD.unpack(head) if len(head) == _HEAD.size else (0, self._size)
-            if at + _HEAD.size + length > self._size:
+            head = self._stream.read(HEAD.size)
+            opcode, length = HEAD.unpack(head) if len(head) == HEAD.size else (0, self._size)
+            if at + HEAD.size + length > self._size:
                 self._found.tear = at
                 return self._found
             if opcode == Opcode.FOOTER:
-                whole = self._stream.seek(at + _HEAD.size + length) and self._stream.read(len(MAGIC)) == MAGIC
+                whole = self._stream.seek(at + HEAD.size + length) and self._stream.read(len(MAGIC)) == MAGIC
                 self._found.tear = None if whole else at
                 return self._found
             self._record(opcode, at, length)
-            at += _HEAD.size + length
+            at += HEAD.size + length
 
     def _record(self, opcode: int, at: int, length: int) -> None:
-        start = at + _HEAD.size
         if opcode == Opcode.MESSAGE:
             self._message(at, length)
             return
         self._run = None
         if opcode == Opcode.CHUNK:
-            self._found.regions.append(self._chunk(start, length))
+            self._chunk(at, length)
         elif opcode == Opcode.MESSAGE_INDEX and self._found.regions and length >= 6:
             channel, entries = struct.unpack("<HI", self._stream.read(6))
             region = self._found.regions[-1]
@@ -177,8 +226,8 @@ class _Walk:
             if entries:
                 region.channels.add(channel)
         elif opcode == Opcode.ATTACHMENT:
-            self._attachment(start, length)
-        elif opcode in _SMALL:
+            self._attachment(at + HEAD.size, length)
+        elif opcode in DECLARING:
             self._bound(opcode, length, SMALL_RECORD_BYTES)
             self._found.take(opcode, self._stream.read(length))
 
@@ -189,38 +238,27 @@ class _Walk:
         if run is None or run.length > RUN_BYTES:
             self._run = run = Region(at, 0, "", 0, 0, set())
             self._found.regions.append(run)
-        run.length += _HEAD.size + length
+        run.length += HEAD.size + length
         run.size = run.length
         self._bound(Opcode.MESSAGE, run.size, CHUNK_LIMIT_BYTES)
         if run.channels is not None:
             run.channels.add(channel)
 
-    def _chunk(self, start: int, length: int) -> Region:
-        head = self._stream.read(min(length, _CHUNK_HEAD.size))
-        if len(head) < _CHUNK_HEAD.size:
-            raise self._damaged("chunk", start)
-        _, _, size, crc, name_length = _CHUNK_HEAD.unpack(head)
-        rest = self._stream.read(min(length - len(head), name_length + 8)) if name_length < 64 else b""
-        if len(rest) < name_length + 8:
-            raise self._damaged("chunk", start)
-        compression = rest[:name_length].decode("utf-8", errors="replace")
-        data_length = int.from_bytes(rest[name_length:], "little")
-        offset = start + len(head) + len(rest)
-        if offset + data_length > start + length:
-            raise self._damaged("chunk", start)
-        self._bound(Opcode.CHUNK, size, CHUNK_LIMIT_BYTES)
-        return Region(offset, data_length, compression, size, crc, None)
+    def _chunk(self, at: int, length: int) -> None:
+        region = chunk_region(at, self._stream.read(min(length, CHUNK_HEAD.size + NAME_LIMIT_BYTES + 8)))
+        if region is None or region.offset + region.length > at + HEAD.size + length:
+            raise self._damaged("chunk", at + HEAD.size)
+        self._bound(Opcode.CHUNK, region.size, CHUNK_LIMIT_BYTES)
+        self._found.regions.append(region)
 
     def _attachment(self, start: int, length: int) -> None:
         self._bound(Opcode.ATTACHMENT, length, ATTACHMENT_LIMIT_BYTES)
         head = self._stream.read(min(length, 20))
-        if len(head) < 20:
-            raise self._damaged("attachment", start)
         name_length = int.from_bytes(head[16:], "little")
-        if name_length > length:
+        if len(head) < 20 or name_length > length:
             raise self._damaged("attachment", start)
         name = self._stream.read(name_length).decode("utf-8", errors="replace")
-        self._found.attachments[name] = AttachmentPlace(start, length)
+        self._found.attachments[name] = (start, length)
 
     def _bound(self, opcode: int, size: int, limit: int) -> None:
         if size > limit:

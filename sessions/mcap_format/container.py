@@ -11,27 +11,14 @@ from __future__ import annotations
 import struct
 import zlib
 from collections import Counter
+from dataclasses import replace
 from typing import Any, BinaryIO
 
 import numpy as np
 import zstandard
+from mcap import records
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import (
-    Attachment,
-    AttachmentIndex,
-    Channel,
-    ChunkIndex,
-    DataEnd,
-    Footer,
-    Header,
-    McapRecord,
-    Metadata,
-    MetadataIndex,
-    Schema,
-    Statistics,
-    SummaryOffset,
-)
 
 from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.schemas import channel_spec
@@ -43,7 +30,7 @@ ZSTD_LEVEL = 1
 
 
 class ContainerWriter:
-    """An MCAP file being written to a binary stream that starts at its position 0.
+    """An MCAP file being written to a binary stream from its position 0 on.
 
     Parameters
     ----------
@@ -56,17 +43,17 @@ class ContainerWriter:
     def __init__(self, stream: BinaryIO, profile: str, chunk_bytes: int = 1 << 20, chunk_ns: int | None = None) -> None:
         self._stream, self._chunk_bytes, self._chunk_ns = stream, chunk_bytes, chunk_ns
         self._position, self._crc = 0, 0
-        self._schemas: dict[str, Schema] = {}
-        self._channels: dict[str, Channel] = {}
-        self._chunks: list[ChunkIndex] = []
-        self._attachments: list[AttachmentIndex] = []
-        self._metadata: list[MetadataIndex] = []
+        self._schemas: dict[str, records.Schema] = {}
+        self._channels: dict[str, records.Channel] = {}
+        self._chunks: list[records.ChunkIndex] = []
+        self._attachments: list[records.AttachmentIndex] = []
+        self._metadata: list[records.MetadataIndex] = []
         self._counts: Counter[int] = Counter()
         self._span: tuple[int, int] | None = None
         self._open: list[RecordBlock] = []
         self._compressor = zstandard.ZstdCompressor(level=ZSTD_LEVEL)
         self._put(MAGIC)
-        self._record(Header(profile, LIBRARY))
+        self._record(records.Header(profile, LIBRARY))
 
     @property
     def open_bytes(self) -> int:
@@ -76,13 +63,13 @@ class ContainerWriter:
     def attachment(self, name: str, media_type: str, data: bytes, time_ns: int = 0) -> None:
         """Write one attachment; it lies outside chunks and is never compressed."""
         start = self._position
-        length = self._record(Attachment(time_ns, time_ns, name, media_type, data))
-        self._attachments.append(AttachmentIndex(start, length, time_ns, time_ns, len(data), name, media_type))
+        length = self._record(records.Attachment(time_ns, time_ns, name, media_type, data))
+        self._attachments.append(records.AttachmentIndex(start, length, time_ns, time_ns, len(data), name, media_type))
 
     def metadata(self, name: str, values: dict[str, str]) -> None:
         """Write one metadata record."""
         start = self._position
-        self._metadata.append(MetadataIndex(start, self._record(Metadata(name, values)), name))
+        self._metadata.append(records.MetadataIndex(start, self._record(records.Metadata(name, values)), name))
 
     def channel(self, topic: str) -> int:
         """The id of a topic of the profile; its schema and channel records are written the first time.
@@ -91,45 +78,28 @@ class ContainerWriter:
         """
         if topic not in self._channels:
             spec = channel_spec(topic)
-            if spec.schema not in self._schemas:
-                schema = Schema(
-                    id=len(self._schemas) + 1, data=spec.descriptor_set, encoding="protobuf", name=spec.schema
-                )
-                self._schemas[spec.schema] = schema
-                self._record(schema)
-            channel = Channel(
-                id=len(self._channels) + 1,
-                topic=topic,
-                message_encoding="protobuf",
-                metadata={},
-                schema_id=self._schemas[spec.schema].id,
-            )
-            self._channels[topic] = channel
-            self._record(channel)
+            schema = records.Schema(id=0, name=spec.schema, encoding="protobuf", data=spec.descriptor_set)
+            number = self._add_schema(spec.schema, schema)
+            self._add_channel(topic, records.Channel(0, topic, "protobuf", {}, number))
         return self._channels[topic].id
 
-    def adopt(self, channel: Channel, schema: Schema | None) -> int:
+    def adopt(self, channel: records.Channel, schema: records.Schema | None) -> int:
         """The id of a channel of another file, which is written as it was but for its numbers."""
-        number = 0
-        if schema is not None:
-            key = f"{schema.name}\0{schema.id}"
-            if key not in self._schemas:
-                made = Schema(id=len(self._schemas) + 1, data=schema.data, encoding=schema.encoding, name=schema.name)
-                self._schemas[key] = made
-                self._record(made)
-            number = self._schemas[key].id
         key = f"{channel.topic}\0{channel.id}"
         if key not in self._channels:
-            taken = Channel(
-                id=len(self._channels) + 1,
-                topic=channel.topic,
-                message_encoding=channel.message_encoding,
-                metadata=channel.metadata,
-                schema_id=number,
-            )
-            self._channels[key] = taken
-            self._record(taken)
+            number = 0 if schema is None else self._add_schema(f"{schema.name}\0{schema.id}", schema)
+            self._add_channel(key, replace(channel, schema_id=number))
         return self._channels[key].id
+
+    def _add_schema(self, key: str, schema: records.Schema) -> int:
+        if key not in self._schemas:
+            self._schemas[key] = replace(schema, id=len(self._schemas) + 1)
+            self._record(self._schemas[key])
+        return self._schemas[key].id
+
+    def _add_channel(self, key: str, channel: records.Channel) -> None:
+        self._channels[key] = replace(channel, id=len(self._channels) + 1)
+        self._record(self._channels[key])
 
     def messages(self, block: RecordBlock) -> None:
         """Append message records; chunks close on the way, wherever the size says, whatever the blocks were."""
@@ -160,20 +130,18 @@ class ContainerWriter:
         self._open = []
         first, last = int(block.log_ns.min()), int(block.log_ns.max())
         data = self._compressor.compress(block.data)
-        body = struct.pack("<QQQI", first, last, len(block.data), zlib.crc32(block.data))
-        body += struct.pack("<I4sQ", 4, b"zstd", len(data)) + data
+        chunk = records.Chunk("zstd", data, last, first, zlib.crc32(block.data), len(block.data))
         start = self._position
-        self._put(struct.pack("<BQ", Opcode.CHUNK, len(body)) + body)
-        length = self._position - start
+        length = self._record(chunk)
         offsets, index_start = self._message_indexes(block), self._position
         index = b"".join(offsets.values())
         places = index_start + np.cumsum([0, *(len(part) for part in offsets.values())])
         self._put(index)
         self._chunks.append(
-            ChunkIndex(
+            records.ChunkIndex(
                 chunk_length=length,
                 chunk_start_offset=start,
-                compression="zstd",
+                compression=chunk.compression,
                 compressed_size=len(data),
                 message_end_time=last,
                 message_index_length=len(index),
@@ -190,18 +158,17 @@ class ContainerWriter:
         for channel in np.unique(block.channel).tolist():
             mine = np.flatnonzero(block.channel == channel)
             entries = np.stack([block.log_ns[mine], block.starts[mine]], axis=1).astype("<u8").tobytes()
-            found[channel] = (
-                struct.pack("<BQHI", Opcode.MESSAGE_INDEX, 6 + len(entries), channel, len(entries)) + entries
-            )
+            head = struct.pack("<BQHI", Opcode.MESSAGE_INDEX, 6 + len(entries), channel, len(entries))
+            found[channel] = head + entries
             self._counts[channel] += len(mine)
         return found
 
     def finish(self) -> None:
         """Close the open chunk and write the index, the statistics and the footer."""
         self.close_chunk()
-        self._record(DataEnd(self._crc))
+        self._record(records.DataEnd(self._crc))
         start, first, last = self._position, *(self._span or (0, 0))
-        statistics = Statistics(
+        statistics = records.Statistics(
             attachment_count=len(self._attachments),
             channel_count=len(self._channels),
             channel_message_counts=dict(self._counts),
@@ -212,7 +179,7 @@ class ContainerWriter:
             metadata_count=len(self._metadata),
             schema_count=len(self._schemas),
         )
-        groups: list[tuple[Opcode, list[McapRecord]]] = [
+        groups: list[tuple[Opcode, list[records.McapRecord]]] = [
             (Opcode.SCHEMA, list(self._schemas.values())),
             (Opcode.CHANNEL, list(self._channels.values())),
             (Opcode.STATISTICS, [statistics]),
@@ -221,17 +188,17 @@ class ContainerWriter:
             (Opcode.METADATA_INDEX, list(self._metadata)),
         ]
         summary, offsets = b"", b""
-        for opcode, records in groups:
-            part = _bytes(*records)
+        for opcode, listed in groups:
+            part = _bytes(*listed)
             if part:
-                offsets += _bytes(SummaryOffset(opcode, start + len(summary), len(part)))
+                offsets += _bytes(records.SummaryOffset(opcode, start + len(summary), len(part)))
             summary += part
-        tail = struct.pack("<BQQQ", Opcode.FOOTER, 20, start, start + len(summary))
-        crc = zlib.crc32(summary + offsets + tail)
-        self._put(summary + offsets + _bytes(Footer(start, start + len(summary), crc)) + MAGIC)
+        footer = records.Footer(start, start + len(summary), 0)
+        footer.summary_crc = zlib.crc32(summary + offsets + _bytes(footer)[:-4])
+        self._put(summary + offsets + _bytes(footer) + MAGIC)
         self._stream.flush()
 
-    def _record(self, record: McapRecord) -> int:
+    def _record(self, record: records.McapRecord) -> int:
         return self._put(_bytes(record))
 
     def _put(self, data: bytes) -> int:
@@ -241,8 +208,8 @@ class ContainerWriter:
         return len(data)
 
 
-def _bytes(*records: McapRecord) -> bytes:
+def _bytes(*written: records.McapRecord) -> bytes:
     builder: Any = RecordBuilder()
-    for record in records:
+    for record in written:
         record.write(builder)
     return bytes(builder.end())

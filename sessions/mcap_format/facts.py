@@ -1,13 +1,14 @@
-"""What the metadata of a session file says, and how a file of an older version becomes one of today.
+"""The metadata records of a session file, and how those of an older version are brought up to date.
 
-``vrlab.session`` holds the facts of the session and the SHA-256 of every mesh attachment; ``vrlab.bodies`` the names
-of the tracked bodies in the order of the frames' columns. A recorder learns the bodies as they come and repeats
-``vrlab.bodies`` each time; the last one counts.
+``vrlab.session`` holds the metadata of the session and the SHA-256 of every mesh attachment. ``vrlab.bodies`` holds
+the names of the tracked bodies in the order of the frames' columns; a recorder writes it again for every new body, and
+the last record counts.
 """
 
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping
 
 from sessions.errors import SessionFileError
@@ -28,45 +29,51 @@ DECLARED = {
     "pseudonym": NOT_STATED,
     "consent": NOT_STATED,
 }
-"""Facts every file answers; what nobody said is written as not stated, so that its absence is seen."""
+"""Metadata that every file has; what nobody gave is written as "not stated", so that a reader sees the gap."""
 
-MAX_BODIES = 4096
-"""More than any laboratory has; what a hostile file lists is bounded by it."""
+MAX_BODIES = 4096  # More than any laboratory has; what a hostile file lists is bounded by it
 
-Facts = dict[str, str]
+Record = dict[str, str]
 
-MIGRATIONS: dict[int, Callable[[Facts], Facts]] = {}
-"""Version n -> the function that turns facts of version n into facts of version n + 1; none yet, ours is the first."""
+MIGRATIONS: dict[int, Callable[[Record], Record]] = {}
+"""Version n -> the function from a session record of version n to one of version n + 1; none yet."""
 
 VERSION = int(PROFILE.removeprefix(PROFILE_FAMILY))
 
 
-def session_record(facts: Mapping[str, str], mesh_hashes: Mapping[str, str]) -> Facts:
+def session_record(metadata: Mapping[str, str], mesh_hashes: Mapping[str, str]) -> Record:
     """The content of ``vrlab.session``."""
-    own = {key: value for key, value in facts.items() if key != FORMAT and not key.startswith(MESH_HASH)}
+    own = {key: value for key, value in metadata.items() if key != FORMAT and not key.startswith(MESH_HASH)}
     hashes = {f"{MESH_HASH}{name}": value for name, value in mesh_hashes.items()}
     return {FORMAT: PROFILE, **DECLARED, **own, **hashes}
 
 
-def bodies_record(names: tuple[str, ...]) -> Facts:
+def bodies_record(names: tuple[str, ...]) -> Record:
     """The content of ``vrlab.bodies``."""
     return {"names": json.dumps(list(names), ensure_ascii=False)}
 
 
-def facts_of(record: Mapping[str, str]) -> tuple[Facts, dict[str, str]]:
-    """The facts, and mesh name -> SHA-256, of a ``vrlab.session`` record."""
+def metadata_of(record: Mapping[str, str]) -> tuple[Record, dict[str, str]]:
+    """The metadata, and mesh name -> SHA-256, of a ``vrlab.session`` record."""
     hashes = {key.removeprefix(MESH_HASH): value for key, value in record.items() if key.startswith(MESH_HASH)}
     return {key: value for key, value in record.items() if not key.startswith(MESH_HASH)}, hashes
 
 
-def names_of(record: Mapping[str, str]) -> tuple[str, ...]:
-    """The tracked bodies of a ``vrlab.bodies`` record.
+def mesh_file(name: str) -> str:
+    """The attachment that holds the mesh of a body."""
+    return f"meshes/{name}.glb"
 
-    Raises
-    ------
-    SessionFileError
-        The record is not a list of different names.
-    """
+
+def mesh_name(attachment: str) -> str | None:
+    """The body whose mesh an attachment holds, ``None`` when it holds none."""
+    found = re.fullmatch(r"meshes/(.*)\.glb", attachment, re.DOTALL)
+    return found and found[1]
+
+
+def names_of(record: Mapping[str, str] | None) -> tuple[str, ...]:
+    """The tracked bodies of a ``vrlab.bodies`` record; an error when it is no list of different names."""
+    if record is None:
+        return ()
     try:
         names = json.loads(record.get("names", ""))
     except ValueError:
@@ -78,14 +85,8 @@ def names_of(record: Mapping[str, str]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def migrated(record: Facts, profile: str) -> Facts:
-    """The session record of any known version as one of today.
-
-    Raises
-    ------
-    SessionFileError
-        The file is of a version that this program does not know.
-    """
+def migrated(record: Record, profile: str) -> Record:
+    """A session record of any known version as one of the current version; an error for an unknown version."""
     word = profile.removeprefix(PROFILE_FAMILY)
     version = int(word) if word.isascii() and word.isdigit() and len(word) < 10 else -1
     while version in MIGRATIONS and version < VERSION:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from operator import index
 from typing import Any
 
@@ -16,13 +16,7 @@ Poses = Mapping[str, tuple[Sequence[float] | NDArray[Any], Sequence[float] | NDA
 
 
 class FrameBatch:
-    """Room for some frames of known bodies.
-
-    Parameters
-    ----------
-    names : the bodies, one per column.
-    room : frames that fit.
-    """
+    """Room for ``room`` frames of the bodies ``names``, one per column."""
 
     def __init__(self, names: tuple[str, ...], room: int) -> None:
         self.names, self.room, self.count = names, room, 0
@@ -47,24 +41,26 @@ class FrameBatch:
             self._columns[names] = np.array([self._column[name] for name in names], dtype=np.intp)
         return True
 
-    def add(self, names: tuple[str, ...], values: NDArray[np.float64], stamp_ns: int, log_ns: int) -> None:
-        """Append one frame; values are (bodies, 7), position then quaternion xyzw."""
+    def add(
+        self,
+        names: tuple[str, ...],
+        values: NDArray[np.float64],
+        stamp_ns: int,
+        log_ns: int,
+        status: Mapping[str, Status] | None = None,
+        sample_ns: Mapping[str, int] | None = None,
+    ) -> None:
+        """Append one frame; values are (bodies, 7), and some bodies have a status or a device stamp of their own."""
         row, columns = self.count, self._columns[names]
         self._values[row, columns] = values
         self._status[row, columns] = Status.VALID
         self._sample[row, columns] = stamp_ns
         self._stamp[row], self._log[row] = stamp_ns, log_ns
+        for name, worth in (status or {}).items():
+            self._status[row, self._column[name]] = worth
+        for name, time_ns in (sample_ns or {}).items():
+            self._sample[row, self._column[name]] = time_ns
         self.count += 1
-
-    def mark(self, names: Iterable[str], status: Status) -> None:
-        """Say of some bodies of the last frame what their samples are worth."""
-        for name in names:
-            self._status[self.count - 1, self._column[name]] = status
-
-    def stamp(self, sample_ns: Mapping[str, int]) -> None:
-        """Give some bodies of the last frame a device stamp of their own."""
-        for name, time_ns in sample_ns.items():
-            self._sample[self.count - 1, self._column[name]] = time_ns
 
     def frames(self) -> Frames:
         """What was added."""
@@ -76,13 +72,7 @@ class FrameBatch:
 
 
 def pose_values(poses: Poses) -> NDArray[np.float64]:
-    """Seven numbers per body, (bodies, 7).
-
-    Raises
-    ------
-    SessionError
-        A position that is not three numbers, or a quaternion that is not four.
-    """
+    """Seven numbers per body, (bodies, 7); a `SessionError` names the body whose pose is not seven numbers."""
     flat: list[float] = []
     try:
         for position, quaternion in poses.values():
@@ -106,13 +96,7 @@ def _is_pose(pose: Any) -> bool:
 
 
 def nanoseconds(value: int) -> int:
-    """A stamp as a plain integer.
-
-    Raises
-    ------
-    SessionError
-        It is no integer, negative, or beyond int64.
-    """
+    """A stamp as a plain integer; a `SessionError` when it is no integer, negative, or beyond int64."""
     try:
         found = index(value)
     except TypeError:

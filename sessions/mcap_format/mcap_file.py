@@ -2,32 +2,25 @@
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from sessions.errors import SessionFileError
 from sessions.frames import Frames
-from sessions.mcap_format.catalogue import Catalogue, read_catalogue
+from sessions.mcap_format.catalogue import Catalogue, read_attachment, read_catalogue
 from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.schemas import TF, TRACKING
 from sessions.mcap_format.unpacking import MessageTable, read_region, together
 
 
 class McapFile:
-    """A file whose records have been walked; nothing is held open between calls.
-
-    Raises
-    ------
-    SessionFileError
-        See `read_catalogue`.
-    """
+    """A file whose records have been walked; nothing is held open between calls."""
 
     def __init__(self, path: Path) -> None:
         self.catalogue: Catalogue = read_catalogue(path)
         if self.catalogue.tear is not None and self.catalogue.regions:
-            # The message index of the last whole chunk may be torn, so what it lists may not be all.
+            # The message index of the last whole chunk may be cut short, so what it lists may not be all.
             self.catalogue.regions[-1].channels = None
         self._discover_channels()
 
@@ -61,9 +54,9 @@ class McapFile:
                 yield int(table.publish_ns[row]), table.payload(row)
 
     def topics_below(self, prefix: str) -> list[str]:
-        """What follows the prefix in the topics that start with it."""
-        topics = dict.fromkeys(channel.topic for channel in self.catalogue.channels.values())
-        return [topic.removeprefix(prefix) for topic in topics if topic.startswith(prefix)]
+        """What follows the prefix in the topics that start with it, each once."""
+        topics = [channel.topic for channel in self.catalogue.channels.values() if channel.topic.startswith(prefix)]
+        return [topic.removeprefix(prefix) for topic in dict.fromkeys(topics)]
 
     def last_stamp(self) -> int | None:
         """The latest frame time of the last region that holds frames."""
@@ -75,19 +68,15 @@ class McapFile:
 
     def attachment(self, name: str) -> bytes | None:
         """The bytes of an attachment, checked against its checksum; ``None`` when there is none of that name."""
-        place = self.catalogue.attachments.get(name)
-        if place is None:
+        if name not in self.catalogue.attachments:
             return None
+        offset, length = self.catalogue.attachments[name]
         with self.catalogue.path.open("rb") as stream:
-            stream.seek(place.offset)
-            record = stream.read(place.length)
-        start = 20 + int.from_bytes(record[16:20], "little")
-        start += 4 + int.from_bytes(record[start : start + 4], "little")
-        size = int.from_bytes(record[start : start + 8], "little")
-        data, crc = record[start + 8 : -4], int.from_bytes(record[-4:], "little")
-        if size != len(data) or (crc and zlib.crc32(record[:-4]) != crc):
+            stream.seek(offset)
+            found = read_attachment(stream.read(length))
+        if found is None:
             raise self.error(f"the attachment {name!r} is damaged")
-        return data
+        return bytes(found[0].data)
 
     def decoder(self, names: tuple[str, ...] | None) -> FrameDecoder:
         """A decoder of this file's frames; ``None``: columns are added as bodies appear."""
@@ -97,13 +86,7 @@ class McapFile:
 
 @dataclass(frozen=True, eq=False)
 class McapFrames:
-    """Frames that lie in a file; each block is decoded when its turn comes.
-
-    Parameters
-    ----------
-    file : the file.
-    names : bodies, one per column.
-    """
+    """Frames of a file, one column per name; each block is decoded when it is asked for."""
 
     file: McapFile
     names: tuple[str, ...]

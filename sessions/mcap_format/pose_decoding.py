@@ -1,4 +1,4 @@
-"""Messages of a whole chunk to frames at once, each sample with the validity that its note on /tracking gives it."""
+"""Messages of a whole chunk to frames at once, each sample with the validity that /tracking gives it."""
 
 from __future__ import annotations
 
@@ -29,11 +29,8 @@ _Identity = tuple[int, int, int]
 class FrameDecoder:
     """Decodes regions in file order; remembers layouts, and the validity note that waits for its frame.
 
-    Parameters
-    ----------
-    where : what to call the file in errors.
-    tf, tracking : channel ids of the two topics.
-    names : bodies, one per column; ``None``: columns are added as bodies appear (`names` tells them).
+    ``where`` names the file in errors, ``tf`` and ``tracking`` are the channel ids of the two topics, and ``names`` the
+    bodies, one per column; without them columns are added as bodies appear.
     """
 
     def __init__(self, where: str, tf: set[int], tracking: set[int], names: tuple[str, ...] | None) -> None:
@@ -51,13 +48,7 @@ class FrameDecoder:
         return tuple(self._columns)
 
     def decode(self, table: MessageTable) -> Iterator[Frames]:
-        """The frames of one region, in parts of bounded size.
-
-        Raises
-        ------
-        SessionFileError
-            A message that is no FrameTransforms, a body twice in one frame, a body not in the list, two parents.
-        """
+        """The frames of one region, in parts of bounded size; a message that is not what it should be is an error."""
         notes = table.of_channels(self._tracking)
         empty = np.array([table.payload(row) == FRAME_WITHOUT_SAMPLES for row in notes.tolist()], dtype=np.bool_)
         rows = np.union1d(table.of_channels(self._tf), notes[empty])

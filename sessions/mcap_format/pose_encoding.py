@@ -23,6 +23,8 @@ from sessions.frames import Frames, Status
 from sessions.mcap_format.record_block import LENGTH_BEFORE_DATA, MESSAGE_HEADER, RecordBlock
 from sessions.mcap_format.schemas import WORLD, message_class
 
+Ints = NDArray[np.int64]
+
 SECOND_NS = 1_000_000_000
 # Five groups of seven bits hold 2^35 s, more than int64 nanoseconds reach; a negative number needs all ten.
 SECONDS_WIDTH, NEGATIVE_WIDTH, NANOS_WIDTH = 5, 10, 5
@@ -40,7 +42,6 @@ class TransformLayout:
     nanos: int
     position: int
     quaternion: int
-    seconds_width: int
 
 
 def _field(number: int, content: bytes) -> bytes:
@@ -71,14 +72,17 @@ def transform_layout(name: str, seconds_width: int) -> TransformLayout:
     template = _field(1, content)
     start = len(template) - len(content)
     after_frames = start + len(stamp) + len(frames)
-    return TransformLayout(
-        template=template,
-        seconds=start + 3,
-        nanos=start + 3 + seconds_width + 1,
-        position=after_frames + 3,
-        quaternion=after_frames + len(translation) + 3,
-        seconds_width=seconds_width,
-    )
+    nanos, quaternion = start + 3 + seconds_width + 1, after_frames + len(translation) + 3
+    return TransformLayout(template, start + 3, nanos, after_frames + 3, quaternion)
+
+
+def check_stamp(what: str, time_ns: int) -> None:
+    """Refuse a stamp before 0, which an MCAP file cannot hold."""
+    if time_ns < 0:
+        raise SessionFileError(
+            f"{what} stamped {time_ns} ns, and a session file starts at 0; shift all stamps of the session so that "
+            "none is negative"
+        )
 
 
 class FrameEncoder:
@@ -86,7 +90,7 @@ class FrameEncoder:
 
     A frame whose present samples are all valid is one ``/tf`` message. Any other has a ``/tracking`` message with the
     same sequence and stamps just before it, which names the bodies that are not valid; so each frame can be judged
-    without what came before, and a tear between the two never turns a lost sample into a valid one. A frame without
+    without what came before, and a file cut between the two never turns a lost sample into a valid one. A frame without
     any sample is a ``/tracking`` message alone.
     """
 
@@ -96,21 +100,11 @@ class FrameEncoder:
         self._sequence = 0
 
     def encode(self, frames: Frames) -> RecordBlock:
-        """The records of these frames, numbered on from the last call.
-
-        Raises
-        ------
-        SessionFileError
-            A stamp before 0, which an MCAP file cannot hold.
-        """
+        """The records of these frames, numbered on from the last call; a stamp before 0 is an error."""
         count = len(frames)
         if not count:
             return RecordBlock.of([])
-        if min(frames.stamp_ns.min(), frames.log_ns.min()) < 0:
-            raise SessionFileError(
-                f"a frame is stamped {min(frames.stamp_ns.min(), frames.log_ns.min())} ns, and a session file starts "
-                "at 0; shift all stamps of the session so that none is negative"
-            )
+        check_stamp("a frame is", int(min(frames.stamp_ns.min(), frames.log_ns.min())))
         sequence = np.arange(self._sequence, self._sequence + count) % (1 << 32)
         self._sequence += count
         notes = self._tracking_payloads(frames)
@@ -177,16 +171,11 @@ def _message_tables(frames: Frames) -> list[tuple[NDArray[np.int64], NDArray[np.
 
 
 def _message_table(
-    frames: Frames,
-    rows: NDArray[np.int64],
-    columns: NDArray[np.int64],
-    width: int,
-    seconds: NDArray[np.int64],
-    nanos: NDArray[np.int64],
+    frames: Frames, rows: Ints, columns: Ints, width: int, seconds: Ints, nanos: Ints
 ) -> NDArray[np.uint8]:
     layouts = [transform_layout(frames.names[column], width) for column in columns]
-    payload = b"".join(layout.template for layout in layouts) if layouts else FRAME_WITHOUT_SAMPLES
-    template = bytes(MESSAGE_HEADER.size) + payload
+    payload = b"".join(layout.template for layout in layouts)
+    template = bytes(MESSAGE_HEADER.size) + (payload or FRAME_WITHOUT_SAMPLES)
     table = np.empty((len(rows), len(template)), dtype=np.uint8)
     table[:] = np.frombuffer(template, dtype=np.uint8)
     every = slice(None) if len(rows) == len(frames) else rows
@@ -197,9 +186,8 @@ def _message_table(
         for axis in range(3):
             column_view(table, at + layout.position + 9 * axis, "<f8")[:] = frames.position[every, column, axis]
         for axis in range(4):
-            column_view(table, at + layout.quaternion + 9 * axis, "<f8")[:] = frames.quaternion_xyzw[
-                every, column, axis
-            ]
+            number = frames.quaternion_xyzw[every, column, axis]
+            column_view(table, at + layout.quaternion + 9 * axis, "<f8")[:] = number
         at += len(layout.template)
     return table
 
@@ -217,13 +205,7 @@ def column_view(table: NDArray[np.uint8], at: int, kind: str) -> NDArray[np.floa
     return np.ndarray((len(table),), dtype=kind, buffer=table, offset=at, strides=(table.shape[1],))
 
 
-def _fill_headers(
-    table: NDArray[np.uint8],
-    channel: int,
-    sequence: NDArray[np.int64],
-    log_ns: NDArray[np.int64],
-    stamp_ns: NDArray[np.int64],
-) -> None:
+def _fill_headers(table: NDArray[np.uint8], channel: int, sequence: Ints, log_ns: Ints, stamp_ns: Ints) -> None:
     head = MESSAGE_HEADER.pack(Opcode.MESSAGE, table.shape[1] - 9, channel, 0, 0, 0)
     table[:, : len(head)] = np.frombuffer(head, dtype=np.uint8)
     column_view(table, 11, "<u4")[:] = sequence
@@ -237,13 +219,7 @@ def _window(out: NDArray[np.uint8], length: int) -> NDArray[np.uint8]:
 
 
 def _block(
-    out: NDArray[np.uint8],
-    tf_starts: NDArray[np.int64],
-    note_size: NDArray[np.int64],
-    ends: NDArray[np.int64],
-    log_ns: NDArray[np.int64],
-    frame_channel: NDArray[np.int64],
-    tracking: int,
+    out: NDArray[np.uint8], tf_starts: Ints, note_size: Ints, ends: Ints, log_ns: Ints, channels: Ints, tracking: int
 ) -> RecordBlock:
     """The records with their places: a note, where there is one, before its frame."""
     noted = note_size > 0
@@ -251,6 +227,6 @@ def _block(
     total = int(counts[-1])
     starts, channel, log = (np.empty(total, dtype=np.int64) for _ in range(3))
     frame_rows, note_rows = counts - 1, counts[noted] - 2
-    starts[frame_rows], channel[frame_rows], log[frame_rows] = tf_starts, frame_channel, log_ns
+    starts[frame_rows], channel[frame_rows], log[frame_rows] = tf_starts, channels, log_ns
     starts[note_rows], channel[note_rows], log[note_rows] = (tf_starts - note_size)[noted], tracking, log_ns[noted]
     return RecordBlock(out.tobytes(), starts, channel, log, ends, counts)

@@ -1,4 +1,4 @@
-"""Reads a session file: facts, meshes and events at once, poses chunk by chunk when their turn comes.
+"""Reads a session file: metadata, meshes and events at once, poses chunk by chunk when they are asked for.
 
 Memory for ``Session.blocks`` is one chunk and one block, whatever the file's length.
 """
@@ -6,20 +6,26 @@ Memory for ``Session.blocks`` is one chunk and one block, whatever the file's le
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, Generic, TypeVar, overload
 
 from google.protobuf.message import DecodeError
 
 from sessions.errors import SessionError, SessionFileError, TornFileError
 from sessions.event import Event, Interval
-from sessions.hand import HandTrack
 from sessions.live_contact import LiveContact
 from sessions.mcap_format.annotations import read_contact, read_event, read_hand, read_intervals, read_track
-from sessions.mcap_format.facts import BODIES_RECORD, DECLARED, SESSION_RECORD, Facts, facts_of, migrated, names_of
-from sessions.mcap_format.lazy import LazyMapping, LazySequence
+from sessions.mcap_format.facts import (
+    BODIES_RECORD,
+    DECLARED,
+    SESSION_RECORD,
+    mesh_file,
+    metadata_of,
+    migrated,
+    names_of,
+)  # fmt: skip
 from sessions.mcap_format.mcap_file import McapFile, McapFrames
 from sessions.mcap_format.schemas import (
     EVENTS,
@@ -29,31 +35,30 @@ from sessions.mcap_format.schemas import (
     PROFILE_FAMILY,
     TF,
     TRACKS_PREFIX,
-)
-from sessions.mcap_format.writer import MESH_FOLDER, MESH_TYPE, SCENE_FILE
+)  # fmt: skip
+from sessions.mcap_format.writer import SCENE_FILE
 from sessions.mesh_data import MeshData
 from sessions.scene import Scene
 from sessions.session import Session
-from sessions.track import Track
 
 TF_SCHEMA = "foxglove.FrameTransforms"
-MISSING = "missing"
-"""The fact that says what a file which was cut short lacks."""
+MISSING = "missing"  # The metadata key that says what a truncated file lacks
 
 Result = TypeVar("Result")
+Value = TypeVar("Value")
 
 
 def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
     """Read a session file of profile ``vrlab/1``, or any MCAP with ``foxglove.FrameTransforms`` on ``/tf``.
 
     Meshes are checked against their hashes. Frames, hands, live contacts and faster tracks are decoded when asked for.
-    A file without the profile has the facts ``format: foreign`` and ``profile: none`` (or what it calls its own).
+    A file without the profile has the metadata ``format: foreign`` and ``profile: none`` (or what it calls its own).
 
     Parameters
     ----------
     path : the file.
     torn : what to do with a file that was cut short, for example by a crash of the recorder: ``refuse``, or ``keep``
-        every whole chunk, with the fact ``missing`` saying what is not there.
+        every whole chunk; the metadata key ``missing`` then says what is not there.
 
     Raises
     ------
@@ -70,36 +75,34 @@ def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
             "`replay recover`"
         )
     own = file.catalogue.profile.startswith(PROFILE_FAMILY)
-    facts, hashes = _own_facts(file) if own else (_foreign_facts(file), {})
+    metadata = {"format": "foreign", "profile": file.catalogue.profile or "none", **DECLARED}
+    hashes: dict[str, str] = {}
+    if own:
+        record = file.catalogue.metadata_record(SESSION_RECORD) or {}
+        metadata, hashes = _named(file, lambda: metadata_of(migrated(record, file.catalogue.profile)))
     _check_pose_channels(file)
     if file.catalogue.tear is not None:
-        facts[MISSING] = _missing(file)
+        metadata[MISSING] = _missing(file)
     return Session(
-        McapFrames(file, _own_names(file) if own else _scanned_names(file)),
-        _meshes(file, hashes),
+        McapFrames(file, _listed_names(file) if own else _scanned_names(file)),
+        {name: _mesh(file, name, expected) for name, expected in hashes.items()},
         _scene(file),
-        events=_events(file),
-        intervals=_intervals(file),
-        facts=facts,
+        events=_read(file, EVENTS, _events),
+        intervals=_read(file, INTERVALS, lambda found: _intervals(file, found)),
+        facts=metadata,
         origin=str(path),
-        hands=LazyMapping(file.topics_below(HANDS_PREFIX), partial(_hand, file)),
-        live_contacts=LazySequence(partial(_contacts, file)),
-        fast_tracks=LazyMapping(file.topics_below(TRACKS_PREFIX), partial(_track, file)),
+        hands=LazyMapping(
+            file.topics_below(HANDS_PREFIX), lambda key: _read(file, HANDS_PREFIX + key, _payloads(read_hand))
+        ),
+        live_contacts=LazySequence(lambda: _read(file, LIVE_CONTACTS, _payloads(_contacts))),
+        fast_tracks=LazyMapping(
+            file.topics_below(TRACKS_PREFIX), lambda key: _read(file, TRACKS_PREFIX + key, _payloads(read_track))
+        ),
     )
 
 
-def _own_facts(file: McapFile) -> tuple[Facts, dict[str, str]]:
-    record = file.catalogue.metadata_record(SESSION_RECORD)
-    return _named(file, lambda: facts_of(migrated(record or {}, file.catalogue.profile)))
-
-
-def _foreign_facts(file: McapFile) -> Facts:
-    return {"format": "foreign", "profile": file.catalogue.profile or "none", **DECLARED}
-
-
-def _own_names(file: McapFile) -> tuple[str, ...]:
-    record = file.catalogue.metadata_record(BODIES_RECORD)
-    return () if record is None else _named(file, lambda: names_of(record))
+def _listed_names(file: McapFile) -> tuple[str, ...]:
+    return _named(file, lambda: names_of(file.catalogue.metadata_record(BODIES_RECORD)))
 
 
 def _scanned_names(file: McapFile) -> tuple[str, ...]:
@@ -112,11 +115,12 @@ def _scanned_names(file: McapFile) -> tuple[str, ...]:
 
 
 def _named(file: McapFile, load: Callable[[], Result]) -> Result:
-    """What a function gives, its error with the file's name before it."""
+    """What a function gives; its error begins with the file's name, once."""
     try:
         return load()
     except SessionError as error:
-        raise SessionFileError(f"{file.catalogue.path}: {error}") from None
+        path = file.catalogue.path
+        raise SessionFileError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
 
 
 def _check_pose_channels(file: McapFile) -> None:
@@ -137,14 +141,10 @@ def _missing(file: McapFile) -> str:
     return f"everything after byte {file.catalogue.tear}; {kept}"
 
 
-def _meshes(file: McapFile, hashes: dict[str, str]) -> dict[str, MeshData]:
-    return {name: _mesh(file, name, expected) for name, expected in hashes.items()}
-
-
 def _mesh(file: McapFile, name: str, expected: str) -> MeshData:
     from sessions.meshes import mesh_from_bytes
 
-    data = file.attachment(f"{MESH_FOLDER}{name}{MESH_TYPE}")
+    data = file.attachment(mesh_file(name))
     if data is None:
         raise file.error(f"the mesh of {name!r} is not in the file")
     if hashlib.sha256(data).hexdigest() != expected:
@@ -161,32 +161,70 @@ def _scene(file: McapFile) -> Scene:
     return _named(file, lambda: parse_scene(data.decode("utf-8", errors="replace"), SCENE_FILE))
 
 
-def _read(file: McapFile, topic: str, read: Callable[[], Result]) -> Result:
+def _read(file: McapFile, topic: str, read: Callable[[list[tuple[int, bytes]]], Result]) -> Result:
+    """What a function makes of the (publish_ns, payload) of a topic."""
     try:
-        return _named(file, read)
+        return _named(file, lambda: read(list(file.payloads(topic))))
     except (DecodeError, ValueError, OverflowError):
         raise file.error(f"a message on {topic} is not what its schema says") from None
 
 
-def _events(file: McapFile) -> tuple[Event, ...]:
-    return _read(file, EVENTS, lambda: tuple(read_event(data, time) for time, data in file.payloads(EVENTS)))
+def _payloads(read: Callable[[Iterator[bytes]], Result]) -> Callable[[list[tuple[int, bytes]]], Result]:
+    return lambda messages: read(payload for _, payload in messages)
 
 
-def _intervals(file: McapFile) -> tuple[Interval, ...]:
-    payloads = [data for _, data in file.payloads(INTERVALS)]
-    last = (file.last_stamp() or 0) if payloads else 0
-    return _read(file, INTERVALS, lambda: read_intervals(payloads, last))
+def _events(messages: list[tuple[int, bytes]]) -> tuple[Event, ...]:
+    return tuple(read_event(payload, publish_ns) for publish_ns, payload in messages)
 
 
-def _contacts(file: McapFile) -> tuple[LiveContact, ...]:
-    return _read(file, LIVE_CONTACTS, lambda: tuple(read_contact(data) for _, data in file.payloads(LIVE_CONTACTS)))
+def _intervals(file: McapFile, messages: list[tuple[int, bytes]]) -> tuple[Interval, ...]:
+    last_ns = (file.last_stamp() or 0) if messages else 0
+    return read_intervals((payload for _, payload in messages), last_ns)
 
 
-def _hand(file: McapFile, key: str) -> HandTrack:
-    topic = HANDS_PREFIX + key
-    return _read(file, topic, lambda: read_hand(data for _, data in file.payloads(topic)))
+def _contacts(payloads: Iterator[bytes]) -> tuple[LiveContact, ...]:
+    return tuple(map(read_contact, payloads))
 
 
-def _track(file: McapFile, name: str) -> Track:
-    topic = TRACKS_PREFIX + name
-    return _read(file, topic, lambda: read_track(data for _, data in file.payloads(topic)))
+class LazyMapping(Mapping[str, Value], Generic[Value]):
+    """Parts of a session by name; ``load`` is called once per key, when its value is asked for."""
+
+    def __init__(self, keys: Sequence[str], load: Callable[[str], Value]) -> None:
+        self._keys, self._load = dict.fromkeys(keys), cache(load)
+
+    def __getitem__(self, key: str) -> Value:
+        if key not in self._keys:
+            raise KeyError(key)
+        return self._load(key)
+
+    def __contains__(self, key: object) -> bool:  # the mixin's own would load the value
+        return key in self._keys
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._keys)
+
+    def __len__(self) -> int:
+        return len(self._keys)
+
+
+class LazySequence(Sequence[Value], Generic[Value]):
+    """A sequence that ``load`` gives whole when its first item is asked for."""
+
+    def __init__(self, load: Callable[[], Sequence[Value]]) -> None:
+        self._load = cache(lambda: tuple(load()))
+
+    @overload
+    def __getitem__(self, index: int) -> Value: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Value]: ...
+    def __getitem__(self, index: Any) -> Any:
+        return self._load()[index]
+
+    def __len__(self) -> int:
+        return len(self._load())
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and self._load() == tuple(other)
+
+    def __hash__(self) -> int:
+        return hash(self._load())

@@ -10,15 +10,17 @@ import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
-MESSAGE_HEADER = struct.Struct("<BQHIQQ")
-"""Opcode, length of what follows, channel, sequence, log time, publish time."""
-LENGTH_BEFORE_DATA = MESSAGE_HEADER.size - 9
+HEAD = struct.Struct("<BQ")  # Opcode and length of what follows, at the start of every record
+CHUNK_HEAD = struct.Struct("<QQQII")
+"""Start time, end time, unpacked size, checksum, and the length of the compression's name."""
+MESSAGE_HEADER = struct.Struct("<BQHIQQ")  # Opcode, length of what follows, channel, sequence, log time, publish time
+LENGTH_BEFORE_DATA = MESSAGE_HEADER.size - HEAD.size
 """Bytes of a message record that its length counts before the payload starts."""
 
 
 @dataclass(frozen=True, eq=False)
 class RecordBlock:
-    """m message records in g groups; a group (a frame with its validity) is never torn apart by a chunk.
+    """m message records in g groups; a group (a frame with its validity) always lies in one chunk.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Records a session live: what was recorded more than a second ago is in the file, whatever happens to the program.
+"""Records a session live: everything older than a second is in the file, whatever happens to the program.
 
 While it records, the file is called ``<name>.partial``; every chunk in it is whole and readable. When the recorder is
 closed, the index is written and the file gets its name. A program that is killed leaves the partial file:
@@ -22,14 +22,8 @@ from sessions.errors import SessionError, SessionFileError
 from sessions.event import Event, Interval
 from sessions.frames import Status
 from sessions.live_contact import LiveContact
-from sessions.mcap_format.annotations import (
-    Message,
-    contact_message,
-    event_message,
-    hand_message,
-    interval_message,
-    track_messages,
-)
+from sessions.mcap_format import annotations as messages
+from sessions.mcap_format.annotations import Message
 from sessions.mcap_format.facts import MAX_BODIES
 from sessions.mcap_format.frame_batch import FrameBatch, Poses, nanoseconds, pose_values
 from sessions.mcap_format.recording_file import RecordingFile
@@ -120,19 +114,17 @@ class Recorder:
         """
         names, values = tuple(poses), pose_values(poses)
         stamp, log = nanoseconds(stamp_ns), time.time_ns() if log_ns is None else nanoseconds(log_ns)
-        marks = [(tuple(lost), Status.LOST), (tuple(held), Status.HELD), (tuple(interpolated), Status.INTERPOLATED)]
+        status = dict.fromkeys(lost, Status.LOST) | dict.fromkeys(held, Status.HELD)
+        status |= dict.fromkeys(interpolated, Status.INTERPOLATED)
         samples = {name: nanoseconds(time_ns) for name, time_ns in (sample_ns or {}).items()}
-        for name in [name for marked, _ in marks for name in marked] + list(samples):
+        for name in [*status, *samples]:
             if name not in poses:
                 raise SessionError(f"{name!r} has no pose in this frame; give its last pose, or leave it out of `lost`")
         with self._changed:
             self._wait_while(lambda: self._batch.full or (self._batch.count > 0 and not self._batch.knows(names)))
             if not self._batch.knows(names):
                 self._add_bodies(names)
-            self._batch.add(names, values, stamp, log)
-            for marked, status in marks:
-                self._batch.mark(marked, status)
-            self._batch.stamp(samples)
+            self._batch.add(names, values, stamp, log, status, samples)
 
     def hand(
         self,
@@ -149,7 +141,7 @@ class Recorder:
         if "/" in participant or "/" in side:
             raise SessionError(f"participant {participant!r} or side {side!r} holds a slash; use another sign")
         key, pressed = f"{participant}/{side}", (buttons or {}).items()
-        self._put(hand_message(key, nanoseconds(stamp_ns), trigger, grip, pressed), log_ns)
+        self._put(messages.hand_message(key, nanoseconds(stamp_ns), trigger, grip, pressed), log_ns)
 
     def event(
         self,
@@ -162,7 +154,7 @@ class Recorder:
         log_ns: int | None = None,
     ) -> None:
         """Record a moment; see `Event`."""
-        self._put(event_message(Event(nanoseconds(stamp_ns), name, message, body, level)), log_ns)
+        self._put(messages.event_message(Event(nanoseconds(stamp_ns), name, message, body, level)), log_ns)
 
     def contact(
         self,
@@ -175,13 +167,13 @@ class Recorder:
         log_ns: int | None = None,
     ) -> None:
         """Record what the live engine reports about a contact: ``enter``, ``stay`` or ``exit``."""
-        self._put(contact_message(LiveContact(nanoseconds(stamp_ns), body_a, body_b, phase, point)), log_ns)
+        self._put(messages.contact_message(LiveContact(nanoseconds(stamp_ns), body_a, body_b, phase, point)), log_ns)
 
     def begin(self, stamp_ns: int, kind: str, name: str, data: Mapping[str, str] | None = None) -> Interval:
         """Record that a task, stage or feature begins; it is in the file even if `end` is never reached."""
         start = nanoseconds(stamp_ns)
         begun = Interval(start, start, kind, name, dict(data or {}))
-        self._put(interval_message(begun, closed=False), None)
+        self._put(messages.interval_message(begun, closed=False), None)
         return begun
 
     def end(self, begun: Interval, stamp_ns: int) -> None:
@@ -191,7 +183,7 @@ class Recorder:
     def interval(self, start_ns: int, end_ns: int, kind: str, name: str, data: Mapping[str, str] | None = None) -> None:
         """Record a span whose both ends are known; see `Interval`."""
         span = Interval(nanoseconds(start_ns), nanoseconds(end_ns), kind, name, dict(data or {}))
-        self._put(interval_message(span), None)
+        self._put(messages.interval_message(span), None)
 
     def samples(
         self,
@@ -202,7 +194,7 @@ class Recorder:
         valid: ArrayLike | None = None,
     ) -> None:
         """Record samples of a body that is tracked faster than the frames come; (n,), (n, 3), (n, 4), (n,)."""
-        for message in track_messages(name, Track(times_ns, positions, quaternions_xyzw, valid)):
+        for message in messages.track_messages(name, Track(times_ns, positions, quaternions_xyzw, valid)):
             self._put(message, None)
 
     def close(self) -> None:

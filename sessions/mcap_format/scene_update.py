@@ -36,18 +36,16 @@ def scene_update(meshes: Mapping[str, MeshData], scene: Scene, time_ns: int) -> 
         set_stamp(entity.timestamp, time_ns)
         entity.frame_locked = True
         size = len(mesh.vertices) * len(_POINT) + mesh.faces.size * 4
-        drawn = body.offset if fixed is None else fixed
+        low, high = mesh.bounds
+        centre = (low + high) / 2
         if spent + size <= DRAWING_BYTES:
-            spent += size
-            part = _triangle_list(mesh)
-            entity.triangles.append(part)
+            spent, centre = spent + size, np.zeros(3)
+            entity.triangles.append(_triangle_list(mesh))
             primitive = entity.triangles[0]
-            _set_pose(primitive.pose, drawn, np.zeros(3))
         else:
-            low, high = mesh.bounds
             primitive = entity.cubes.add()
             primitive.size.x, primitive.size.y, primitive.size.z = (high - low).tolist()
-            _set_pose(primitive.pose, drawn, (low + high) / 2)
+        _set_pose(primitive.pose, body.offset if fixed is None else fixed, centre)
         colour = _PROXY if body.proxy else _GLASS if "glass" in body.tags else _SOLID
         primitive.color.r, primitive.color.g, primitive.color.b, primitive.color.a = colour
     return bytes(update.SerializeToString(deterministic=True))

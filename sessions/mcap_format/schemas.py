@@ -29,12 +29,9 @@ HANDS_PREFIX, TRACKS_PREFIX = "/hands/", "/tracks/"
 _TIMESTAMP = ".google.protobuf.Timestamp"
 _FIELD = descriptor_pb2.FieldDescriptorProto
 _SCALARS = {
-    "string": _FIELD.TYPE_STRING,
-    "bytes": _FIELD.TYPE_BYTES,
-    "bool": _FIELD.TYPE_BOOL,
-    "double": _FIELD.TYPE_DOUBLE,
+    "string": _FIELD.TYPE_STRING, "bool": _FIELD.TYPE_BOOL, "double": _FIELD.TYPE_DOUBLE,
     "sfixed64": _FIELD.TYPE_SFIXED64,
-}
+}  # fmt: skip
 _ENUMS = {
     "Status": ("STATUS_UNKNOWN", "VALID", "LOST", "HELD", "INTERPOLATED"),
     "Phase": ("PHASE_UNKNOWN", "ENTER", "STAY", "EXIT"),
@@ -127,25 +124,17 @@ def _collect(file: Any, files: dict[str, Any]) -> None:
     files[file.name] = proto
 
 
-_FOXGLOVE: dict[str, Any] = {TF: FrameTransforms, EVENTS: Log, SCENE: SceneUpdate}
-_OWN = {TRACKING: "Tracking", INTERVALS: "Interval", LIVE_CONTACTS: "Contact"}
+_MESSAGE_OF: dict[str, Any] = {
+    TF: FrameTransforms, EVENTS: Log, SCENE: SceneUpdate,
+    TRACKING: "Tracking", INTERVALS: "Interval", LIVE_CONTACTS: "Contact",
+    HANDS_PREFIX: "Hand", TRACKS_PREFIX: "TrackSamples",
+}  # fmt: skip
+"""Topic, or prefix of topics -> the message's class, or the name of our own."""
 
 
 def channel_spec(topic: str) -> ChannelSpec:
-    """The channel of a topic of the profile.
-
-    Raises
-    ------
-    KeyError
-        When the profile has no such topic.
-    """
-    message: Any
-    if topic in _FOXGLOVE:
-        message = _FOXGLOVE[topic]
-    elif topic.startswith(HANDS_PREFIX):
-        message = message_class("Hand")
-    elif topic.startswith(TRACKS_PREFIX):
-        message = message_class("TrackSamples")
-    else:
-        message = message_class(_OWN[topic])
+    """The channel of a topic of the profile; ``KeyError`` when the profile has no such topic."""
+    prefix = next((prefix for prefix in (HANDS_PREFIX, TRACKS_PREFIX) if topic.startswith(prefix)), topic)
+    message = _MESSAGE_OF[prefix]
+    message = message_class(message) if isinstance(message, str) else message
     return ChannelSpec(topic, message.DESCRIPTOR.full_name, message)

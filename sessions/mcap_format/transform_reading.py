@@ -8,7 +8,7 @@ library, message by message; so do layouts too many to be worth learning.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
@@ -53,9 +53,7 @@ class Samples:
     def without(self, rows: NDArray[np.bool_]) -> Samples:
         """These samples but those of messages that are read another way."""
         keep = ~rows[self.rows]
-        return Samples(
-            self.rows[keep], self.step, self.parent, self.child, self.stamped, self.sample_ns[keep], self.values[keep]
-        )  # fmt: skip
+        return replace(self, rows=self.rows[keep], sample_ns=self.sample_ns[keep], values=self.values[keep])
 
 
 class _Layouts:
@@ -66,12 +64,9 @@ class _Layouts:
         self._masks = self._patterns = np.zeros((0, 0), dtype=np.uint8)
 
     def of(self, row: NDArray[np.uint8]) -> TransformTemplate | None:
-        """The layout of one transform, known or learnt now; ``None`` when the protobuf library must read it.
-
-        Asking for the first transform's layout and then for all that share it takes as many passes as there are
-        layouts at this step, however many are known (1.1 times as fast as trying the known ones in turn where bodies
-        come and go; it keeps a hostile file linear).
-        """
+        """The layout of one transform, known or learnt now; ``None`` when the protobuf library must read it."""
+        # The caller asks for one transform's layout, then takes all that share it: as many passes as layouts occur,
+        # however many are known. That is 1.1 times as fast as trying them in turn and keeps a hostile file linear.
         if self._known:
             hits = np.flatnonzero(((row & self._masks) == self._patterns).all(axis=1))
             if len(hits):
@@ -85,12 +80,7 @@ class _Layouts:
 
 
 class TransformReader:
-    """Reads transforms and remembers their layouts from chunk to chunk.
-
-    Parameters
-    ----------
-    error : makes the exception for a message that cannot be read, from what is wrong with it.
-    """
+    """Reads transforms and remembers their layouts from chunk to chunk; ``error`` makes its exceptions."""
 
     def __init__(self, error: Callable[[str], Exception]) -> None:
         self._error = error
@@ -159,15 +149,9 @@ class TransformReader:
         for step, one in enumerate(message.transforms):
             self._check_stamps(np.array([one.timestamp.seconds]))
             p, q = one.translation, one.rotation
-            yield Samples(
-                np.array([row]),
-                step,
-                one.parent_frame_id,
-                one.child_frame_id,
-                one.HasField("timestamp"),
-                np.array([stamp_ns(one.timestamp)]),
-                np.array([[p.x, p.y, p.z, q.x, q.y, q.z, q.w]]),
-            )
+            stamped, stamp = one.HasField("timestamp"), np.array([stamp_ns(one.timestamp)])
+            values = np.array([[p.x, p.y, p.z, q.x, q.y, q.z, q.w]])
+            yield Samples(np.array([row]), step, one.parent_frame_id, one.child_frame_id, stamped, stamp, values)
 
     def _check_stamps(self, seconds: NDArray[np.int64]) -> None:
         if stamp_overflows(seconds):

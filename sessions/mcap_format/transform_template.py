@@ -1,9 +1,9 @@
-"""Where the numbers lie in the bytes of one transform, learnt from an example; equal bytes elsewhere mean equal layout.
+"""Learns from one transform where the numbers lie in its bytes, to read thousands of the same layout at once.
 
 A template is made by walking the wire format of one ``foxglove.FrameTransform``. Another transform of the same length
 whose bytes agree in everything but the numbers (tags, lengths, names, continuation bits of varints) has its numbers
-in the same places, so thousands are read with one comparison and one gather. Anything the walk does not expect
-(a repeated or unknown field) gets no template and is left to the protobuf library.
+in the same places, so thousands are read with one comparison and one gather. A transform with a repeated or unknown
+field gets no template and is left to the protobuf library.
 
 Source: Protocol Buffers encoding, https://protobuf.dev/programming-guides/encoding.
 """
@@ -19,7 +19,12 @@ from sessions.mcap_format.pose_encoding import SECOND_NS, column_view
 
 _VARINT, _FIXED64, _LEN = 0, 1, 2
 _STAMP, _PARENT, _CHILD, _TRANSLATION, _ROTATION = range(1, 6)
-_DOUBLES = {_TRANSLATION: (0, 3), _ROTATION: (3, 4)}
+_INNER = {
+    **{(_STAMP, number): _VARINT for number in (1, 2)},
+    **{(_TRANSLATION, number): _FIXED64 for number in (1, 2, 3)},
+    **{(_ROTATION, number): _FIXED64 for number in (1, 2, 3, 4)},
+}
+"""Field of a transform, field in it -> its wire type."""
 MAX_VARINT = 10
 _GROUP_WEIGHTS = np.uint64(1) << np.arange(0, 7 * MAX_VARINT, 7, dtype=np.uint64)
 
@@ -94,43 +99,37 @@ def transform_template(data: bytes) -> TransformTemplate | None:
 
 def _walk_transform(data: bytes, template: TransformTemplate) -> None:
     for number, wire, start, end in _fields(data, 0, len(data)):
-        if wire != _LEN:
+        if wire != _LEN or not _STAMP <= number <= _ROTATION:
             raise _UnexpectedError
-        if number == _STAMP:
-            template.stamped = True
-            _walk_stamp(data, start, end, template)
-        elif number == _PARENT:
+        if number == _PARENT:
             template.parent = data[start:end].decode()
         elif number == _CHILD:
             template.child = data[start:end].decode()
-        elif number in _DOUBLES:
-            _walk_doubles(data, start, end, template, *_DOUBLES[number])
         else:
-            raise _UnexpectedError
+            template.stamped |= number == _STAMP
+            for inner, inner_wire, place, after in _fields(data, start, end):
+                if _INNER.get((number, inner)) != inner_wire:
+                    raise _UnexpectedError
+                _learn_number(data, template, (number, inner), place, after)
 
 
-def _walk_stamp(data: bytes, start: int, end: int, template: TransformTemplate) -> None:
-    for number, wire, place, after in _fields(data, start, end):
-        if wire != _VARINT or number not in (1, 2):
-            raise _UnexpectedError
-        width = after - place
-        if width == MAX_VARINT and data[after - 1] > 1:
-            raise _UnexpectedError
-        template.mask[place:after] = 0x80
-        if width == MAX_VARINT:
-            template.mask[after - 1] = 0xFE
-        if number == 1:
-            template.seconds = (place, width)
-        else:
-            template.nanos = (place, width)
-
-
-def _walk_doubles(data: bytes, start: int, end: int, template: TransformTemplate, first: int, count: int) -> None:
-    for number, wire, place, after in _fields(data, start, end):
-        if wire != _FIXED64 or not 1 <= number <= count:
-            raise _UnexpectedError
+def _learn_number(data: bytes, template: TransformTemplate, number: tuple[int, int], place: int, after: int) -> None:
+    """Note where a number lies; its bits do not belong to the layout, but the continuation bits of a varint do."""
+    outer, inner = number
+    if outer != _STAMP:
         template.mask[place:after] = 0
-        template.doubles[first + number - 1] = place
+        template.doubles[inner - 1 + 3 * (outer == _ROTATION)] = place
+        return
+    width = after - place
+    template.mask[place:after] = 0x80
+    if width == MAX_VARINT:
+        if data[after - 1] > 1:  # more than 64 bits
+            raise _UnexpectedError
+        template.mask[after - 1] = 0xFE
+    if inner == 1:
+        template.seconds = (place, width)
+    else:
+        template.nanos = (place, width)
 
 
 def _fields(data: bytes, start: int, end: int) -> list[tuple[int, int, int, int]]:
@@ -142,16 +141,16 @@ def _fields(data: bytes, start: int, end: int) -> list[tuple[int, int, int, int]
         if data[at] > 0x7F or tag in [number for number, *_ in found]:
             raise _UnexpectedError
         at += 1
+        first = at
         if wire == _FIXED64:
-            first, after = at, at + 8
-        elif wire == _LEN:
-            after_length = _varint_end(data, at, end)
-            first = after_length
-            after = first + sum((data[at + i] & 0x7F) << (7 * i) for i in range(after_length - at))
-        elif wire == _VARINT:
-            first, after = at, _varint_end(data, at, end)
+            after = at + 8
+        elif wire in (_VARINT, _LEN):
+            after = _varint_end(data, at, end)
         else:
             raise _UnexpectedError
+        if wire == _LEN:
+            first, length = after, sum((data[at + i] & 0x7F) << (7 * i) for i in range(after - at))
+            after = first + length
         if after > end:
             raise _UnexpectedError
         found.append((tag, wire, first, after))

@@ -1,4 +1,4 @@
-"""The message records of one stretch of a file, unpacked and listed; what a file declares never decides how much.
+"""The message records of one region of a file, unpacked and listed within bounds, whatever the file declares.
 
 Source: MCAP specification, https://mcap.dev/spec (chunk, message); zstandard and lz4 frames state a size of their own
 that must not exceed the chunk's.
@@ -6,7 +6,6 @@ that must not exceed the chunk's.
 
 from __future__ import annotations
 
-import struct
 import zlib
 from array import array
 from collections.abc import Callable, Iterable, Iterator
@@ -22,9 +21,8 @@ from numpy.typing import NDArray
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format.catalogue import Catalogue, Region
-from sessions.mcap_format.record_block import LENGTH_BEFORE_DATA, MESSAGE_HEADER
+from sessions.mcap_format.record_block import HEAD, LENGTH_BEFORE_DATA, MESSAGE_HEADER
 
-_HEAD = struct.Struct("<BQ")
 _MESSAGE = np.dtype(
     [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8"), ("publish", "<u8")]
 )
@@ -59,7 +57,12 @@ class MessageTable:
         """One message's payload."""
         return self.data[self.start[row] : self.end[row]]
 
+    def part(self, rows: NDArray[np.int64]) -> MessageTable:
+        """Some of the messages."""
+        return MessageTable(self.data, *(getattr(self, name)[rows] for name in _COLUMNS))
 
+
+_COLUMNS = ("start", "end", "channel", "sequence", "log_ns", "publish_ns")
 JOINED_BYTES = 1 << 20
 """Small regions are listed together up to this size: a step through a table costs the same for a second as for ten."""
 
@@ -79,24 +82,16 @@ def together(tables: Iterable[MessageTable]) -> Iterator[MessageTable]:
 def _joined(tables: list[MessageTable]) -> MessageTable:
     if len(tables) == 1:
         return tables[0]
-    before = np.cumsum([0, *(len(table.data) for table in tables)])
-    start = [table.start + at for table, at in zip(tables, before, strict=False)]
-    end = [table.end + at for table, at in zip(tables, before, strict=False)]
-    rest = (np.concatenate([getattr(table, name) for table in tables]) for name in _WHOLE)
-    return MessageTable(b"".join(table.data for table in tables), np.concatenate(start), np.concatenate(end), *rest)
-
-
-_WHOLE = ("channel", "sequence", "log_ns", "publish_ns")
+    columns = {name: np.concatenate([getattr(table, name) for table in tables]) for name in _COLUMNS}
+    before = np.cumsum([0, *(len(table.data) for table in tables[:-1])])
+    shift = np.repeat(before, [len(table.start) for table in tables])
+    columns["start"] += shift
+    columns["end"] += shift
+    return MessageTable(b"".join(table.data for table in tables), **columns)
 
 
 def read_region(stream: BinaryIO, region: Region, catalogue: Catalogue) -> MessageTable:
-    """Unpack a region, check it, and list its messages; schemas and channels in it go to the catalogue.
-
-    Raises
-    ------
-    SessionFileError
-        The checksum is wrong, the bytes cannot be unpacked, or a record in it is longer than the rest.
-    """
+    """Unpack a region, check it, and list its messages; an error says how it is damaged."""
     stream.seek(region.offset)
     packed = stream.read(region.length)
     try:
@@ -109,10 +104,9 @@ def read_region(stream: BinaryIO, region: Region, catalogue: Catalogue) -> Messa
 
 
 def _unpacked(packed: bytes, region: Region) -> bytes:
-    unpack = _UNPACK.get(region.compression)
-    if unpack is None:
+    if region.compression not in _UNPACK:
         raise ValueError(f"its compression {region.compression!r} is none of: zstd, lz4, none")
-    data = unpack(packed, region.size)
+    data = _UNPACK[region.compression](packed, region.size)
     if len(data) != region.size:
         raise ValueError(f"it declares {region.size} bytes and holds {len(data)}")
     return data
@@ -128,15 +122,12 @@ def _zstd(packed: bytes, size: int) -> bytes:
     return bytes(unpacker.decompress(packed, max_output_size=size))
 
 
-def _lz4(packed: bytes, size: int) -> bytes:
-    return bytes(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1))
-
-
-def _plain(packed: bytes, _size: int) -> bytes:
-    return packed
-
-
-_UNPACK: dict[str, Callable[[bytes, int], bytes]] = {"zstd": _zstd, "lz4": _lz4, "": _plain}
+_UNPACK: dict[str, Callable[[bytes, int], bytes]] = {
+    "zstd": _zstd,
+    # One byte more than declared, so that a chunk which holds more is noticed without being unpacked.
+    "lz4": lambda packed, size: bytes(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1)),
+    "": lambda packed, _size: packed,
+}
 
 
 def _damaged(catalogue: Catalogue, region: Region, why: str) -> SessionFileError:
@@ -145,16 +136,13 @@ def _damaged(catalogue: Catalogue, region: Region, why: str) -> SessionFileError
     )
 
 
-def listed(data: bytes, region: Region, catalogue: Catalogue) -> MessageTable:
+def listed(data: bytes, region: Region, catalogue: Catalogue, *, truncated: bool = False) -> MessageTable:
     """The messages in a region's unpacked bytes; schemas and channels among them go to the catalogue.
 
-    Raises
-    ------
-    SessionFileError
-        A record is longer than the rest, or stamped beyond what 64 bits hold.
+    A record that is longer than the rest is an error, but for a truncated region, which ends there.
     """
     starts, at, size = array("q"), 0, len(data)
-    head, head_size, message = _HEAD.unpack_from, _HEAD.size, int(Opcode.MESSAGE)
+    head, head_size, message = HEAD.unpack_from, HEAD.size, int(Opcode.MESSAGE)
     while at + head_size <= size:
         opcode, length = head(data, at)
         end = at + head_size + length
@@ -165,22 +153,16 @@ def listed(data: bytes, region: Region, catalogue: Catalogue) -> MessageTable:
         else:
             catalogue.declare(opcode, data[at + head_size : end])
         at = end
-    if at != size:
+    if at != size and not truncated:
         raise _damaged(catalogue, region, f"the record {at} bytes into it has an impossible length")
     begin = np.array(starts, dtype=np.int64)
     table = rows_at(np.frombuffer(data, dtype=np.uint8), begin, MESSAGE_HEADER.size).view(_MESSAGE)[:, 0]
     log, publish = table["log"].astype(np.int64), table["publish"].astype(np.int64)
     if len(log) and min(log.min(), publish.min()) < 0:
         raise _damaged(catalogue, region, "a stamp in it is beyond the year 2262")
-    return MessageTable(
-        data,
-        begin + MESSAGE_HEADER.size,
-        begin + head_size + table["length"].astype(np.int64),
-        table["channel"].astype(np.int64),
-        table["sequence"].astype(np.int64),
-        log,
-        publish,
-    )
+    start, end = begin + MESSAGE_HEADER.size, begin + head_size + table["length"].astype(np.int64)
+    channel, sequence = table["channel"].astype(np.int64), table["sequence"].astype(np.int64)
+    return MessageTable(data, start, end, channel, sequence, log, publish)
 
 
 def rows_at(buffer: NDArray[np.uint8], starts: NDArray[np.int64], length: int) -> NDArray[np.uint8]:

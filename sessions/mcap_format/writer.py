@@ -1,26 +1,21 @@
-"""Writes a session to its file: the same session gives the same bytes, and a file that is there is whole."""
+"""Writes a session to its file: the same session gives the same bytes, and no file is left half written."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
 from sessions.errors import SceneError, SessionFileError
+from sessions.frames import Frames
 from sessions.glb import mesh_to_glb
-from sessions.mcap_format.annotations import (
-    Message,
-    contact_message,
-    event_message,
-    hand_messages,
-    interval_message,
-    track_messages,
-)
+from sessions.mcap_format import annotations as messages
+from sessions.mcap_format.annotations import Message
 from sessions.mcap_format.container import ContainerWriter
-from sessions.mcap_format.facts import BODIES_RECORD, SESSION_RECORD, bodies_record, session_record
+from sessions.mcap_format.facts import BODIES_RECORD, SESSION_RECORD, bodies_record, mesh_file, session_record
 from sessions.mcap_format.pose_encoding import FrameEncoder
 from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.scene_update import scene_update
@@ -29,7 +24,7 @@ from sessions.mesh_data import MeshData
 from sessions.scene import Scene
 from sessions.session import Session
 
-SCENE_FILE, MESH_FOLDER, MESH_TYPE = "scene.toml", "meshes/", ".glb"
+SCENE_FILE = "scene.toml"
 CHUNK_BYTES = 1 << 20
 # A damaged chunk is lost whole, so none holds more than two seconds of poses. A minute of 10 bodies then takes 1.02
 # times the bytes of chunks of 1 MiB, and is written and read in the same time.
@@ -40,9 +35,9 @@ FRAMES_PER_BLOCK = 2048
 def write_session(session: Session, path: str | Path) -> None:
     """Write a session as an MCAP file of profile ``vrlab/1``, larger than memory if need be.
 
-    The file is written under a temporary name beside its place and renamed when it is whole; a file of that name is
-    replaced. Attachments and metadata come first, then the drawing for Foxglove, then events, hands and what else is
-    sparse in chunks of their own, then the poses: a reader that wants the events does not unpack the poses.
+    The file is written under a temporary name in the same folder and renamed when it is whole; a file of that name is
+    replaced. First come attachments and metadata, then the drawing for Foxglove, then events, hands and other sparse
+    messages in chunks of their own, then the poses. So a reader that wants the events does not unpack the poses.
 
     Raises
     ------
@@ -50,57 +45,79 @@ def write_session(session: Session, path: str | Path) -> None:
         The session cannot be held by a file (a negative stamp), or the place cannot be written.
     """
     with replaced(Path(path)) as stream:
-        writer = ContainerWriter(stream, PROFILE, CHUNK_BYTES, CHUNK_NS)
-        put_head(writer, session.scene, dict(session.meshes), dict(session.facts))
-        writer.metadata(BODIES_RECORD, bodies_record(session.names))
-        encoder = FrameEncoder(writer.channel(TF), writer.channel(TRACKING))
-        sparse = list(_sparse(session))
-        channels = {topic: writer.channel(topic) for topic in dict.fromkeys(topic for topic, _, _ in sparse)}
-        started = False
+        writer = SessionWriter(stream, session.scene, session.meshes, session.facts, session.names, CHUNK_NS)
+        sparse = [(message[1], message) for message in _sparse(session)]
+        for topic in dict.fromkeys(topic for _, (topic, _, _) in sparse):
+            writer.channel(topic)
         for frames in session.blocks(FRAMES_PER_BLOCK):
-            if not started and len(frames):
-                put_drawing(writer, session.scene, dict(session.meshes), int(frames.log_ns[0]))
-                put_messages(writer, channels, sparse)
-                started = True
-            writer.messages(encoder.encode(frames))
-        if not started:
-            put_drawing(writer, session.scene, dict(session.meshes), 0)
-            put_messages(writer, channels, sparse)
+            if len(frames):
+                writer.start(int(frames.log_ns[0]), sparse)
+            writer.frames(frames)
+        writer.start(0, sparse)
         writer.finish()
 
 
 def _sparse(session: Session) -> Iterator[Message]:
-    for event in session.events:
-        yield event_message(event)
-    for interval in session.intervals:
-        yield interval_message(interval)
-    for contact in session.live_contacts:
-        yield contact_message(contact)
+    yield from map(messages.event_message, session.events)
+    yield from map(messages.interval_message, session.intervals)
+    yield from map(messages.contact_message, session.live_contacts)
     for key, hand in session.hands.items():
-        yield from hand_messages(key, hand)
+        yield from messages.hand_messages(key, hand)
     for name, track in session.fast_tracks.items():
-        yield from track_messages(name, track)
+        yield from messages.track_messages(name, track)
 
 
-def put_head(writer: ContainerWriter, scene: Scene, meshes: dict[str, MeshData], facts: dict[str, str]) -> None:
-    """Attachments, and the facts with the hash of each mesh."""
-    files = {name: mesh_to_glb(mesh, name) for name, mesh in meshes.items()}
-    for name, data in files.items():
-        writer.attachment(f"{MESH_FOLDER}{name}{MESH_TYPE}", "model/gltf-binary", data)
-    if scene != Scene():
-        writer.attachment(SCENE_FILE, "application/toml", scene_text(scene).encode())
-    hashes = {name: hashlib.sha256(data).hexdigest() for name, data in files.items()}
-    writer.metadata(SESSION_RECORD, session_record(facts, hashes))
+class SessionWriter(ContainerWriter):
+    """A session file being written: head first, then ``start``, then messages and frames."""
+
+    def __init__(
+        self,
+        stream: BinaryIO,
+        scene: Scene,
+        meshes: Mapping[str, MeshData],
+        metadata: Mapping[str, str],
+        names: tuple[str, ...],
+        chunk_ns: int | None = None,
+    ) -> None:
+        super().__init__(stream, PROFILE, CHUNK_BYTES, chunk_ns)
+        self._scene, self._meshes, self._started = scene, dict(meshes), False
+        files = {name: mesh_to_glb(mesh, name) for name, mesh in self._meshes.items()}
+        for name, data in files.items():
+            self.attachment(mesh_file(name), "model/gltf-binary", data)
+        if scene != Scene():
+            self.attachment(SCENE_FILE, "application/toml", scene_text(scene).encode())
+        hashes = {name: hashlib.sha256(data).hexdigest() for name, data in files.items()}
+        self.metadata(SESSION_RECORD, session_record(metadata, hashes))
+        self.bodies(names)
+        self._encoder = FrameEncoder(self.channel(TF), self.channel(TRACKING))
+
+    def bodies(self, names: tuple[str, ...]) -> None:
+        """List the tracked bodies; the last list counts."""
+        self.metadata(BODIES_RECORD, bodies_record(names))
+
+    def start(self, time_ns: int, messages: Iterable[tuple[int, Message]] = ()) -> None:
+        """The drawing for Foxglove, then the messages, each in chunks of their own; a second call does nothing."""
+        if self._started:
+            return
+        self._started = True
+        if self._meshes:
+            self.logged([(time_ns, (SCENE, time_ns, scene_update(self._meshes, self._scene, time_ns)))])
+            self.close_chunk()
+        self.logged(messages)
+        self.close_chunk()
+
+    def logged(self, messages: Iterable[tuple[int, Message]]) -> None:
+        """Messages with their log times."""
+        records = ((self.channel(topic), 0, log_ns, time_ns, data) for log_ns, (topic, time_ns, data) in messages)
+        self.messages(RecordBlock.of(records))
+
+    def frames(self, frames: Frames) -> None:
+        """The next frames."""
+        self.messages(self._encoder.encode(frames))
 
 
 def scene_text(scene: Scene) -> str:
-    """The TOML that a file carries: what the author wrote where that still says the same, else made from the scene.
-
-    Raises
-    ------
-    SessionFileError
-        No text says what the scene does.
-    """
+    """The TOML that a file carries: the author's text where it still describes the scene, else made from the scene."""
     from sessions.scene_toml import parse_scene, scene_to_toml
 
     for text in (scene.text, scene_to_toml(scene)):
@@ -110,20 +127,6 @@ def scene_text(scene: Scene) -> str:
         except SceneError:
             continue
     raise SessionFileError("the scene cannot be said in TOML, so no file can carry it; read it with read_scene")
-
-
-def put_drawing(writer: ContainerWriter, scene: Scene, meshes: dict[str, MeshData], time_ns: int) -> None:
-    """The drawing for Foxglove in a chunk of its own; nothing when there is no mesh."""
-    if meshes:
-        payload = scene_update(meshes, scene, time_ns)
-        writer.messages(RecordBlock.of([(writer.channel(SCENE), 0, time_ns, time_ns, payload)]))
-        writer.close_chunk()
-
-
-def put_messages(writer: ContainerWriter, channels: dict[str, int], messages: list[Message]) -> None:
-    """Sparse messages in chunks of their own."""
-    writer.messages(RecordBlock.of((channels[topic], 0, time, time, payload) for topic, time, payload in messages))
-    writer.close_chunk()
 
 
 @contextmanager

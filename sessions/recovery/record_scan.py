@@ -1,6 +1,6 @@
-"""Records of a damaged MCAP file: those that make sense, and past the bytes that do not to the next that does.
+"""Finds the plausible records of a damaged MCAP file and skips the bytes between them.
 
-The walk looks at every byte at most a few times and believes no length before what lies there agrees with it, so it
+The walk reads every byte at most a few times. It trusts a declared length only when the bytes at its end agree, so it
 ends on every file, in time proportional to its size.
 
 Source: MCAP specification, https://mcap.dev/spec.
@@ -9,53 +9,35 @@ Source: MCAP specification, https://mcap.dev/spec.
 from __future__ import annotations
 
 import re
-import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import BinaryIO, Final
 
 from mcap.opcode import Opcode
 
-from sessions.mcap_format.catalogue import CHUNK_LIMIT_BYTES, SMALL_RECORD_BYTES, Region
+from sessions.mcap_format.catalogue import CHUNK_LIMIT_BYTES, DECLARING, SMALL_RECORD_BYTES, Region, chunk_region
 from sessions.mcap_format.container import MAGIC
-from sessions.mcap_format.record_block import LENGTH_BEFORE_DATA
+from sessions.mcap_format.record_block import CHUNK_HEAD, HEAD, LENGTH_BEFORE_DATA
 
-HEAD: Final = struct.Struct("<BQ")
-CHUNK_HEAD: Final = struct.Struct("<QQQII")
-COMPRESSIONS: Final = (b"zstd", b"lz4", b"")
-ATTACHMENT_LIMIT_BYTES: Final = 128 << 20
-"""A mesh larger than this is not copied: it would have 4 million faces."""
+COMPRESSIONS: Final = ("zstd", "lz4", "")
+ATTACHMENT_LIMIT_BYTES: Final = 128 << 20  # A mesh larger than this is not copied: it would have 4 million faces
 
 WINDOW_BYTES: Final = 1 << 20
 FIXED_LENGTHS: Final = {Opcode.FOOTER: 20, Opcode.DATA_END: 4, Opcode.SUMMARY_OFFSET: 17}
-SMALL: Final = {
-    Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA, Opcode.STATISTICS, Opcode.CHUNK_INDEX,
-    Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX,
-}  # fmt: skip
+INDEXING: Final = {Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX}
 _LANDMARK: Final = re.compile(rb"(?=([\x05\x06\x07\x09][\x00-\xff]{5}\x00\x00\x00))")
 """Opcode of a message, chunk, message index or attachment, then a length below 2^40."""
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A record that makes sense where it lies.
+    """A record that makes sense, head included, or bytes that do not."""
 
-    Parameters
-    ----------
-    opcode : what it is; 0 for bytes that are no record.
-    start, end : its bytes in the file, head included.
-    region : for a chunk, where its data lies.
-    first_ns, last_ns : for a chunk, the log times that it declares.
-    torn : the file ends inside it.
-    """
-
-    opcode: int
+    opcode: int  # 0 for bytes that are no record
     start: int
     end: int
-    region: Region | None = None
-    first_ns: int = 0
-    last_ns: int = 0
-    torn: bool = False
+    region: Region | None = None  # of a chunk
+    truncated: bool = False  # the file ends inside it
 
     @property
     def content(self) -> int:
@@ -64,12 +46,7 @@ class Piece:
 
 
 class RecordScan:
-    """Walks a file from its magic to its end.
-
-    Parameters
-    ----------
-    stream : open for reading.
-    """
+    """Walks a file, open for reading, from its magic to its end."""
 
     def __init__(self, stream: BinaryIO) -> None:
         self._stream = stream
@@ -80,17 +57,13 @@ class RecordScan:
         at = len(MAGIC) if self._read(0, len(MAGIC)) == MAGIC else 0
         while at < self._size and self._read(at, len(MAGIC)) != MAGIC:
             piece = self._piece(at)
-            if piece is None or piece.torn:
+            if piece is None or piece.truncated:
                 after = self._next_landmark(at + 1)
-                yield (
-                    Piece(piece.opcode, at, after, piece.region, piece.first_ns, piece.last_ns, True)
-                    if (piece is not None and after == self._size)
-                    else Piece(0, at, after)
-                )
-                at = after
-            else:
-                yield piece
-                at = piece.end
+                # A chunk that seems truncated although a record follows it is noise.
+                noise = piece is None or after < self._size
+                piece = Piece(0, at, after) if piece is None or noise else replace(piece, end=after)
+            yield piece
+            at = piece.end
 
     def bytes_of(self, piece: Piece) -> bytes:
         """What follows a record's head."""
@@ -123,7 +96,7 @@ class RecordScan:
             return length == 6 + entries and entries % 16 == 0
         if opcode == Opcode.ATTACHMENT:
             return self._is_attachment(start, length)
-        return opcode in SMALL and length <= SMALL_RECORD_BYTES
+        return opcode in DECLARING | INDEXING and length <= SMALL_RECORD_BYTES
 
     def _is_attachment(self, start: int, length: int) -> bool:
         """The lengths inside an attachment add up to its own."""
@@ -137,22 +110,14 @@ class RecordScan:
 
     def _chunk(self, at: int, length: int) -> Piece | None:
         """A chunk is believed by its inner lengths; its record's own may be the byte that changed."""
-        start = at + HEAD.size
-        head = self._read(start, CHUNK_HEAD.size + 12)
-        if len(head) < CHUNK_HEAD.size + 8:
+        region = chunk_region(at, self._read(at + HEAD.size, CHUNK_HEAD.size + 12))
+        if region is None or region.compression not in COMPRESSIONS or region.size > CHUNK_LIMIT_BYTES:
             return None
-        first, last, size, crc, name_length = CHUNK_HEAD.unpack_from(head)
-        name = head[CHUNK_HEAD.size : CHUNK_HEAD.size + name_length] if name_length <= 4 else None
-        if name not in COMPRESSIONS or size > CHUNK_LIMIT_BYTES or first > last:
+        end = region.offset + region.length
+        if region.first_ns > region.last_ns or (end != at + HEAD.size + length and not self._is_followed(end)):
             return None
-        packed = int.from_bytes(head[CHUNK_HEAD.size + name_length :][:8], "little")
-        offset = start + CHUNK_HEAD.size + name_length + 8
-        inner = CHUNK_HEAD.size + name_length + 8 + packed
-        if inner != length and not self._is_followed(start + inner):
-            return None
-        torn = offset + packed > self._size
-        region = Region(offset, min(packed, self._size - offset), name.decode(), size, crc, None)
-        return Piece(Opcode.CHUNK, at, start + inner, region, first, last, torn)
+        region.length = min(region.length, self._size - region.offset)
+        return Piece(Opcode.CHUNK, at, end, region, end > self._size)
 
     def _is_followed(self, at: int) -> bool:
         head = self._read(at, HEAD.size)
@@ -179,4 +144,4 @@ class RecordScan:
         piece = self._piece(at)
         if piece is None:
             return False
-        return piece.torn or piece.end == self._size or self._is_followed(piece.end)
+        return piece.truncated or piece.end == self._size or self._is_followed(piece.end)

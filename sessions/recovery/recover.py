@@ -1,6 +1,6 @@
 """``recover``: every whole message of every readable chunk of a damaged file, in a file that is whole.
 
-What is lost is said, in the result and in the new file's facts; what cannot be believed is not kept.
+The result and the new file's metadata name what is lost. Data that cannot be trusted is not kept.
 """
 
 from __future__ import annotations
@@ -10,26 +10,28 @@ from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
+from mcap.records import Channel, Schema
+
 from sessions.errors import SessionError, SessionFileError
+from sessions.mcap_format.catalogue import opened
 from sessions.mcap_format.container import MAGIC, ContainerWriter
 from sessions.mcap_format.facts import (
     BODIES_RECORD,
-    MESH_HASH,
     SESSION_RECORD,
     bodies_record,
-    facts_of,
+    mesh_file,
+    mesh_name,
+    metadata_of,
     names_of,
     session_record,
-)
+)  # fmt: skip
 from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, TF
-from sessions.mcap_format.unpacking import MessageTable
-from sessions.mcap_format.writer import CHUNK_BYTES, MESH_FOLDER, MESH_TYPE, SCENE_FILE, replaced
+from sessions.mcap_format.writer import CHUNK_BYTES, SCENE_FILE, replaced
 from sessions.recovery.lost import Recovery
 from sessions.recovery.survey import Survey, survey
 
-RECOVERED = "recovered"
-"""The fact that says what a recovered file lacks."""
+RECOVERED = "recovered"  # The fact that says what a recovered file lacks
 
 
 def recover(path: str | Path, out: str | Path, *, overwrite: bool = False) -> Recovery:
@@ -54,16 +56,11 @@ def recover(path: str | Path, out: str | Path, *, overwrite: bool = False) -> Re
             raise SessionFileError(f"{out} is the damaged file itself; name another file to write")
         if not overwrite:
             raise SessionFileError(f"{out} is there already; name another file to write")
-    try:
-        with source.open("rb") as stream:
-            found = survey(source, stream)
-            if not found.parts and not found.attachments:
-                raise SessionFileError(f"nothing in {path} can be saved: {_why_nothing(stream)}")
-            return _write(found, stream, target)
-    except OSError as error:
-        raise SessionFileError(
-            f"session file {path} cannot be read ({error.strerror or error}); check the path and who may read it"
-        ) from None
+    with opened(source) as stream:
+        found = survey(source, stream)
+        if not found.parts and not found.attachments:
+            raise SessionFileError(f"nothing in {path} can be saved: {_why_nothing(stream)}")
+        return _write(found, stream, target)
 
 
 def _why_nothing(stream: BinaryIO) -> str:
@@ -75,35 +72,38 @@ def _why_nothing(stream: BinaryIO) -> str:
 
 
 def _write(found: Survey, stream: BinaryIO, target: Path) -> Recovery:
-    records = dict(found.declared.metadata)
+    declared, records = found.declared, dict(found.declared.metadata)
     session = records.get(SESSION_RECORD)
-    profile = found.declared.profile
-    own = session is not None or profile.startswith(PROFILE_FAMILY)
+    own = session is not None or declared.profile.startswith(PROFILE_FAMILY)
     listed = _listed_names(records.get(BODIES_RECORD))
-    unread = f"{found.declared.unread} records make no sense" if found.declared.unread else ""
-    result = Recovery(
-        target, 0, found.frames, found.first_ns, found.last_ns, tuple(found.lost), found.bytes_skipped,
-        tuple(name for name in listed if name not in found.names), (), 0, (unread,) if unread else (),
-    )  # fmt: skip
     keep, lost = _attachments(found, session or {})
-    result = replace(result, attachments=lost)
+    result = Recovery(
+        out=target,
+        messages=0,
+        frames=found.frames,
+        first_ns=found.first_ns,
+        last_ns=found.last_ns,
+        chunks=tuple(found.lost),
+        bytes_skipped=found.bytes_skipped,
+        bodies=tuple(name for name in listed if name not in found.names),
+        attachments=lost,
+        notes=(f"{declared.unread} records make no sense",) if declared.unread else (),
+    )
+    profile = PROFILE if own and not declared.profile.startswith(PROFILE_FAMILY) else declared.profile
     with replaced(target) as file:
-        writer = ContainerWriter(file, (profile if profile.startswith(PROFILE_FAMILY) else PROFILE) if own else profile,
-                                 CHUNK_BYTES)  # fmt: skip
+        writer = ContainerWriter(file, profile, CHUNK_BYTES)
         for name, data in keep.items():
             made = found.attachments[name]
             writer.attachment(name, made.media_type, data, made.log_time)
         if own:
-            facts, _ = facts_of(session or {})
-            told = "; ".join(result.sentences())
-            writer.metadata(SESSION_RECORD, session_record({**facts, RECOVERED: told}, _hashes(keep)))
-            names = tuple(dict.fromkeys([*listed, *found.names]))
-            writer.metadata(BODIES_RECORD, bodies_record(names))
-        for name, values in found.declared.metadata:
+            metadata = {**metadata_of(session or {})[0], RECOVERED: "; ".join(result.sentences())}
+            writer.metadata(SESSION_RECORD, session_record(metadata, _hashes(keep)))
+            writer.metadata(BODIES_RECORD, bodies_record(tuple(dict.fromkeys([*listed, *found.names]))))
+        for name, values in declared.metadata:
             if name not in (SESSION_RECORD, BODIES_RECORD) or not own:
                 writer.metadata(name, values)
         if own and not found.frames:
-            writer.channel(TF)  # a session without a frame is one all the same, and can be read
+            writer.channel(TF)  # without a channel of poses a reader refuses the file
         kept, unknown = _messages(found, stream, writer)
         writer.finish()
     return replace(result, messages=kept, unknown=unknown)
@@ -113,53 +113,45 @@ def _messages(found: Survey, stream: BinaryIO, writer: ContainerWriter) -> tuple
     """Copy the messages, payloads as they are; how many, and how many nobody declares."""
     kept = unknown = 0
     numbers: dict[int, int] = {}
+    raw = found.declared.raw
     for table in found.tables(stream):
-        for channel in sorted(set(table.channel.tolist())):
-            made = found.declared.raw_channels.get(channel)
-            if made is not None and channel not in numbers:
-                numbers[channel] = writer.adopt(made, found.declared.raw_schemas.get(made.schema_id))
+        for channel in sorted(set(table.channel.tolist()) & raw[Channel].keys() - numbers.keys()):
+            made = raw[Channel][channel]
+            numbers[channel] = writer.adopt(made, raw[Schema].get(made.schema_id))
         rows = table.of_channels(set(numbers))
         unknown += len(table.channel) - len(rows)
         kept += len(rows)
-        writer.messages(_block(table, rows.tolist(), numbers))
+        part = table.part(rows)
+        channels = [numbers[channel] for channel in part.channel.tolist()]
+        stamps = (column.tolist() for column in (part.sequence, part.log_ns, part.publish_ns))
+        writer.messages(RecordBlock.of(zip(channels, *stamps, map(table.payload, rows.tolist()), strict=True)))
     return kept, unknown
-
-
-def _block(table: MessageTable, rows: list[int], numbers: dict[int, int]) -> RecordBlock:
-    return RecordBlock.of(
-        (
-            numbers[int(table.channel[row])], int(table.sequence[row]), int(table.log_ns[row]),
-            int(table.publish_ns[row]), table.payload(row),
-        )
-        for row in rows
-    )  # fmt: skip
 
 
 def _attachments(found: Survey, session: dict[str, str]) -> tuple[dict[str, bytes], tuple[str, ...]]:
     """Attachments to keep, and those that are lost: damaged, named by a hash and absent, or unreadable."""
     keep: dict[str, bytes] = {}
     lost = list(found.lost_attachments)
+    hashes = {mesh_file(name): stated for name, stated in metadata_of(session)[1].items()}
     for name, made in found.attachments.items():
-        stated = session.get(MESH_HASH + name.removeprefix(MESH_FOLDER).removesuffix(MESH_TYPE))
-        other = name not in found.checked and stated not in (None, hashlib.sha256(made.data).hexdigest())
-        if _reads(name, made.data) and not other:
+        right = name in found.checked or hashes.get(name) in (None, hashlib.sha256(made.data).hexdigest())
+        if _reads(name, made.data) and right:
             keep[name] = made.data
         else:
             lost.append(name)
-    named = (f"{MESH_FOLDER}{key.removeprefix(MESH_HASH)}{MESH_TYPE}" for key in session if key.startswith(MESH_HASH))
-    lost += [name for name in named if name not in keep]
+    lost += [name for name in hashes if name not in keep]
     return keep, tuple(dict.fromkeys(lost))
 
 
 def _reads(name: str, data: bytes) -> bool:
-    """Whether a reader of sessions can make something of an attachment that it will look at."""
+    """Whether a reader of sessions accepts an attachment that it will look at."""
     from sessions.meshes import mesh_from_bytes
     from sessions.scene_toml import parse_scene
 
     try:
         if name == SCENE_FILE:
             parse_scene(data.decode("utf-8"), SCENE_FILE)
-        elif name.startswith(MESH_FOLDER) and name.endswith(MESH_TYPE):
+        elif mesh_name(name) is not None:
             mesh_from_bytes(data, "glb")
     except (SessionError, UnicodeDecodeError):
         return False
@@ -167,15 +159,12 @@ def _reads(name: str, data: bytes) -> bool:
 
 
 def _hashes(keep: dict[str, bytes]) -> dict[str, str]:
-    return {
-        name.removeprefix(MESH_FOLDER).removesuffix(MESH_TYPE): hashlib.sha256(data).hexdigest()
-        for name, data in keep.items()
-        if name.startswith(MESH_FOLDER) and name.endswith(MESH_TYPE)
-    }
+    meshes = {mesh_name(file): data for file, data in keep.items()}
+    return {name: hashlib.sha256(data).hexdigest() for name, data in meshes.items() if name is not None}
 
 
 def _listed_names(record: dict[str, str] | None) -> tuple[str, ...]:
     try:
-        return names_of(record) if record is not None else ()
+        return names_of(record)
     except SessionError:
         return ()

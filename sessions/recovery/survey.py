@@ -1,45 +1,46 @@
-"""One pass over a damaged file: what it declares, what is whole in it, and what is lost; nothing is written yet."""
+"""One scan of a damaged file: what it declares, what is whole in it, and what is lost; nothing is written yet."""
 
 from __future__ import annotations
 
-import io
-import struct
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from google.protobuf.message import DecodeError
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Schema
 
 from sessions.errors import SessionFileError
-from sessions.mcap_format.catalogue import RUN_BYTES, Catalogue, ChannelInfo, Region
+from sessions.mcap_format import catalogue
+from sessions.mcap_format.catalogue import DECLARING, Catalogue, ChannelInfo, Region
 from sessions.mcap_format.container import MAGIC
 from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.schemas import TF, TRACKING, channel_spec
 from sessions.mcap_format.unpacking import MessageTable
-from sessions.recovery.chunk_reading import read_chunk
+from sessions.recovery.chunk_reading import parsed, read_chunk
 from sessions.recovery.lost import LostChunk
-from sessions.recovery.record_scan import HEAD, Piece, RecordScan
+from sessions.recovery.record_scan import Piece, RecordScan
 
-DECLARING = (Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA)
+GUESSED = (TF, TRACKING)  # Topics that are known by what their messages look like, where no channel record is left
 
-GUESSED = (TF, TRACKING)
-"""Topics that are known by what their messages look like, where no channel record is left."""
+INDEX_LIMIT_BYTES = 64 << 20  # A longer index is not trusted over the records it repeats
 
 
 class Declared(Catalogue):
-    """A catalogue that keeps schemas and channels as they were written, and bears with those that make no sense."""
+    """A catalogue that keeps schemas and channels as written, and counts records that cannot be read."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        self.raw_schemas: dict[int, Schema] = {}
-        self.raw_channels: dict[int, Channel] = {}
+        self.raw: dict[type, dict[int, Any]] = {Schema: {}, Channel: {}}
         self.unread = 0
+
+    def take(self, opcode: int, content: bytes) -> None:
+        """Take in a small record; the last of an id counts."""
+        try:
+            super().take(opcode, content)
+        except SessionFileError:
+            self.unread += 1
 
     def declare(self, opcode: int, content: bytes) -> None:
         """Take in a schema or channel record; the last of an id counts."""
@@ -47,38 +48,23 @@ class Declared(Catalogue):
             super().declare(opcode, content)
         except SessionFileError:
             self.unread += 1
-            return
-        if opcode == Opcode.SCHEMA:
-            schema = Schema.read(ReadDataStream(io.BytesIO(content)))
-            self.raw_schemas[schema.id] = schema
-        elif opcode == Opcode.CHANNEL:
-            channel = Channel.read(ReadDataStream(io.BytesIO(content)))
-            self.raw_channels[channel.id] = channel
 
-    def take(self, opcode: int, content: bytes) -> None:
-        """Take in a small record; one that makes no sense is counted."""
-        try:
-            super().take(opcode, content)
-        except SessionFileError:
-            self.unread += 1
+    def _parsed(self, kind: Any, content: bytes) -> Any:
+        record = super()._parsed(kind, content)
+        if kind in self.raw:
+            self.raw[kind][record.id] = record
+        return record
 
 
 @dataclass
 class Survey:
-    """What a damaged file holds.
+    """What a damaged file holds."""
 
-    Parameters
-    ----------
-    declared : schemas, channels, metadata.
-    attachments : name -> those that are whole; ``checked`` are those whose checksum says so.
-    parts : regions with messages, and whether the file ends inside.
-    """
-
-    declared: Declared
-    attachments: dict[str, Attachment] = field(default_factory=dict)
-    checked: set[str] = field(default_factory=set)
+    declared: Declared  # schemas, channels, metadata
+    attachments: dict[str, Attachment] = field(default_factory=dict)  # those that are whole, by name
+    checked: set[str] = field(default_factory=set)  # those whose checksum says so
     lost_attachments: list[str] = field(default_factory=list)
-    parts: list[tuple[Region, bool]] = field(default_factory=list)
+    parts: list[tuple[Region, bool]] = field(default_factory=list)  # with messages; whether the file ends inside
     lost: list[LostChunk] = field(default_factory=list)
     bytes_skipped: int = 0
     names: tuple[str, ...] = ()
@@ -88,8 +74,8 @@ class Survey:
 
     def tables(self, stream: BinaryIO) -> Iterator[MessageTable]:
         """The messages that are kept, region by region."""
-        for region, torn in self.parts:
-            table = read_chunk(stream, region, self.declared, torn=torn)
+        for region, truncated in self.parts:
+            table = read_chunk(stream, region, self.declared, truncated=truncated)
             if table is not None:
                 yield table
 
@@ -98,13 +84,13 @@ def survey(path: Path, stream: BinaryIO) -> Survey:
     """Look through a whole file; memory is one chunk and the whole attachments."""
     found = Survey(Declared(path))
     scan = RecordScan(stream)
-    trusted = _index_start(stream)
+    index_start = _index_start(stream)
     chunks: list[tuple[Piece, list[int]]] = []
     first: list[tuple[int, bytes]] = []
     later: list[tuple[int, bytes]] = []
     run: Region | None = None
     for piece in scan.pieces():
-        run = _loose(piece, run, found)
+        run = _run(piece, run, found)
         if piece.opcode == Opcode.CHUNK:
             chunks.append((piece, []))
         elif piece.opcode == Opcode.MESSAGE_INDEX and chunks:
@@ -112,7 +98,7 @@ def survey(path: Path, stream: BinaryIO) -> Survey:
         elif piece.opcode == Opcode.ATTACHMENT:
             _attachment(scan.bytes_of(piece), found)
         elif piece.opcode in DECLARING:
-            indexed = trusted is not None and piece.start >= trusted
+            indexed = index_start is not None and piece.start >= index_start
             (later if indexed else first).append((piece.opcode, scan.bytes_of(piece)))
         elif piece.opcode == 0:
             found.bytes_skipped += piece.end - piece.start
@@ -123,11 +109,11 @@ def survey(path: Path, stream: BinaryIO) -> Survey:
     return found
 
 
-def _loose(piece: Piece, run: Region | None, found: Survey) -> Region | None:
+def _run(piece: Piece, run: Region | None, found: Survey) -> Region | None:
     """Messages outside chunks are joined to runs that are read at once."""
     if piece.opcode != Opcode.MESSAGE:
         return None
-    if run is None or run.length > RUN_BYTES:
+    if run is None or run.length > catalogue.RUN_BYTES:
         run = Region(piece.start, 0, "", 0, 0, None)
         found.parts.append((run, False))
     run.length += piece.end - piece.start
@@ -136,42 +122,36 @@ def _loose(piece: Piece, run: Region | None, found: Survey) -> Region | None:
 
 
 def _attachment(content: bytes, found: Survey) -> None:
-    try:
-        attachment: Any = Attachment.read(ReadDataStream(io.BytesIO(content)))
-        stated = int.from_bytes(content[-4:], "little")
-        if stated and zlib.crc32(content[:-4]) != stated:
-            raise ValueError("its checksum is wrong")
-    except (McapError, struct.error, ValueError, OverflowError):
+    read = catalogue.read_attachment(content)
+    if read is None:
         size = int.from_bytes(content[16:20], "little")
         found.lost_attachments.append(content[20 : 20 + min(size, 80)].decode("utf-8", errors="replace"))
         return
+    attachment, checked = read
     found.attachments[attachment.name] = attachment
-    if stated:
+    if checked:
         found.checked.add(attachment.name)
 
 
 def _read_chunks(stream: BinaryIO, found: Survey, chunks: list[tuple[Piece, list[int]]]) -> None:
-    """Which chunks can be believed, which bodies and frames are in them; what cannot is written down as lost."""
-    places = [(piece.region.offset, piece, counts) for piece, counts in chunks if piece.region is not None]
-    loose = [(region.offset, None, [0]) for region, _ in found.parts]
-    runs = {region.offset: region for region, _ in found.parts}
+    """Decide in file order which chunks and runs can be read; the others are noted as lost."""
+    regions: list[tuple[Region, bool, int | None]] = [
+        (piece.region, piece.truncated, sum(counts) if counts else None) for piece, counts in chunks if piece.region
+    ]
+    runs = [(run, False, None) for run, _ in found.parts]
     found.parts = []
     poses = _Poses(found)
-    for offset, piece, counts in sorted([*places, *loose], key=lambda one: one[0]):
-        region = runs[offset] if piece is None or piece.region is None else piece.region
-        torn = piece is not None and piece.torn
-        table = read_chunk(stream, region, found.declared, torn=torn)
+    for region, truncated, count in sorted([*regions, *runs], key=lambda one: one[0].offset):
+        table = read_chunk(stream, region, found.declared, truncated=truncated)
         if table is not None:
             guess_channels(table, found.declared)
-            if not poses.read(table):
-                table = None
-        if table is not None:
-            found.parts.append((region, torn))
-        if table is None or torn:
-            why = "cut short" if torn else "damaged"
-            first, last = (piece.first_ns, piece.last_ns) if piece is not None else (0, 0)
-            count = sum(counts) if counts and piece is not None else None
-            found.lost.append(LostChunk(offset, first, last, None if torn else count, why))
+        if table is not None and poses.read(table):
+            found.parts.append((region, truncated))
+            if not truncated:
+                continue
+        why = "cut short" if truncated else "damaged"
+        lost = LostChunk(region.offset, region.first_ns, region.last_ns, None if truncated else count, why)
+        found.lost.append(lost)
 
 
 class _Poses:
@@ -211,37 +191,32 @@ def guess_channels(table: MessageTable, declared: Declared) -> None:
         row = int(table.of_channels({channel})[0])
         for topic in GUESSED:
             if not declared.ids(topic) and _looks_like(topic, table.payload(row)):
-                spec = channel_spec(topic)
-                schema = Schema(id=60_000 + channel, name=spec.schema, encoding="protobuf", data=spec.descriptor_set)
-                made = Channel(id=channel, schema_id=schema.id, topic=topic, message_encoding="protobuf", metadata={})
-                declared.raw_schemas[schema.id], declared.raw_channels[channel] = schema, made
+                spec, number = channel_spec(topic), 60_000 + channel
+                declared.raw[Schema][number] = Schema(number, spec.descriptor_set, "protobuf", spec.schema)
+                declared.raw[Channel][channel] = Channel(channel, topic, "protobuf", {}, number)
                 declared.channels[channel] = ChannelInfo(topic, "protobuf", spec.schema)
                 break
 
 
 def _looks_like(topic: str, payload: bytes) -> bool:
-    try:
-        message = channel_spec(topic).message.FromString(payload)
-    except DecodeError:
+    message = parsed(topic, payload)
+    if message is None:
         return False
     if topic == TF:
-        return bool(message.transforms) and all(
-            one.child_frame_id and one.HasField("rotation") for one in message.transforms
-        )
+        poses = message.transforms
+        return bool(poses) and all(one.child_frame_id and one.HasField("rotation") for one in poses)
     return bool(message.bodies) and all(one.name for one in message.bodies)
 
 
 def _index_start(stream: BinaryIO) -> int | None:
     """Where the index begins, if the file has one and it agrees with its checksum."""
-    end = stream.seek(0, 2)
-    foot = end - len(MAGIC) - HEAD.size - 20
-    if foot < len(MAGIC):
+    footer = catalogue.read_footer(stream)
+    if footer is None:
         return None
-    stream.seek(foot)
-    content = stream.read(HEAD.size + 20)
-    opcode, length, start, _, crc = struct.unpack("<BQQQI", content)
-    if (opcode, length) != (Opcode.FOOTER, 20) or not crc or not len(MAGIC) <= start <= foot or foot - start > 64 << 20:
+    foot, record, says = footer
+    start = says.summary_start
+    if not says.summary_crc or not len(MAGIC) <= start <= foot or foot - start > INDEX_LIMIT_BYTES:
         return None
     stream.seek(start)
-    agrees = zlib.crc32(content[:-4], zlib.crc32(stream.read(foot - start))) == crc
+    agrees = zlib.crc32(record[:-4], zlib.crc32(stream.read(foot - start))) == says.summary_crc
     return start if agrees else None

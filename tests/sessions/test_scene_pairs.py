@@ -1,4 +1,4 @@
-from sessions.scene import Scene, SceneBody
+from sessions.scene import Pose, Scene, SceneBody
 from sessions.scene_pairs import absent_bodies, wanted_pairs
 
 
@@ -17,3 +17,14 @@ def test_declared_pairs_win_and_those_of_absent_bodies_are_named():
     assert wanted_pairs(scene, ["a", "b", "c"]) == [("c", "a")]
     assert absent_bodies(scene, ["a", "b", "c"]) == ["x", "y"]
     assert wanted_pairs(Scene(pairs=()), ["a", "b"]) == []
+
+
+def test_a_body_is_found_by_its_id_and_only_by_that():
+    scene = Scene(bodies=(SceneBody("beaker", tags=("glass",)), SceneBody("rod")))
+    assert scene.body("rod") is scene.bodies[1]
+    assert scene.body("glass") is None
+
+
+def test_a_scene_that_says_nothing_declares_neither_pairs_nor_effects():
+    assert Scene().pairs is None and Scene().effects is None
+    assert SceneBody("x").fixed is None and SceneBody("x").offset == Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))

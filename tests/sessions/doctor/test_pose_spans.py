@@ -1,9 +1,12 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from planted_faults import FAULTS, clean
 
 from sessions.doctor.pose_pass import look_through
 from sessions.doctor.pose_spans import pose_spans, rest_spans
+from sessions.doctor.runs import runs
 
 
 def spans(draft):
@@ -52,3 +55,14 @@ def test_a_stretch_frozen_after_a_jump_begins_with_the_jump():
     draft = clean()
     draft.arrays["position"][300:330, 0] = [2.0, 2.0, 2.0]
     assert ("frozen", 0, 300, 329) in spans(draft)
+
+
+@given(st.lists(st.booleans(), max_size=40))
+def test_the_runs_of_a_mask_make_the_mask_again(mask):
+    again = np.zeros(len(mask), dtype=bool)
+    found = runs(np.array(mask, dtype=bool))
+    for first, last in found.tolist():
+        assert not again[first : last + 1].any()
+        again[first : last + 1] = True
+    assert again.tolist() == mask
+    assert (found[1:, 0] > found[:-1, 1] + 1).all()

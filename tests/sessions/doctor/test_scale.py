@@ -4,7 +4,7 @@ from planted_faults import clean
 
 from sessions import Scene
 from sessions.doctor.pose_pass import look_through
-from sessions.doctor.scale import is_in_other_units, roles_of, scale_findings
+from sessions.doctor.scale import roles_of, scale_findings, unit_guess
 from sessions.scene import SceneBody
 
 
@@ -22,7 +22,7 @@ def test_other_units_are_named(factor, unit):
     looked = look_through([draft.session().frames])
     (one,) = scale_findings(looked, Scene(), {})
     assert (one.code, one.body) == ("unit-suspect", "hand-left")
-    assert is_in_other_units(looked, 1) and not is_in_other_units(looked, 0)
+    assert unit_guess(looked, 1) is not None and unit_guess(looked, 0) is None
     assert unit in one.message or unit == "centimetres"
 
 

@@ -55,6 +55,10 @@ def test_any_live_contact_comes_back(contact):
     assert a.read_contact(a.contact_message(contact)[2]) == contact
 
 
+def test_the_numbers_of_a_phase_are_part_of_the_file_format():
+    assert a.PHASES == ("enter", "stay", "exit")
+
+
 def test_a_damaged_live_contact_is_one_sentence():
     for message in (message_class("Contact")(phase=9), message_class("Contact")(phase=1, point=[1.0])):
         with pytest.raises(SessionFileError, match="contacts/live"):

@@ -2,12 +2,12 @@ import pytest
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format import facts as module
-from sessions.mcap_format.facts import bodies_record, facts_of, migrated, names_of, session_record
+from sessions.mcap_format.facts import bodies_record, metadata_of, migrated, names_of, session_record
 
 
 def test_facts_and_hashes_come_back_from_their_record():
     record = session_record({"vr_type": "augmented", "own": "word", "format": "old"}, {"a/b": "00ff"})
-    facts, hashes = facts_of(record)
+    facts, hashes = metadata_of(record)
     assert hashes == {"a/b": "00ff"}
     assert facts["vr_type"] == "augmented" and facts["own"] == "word" and facts["format"] == "vrlab/1"
     assert facts["consent"] == "not stated"

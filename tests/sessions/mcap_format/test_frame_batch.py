@@ -9,9 +9,7 @@ from sessions.mcap_format.frame_batch import FrameBatch, nanoseconds, pose_value
 def test_frames_hold_what_was_added_and_nothing_else():
     batch = FrameBatch(("a", "b", "c"), 3)
     assert batch.knows(("c", "a")) and not batch.knows(("a", "d"))
-    batch.add(("c", "a"), np.arange(14.0).reshape(2, 7), 5, 6)
-    batch.mark(["a"], Status.LOST)
-    batch.stamp({"c": 4})
+    batch.add(("c", "a"), np.arange(14.0).reshape(2, 7), 5, 6, {"a": Status.LOST}, {"c": 4})
     frames = batch.frames()
     assert len(frames) == 1 and not batch.full
     assert frames.status.tolist() == [[Status.LOST, Status.ABSENT, Status.VALID]]

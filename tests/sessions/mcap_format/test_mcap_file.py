@@ -5,6 +5,7 @@ from sessions.errors import SessionFileError
 from sessions.event import Event
 from sessions.frames import Frames
 from sessions.mcap_format.mcap_file import McapFile, McapFrames
+from sessions.mcap_format.reader import LazyMapping, LazySequence
 from sessions.mcap_format.writer import write_session
 from sessions.scene import Scene
 
@@ -59,3 +60,21 @@ def test_channels_that_only_chunks_declare_are_found(tmp_path):
     data = path.read_bytes()
     path.write_bytes(data[:2000])
     assert McapFile(path).catalogue.ids("/tf")
+
+
+def test_values_are_loaded_once_and_only_when_asked_for():
+    loaded = []
+    mapping = LazyMapping(["b", "a"], lambda key: loaded.append(key) or key.upper())
+    assert list(mapping) == ["b", "a"] and len(mapping) == 2 and "a" in mapping and "c" not in mapping and loaded == []
+    assert mapping["a"] == mapping["a"] == "A" and loaded == ["a"]
+    with pytest.raises(KeyError):
+        mapping["c"]
+    assert dict(mapping) == {"b": "B", "a": "A"}
+
+
+def test_a_sequence_is_loaded_once_at_its_first_use():
+    loaded = []
+    sequence = LazySequence(lambda: loaded.append(1) or [3, 4, 5])
+    assert loaded == []
+    assert sequence[1] == 4 and sequence[1:] == (4, 5) and len(sequence) == 3 and list(sequence) == [3, 4, 5]
+    assert sequence == [3, 4, 5] and sequence != [3] and hash(sequence) == hash((3, 4, 5)) and loaded == [1]

@@ -18,6 +18,7 @@ from mcap_samples import (
     write_foreign,
 )
 from peak_memory import environment
+from reference_reader import read_frames_plainly
 
 from sessions import read_session, write_session
 from sessions.errors import SessionError, SessionFileError, TornFileError
@@ -29,7 +30,6 @@ from sessions.mcap_format.annotations import interval_message
 from sessions.mcap_format.container import ContainerWriter
 from sessions.mcap_format.reader import MISSING
 from sessions.mcap_format.record_block import RecordBlock
-from sessions.mcap_format.reference_reader import read_frames_plainly
 from sessions.session import ArraySource, Session
 
 

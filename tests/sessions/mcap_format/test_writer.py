@@ -7,6 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 from mcap_samples import any_frames, assert_same_frames, random_frames, session_of, tetrahedron
+from reference_reader import read_frames_plainly
 
 from sessions.errors import SessionFileError
 from sessions.event import Event, Interval
@@ -15,7 +16,6 @@ from sessions.glb import mesh_to_glb
 from sessions.hand import HandTrack
 from sessions.live_contact import LiveContact
 from sessions.mcap_format.reader import read_session
-from sessions.mcap_format.reference_reader import read_frames_plainly
 from sessions.mcap_format.writer import write_session
 from sessions.scene import Scene, SceneBody
 from sessions.scene_toml import parse_scene

@@ -2,13 +2,14 @@ import io
 import zlib
 
 import lz4.frame
+import numpy as np
 import pytest
 import zstandard
 from mcap_samples import protobuf_messages, random_frames
 
 from sessions.mcap_format.catalogue import Catalogue, ChannelInfo, Region
 from sessions.mcap_format.record_block import RecordBlock
-from sessions.recovery.chunk_reading import part_of, read_chunk, unpacked_start, whole_records
+from sessions.recovery.chunk_reading import read_chunk, unpacked_start
 
 PACK = {
     "zstd": lambda data: zstandard.ZstdCompressor().compress(data),
@@ -36,14 +37,14 @@ def region(packed, block, name, crc=None):
 @pytest.mark.parametrize("name", PACK)
 def test_a_whole_chunk_gives_every_message(block, name):
     packed = PACK[name](block.data)
-    table = read_chunk(io.BytesIO(packed), region(packed, block, name), catalogue(), torn=False)
+    table = read_chunk(io.BytesIO(packed), region(packed, block, name), catalogue(), truncated=False)
     assert len(table.channel) == 3000
 
 
 @pytest.mark.parametrize("name", PACK)
-def test_a_torn_chunk_gives_the_messages_before_the_tear_and_they_are_right(block, name):
+def test_a_truncated_chunk_gives_the_messages_before_the_cut_and_they_are_right(block, name):
     packed = PACK[name](block.data)[: len(PACK[name](block.data)) * 2 // 3]
-    table = read_chunk(io.BytesIO(packed), region(packed, block, name), catalogue(), torn=True)
+    table = read_chunk(io.BytesIO(packed), region(packed, block, name), catalogue(), truncated=True)
     count = len(table.channel)
     assert 300 < count < 3000
     assert [table.payload(k) for k in range(count)] == [
@@ -55,13 +56,13 @@ def test_a_chunk_with_a_wrong_checksum_gives_nothing(block):
     packed = PACK[""](block.data)
     changed = bytearray(packed)
     changed[5000] ^= 1
-    assert read_chunk(io.BytesIO(bytes(changed)), region(changed, block, ""), catalogue(), torn=False) is None
+    assert read_chunk(io.BytesIO(bytes(changed)), region(changed, block, ""), catalogue(), truncated=False) is None
 
 
 def test_without_a_checksum_poses_that_are_none_are_left_out(block):
     changed = bytearray(block.data)
     changed[block.starts[7] + 31] = 0xFF
-    table = read_chunk(io.BytesIO(bytes(changed)), region(changed, block, "", 0), catalogue(), torn=False)
+    table = read_chunk(io.BytesIO(bytes(changed)), region(changed, block, "", 0), catalogue(), truncated=False)
     assert len(table.channel) == 2999 and 7 not in table.sequence
 
 
@@ -72,17 +73,16 @@ def test_a_bomb_is_unpacked_to_what_its_chunk_declares_and_no_further():
     assert len(unpacked_start(bomb, Region(0, len(bomb), "lz4", 1000, 0, None))) <= 1000
 
 
-def test_a_record_that_is_not_all_there_is_cut_off(block):
+def test_a_record_that_is_not_all_there_is_left_out(block):
     end = int(block.starts[2])
     for cut in (0, 1, 8, 9, 20):
-        assert len(whole_records(block.data[: end + cut])) == end
-    assert whole_records(b"") == b""
+        data = block.data[: end + cut]
+        table = read_chunk(io.BytesIO(data), region(data, block, ""), catalogue(), truncated=True)
+        assert table.sequence.tolist() == [0, 1]
+    assert len(read_chunk(io.BytesIO(b""), region(b"", block, ""), catalogue(), truncated=True).channel) == 0
 
 
 def test_a_part_of_a_table_is_its_rows(block):
-    import numpy as np
-
-    packed = PACK[""](block.data)
-    table = read_chunk(io.BytesIO(packed), region(packed, block, ""), catalogue(), torn=False)
-    part = part_of(table, np.array([2, 5]))
+    table = read_chunk(io.BytesIO(block.data), region(block.data, block, ""), catalogue(), truncated=False)
+    part = table.part(np.array([2, 5]))
     assert part.sequence.tolist() == [2, 5] and part.payload(1) == table.payload(5)

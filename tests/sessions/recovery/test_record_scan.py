@@ -43,10 +43,12 @@ def test_a_chunk_whose_own_length_changed_is_believed_by_its_inner_lengths(data)
     assert [one.end for one in pieces(bytes(changed)) if one.opcode == Opcode.CHUNK] == [end for _, end in chunks(data)]
 
 
-def test_a_chunk_that_the_end_of_the_file_cuts_is_torn(data):
+def test_a_chunk_that_the_end_of_the_file_cuts_is_truncated(data):
     start, end = chunks(data)[-1]
     last = pieces(data[: (start + end) // 2])[-1]
-    assert last.opcode == Opcode.CHUNK and last.torn and last.region.offset + last.region.length == (start + end) // 2
+    assert (
+        last.opcode == Opcode.CHUNK and last.truncated and last.region.offset + last.region.length == (start + end) // 2
+    )
 
 
 def covered(data, found):
@@ -54,7 +56,7 @@ def covered(data, found):
     at = 8 if data[:8] == b"\x89MCAP0\r\n" else 0
     for one in found:
         assert one.start == at and one.end > at
-        at = one.end if not one.torn else len(data)
+        at = one.end if not one.truncated else len(data)
     return at
 
 

@@ -3,9 +3,11 @@ import io
 import pytest
 from damage import records
 from mcap.opcode import Opcode
-from mcap_samples import random_frames, session_of, tetrahedron
+from mcap.records import Channel
+from mcap_samples import protobuf_messages, random_frames, session_of, tetrahedron
 
 from sessions import write_session
+from sessions.mcap_format.catalogue import Region
 from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.unpacking import listed
 from sessions.recovery.survey import Declared, guess_channels, survey
@@ -24,7 +26,7 @@ def test_a_whole_file_is_known_completely(path):
     assert (found.frames, found.lost, found.bytes_skipped) == (900, [], 0)
     assert set(found.names) == {"body 0", "body 1", "body 2"}
     assert list(found.attachments) == ["meshes/a.glb"] and found.checked == {"meshes/a.glb"}
-    assert {channel.topic for channel in found.declared.raw_channels.values()} == {"/tf", "/tracking", "/scene"}
+    assert {channel.topic for channel in found.declared.raw[Channel].values()} == {"/tf", "/tracking", "/scene"}
 
 
 def test_a_checked_index_overrules_a_damaged_head(path):
@@ -37,14 +39,10 @@ def test_a_checked_index_overrules_a_damaged_head(path):
 
 
 def test_poses_and_validity_are_guessed_and_nothing_else(path):
-    from mcap_samples import protobuf_messages
-
     frames = random_frames(1, 3, 2)
     messages = [(7, 0, log, publish, payload) for publish, log, payload in protobuf_messages(frames)]
     messages.append((8, 0, 1, 1, b"hello"))
     block = RecordBlock.of(messages)
-    from sessions.mcap_format.catalogue import Region
-
     declared = Declared(path)
     guess_channels(listed(block.data, Region(0, 0, "", 0, 0, None), declared), declared)
     assert declared.ids("/tf") == {7} and 8 not in declared.channels
