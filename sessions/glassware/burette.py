@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from sessions.glassware.beakers import GLASS, MILLILITRE
-from sessions.glassware.instrument import TYPICAL, Cavity, Instrument, Joint, Opening, Part, Site, Wall, mass_of
+from sessions.glassware.instrument import (
+    GLASS,
+    MILLILITRE,
+    TYPICAL,
+    Cavity,
+    Instrument,
+    Joint,
+    Opening,
+    Part,
+    Site,
+    Wall,
+    weighed,
+)  # fmt: skip
 from sessions.glassware.profile import rounded, sampled
-from sessions.glassware.rings import even_angles, sewn, turned, turned_solid
+from sessions.glassware.rings import turned_solid
 from sessions.glassware.solids import across_corners, across_flats, box, cylinder, fitted, sections_for
 from sessions.glassware.tubes import TUBING
 from sessions.mesh_data import MeshData
@@ -33,16 +42,17 @@ def burette(faces: int) -> Instrument:
     mesh, spacing = fitted(_barrel, faces, 0.004)
     sections = sections_for(BORE, spacing, LEAST_SECTIONS)
     zero = LAST_MARK + CAPACITY / (np.pi * BORE**2)
-    return Instrument(
-        name="burette",
-        mesh=mesh,
-        tags=("glass", "vessel", "burette", "open", "drains"),
-        material=GLASS,
-        sources=(
+    key = (0.0, STOPCOCK, 0.0)
+    quarter = Joint(origin=key, axis=(0.0, 0.0, 1.0), lower=0.0, upper=float(np.pi / 2.0))
+    return weighed(
+        "burette",
+        mesh,
+        "glass vessel burette open drains",
+        GLASS,
+        (
             f"barrel 13 mm, wall 1.0 mm: {TUBING}; bore and capacity give 526 mm of scale",
             f"length 740 mm, stopcock: {TYPICAL}; burettes are the subject of ISO 385",
         ),
-        mass=mass_of(mesh, GLASS),
         wall=Wall(thickness=WALL, span=(LAST_MARK, TOP - 2.0 * WALL)),
         cavity=Cavity(
             capacity_m3=CAPACITY,
@@ -50,26 +60,14 @@ def burette(faces: int) -> Instrument:
             mark_height=zero,
             to_mark=_column(LAST_MARK, zero, sections),
             to_brim=_column(LAST_MARK, TOP, sections),
-            opening=Opening(
-                centre=(0.0, TOP, 0.0),
-                normal=(0.0, 1.0, 0.0),
-                radius=BORE,
-                lip=(BORE, TOP, 0.0),
-                pour_direction=(1.0, 0.0, 0.0),
-            ),
+            opening=Opening.upwards(BORE, TOP),
         ),
         sites={
             "tip": Site(point=(0.0, 0.0, 0.0), direction=(0.0, -1.0, 0.0)),
-            "stopcock": Site(point=(0.0, STOPCOCK, 0.0), direction=(0.0, 0.0, 1.0)),
+            "stopcock": Site(point=key, direction=(0.0, 0.0, 1.0)),
             "clamp": Site(point=(0.0, 0.45, 0.0)),
         },
-        parts=(
-            Part(
-                instrument=burette_stopcock(faces),
-                position=(0.0, STOPCOCK, 0.0),
-                joint=Joint(origin=(0.0, STOPCOCK, 0.0), axis=(0.0, 0.0, 1.0), lower=0.0, upper=float(np.pi / 2.0)),
-            ),
-        ),
+        parts=(Part(instrument=burette_stopcock(faces), position=key, joint=quarter),),
     )
 
 
@@ -78,63 +76,32 @@ def burette_stopcock(faces: int) -> Instrument:
 
     def build(spacing: float) -> MeshData:
         around, thin = sections_for(KEY_RADIUS, spacing), sections_for(1.2e-3, spacing, 6)
-        body = united(
-            [
-                cylinder(
-                    (0.0, 0.0, -17e-3), (0.0, 0.0, 18e-3), across_corners(KEY_RADIUS - KEY_CLEARANCE, around), around
-                ),
-                cylinder((0.0, 0.0, -20e-3), (0.0, 0.0, -14e-3), 7.5e-3, around),
-                cylinder((0.0, 0.0, 14e-3), (0.0, 0.0, 20e-3), 7.0e-3, around),
-                box((40e-3, 9e-3, 5e-3), (0.0, 0.0, 20e-3)),
-            ]
-        )
+        plug = across_corners(KEY_RADIUS - KEY_CLEARANCE, around)
+        along_z = [(-17e-3, 18e-3, plug), (-20e-3, -14e-3, 7.5e-3), (14e-3, 20e-3, 7.0e-3)]
+        rounds = [cylinder((0.0, 0.0, low), (0.0, 0.0, high), radius, around) for low, high, radius in along_z]
+        body = united([*rounds, box((40e-3, 9e-3, 5e-3), (0.0, 0.0, 20e-3))])
         return refined(subtracted(body, [cylinder((-0.03, 0.0, 0.0), (0.03, 0.0, 0.0), 1.2e-3, thin)]), spacing)
 
     mesh, _ = fitted(build, faces, 0.005)
-    return Instrument(
-        name="burette_stopcock",
-        mesh=mesh,
-        tags=("plastic", "stopcock", "tool"),
-        material="plastic",
-        sources=(TYPICAL,),
-        mass=mass_of(mesh, "plastic"),
-        origin="on the axis it turns about, at the middle of its hole",
-    )
+    origin = "on the axis it turns about, at the middle of its hole"
+    return weighed("burette_stopcock", mesh, "plastic stopcock tool", "plastic", origin=origin)
 
 
 def _barrel(spacing: float) -> MeshData:
     """Return the glass: outline and bore turned with equal sections, so that the wall between them is exact."""
     sections = sections_for(BORE, spacing, LEAST_SECTIONS)
     outer = BORE + WALL
-    points = [
-        (0.0, 0.0),
-        (1.4e-3, 0.0),
-        (3.5e-3, 40e-3),
-        (3.5e-3, STOPCOCK + 16e-3),
-        (outer, BARREL_FROM),
-        (outer, TOP),
-        (0.0, TOP),
-    ]
+    tip = [(0.0, 0.0), (1.4e-3, 0.0), (3.5e-3, 40e-3), (3.5e-3, STOPCOCK + 16e-3)]
+    points = [*tip, (outer, BARREL_FROM), (outer, TOP), (0.0, TOP)]
     outline = sampled(rounded(points, [0.0, 0.0, 4e-3, 6e-3, 0.5e-3]), round(0.3 / max(spacing, 0.02)))
-    bore_points = [
-        (0.5e-3, -1e-3),
-        (0.5e-3, 2e-3),
-        (1.2e-3, 40e-3),
-        (1.2e-3, STOPCOCK + 12e-3),
-        (BORE, BARREL_FROM + 2e-3),
-    ]
-    bore = np.array([(0.0, -1e-3), *bore_points, (BORE, TOP + 1e-3), (0.0, TOP + 1e-3)])
+    narrow = [(0.0, -1e-3), (0.5e-3, -1e-3), (0.5e-3, 2e-3), (1.2e-3, 40e-3), (1.2e-3, STOPCOCK + 12e-3)]
+    bore = np.array([*narrow, (BORE, BARREL_FROM + 2e-3), (BORE, TOP + 1e-3), (0.0, TOP + 1e-3)])
     around = sections_for(8e-3, spacing, 8)
-    body = united(
-        [
-            turned_solid(outline, sections),
-            cylinder((0.0, STOPCOCK, -13e-3), (0.0, STOPCOCK, 13e-3), 8.0e-3, around),
-        ]
-    )
+    housing = cylinder((0.0, STOPCOCK, -13e-3), (0.0, STOPCOCK, 13e-3), 8.0e-3, around)
+    body = united([turned_solid(outline, sections), housing])
     hole = cylinder((0.0, STOPCOCK, -20e-3), (0.0, STOPCOCK, 20e-3), across_flats(KEY_RADIUS, around), around)
     return refined(subtracted(body, [turned_solid(bore, sections), hole]), spacing * 2.0)
 
 
 def _column(low: float, high: float, sections: int) -> MeshData:
-    outline: Sequence[tuple[float, float]] = [(0.0, low), (BORE, low), (BORE, high), (0.0, high)]
-    return sewn(turned(np.array(outline), even_angles(sections)))
+    return turned_solid(np.array([(0.0, low), (BORE, low), (BORE, high), (0.0, high)]), sections)

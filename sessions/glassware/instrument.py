@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +19,13 @@ from sessions.mesh_data import MeshData
 Point = tuple[float, float, float]
 
 TYPICAL = "typical dimensions, own choice"
+GLASS = "borosilicate glass 3.3"
+MILLILITRE = 1e-6
 
 # kg/m3. Borosilicate 3.3: ISO 3585 states 2.23 g/cm3. The others are round handbook values: masses are estimates.
 DENSITY: Mapping[str, float] = MappingProxyType(
     {
-        "borosilicate glass 3.3": 2230.0,
+        GLASS: 2230.0,
         "porcelain": 2400.0,
         "steel": 7850.0,
         "wood": 650.0,
@@ -46,6 +49,13 @@ class Opening:
     radius: float
     lip: Point
     pour_direction: Point
+
+    @classmethod
+    def upwards(cls, radius: float, height: float, reach: float = 0.0) -> Opening:
+        """Return the opening of an upright vessel; its lip lies towards +X, ``reach`` metres beyond the radius."""
+        lip = (radius + reach, height, 0.0)
+        centre, up, x = (0.0, height, 0.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)
+        return cls(centre=centre, normal=up, radius=radius, lip=lip, pour_direction=x)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -168,3 +178,13 @@ def in_single_precision(mesh: MeshData) -> MeshData:
 def mass_of(mesh: MeshData, material: str) -> float:
     """Return the volume of the closed mesh times the density of its material, in kg."""
     return mesh.volume * DENSITY[material]
+
+
+def weighed(
+    name: str, mesh: MeshData, tags: str, material: str, sources: tuple[str, ...] = (TYPICAL,), **more: Any
+) -> Instrument:
+    """Return the instrument of this mesh; its mass is that of the mesh, its ``tags`` are the words of one string."""
+    mass = mass_of(mesh, material)
+    return Instrument(
+        name=name, mesh=mesh, tags=tuple(tags.split()), material=material, sources=sources, mass=mass, **more
+    )

@@ -20,12 +20,11 @@ from sessions.glassware.field import (
     hoop,
     rounded_box,
     surface_of,
-)
+)  # fmt: skip
 from sessions.glassware.instrument import TYPICAL, Instrument, Site
 from sessions.mesh_data import MeshData
 
 WAND_MASS, HEADSET_MASS = 0.2, 0.5  # kg, round figures for hollow plastic; the meshes are solid
-DIMPLES = 14
 
 
 def proxy_wand(faces: int) -> Instrument:
@@ -82,7 +81,8 @@ def _wand(points: Points) -> Distance:
     wand = blended(wand, bridge, 0.008)
     # The hole stays open where the neck and the bridge would fill it.
     hole = capsule(points, (0.0, 0.042, -0.093), (0.0, -0.086, 0.003), 0.031, 0.031)
-    wand = carved(wand, np.maximum(hole, -_before(points)), 0.004)
+    before_handle = 0.006 - points[:, 2] - 0.75 * (points[:, 1] + 0.022)
+    wand = carved(wand, np.maximum(hole, -before_handle), 0.004)
     groove = hoop(points, (0.0, 0.0085, 0.030), (0.0, 1.0, 0.14), 0.0165, 0.0016, 0.0035)
     pad = ellipsoid(points, (0.0, 0.0045, 0.030), (0.0160, 0.0050, 0.0160))
     wand = carved(blended(wand, pad, 0.001), groove, 0.001)
@@ -91,12 +91,6 @@ def _wand(points: Points) -> Distance:
         wand = blended(wand, button, 0.001)
     trigger = capsule(points, (0.0, -0.030, 0.012), (0.0, -0.040, 0.030), 0.0085, 0.0050)
     return blended(wand, trigger, 0.003)
-
-
-def _before(points: Points) -> Distance:
-    """Return how far a point lies in front of the place where the handle begins."""
-    depth: Distance = 0.006 - points[:, 2] - 0.75 * (points[:, 1] + 0.022)
-    return depth
 
 
 def _headset(points: Points) -> Distance:
@@ -110,17 +104,13 @@ def _headset(points: Points) -> Distance:
     shell = carved(carved(shell, face, 0.006), nose, 0.006)
     camera = np.linalg.norm(points - np.array([0.0, -0.030, -0.099]), axis=1) - 0.007
     shell = blended(shell, camera, 0.003)
-    for x, y, z in _dimples():
+    # Hollows of the sensors: two rows on the front, and the temples.
+    dimples = [(x, y, -0.1065 + 4.5 * x * x) for y in (0.030, -0.008) for x in (-0.055, -0.028, 0.0, 0.028, 0.055)]
+    dimples += [(sign * 0.094, y, -0.052) for sign in (-1.0, 1.0) for y in (0.022, -0.022)]
+    for x, y, z in dimples:
         shell = carved(shell, np.linalg.norm(points - np.array([x, y, z]), axis=1) - 0.0095, 0.002)
     straps = np.minimum(_band(points), _crown(points))
     return blended(shell, straps, 0.008)
-
-
-def _dimples() -> list[tuple[float, float, float]]:
-    """Return the centres of the sensor hollows on the front, two rows and the temples."""
-    front = [(x, y, -0.1065 + 4.5 * x * x) for y in (0.030, -0.008) for x in (-0.055, -0.028, 0.0, 0.028, 0.055)]
-    temples = [(sign * 0.094, y, -0.052) for sign in (-1.0, 1.0) for y in (0.022, -0.022)]
-    return [*front, *temples]
 
 
 def _band(points: Points) -> Distance:

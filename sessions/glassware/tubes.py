@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from sessions.glassware.beakers import GLASS, MILLILITRE
 from sessions.glassware.flasks import solved_for_capacity
-from sessions.glassware.instrument import TYPICAL, Cavity, Instrument, Opening, Site, Wall, mass_of
+from sessions.glassware.instrument import GLASS, MILLILITRE, TYPICAL, Cavity, Instrument, Opening, Site, Wall, weighed
 from sessions.glassware.profile import Arc, Line, rounded
-from sessions.glassware.vessel import Foot, Shape, Spout, Turned, turned_vessel
-from sessions.mesh_data import MeshData
+from sessions.glassware.vessel import Foot, Shape, Spout, turned_vessel
 
 TUBING = "DURAN tubing of borosilicate glass 3.3, product list (SCHOTT)"
+TIP = Site(point=(0.0, 0.0, 0.0), direction=(0.0, -1.0, 0.0))
 
 
 def test_tube(faces: int) -> Instrument:
@@ -23,7 +22,7 @@ def test_tube(faces: int) -> Instrument:
     ]
     turned = turned_vessel(Shape(strokes=strokes, wall=wall), faces)
     sources = (f"outer diameter 16 mm, wall 1.2 mm: {TUBING}", f"length 160 mm, filled to 10 mL: {TYPICAL}")
-    return _tube("test_tube", turned, 10.0 * MILLILITRE, sources, "test_tube")
+    return turned.instrument("test_tube", 10.0 * MILLILITRE, "glass vessel open test_tube", sources)
 
 
 test_tube.__test__ = False  # type: ignore[attr-defined]  # pytest collects names that start with test
@@ -39,21 +38,15 @@ def graduated_cylinder(faces: int) -> Instrument:
         Line((radius, top - spout.height), (radius, top - 1.0e-3), least=2),
         Line((radius, top - 1.0e-3), (radius + 0.5e-3, top)),
     ]
-    outline = [
-        (outer, 17.0e-3),
-        (outer + 2.5e-3, 11.0e-3),
-        (31.0e-3, 7.0e-3),
-        (33.0e-3, 5.5e-3),
-        (33.0e-3, 0.0),
-        (0.0, 0.0),
-    ]
+    waist = [(outer, 17.0e-3), (outer + 2.5e-3, 11.0e-3)]
+    outline = [*waist, (31.0e-3, 7.0e-3), (33.0e-3, 5.5e-3), (33.0e-3, 0.0), (0.0, 0.0)]
     foot = Foot(top=17.0e-3, outline=outline, hexagonal_beyond=25.0e-3)
     turned = turned_vessel(Shape(strokes=strokes, wall=wall, spout=spout, foot=foot), faces)
     sources = (
         "100 mL with spout on a hexagonal foot: a type of ISO 4788, which leaves the form of the base open",
         f"30 x 260 mm, wall 1.5 mm: {TYPICAL}",
     )
-    return _tube("graduated_cylinder", turned, 100.0 * MILLILITRE, sources, "cylinder")
+    return turned.instrument("graduated_cylinder", 100.0 * MILLILITRE, "glass vessel open cylinder", sources)
 
 
 def funnel(faces: int) -> Instrument:
@@ -63,8 +56,8 @@ def funnel(faces: int) -> Instrument:
     strokes = rounded([(bore, wall / 2.0), (bore, stem), (rim, top)], [6.0e-3])
     turned = turned_vessel(Shape(strokes=strokes, wall=wall, open_below=True), faces)
     sources = ("60 degree cone: the usual angle of filter funnels", f"75 mm wide, stem 75 mm: {TYPICAL}")
-    plain = _tube("funnel", turned, 20.0 * MILLILITRE, sources, "funnel", "drains")
-    return Instrument(**{**vars(plain), "sites": {"tip": Site(point=(0.0, 0.0, 0.0), direction=(0.0, -1.0, 0.0))}})
+    tags = "glass vessel open funnel drains"
+    return turned.instrument("funnel", 20.0 * MILLILITRE, tags, sources, sites={"tip": TIP})
 
 
 def pipette(faces: int) -> Instrument:
@@ -72,58 +65,34 @@ def pipette(faces: int) -> Instrument:
     wall, bore, top, mark, capacity = 1.0e-3, 2.0e-3, 449.5e-3, 340.0e-3, 10.0 * MILLILITRE
 
     def shape(radius: float) -> Shape:
-        points = [
-            (0.5e-3, wall / 2.0),
-            (0.5e-3, 2.0e-3),
-            (bore, 28.0e-3),
-            (bore, 165.0e-3),
-            (radius, 178.0e-3),
-            (radius, 242.0e-3),
-        ]
-        upper = [(bore, 255.0e-3), (bore, mark), (bore, top)]
+        stem = [(0.5e-3, wall / 2.0), (0.5e-3, 2.0e-3), (bore, 28.0e-3), (bore, 165.0e-3)]
+        bulb = [(radius, 178.0e-3), (radius, 242.0e-3), (bore, 255.0e-3), (bore, mark), (bore, top)]
         radii = [0.0, 0.0, 8.0e-3, 8.0e-3, 8.0e-3, 8.0e-3, 0.0]
-        return Shape(strokes=rounded([*points, *upper], radii), wall=wall, open_below=True)
+        return Shape(strokes=rounded([*stem, *bulb], radii), wall=wall, open_below=True)
 
     turned = turned_vessel(solved_for_capacity(shape, capacity, mark, faces, (3.0e-3, 12.0e-3)), faces)
     sources = ("10 mL one-mark pipette with bulb: a type of ISO 648", f"450 mm long, bore 4 mm, wall 1 mm: {TYPICAL}")
-    plain = _tube("pipette", turned, capacity, sources, "pipette", "tool", "drains")
-    tip = Site(point=(0.0, 0.0, 0.0), direction=(0.0, -1.0, 0.0))
-    return Instrument(**{**vars(plain), "sites": {"tip": tip, "grip": Site(point=(0.0, 0.4, 0.0))}})
+    sites = {"tip": TIP, "grip": Site(point=(0.0, 0.4, 0.0))}
+    return turned.instrument("pipette", capacity, "glass vessel open pipette tool drains", sources, sites=sites)
 
 
 def dropper(faces: int) -> Instrument:
     """Return a dropper, tip down: a drawn tube under a bulb, one wall throughout; its mark stands at 1 mL."""
     wall, height = 1.0e-3, 150.0e-3
     # Turned upside down, bulb at the bottom, so that the tip is the vessel's rim.
-    strokes = rounded(
-        [
-            (0.0, wall),
-            (7.5e-3, wall),
-            (7.5e-3, 34.0e-3),
-            (5.2e-3, 40.0e-3),
-            (5.2e-3, 48.0e-3),
-            (3.0e-3, 54.0e-3),
-            (3.0e-3, 120.0e-3),
-            (0.8e-3, 138.0e-3),
-            (0.8e-3, height - wall / 2.0),
-        ],
-        [6.0e-3, 5.0e-3, 0.0, 0.0, 0.0, 6.0e-3, 4.0e-3],
-    )
+    bulb = [(0.0, wall), (7.5e-3, wall), (7.5e-3, 34.0e-3), (5.2e-3, 40.0e-3), (5.2e-3, 48.0e-3)]
+    stem = [(3.0e-3, 54.0e-3), (3.0e-3, 120.0e-3), (0.8e-3, 138.0e-3), (0.8e-3, height - wall / 2.0)]
+    strokes = rounded([*bulb, *stem], [6.0e-3, 5.0e-3, 0.0, 0.0, 0.0, 6.0e-3, 4.0e-3])
     turned = turned_vessel(Shape(strokes=strokes, wall=wall), faces)
     over = np.diag([1.0, -1.0, 1.0, 1.0])
     over[1, 3] = height
-    mesh = turned.mesh.transformed(over)
-    capacity = 1.0 * MILLILITRE
-    full = turned.inner[-1, 1]
-    held = turned.brimful().volume
-    level = turned.mark_for(held - capacity)
-    return Instrument(
-        name="dropper",
-        mesh=mesh,
-        tags=("glass", "tool", "dropper", "drains"),
-        material=GLASS,
-        sources=(TYPICAL,),
-        mass=mass_of(mesh, GLASS),
+    capacity, full = 1.0 * MILLILITRE, turned.inner[-1, 1]
+    level = turned.mark_for(turned.brimful().volume - capacity)
+    return weighed(
+        "dropper",
+        turned.mesh.transformed(over),
+        "glass tool dropper drains",
+        GLASS,
         wall=Wall(thickness=wall, span=(height - full, height - wall)),
         cavity=Cavity(
             capacity_m3=capacity,
@@ -139,22 +108,5 @@ def dropper(faces: int) -> Instrument:
                 pour_direction=(0.0, -1.0, 0.0),
             ),
         ),
-        sites={
-            "tip": Site(point=(0.0, 0.0, 0.0), direction=(0.0, -1.0, 0.0)),
-            "bulb": Site(point=(0.0, height - 0.02, 0.0)),
-        },
-    )
-
-
-def _tube(name: str, turned: Turned, capacity: float, sources: tuple[str, ...], *tags: str) -> Instrument:
-    mesh: MeshData = turned.mesh
-    return Instrument(
-        name=name,
-        mesh=mesh,
-        tags=("glass", "vessel", "open", *tags),
-        material=GLASS,
-        sources=sources,
-        mass=mass_of(mesh, GLASS),
-        wall=turned.wall(),
-        cavity=turned.cavity(capacity),
+        sites={"tip": TIP, "bulb": Site(point=(0.0, height - 0.02, 0.0))},
     )
