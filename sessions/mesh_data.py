@@ -1,7 +1,4 @@
-"""A triangle mesh as two read-only arrays, kept bit for bit from the first moment to the file and back.
-
-Importing this module is light: it knows numpy and nothing else.
-"""
+"""A triangle mesh as two read-only arrays, kept bit for bit on the way to a file and back; imports only numpy."""
 
 from __future__ import annotations
 
@@ -17,16 +14,14 @@ from sessions.errors import MeshFileError
 class MeshData:
     """Vertices (v, 3) float64 in metres and faces (f, 3) int64; both are read-only copies.
 
-    Every bit that is given is kept: a glass that rests exactly on a table in memory rests exactly on it after the
-    session was written and read. Negative zeros become zeros. Face ``i`` stays face ``i`` everywhere: nothing in
-    `sessions` merges or reorders.
+    Every bit is kept, so a glass that rests exactly on a table still does after the session was written and read.
+    Only negative zeros become zeros. Face ``i`` stays face ``i``: nothing in `sessions` merges or reorders.
 
     Raises
     ------
     MeshFileError
-        When the arrays are not a mesh: wrong shape, empty, a coordinate that is not finite or that float32 cannot
-        reach (no viewer could draw it), an index out of
-        range.
+        The arrays are no mesh: a wrong shape, no row, an index out of range, a coordinate that is not finite or
+        beyond float32 (no viewer could draw it).
 
     Examples
     --------

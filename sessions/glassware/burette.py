@@ -19,10 +19,11 @@ from sessions.glassware.instrument import (
 )  # fmt: skip
 from sessions.glassware.profile import rounded, sampled
 from sessions.glassware.rings import turned_solid
-from sessions.glassware.solids import across_corners, across_flats, box, cylinder, fitted, sections_for
+from sessions.glassware.solids import across_corners, across_flats, cylinder, fitted, sections_for
 from sessions.glassware.tubes import TUBING
 from sessions.mesh_data import MeshData
 from sessions.meshes import refined, subtracted, united
+from sessions.synthetic.solids import box
 
 BORE, WALL = 5.5e-3, 1.0e-3
 TOP, STOPCOCK = 0.74, 0.10

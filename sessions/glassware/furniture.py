@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.glassware.instrument import TYPICAL, Instrument, Part, Site, weighed
-from sessions.glassware.solids import bent, box, cylinder, fitted, fitted_union, grounded, ring, rod, sections_for
+from sessions.glassware.solids import bent, cylinder, fitted, fitted_union, grounded, ring, rod, sections_for
 from sessions.mesh_data import MeshData
 from sessions.meshes import refined, subtracted, united
+from sessions.synthetic.solids import box
 
 RACK_HOLES = 6
 RACK_PITCH = 36.0e-3

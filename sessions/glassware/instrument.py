@@ -71,7 +71,7 @@ class Cavity:
     to_mark, to_brim
         Closed meshes: the liquid when filled to the mark, and to the rim.
     opening
-        None for a closed reservoir.
+        Where liquid enters and leaves.
     """
 
     capacity_m3: float
@@ -79,7 +79,7 @@ class Cavity:
     mark_height: float
     to_mark: MeshData
     to_brim: MeshData
-    opening: Opening | None = None
+    opening: Opening
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "to_mark", in_single_precision(self.to_mark))

@@ -11,9 +11,8 @@ from sessions.errors import SessionError
 from sessions.session import Session
 from sessions.synthetic.analytic_cases import AnalyticCase
 from sessions.synthetic.assembly import START_NS, Recording, recorded
-from sessions.synthetic.levels import levelled
 from sessions.synthetic.streams import random_stream
-from sessions.synthetic.truth import Episode, Truth, sorted_episodes, sorted_facts
+from sessions.synthetic.truth import Episode, Truth, levelled, sorted_episodes, sorted_facts
 
 # Poses near 1 m and vertices near 0.1 m are rounded to 1e-16 m; ten thousand times that also covers the rounding of
 # stamps to nanoseconds at 4 m/s (4e-9 m).

@@ -11,17 +11,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sessions.mesh_data import MeshData
 from sessions.synthetic.courses import Course, Dips, Swing, Turning, outside, passes
-from sessions.synthetic.levels import Level
 from sessions.synthetic.paths import Path, Poses, still
-from sessions.synthetic.rotations import IDENTITY, quaternion_about
-from sessions.synthetic.solids import block, inscribed_depth, pointed_ball, prism
-from sessions.synthetic.truth import Interval, Pair, ordered
-
-Array = NDArray[np.float64]
+from sessions.synthetic.rotations import IDENTITY, Array, quaternion_about
+from sessions.synthetic.solids import box, inscribed_depth, pointed_ball, prism
+from sessions.synthetic.truth import Interval, Level, Pair, ordered
 
 BALL = 1.0 / 32.0
 SMALL_BALL = 1.0 / 64.0
@@ -58,7 +54,7 @@ def ball_plate(rng: np.random.Generator, seconds: float) -> AnalyticCase:
         return course.between(-plate - BALL - level, BALL + level, seconds)
 
     return AnalyticCase(
-        {"ball": pointed_ball(BALL), "plate": block(0.5, plate, 0.5)},
+        {"ball": pointed_ball(BALL), "plate": box((0.5, plate, 0.5))},
         {"ball": _on_axis(1, course), "plate": still((0.0, -plate / 2.0, 0.0))},
         {ordered("ball", "plate"): contact},
     )
@@ -130,7 +126,7 @@ def fast_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
         return course.between(-reach, reach, seconds)
 
     return AnalyticCase(
-        {"ball": pointed_ball(ball), "wall": block(0.2, wall, 0.2)},
+        {"ball": pointed_ball(ball), "wall": box((0.2, wall, 0.2))},
         {"ball": _on_axis(1, course), "wall": still((0.0, 0.0, 0.0))},
         {ordered("ball", "wall"): contact},
     )
@@ -152,7 +148,7 @@ def spinning_rod(rng: np.random.Generator, seconds: float) -> AnalyticCase:
         return course.between(-angle, angle, seconds)
 
     return AnalyticCase(
-        {"rod": block(0.3, 2.0 * half_width, 2.0 * half_width), "post": prism(sides, post, 0.1)},
+        {"rod": box((0.3, 2.0 * half_width, 2.0 * half_width)), "post": prism(sides, post, 0.1)},
         {"rod": path, "post": still((distance, 0.0, 0.0))},
         {ordered("post", "rod"): contact},
         tessellation=post * (1.0 - np.cos(np.pi / sides)),
@@ -172,7 +168,7 @@ def grazing_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
         return course.between(-BALL, BALL + level, seconds)
 
     return AnalyticCase(
-        {"ball": pointed_ball(BALL), "plate": block(0.5, plate, 0.5)},
+        {"ball": pointed_ball(BALL), "plate": box((0.5, plate, 0.5))},
         {"ball": _on_axis(1, course), "plate": still((0.0, -plate / 2.0, 0.0))},
         {ordered("ball", "plate"): contact},
     )
@@ -192,7 +188,7 @@ def ball_in_box(rng: np.random.Generator, seconds: float) -> AnalyticCase:
 
     pair = ordered("ball", "box")
     return AnalyticCase(
-        {"ball": pointed_ball(SMALL_BALL), "box": block(2.0 * half, 2.0 * half, 2.0 * half)},
+        {"ball": pointed_ball(SMALL_BALL), "box": box((2.0 * half, 2.0 * half, 2.0 * half))},
         {"ball": _on_axis(0, course), "box": still((0.0, 0.0, 0.0))},
         {pair: contact},
         {pair: contained},

@@ -17,11 +17,10 @@ from sessions.event import Event, Interval
 from sessions.scene import Scene, SceneEffect
 from sessions.session import Session
 from sessions.synthetic.assembly import START_NS, Recorded, Recording, recorded
-from sessions.synthetic.bench import Layout, Placed, standing
+from sessions.synthetic.bench import Layout, Placed, session_facts, standing, with_text
 from sessions.synthetic.bump_scripts import Plan, left_hand, right_hand, watching
 from sessions.synthetic.paths import Path, Poses, carried
 from sessions.synthetic.planting import Blinks
-from sessions.synthetic.scene_text import with_text
 from sessions.synthetic.streams import random_stream
 from sessions.synthetic.truth import Fact, Truth, sorted_episodes, sorted_facts
 
@@ -99,7 +98,7 @@ def make_bench_bumps(
         scene=scene,
         events=_events(plan),
         intervals=_intervals(),
-        facts={"synthetic": NAME, "seed": str(seed), "noise": noise, "source_units": "m", "vr_type": "immersive"},
+        facts=session_facts(NAME, seed, noise),
     )
     return replace(session, hands=plan.buttons.tracks(seen.stamps + START_NS)), truth
 

@@ -8,14 +8,13 @@ from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import Recording
 from sessions.synthetic.bench import BENCH_TOP, STAND_M, Layout
 from sessions.synthetic.buttons import Buttons
-from sessions.synthetic.choreography import Script, point, quaternion_of
+from sessions.synthetic.choreography import Script
 from sessions.synthetic.easing import minimum_jerk_inverse
-from sessions.synthetic.levels import levelled
-from sessions.synthetic.paths import Key, KeyPath, Stir, Tap
+from sessions.synthetic.paths import Key, KeyPath, Stir, Tap, point, quaternion_of
 from sessions.synthetic.planting import Blinks, Dent
 from sessions.synthetic.rotations import IDENTITY, quaternion_facing
 from sessions.synthetic.sections import Approach, approach, round_in_round
-from sessions.synthetic.truth import Episode, Fact, Interval, ordered
+from sessions.synthetic.truth import Episode, Fact, Interval, levelled, ordered
 
 AWAY = (0.0, 0.0, -1.0)
 RIGHTWARDS = (1.0, 0.0, 0.0)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.hand import HandTrack
-from sessions.synthetic.easing import minimum_jerk
+from sessions.synthetic.easing import minimum_jerk, minimum_jerk_inverse
 
 PARTICIPANT = "student"
 
@@ -32,8 +32,8 @@ class Buttons:
         """How far the trigger is pressed at these times, 0 to 1."""
         value = np.zeros_like(times)
         for start, end in self._presses[side]:
-            down = minimum_jerk((times - start) / PRESS_S + share_at(GRASP_LEVEL))
-            up = minimum_jerk((end - times) / PRESS_S + share_at(RELEASE_LEVEL))
+            down = minimum_jerk((times - start) / PRESS_S + minimum_jerk_inverse(GRASP_LEVEL))
+            up = minimum_jerk((end - times) / PRESS_S + minimum_jerk_inverse(RELEASE_LEVEL))
             value = np.maximum(value, np.minimum(down, up))
         return value
 
@@ -45,10 +45,3 @@ class Buttons:
             trigger = np.round(self.trigger(side, times) * 255.0) / 255.0
             hands[f"{PARTICIPANT}/{side}"] = HandTrack(stamps_ns, trigger, np.round(trigger * 0.9, 6))
         return hands
-
-
-def share_at(level: float) -> float:
-    """Share of the pressing time at which the trigger has come to a level."""
-    from sessions.synthetic.easing import minimum_jerk_inverse
-
-    return minimum_jerk_inverse(level)

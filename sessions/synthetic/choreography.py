@@ -7,12 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sessions.synthetic.paths import Key, KeyPath, Overlay, Tap, Tremor
+from sessions.synthetic.paths import Key, KeyPath, Overlay, Point, Quaternion, Tap, Tremor, point, quaternion_of
 from sessions.synthetic.rotations import IDENTITY
 from sessions.synthetic.truth import Interval
-
-Quaternion = tuple[float, float, float, float]
-Point = tuple[float, float, float]
 
 # Slower than this a reach of an adult looks hesitant, faster it looks thrown: comfortable reaches of 0.2-0.6 m take
 # 0.6-1.3 s.
@@ -110,15 +107,3 @@ class Script:
     ) -> None:
         self._keys.append(Key(time, position, quaternion, ease, arc))
         self.now = time
-
-
-def point(values: ArrayLike) -> Point:
-    """Three numbers as a tuple of floats."""
-    x, y, z = (float(value) for value in np.asarray(values))
-    return x, y, z
-
-
-def quaternion_of(values: ArrayLike) -> Quaternion:
-    """Four numbers as a tuple of floats."""
-    x, y, z, w = (float(value) for value in np.asarray(values))
-    return x, y, z, w

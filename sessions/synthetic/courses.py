@@ -9,11 +9,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sessions.synthetic.rotations import Array
 from sessions.synthetic.truth import Interval
-
-Array = NDArray[np.float64]
 
 
 class Course(Protocol):

@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sessions.glassware.profile import solved
+
 
 def minimum_jerk(share_of_time: ArrayLike) -> NDArray[np.float64]:
     """Share of the way of a reach between rests: 10 u^3 - 15 u^4 + 6 u^5, held outside [0, 1].
@@ -20,21 +22,12 @@ def minimum_jerk(share_of_time: ArrayLike) -> NDArray[np.float64]:
 
 
 def minimum_jerk_inverse(share_of_way: float) -> float:
-    """Share of the time at which a minimum-jerk reach has come this share of its way.
-
-    The polynomial is strictly increasing on (0, 1), so bisection to the last bit is exact enough and cannot fail.
-    """
+    """Share of the time at which a minimum-jerk reach has come this share of its way."""
     if not 0.0 <= share_of_way <= 1.0:
         raise ValueError(f"a share of the way lies between 0 and 1, not {share_of_way}")
     if share_of_way in (0.0, 1.0):
         return share_of_way  # flat there: many times come within rounding of the end
-    low, high = 0.0, 1.0
-    while low < (middle := 0.5 * (low + high)) < high:
-        if float(minimum_jerk(middle)) < share_of_way:
-            low = middle
-        else:
-            high = middle
-    return high
+    return solved(lambda time: float(minimum_jerk(time)) - share_of_way, 0.0, 1.0)
 
 
 def knock(share_of_time: ArrayLike) -> NDArray[np.float64]:

@@ -6,12 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from sessions.synthetic.easing import knock, minimum_jerk
-from sessions.synthetic.rotations import IDENTITY, quaternion_inverse, quaternion_product, rotated, slerp
+from sessions.synthetic.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated, slerp
 
-Array = NDArray[np.float64]
+Point = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
 Poses = tuple[Array, Array]
 Path = Callable[[Array], Poses]
 """Times (n,) in seconds -> positions (n, 3) and unit quaternions xyzw (n, 4)."""
@@ -33,8 +34,8 @@ class Key:
     """
 
     time: float
-    position: tuple[float, float, float]
-    quaternion: tuple[float, float, float, float] = IDENTITY
+    position: Point
+    quaternion: Quaternion = IDENTITY
     ease: str = "minimum-jerk"
     arc: float = 0.0
 
@@ -88,7 +89,7 @@ class Tap:
 
     start: float
     period: float
-    direction: tuple[float, float, float]
+    direction: Point
     amplitude: float
 
     def __call__(self, times: Array) -> Array:
@@ -166,9 +167,19 @@ class Tremor:
 
 def still(position: ArrayLike, quaternion: ArrayLike = IDENTITY) -> KeyPath:
     """A body that never moves."""
-    x, y, z = (float(value) for value in np.asarray(position))
-    qx, qy, qz, qw = (float(value) for value in np.asarray(quaternion))
-    return KeyPath([Key(0.0, (x, y, z), (qx, qy, qz, qw))])
+    return KeyPath([Key(0.0, point(position), quaternion_of(quaternion))])
+
+
+def point(values: ArrayLike) -> Point:
+    """Three numbers as a tuple of floats."""
+    x, y, z = (float(value) for value in np.asarray(values))
+    return x, y, z
+
+
+def quaternion_of(values: ArrayLike) -> Quaternion:
+    """Four numbers as a tuple of floats."""
+    x, y, z, w = (float(value) for value in np.asarray(values))
+    return x, y, z, w
 
 
 def carried(poses: Poses, offset_position: ArrayLike, offset_quaternion: ArrayLike = IDENTITY) -> Poses:

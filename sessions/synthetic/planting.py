@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.synthetic.easing import knock_interval
-from sessions.synthetic.levels import levelled
 from sessions.synthetic.looks import looks
 from sessions.synthetic.paths import Tap
-from sessions.synthetic.truth import Episode, Interval, Pair
+from sessions.synthetic.truth import Episode, Interval, Pair, levelled
 
 SLOW_RATE_HZ = 22.5
 

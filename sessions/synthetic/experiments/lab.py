@@ -10,28 +10,26 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from sessions.event import Interval
 from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import START_NS, Recording
 from sessions.synthetic.bench import BENCH_TOP, Layout, Placed
 from sessions.synthetic.buttons import Buttons
-from sessions.synthetic.choreography import Point, Quaternion, Script, point, quaternion_of
+from sessions.synthetic.choreography import Script
 from sessions.synthetic.experiments.things import Falling, Held, Standing, Thing
-from sessions.synthetic.levels import levelled
-from sessions.synthetic.paths import relative
+from sessions.synthetic.paths import Path, Point, Quaternion, point, quaternion_of, relative
 from sessions.synthetic.rotations import (
     IDENTITY,
+    Array,
     quaternion_about,
     quaternion_inverse,
     quaternion_product,
     rotated,
 )
 from sessions.synthetic.streams import random_stream
-from sessions.synthetic.truth import Episode, Fact, ordered
-
-Array = NDArray[np.float64]
+from sessions.synthetic.truth import Episode, Fact, levelled, ordered
 
 SIDES = ("left", "right")
 UP = np.array([0.0, 1.0, 0.0])
@@ -71,6 +69,7 @@ class Lab:
         self.keep: dict[str, list[tuple[float, float]]] = {side: [] for side in SIDES}
         self.attention: list[tuple[float, Point]] = [(0.0, (0.0, 1.0, 0.0))]
         self.stages: list[tuple[float, str]] = []
+        self.joints: dict[str, Path] = {}  # parts that move on what they belong to, on the recorded clock
         self._since: dict[str, float] = {}
         for body, item in layout.placed.items():
             self.where[body] = (item.position, item.quaternion)
@@ -177,6 +176,11 @@ class Lab:
         self._settle(thing, self._let_go(side), point(np.asarray(position) - SNAP * UP), quaternion)
         self.hands[side].wait(0.25)
 
+    def put_back(self, side: str, high: float | None = None, by: float = 0.12) -> None:
+        """Put the held thing where it stood at first, and lift the empty hand off it by ``by`` metres."""
+        self.place(side, self.layout.placed[self.held[side]].position, high=self.travel - 0.1 if high is None else high)
+        self.leave(side, by)
+
     def leave(self, side: str, by: float = 0.12) -> None:
         """Lift the empty hand straight up off what it held."""
         x, y, z = self.hands[side].position
@@ -197,10 +201,9 @@ class Lab:
         fall = Falling(moment, *self.where[thing], BENCH_TOP - LANDS_BELOW)
         self.things[thing].begin(moment, fall)
         x, y, z = fall.position
-        impact = fall.time_at(BENCH_TOP)
-        self.note("drop", moment, impact, (thing,), height_m=y - BENCH_TOP, impact_speed_m_s=fall.speed_at(BENCH_TOP))
-        if fall.speed_at(BENCH_TOP) > threshold_speed:
-            speed = fall.speed_at(BENCH_TOP)
+        impact, speed = fall.time_at(BENCH_TOP), fall.speed_at(BENCH_TOP)
+        self.note("drop", moment, impact, (thing,), height_m=y - BENCH_TOP, impact_speed_m_s=speed)
+        if speed > threshold_speed:
             self.note("break", impact, impact, (thing,), speed_m_s=speed, threshold_m_s=threshold_speed)
         self.episodes += levelled(
             ordered("bench", thing), "contact", lambda level: [(fall.time_at(BENCH_TOP + level), self.how.seconds)],
@@ -212,7 +215,7 @@ class Lab:
 
     def look(self, at: ArrayLike) -> None:
         """The eyes turn to where the work is."""
-        time = max(script.now for script in self.hands.values())
+        time = self.now
         if time - self.attention[-1][0] > 1.5:
             self.attention.append((time, point(at)))
 

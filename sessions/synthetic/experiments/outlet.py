@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from sessions.glassware.profile import solved
 from sessions.synthetic.easing import minimum_jerk
 
 # Standard gravity, m/s2 (CGPM 1901).
@@ -84,10 +85,4 @@ class Outlet:
         """
         if self.volume(latest) < volume:
             raise ValueError(f"{self.volume(latest) * 1e6:.3f} mL by {latest} s, not {volume * 1e6:.3f}; open it more")
-        low, high = 0.0, latest
-        while low < (middle := 0.5 * (low + high)) < high:
-            if self.volume(middle) < volume:
-                low = middle
-            else:
-                high = middle
-        return high
+        return solved(lambda time: self.volume(time) - volume, 0.0, latest)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from sessions.glassware.profile import solved
+
 # Below this angle the closed form loses its digits to cancellation (it is of order phi^5); the series is exact to 1e-14
 # there with five terms.
 SERIES_BELOW = 0.1
@@ -38,13 +40,7 @@ def tilt_keeping(volume: float, radius: float, height: float) -> float:
     """
     if not 0.0 <= volume <= math.pi * radius**2 * height:
         raise ValueError(f"a vessel of {math.pi * radius**2 * height * 1e6:.1f} mL cannot keep {volume * 1e6:.1f} mL")
-    low, high = 0.0, math.pi / 2.0
-    while low < (middle := 0.5 * (low + high)) < high:
-        if kept_volume(middle, radius, height) > volume:
-            low = middle
-        else:
-            high = middle
-    return high
+    return solved(lambda tilt: volume - kept_volume(tilt, radius, height), 0.0, math.pi / 2.0)
 
 
 def _wedge(phi: float) -> float:

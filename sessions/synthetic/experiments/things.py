@@ -6,13 +6,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sessions.synthetic.choreography import Point, Quaternion
 from sessions.synthetic.experiments.outlet import GRAVITY
-from sessions.synthetic.paths import Poses, carried
+from sessions.synthetic.paths import Point, Poses, Quaternion, carried
+from sessions.synthetic.rotations import Array
 
-Array = NDArray[np.float64]
 Placing = Callable[[Array, Mapping[str, Poses]], Poses]
 """Times (n,) of the recorded clock and the recorded poses of the hands at them -> poses of the thing."""
 

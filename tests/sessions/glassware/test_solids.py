@@ -3,7 +3,6 @@ import pytest
 
 from sessions.glassware.solids import (
     bent,
-    box,
     cylinder,
     fitted,
     fitted_union,
@@ -14,6 +13,7 @@ from sessions.glassware.solids import (
     swept,
 )
 from sessions.mesh_data import is_closed
+from sessions.synthetic.solids import box
 
 
 def test_box_cylinder_rod_and_ring_have_their_volumes():

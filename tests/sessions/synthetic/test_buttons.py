@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sessions.synthetic.buttons import Buttons, share_at
+from sessions.synthetic.buttons import Buttons
 
 TIMES = np.linspace(0.0, 5.0, 5001)
 
@@ -37,7 +37,3 @@ def test_controllers_report_eight_bits_on_the_sessions_stamps():
     scaled = hands["student/right"].trigger * 255.0
     np.testing.assert_allclose(scaled, np.round(scaled), atol=1e-9)
     assert (hands["student/right"].grip <= hands["student/right"].trigger).all()
-
-
-def test_shares_lie_within_the_press():
-    assert 0.0 < share_at(0.4) < 0.5 < share_at(0.6) < 1.0
