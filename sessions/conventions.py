@@ -39,8 +39,7 @@ class Convention:
     def points(self, points: ArrayLike) -> Array:
         """Source points (..., 3) in the canonical frame; lengths keep their unit."""
         given = np.asarray(points, dtype=np.float64)
-        exchanged: Array = given[..., list(self.axes)] * np.array(self.signs, dtype=np.float64)
-        return exchanged
+        return given[..., list(self.axes)] * np.array(self.signs, dtype=np.float64)
 
     def quaternions(self, quaternions_xyzw: ArrayLike) -> Array:
         """Source quaternions (..., 4), xyzw, in the canonical frame; norms stay as they are."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import import_module
 
 import numpy as np
 
 from sessions.errors import SessionError
 from sessions.session import Session
+from sessions.synthetic import analytic_cases as cases
 from sessions.synthetic.analytic_cases import AnalyticCase
 from sessions.synthetic.assembly import START_NS, Recording, recorded
 from sessions.synthetic.streams import random_stream
@@ -18,17 +18,13 @@ from sessions.synthetic.truth import Episode, Truth, levelled, sorted_episodes, 
 # stamps to nanoseconds at 4 m/s (4e-9 m).
 ROUNDING_M = 1e-8
 
-_MODULE = "sessions.synthetic.analytic_cases"
-ANALYTIC: dict[str, str] = {
-    "ball-plate": f"{_MODULE}:ball_plate",
-    "ball-ball": f"{_MODULE}:ball_ball",
-    "ball-ball-oblique": f"{_MODULE}:ball_ball_oblique",
-    "rod-ring": f"{_MODULE}:rod_ring",
-    "fast-ball": f"{_MODULE}:fast_ball",
-    "spinning-rod": f"{_MODULE}:spinning_rod",
-    "grazing-ball": f"{_MODULE}:grazing_ball",
-    "ball-in-box": f"{_MODULE}:ball_in_box",
-}
+ANALYTIC: dict[str, Callable[[np.random.Generator, float], AnalyticCase]] = {
+    make.__name__.replace("_", "-"): make
+    for make in (
+        cases.ball_plate, cases.ball_ball, cases.ball_ball_oblique, cases.rod_ring, cases.fast_ball,
+        cases.spinning_rod, cases.grazing_ball, cases.ball_in_box,
+    )
+}  # fmt: skip
 """Name -> function that makes the case."""
 
 
@@ -64,9 +60,7 @@ def make_analytic(
     """
     if name not in ANALYTIC:
         raise SessionError(f"no analytic session {name!r}; there are: {', '.join(ANALYTIC)}")
-    module, function = ANALYTIC[name].split(":")
-    build: Callable[[np.random.Generator, float], AnalyticCase] = getattr(import_module(module), function)
-    case = build(random_stream(seed, "analytic", name), seconds)
+    case = ANALYTIC[name](random_stream(seed, "analytic", name), seconds)
     how = Recording(seed=seed, rate_hz=rate_hz, seconds=seconds, noise=noise, jitter=jitter, losses=losses)
     seen = recorded(case.paths, how)
     facts = {"synthetic": name, "seed": str(seed), "noise": noise, "jitter": jitter, "source_units": "m"}

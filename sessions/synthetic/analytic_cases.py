@@ -64,14 +64,10 @@ def ball_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     """Two balls head on: corner meets corner, so the distance of the centres decides exactly."""
     course = Swing(BALL + SMALL_BALL + 0.02, 0.025, float(rng.uniform(0.9, 1.3)), float(rng.uniform(0.0, 1.0)))
 
-    def contact(level: float) -> list[Interval]:
-        reach = BALL + SMALL_BALL + level
-        return course.between(-reach, reach, seconds)
-
     return AnalyticCase(
         {"ball": pointed_ball(BALL), "small-ball": pointed_ball(SMALL_BALL)},
         {"ball": still((0.0, 0.0, 0.0)), "small-ball": _on_axis(0, course)},
-        {ordered("ball", "small-ball"): contact},
+        {ordered("ball", "small-ball"): _within(course, BALL + SMALL_BALL, seconds)},
     )
 
 
@@ -121,14 +117,10 @@ def fast_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     count = max(1, int(seconds / 0.55))
     course = passes([speeds[k % 5] for k in range(count)], rng.uniform(0.15, 0.35, count).tolist(), 0.1)
 
-    def contact(level: float) -> list[Interval]:
-        reach = wall / 2.0 + ball + level
-        return course.between(-reach, reach, seconds)
-
     return AnalyticCase(
         {"ball": pointed_ball(ball), "wall": box((0.2, wall, 0.2))},
         {"ball": _on_axis(1, course), "wall": still((0.0, 0.0, 0.0))},
-        {ordered("ball", "wall"): contact},
+        {ordered("ball", "wall"): _within(course, wall / 2.0 + ball, seconds)},
     )
 
 
@@ -182,17 +174,18 @@ def ball_in_box(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     def contact(level: float) -> list[Interval]:
         return outside(course, half - SMALL_BALL - level, half + SMALL_BALL + level, seconds)
 
-    def contained(level: float) -> list[Interval]:
-        reach = half - SMALL_BALL + level
-        return course.between(-reach, reach, seconds)
-
     pair = ordered("ball", "box")
     return AnalyticCase(
         {"ball": pointed_ball(SMALL_BALL), "box": box((2.0 * half, 2.0 * half, 2.0 * half))},
         {"ball": _on_axis(0, course), "box": still((0.0, 0.0, 0.0))},
         {pair: contact},
-        {pair: contained},
+        {pair: _within(course, half - SMALL_BALL, seconds)},
     )
+
+
+def _within(course: Course, reach: float, seconds: float) -> Level:
+    """When the value is at most ``reach`` + level from zero."""
+    return lambda level: course.between(-(reach + level), reach + level, seconds)
 
 
 def _unturned(times: Array) -> Array:

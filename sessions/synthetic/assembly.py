@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sessions.errors import SessionError
 from sessions.synthetic.paths import Path, Poses
 from sessions.synthetic.streams import random_stream
-from sessions.synthetic.tracker import LOSSES, VIVE, Loss, TrackerNoise, disturbed, planned_losses, with_losses
+from sessions.synthetic.tracker import LOSSES, VIVE, TrackerNoise, disturbed, planned_losses, with_losses
 from sessions.synthetic.truth import Fact, Interval
 from sessions.track import Track
 
@@ -141,13 +141,10 @@ def recorded(
         rng = random_stream(how.seed, "tracking loss", name)
         losses = () if how.losses == "off" else planned_losses(how.seconds, noise, rng, windows)
         poses[name], valid[name] = with_losses(noisy, times, losses, noise, how.losses)
-        facts.extend(_fact(name, loss, how.losses) for loss in losses)
+        for loss in losses:
+            lost = Fact("loss", loss.start, loss.settled, (name,), {"lost_until": loss.end, "recorded_as": how.losses})
+            facts.append(lost)
     return Recorded(clock, poses, valid, tuple(facts))
-
-
-def _fact(name: str, loss: Loss, kind: str) -> Fact:
-    values: dict[str, float | str] = {"lost_until": loss.end, "recorded_as": kind}
-    return Fact("loss", loss.start, loss.settled, (name,), values)
 
 
 def stamps(seconds: float, rate_hz: float, clock: Clock, rng: np.random.Generator) -> NDArray[np.int64]:

@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sessions.event import Event, Interval
 from sessions.scene import Scene, SceneEffect
@@ -112,24 +111,13 @@ def _things(plan: Plan, seen: Recorded) -> Mapping[str, Poses]:
             position = np.tile(np.array(item.position), (count, 1))
             things[name] = (position, np.tile(np.array(item.quaternion), (count, 1)))
     things["rod"] = carried(seen.poses["hand-right"], plan.rod_in_hand)
-    held = (times >= plan.grasped) & (times < plan.released)
+    held = ((times >= plan.grasped) & (times < plan.released))[:, None]
     riding = carried(seen.poses["hand-left"], plan.cylinder_in_hand)
-    after = times >= plan.released
-    things["cylinder"] = (
-        _chosen(things["cylinder"][0], held, riding[0], after, plan.cylinder_goal),
-        _chosen(things["cylinder"][1], held, riding[1], after, np.array(PLACED["cylinder"].quaternion)),
-    )
+    goal = (plan.cylinder_goal, np.array(PLACED["cylinder"].quaternion))
+    after, before = (times >= plan.released)[:, None], things["cylinder"]
+    position, quaternion = (np.where(after, goal[k], np.where(held, riding[k], before[k])) for k in (0, 1))
+    things["cylinder"] = (position, quaternion)
     return things
-
-
-def _chosen(
-    before: NDArray[np.float64],
-    held: NDArray[np.bool_],
-    riding: NDArray[np.float64],
-    after: NDArray[np.bool_],
-    goal: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    return np.where(after[:, None], goal, np.where(held[:, None], riding, before))
 
 
 def _with_held(fact: Fact) -> Fact:

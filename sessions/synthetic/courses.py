@@ -38,8 +38,7 @@ class Swing:
     def __call__(self, times: Array) -> Array:
         """Value at each time."""
         phase = 2.0 * np.pi * (times - self.start) / self.period
-        value: Array = self.middle + self.amplitude * np.cos(phase)
-        return value
+        return self.middle + self.amplitude * np.cos(phase)
 
     def between(self, low: float, high: float, seconds: float) -> list[Interval]:
         """Intervals by the arc cosine, period by period."""
@@ -124,8 +123,7 @@ class Turning:
 
     def __call__(self, times: Array) -> Array:
         """Value at each time, not folded: a turn is a turn."""
-        value: Array = self.speed * (times - self.start)
-        return value
+        return self.speed * (times - self.start)
 
     def between(self, low: float, high: float, seconds: float) -> list[Interval]:
         """Intervals in which the folded value lies between."""

@@ -41,8 +41,7 @@ def rotated(q: ArrayLike, v: ArrayLike) -> Array:
     vector = np.asarray(v, dtype=np.float64)
     axis, scalar = given[..., :3], given[..., 3:]
     twice = 2.0 * np.cross(axis, vector)
-    turned: Array = vector + scalar * twice + np.cross(axis, twice)
-    return turned
+    return vector + scalar * twice + np.cross(axis, twice)
 
 
 def quaternion_about(axis: ArrayLike, angle: ArrayLike) -> Array:
@@ -51,6 +50,12 @@ def quaternion_about(axis: ArrayLike, angle: ArrayLike) -> Array:
     direction = direction / np.linalg.norm(direction)
     half = np.asarray(angle, dtype=np.float64)[..., None] / 2.0
     return np.concatenate([np.sin(half) * direction, np.cos(half)], axis=-1)
+
+
+def turned_about(axis: ArrayLike, angle: float) -> tuple[float, float, float, float]:
+    """`quaternion_about` as four floats."""
+    x, y, z, w = quaternion_about(axis, angle).tolist()
+    return x, y, z, w
 
 
 def quaternion_from_vector(turn: ArrayLike) -> Array:

@@ -135,8 +135,7 @@ def round_in_round(inside: MeshData, outside: MeshData, height: float) -> tuple[
 
 
 def _radii(points: Array) -> Array:
-    radii: Array = np.hypot(points[:, 0], points[:, 2])
-    return radii
+    return np.hypot(points[:, 0], points[:, 2])
 
 
 def _clear_radius(wall: Array) -> float:

@@ -177,10 +177,7 @@ def test_importing_sessions_meshes_does_not_import_trimesh():
 @needs_data
 @pytest.mark.parametrize(
     ("name", "faces"),
-    [
-        ("webxr-vive-controller/htc-vive-none.glb", 17_344),
-        ("webxr-vive-controller/htc-vive-focus-3-left.glb", 4_619),
-    ],
+    [("webxr-vive-controller/htc-vive-none.glb", 17_344), ("webxr-vive-controller/htc-vive-focus-3-left.glb", 4_619)],
 )
 def test_foreign_controllers_load_with_all_their_triangles(name, faces):
     mesh = load_mesh(DATA / name)

@@ -20,14 +20,7 @@ from sessions.synthetic.buttons import Buttons
 from sessions.synthetic.choreography import Script
 from sessions.synthetic.experiments.things import Falling, Held, Standing, Thing
 from sessions.synthetic.paths import Path, Point, Quaternion, point, quaternion_of, relative
-from sessions.synthetic.rotations import (
-    IDENTITY,
-    Array,
-    quaternion_about,
-    quaternion_inverse,
-    quaternion_product,
-    rotated,
-)
+from sessions.synthetic.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated, turned_about
 from sessions.synthetic.streams import random_stream
 from sessions.synthetic.truth import Episode, Fact, levelled, ordered
 
@@ -269,11 +262,6 @@ class Lab:
     def _interval(self, kind: str, name: str, start: float, end: float) -> None:
         a, b = (START_NS + round(time * 1e9) for time in (start, end))
         self.intervals.append(Interval(a, b, kind, name))
-
-
-def turned_about(axis: ArrayLike, angle: float) -> Quaternion:
-    """A rotation as four floats."""
-    return quaternion_of(quaternion_about(axis, angle))
 
 
 SPOUT_LEFT = turned_about((0.0, 1.0, 0.0), np.pi)

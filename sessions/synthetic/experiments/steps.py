@@ -82,8 +82,7 @@ def pour(
 def _mouth(lab: Lab, vessel: str) -> Array:
     """Middle of a standing vessel's opening."""
     position, quaternion = lab.where[vessel]
-    middle: Array = np.array(position) + rotated(quaternion, lab.layout.cavity(vessel).opening.centre)
-    return middle
+    return np.array(position) + rotated(quaternion, lab.layout.cavity(vessel).opening.centre)
 
 
 def stir(

@@ -23,7 +23,7 @@ class Standing:
     quaternion: Quaternion
 
     def __call__(self, times: Array, _hands: Mapping[str, Poses]) -> Poses:
-        """The same pose at all times."""
+        """Poses at these times."""
         count = len(times)
         return np.tile(np.array(self.position), (count, 1)), np.tile(np.array(self.quaternion), (count, 1))
 
@@ -37,7 +37,7 @@ class Held:
     turn: Quaternion
 
     def __call__(self, _times: Array, hands: Mapping[str, Poses]) -> Poses:
-        """Poses that follow the recorded hand."""
+        """Poses at these times."""
         return carried(hands[self.hand], self.offset, self.turn)
 
 
@@ -59,7 +59,7 @@ class Falling:
         return float(np.sqrt(2.0 * GRAVITY * (self.position[1] - height)))
 
     def __call__(self, times: Array, _hands: Mapping[str, Poses]) -> Poses:
-        """Poses on the way down and after."""
+        """Poses at these times."""
         place = np.tile(np.array(self.position), (len(times), 1))
         place[:, 1] = np.maximum(self.floor, place[:, 1] - 0.5 * GRAVITY * (times - self.start) ** 2)
         return place, np.tile(np.array(self.quaternion), (len(times), 1))

@@ -1,17 +1,7 @@
 import numpy as np
 import pytest
 
-from sessions.glassware.solids import (
-    bent,
-    cylinder,
-    fitted,
-    fitted_union,
-    grounded,
-    ring,
-    rod,
-    sections_for,
-    swept,
-)
+from sessions.glassware.solids import bent, cylinder, fitted, fitted_union, grounded, ring, rod, sections_for, swept
 from sessions.mesh_data import is_closed
 from sessions.synthetic.solids import box
 

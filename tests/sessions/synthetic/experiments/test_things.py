@@ -9,9 +9,7 @@ from sessions.synthetic.rotations import IDENTITY, quaternion_about
 
 TIMES = np.linspace(0.0, 10.0, 1001)
 TURN = tuple(quaternion_about((0.0, 1.0, 0.0), 1.2).tolist())
-HANDS = {
-    "hand-left": (np.stack([TIMES, np.ones(1001), np.zeros(1001)], axis=1), np.tile(TURN, (1001, 1))),
-}
+HANDS = {"hand-left": (np.stack([TIMES, np.ones(1001), np.zeros(1001)], axis=1), np.tile(TURN, (1001, 1)))}
 
 
 def test_each_phase_lasts_until_the_next_begins():
