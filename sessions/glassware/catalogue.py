@@ -25,7 +25,7 @@ class InstrumentSpec:
 _MODULE_OF = {
     "erlenmeyer_flask": "flasks", "volumetric_flask": "flasks", "reagent_bottle": "flasks",
     "reagent_bottle_stopper": "flasks", "test_tube": "tubes", "test_tube_rack": "furniture",
-    "graduated_cylinder": "tubes", "funnel": "tubes", "burette": "burette", "burette_stopcock": "burette",
+    "graduated_cylinder": "tubes", "funnel": "tubes", "burette": "tubes", "burette_stopcock": "tubes",
     "pipette": "tubes", "dropper": "tubes", "watch_glass": "beakers", "evaporating_dish": "beakers",
     "gas_jar": "beakers", "gas_jar_cover": "beakers", "delivery_tube": "tools", "rubber_stopper": "tools",
     "stirring_rod": "tools", "tongs": "tools", "alcohol_lamp": "tools", "wick_holder": "tools", "stand": "furniture",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -14,8 +14,12 @@ from sessions.glassware.instrument import Cavity, Instrument
 from sessions.mesh_data import MeshData
 from sessions.scene import Pose, Scene, SceneBody
 from sessions.scene_toml import parse_scene, scene_to_toml
-from sessions.synthetic.paths import Point, Quaternion
+from sessions.session import Session
+from sessions.synthetic.assembly import START_NS, Recorded
+from sessions.synthetic.choreography import Buttons
+from sessions.synthetic.paths import Point, Poses, Quaternion
 from sessions.synthetic.rotations import IDENTITY, Array
+from sessions.synthetic.truth import Truth
 
 BENCH_TOP = 0.9
 
@@ -167,9 +171,26 @@ def liquid(volume_ml: float, solute: str = "", molar: float = 0.0, **more: float
     return {"liquid": {"volume_ml": volume_ml, "solute": solute, "molar": molar, **more}}
 
 
-def session_facts(name: str, seed: int, noise: str) -> dict[str, str]:
-    """Metadata of a made-up session at a bench."""
-    return {"synthetic": name, "seed": str(seed), "noise": noise, "source_units": "m", "vr_type": "immersive"}
+def made_session(
+    truth: Truth,
+    seen: Recorded,
+    things: Mapping[str, Poses],
+    layout: Layout,
+    buttons: Buttons,
+    scene: Scene,
+    **more: Any,
+) -> Session:
+    """The session of a bench: what the trackers saw, the things that the program placed, and what the hands pressed."""
+    tracks = seen.tracks(things)
+    facts = {"synthetic": truth.name, "seed": str(truth.seed), "noise": truth.noise, "source_units": "m"}
+    session = Session.from_tracks(
+        {name: tracks[name] for name in layout.placed if name in tracks},
+        meshes=layout.meshes,
+        scene=scene,
+        facts={**facts, "vr_type": "immersive"},
+        **more,
+    )
+    return replace(session, hands=buttons.tracks(seen.stamps + START_NS))
 
 
 def with_text(scene: Scene, remarks: Sequence[str] = ()) -> Scene:

@@ -16,7 +16,7 @@ from sessions.event import Event, Interval
 from sessions.scene import Scene, SceneEffect
 from sessions.session import Session
 from sessions.synthetic.assembly import START_NS, Recorded, Recording, recorded
-from sessions.synthetic.bench import Layout, Placed, session_facts, standing, with_text
+from sessions.synthetic.bench import Layout, Placed, made_session, standing, with_text
 from sessions.synthetic.bump_scripts import Plan, left_hand, right_hand, watching
 from sessions.synthetic.paths import Path, Poses, carried
 from sessions.synthetic.planting import Blinks
@@ -84,22 +84,12 @@ def make_bench_bumps(
         "hand-right": right.path(random_stream(seed, "tremor", "hand-right")),
         "headset": watching(plan),
     }
-    keep = {"hand-left": plan.keep["hand-left"], "hand-right": plan.keep["hand-right"]}
-    seen = recorded(paths, how, keep=keep)
-    things = _things(plan, seen)
-    tracks = seen.tracks(things)
+    seen = recorded(paths, how, keep=plan.keep)
     facts = sorted_facts([*plan.facts, *(_with_held(fact) for fact in seen.facts)])
     truth = Truth(NAME, seed, START_NS, SECONDS, noise, sorted_episodes(plan.episodes), facts)
     scene = with_text(Scene(NAME, layout.bodies(), effects=EFFECTS), REMARKS)
-    session = Session.from_tracks(
-        {name: tracks[name] for name in PLACED if name in tracks},
-        meshes=layout.meshes,
-        scene=scene,
-        events=_events(plan),
-        intervals=_intervals(),
-        facts=session_facts(NAME, seed, noise),
-    )
-    return replace(session, hands=plan.buttons.tracks(seen.stamps + START_NS)), truth
+    happened = {"events": _events(plan), "intervals": _intervals()}
+    return made_session(truth, seen, _things(plan, seen), layout, plan.buttons, scene, **happened), truth
 
 
 def _things(plan: Plan, seen: Recorded) -> Mapping[str, Poses]:

@@ -7,8 +7,7 @@ import numpy as np
 from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import Recording
 from sessions.synthetic.bench import BENCH_TOP, STAND_M, Layout
-from sessions.synthetic.buttons import Buttons
-from sessions.synthetic.choreography import Script
+from sessions.synthetic.choreography import Buttons, Script
 from sessions.synthetic.easing import minimum_jerk_inverse
 from sessions.synthetic.paths import Key, KeyPath, Point, Stir, Tap, point, quaternion_of
 from sessions.synthetic.planting import Blinks, Dent

@@ -1,12 +1,14 @@
-"""A hand's script: go there, wait, tap, carry; each step begins where and when the one before ended."""
+"""A hand's script (go there, wait, tap: each step begins where and when the one before ended) and its buttons."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from sessions.hand import HandTrack
+from sessions.synthetic.easing import minimum_jerk, minimum_jerk_inverse
 from sessions.synthetic.paths import Key, KeyPath, Overlay, Point, Quaternion, Tap, Tremor, point, quaternion_of
 from sessions.synthetic.rotations import IDENTITY
 from sessions.synthetic.truth import Interval
@@ -15,6 +17,14 @@ from sessions.synthetic.truth import Interval
 # 0.6-1.3 s.
 REACH_SPEED = 0.45
 SHORTEST_REACH_S = 0.35
+
+
+PARTICIPANT = "student"
+
+# From first movement to fully pressed. A press is planned so that it passes 0.6, the level at which a grasp counts,
+# at the planned time.
+PRESS_S = 0.12
+GRASP_LEVEL, RELEASE_LEVEL = 0.6, 0.4
 
 
 class Script:
@@ -107,3 +117,32 @@ class Script:
     ) -> None:
         self._keys.append(Key(time, position, quaternion, ease, arc))
         self.now = time
+
+
+class Buttons:
+    """Presses of the trigger by side; the grip follows the trigger at 0.9 of its way, as a closing hand does."""
+
+    def __init__(self) -> None:
+        self._presses: dict[str, list[tuple[float, float]]] = {"left": [], "right": []}
+
+    def hold(self, side: str, start: float, end: float) -> None:
+        """The trigger passes `GRASP_LEVEL` at ``start`` and falls below `RELEASE_LEVEL` at ``end`` (seconds)."""
+        self._presses[side].append((start, end))
+
+    def trigger(self, side: str, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far the trigger is pressed at these times, 0 to 1."""
+        value = np.zeros_like(times)
+        for start, end in self._presses[side]:
+            down = minimum_jerk((times - start) / PRESS_S + minimum_jerk_inverse(GRASP_LEVEL))
+            up = minimum_jerk((end - times) / PRESS_S + minimum_jerk_inverse(RELEASE_LEVEL))
+            value = np.maximum(value, np.minimum(down, up))
+        return value
+
+    def tracks(self, stamps_ns: NDArray[np.int64]) -> Mapping[str, HandTrack]:
+        """What both controllers report at the stamps; the first stamp is the zero of all times here."""
+        times = (stamps_ns - stamps_ns[0]) * 1e-9
+        hands = {}
+        for side in self._presses:
+            trigger = np.round(self.trigger(side, times) * 255.0) / 255.0
+            hands[f"{PARTICIPANT}/{side}"] = HandTrack(stamps_ns, trigger, np.round(trigger * 0.9, 6))
+        return hands

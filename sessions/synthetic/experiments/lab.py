@@ -16,8 +16,7 @@ from sessions.event import Interval
 from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import START_NS, Recording
 from sessions.synthetic.bench import BENCH_TOP, Layout, Placed
-from sessions.synthetic.buttons import Buttons
-from sessions.synthetic.choreography import Script
+from sessions.synthetic.choreography import Buttons, Script
 from sessions.synthetic.experiments.things import Falling, Held, Standing, Thing
 from sessions.synthetic.paths import Path, Point, Quaternion, point, quaternion_of, relative
 from sessions.synthetic.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated, turned_about

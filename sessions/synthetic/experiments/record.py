@@ -11,7 +11,7 @@ from sessions.event import Event
 from sessions.scene import Scene, SceneEffect
 from sessions.session import Session
 from sessions.synthetic.assembly import START_NS, Recording, recorded
-from sessions.synthetic.bench import Layout, Placed, session_facts, with_text
+from sessions.synthetic.bench import Layout, Placed, made_session, with_text
 from sessions.synthetic.experiments.lab import SIDES, Lab, layout_of
 from sessions.synthetic.paths import Key, KeyPath, Poses, point, quaternion_of
 from sessions.synthetic.rotations import quaternion_facing
@@ -80,18 +80,12 @@ class Experiment:
         seen = recorded({**hands, "headset": _watching(lab)}, replace(how, seconds=seconds), keep=keep)
         times = seen.stamps.astype(np.float64) * 1e-9
         things: dict[str, Poses] = {name: thing.poses(times, seen.poses) for name, thing in lab.things.items()}
-        tracks = seen.tracks({**things, **{name: path(times) for name, path in lab.joints.items()}})
-        session = Session.from_tracks(
-            {name: tracks[name] for name in layout.placed if name in tracks},
-            meshes=layout.meshes,
-            scene=self._scene(layout),
-            events=_events(lab.facts),
-            intervals=sorted(lab.intervals, key=lambda span: (span.start_ns, span.kind, span.name)),
-            facts=session_facts(self.name, seed, noise),
-        )
+        things.update({name: path(times) for name, path in lab.joints.items()})
         episodes, facts = sorted_episodes(_until(lab.episodes, seconds)), sorted_facts([*lab.facts, *seen.facts])
         truth = Truth(self.name, seed, START_NS, seconds, noise, episodes, facts)
-        return replace(session, hands=lab.buttons.tracks(seen.stamps + START_NS)), truth
+        intervals = sorted(lab.intervals, key=lambda span: (span.start_ns, span.kind, span.name))
+        happened = {"events": _events(lab.facts), "intervals": intervals}
+        return made_session(truth, seen, things, layout, lab.buttons, self._scene(layout), **happened), truth
 
     def _scene(self, layout: Layout) -> Scene:
         bodies = tuple(replace(body, parent=self.parents.get(body.id, "")) for body in layout.bodies())

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sessions.synthetic.experiments.outlet import GRAVITY
+from sessions.synthetic.experiments.pouring import GRAVITY
 from sessions.synthetic.paths import Point, Poses, Quaternion, carried
 from sessions.synthetic.rotations import Array
 

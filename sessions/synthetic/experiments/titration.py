@@ -11,7 +11,7 @@ from sessions.scene import SceneEffect
 from sessions.synthetic.bench import BENCH_TOP, Placed, liquid, standing
 from sessions.synthetic.choreography import Script
 from sessions.synthetic.experiments.lab import Lab
-from sessions.synthetic.experiments.outlet import Outlet, Turn
+from sessions.synthetic.experiments.pouring import Outlet, Turn
 from sessions.synthetic.experiments.record import Experiment
 from sessions.synthetic.experiments.steps import swirl
 from sessions.synthetic.paths import Path, Poses

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sessions.synthetic.experiments.outlet import GRAVITY
+from sessions.synthetic.experiments.pouring import GRAVITY
 from sessions.synthetic.experiments.things import Falling, Held, Standing, Thing
 from sessions.synthetic.rotations import IDENTITY, quaternion_about
 
