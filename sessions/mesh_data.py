@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -94,12 +95,10 @@ def least_area(mesh: MeshData) -> float:
 
 def _checked_vertices(vertices: ArrayLike) -> NDArray[np.float64]:
     given = np.asarray(vertices, dtype=np.float64)
-    if given.ndim != 2 or given.shape[1:] != (3,) or not len(given):
-        raise MeshFileError(f"vertices must be an array of shape (v, 3) with at least one row, not {given.shape}")
-    points = given + 0.0
+    _check_rows(given, "vertices", "v")
+    points = given + 0.0  # a copy, and negative zeros become zeros
     with np.errstate(over="ignore", invalid="ignore"):
-        drawable = np.isfinite(points.astype(np.float32))
-    bad = ~drawable.all(axis=1)
+        bad = ~np.isfinite(points.astype(np.float32)).all(axis=1)
     if bad.any():
         row = int(np.flatnonzero(bad)[0])
         raise MeshFileError(f"vertex {row} is {given[row].tolist()}; coordinates must be finite and within float32")
@@ -108,8 +107,12 @@ def _checked_vertices(vertices: ArrayLike) -> NDArray[np.float64]:
 
 def _checked_faces(faces: ArrayLike) -> NDArray[np.int64]:
     given = np.asarray(faces)
-    if given.ndim != 2 or given.shape[1:] != (3,) or not len(given):
-        raise MeshFileError(f"faces must be an array of shape (f, 3) with at least one row, not {given.shape}")
+    _check_rows(given, "faces", "f")
     if given.dtype.kind not in "iu":
         raise MeshFileError(f"faces must be whole numbers, not {given.dtype}; give vertex indices")
     return given.astype(np.int64)
+
+
+def _check_rows(given: NDArray[Any], what: str, letter: str) -> None:
+    if given.ndim != 2 or given.shape[1:] != (3,) or not len(given):
+        raise MeshFileError(f"{what} must be an array of shape ({letter}, 3) with at least one row, not {given.shape}")

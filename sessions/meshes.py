@@ -34,15 +34,12 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> MeshData:
     """Read a mesh file (GLB, OBJ, STL, PLY or OFF) as one mesh; faces keep the order of the file.
 
     Parts of a GLB scene are placed by their nodes and joined, in file order. Nothing is merged, repaired or dropped,
-    with one exception: the corners of an STL, which knows no shared vertices, are shared where they are
-    bit-identical.
+    with one exception: corners of an STL, a format without shared vertices, are shared where they are bit-identical.
 
     Parameters
     ----------
-    path
-        The file; its ending says its type.
-    scale
-        Metres per unit of the file (0.01 for a file in centimetres).
+    path : the file; its ending says its type.
+    scale : metres per unit of the file (0.01 for a file in centimetres).
 
     Raises
     ------
@@ -98,24 +95,12 @@ def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0) -> MeshData
 
 
 def united(meshes: Sequence[MeshData]) -> MeshData:
-    """Return the surface of the union of closed meshes, closed itself.
-
-    Raises
-    ------
-    MeshFileError
-        When one of the meshes is not closed.
-    """
+    """Return the closed surface of the union of closed meshes; raises `MeshFileError` when one is not closed."""
     return _boolean(meshes, lambda a, b: a + b)
 
 
 def subtracted(mesh: MeshData, others: Sequence[MeshData]) -> MeshData:
-    """Return the closed mesh ``mesh`` without the insides of the closed ``others``.
-
-    Raises
-    ------
-    MeshFileError
-        When one of the meshes is not closed.
-    """
+    """Return the closed ``mesh`` without the insides of ``others``; raises `MeshFileError` when one is not closed."""
     return _boolean([mesh, *others], lambda a, b: a - b)
 
 

@@ -19,7 +19,7 @@ class InstrumentSpec:
     """Where an instrument is made (``module:function``, imported on use) and the options that make it this one."""
 
     entry: str
-    options: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    options: Mapping[str, Any] = field(default_factory=dict)
 
 
 _MODULE_OF = {
@@ -48,17 +48,14 @@ class UnknownInstrumentError(SessionError):
 def make_instrument(name: str, faces: int = 5000, **options: Any) -> Instrument:
     """Return the instrument ``name`` with about ``faces`` faces; the same call gives the same mesh.
 
-    The count is met within 25 %, within 50 % where parts are united by booleans; parts (stopcock, stopper ...) have
-    meshes of about ``faces`` faces of their own.
+    The count is met within 25 %, within 50 % where solids are united; a part (stopcock, stopper ...) has a mesh of
+    about ``faces`` faces of its own.
 
     Parameters
     ----------
-    name
-        A row of `INSTRUMENTS`.
-    faces
-        500 to 50,000.
-    **options
-        What the instrument's function takes, for example ``grip_radius=0.02`` for a hand.
+    name : a row of `INSTRUMENTS`.
+    faces : 500 to 50,000.
+    **options : what the instrument's function takes, for example ``grip_radius=0.02`` for a hand.
 
     Raises
     ------

@@ -20,11 +20,12 @@ from sessions.glassware.field import (
     hoop,
     rounded_box,
     surface_of,
-)  # fmt: skip
-from sessions.glassware.instrument import TYPICAL, Instrument, Site
-from sessions.mesh_data import MeshData
+)
+from sessions.glassware.instrument import Instrument, Site, weighed
 
 WAND_MASS, HEADSET_MASS = 0.2, 0.5  # kg, round figures for hollow plastic; the meshes are solid
+# Each takes most of a second, and a folder of recordings asks for it again and again.
+_surface_once = lru_cache(maxsize=8)(surface_of)
 
 
 def proxy_wand(faces: int) -> Instrument:
@@ -32,42 +33,18 @@ def proxy_wand(faces: int) -> Instrument:
 
     The origin lies under the trackpad, where the handle meets the ring.
     """
-    return Instrument(
-        name="proxy_wand",
-        mesh=_wand_surface(faces),
-        tags=("controller", "tool"),
-        material="plastic",
-        sources=(TYPICAL,),
-        mass=WAND_MASS,
-        sites={"grip": Site(point=(0.0, -0.018, 0.09), direction=(0.0, 0.0, 1.0))},
-        origin="under the trackpad",
-    )
+    mesh = _surface_once(_wand, (-0.065, -0.085, -0.11), (0.065, 0.05, 0.165), faces)
+    sites = {"grip": Site(point=(0.0, -0.018, 0.09), direction=(0.0, 0.0, 1.0))}
+    origin = "under the trackpad"
+    return weighed("proxy_wand", mesh, "controller tool", "plastic", mass=WAND_MASS, sites=sites, origin=origin)
 
 
 def proxy_headset(faces: int) -> Instrument:
     """Return a headset that looks towards -Z, with straps round the head; the origin lies between the eyes."""
-    return Instrument(
-        name="proxy_headset",
-        mesh=_headset_surface(faces),
-        tags=("headset",),
-        material="plastic",
-        sources=(TYPICAL,),
-        mass=HEADSET_MASS,
-        sites={"view": Site(point=(0.0, 0.0, 0.0), direction=(0.0, 0.0, -1.0))},
-        origin="between the eyes",
-    )
-
-
-@lru_cache(maxsize=4)
-def _wand_surface(faces: int) -> MeshData:
-    """Made once: it takes most of a second, and a folder of recordings asks for it again and again."""
-    return surface_of(_wand, (-0.065, -0.085, -0.11), (0.065, 0.05, 0.165), faces)
-
-
-@lru_cache(maxsize=4)
-def _headset_surface(faces: int) -> MeshData:
-    """Made once, like the wand's."""
-    return surface_of(_headset, (-0.12, -0.10, -0.11), (0.12, 0.13, 0.20), faces)
+    mesh = _surface_once(_headset, (-0.12, -0.10, -0.11), (0.12, 0.13, 0.20), faces)
+    sites = {"view": Site(point=(0.0, 0.0, 0.0), direction=(0.0, 0.0, -1.0))}
+    origin = "between the eyes"
+    return weighed("proxy_headset", mesh, "headset", "plastic", mass=HEADSET_MASS, sites=sites, origin=origin)
 
 
 def _wand(points: Points) -> Distance:

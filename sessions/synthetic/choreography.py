@@ -17,6 +17,7 @@ from sessions.synthetic.truth import Interval
 # 0.6-1.3 s.
 REACH_SPEED = 0.45
 SHORTEST_REACH_S = 0.35
+TREMOR_M = 0.0002
 
 
 PARTICIPANT = "student"
@@ -85,7 +86,7 @@ class Script:
         x0, y0, z0 = self.position
         if y0 < height:
             self.go((x0, height, z0))
-        self.go((x, max(height, y0 if y0 > height else height), z), quaternion=quaternion)
+        self.go((x, max(height, y0), z), quaternion=quaternion)
         if y < height:
             self.go((x, y, z))
 
@@ -107,9 +108,9 @@ class Script:
         self.wait_until(start + period)
         return tap
 
-    def path(self, tremor: np.random.Generator | None = None, amplitude: float = 0.0002) -> KeyPath:
+    def path(self, tremor: np.random.Generator | None = None) -> KeyPath:
         """The path so far, with tremor outside the windows that must be quiet."""
-        shake = [Tremor(tremor, amplitude, self.quiet)] if tremor is not None else []
+        shake = [Tremor(tremor, TREMOR_M, self.quiet)] if tremor is not None else []
         return KeyPath(self._keys, [*self.overlays, *shake])
 
     def _append(

@@ -6,24 +6,11 @@ import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from sessions.synthetic.rotations import Array
 from sessions.synthetic.truth import Interval
-
-
-class Course(Protocol):
-    """A coordinate over time."""
-
-    def __call__(self, times: Array) -> Array:
-        """Value (n,) at each time (n,)."""
-        ...
-
-    def between(self, low: float, high: float, seconds: float) -> list[Interval]:
-        """Maximal intervals within [0, seconds] in which ``low <= value <= high``, in order."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -135,6 +122,13 @@ class Turning:
         )
         ends = [(k * self.cycle + low, k * self.cycle + high) for k in turns]
         return joined([(self.start + a / self.speed, self.start + b / self.speed) for a, b in ends], seconds)
+
+
+Course = Swing | Polyline | Dips | Turning
+"""A coordinate over time: called with times (n,) it gives values (n,).
+
+``between(low, high, seconds)`` gives the maximal intervals within [0, seconds] in which the value lies between.
+"""
 
 
 def joined(spans: Iterable[Interval], seconds: float) -> list[Interval]:

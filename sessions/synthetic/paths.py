@@ -20,6 +20,9 @@ Overlay = Callable[[Array], Array]
 """Times (n,) -> what is added to the positions (n, 3)."""
 
 
+OPENING_S = 0.8
+
+
 @dataclass(frozen=True)
 class Key:
     """A pose at a time, and how it is reached from the key before.
@@ -105,9 +108,9 @@ class Stir:
 
     Parameters
     ----------
-    start, end : seconds; the circle opens in the first ``opening`` seconds and closes in the last.
+    start, end : seconds; the circle opens in the first `OPENING_S` seconds and closes in the last.
     radius : metres.
-    turns_per_second : of the angle, which starts at ``phase`` radians from +X towards +Z.
+    turns_per_second : of the angle, which starts at +X and turns towards +Z.
     taps : (start, period, amplitude) of the taps of the radius.
     """
 
@@ -115,14 +118,12 @@ class Stir:
     end: float
     radius: float
     turns_per_second: float
-    phase: float = 0.0
-    opening: float = 0.8
     taps: tuple[tuple[float, float, float], ...] = ()
 
     def reach(self, times: Array) -> Array:
         """Distance (n,) from the middle of the circles."""
-        opened = minimum_jerk((times - self.start) / self.opening)
-        closed = minimum_jerk((self.end - times) / self.opening)
+        opened = minimum_jerk((times - self.start) / OPENING_S)
+        closed = minimum_jerk((self.end - times) / OPENING_S)
         radius = self.radius * np.minimum(opened, closed)
         for start, period, amplitude in self.taps:
             radius = radius + amplitude * knock((times - start) / period)
@@ -130,7 +131,7 @@ class Stir:
 
     def __call__(self, times: Array) -> Array:
         """Displacements (n, 3)."""
-        angle = self.phase + 2.0 * np.pi * self.turns_per_second * (times - self.start)
+        angle = 2.0 * np.pi * self.turns_per_second * (times - self.start)
         circle = np.stack([np.cos(angle), np.zeros_like(angle), np.sin(angle)], axis=-1)
         displacement: Array = self.reach(times)[..., None] * circle
         return displacement
@@ -143,14 +144,12 @@ class Tremor:
     44 (1978) 72: 8-12 Hz in the hand and fingers, amplitude below a millimetre.
     """
 
-    FADE_S = 0.15
+    WAVES, FADE_S = 4, 0.15
 
-    def __init__(
-        self, rng: np.random.Generator, amplitude: float, quiet: Sequence[tuple[float, float]] = (), waves: int = 4
-    ) -> None:
-        self._frequency = rng.uniform(7.0, 12.0, waves)
-        self._phase = rng.uniform(0.0, 2.0 * np.pi, (waves, 3))
-        self._amplitude = amplitude / np.sqrt(waves)
+    def __init__(self, rng: np.random.Generator, amplitude: float, quiet: Sequence[tuple[float, float]] = ()) -> None:
+        self._frequency = rng.uniform(7.0, 12.0, self.WAVES)
+        self._phase = rng.uniform(0.0, 2.0 * np.pi, (self.WAVES, 3))
+        self._amplitude = amplitude / np.sqrt(self.WAVES)
         self._quiet = tuple(quiet)
 
     def __call__(self, times: Array) -> Array:

@@ -1,6 +1,6 @@
 """What a made-up session is known to contain; a truth written and read again is equal.
 
-A truth file stands beside its session for whoever checks the tool. The tool itself never reads it.
+A truth file lies beside its session for those who check the tool. The tool itself never reads it.
 """
 
 from __future__ import annotations

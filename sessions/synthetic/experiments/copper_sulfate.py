@@ -29,10 +29,8 @@ def perform(lab: Lab) -> None:
     """Set the dish over the flame, stir, touch it, take it off with the bare hand."""
     lab.stage("virtual reality")
     with lab.task("look at the flame"):
-        lab.wait(4.0)
-        lab.look(lab.layout.at("lamp"))
-        lab.wait(5.0)
-        lab.look(lab.layout.at("dish"))
+        lab.look(lab.layout.at("lamp"), after=4.0)
+        lab.look(lab.layout.at("dish"), after=5.0)
         lab.wait(3.0)
     lab.stage("perceptual interaction")
     with lab.task("set the dish on the gauze"):

@@ -28,8 +28,7 @@ def perform(lab: Lab) -> None:
     """Dip, hold into the flame, rinse; for each salt in turn."""
     lab.stage("virtual reality")
     with lab.task("look at the flame"):
-        lab.wait(4.0)
-        lab.look(lab.layout.at("lamp") + 0.1 * UP)
+        lab.look(lab.layout.at("lamp") + 0.1 * UP, after=4.0)
         lab.wait(6.0)
     lab.stage("perceptual interaction")
     with lab.task("take the wire"):

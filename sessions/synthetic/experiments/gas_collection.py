@@ -32,8 +32,7 @@ def perform(lab: Lab) -> None:
     volumes = {"acid": ACID_ML, "flask": 0.0}
     lab.stage("virtual reality")
     with lab.task("look at the zinc"):
-        lab.wait(4.0)
-        lab.look(lab.layout.at("flask"))
+        lab.look(lab.layout.at("flask"), after=4.0)
         lab.wait(5.0)
     lab.stage("perceptual interaction")
     with lab.task("pour acid on the zinc"):

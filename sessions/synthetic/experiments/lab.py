@@ -110,23 +110,17 @@ class Lab:
         """The fact of this kind that was written down last."""
         return next(fact for fact in reversed(self.facts) if fact.kind == kind)
 
-    def grasp(self, side: str, thing: str, at: ArrayLike, *, turn: ArrayLike = IDENTITY) -> None:
-        """Reach over a thing, come down on it and close the hand at the point ``at`` of its frame."""
+    def grasp(self, side: str, thing: str, at: ArrayLike) -> None:
+        """Reach over a thing, come down, close the hand at the point ``at`` of its frame: it rides on the hand now."""
         script, (position, quaternion) = self.hands[side], self.where[thing]
         grip = np.array(position) + rotated(quaternion, at)
         self.look(grip)
-        script.over(grip, self.travel, quaternion=turn)
-        self.close(side, thing)
-
-    def close(self, side: str, thing: str) -> None:
-        """Close the hand, where it is, on a thing: from now on the thing rides on it."""
-        script, (position, quaternion) = self.hands[side], self.where[thing]
+        script.over(grip, self.travel, quaternion=IDENTITY)
         script.wait(0.3)
         lifted = np.array(position) + SNAP * UP
         offset, own = relative((script.position, script.quaternion), (lifted, quaternion))
         moment = script.now + self.late
-        held = Held(f"hand-{side}", point(offset), quaternion_of(own))
-        self.things[thing].begin(moment, held)
+        self.things[thing].begin(moment, Held(f"hand-{side}", point(offset), quaternion_of(own)))
         self.where[thing] = (point(lifted), quaternion)
         self.held[side], self._since[side] = thing, moment
         self.note("grasp", moment, moment, (thing, f"hand-{side}"))
@@ -154,14 +148,10 @@ class Lab:
         self.where[thing] = (point(position), turn)
 
     def place(self, side: str, position: ArrayLike, *, high: float | None = None) -> None:
-        """Put the held thing down at ``position`` and open the hand."""
+        """Put the held thing down at ``position`` and open the hand: it settles by `SNAP` to where it stands."""
         goal = np.asarray(position, dtype=np.float64)
         self.carry(side, goal + 0.05 * UP, high=high)
         self.carry(side, goal + SNAP * UP, 0.7)
-        self.set_down(side)
-
-    def set_down(self, side: str) -> None:
-        """Open the hand: the held thing settles by `SNAP` to where it stands."""
         thing = self.held[side]
         position, quaternion = self.where[thing]
         self.hands[side].wait(0.25)
@@ -205,8 +195,10 @@ class Lab:
         self.hands[side].wait(impact - moment + 0.8)
         return fall
 
-    def look(self, at: ArrayLike) -> None:
-        """The eyes turn to where the work is."""
+    def look(self, at: ArrayLike, *, after: float = 0.0) -> None:
+        """The eyes turn to where the work is, when both hands have rested for ``after`` seconds."""
+        if after:
+            self.wait(after)
         time = self.now
         if time - self.attention[-1][0] > 1.5:
             self.attention.append((time, point(at)))

@@ -23,10 +23,8 @@ def perform(lab: Lab) -> None:
     volumes = {"silver-nitrate": NITRATE_ML, "sodium-chloride": CHLORIDE_ML}
     lab.stage("virtual reality")
     with lab.task("look at the bench"):
-        lab.wait(4.0)
-        lab.look((0.1, 0.95, 0.0))
-        lab.wait(3.5)
-        lab.look((-0.1, 0.95, 0.0))
+        lab.look((0.1, 0.95, 0.0), after=4.0)
+        lab.look((-0.1, 0.95, 0.0), after=3.5)
         lab.wait(3.0)
     lab.stage("perceptual interaction")
     with lab.task("pour silver nitrate into sodium chloride"):

@@ -34,10 +34,8 @@ def perform(lab: Lab) -> None:
     """Bring the flask, run in quickly, throttle, stop after the colour has changed."""
     lab.stage("virtual reality")
     with lab.task("look at the burette"):
-        lab.wait(5.0)
-        lab.look((0.0, 1.45, STAND_AT[1]))
-        lab.wait(5.0)
-        lab.look((0.2, 0.95, 0.05))
+        lab.look((0.0, 1.45, STAND_AT[1]), after=5.0)
+        lab.look((0.2, 0.95, 0.05), after=5.0)
         lab.wait(3.0)
     lab.stage("perceptual interaction")
     with lab.task("bring the flask under the burette"):

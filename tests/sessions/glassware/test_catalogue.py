@@ -97,7 +97,7 @@ def test_an_instrument_says_what_it_is(made):
 
 def test_the_same_call_gives_the_same_bytes(made, faces):
     if faces == 500:
-        for remembered in (hands._right_skin, proxies._wand_surface, proxies._headset_surface):
+        for remembered in (hands._right_skin, proxies._surface_once):
             remembered.cache_clear()
         again = make_instrument(made.name, faces)
         assert mesh_to_glb(again.mesh, made.name) == mesh_to_glb(made.mesh, made.name)
