@@ -46,15 +46,10 @@ def gas_jar(faces: int) -> Instrument:
     flange = [(radius, top - 5.0e-3), (radius + 7.0e-3, top - 1.0e-3), (radius + 12.0e-3, top)]
     strokes = rounded([(0.0, wall), (radius, wall), *flange], [8.0e-3, 4.0e-3, 0.0], [2, 3, 1])
     turned = turned_vessel(Shape(strokes=strokes, wall=wall), faces)
-    seat = (0.0, 0.2015, 0.0)
-    return turned.instrument(
-        "gas_jar",
-        400.0 * MILLILITRE,
-        "glass vessel gas_jar open",
-        (f"60 x 200 mm: {TYPICAL}",),
-        sites={"cover": Site(point=seat)},
-        parts=(Part(instrument=gas_jar_cover(faces), position=seat),),
-    )
+    seat, sources = (0.0, 0.2015, 0.0), (f"60 x 200 mm: {TYPICAL}",)
+    sites, cover = {"cover": Site(point=seat)}, Part(instrument=gas_jar_cover(faces), position=seat)
+    tags = "glass vessel gas_jar open"
+    return turned.instrument("gas_jar", 400.0 * MILLILITRE, tags, sources, sites=sites, parts=(cover,))
 
 
 def gas_jar_cover(faces: int) -> Instrument:

@@ -59,16 +59,10 @@ def reagent_bottle(faces: int) -> Instrument:
     rim = [(throat, top - 9.0e-3), (throat + 3.0e-3, top - 5.0e-3), (throat + 7.0e-3, top)]
     strokes = rounded([*body, *rim], [6.0e-3, 13.0e-3, 5.0e-3, 4.0e-3, 0.0], [2, 2, 3, 2, 1])
     turned = turned_vessel(Shape(strokes=strokes, wall=wall), faces)
-    seat = (0.0, 104.0e-3, 0.0)
-    return _flask(
-        "reagent_bottle",
-        turned,
-        250.0 * MILLILITRE,
-        (f"70 x 132 mm, 250 mL: {TYPICAL}",),
-        " bottle",
-        sites={"stopper": Site(point=seat)},
-        parts=(Part(instrument=reagent_bottle_stopper(faces), position=seat),),
-    )
+    seat, sources = (0.0, 104.0e-3, 0.0), (f"70 x 132 mm, 250 mL: {TYPICAL}",)
+    sites, stopper = {"stopper": Site(point=seat)}, Part(instrument=reagent_bottle_stopper(faces), position=seat)
+    capacity = 250.0 * MILLILITRE
+    return _flask("reagent_bottle", turned, capacity, sources, " bottle", sites=sites, parts=(stopper,))
 
 
 def reagent_bottle_stopper(faces: int) -> Instrument:

@@ -104,15 +104,9 @@ def tripod(faces: int) -> Instrument:
 
     mesh, gauze = grounded(fitted_union(parts, faces)), wire_gauze(faces)
     tall, thickness = float(mesh.bounds[1, 1]), float(gauze.mesh.bounds[1, 1])
-    return weighed(
-        "tripod",
-        mesh,
-        "tripod metal furniture",
-        "steel",
-        (f"ring 138 mm, 210 mm high: {TYPICAL}",),
-        sites={"top": Site(point=(0.0, tall + thickness, 0.0))},
-        parts=(Part(instrument=gauze, position=(0.0, tall, 0.0)),),
-    )
+    sources, sites = (f"ring 138 mm, 210 mm high: {TYPICAL}",), {"top": Site(point=(0.0, tall + thickness, 0.0))}
+    parts_of = (Part(instrument=gauze, position=(0.0, tall, 0.0)),)
+    return weighed("tripod", mesh, "tripod metal furniture", "steel", sources, sites=sites, parts=parts_of)
 
 
 def wire_gauze(faces: int) -> Instrument:

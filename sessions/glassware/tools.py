@@ -32,7 +32,6 @@ def stirring_rod(faces: int, *, length: float = 0.2) -> Instrument:
 def tongs(faces: int, *, opening_deg: float = 10.0) -> Instrument:
     """Return crucible tongs, 240 mm long, lying flat; jaws towards -Z, the pivot over the origin, one rigid piece."""
     radius, handle = 3.0e-3, 15.0e-3
-
     jaw = [(-2e-3, 0.0, -0.118), (-4e-3, 0.0, -0.1), (-17e-3, 0.0, -0.072), (-6e-3, 0.0, -0.03)]
 
     def arm(mirror: float, spacing: float) -> list[MeshData]:
@@ -82,17 +81,14 @@ def delivery_tube(faces: int) -> Instrument:
 
     mesh, _ = fitted(build, faces, 0.02)
     down = (0.0, -1.0, 0.0)
-    return weighed(
-        "delivery_tube",
-        mesh,
-        "glass tube delivery_tube",
-        GLASS,
-        (f"outer diameter 8 mm, wall 1.0 mm: {TUBING}", f"lengths and bends: {TYPICAL}"),
-        wall=Wall(thickness=wall, span=(-0.2, 0.2)),
-        sites={"inlet": Site(point=corners[0], direction=down), "outlet": Site(point=corners[-1], direction=down)},
-        parts=(Part(instrument=rubber_stopper(faces, hole=outer + 0.1e-3)),),
-        origin="centre of the lower face of its stopper",
-    )
+    more = {
+        "wall": Wall(thickness=wall, span=(-0.2, 0.2)),
+        "sites": {"inlet": Site(point=corners[0], direction=down), "outlet": Site(point=corners[-1], direction=down)},
+        "parts": (Part(instrument=rubber_stopper(faces, hole=outer + 0.1e-3)),),
+        "origin": "centre of the lower face of its stopper",
+    }
+    sources = (f"outer diameter 8 mm, wall 1.0 mm: {TUBING}", f"lengths and bends: {TYPICAL}")
+    return weighed("delivery_tube", mesh, "glass tube delivery_tube", GLASS, sources, **more)
 
 
 def rubber_stopper(faces: int, *, hole: float = 4.1e-3) -> Instrument:
@@ -116,14 +112,9 @@ def alcohol_lamp(faces: int) -> Instrument:
     )
     turned = turned_vessel(Shape(strokes=strokes, wall=wall), faces)
     seat = float(turned.mesh.bounds[1, 1]) + 0.2e-3
-    return turned.instrument(
-        "alcohol_lamp",
-        80.0 * MILLILITRE,
-        "glass vessel lamp flame hot open",
-        (TYPICAL,),
-        sites={"flame": Site(point=(0.0, seat + 24.0e-3, 0.0))},
-        parts=(Part(instrument=wick_holder(faces), position=(0.0, seat, 0.0)),),
-    )
+    flame, wick = Site(point=(0.0, seat + 24.0e-3, 0.0)), Part(instrument=wick_holder(faces), position=(0.0, seat, 0.0))
+    tags, capacity = "glass vessel lamp flame hot open", 80.0 * MILLILITRE
+    return turned.instrument("alcohol_lamp", capacity, tags, (TYPICAL,), sites={"flame": flame}, parts=(wick,))
 
 
 def wick_holder(faces: int) -> Instrument:

@@ -1,5 +1,4 @@
-"""Turned vessels: an inner profile, a wall of exact thickness, a rounded rim, an optional spout, and the cavity
-inside.
+"""Turned vessels: an inner profile, a wall of exact thickness, a rounded rim, perhaps a spout, and the cavity inside.
 
 The cavity's walls are the vessel's own inner rings, so liquid and glass share their vertices. A turned polygon is
 enlarged to the area of its circle (`rings.area_factor`) and the mark is solved on the sampled profile, so that the
@@ -101,11 +100,9 @@ class Turned:
         """Return the closed mesh of the space inside between two heights, the upper one at most that of the rim."""
         above = clipped(self.inner, low)
         upper = self.inner if high >= self.inner[-1, 1] else clipped(self.inner, high)
-        outline = np.concatenate([above[-1:], upper[self._first_above(low) :]])
+        first_above = int(np.flatnonzero(self.inner[:, 1] <= low + 1e-6)[-1]) + 1
+        outline = np.concatenate([above[-1:], upper[first_above:]])
         return sewn([_pole(low), *turned(outline, self.angles), _pole(float(outline[-1, 1]))])
-
-    def _first_above(self, level: float) -> int:
-        return int(np.flatnonzero(self.inner[:, 1] <= level + 1e-6)[-1]) + 1
 
     def brimful(self) -> MeshData:
         """Return the closed mesh of the space up to the rim, the spout included."""

@@ -97,10 +97,6 @@ class Recording:
         rng = random_stream(self.seed, "clock")
         return stamps(self.seconds, self.rate_hz, CLOCKS[self.jitter], rng)
 
-    def seconds_of_frames(self) -> NDArray[np.float64]:
-        """Stamps in seconds after the start."""
-        return self.stamps().astype(np.float64) * 1e-9
-
 
 @dataclass(frozen=True, eq=False)
 class Recorded:

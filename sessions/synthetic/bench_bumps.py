@@ -18,7 +18,7 @@ from sessions.session import Session
 from sessions.synthetic.assembly import START_NS, Recorded, Recording, recorded
 from sessions.synthetic.bench import Layout, Placed, made_session, standing, with_text
 from sessions.synthetic.bump_scripts import Plan, left_hand, right_hand, watching
-from sessions.synthetic.paths import Path, Poses, carried
+from sessions.synthetic.paths import Poses, carried
 from sessions.synthetic.planting import Blinks
 from sessions.synthetic.streams import random_stream
 from sessions.synthetic.truth import Fact, Truth, sorted_episodes, sorted_facts
@@ -76,15 +76,10 @@ def make_bench_bumps(
     """
     how = Recording(seed=seed, rate_hz=rate_hz, seconds=SECONDS, noise=noise, jitter=jitter, losses=losses)
     layout = Layout(PLACED, faces)
-    blinks = Blinks(how.seconds_of_frames(), how.latency_s)
-    plan = Plan(layout, blinks, how, random_stream(seed, NAME))
-    right, left = right_hand(plan), left_hand(plan)
-    paths: dict[str, Path] = {
-        "hand-left": left.path(random_stream(seed, "tremor", "hand-left")),
-        "hand-right": right.path(random_stream(seed, "tremor", "hand-right")),
-        "headset": watching(plan),
-    }
-    seen = recorded(paths, how, keep=plan.keep)
+    plan = Plan(layout, Blinks(how.stamps().astype(np.float64) * 1e-9, how.latency_s), how, random_stream(seed, NAME))
+    scripts = {"hand-right": right_hand(plan), "hand-left": left_hand(plan)}  # in this order: both draw from one stream
+    hands = {name: script.path(random_stream(seed, "tremor", name)) for name, script in scripts.items()}
+    seen = recorded({**hands, "headset": watching(plan)}, how, keep=plan.keep)
     facts = sorted_facts([*plan.facts, *(_with_held(fact) for fact in seen.facts)])
     truth = Truth(NAME, seed, START_NS, SECONDS, noise, sorted_episodes(plan.episodes), facts)
     scene = with_text(Scene(NAME, layout.bodies(), effects=EFFECTS), REMARKS)

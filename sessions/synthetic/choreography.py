@@ -8,8 +8,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sessions.hand import HandTrack
-from sessions.synthetic.easing import minimum_jerk, minimum_jerk_inverse
-from sessions.synthetic.paths import Key, KeyPath, Overlay, Point, Quaternion, Tap, Tremor, point, quaternion_of
+from sessions.synthetic.paths import (
+    Key,
+    KeyPath,
+    Overlay,
+    Point,
+    Quaternion,
+    Tap,
+    Tremor,
+    minimum_jerk,
+    minimum_jerk_inverse,
+    point,
+    quaternion_of,
+)
 from sessions.synthetic.rotations import IDENTITY
 from sessions.synthetic.truth import Interval
 

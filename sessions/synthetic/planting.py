@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.synthetic.easing import knock_interval
 from sessions.synthetic.looks import looks
-from sessions.synthetic.paths import Tap
+from sessions.synthetic.paths import Tap, knock_interval
 from sessions.synthetic.truth import Episode, Interval, Pair, levelled
 
 SLOW_RATE_HZ = 22.5

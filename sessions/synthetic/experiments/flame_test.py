@@ -6,10 +6,10 @@ import numpy as np
 
 from sessions.scene import SceneEffect
 from sessions.synthetic.bench import BENCH_TOP, Placed, in_rack, liquid, rack_at, standing
-from sessions.synthetic.easing import minimum_jerk_inverse
 from sessions.synthetic.experiments.lab import UP, Lab
 from sessions.synthetic.experiments.record import Experiment
 from sessions.synthetic.experiments.steps import come_close
+from sessions.synthetic.paths import minimum_jerk_inverse
 from sessions.synthetic.rotations import turned_about
 
 # The flame as the scene declares it: a cone that stands on the wick.

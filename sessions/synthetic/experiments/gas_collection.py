@@ -9,10 +9,10 @@ import numpy as np
 
 from sessions.scene import SceneEffect
 from sessions.synthetic.bench import BENCH_TOP, Placed, in_rack, liquid, rack_at, standing
-from sessions.synthetic.easing import minimum_jerk_inverse
 from sessions.synthetic.experiments.lab import SPOUT_LEFT, UP, Lab
 from sessions.synthetic.experiments.record import Experiment
 from sessions.synthetic.experiments.steps import come_close, pour, rap
+from sessions.synthetic.paths import minimum_jerk_inverse
 from sessions.synthetic.rotations import turned_about
 
 ACID_ML, POURED_ML, ACID_MOLAR = 80.0, 40.0, 2.0

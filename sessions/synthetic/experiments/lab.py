@@ -17,7 +17,7 @@ from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import START_NS, Recording
 from sessions.synthetic.bench import BENCH_TOP, Layout, Placed
 from sessions.synthetic.choreography import Buttons, Script
-from sessions.synthetic.experiments.things import Falling, Held, Standing, Thing
+from sessions.synthetic.experiments.things import Falling, Held, Placing, Standing
 from sessions.synthetic.paths import Path, Point, Quaternion, point, quaternion_of, relative
 from sessions.synthetic.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated, turned_about
 from sessions.synthetic.streams import random_stream
@@ -51,7 +51,7 @@ class Lab:
         self.rng = random_stream(how.seed, "procedure", name)
         pace = float(self.rng.uniform(0.9, 1.15))
         self.hands = {side: Script(REST[side], pace=pace) for side in SIDES}
-        self.things: dict[str, Thing] = {}
+        self.things: dict[str, list[tuple[float, Placing]]] = {}  # phases: begin, and where the thing is from then on
         self.where: dict[str, tuple[Point, Quaternion]] = {}
         self.held: dict[str, str] = {}
         self.buttons = Buttons()
@@ -120,7 +120,7 @@ class Lab:
         lifted = np.array(position) + SNAP * UP
         offset, own = relative((script.position, script.quaternion), (lifted, quaternion))
         moment = script.now + self.late
-        self.things[thing].begin(moment, Held(f"hand-{side}", point(offset), quaternion_of(own)))
+        self.things[thing].append((moment, Held(f"hand-{side}", point(offset), quaternion_of(own))))
         self.where[thing] = (point(lifted), quaternion)
         self.held[side], self._since[side] = thing, moment
         self.note("grasp", moment, moment, (thing, f"hand-{side}"))
@@ -181,7 +181,7 @@ class Lab:
         thing = self.held[side]
         moment = self._let_go(side)
         fall = Falling(moment, *self.where[thing], BENCH_TOP - LANDS_BELOW)
-        self.things[thing].begin(moment, fall)
+        self.things[thing].append((moment, fall))
         x, y, z = fall.position
         impact, speed = fall.time_at(BENCH_TOP), fall.speed_at(BENCH_TOP)
         self.note("drop", moment, impact, (thing,), height_m=y - BENCH_TOP, impact_speed_m_s=speed)
@@ -241,13 +241,13 @@ class Lab:
 
     def _hand_for(self, side: str, position: ArrayLike, quaternion: ArrayLike) -> tuple[Array, Array]:
         """Poses (..., 3) and (..., 4) of the hand that puts what it holds there."""
-        held = self.things[self.held[side]].phases[-1][1]
+        held = self.things[self.held[side]][-1][1]
         assert isinstance(held, Held)
         turn = quaternion_product(quaternion, quaternion_inverse(held.turn))
         return np.asarray(position, dtype=np.float64) - rotated(turn, held.offset), turn
 
     def _settle(self, thing: str, time: float, position: Point, quaternion: Quaternion) -> None:
-        self.things.setdefault(thing, Thing()).begin(time, Standing(position, quaternion))
+        self.things.setdefault(thing, []).append((time, Standing(position, quaternion)))
         self.where[thing] = (position, quaternion)
 
     def _interval(self, kind: str, name: str, start: float, end: float) -> None:

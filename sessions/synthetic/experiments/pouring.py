@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sessions.glassware.profile import solved
-from sessions.synthetic.easing import minimum_jerk
+from sessions.synthetic.paths import minimum_jerk
 
 # Standard gravity, m/s2 (CGPM 1901).
 GRAVITY = 9.80665

@@ -13,6 +13,7 @@ from sessions.session import Session
 from sessions.synthetic.assembly import START_NS, Recording, recorded
 from sessions.synthetic.bench import Layout, Placed, made_session, with_text
 from sessions.synthetic.experiments.lab import SIDES, Lab, layout_of
+from sessions.synthetic.experiments.things import placed_by
 from sessions.synthetic.paths import Key, KeyPath, Poses, point, quaternion_of
 from sessions.synthetic.rotations import quaternion_facing
 from sessions.synthetic.streams import random_stream
@@ -79,7 +80,7 @@ class Experiment:
         keep = {f"hand-{side}": lab.keep[side] for side in SIDES}
         seen = recorded({**hands, "headset": _watching(lab)}, replace(how, seconds=seconds), keep=keep)
         times = seen.stamps.astype(np.float64) * 1e-9
-        things: dict[str, Poses] = {name: thing.poses(times, seen.poses) for name, thing in lab.things.items()}
+        things: dict[str, Poses] = {name: placed_by(phases, times, seen.poses) for name, phases in lab.things.items()}
         things.update({name: path(times) for name, path in lab.joints.items()})
         episodes, facts = sorted_episodes(_until(lab.episodes, seconds)), sorted_facts([*lab.facts, *seen.facts])
         truth = Truth(self.name, seed, START_NS, seconds, noise, episodes, facts)

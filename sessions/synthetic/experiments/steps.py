@@ -8,10 +8,9 @@ import numpy as np
 
 from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.bench import cylinder_of
-from sessions.synthetic.easing import minimum_jerk, minimum_jerk_inverse
 from sessions.synthetic.experiments.lab import UP, Lab
 from sessions.synthetic.experiments.pouring import tilt_keeping
-from sessions.synthetic.paths import Stir, Tap
+from sessions.synthetic.paths import Stir, Tap, minimum_jerk, minimum_jerk_inverse
 from sessions.synthetic.planting import Dent
 from sessions.synthetic.rotations import Array, quaternion_about, quaternion_product, rotated
 from sessions.synthetic.sections import Approach, approach, round_in_round

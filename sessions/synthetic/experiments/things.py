@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -65,23 +65,12 @@ class Falling:
         return place, np.tile(np.array(self.quaternion), (len(times), 1))
 
 
-@dataclass
-class Thing:
-    """A thing and its phases, in order of time; times are those of the recording."""
-
-    phases: list[tuple[float, Placing]] = field(default_factory=list)
-
-    def begin(self, time: float, placing: Placing) -> None:
-        """From ``time`` on the thing is where ``placing`` says."""
-        self.phases.append((time, placing))
-
-    def poses(self, times: Array, hands: Mapping[str, Poses]) -> Poses:
-        """Poses (n, 3) and (n, 4) at all frames."""
-        position, quaternion = np.empty((len(times), 3)), np.empty((len(times), 4))
-        starts = [start for start, _ in self.phases]
-        rows = np.searchsorted(times, [*starts, np.inf])
-        rows[0] = 0
-        for (_, placing), first, last in zip(self.phases, rows[:-1], rows[1:], strict=True):
-            part = {name: (poses[0][first:last], poses[1][first:last]) for name, poses in hands.items()}
-            position[first:last], quaternion[first:last] = placing(times[first:last], part)
-        return position, quaternion
+def placed_by(phases: Sequence[tuple[float, Placing]], times: Array, hands: Mapping[str, Poses]) -> Poses:
+    """Poses (n, 3) and (n, 4) of a thing at all frames; each phase (start, placing) lasts until the next one starts."""
+    position, quaternion = np.empty((len(times), 3)), np.empty((len(times), 4))
+    rows = np.searchsorted(times, [*(start for start, _ in phases), np.inf])
+    rows[0] = 0
+    for (_, placing), first, last in zip(phases, rows[:-1], rows[1:], strict=True):
+        part = {name: (poses[0][first:last], poses[1][first:last]) for name, poses in hands.items()}
+        position[first:last], quaternion[first:last] = placing(times[first:last], part)
+    return position, quaternion
