@@ -8,11 +8,9 @@ from scipy.sparse.csgraph import connected_components
 
 from sessions.glassware import hands, proxies
 from sessions.glassware.catalogue import INSTRUMENTS, UnknownInstrumentError, make_instrument
-from sessions.glassware.instrument import DENSITY, Instrument, Part, mass_of
 from sessions.glb import mesh_to_glb
 from sessions.mesh_data import is_closed, least_area
 from sessions.meshes import mesh_from_bytes
-from sessions.synthetic.solids import box
 
 SIZES = [500, *(pytest.param(faces, marks=pytest.mark.slow) for faces in (2000, 5000, 50_000))]
 ELSEWHERE = {
@@ -124,21 +122,3 @@ def test_what_cannot_be_made_is_named(name, faces, options, message):
 def test_reading_the_table_imports_no_geometry():
     code = "import sys, sessions.glassware.catalogue; sys.exit('trimesh' in sys.modules or 'manifold3d' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
-def test_a_part_at_rest_is_moved_by_its_position():
-    mesh = box((0.1, 0.1, 0.1), (0, 0, 0))
-    part = Part(
-        instrument=Instrument(name="x", mesh=mesh, tags=(), material="steel", sources=(), mass=1.0), position=(1, 2, 3)
-    )
-    assert (part.to_parent @ [0, 0, 0, 1]).tolist() == [1, 2, 3, 1]
-    assert np.array_equal(part.to_parent[:3, :3], np.eye(3))
-
-
-@pytest.mark.parametrize("material", DENSITY)
-def test_mass_is_volume_times_density(material):
-    assert mass_of(box((0.1, 0.2, 0.5), (0, 0, 0)), material) == pytest.approx(0.01 * DENSITY[material])
-
-
-def test_borosilicate_glass_has_the_density_of_its_standard():
-    assert DENSITY["borosilicate glass 3.3"] == 2230.0  # ISO 3585: 2.23 g/cm3

@@ -6,8 +6,6 @@ import sys
 import pytest
 
 import sessions.synthetic
-from sessions.errors import SessionError
-from sessions.synthetic.scenes import make_scene_session
 
 
 @pytest.mark.parametrize("name", sessions.synthetic.__all__)
@@ -24,15 +22,3 @@ def test_importing_the_package_loads_no_geometry():
 def test_an_unknown_name_is_refused_with_what_there_is():
     with pytest.raises(AttributeError, match="make_scene_session"):
         _ = sessions.synthetic.make_magic
-
-
-def test_an_unknown_scene_is_refused_with_what_there_is():
-    with pytest.raises(SessionError, match="bench-bumps"):
-        make_scene_session("bench-lumps")
-
-
-def test_a_scene_is_made_by_name_with_its_settings():
-    session, truth = make_scene_session("bench-bumps", seed=3, noise="off", jitter="even", faces=600)
-    assert (truth.name, truth.seed, truth.noise) == ("bench-bumps", 3, "off")
-    assert session.scene.name == "bench-bumps"
-    assert len(session.frames) == 5401

@@ -13,12 +13,8 @@ HANDS = {"hand-left": (np.stack([TIMES, np.ones(1001), np.zeros(1001)], axis=1),
 
 
 def test_each_phase_lasts_until_the_next_begins():
-    falls = Falling(6.0, (6.0, 0.9, 0.0), TURN, 0.5)
-    phases = [
-        (0.0, Standing((0.0, 0.9, 0.0), IDENTITY)),
-        (2.0, Held("hand-left", (0.0, -0.1, 0.0), IDENTITY)),
-        (6.0, falls),
-    ]
+    held, falls = Held("hand-left", (0.0, -0.1, 0.0), IDENTITY), Falling(6.0, (6.0, 0.9, 0.0), TURN, 0.5)
+    phases = [(0.0, Standing((0.0, 0.9, 0.0), IDENTITY)), (2.0, held), (6.0, falls)]
     position, quaternion = placed_by(phases, TIMES, HANDS)
     assert (position[TIMES < 2.0] == (0.0, 0.9, 0.0)).all()
     held = (TIMES >= 2.0) & (TIMES < 6.0)
