@@ -1,7 +1,7 @@
 """Poses of other systems in the canonical frame: right-handed, +X right, +Y up, -Z forward, metres.
 
-Each convention is a signed exchange of axes. Where it mirrors (a left-handed source), the rotation axis of a
-quaternion turns round as well; its angle and ``w`` stay.
+Each convention exchanges axes and changes signs. A left-handed source is mirrored by this: the rotation axis of a
+quaternion then changes its sign, the angle and ``w`` do not.
 
 Source: the coordinate systems as documented by Unity, OpenVR, OpenXR, glTF 2.0 and ROS REP 103.
 """
@@ -11,12 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from sessions.errors import SessionError
-from sessions.synthetic.rotations import quaternion_about, quaternion_product
-
-Array = NDArray[np.float64]
+from sessions.synthetic.rotations import Array, quaternion_about, quaternion_product
 
 
 @dataclass(frozen=True)
@@ -41,25 +39,12 @@ class Convention:
     def points(self, points: ArrayLike) -> Array:
         """Source points (..., 3) in the canonical frame; lengths keep their unit."""
         given = np.asarray(points, dtype=np.float64)
-        turned: Array = given[..., list(self.axes)] * np.array(self.signs, dtype=np.float64)
-        return turned
+        return given[..., list(self.axes)] * np.array(self.signs, dtype=np.float64)
 
     def quaternions(self, quaternions_xyzw: ArrayLike) -> Array:
         """Source quaternions (..., 4), xyzw, in the canonical frame; norms stay as they are."""
         given = np.asarray(quaternions_xyzw, dtype=np.float64)
         return np.concatenate([self._determinant * self.points(given[..., :3]), given[..., 3:]], axis=-1)
-
-    def to_source(self, points: ArrayLike) -> Array:
-        """The way back for points (..., 3)."""
-        given = np.asarray(points, dtype=np.float64) * np.array(self.signs, dtype=np.float64)
-        back = np.empty_like(given)
-        back[..., list(self.axes)] = given
-        return back
-
-    def quaternions_to_source(self, quaternions_xyzw: ArrayLike) -> Array:
-        """The way back for quaternions (..., 4)."""
-        given = np.asarray(quaternions_xyzw, dtype=np.float64)
-        return np.concatenate([self._determinant * self.to_source(given[..., :3]), given[..., 3:]], axis=-1)
 
 
 CONVENTIONS: dict[str, Convention] = {
@@ -93,8 +78,8 @@ def quaternion_from_euler(angles: ArrayLike, order: str) -> Array:
     """Quaternions (..., 4), xyzw, of Euler angles (..., 3) in radians.
 
     ``order`` is read as SciPy reads it: capital letters turn about the body's own axes in this order (``YXZ`` of
-    A-Frame and three.js), small ones about the fixed axes (``zxy`` of Unity). ``angles[..., k]`` belongs to
-    ``order[k]``.
+    A-Frame and three.js), small letters about the fixed axes (``zxy`` of Unity). ``angles[..., k]`` is the angle
+    about ``order[k]``.
 
     Raises
     ------

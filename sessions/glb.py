@@ -19,12 +19,11 @@ _Block = tuple[NDArray[Any], int | None]
 
 
 def mesh_to_glb(mesh: MeshData, name: str) -> bytes:
-    """Return the mesh as a binary glTF 2.0 file with one node called ``name``; the same mesh and name give the same
-    bytes.
+    """Return the mesh as a binary glTF 2.0 file with one node ``name``; equal meshes and names give equal bytes.
 
-    Positions are float32, as glTF demands. Where that loses bits, the float64 positions stand in a buffer view of their
-    own, named by the primitive's ``extras``: viewers pass over it, `read_own_glb` reads it, so that no mesh changes
-    on its way through a file. There are no normals: a viewer then shades each face flat, as the format asks for.
+    Positions are float32, as glTF demands. Where that loses bits, a second buffer view holds them in float64, and the
+    primitive's ``extras`` name it: viewers ignore it, `read_own_glb` reads it, so no mesh changes on its way through
+    a file. There are no normals: a viewer then shades each face flat, as the format says.
 
     Source: Khronos glTF 2.0 specification, sections 3.7 (meshes) and 4.4 (GLB container).
     """
@@ -42,19 +41,13 @@ def mesh_to_glb(mesh: MeshData, name: str) -> bytes:
         "nodes": [{"name": name, "mesh": 0}],
         "meshes": [{"name": name, "primitives": [primitive]}],
         "accessors": [
-            {
-                "bufferView": 0,
-                "componentType": _FLOAT32,
-                "count": len(positions),
-                "type": "VEC3",
-                "min": positions.min(axis=0).tolist(),
-                "max": positions.max(axis=0).tolist(),
-            },
+            {"bufferView": 0, "componentType": _FLOAT32, "count": len(positions), "type": "VEC3",
+             "min": positions.min(axis=0).tolist(), "max": positions.max(axis=0).tolist()},
             {"bufferView": 1, "componentType": _UINT32, "count": indices.size, "type": "SCALAR"},
         ],
         "bufferViews": _buffer_views(blocks),
         "buffers": [{"byteLength": sum(array.nbytes for array, _ in blocks)}],
-    }
+    }  # fmt: skip
     binary = b"".join(array.tobytes() for array, _ in blocks)
     text = json.dumps(tree, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)

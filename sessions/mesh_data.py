@@ -1,11 +1,9 @@
-"""A triangle mesh as two read-only arrays, kept bit for bit from the first moment to the file and back.
-
-Importing this module is light: it knows numpy and nothing else.
-"""
+"""A triangle mesh as two read-only arrays, kept bit for bit on the way to a file and back; imports only numpy."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,16 +15,14 @@ from sessions.errors import MeshFileError
 class MeshData:
     """Vertices (v, 3) float64 in metres and faces (f, 3) int64; both are read-only copies.
 
-    Every bit that is given is kept: a glass that rests exactly on a table in memory rests exactly on it after the
-    session was written and read. Negative zeros become zeros. Face ``i`` stays face ``i`` everywhere: nothing in
-    `sessions` merges or reorders.
+    Every bit is kept, so a glass that rests exactly on a table still does after the session was written and read.
+    Only negative zeros become zeros. Face ``i`` stays face ``i``: nothing in `sessions` merges or reorders.
 
     Raises
     ------
     MeshFileError
-        When the arrays are not a mesh: wrong shape, empty, a coordinate that is not finite or that float32 cannot
-        reach (no viewer could draw it), an index out of
-        range.
+        The arrays are no mesh: a wrong shape, no row, an index out of range, a coordinate that is not finite or
+        beyond float32 (no viewer could draw it).
 
     Examples
     --------
@@ -99,12 +95,10 @@ def least_area(mesh: MeshData) -> float:
 
 def _checked_vertices(vertices: ArrayLike) -> NDArray[np.float64]:
     given = np.asarray(vertices, dtype=np.float64)
-    if given.ndim != 2 or given.shape[1:] != (3,) or not len(given):
-        raise MeshFileError(f"vertices must be an array of shape (v, 3) with at least one row, not {given.shape}")
-    points = given + 0.0
+    _check_rows(given, "vertices", "v")
+    points = given + 0.0  # a copy, and negative zeros become zeros
     with np.errstate(over="ignore", invalid="ignore"):
-        drawable = np.isfinite(points.astype(np.float32))
-    bad = ~drawable.all(axis=1)
+        bad = ~np.isfinite(points.astype(np.float32)).all(axis=1)
     if bad.any():
         row = int(np.flatnonzero(bad)[0])
         raise MeshFileError(f"vertex {row} is {given[row].tolist()}; coordinates must be finite and within float32")
@@ -113,8 +107,12 @@ def _checked_vertices(vertices: ArrayLike) -> NDArray[np.float64]:
 
 def _checked_faces(faces: ArrayLike) -> NDArray[np.int64]:
     given = np.asarray(faces)
-    if given.ndim != 2 or given.shape[1:] != (3,) or not len(given):
-        raise MeshFileError(f"faces must be an array of shape (f, 3) with at least one row, not {given.shape}")
+    _check_rows(given, "faces", "f")
     if given.dtype.kind not in "iu":
         raise MeshFileError(f"faces must be whole numbers, not {given.dtype}; give vertex indices")
     return given.astype(np.int64)
+
+
+def _check_rows(given: NDArray[Any], what: str, letter: str) -> None:
+    if given.ndim != 2 or given.shape[1:] != (3,) or not len(given):
+        raise MeshFileError(f"{what} must be an array of shape ({letter}, 3) with at least one row, not {given.shape}")

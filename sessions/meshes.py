@@ -1,7 +1,6 @@
 """Meshes in and out of files, and their unions: a mesh written as GLB and read again is the same mesh bit for bit.
 
-This is the one module of `sessions` that imports trimesh (and manifold3d), and it does so only when a function needs
-them.
+Only this module of `sessions` imports trimesh and manifold3d, and only when a function needs them.
 """
 
 from __future__ import annotations
@@ -15,23 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import MeshFileError
-from sessions.glb import mesh_to_glb, read_own_glb
+from sessions.glb import read_own_glb
 from sessions.mesh_data import MeshData, concatenated, is_closed, least_area
 
 if TYPE_CHECKING:
     import trimesh
-
-__all__ = [
-    "FILE_TYPES",
-    "MeshData",
-    "load_mesh",
-    "mesh_from_bytes",
-    "mesh_to_glb",
-    "refined",
-    "simplified",
-    "subtracted",
-    "united",
-]
 
 FILE_TYPES = ("glb", "obj", "stl", "ply", "off")
 
@@ -47,15 +34,12 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> MeshData:
     """Read a mesh file (GLB, OBJ, STL, PLY or OFF) as one mesh; faces keep the order of the file.
 
     Parts of a GLB scene are placed by their nodes and joined, in file order. Nothing is merged, repaired or dropped,
-    with one exception: the corners of an STL, which knows no shared vertices, are shared where they are
-    bit-identical.
+    with one exception: corners of an STL, a format without shared vertices, are shared where they are bit-identical.
 
     Parameters
     ----------
-    path
-        The file; its ending says its type.
-    scale
-        Metres per unit of the file (0.01 for a file in centimetres).
+    path : the file; its ending says its type.
+    scale : metres per unit of the file (0.01 for a file in centimetres).
 
     Raises
     ------
@@ -111,32 +95,20 @@ def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0) -> MeshData
 
 
 def united(meshes: Sequence[MeshData]) -> MeshData:
-    """Return the surface of the union of closed meshes, closed itself.
-
-    Raises
-    ------
-    MeshFileError
-        When one of the meshes is not closed.
-    """
+    """Return the closed surface of the union of closed meshes; raises `MeshFileError` when one is not closed."""
     return _boolean(meshes, lambda a, b: a + b)
 
 
 def subtracted(mesh: MeshData, others: Sequence[MeshData]) -> MeshData:
-    """Return the closed mesh ``mesh`` without the insides of the closed ``others``.
-
-    Raises
-    ------
-    MeshFileError
-        When one of the meshes is not closed.
-    """
+    """Return the closed ``mesh`` without the insides of ``others``; raises `MeshFileError` when one is not closed."""
     return _boolean([mesh, *others], lambda a, b: a - b)
 
 
 def refined(mesh: MeshData, length: float) -> MeshData:
     """Return the closed mesh with edges split to about ``length`` metres; the surface stays where it is.
 
-    Splitting the thinnest triangles of a seam can leave some without area once rounded to float32: then the seam is
-    simplified first, by as little as cures it.
+    The thinnest triangles of a seam, split and rounded to float32, can lose their area: then the seam is simplified
+    first, by the smallest tolerance that helps.
     """
     solid, tolerance = _to_manifold(mesh), SEAM_TOLERANCE
     fine = _from_manifold(solid.refine_to_length(length))
@@ -189,13 +161,11 @@ def _read_with_trimesh(data: bytes, kind: str) -> tuple[NDArray[np.float64], NDA
 
 
 def _placed_parts(scene: trimesh.Scene) -> Iterable[MeshData]:
-    """Yield the meshes of a scene where its nodes put them, in an order that depends on the file alone.
-
-    Nodes of a GLB with several primitives get random names from trimesh, so names cannot order them: the place of
-    the geometry in the file does, then the numbers of the pose.
-    """
+    """Yield the meshes of a scene where its nodes put them, in an order that depends on the file alone."""
     import trimesh
 
+    # trimesh gives random names to the nodes of a GLB with several primitives, so names cannot order them: the
+    # place of the geometry in the file does, then the numbers of the pose.
     rank = {name: place for place, name in enumerate(scene.geometry)}
     nodes = [scene.graph[node] for node in scene.graph.nodes_geometry]
     for pose, name in sorted(nodes, key=lambda node: (rank[node[1]], np.asarray(node[0]).tolist())):
@@ -206,11 +176,8 @@ def _placed_parts(scene: trimesh.Scene) -> Iterable[MeshData]:
 
 
 def _read_obj(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Read ``v`` and ``f`` lines in file order; polygons become fans.
-
-    Not trimesh's reader: that one regroups faces by material and splits vertices at texture seams (5.2), and which
-    face is which matters here.
-    """
+    """Read ``v`` and ``f`` lines in file order; polygons become fans."""
+    # trimesh's reader (5.2) groups faces by material and splits vertices at texture seams; face i must stay face i.
     vertices: list[list[float]] = []
     faces: list[list[int]] = []
     text = data.decode("utf-8", errors="replace").replace("\r\n", "\n").replace("\\\n", " ")

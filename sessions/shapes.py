@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sessions.errors import SceneError
 from sessions.glassware.rings import even_angles, sewn, turned
 from sessions.mesh_data import MeshData
-from sessions.synthetic.solids import block
+from sessions.synthetic.solids import box
 
 DEFAULT_FACES: Final = 2000
 LEAST_FACES: Final = 48
@@ -42,6 +42,14 @@ def make_shape(shape: str, size: Mapping[str, float], faces: int = DEFAULT_FACES
     SceneError
         An unknown shape, a missing or impossible size.
     """
+    _check(shape, size, faces)
+    if shape == "box":
+        return box((size["x"], size["y"], size["z"]))
+    outline, sections = _round_outline(shape, size, max(int(faces), LEAST_FACES))
+    return sewn(turned(outline, even_angles(sections), factor=1.0))
+
+
+def _check(shape: str, size: Mapping[str, float], faces: int) -> None:
     if faces > MOST_FACES:
         raise SceneError(f"a {shape} of {faces} faces; ask for at most {MOST_FACES:,}")
     if shape not in SIZES:
@@ -52,51 +60,25 @@ def make_shape(shape: str, size: Mapping[str, float], faces: int = DEFAULT_FACES
     bad = [name for name in SIZES[shape] if not 0.0 < size[name] < float("inf")]
     if bad:
         raise SceneError(f"{bad[0]} of a {shape} is {size[bad[0]]}; give metres above 0")
-    return _MAKERS[shape](size, max(int(faces), LEAST_FACES))
 
 
-def _box(size: Mapping[str, float], _faces: int) -> MeshData:
-    return block(size["x"], size["y"], size["z"])
-
-
-def _sphere(size: Mapping[str, float], faces: int) -> MeshData:
-    return _rounded(size["radius"], 0.0, faces)
-
-
-def _capsule(size: Mapping[str, float], faces: int) -> MeshData:
-    straight = size["length"] - 2.0 * size["radius"]
+def _round_outline(shape: str, size: Mapping[str, float], faces: int) -> tuple[NDArray[np.float64], int]:
+    """Half-section (n, 2) of points (r, y) from the lower to the upper pole, and the sections around."""
+    radius = size["radius"]
+    if shape == "cylinder":
+        half = size["length"] / 2.0
+        return np.array([[0.0, -half], [radius, -half], [radius, half], [0.0, half]]), max(8, faces // 4)
+    straight = size["length"] - 2.0 * radius if shape == "capsule" else 0.0
     if straight < 0.0:
         raise SceneError(
-            f"a capsule of length {size['length']} is shorter than its two round ends of radius {size['radius']}; "
+            f"a capsule of length {size['length']} is shorter than its two round ends of radius {radius}; "
             "give the length of the whole"
         )
-    return _rounded(size["radius"], straight, faces)
-
-
-def _cylinder(size: Mapping[str, float], faces: int) -> MeshData:
-    half, radius = size["length"] / 2.0, size["radius"]
-    outline = np.array([[0.0, -half], [radius, -half], [radius, half], [0.0, half]])
-    return _turned(outline, max(8, faces // 4))
-
-
-def _rounded(radius: float, straight: float, faces: int) -> MeshData:
     sections = max(8, 2 * round(np.sqrt(faces / 2.0) / 2.0) * 2)
     quarter = max(2, round(faces / (4.0 * sections)))
     angle = np.linspace(0.0, np.pi / 2.0, quarter + 1)
     r, y = radius * np.sin(angle), radius * np.cos(angle)
-    r[0], r[-1], y[-1] = 0.0, radius, 0.0
+    r[0], r[-1], y[-1] = 0.0, radius, 0.0  # exact: the cosine of pi / 2 is 6e-17 in doubles
     low = np.column_stack([r, -y - straight / 2.0])
     high = np.column_stack([r[::-1], y[::-1] + straight / 2.0])
-    return _turned(np.concatenate([low, high if straight > 0.0 else high[1:]]), sections)
-
-
-def _turned(outline: NDArray[np.float64], sections: int) -> MeshData:
-    return sewn(turned(outline, even_angles(sections), factor=1.0))
-
-
-_MAKERS: Final[Mapping[str, Callable[[Mapping[str, float], int], MeshData]]] = {
-    "box": _box,
-    "sphere": _sphere,
-    "capsule": _capsule,
-    "cylinder": _cylinder,
-}
+    return np.concatenate([low, high if straight > 0.0 else high[1:]]), sections

@@ -1,16 +1,13 @@
-"""Low-form beakers of 50 to 600 mL with a spout, and the gas jar."""
+"""Open vessels: low-form beakers of 50 to 600 mL with a spout, gas jar, watch glass and evaporating dish."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from sessions.glassware.instrument import TYPICAL, Instrument, Part, Site, mass_of
-from sessions.glassware.profile import Line, rounded
+from sessions.glassware.instrument import GLASS, MILLILITRE, TYPICAL, Instrument, Part, Site, weighed
+from sessions.glassware.profile import Arc, Line, Stroke, rounded
 from sessions.glassware.rings import turned_solid
 from sessions.glassware.vessel import Shape, Spout, turned_vessel
-
-GLASS = "borosilicate glass 3.3"
-MILLILITRE = 1e-6
 
 # capacity in mL: outer diameter, height, wall in mm
 LOW_FORM = {
@@ -39,40 +36,20 @@ def beaker(faces: int, *, millilitres: int = 250) -> Instrument:
         Line((radius, top - flare), (radius + flare / 3.0, top)),
     ]
     turned = turned_vessel(Shape(strokes=strokes, wall=wall, spout=spout), faces)
-    return Instrument(
-        name=f"beaker_{millilitres}",
-        mesh=turned.mesh,
-        tags=("glass", "vessel", "beaker", "open"),
-        material=GLASS,
-        sources=BEAKER_SOURCES,
-        mass=mass_of(turned.mesh, GLASS),
-        wall=turned.wall(),
-        cavity=turned.cavity(millilitres * MILLILITRE),
-    )
+    capacity = millilitres * MILLILITRE
+    return turned.instrument(f"beaker_{millilitres}", capacity, "glass vessel beaker open", BEAKER_SOURCES)
 
 
 def gas_jar(faces: int) -> Instrument:
     """Return a gas jar, a wide cylinder with a flat flange, and the ground glass plate that covers it."""
     wall, radius, top = 2.0e-3, 28.0e-3, 199.0e-3
-    strokes = rounded(
-        [(0.0, wall), (radius, wall), (radius, top - 5.0e-3), (radius + 7.0e-3, top - 1.0e-3), (radius + 12.0e-3, top)],
-        [8.0e-3, 4.0e-3, 0.0],
-        [2, 3, 1],
-    )
+    flange = [(radius, top - 5.0e-3), (radius + 7.0e-3, top - 1.0e-3), (radius + 12.0e-3, top)]
+    strokes = rounded([(0.0, wall), (radius, wall), *flange], [8.0e-3, 4.0e-3, 0.0], [2, 3, 1])
     turned = turned_vessel(Shape(strokes=strokes, wall=wall), faces)
-    cover = gas_jar_cover(faces)
-    return Instrument(
-        name="gas_jar",
-        mesh=turned.mesh,
-        tags=("glass", "vessel", "gas_jar", "open"),
-        material=GLASS,
-        sources=(f"60 x 200 mm: {TYPICAL}",),
-        mass=mass_of(turned.mesh, GLASS),
-        wall=turned.wall(),
-        cavity=turned.cavity(400.0 * MILLILITRE),
-        sites={"cover": Site(point=(0.0, 0.2015, 0.0))},
-        parts=(Part(instrument=cover, position=(0.0, 0.2015, 0.0)),),
-    )
+    seat, sources = (0.0, 0.2015, 0.0), (f"60 x 200 mm: {TYPICAL}",)
+    sites, cover = {"cover": Site(point=seat)}, Part(instrument=gas_jar_cover(faces), position=seat)
+    tags = "glass vessel gas_jar open"
+    return turned.instrument("gas_jar", 400.0 * MILLILITRE, tags, sources, sites=sites, parts=(cover,))
 
 
 def gas_jar_cover(faces: int) -> Instrument:
@@ -83,12 +60,33 @@ def gas_jar_cover(faces: int) -> Instrument:
     across = np.linspace(radius - bevel, 0.0, max(2, (bands - 3) // 2 + 1))
     edge = [(radius, bevel), (radius, thickness - bevel)]
     outline = [*((r, 0.0) for r in across[::-1]), *edge, *((r, thickness) for r in across)]
-    mesh = turned_solid(np.array(outline), sections)
-    return Instrument(
-        name="gas_jar_cover",
-        mesh=mesh,
-        tags=("glass", "plate"),
-        material=GLASS,
-        sources=(TYPICAL,),
-        mass=mass_of(mesh, GLASS),
-    )
+    return weighed("gas_jar_cover", turned_solid(np.array(outline), sections), "glass plate", GLASS)
+
+
+def watch_glass(faces: int) -> Instrument:
+    """Return a watch glass of 80 mm, a shallow cap of a sphere that rests on its lowest point."""
+    wall, curvature, radius = 1.5e-3, 75.0e-3, 39.5e-3
+    half = float(np.arcsin(radius / curvature))
+    strokes = [Arc((0.0, wall + curvature), curvature, -np.pi / 2.0, half - np.pi / 2.0, least=5)]
+    sources = (f"80 mm wide, radius of curvature 75 mm, filled to 5 mL: {TYPICAL}",)
+    turned = turned_vessel(Shape(strokes=strokes, wall=wall), faces)
+    return turned.instrument("watch_glass", 5.0 * MILLILITRE, "glass vessel dish open", sources)
+
+
+def evaporating_dish(faces: int) -> Instrument:
+    """Return a porcelain evaporating dish of 80 mm with a small flat base and a spout towards +X."""
+    wall, flat, sphere = 2.2e-3, 12.0e-3, 38.0e-3
+    centre = wall + float(np.sqrt(sphere**2 - flat**2))
+    begin = float(-np.arccos(flat / sphere))
+    lip_from = np.radians(-8.0)
+    end = (sphere * np.cos(lip_from), centre + sphere * np.sin(lip_from))
+    spout = Spout(depth=5.0e-3, height=10.0e-3, half_angle=np.radians(20.0))
+    strokes: list[Stroke] = [
+        Line((0.0, wall), (flat, wall)),
+        Arc((0.0, centre), sphere, begin, float(lip_from), least=5),
+        Line(end, (end[0] + 1.4e-3, end[1] + 5.0e-3), least=2),
+    ]
+    turned = turned_vessel(Shape(strokes=strokes, wall=wall, spout=spout), faces)
+    sources = (f"80 mm wide, wall 2.2 mm, filled to 60 mL: {TYPICAL}",)
+    tags = "porcelain vessel dish open"
+    return turned.instrument("evaporating_dish", 60.0 * MILLILITRE, tags, sources, material="porcelain")

@@ -19,51 +19,25 @@ class InstrumentSpec:
     """Where an instrument is made (``module:function``, imported on use) and the options that make it this one."""
 
     entry: str
-    options: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    options: Mapping[str, Any] = field(default_factory=dict)
 
 
-def _beaker(millilitres: int) -> InstrumentSpec:
-    return InstrumentSpec("sessions.glassware.beakers:beaker", MappingProxyType({"millilitres": millilitres}))
-
-
+_MODULE_OF = {
+    "erlenmeyer_flask": "flasks", "volumetric_flask": "flasks", "reagent_bottle": "flasks",
+    "reagent_bottle_stopper": "flasks", "test_tube": "tubes", "test_tube_rack": "furniture",
+    "graduated_cylinder": "tubes", "funnel": "tubes", "burette": "tubes", "burette_stopcock": "tubes",
+    "pipette": "tubes", "dropper": "tubes", "watch_glass": "beakers", "evaporating_dish": "beakers",
+    "gas_jar": "beakers", "gas_jar_cover": "beakers", "delivery_tube": "tools", "rubber_stopper": "tools",
+    "stirring_rod": "tools", "tongs": "tools", "alcohol_lamp": "tools", "wick_holder": "tools", "stand": "furniture",
+    "tripod": "furniture", "wire_gauze": "furniture", "bench": "furniture", "hand_left": "hands",
+    "hand_right": "hands", "proxy_wand": "proxies", "proxy_headset": "proxies",
+}  # fmt: skip
 INSTRUMENTS: Mapping[str, InstrumentSpec] = MappingProxyType(
     {
-        "beaker_50": _beaker(50),
-        "beaker_100": _beaker(100),
-        "beaker_250": _beaker(250),
-        "beaker_400": _beaker(400),
-        "beaker_600": _beaker(600),
-        "erlenmeyer_flask": InstrumentSpec("sessions.glassware.flasks:erlenmeyer_flask"),
-        "volumetric_flask": InstrumentSpec("sessions.glassware.flasks:volumetric_flask"),
-        "reagent_bottle": InstrumentSpec("sessions.glassware.flasks:reagent_bottle"),
-        "reagent_bottle_stopper": InstrumentSpec("sessions.glassware.flasks:reagent_bottle_stopper"),
-        "test_tube": InstrumentSpec("sessions.glassware.tubes:test_tube"),
-        "test_tube_rack": InstrumentSpec("sessions.glassware.furniture:test_tube_rack"),
-        "graduated_cylinder": InstrumentSpec("sessions.glassware.tubes:graduated_cylinder"),
-        "funnel": InstrumentSpec("sessions.glassware.tubes:funnel"),
-        "burette": InstrumentSpec("sessions.glassware.burette:burette"),
-        "burette_stopcock": InstrumentSpec("sessions.glassware.burette:burette_stopcock"),
-        "pipette": InstrumentSpec("sessions.glassware.tubes:pipette"),
-        "dropper": InstrumentSpec("sessions.glassware.tubes:dropper"),
-        "watch_glass": InstrumentSpec("sessions.glassware.dishes:watch_glass"),
-        "evaporating_dish": InstrumentSpec("sessions.glassware.dishes:evaporating_dish"),
-        "gas_jar": InstrumentSpec("sessions.glassware.beakers:gas_jar"),
-        "gas_jar_cover": InstrumentSpec("sessions.glassware.beakers:gas_jar_cover"),
-        "delivery_tube": InstrumentSpec("sessions.glassware.tools:delivery_tube"),
-        "rubber_stopper": InstrumentSpec("sessions.glassware.tools:rubber_stopper"),
-        "stirring_rod": InstrumentSpec("sessions.glassware.tools:stirring_rod"),
-        "tongs": InstrumentSpec("sessions.glassware.tools:tongs"),
-        "alcohol_lamp": InstrumentSpec("sessions.glassware.tools:alcohol_lamp"),
-        "wick_holder": InstrumentSpec("sessions.glassware.tools:wick_holder"),
-        "stand": InstrumentSpec("sessions.glassware.furniture:stand"),
-        "tripod": InstrumentSpec("sessions.glassware.furniture:tripod"),
-        "wire_gauze": InstrumentSpec("sessions.glassware.furniture:wire_gauze"),
-        "bench": InstrumentSpec("sessions.glassware.furniture:bench"),
-        "hand_left": InstrumentSpec("sessions.glassware.hands:hand_left"),
-        "hand_right": InstrumentSpec("sessions.glassware.hands:hand_right"),
-        "proxy_wand": InstrumentSpec("sessions.glassware.proxies:proxy_wand"),
-        "proxy_headset": InstrumentSpec("sessions.glassware.proxies:proxy_headset"),
+        f"beaker_{size}": InstrumentSpec("sessions.glassware.beakers:beaker", MappingProxyType({"millilitres": size}))
+        for size in (50, 100, 250, 400, 600)
     }
+    | {name: InstrumentSpec(f"sessions.glassware.{module}:{name}") for name, module in _MODULE_OF.items()}
 )
 
 
@@ -74,17 +48,14 @@ class UnknownInstrumentError(SessionError):
 def make_instrument(name: str, faces: int = 5000, **options: Any) -> Instrument:
     """Return the instrument ``name`` with about ``faces`` faces; the same call gives the same mesh.
 
-    The count is met within 25 %, within 50 % where parts are united by booleans; parts (stopcock, stopper ...) have
-    meshes of about ``faces`` faces of their own.
+    The count is met within 25 %, within 50 % where solids are united; a part (stopcock, stopper ...) has a mesh of
+    about ``faces`` faces of its own.
 
     Parameters
     ----------
-    name
-        A row of `INSTRUMENTS`.
-    faces
-        500 to 50,000.
-    **options
-        What the instrument's function takes, for example ``grip_radius=0.02`` for a hand.
+    name : a row of `INSTRUMENTS`.
+    faces : 500 to 50,000.
+    **options : what the instrument's function takes, for example ``grip_radius=0.02`` for a hand.
 
     Raises
     ------

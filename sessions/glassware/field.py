@@ -90,8 +90,7 @@ def hoop(
 def blended(a: Distance, b: Distance, width: float) -> Distance:
     """Return the union of two solids with the crease between them filled over about ``width``."""
     share = np.clip(0.5 + 0.5 * (b - a) / width, 0.0, 1.0)
-    distance: Distance = b + (a - b) * share - width * share * (1.0 - share)
-    return distance
+    return b + (a - b) * share - width * share * (1.0 - share)
 
 
 def carved(a: Distance, b: Distance, width: float) -> Distance:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from sessions.glassware.beakers import GLASS, MILLILITRE
-from sessions.glassware.instrument import TYPICAL, Instrument, Part, Site, mass_of
-from sessions.glassware.profile import Stroke, rounded, sampled, solved, volume_below
+from sessions.glassware.instrument import GLASS, MILLILITRE, TYPICAL, Instrument, Part, Site, weighed
+from sessions.glassware.profile import rounded, sampled, solved, volume_below
 from sessions.glassware.rings import turned_solid
 from sessions.glassware.vessel import Shape, Turned, turned_vessel
 
@@ -22,27 +22,16 @@ def erlenmeyer_flask(faces: int, *, millilitres: int = 250) -> Instrument:
     radius, throat, top = body / 2.0 - wall, neck / 2.0 - wall, height - wall / 2.0
     shoulder, fillet = 0.63 * height, 0.12 * body
     corner = _corner_for(radius, fillet, throat, shoulder - wall)
-    strokes = rounded(
-        [
-            (0.0, wall),
-            (corner, wall),
-            (throat, shoulder),
-            (throat, top - 0.03 * height),
-            (throat + 0.012 * height, top),
-        ],
-        [fillet, 0.16 * body, 0.03 * height],
+    cone = [(0.0, wall), (corner, wall), (throat, shoulder)]
+    rim = [(throat, top - 0.03 * height), (throat + 0.012 * height, top)]
+    strokes = rounded([*cone, *rim], [fillet, 0.16 * body, 0.03 * height])
+    sources = (
+        "body, height and neck diameter: narrow neck Erlenmeyer flasks of the DURAN catalogue (DWK Life Sciences), "
+        "a series made to ISO 1773",
+        f"wall and roundings: {TYPICAL}",
     )
     turned = turned_vessel(Shape(strokes=strokes, wall=wall), faces)
-    return _glass(
-        "erlenmeyer_flask",
-        turned,
-        millilitres * MILLILITRE,
-        (
-            "body, height and neck diameter: narrow neck Erlenmeyer flasks of the DURAN catalogue (DWK Life Sciences), "
-            "a series made to ISO 1773",
-            f"wall and roundings: {TYPICAL}",
-        ),
-    )
+    return _flask("erlenmeyer_flask", turned, millilitres * MILLILITRE, sources)
 
 
 def volumetric_flask(faces: int) -> Instrument:
@@ -50,88 +39,46 @@ def volumetric_flask(faces: int) -> Instrument:
     wall, throat, top, mark, capacity = 1.2e-3, 6.0e-3, 169.4e-3, 113.0e-3, 100.0 * MILLILITRE
 
     def shape(radius: float) -> Shape:
-        outline = [
-            (0.0, wall),
-            (0.8 * radius, wall),
-            (radius * 1.05, 17.0e-3),
-            (radius * 0.86, 38.0e-3),
-            (throat, 55.0e-3),
-        ]
-        points = [*outline, (throat, mark), (throat, top - 4.0e-3), (throat + 1.0e-3, top)]
+        bulb = [(0.0, wall), (0.8 * radius, wall), (radius * 1.05, 17.0e-3), (radius * 0.86, 38.0e-3)]
+        neck = [(throat, 55.0e-3), (throat, mark), (throat, top - 4.0e-3), (throat + 1.0e-3, top)]
         radii = [4.0e-3, 15.0e-3, 15.0e-3, 10.0e-3, 0.0, 0.0]
-        return Shape(strokes=rounded(points, radii, [2, 2, 2, 3, 1, 1]), wall=wall)
+        return Shape(strokes=rounded([*bulb, *neck], radii, [2, 2, 2, 3, 1, 1]), wall=wall)
 
     turned = turned_vessel(solved_for_capacity(shape, capacity, mark, faces, (20.0e-3, 40.0e-3)), faces)
-    return _glass(
-        "volumetric_flask",
-        turned,
-        capacity,
-        (
-            "100 mL, inner neck diameter 12 mm, height 170 mm: one-mark volumetric flasks to ISO 1042",
-            f"wall and bulb outline: {TYPICAL}; bulb diameter solved for the capacity (about 60 mm)",
-        ),
+    sources = (
+        "100 mL, inner neck diameter 12 mm, height 170 mm: one-mark volumetric flasks to ISO 1042",
+        f"wall and bulb outline: {TYPICAL}; bulb diameter solved for the capacity (about 60 mm)",
     )
+    return _flask("volumetric_flask", turned, capacity, sources)
 
 
 def reagent_bottle(faces: int) -> Instrument:
     """Return a 250 mL narrow-necked reagent bottle and its ground glass stopper."""
     wall, radius, throat, top = 2.2e-3, 32.8e-3, 9.0e-3, 130.9e-3
-    strokes = rounded(
-        [
-            (0.0, wall),
-            (radius, wall),
-            (radius, 84.0e-3),
-            (throat, 100.0e-3),
-            (throat, top - 9.0e-3),
-            (throat + 3.0e-3, top - 5.0e-3),
-            (throat + 7.0e-3, top),
-        ],
-        [6.0e-3, 13.0e-3, 5.0e-3, 4.0e-3, 0.0],
-        [2, 2, 3, 2, 1],
-    )
+    body = [(0.0, wall), (radius, wall), (radius, 84.0e-3), (throat, 100.0e-3)]
+    rim = [(throat, top - 9.0e-3), (throat + 3.0e-3, top - 5.0e-3), (throat + 7.0e-3, top)]
+    strokes = rounded([*body, *rim], [6.0e-3, 13.0e-3, 5.0e-3, 4.0e-3, 0.0], [2, 2, 3, 2, 1])
     turned = turned_vessel(Shape(strokes=strokes, wall=wall), faces)
-    bottle = _glass("reagent_bottle", turned, 250.0 * MILLILITRE, (f"70 x 132 mm, 250 mL: {TYPICAL}",), "bottle")
-    return Instrument(
-        **{
-            **vars(bottle),
-            "parts": (Part(instrument=reagent_bottle_stopper(faces), position=(0.0, 104.0e-3, 0.0)),),
-            "sites": {"stopper": Site(point=(0.0, 104.0e-3, 0.0))},
-        }
-    )
+    seat, sources = (0.0, 104.0e-3, 0.0), (f"70 x 132 mm, 250 mL: {TYPICAL}",)
+    sites, stopper = {"stopper": Site(point=seat)}, Part(instrument=reagent_bottle_stopper(faces), position=seat)
+    capacity = 250.0 * MILLILITRE
+    return _flask("reagent_bottle", turned, capacity, sources, " bottle", sites=sites, parts=(stopper,))
 
 
 def reagent_bottle_stopper(faces: int) -> Instrument:
     """Return the solid stopper of the reagent bottle: a plug, a waist and a flat head."""
-    strokes: list[Stroke] = rounded(
-        [
-            (0.0, 0.0),
-            (7.6e-3, 0.0),
-            (8.8e-3, 17.0e-3),
-            (7.0e-3, 27.5e-3),
-            (17.0e-3, 31.0e-3),
-            (17.0e-3, 37.0e-3),
-            (0.0, 39.0e-3),
-        ],
-        [0.8e-3, 0.0, 4.0e-3, 1.5e-3, 2.0e-3],
-    )
-    segments = round((faces / 4.0) ** 0.5 * 1.1)
-    outline = sampled(strokes, segments)
+    plug = [(0.0, 0.0), (7.6e-3, 0.0), (8.8e-3, 17.0e-3), (7.0e-3, 27.5e-3)]
+    head = [(17.0e-3, 31.0e-3), (17.0e-3, 37.0e-3), (0.0, 39.0e-3)]
+    strokes = rounded([*plug, *head], [0.8e-3, 0.0, 4.0e-3, 1.5e-3, 2.0e-3])
+    outline = sampled(strokes, round((faces / 4.0) ** 0.5 * 1.1))
     mesh = turned_solid(outline, max(12, round(faces / 2.0 / (len(outline) - 2))))
-    return Instrument(
-        name="reagent_bottle_stopper",
-        mesh=mesh,
-        tags=("glass", "stopper"),
-        material=GLASS,
-        sources=(TYPICAL,),
-        mass=mass_of(mesh, GLASS),
-    )
+    return weighed("reagent_bottle_stopper", mesh, "glass stopper", GLASS)
 
 
 def solved_for_capacity(
     shape: Callable[[float], Shape], capacity: float, mark: float, faces: int, bounds: tuple[float, float]
 ) -> Shape:
-    """Return the shape whose profile, sampled as for ``faces`` faces, holds ``capacity`` m3 up to the height
-    ``mark``.
+    """Return the shape whose profile, sampled as for ``faces`` faces, holds ``capacity`` m3 up to ``mark``.
 
     A narrow neck has no room to correct a bulb that holds 1 % too little (9 mm of a 12 mm neck for 100 mL), so the
     bulb is what is solved.
@@ -153,16 +100,9 @@ def _corner_for(radius: float, fillet: float, throat: float, rise: float) -> flo
     return corner
 
 
-def _glass(name: str, turned: Turned, capacity: float, sources: tuple[str, ...], *tags: str) -> Instrument:
+def _flask(
+    name: str, turned: Turned, capacity: float, sources: tuple[str, ...], tags: str = "", **more: Any
+) -> Instrument:
     neck = float(np.min(turned.inner[turned.inner[:, 1] > 0.7 * turned.inner[-1, 1], 0]))
-    return Instrument(
-        name=name,
-        mesh=turned.mesh,
-        tags=("glass", "vessel", "flask", "open", *tags),
-        material=GLASS,
-        sources=sources,
-        mass=mass_of(turned.mesh, GLASS),
-        wall=turned.wall(),
-        cavity=turned.cavity(capacity),
-        sites={"neck": Site(point=(0.0, float(turned.inner[-1, 1]) - 2.0 * neck, 0.0))},
-    )
+    sites = {"neck": Site(point=(0.0, float(turned.inner[-1, 1]) - 2.0 * neck, 0.0))}
+    return turned.instrument(name, capacity, f"glass vessel flask open{tags}", sources, **{"sites": sites, **more})

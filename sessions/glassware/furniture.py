@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.glassware.instrument import TYPICAL, Instrument, Part, Site, mass_of
-from sessions.glassware.solids import bent, box, cylinder, fitted, fitted_union, grounded, ring, rod, sections_for
+from sessions.glassware.instrument import TYPICAL, Instrument, Part, Site, weighed
+from sessions.glassware.solids import bent, cylinder, fitted, fitted_union, grounded, ring, rod, sections_for
 from sessions.mesh_data import MeshData
 from sessions.meshes import refined, subtracted, united
+from sessions.synthetic.solids import box
 
 RACK_HOLES = 6
 RACK_PITCH = 36.0e-3
@@ -27,16 +26,8 @@ def bench(faces: int, *, width: float = 1.6, depth: float = 0.75, height: float 
         legs = [box((leg, tall, leg), (sx * x, tall / 2.0, sz * z)) for sx in (-1, 1) for sz in (-1, 1)]
         return [slab, rail, *legs]
 
-    mesh = fitted_union(parts, faces, 0.1)
-    return Instrument(
-        name="bench",
-        mesh=mesh,
-        tags=("bench", "furniture"),
-        material="laminate",
-        sources=(f"1.6 x 0.75 m, 0.9 m high: {TYPICAL}",),
-        mass=mass_of(mesh, "laminate"),
-        sites={"top": Site(point=(0.0, height, 0.0))},
-    )
+    sources, sites = (f"1.6 x 0.75 m, 0.9 m high: {TYPICAL}",), {"top": Site(point=(0.0, height, 0.0))}
+    return weighed("bench", fitted_union(parts, faces, 0.1), "bench furniture", "laminate", sources, sites=sites)
 
 
 def test_tube_rack(faces: int) -> Instrument:
@@ -45,28 +36,19 @@ def test_tube_rack(faces: int) -> Instrument:
     places = [(i - (RACK_HOLES - 1) / 2.0) * RACK_PITCH for i in range(RACK_HOLES)]
 
     def build(spacing: float) -> MeshData:
-        body = united(
-            [
-                box((length, floor, depth), (0.0, floor / 2.0, 0.0)),
-                box((length, 8.0e-3, depth), (0.0, tall - 10.0e-3, 0.0)),
-                box((10.0e-3, tall, depth - 6.0e-3), (-length / 2.0 + 5.0e-3 + 1.0e-3, tall / 2.0 + 1.0e-3, 0.0)),
-                box((10.0e-3, tall, depth - 6.0e-3), (length / 2.0 - 5.0e-3 - 1.0e-3, tall / 2.0 + 1.0e-3, 0.0)),
-            ]
-        )
+        ends = [-length / 2.0 + 5.0e-3 + 1.0e-3, length / 2.0 - 5.0e-3 - 1.0e-3]
+        boards = [
+            box((length, floor, depth), (0.0, floor / 2.0, 0.0)),
+            box((length, 8.0e-3, depth), (0.0, tall - 10.0e-3, 0.0)),
+            *(box((10.0e-3, tall, depth - 6.0e-3), (x, tall / 2.0 + 1.0e-3, 0.0)) for x in ends),
+        ]
         sections = sections_for(9.0e-3, spacing)
         holes = [cylinder((x, floor - hollow, 0.0), (x, tall + 0.05, 0.0), 9.0e-3, sections) for x in places]
-        return refined(subtracted(body, holes), spacing * 2.0)
+        return refined(subtracted(united(boards), holes), spacing * 2.0)
 
     mesh, _ = fitted(build, faces, 0.01)
-    return Instrument(
-        name="test_tube_rack",
-        mesh=mesh,
-        tags=("rack", "furniture"),
-        material="wood",
-        sources=(TYPICAL,),
-        mass=mass_of(mesh, "wood"),
-        sites={f"hole_{i + 1}": Site(point=(x, floor - hollow, 0.0)) for i, x in enumerate(places)},
-    )
+    sites = {f"hole_{i + 1}": Site(point=(x, floor - hollow, 0.0)) for i, x in enumerate(places)}
+    return weighed("test_tube_rack", mesh, "rack furniture", "wood", sites=sites)
 
 
 test_tube_rack.__test__ = False  # type: ignore[attr-defined]  # pytest collects names that start with test
@@ -81,36 +63,31 @@ def stand(faces: int, *, clamp_height: float = 0.45, grip_radius: float = 7.0e-3
         around = sections_for(rod_radius, spacing)
         reach = grip_radius + jaw
         angles = np.radians(np.linspace(-50.0, 230.0, max(9, round(4.9 * reach / spacing))))
-        bow = np.column_stack(
-            [reach * np.cos(angles), np.full_like(angles, clamp_height), axis_z - reach * np.sin(angles)]
-        )
-        thin = sections_for(4.0e-3, spacing)
+        away = axis_z - reach * np.sin(angles)
+        bow = np.column_stack([reach * np.cos(angles), np.full_like(angles, clamp_height), away])
+        thin, screw = sections_for(4.0e-3, spacing), axis_z - 0.04
+        # x, height above the clamp and z of both ends, radius
+        rounds = [
+            (0.0, 0.0, back, 0.0, 0.0, axis_z - reach, 5.0e-3),
+            (8.0e-3, 0.0, back, 34.0e-3, 0.0, back, 4.0e-3),
+            (30.0e-3, 0.0, back, 38.0e-3, 0.0, back, 9.0e-3),
+            (0.0, 2e-3, screw, 0.0, 0.028, screw, 3.0e-3),
+            (0.0, 0.024, screw, 0.0, 0.03, screw, 8.0e-3),
+        ]
         return [
             box((0.14, base, 0.22), (0.0, base / 2.0, 0.01)),
             cylinder((0.0, base / 2.0, back), (0.0, tall, back), rod_radius, around),
             box((28.0e-3, 34.0e-3, 26.0e-3), (0.0, clamp_height, back)),
-            cylinder((0.0, clamp_height, back), (0.0, clamp_height, axis_z - reach), 5.0e-3, thin),
-            cylinder((8.0e-3, clamp_height, back), (34.0e-3, clamp_height, back), 4.0e-3, thin),
-            cylinder((30.0e-3, clamp_height, back), (38.0e-3, clamp_height, back), 9.0e-3, thin),
-            cylinder(
-                (0.0, clamp_height + 2e-3, axis_z - 0.04), (0.0, clamp_height + 0.028, axis_z - 0.04), 3.0e-3, thin
-            ),
-            cylinder(
-                (0.0, clamp_height + 0.024, axis_z - 0.04), (0.0, clamp_height + 0.03, axis_z - 0.04), 8.0e-3, thin
+            *(
+                cylinder((x0, clamp_height + y0, z0), (x1, clamp_height + y1, z1), radius, thin)
+                for x0, y0, z0, x1, y1, z1, radius in rounds
             ),
             rod(bow, jaw, thin),
         ]
 
-    mesh = fitted_union(parts, faces)
-    return Instrument(
-        name="stand",
-        mesh=mesh,
-        tags=("stand", "metal", "furniture"),
-        material="steel",
-        sources=(f"base 140 x 220 mm, rod 12 x 650 mm: {TYPICAL}",),
-        mass=mass_of(mesh, "steel"),
-        sites={"clamp": Site(point=(0.0, clamp_height, axis_z))},
-    )
+    sources = (f"base 140 x 220 mm, rod 12 x 650 mm: {TYPICAL}",)
+    sites = {"clamp": Site(point=(0.0, clamp_height, axis_z))}
+    return weighed("stand", fitted_union(parts, faces), "stand metal furniture", "steel", sources, sites=sites)
 
 
 def tripod(faces: int) -> Instrument:
@@ -122,25 +99,14 @@ def tripod(faces: int) -> Instrument:
         outline = [(-7e-3, -4e-3), (7e-3, -4e-3), (7e-3, 4e-3), (-7e-3, 4e-3)]
         hoop = ring([(ring_radius + r, middle + y) for r, y in outline], sections_for(ring_radius, spacing, 18))
         thin = sections_for(leg, spacing, 6)
-        return [
-            hoop,
-            *(rod(_leg_path(angle, ring_radius, middle, leg, spacing), leg, thin) for angle in (90, 210, 330)),
-        ]
+        paths = [_leg_path(angle, ring_radius, middle, leg, spacing) for angle in (90, 210, 330)]
+        return [hoop, *(rod(path, leg, thin) for path in paths)]
 
-    mesh = grounded(fitted_union(parts, faces))
-    tall = float(mesh.bounds[1, 1])
-    gauze = wire_gauze(faces)
-    thickness = float(gauze.mesh.bounds[1, 1])
-    return Instrument(
-        name="tripod",
-        mesh=mesh,
-        tags=("tripod", "metal", "furniture"),
-        material="steel",
-        sources=(f"ring 138 mm, 210 mm high: {TYPICAL}",),
-        mass=mass_of(mesh, "steel"),
-        sites={"top": Site(point=(0.0, tall + thickness, 0.0))},
-        parts=(Part(instrument=gauze, position=(0.0, tall, 0.0)),),
-    )
+    mesh, gauze = grounded(fitted_union(parts, faces)), wire_gauze(faces)
+    tall, thickness = float(mesh.bounds[1, 1]), float(gauze.mesh.bounds[1, 1])
+    sources, sites = (f"ring 138 mm, 210 mm high: {TYPICAL}",), {"top": Site(point=(0.0, tall + thickness, 0.0))}
+    parts_of = (Part(instrument=gauze, position=(0.0, tall, 0.0)),)
+    return weighed("tripod", mesh, "tripod metal furniture", "steel", sources, sites=sites, parts=parts_of)
 
 
 def wire_gauze(faces: int) -> Instrument:
@@ -155,22 +121,11 @@ def wire_gauze(faces: int) -> Instrument:
         hems += [box((3e-3, plate, side - 3e-3), (x, plate * 0.8, 0.0)) for x in wires]
         return [box((side, plate, side), (0.0, plate / 2.0, 0.0)), middle, *hems]
 
-    mesh = fitted_union(parts, faces)
-    return Instrument(
-        name="wire_gauze",
-        mesh=mesh,
-        tags=("gauze", "metal"),
-        material="steel",
-        sources=(f"125 mm square: {TYPICAL}",),
-        mass=mass_of(mesh, "steel"),
-    )
+    sources = (f"125 mm square: {TYPICAL}",)
+    return weighed("wire_gauze", fitted_union(parts, faces), "gauze metal", "steel", sources)
 
 
 def _leg_path(angle_deg: float, ring_radius: float, height: float, foot: float, spacing: float) -> NDArray[np.float64]:
     outward = np.array([np.cos(np.radians(angle_deg)), 0.0, -np.sin(np.radians(angle_deg))])
-    places: Sequence[tuple[float, float]] = [
-        (ring_radius, height),
-        (ring_radius, height - 0.02),
-        (ring_radius + 0.03, foot),
-    ]
+    places = [(ring_radius, height), (ring_radius, height - 0.02), (ring_radius + 0.03, foot)]
     return bent([outward * r + np.array([0.0, y, 0.0]) for r, y in places], 0.02, spacing)

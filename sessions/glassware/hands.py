@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.glassware.field import Distance, Points, blended, capsule, carved, ellipsoid, rounded_box, surface_of
-from sessions.glassware.instrument import TYPICAL, Instrument, Site, mass_of
+from sessions.glassware.instrument import TYPICAL, Instrument, Site, weighed
 from sessions.mesh_data import MeshData
 
 CLEARANCE = 2.0e-3  # between skin and the held cylinder; blending takes up to half of it
@@ -57,30 +57,25 @@ def _hand(name: str, faces: int, grip_radius: float, side: float) -> Instrument:
     mesh = _right_skin(faces, grip)
     if side < 0.0:
         mesh = mesh.transformed(np.diag([-1.0, 1.0, 1.0, 1.0]))
-    return Instrument(
-        name=name,
-        mesh=mesh,
-        tags=("hand", name.removeprefix("hand_")),
-        material="tissue",
-        sources=(f"a hand of 185 mm: {TYPICAL}",),
-        mass=mass_of(mesh, "tissue"),
-        sites={
-            "grip": Site(point=(0.0, 0.0, 0.0)),
-            "wrist": Site(point=(side * (grip + 0.022), -0.003, WRIST), direction=(0.0, 0.0, 1.0)),
-        },
-        origin="on the axis of what is held, between the second and third finger",
+    sites = {
+        "grip": Site(point=(0.0, 0.0, 0.0)),
+        "wrist": Site(point=(side * (grip + 0.022), -0.003, WRIST), direction=(0.0, 0.0, 1.0)),
+    }
+    origin, sources = (
+        "on the axis of what is held, between the second and third finger",
+        (f"a hand of 185 mm: {TYPICAL}",),
     )
+    tags = f"hand {name.removeprefix('hand_')}"
+    return weighed(name, mesh, tags, "tissue", sources, sites=sites, origin=origin)
 
 
 @lru_cache(maxsize=16)
 def _right_skin(faces: int, grip: float) -> MeshData:
     """The surface of a right hand, made once: it takes a second, and the left hand is its mirror image."""
-
-    def solid(points: Points) -> Distance:
-        return _distance(points, grip)
-
     reach = grip + 0.06
-    return surface_of(solid, (-reach, -0.07, -reach), (reach + 0.03, 0.075, 0.15), faces)
+    return surface_of(
+        lambda points: _distance(points, grip), (-reach, -0.07, -reach), (reach + 0.03, 0.075, 0.15), faces
+    )
 
 
 def _distance(points: Points, grip: float) -> Distance:

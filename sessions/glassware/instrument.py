@@ -1,14 +1,13 @@
 """What an instrument is: a closed mesh, what it is made of, where liquid stands in it, and which parts move.
 
-Conventions: metres, +Y up, origin at the centre of the base it stands on, unless ``Instrument.origin`` says
-otherwise.
+Conventions: metres, +Y up; the origin is the centre of the base, unless ``Instrument.origin`` names another place.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,20 +17,14 @@ from sessions.mesh_data import MeshData
 Point = tuple[float, float, float]
 
 TYPICAL = "typical dimensions, own choice"
+GLASS = "borosilicate glass 3.3"
+MILLILITRE = 1e-6
 
 # kg/m3. Borosilicate 3.3: ISO 3585 states 2.23 g/cm3. The others are round handbook values: masses are estimates.
-DENSITY: Mapping[str, float] = MappingProxyType(
-    {
-        "borosilicate glass 3.3": 2230.0,
-        "porcelain": 2400.0,
-        "steel": 7850.0,
-        "wood": 650.0,
-        "rubber": 1100.0,
-        "laminate": 1400.0,
-        "tissue": 1050.0,
-        "plastic": 1050.0,
-    }
-)
+DENSITY: Mapping[str, float] = {
+    GLASS: 2230.0, "porcelain": 2400.0, "steel": 7850.0, "wood": 650.0,
+    "rubber": 1100.0, "laminate": 1400.0, "tissue": 1050.0, "plastic": 1050.0,
+}  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +40,13 @@ class Opening:
     lip: Point
     pour_direction: Point
 
+    @classmethod
+    def upwards(cls, radius: float, height: float, reach: float = 0.0) -> Opening:
+        """Return the opening of an upright vessel; its lip lies towards +X, ``reach`` metres beyond the radius."""
+        lip = (radius + reach, height, 0.0)
+        centre, up, x = (0.0, height, 0.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)
+        return cls(centre=centre, normal=up, radius=radius, lip=lip, pour_direction=x)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Cavity:
@@ -54,14 +54,10 @@ class Cavity:
 
     Attributes
     ----------
-    capacity_m3
-        Nominal volume up to the mark; ``to_mark`` encloses it.
-    mark_height, floor_height
-        Heights y between which ``to_mark`` stands.
-    to_mark, to_brim
-        Closed meshes: the liquid when filled to the mark, and to the rim.
-    opening
-        None for a closed reservoir.
+    capacity_m3 : nominal volume up to the mark; ``to_mark`` encloses it.
+    floor_height, mark_height : heights y between which ``to_mark`` stands.
+    to_mark, to_brim : closed meshes of the liquid when filled to the mark, and to the rim.
+    opening : where liquid enters and leaves.
     """
 
     capacity_m3: float
@@ -69,7 +65,7 @@ class Cavity:
     mark_height: float
     to_mark: MeshData
     to_brim: MeshData
-    opening: Opening | None = None
+    opening: Opening
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "to_mark", in_single_precision(self.to_mark))
@@ -124,20 +120,13 @@ class Instrument:
 
     Attributes
     ----------
-    name, mesh
-        The row of the table it was made from, and its closed surface.
-    tags
-        What effects select by: ``glass vessel hot sharp tool furniture hand ...``.
-    material, mass
-        Mass in kg is the mesh's volume times a density, an estimate, unless the maker states one.
-    wall, cavity
-        Only where they apply: a rod has neither.
-    sites
-        Named places.
-    parts
-        Movable or loose parts, each with a closed mesh of its own.
-    sources
-        Where the dimensions come from.
+    name, mesh : the row of the table it was made from, and its closed surface.
+    tags : what effects select by: ``glass vessel hot sharp tool furniture hand ...``.
+    material, mass : mass in kg is volume times density, an estimate, unless the maker states one.
+    wall, cavity : only where they apply: a rod has neither.
+    sites : named places.
+    parts : movable or loose parts, each with a closed mesh of its own.
+    sources : where the dimensions come from.
     """
 
     name: str
@@ -148,7 +137,7 @@ class Instrument:
     mass: float
     wall: Wall | None = None
     cavity: Cavity | None = None
-    sites: Mapping[str, Site] = field(default_factory=lambda: MappingProxyType({}))
+    sites: Mapping[str, Site] = field(default_factory=dict)
     parts: tuple[Part, ...] = ()
     origin: str = "centre of the base"
 
@@ -168,3 +157,11 @@ def in_single_precision(mesh: MeshData) -> MeshData:
 def mass_of(mesh: MeshData, material: str) -> float:
     """Return the volume of the closed mesh times the density of its material, in kg."""
     return mesh.volume * DENSITY[material]
+
+
+def weighed(
+    name: str, mesh: MeshData, tags: str, material: str, sources: tuple[str, ...] = (TYPICAL,), **more: Any
+) -> Instrument:
+    """Return the instrument of this mesh, weighed unless ``mass`` is given; ``tags`` are the words of one string."""
+    fields = {"tags": tuple(tags.split()), "sources": sources, "mass": mass_of(mesh, material), **more}
+    return Instrument(name=name, mesh=mesh, material=material, **fields)

@@ -16,7 +16,6 @@ Polyline = NDArray[np.float64]
 
 # A straight stroke needs fewer points than a bent one of its length to look right.
 LINE_SHARE = 0.45
-BISECTIONS = 80  # halves an interval down to the last bit of a double
 
 
 @dataclass(frozen=True)
@@ -68,10 +67,8 @@ def rounded(
 ) -> list[Stroke]:
     """Return strokes along ``points`` with corner ``i + 1`` rounded by ``radii[i]`` (0: a sharp corner).
 
-    ``least`` are the fewest segments of each rounding, 2 if not given. Where the wall's outside is the shorter side,
-    a turn
-    of ``a`` between two segments makes the wall 1 / cos(a) thick at the joint, so a turn of 50 degrees or more needs
-    3.
+    ``least`` are the fewest segments of each rounding, 2 if not given. Where the outside of the wall is the shorter
+    side, a turn of ``a`` between two segments makes the wall 1 / cos(a) thick there: 50 degrees or more need 3.
     """
     strokes: list[Stroke] = []
     corners = [np.asarray(point, dtype=np.float64) for point in points]
@@ -80,7 +77,7 @@ def rounded(
         corners, corners[1:], corners[2:], radii, least or [2] * len(radii), strict=False
     ):
         arc = _fillet(before, corner, after, radius, fewest) if radius else None
-        begin, finish = (arc.sample(1)[0], arc.sample(1)[1]) if arc else (corner, corner)
+        begin, finish = arc.sample(1) if arc else (corner, corner)
         _append_line(strokes, last, begin)
         strokes.extend([arc] if arc else [])
         last = finish
@@ -139,9 +136,8 @@ def level_holding(polyline: Polyline, volume: float) -> float:
 
 
 def solved(rising: Callable[[float], float], low: float, high: float) -> float:
-    """Return the root between ``low`` and ``high`` of a function that rises through zero there."""
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
+    """Return the root between ``low`` and ``high`` of a function that rises through zero there, to the last bit."""
+    while low < (middle := 0.5 * (low + high)) < high:  # no double lies between them: nothing is left to halve
         if rising(middle) < 0.0:
             low = middle
         else:

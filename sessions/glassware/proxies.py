@@ -21,11 +21,11 @@ from sessions.glassware.field import (
     rounded_box,
     surface_of,
 )
-from sessions.glassware.instrument import TYPICAL, Instrument, Site
-from sessions.mesh_data import MeshData
+from sessions.glassware.instrument import Instrument, Site, weighed
 
 WAND_MASS, HEADSET_MASS = 0.2, 0.5  # kg, round figures for hollow plastic; the meshes are solid
-DIMPLES = 14
+# Each takes most of a second, and a folder of recordings asks for it again and again.
+_surface_once = lru_cache(maxsize=8)(surface_of)
 
 
 def proxy_wand(faces: int) -> Instrument:
@@ -33,42 +33,18 @@ def proxy_wand(faces: int) -> Instrument:
 
     The origin lies under the trackpad, where the handle meets the ring.
     """
-    return Instrument(
-        name="proxy_wand",
-        mesh=_wand_surface(faces),
-        tags=("controller", "tool"),
-        material="plastic",
-        sources=(TYPICAL,),
-        mass=WAND_MASS,
-        sites={"grip": Site(point=(0.0, -0.018, 0.09), direction=(0.0, 0.0, 1.0))},
-        origin="under the trackpad",
-    )
+    mesh = _surface_once(_wand, (-0.065, -0.085, -0.11), (0.065, 0.05, 0.165), faces)
+    sites = {"grip": Site(point=(0.0, -0.018, 0.09), direction=(0.0, 0.0, 1.0))}
+    origin = "under the trackpad"
+    return weighed("proxy_wand", mesh, "controller tool", "plastic", mass=WAND_MASS, sites=sites, origin=origin)
 
 
 def proxy_headset(faces: int) -> Instrument:
     """Return a headset that looks towards -Z, with straps round the head; the origin lies between the eyes."""
-    return Instrument(
-        name="proxy_headset",
-        mesh=_headset_surface(faces),
-        tags=("headset",),
-        material="plastic",
-        sources=(TYPICAL,),
-        mass=HEADSET_MASS,
-        sites={"view": Site(point=(0.0, 0.0, 0.0), direction=(0.0, 0.0, -1.0))},
-        origin="between the eyes",
-    )
-
-
-@lru_cache(maxsize=4)
-def _wand_surface(faces: int) -> MeshData:
-    """Made once: it takes most of a second, and a folder of recordings asks for it again and again."""
-    return surface_of(_wand, (-0.065, -0.085, -0.11), (0.065, 0.05, 0.165), faces)
-
-
-@lru_cache(maxsize=4)
-def _headset_surface(faces: int) -> MeshData:
-    """Made once, like the wand's."""
-    return surface_of(_headset, (-0.12, -0.10, -0.11), (0.12, 0.13, 0.20), faces)
+    mesh = _surface_once(_headset, (-0.12, -0.10, -0.11), (0.12, 0.13, 0.20), faces)
+    sites = {"view": Site(point=(0.0, 0.0, 0.0), direction=(0.0, 0.0, -1.0))}
+    origin = "between the eyes"
+    return weighed("proxy_headset", mesh, "headset", "plastic", mass=HEADSET_MASS, sites=sites, origin=origin)
 
 
 def _wand(points: Points) -> Distance:
@@ -82,7 +58,8 @@ def _wand(points: Points) -> Distance:
     wand = blended(wand, bridge, 0.008)
     # The hole stays open where the neck and the bridge would fill it.
     hole = capsule(points, (0.0, 0.042, -0.093), (0.0, -0.086, 0.003), 0.031, 0.031)
-    wand = carved(wand, np.maximum(hole, -_before(points)), 0.004)
+    before_handle = 0.006 - points[:, 2] - 0.75 * (points[:, 1] + 0.022)
+    wand = carved(wand, np.maximum(hole, -before_handle), 0.004)
     groove = hoop(points, (0.0, 0.0085, 0.030), (0.0, 1.0, 0.14), 0.0165, 0.0016, 0.0035)
     pad = ellipsoid(points, (0.0, 0.0045, 0.030), (0.0160, 0.0050, 0.0160))
     wand = carved(blended(wand, pad, 0.001), groove, 0.001)
@@ -91,12 +68,6 @@ def _wand(points: Points) -> Distance:
         wand = blended(wand, button, 0.001)
     trigger = capsule(points, (0.0, -0.030, 0.012), (0.0, -0.040, 0.030), 0.0085, 0.0050)
     return blended(wand, trigger, 0.003)
-
-
-def _before(points: Points) -> Distance:
-    """Return how far a point lies in front of the place where the handle begins."""
-    depth: Distance = 0.006 - points[:, 2] - 0.75 * (points[:, 1] + 0.022)
-    return depth
 
 
 def _headset(points: Points) -> Distance:
@@ -110,17 +81,13 @@ def _headset(points: Points) -> Distance:
     shell = carved(carved(shell, face, 0.006), nose, 0.006)
     camera = np.linalg.norm(points - np.array([0.0, -0.030, -0.099]), axis=1) - 0.007
     shell = blended(shell, camera, 0.003)
-    for x, y, z in _dimples():
+    # Hollows of the sensors: two rows on the front, and the temples.
+    dimples = [(x, y, -0.1065 + 4.5 * x * x) for y in (0.030, -0.008) for x in (-0.055, -0.028, 0.0, 0.028, 0.055)]
+    dimples += [(sign * 0.094, y, -0.052) for sign in (-1.0, 1.0) for y in (0.022, -0.022)]
+    for x, y, z in dimples:
         shell = carved(shell, np.linalg.norm(points - np.array([x, y, z]), axis=1) - 0.0095, 0.002)
     straps = np.minimum(_band(points), _crown(points))
     return blended(shell, straps, 0.008)
-
-
-def _dimples() -> list[tuple[float, float, float]]:
-    """Return the centres of the sensor hollows on the front, two rows and the temples."""
-    front = [(x, y, -0.1065 + 4.5 * x * x) for y in (0.030, -0.008) for x in (-0.055, -0.028, 0.0, 0.028, 0.055)]
-    temples = [(sign * 0.094, y, -0.052) for sign in (-1.0, 1.0) for y in (0.022, -0.022)]
-    return [*front, *temples]
 
 
 def _band(points: Points) -> Distance:

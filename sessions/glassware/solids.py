@@ -56,14 +56,6 @@ def across_flats(radius: float, sections: int) -> float:
     return across_corners(radius / float(np.cos(np.pi / sections)), sections)
 
 
-def box(extents: ArrayLike, centre: ArrayLike) -> MeshData:
-    """Return an axis-parallel box of 12 faces."""
-    half = np.asarray(extents, dtype=np.float64) / 2.0
-    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half + np.asarray(centre)
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    return MeshData(corners, [face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))])
-
-
 def cylinder(
     start: ArrayLike, end: ArrayLike, radius: float, sections: int, end_radius: float | None = None
 ) -> MeshData:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.glassware.beakers import GLASS, MILLILITRE
-from sessions.glassware.instrument import TYPICAL, Instrument, Part, Site, Wall, mass_of
+from sessions.glassware.instrument import GLASS, MILLILITRE, TYPICAL, Instrument, Part, Site, Wall, weighed
 from sessions.glassware.profile import Arc, Line, Stroke, rounded, sampled
 from sessions.glassware.rings import sewn, turned_solid
 from sessions.glassware.solids import bent, cylinder, fitted, fitted_union, grounded, ring, rod, sections_for, swept
-from sessions.glassware.tubes import TUBING
+from sessions.glassware.tubes import TIP, TUBING
 from sessions.glassware.vessel import Shape, turned_vessel
 from sessions.mesh_data import MeshData
 
@@ -26,62 +25,41 @@ def stirring_rod(faces: int, *, length: float = 0.2) -> Instrument:
     segments = round(faces / 2.0 / float(np.clip((faces / 20.0) ** 0.5, 10.0, 96.0)))
     outline = sampled(strokes, segments)
     mesh = turned_solid(outline, max(8, round(faces / 2.0 / (len(outline) - 2))))
-    return Instrument(
-        name="stirring_rod",
-        mesh=mesh,
-        tags=("glass", "tool", "rod"),
-        material=GLASS,
-        sources=(f"6 x 200 mm: {TYPICAL}",),
-        mass=mass_of(mesh, GLASS),
-        sites={
-            "tip": Site(point=(0.0, 0.0, 0.0), direction=(0.0, -1.0, 0.0)),
-            "grip": Site(point=(0.0, 0.85 * length, 0.0)),
-        },
-    )
+    sites = {"tip": TIP, "grip": Site(point=(0.0, 0.85 * length, 0.0))}
+    return weighed("stirring_rod", mesh, "glass tool rod", GLASS, (f"6 x 200 mm: {TYPICAL}",), sites=sites)
 
 
 def tongs(faces: int, *, opening_deg: float = 10.0) -> Instrument:
     """Return crucible tongs, 240 mm long, lying flat; jaws towards -Z, the pivot over the origin, one rigid piece."""
     radius, handle = 3.0e-3, 15.0e-3
+    jaw = [(-2e-3, 0.0, -0.118), (-4e-3, 0.0, -0.1), (-17e-3, 0.0, -0.072), (-6e-3, 0.0, -0.03)]
 
     def arm(mirror: float, spacing: float) -> list[MeshData]:
         half = np.radians(opening_deg) / 2.0
         turn = np.array([[np.cos(half), 0.0, np.sin(half)], [0.0, 1.0, 0.0], [-np.sin(half), 0.0, np.cos(half)]])
-        flip = np.array([mirror, 1.0, 1.0])
-        corners = [
-            (-2e-3, 0.0, -0.118),
-            (-4e-3, 0.0, -0.1),
-            (-17e-3, 0.0, -0.072),
-            (-6e-3, 0.0, -0.03),
-            (0.0, 0.0, 0.0),
-            (12e-3, 0.0, 0.085),
-        ]
-        path = bent(corners, 0.02, spacing, least=1)
+        flip, shift = np.array([mirror, 1.0, 1.0]), np.array([0.0, radius, 0.0])
+        path = bent([*jaw, (0.0, 0.0, 0.0), (12e-3, 0.0, 0.085)], 0.02, spacing, least=1)
         around = sections_for(radius, spacing, 5)
-        hoop = _circle((12e-3 + handle, 0.0, 0.085), handle, max(8, round(2.0 * np.pi * handle / spacing)))
-        bow = _sewn_loop(hoop, radius, around)
-        shift = np.array([0.0, radius, 0.0])
+        angle = np.linspace(0.0, 2.0 * np.pi, max(8, round(2.0 * np.pi * handle / spacing)), endpoint=False)
+        circle = np.column_stack([np.cos(angle), np.zeros_like(angle), np.sin(angle)])
+        loop = np.array((12e-3 + handle, 0.0, 0.085)) + handle * circle
+        rings = swept(np.concatenate([loop[-1:], loop, loop[:1]]), [radius] * (len(loop) + 2), around)[1:-1]
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = np.diag(flip) @ turn, shift
         bar = rod((path @ turn.T) * flip + shift, radius, around)
-        return [bar, _moved(bow, turn, flip, shift)]
+        return [bar, sewn(rings, around=True).transformed(pose)]
 
     def parts(spacing: float) -> list[MeshData]:
         pin = cylinder((0.0, 0.0, 0.0), (0.0, 2.6 * radius, 0.0), 6.0e-3, sections_for(6e-3, spacing))
         return [pin, *arm(1.0, spacing), *arm(-1.0, spacing)]
 
+    sites = {
+        "tip": Site(point=(0.0, radius, -0.112), direction=(0.0, 0.0, -1.0)),
+        "grip": Site(point=(0.0, radius, 0.09)),
+    }
+    origin = "under the pivot, on the plane it lies on"
     mesh = grounded(fitted_union(parts, faces, 0.008))
-    return Instrument(
-        name="tongs",
-        mesh=mesh,
-        tags=("tongs", "metal", "tool"),
-        material="steel",
-        sources=(TYPICAL,),
-        mass=mass_of(mesh, "steel"),
-        sites={
-            "tip": Site(point=(0.0, radius, -0.112), direction=(0.0, 0.0, -1.0)),
-            "grip": Site(point=(0.0, radius, 0.09)),
-        },
-        origin="under the pivot, on the plane it lies on",
-    )
+    return weighed("tongs", mesh, "tongs metal tool", "steel", sites=sites, origin=origin)
 
 
 def delivery_tube(faces: int) -> Instrument:
@@ -96,28 +74,21 @@ def delivery_tube(faces: int) -> Instrument:
         sections = sections_for(outer, spacing * 0.6)
         walls = [swept(fine, [radius] * len(fine), sections) for radius in (outer - wall, outer)]
         ends = [
-            0.5 * (walls[0][i] + walls[1][i]) + 0.5 * wall * _unit(fine[i] - fine[inside])
-            for i, inside in ((-1, -2), (0, 1))
+            0.5 * (walls[0][i] + walls[1][i]) + 0.5 * wall * step / np.linalg.norm(step)
+            for i, step in ((-1, fine[-1] - fine[-2]), (0, fine[0] - fine[1]))
         ]
         return sewn([*walls[0], ends[0], *walls[1][::-1], ends[1]], around=True, falling_from=len(fine) + 1)
 
     mesh, _ = fitted(build, faces, 0.02)
-    stopper = rubber_stopper(faces, hole=outer + 0.1e-3)
-    return Instrument(
-        name="delivery_tube",
-        mesh=mesh,
-        tags=("glass", "tube", "delivery_tube"),
-        material=GLASS,
-        sources=(f"outer diameter 8 mm, wall 1.0 mm: {TUBING}", f"lengths and bends: {TYPICAL}"),
-        mass=mass_of(mesh, GLASS),
-        wall=Wall(thickness=wall, span=(-0.2, 0.2)),
-        sites={
-            "inlet": Site(point=corners[0], direction=(0.0, -1.0, 0.0)),
-            "outlet": Site(point=corners[-1], direction=(0.0, -1.0, 0.0)),
-        },
-        parts=(Part(instrument=stopper),),
-        origin="centre of the lower face of its stopper",
-    )
+    down = (0.0, -1.0, 0.0)
+    more = {
+        "wall": Wall(thickness=wall, span=(-0.2, 0.2)),
+        "sites": {"inlet": Site(point=corners[0], direction=down), "outlet": Site(point=corners[-1], direction=down)},
+        "parts": (Part(instrument=rubber_stopper(faces, hole=outer + 0.1e-3)),),
+        "origin": "centre of the lower face of its stopper",
+    }
+    sources = (f"outer diameter 8 mm, wall 1.0 mm: {TUBING}", f"lengths and bends: {TYPICAL}")
+    return weighed("delivery_tube", mesh, "glass tube delivery_tube", GLASS, sources, **more)
 
 
 def rubber_stopper(faces: int, *, hole: float = 4.1e-3) -> Instrument:
@@ -129,14 +100,7 @@ def rubber_stopper(faces: int, *, hole: float = 4.1e-3) -> Instrument:
         return ring(outline, sections_for(16e-3, spacing, 12))
 
     mesh, _ = fitted(build, faces, 0.004)
-    return Instrument(
-        name="rubber_stopper",
-        mesh=mesh,
-        tags=("rubber", "stopper"),
-        material="rubber",
-        sources=(TYPICAL,),
-        mass=mass_of(mesh, "rubber"),
-    )
+    return weighed("rubber_stopper", mesh, "rubber stopper", "rubber")
 
 
 def alcohol_lamp(faces: int) -> Instrument:
@@ -148,76 +112,23 @@ def alcohol_lamp(faces: int) -> Instrument:
     )
     turned = turned_vessel(Shape(strokes=strokes, wall=wall), faces)
     seat = float(turned.mesh.bounds[1, 1]) + 0.2e-3
-    return Instrument(
-        name="alcohol_lamp",
-        mesh=turned.mesh,
-        tags=("glass", "vessel", "lamp", "flame", "hot", "open"),
-        material=GLASS,
-        sources=(TYPICAL,),
-        mass=mass_of(turned.mesh, GLASS),
-        wall=turned.wall(),
-        cavity=turned.cavity(80.0 * MILLILITRE),
-        sites={"flame": Site(point=(0.0, seat + 24.0e-3, 0.0))},
-        parts=(Part(instrument=wick_holder(faces), position=(0.0, seat, 0.0)),),
-    )
+    flame, wick = Site(point=(0.0, seat + 24.0e-3, 0.0)), Part(instrument=wick_holder(faces), position=(0.0, seat, 0.0))
+    tags, capacity = "glass vessel lamp flame hot open", 80.0 * MILLILITRE
+    return turned.instrument("alcohol_lamp", capacity, tags, (TYPICAL,), sites={"flame": flame}, parts=(wick,))
 
 
 def wick_holder(faces: int) -> Instrument:
     """Return the collar of an alcohol lamp with its wick, which hangs 50 mm below and stands 24 mm above."""
-    strokes = rounded(
-        [
-            (0.0, -50e-3),
-            (3e-3, -50e-3),
-            (3e-3, 0.0),
-            (13e-3, 0.0),
-            (13e-3, 6e-3),
-            (5e-3, 8e-3),
-            (5e-3, 15e-3),
-            (3.2e-3, 15e-3),
-            (3.2e-3, 24e-3),
-            (0.0, 24e-3),
-        ],
-        [0.0] * 8,
-    )
+    collar = [(3e-3, -50e-3), (3e-3, 0.0), (13e-3, 0.0), (13e-3, 6e-3), (5e-3, 8e-3), (5e-3, 15e-3)]
+    wick = [(3.2e-3, 15e-3), (3.2e-3, 24e-3), (0.0, 24e-3)]
+    strokes = rounded([(0.0, -50e-3), *collar, *wick], [0.0] * 8)
     outline = sampled(strokes, round((faces / 4.0) ** 0.5 * 1.3))
     mesh = turned_solid(outline, max(8, round(faces / 2.0 / (len(outline) - 2))))
-    return Instrument(
-        name="wick_holder",
-        mesh=mesh,
-        tags=("metal", "wick", "hot"),
-        material="porcelain",
-        sources=(TYPICAL,),
-        mass=mass_of(mesh, "porcelain"),
-        origin="centre of the underside of the collar",
-    )
-
-
-def _circle(centre: tuple[float, float, float], radius: float, points: int) -> NDArray[np.float64]:
-    angle = np.linspace(0.0, 2.0 * np.pi, points, endpoint=False)
-    return np.array(centre) + radius * np.column_stack([np.cos(angle), np.zeros(points), np.sin(angle)])
-
-
-def _sewn_loop(loop: NDArray[np.float64], radius: float, sections: int) -> MeshData:
-    """Return a closed ring of round wire along a flat loop in a plane of constant y."""
-    rings = swept(np.concatenate([loop[-1:], loop, loop[:1]]), [radius] * (len(loop) + 2), sections)[1:-1]
-    return sewn(rings, around=True)
-
-
-def _moved(
-    mesh: MeshData, turn: NDArray[np.float64], flip: NDArray[np.float64], shift: NDArray[np.float64]
-) -> MeshData:
-    pose = np.eye(4)
-    pose[:3, :3] = np.diag(flip) @ turn
-    pose[:3, 3] = shift
-    return mesh.transformed(pose)
+    origin = "centre of the underside of the collar"
+    return weighed("wick_holder", mesh, "metal wick hot", "porcelain", origin=origin)
 
 
 def _cut(start: NDArray[np.float64], end: NDArray[np.float64], spacing: float) -> NDArray[np.float64]:
     """Return points from ``start``, included, to ``end``, left out, about ``spacing`` apart."""
     count = max(1, round(float(np.linalg.norm(end - start)) / spacing))
     return np.linspace(start, end, count, endpoint=False)
-
-
-def _unit(vector: NDArray[np.float64]) -> NDArray[np.float64]:
-    direction: NDArray[np.float64] = vector / np.linalg.norm(vector)
-    return direction

@@ -1,5 +1,4 @@
-"""Turned vessels: an inner profile, a wall of exact thickness, a rounded rim, an optional spout, and the cavity
-inside.
+"""Turned vessels: an inner profile, a wall of exact thickness, a rounded rim, perhaps a spout, and the cavity inside.
 
 The cavity's walls are the vessel's own inner rings, so liquid and glass share their vertices. A turned polygon is
 enlarged to the area of its circle (`rings.area_factor`) and the mark is solved on the sampled profile, so that the
@@ -10,11 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.glassware.instrument import Cavity, Opening, Wall
+from sessions.glassware.instrument import GLASS, Cavity, Instrument, Opening, Wall, weighed
 from sessions.glassware.profile import Polyline, Stroke, clipped, level_holding, offset, sampled
 from sessions.glassware.rings import Ring, area_factor, even_angles, sewn, turned
 from sessions.mesh_data import MeshData
@@ -94,35 +94,28 @@ class Turned:
         """Return the closed mesh of the liquid that stands up to ``level``, below any spout."""
         outline = clipped(self.inner, level)
         rings = [*self.inner_rings[: len(outline) - 1], *turned(outline[-1:], self.angles)]
-        floor = [] if self.inner[0, 0] == 0.0 else [_pole(float(self.inner[0, 1]))]
-        return sewn([*floor, *rings, _pole(level)])
+        return sewn([*self._floor(), *rings, _pole(level)])
 
     def between(self, low: float, high: float) -> MeshData:
         """Return the closed mesh of the space inside between two heights, the upper one at most that of the rim."""
         above = clipped(self.inner, low)
         upper = self.inner if high >= self.inner[-1, 1] else clipped(self.inner, high)
-        outline = np.concatenate([above[-1:], upper[self._first_above(low) :]])
+        first_above = int(np.flatnonzero(self.inner[:, 1] <= low + 1e-6)[-1]) + 1
+        outline = np.concatenate([above[-1:], upper[first_above:]])
         return sewn([_pole(low), *turned(outline, self.angles), _pole(float(outline[-1, 1]))])
-
-    def _first_above(self, level: float) -> int:
-        return int(np.flatnonzero(self.inner[:, 1] <= level + 1e-6)[-1]) + 1
 
     def brimful(self) -> MeshData:
         """Return the closed mesh of the space up to the rim, the spout included."""
-        floor = [] if self.inner[0, 0] == 0.0 else [_pole(float(self.inner[0, 1]))]
-        return sewn([*floor, *self.inner_rings, _pole(float(self.inner[-1, 1]))])
+        return sewn([*self._floor(), *self.inner_rings, _pole(float(self.inner[-1, 1]))])
+
+    def _floor(self) -> list[Ring]:
+        """The pole that closes the floor of a tube; a profile that starts on the axis has one already."""
+        return [] if self.inner[0, 0] == 0.0 else [_pole(float(self.inner[0, 1]))]
 
     def opening(self) -> Opening:
         """Return the disc at the rim; its lip is the middle of the spout, or the rim towards +X."""
         radius, height = self.inner[-1].tolist()
-        reach = radius + (self.shape.spout.depth if self.shape.spout else 0.0)
-        return Opening(
-            centre=(0.0, height, 0.0),
-            normal=(0.0, 1.0, 0.0),
-            radius=radius,
-            lip=(reach, height, 0.0),
-            pour_direction=(1.0, 0.0, 0.0),
-        )
+        return Opening.upwards(radius, height, self.shape.spout.depth if self.shape.spout else 0.0)
 
     def cavity(self, capacity_m3: float) -> Cavity:
         """Return the cavity with its mark where the vessel holds ``capacity_m3``."""
@@ -140,6 +133,13 @@ class Turned:
         """Return the stated wall and the heights of the inner surface behind which it holds."""
         low = self.shape.foot.top if self.shape.foot else float(self.inner[:, 1].min())
         return Wall(thickness=self.shape.wall, span=(low, float(self.inner[-1, 1])))
+
+    def instrument(
+        self, name: str, capacity_m3: float, tags: str, sources: tuple[str, ...], material: str = GLASS, **more: Any
+    ) -> Instrument:
+        """Return the instrument of this vessel, its wall and its cavity; ``more`` are further fields of it."""
+        fields = {"wall": self.wall(), "cavity": self.cavity(capacity_m3), **more}
+        return weighed(name, self.mesh, tags, material, sources, **fields)
 
 
 def turned_vessel(shape: Shape, faces: int) -> Turned:

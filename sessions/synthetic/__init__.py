@@ -8,21 +8,14 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-_HOME = {
-    "ANALYTIC": "sessions.synthetic.analytic",
-    "Episode": "sessions.synthetic.truth",
-    "Fact": "sessions.synthetic.truth",
-    "Prediction": "sessions.synthetic.looks",
-    "SCENES": "sessions.synthetic.scenes",
-    "Truth": "sessions.synthetic.truth",
-    "looks": "sessions.synthetic.looks",
-    "make_analytic": "sessions.synthetic.analytic",
-    "make_bench_bumps": "sessions.synthetic.bench_bumps",
-    "make_scene_session": "sessions.synthetic.scenes",
-    "predicted": "sessions.synthetic.looks",
-    "read_truth": "sessions.synthetic.truth",
-    "write_truth": "sessions.synthetic.truth",
+_NAMES = {
+    "analytic": ("ANALYTIC", "make_analytic"),
+    "bench_bumps": ("make_bench_bumps",),
+    "looks": ("Prediction", "looks", "predicted"),
+    "scenes": ("SCENES", "make_scene_session"),
+    "truth": ("Episode", "Fact", "Truth", "read_truth", "write_truth"),
 }
+_HOME = {name: f"sessions.synthetic.{module}" for module, names in _NAMES.items() for name in names}
 
 __all__ = [
     "ANALYTIC", "SCENES", "Episode", "Fact", "Prediction", "Truth", "looks", "make_analytic", "make_bench_bumps",
@@ -33,5 +26,4 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'sessions.synthetic' has no attribute {name!r}; it has: {', '.join(__all__)}")
-    home = import_module(_HOME[name])
-    return getattr(home, name)
+    return getattr(import_module(_HOME[name]), name)

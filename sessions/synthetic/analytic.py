@@ -1,34 +1,209 @@
-"""Analytic sessions: every frame's contact follows from a formula, with the band that meshes and noise leave open."""
+"""Analytic sessions: every frame's contact follows from a formula, with the band that meshes and noise leave open.
+
+Each case answers for a *level*: the times at which the smooth shapes are at most ``level`` apart along the motion
+(negative: at least that deep in each other). Level 0 is the nominal truth; tessellation and noise only shift levels.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from importlib import import_module
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from sessions.errors import SessionError
+from sessions.mesh_data import MeshData
 from sessions.session import Session
-from sessions.synthetic.analytic_cases import AnalyticCase
 from sessions.synthetic.assembly import START_NS, Recording, recorded
-from sessions.synthetic.levels import levelled
+from sessions.synthetic.courses import Course, Dips, Swing, Turning, outside, passes
+from sessions.synthetic.paths import Path, Poses, still
+from sessions.synthetic.rotations import IDENTITY, Array, quaternion_about
+from sessions.synthetic.solids import box, inscribed_depth, pointed_ball, prism
 from sessions.synthetic.streams import random_stream
-from sessions.synthetic.truth import Episode, Truth, sorted_episodes, sorted_facts
+from sessions.synthetic.truth import (
+    Episode,
+    Interval,
+    Level,
+    Pair,
+    Truth,
+    levelled,
+    ordered,
+    sorted_episodes,
+    sorted_facts,
+)
 
 # Poses near 1 m and vertices near 0.1 m are rounded to 1e-16 m; ten thousand times that also covers the rounding of
 # stamps to nanoseconds at 4 m/s (4e-9 m).
 ROUNDING_M = 1e-8
 
-_MODULE = "sessions.synthetic.analytic_cases"
-ANALYTIC: dict[str, str] = {
-    "ball-plate": f"{_MODULE}:ball_plate",
-    "ball-ball": f"{_MODULE}:ball_ball",
-    "ball-ball-oblique": f"{_MODULE}:ball_ball_oblique",
-    "rod-ring": f"{_MODULE}:rod_ring",
-    "fast-ball": f"{_MODULE}:fast_ball",
-    "spinning-rod": f"{_MODULE}:spinning_rod",
-    "grazing-ball": f"{_MODULE}:grazing_ball",
-    "ball-in-box": f"{_MODULE}:ball_in_box",
+BALL = 1.0 / 32.0
+SMALL_BALL = 1.0 / 64.0
+UPRIGHT = np.array([0.0, 1.0, 0.0])
+
+
+@dataclass(frozen=True)
+class AnalyticCase:
+    """Meshes, paths, and when each pair is in contact or contained.
+
+    Parameters
+    ----------
+    meshes, paths : by body name.
+    contact : pair -> intervals at a level.
+    contained : pair -> intervals at a level (at a higher level more counts as contained).
+    tessellation : how much farther apart than the smooth shapes the meshes may be, metres.
+    lever : largest distance of a surface point from its body's origin, metres.
+    """
+
+    meshes: Mapping[str, MeshData]
+    paths: Mapping[str, Path]
+    contact: Mapping[Pair, Level]
+    contained: Mapping[Pair, Level] = field(default_factory=dict)
+    tessellation: float = 0.0
+    lever: float = 0.1
+
+
+def ball_plate(rng: np.random.Generator, seconds: float) -> AnalyticCase:
+    """A ball comes down on a plate and rises, again and again; it touches with a corner that points down."""
+    plate = 1.0 / 64.0
+    course = Swing(BALL + 0.02, 0.03, float(rng.uniform(1.1, 1.5)), float(rng.uniform(0.0, 1.0)))
+
+    def contact(level: float) -> list[Interval]:
+        return course.between(-plate - BALL - level, BALL + level, seconds)
+
+    return AnalyticCase(
+        {"ball": pointed_ball(BALL), "plate": box((0.5, plate, 0.5))},
+        {"ball": _on_axis(1, course), "plate": still((0.0, -plate / 2.0, 0.0))},
+        {ordered("ball", "plate"): contact},
+    )
+
+
+def ball_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
+    """Two balls head on: corner meets corner, so the distance of the centres decides exactly."""
+    course = Swing(BALL + SMALL_BALL + 0.02, 0.025, float(rng.uniform(0.9, 1.3)), float(rng.uniform(0.0, 1.0)))
+
+    return AnalyticCase(
+        {"ball": pointed_ball(BALL), "small-ball": pointed_ball(SMALL_BALL)},
+        {"ball": still((0.0, 0.0, 0.0)), "small-ball": _on_axis(0, course)},
+        {ordered("ball", "small-ball"): _within(course, BALL + SMALL_BALL, seconds)},
+    )
+
+
+def ball_ball_oblique(rng: np.random.Generator, seconds: float) -> AnalyticCase:
+    """A ball flies past another with half an overlap: facets meet, so tessellation leaves a band open."""
+    count = max(1, int(seconds / 1.2))
+    course = passes(rng.uniform(0.3, 1.5, count).tolist(), rng.uniform(0.1, 0.5, count).tolist(), 0.1)
+    aside = 0.75 * 2.0 * BALL
+    meshes = {"ball": pointed_ball(BALL, 4), "other-ball": pointed_ball(BALL, 4)}
+
+    def contact(level: float) -> list[Interval]:
+        square = (2.0 * BALL + level) ** 2 - aside**2
+        return course.between(-math.sqrt(square), math.sqrt(square), seconds) if square >= 0.0 else []
+
+    return AnalyticCase(
+        meshes,
+        {"ball": _on_axis(2, course), "other-ball": still((aside, 0.0, 0.0))},
+        {ordered("ball", "other-ball"): contact},
+        tessellation=2.0 * inscribed_depth(meshes["ball"]),
+    )
+
+
+def rod_ring(rng: np.random.Generator, seconds: float) -> AnalyticCase:
+    """A rod stands through a ring, slides along it and sways: an edge of the rod meets a flat of the hole."""
+    rod, hole, outer = 1.0 / 128.0, 1.0 / 32.0, 3.0 / 64.0
+    sway = Swing(0.0, hole - rod + 0.003, float(rng.uniform(0.8, 1.2)), float(rng.uniform(0.0, 1.0)))
+    slide = Swing(0.0, 0.05, 2.7)
+
+    def path(times: Array) -> Poses:
+        position = np.stack([sway(times), slide(times), np.zeros_like(times)], axis=-1)
+        return position, _unturned(times)
+
+    def contact(level: float) -> list[Interval]:
+        return outside(sway, hole - rod - level, outer + rod + level, seconds)
+
+    return AnalyticCase(
+        {"rod": prism(12, rod, 0.25), "ring": prism(16, outer, 1.0 / 64.0, hole=hole)},
+        {"rod": path, "ring": still((0.0, 0.0, 0.0))},
+        {ordered("ring", "rod"): contact},
+        lever=0.15,
+    )
+
+
+def fast_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
+    """A 5 mm ball through a 1 mm wall at 0.4 to 4 m/s: the surfaces meet over 6 mm of its way, 1.5 to 15 ms."""
+    ball, wall, speeds = 0.0025, 0.001, [0.4, 0.6, 1.0, 2.0, 4.0]
+    count = max(1, int(seconds / 0.55))
+    course = passes([speeds[k % 5] for k in range(count)], rng.uniform(0.15, 0.35, count).tolist(), 0.1)
+
+    return AnalyticCase(
+        {"ball": pointed_ball(ball), "wall": box((0.2, wall, 0.2))},
+        {"ball": _on_axis(1, course), "wall": still((0.0, 0.0, 0.0))},
+        {ordered("ball", "wall"): _within(course, wall / 2.0 + ball, seconds)},
+    )
+
+
+def spinning_rod(rng: np.random.Generator, seconds: float) -> AnalyticCase:
+    """A rod turns on the spot past a post, both ends in turn: nothing moves but the rotation."""
+    half_width, post, distance, sides = 1.0 / 256.0, 1.0 / 256.0, 0.125, 16
+    course = Turning(float(rng.uniform(7.0, 11.0)), np.pi, float(rng.uniform(0.0, 0.3)))
+
+    def path(times: Array) -> Poses:
+        return np.zeros((*times.shape, 3)), quaternion_about(UPRIGHT, course(times))
+
+    def contact(level: float) -> list[Interval]:
+        reach = half_width + post + level
+        if reach < 0.0:
+            return []
+        angle = float(np.arcsin(reach / distance))
+        return course.between(-angle, angle, seconds)
+
+    return AnalyticCase(
+        {"rod": box((0.3, 2.0 * half_width, 2.0 * half_width)), "post": prism(sides, post, 0.1)},
+        {"rod": path, "post": still((distance, 0.0, 0.0))},
+        {ordered("post", "rod"): contact},
+        tessellation=post * (1.0 - np.cos(np.pi / sides)),
+        lever=0.15,
+    )
+
+
+def grazing_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
+    """A ball grazes a plate with clearances 0, 1, -1, 4 and -4 micrometres, at whole seconds."""
+    plate, clearances = 1.0 / 64.0, (0.0, 1e-6, -1e-6, 4e-6, -4e-6)
+    count = max(1, int(seconds))
+    order = rng.permutation(count)
+    times = tuple(float(k + 1) for k in range(count))
+    course = Dips(times, tuple(BALL + clearances[int(k) % 5] for k in order), 0.3)
+
+    def contact(level: float) -> list[Interval]:
+        return course.between(-BALL, BALL + level, seconds)
+
+    return AnalyticCase(
+        {"ball": pointed_ball(BALL), "plate": box((0.5, plate, 0.5))},
+        {"ball": _on_axis(1, course), "plate": still((0.0, -plate / 2.0, 0.0))},
+        {ordered("ball", "plate"): contact},
+    )
+
+
+def ball_in_box(rng: np.random.Generator, seconds: float) -> AnalyticCase:
+    """A ball inside a closed box comes out through one wall or the other: contained, contact, clear."""
+    half = 1.0 / 16.0
+    course = Swing(0.0, half + SMALL_BALL + 0.02, float(rng.uniform(2.5, 3.5)), float(rng.uniform(0.0, 1.0)))
+
+    def contact(level: float) -> list[Interval]:
+        return outside(course, half - SMALL_BALL - level, half + SMALL_BALL + level, seconds)
+
+    pair = ordered("ball", "box")
+    return AnalyticCase(
+        {"ball": pointed_ball(SMALL_BALL), "box": box((2.0 * half, 2.0 * half, 2.0 * half))},
+        {"ball": _on_axis(0, course), "box": still((0.0, 0.0, 0.0))},
+        {pair: contact},
+        {pair: _within(course, half - SMALL_BALL, seconds)},
+    )
+
+
+ANALYTIC: dict[str, Callable[[np.random.Generator, float], AnalyticCase]] = {
+    make.__name__.replace("_", "-"): make
+    for make in (ball_plate, ball_ball, ball_ball_oblique, rod_ring, fast_ball, spinning_rod, grazing_ball, ball_in_box)
 }
 """Name -> function that makes the case."""
 
@@ -65,9 +240,7 @@ def make_analytic(
     """
     if name not in ANALYTIC:
         raise SessionError(f"no analytic session {name!r}; there are: {', '.join(ANALYTIC)}")
-    module, function = ANALYTIC[name].split(":")
-    build: Callable[[np.random.Generator, float], AnalyticCase] = getattr(import_module(module), function)
-    case = build(random_stream(seed, "analytic", name), seconds)
+    case = ANALYTIC[name](random_stream(seed, "analytic", name), seconds)
     how = Recording(seed=seed, rate_hz=rate_hz, seconds=seconds, noise=noise, jitter=jitter, losses=losses)
     seen = recorded(case.paths, how)
     facts = {"synthetic": name, "seed": str(seed), "noise": noise, "jitter": jitter, "source_units": "m"}
@@ -83,3 +256,21 @@ def _episodes(case: AnalyticCase, how: Recording) -> list[Episode]:
         for pair, level in table.items():
             found += levelled(pair, kind, level, blur, case.tessellation, (how.latency_s, how.seconds))
     return found
+
+
+def _within(course: Course, reach: float, seconds: float) -> Level:
+    """When the value is at most ``reach`` + level from zero."""
+    return lambda level: course.between(-(reach + level), reach + level, seconds)
+
+
+def _unturned(times: Array) -> Array:
+    return np.broadcast_to(np.array(IDENTITY), (*times.shape, 4)).copy()
+
+
+def _on_axis(axis: int, course: Course) -> Path:
+    def path(times: Array) -> Poses:
+        position = np.zeros((*times.shape, 3))
+        position[..., axis] = course(times)
+        return position, _unturned(times)
+
+    return path

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sessions.glassware.catalogue import make_instrument
-from sessions.glassware.instrument import Instrument
+from sessions.glassware.instrument import Cavity, Instrument
 from sessions.mesh_data import MeshData
-from sessions.scene import Pose, SceneBody
-from sessions.synthetic.choreography import Point, Quaternion
-from sessions.synthetic.rotations import IDENTITY
+from sessions.scene import Pose, Scene, SceneBody
+from sessions.scene_toml import parse_scene, scene_to_toml
+from sessions.session import Session
+from sessions.synthetic.assembly import START_NS, Recorded
+from sessions.synthetic.choreography import Buttons
+from sessions.synthetic.paths import Point, Poses, Quaternion
+from sessions.synthetic.rotations import IDENTITY, Array
+from sessions.synthetic.truth import Truth
 
 BENCH_TOP = 0.9
 
@@ -75,11 +79,24 @@ class Layout:
         """All meshes by body name."""
         return {name: instrument.mesh for name, instrument in self.instruments.items()}
 
-    def at(self, name: str) -> NDArray[np.float64]:
+    def cavity(self, name: str) -> Cavity:
+        """The body's space for liquid.
+
+        Raises
+        ------
+        ValueError
+            The body is no vessel.
+        """
+        cavity = self.instruments[name].cavity
+        if cavity is None:
+            raise ValueError(f"{name} is no vessel; pour from a beaker")
+        return cavity
+
+    def at(self, name: str) -> Array:
         """Where the body stands at first, (3,)."""
         return np.array(self.placed[name].position)
 
-    def site(self, name: str, site: str) -> NDArray[np.float64]:
+    def site(self, name: str, site: str) -> Array:
         """A named place in the body's own frame, (3,)."""
         return np.array(self.instruments[name].sites[site].point)
 
@@ -93,7 +110,7 @@ class Layout:
         if item.options:
             extra["options"] = dict(item.options)
         if instrument.cavity is not None:
-            extra["cavity"] = _cavity(instrument)
+            extra["cavity"] = _cavity(instrument.cavity, bool({"beaker", "gas_jar"} & set(instrument.tags)))
         if item.properties:
             extra["properties"] = dict(item.properties)
         return SceneBody(
@@ -112,35 +129,23 @@ def _made(name: str, faces: int, options: tuple[tuple[str, Any], ...]) -> Instru
     return make_instrument(name, faces, **dict(options))
 
 
-def _cavity(instrument: Instrument) -> dict[str, Any]:
+def _cavity(cavity: Cavity, round_inside: bool) -> dict[str, Any]:
     """The space for liquid in words of the scene: metres and millilitres, in the body's frame."""
-    cavity = instrument.cavity
-    assert cavity is not None
     table: dict[str, Any] = {
         "capacity_ml": round(float(cavity.capacity_m3) * 1e6, 3),
         "floor": round(float(cavity.floor_height), 6),
         "mark": round(float(cavity.mark_height), 6),
     }
-    if "beaker" in instrument.tags or "gas_jar" in instrument.tags:
-        table["radius"], table["height"] = (round(size, 6) for size in cylinder_of(instrument))
-    if cavity.opening is not None:
-        table["opening_radius"] = round(float(cavity.opening.radius), 6)
-        table["opening"] = [round(float(value), 6) for value in cavity.opening.centre]
-        table["lip"] = [round(float(value), 6) for value in cavity.opening.lip]
+    if round_inside:
+        table["radius"], table["height"] = (round(size, 6) for size in cylinder_of(cavity))
+    table["opening_radius"] = round(float(cavity.opening.radius), 6)
+    table["opening"] = [round(float(value), 6) for value in cavity.opening.centre]
+    table["lip"] = [round(float(value), 6) for value in cavity.opening.lip]
     return table
 
 
-def cylinder_of(instrument: Instrument) -> tuple[float, float]:
-    """Inner radius and height, metres, of the cylinder that holds as much as the vessel up to its mark and its lip.
-
-    Raises
-    ------
-    ValueError
-        The instrument is no open vessel.
-    """
-    cavity = instrument.cavity
-    if cavity is None or cavity.opening is None:
-        raise ValueError(f"{instrument.name} is no open vessel; pour from a beaker")
+def cylinder_of(cavity: Cavity) -> tuple[float, float]:
+    """Inner radius and height, metres, of the cylinder that holds as much as the vessel up to its mark and its lip."""
     floor = float(cavity.floor_height)
     radius = float(np.sqrt(cavity.capacity_m3 / (np.pi * (cavity.mark_height - floor))))
     return radius, float(cavity.opening.centre[1]) - floor
@@ -151,6 +156,50 @@ def standing(x: float, z: float, height: float = 0.0) -> Point:
     return (x, BENCH_TOP + height + STAND_M, z)
 
 
-def widest(mesh: MeshData, origin: Sequence[float] = (0.0, 0.0, 0.0)) -> float:
-    """Largest distance of a surface point from a point of the body's frame: the lever of a small rotation."""
-    return float(np.linalg.norm(mesh.vertices - np.asarray(origin), axis=1).max())
+def rack_at(x: float, z: float) -> Placed:
+    """A test tube rack on the bench, fixed."""
+    return Placed("test_tube_rack", (x, BENCH_TOP, z), moves=False)
+
+
+def in_rack(x: float, z: float, instrument: str = "stirring_rod", **more: Any) -> Placed:
+    """Something long that stands in a hole of the rack at the same ``x`` and ``z``."""
+    return Placed(instrument, (x + 0.018, BENCH_TOP + 0.01 + STAND_M, z), **more)
+
+
+def liquid(volume_ml: float, solute: str = "", molar: float = 0.0, **more: float) -> dict[str, Any]:
+    """Properties of a vessel that holds so many millilitres of a solution; water without a solute."""
+    return {"liquid": {"volume_ml": volume_ml, "solute": solute, "molar": molar, **more}}
+
+
+def made_session(
+    truth: Truth,
+    seen: Recorded,
+    things: Mapping[str, Poses],
+    layout: Layout,
+    buttons: Buttons,
+    scene: Scene,
+    **more: Any,
+) -> Session:
+    """The session of a bench: what the trackers saw, the things that the program placed, and what the hands pressed."""
+    tracks = seen.tracks(things)
+    facts = {"synthetic": truth.name, "seed": str(truth.seed), "noise": truth.noise, "source_units": "m"}
+    session = Session.from_tracks(
+        {name: tracks[name] for name in layout.placed if name in tracks},
+        meshes=layout.meshes,
+        scene=scene,
+        facts={**facts, "vr_type": "immersive"},
+        **more,
+    )
+    return replace(session, hands=buttons.tracks(seen.stamps + START_NS))
+
+
+def with_text(scene: Scene, remarks: Sequence[str] = ()) -> Scene:
+    """The scene as read from its own TOML, headed by remarks: as an author would have written it.
+
+    Raises
+    ------
+    SceneError
+        The scene names a body, tag or instrument that it does not have.
+    """
+    head = "".join(f"# {line}\n" for line in remarks)
+    return parse_scene(f"{head}\n{scene_to_toml(scene)}" if head else scene_to_toml(scene), f"{scene.name}.toml")

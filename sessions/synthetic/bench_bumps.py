@@ -11,17 +11,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sessions.event import Event, Interval
 from sessions.scene import Scene, SceneEffect
 from sessions.session import Session
 from sessions.synthetic.assembly import START_NS, Recorded, Recording, recorded
-from sessions.synthetic.bench import Layout, Placed, standing
+from sessions.synthetic.bench import Layout, Placed, made_session, standing, with_text
 from sessions.synthetic.bump_scripts import Plan, left_hand, right_hand, watching
-from sessions.synthetic.paths import Path, Poses, carried
+from sessions.synthetic.paths import Poses, carried
 from sessions.synthetic.planting import Blinks
-from sessions.synthetic.scene_text import with_text
 from sessions.synthetic.streams import random_stream
 from sessions.synthetic.truth import Fact, Truth, sorted_episodes, sorted_facts
 
@@ -78,30 +76,15 @@ def make_bench_bumps(
     """
     how = Recording(seed=seed, rate_hz=rate_hz, seconds=SECONDS, noise=noise, jitter=jitter, losses=losses)
     layout = Layout(PLACED, faces)
-    blinks = Blinks(how.seconds_of_frames(), how.latency_s)
-    plan = Plan(layout, blinks, how, random_stream(seed, NAME))
-    right, left = right_hand(plan), left_hand(plan)
-    paths: dict[str, Path] = {
-        "hand-left": left.path(random_stream(seed, "tremor", "hand-left")),
-        "hand-right": right.path(random_stream(seed, "tremor", "hand-right")),
-        "headset": watching(plan),
-    }
-    keep = {"hand-left": plan.keep["hand-left"], "hand-right": plan.keep["hand-right"]}
-    seen = recorded(paths, how, keep=keep)
-    things = _things(plan, seen)
-    tracks = seen.tracks(things)
+    plan = Plan(layout, Blinks(how.stamps().astype(np.float64) * 1e-9, how.latency_s), how, random_stream(seed, NAME))
+    scripts = {"hand-right": right_hand(plan), "hand-left": left_hand(plan)}  # in this order: both draw from one stream
+    hands = {name: script.path(random_stream(seed, "tremor", name)) for name, script in scripts.items()}
+    seen = recorded({**hands, "headset": watching(plan)}, how, keep=plan.keep)
     facts = sorted_facts([*plan.facts, *(_with_held(fact) for fact in seen.facts)])
     truth = Truth(NAME, seed, START_NS, SECONDS, noise, sorted_episodes(plan.episodes), facts)
     scene = with_text(Scene(NAME, layout.bodies(), effects=EFFECTS), REMARKS)
-    session = Session.from_tracks(
-        {name: tracks[name] for name in PLACED if name in tracks},
-        meshes=layout.meshes,
-        scene=scene,
-        events=_events(plan),
-        intervals=_intervals(),
-        facts={"synthetic": NAME, "seed": str(seed), "noise": noise, "source_units": "m", "vr_type": "immersive"},
-    )
-    return replace(session, hands=plan.buttons.tracks(seen.stamps + START_NS)), truth
+    happened = {"events": _events(plan), "intervals": _intervals()}
+    return made_session(truth, seen, _things(plan, seen), layout, plan.buttons, scene, **happened), truth
 
 
 def _things(plan: Plan, seen: Recorded) -> Mapping[str, Poses]:
@@ -113,24 +96,13 @@ def _things(plan: Plan, seen: Recorded) -> Mapping[str, Poses]:
             position = np.tile(np.array(item.position), (count, 1))
             things[name] = (position, np.tile(np.array(item.quaternion), (count, 1)))
     things["rod"] = carried(seen.poses["hand-right"], plan.rod_in_hand)
-    held = (times >= plan.grasped) & (times < plan.released)
+    held = ((times >= plan.grasped) & (times < plan.released))[:, None]
     riding = carried(seen.poses["hand-left"], plan.cylinder_in_hand)
-    after = times >= plan.released
-    things["cylinder"] = (
-        _chosen(things["cylinder"][0], held, riding[0], after, plan.cylinder_goal),
-        _chosen(things["cylinder"][1], held, riding[1], after, np.array(PLACED["cylinder"].quaternion)),
-    )
+    goal = (plan.cylinder_goal, np.array(PLACED["cylinder"].quaternion))
+    after, before = (times >= plan.released)[:, None], things["cylinder"]
+    position, quaternion = (np.where(after, goal[k], np.where(held, riding[k], before[k])) for k in (0, 1))
+    things["cylinder"] = (position, quaternion)
     return things
-
-
-def _chosen(
-    before: NDArray[np.float64],
-    held: NDArray[np.bool_],
-    riding: NDArray[np.float64],
-    after: NDArray[np.bool_],
-    goal: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    return np.where(after[:, None], goal, np.where(held[:, None], riding, before))
 
 
 def _with_held(fact: Fact) -> Fact:

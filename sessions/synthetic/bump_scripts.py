@@ -7,15 +7,12 @@ import numpy as np
 from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import Recording
 from sessions.synthetic.bench import BENCH_TOP, STAND_M, Layout
-from sessions.synthetic.buttons import Buttons
-from sessions.synthetic.choreography import Script, point, quaternion_of
-from sessions.synthetic.easing import minimum_jerk_inverse
-from sessions.synthetic.levels import levelled
-from sessions.synthetic.paths import Key, KeyPath, Stir, Tap
+from sessions.synthetic.choreography import Buttons, Script
+from sessions.synthetic.paths import Key, KeyPath, Point, Stir, Tap, minimum_jerk_inverse, point, quaternion_of
 from sessions.synthetic.planting import Blinks, Dent
 from sessions.synthetic.rotations import IDENTITY, quaternion_facing
 from sessions.synthetic.sections import Approach, approach, round_in_round
-from sessions.synthetic.truth import Episode, Fact, Interval, ordered
+from sessions.synthetic.truth import Episode, Fact, Interval, levelled, ordered
 
 AWAY = (0.0, 0.0, -1.0)
 RIGHTWARDS = (1.0, 0.0, 0.0)
@@ -76,6 +73,10 @@ class Plan:
         self.episodes += dent.episodes(ordered(a, b), tap, self.blur(slack), self.clock, note)
         self.secure(hand, tap.start, tap.start + tap.period)
 
+    def approach(self, mover: str, target: str, direction: Point, height: float) -> Approach:
+        """Where the upright ``mover``, ``height`` metres over the target's base, begins to touch ``target``."""
+        return approach(self.layout.mesh(mover), IDENTITY, self.layout.mesh(target), direction, height)
+
     def secure(self, hand: str, start: float, end: float) -> None:
         """The hand must not be lost from ``start`` to ``end`` (time of the motion)."""
         latency = self.how.latency_s
@@ -88,28 +89,20 @@ def right_hand(plan: Plan) -> Script:
     rod = -plan.rod_in_hand
     script.wait(1.2)
     _stir(plan, script, rod)
-    bottle = _rod_approach(plan, "bottle", RIGHTWARDS, 0.035)
+    bottle = plan.approach("rod", "bottle", RIGHTWARDS, 0.035)
     _taps(plan, script, "rod", "bottle", bottle, (True, False), 31.0, rod)
     script.over((0.16, 1.16, 0.24), ABOVE_ALL)
     script.wait_until(48.0)
-    small = _rod_approach(plan, "small-beaker", AWAY, 0.025)
+    small = plan.approach("rod", "small-beaker", AWAY, 0.025)
     _taps(plan, script, "rod", "small-beaker", small, (True,), 50.5, rod)
     script.over((0.22, 1.13, 0.25), ABOVE_ALL - 0.1)
     return script
 
 
-def _rod_approach(plan: Plan, target: str, direction: tuple[float, float, float], height: float) -> Approach:
-    return approach(plan.layout.mesh("rod"), IDENTITY, plan.layout.mesh(target), direction, height)
-
-
 def _stir(plan: Plan, script: Script, rod: np.ndarray) -> None:
-    beaker = plan.layout.at("beaker")
-    floor = plan.layout.instruments["beaker"].cavity
-    assert floor is not None
-    tip = beaker + np.array([0.0, floor.floor_height + ROD_CLEAR_OF_FLOOR, 0.0])
-    sure, possible = round_in_round(
-        plan.layout.mesh("rod"), plan.layout.mesh("beaker"), floor.floor_height + ROD_CLEAR_OF_FLOOR
-    )
+    height = plan.layout.cavity("beaker").floor_height + ROD_CLEAR_OF_FLOOR
+    tip = plan.layout.at("beaker") + np.array([0.0, height, 0.0])
+    sure, possible = round_in_round(plan.layout.mesh("rod"), plan.layout.mesh("beaker"), height)
     script.go(tip + rod + (0.0, 0.125, 0.0), 1.9, arc=0.03)
     script.go(tip + rod, 1.1)
     start, radius, turns = script.now, 0.012, float(plan.rng.uniform(1.0, 1.25))
@@ -166,7 +159,7 @@ def left_hand(plan: Plan) -> Script:
     script.wait(2.2)
     nothing = np.zeros(3)
     for target, height, earliest in (("small-beaker", 0.055, 5.0), ("flask", 0.06, 13.0)):
-        meets = approach(plan.layout.mesh("hand-left"), IDENTITY, plan.layout.mesh(target), AWAY, height)
+        meets = plan.approach("hand-left", target, AWAY, height)
         _taps(plan, script, "hand-left", target, meets, (True, False), earliest, nothing)
         script.go((-0.26, 1.12, 0.27))
         script.wait(0.5)
@@ -186,7 +179,7 @@ def _carry(plan: Plan, script: Script) -> None:
     held_from = script.now
     script.wait(0.3)
     script.go(at + grip + (0.0, LIFT, 0.0), 0.8)
-    meets = approach(plan.layout.mesh("cylinder"), IDENTITY, plan.layout.mesh("flask"), RIGHTWARDS, LIFT)
+    meets = plan.approach("cylinder", "flask", RIGHTWARDS, LIFT)
     _taps(plan, script, "cylinder", "flask", meets, (True, False), script.now + 2.5, grip)
     script.go(plan.cylinder_goal + grip + (0.0, LIFT - STAND_M, 0.0), 1.5)
     down, taken = script.now, 1.3
@@ -203,10 +196,9 @@ def _carry(plan: Plan, script: Script) -> None:
     plan.secure("hand-left", held_from - 1.0, script.now)
     script.over((-0.26, 1.12, 0.28), ABOVE_ALL)
     plan.buttons.hold("left", plan.grasped, plan.released)
-    values: dict[str, float | str] = {"hand": "left"}
     plan.facts += [
-        Fact("grasp", plan.grasped, plan.grasped, ("cylinder", "hand-left"), values),
-        Fact("release", plan.released, plan.released, ("cylinder", "hand-left"), values),
+        Fact(kind, time, time, ("cylinder", "hand-left"), {"hand": "left"})
+        for kind, time in (("grasp", plan.grasped), ("release", plan.released))
     ]
 
 
@@ -218,7 +210,7 @@ def _set_down(level: float, start: float, taken: float, end: float) -> list[Inte
 
 def _near_miss(plan: Plan, script: Script) -> None:
     """Come within 6 mm of the small beaker and stop."""
-    meets = approach(plan.layout.mesh("hand-left"), IDENTITY, plan.layout.mesh("small-beaker"), AWAY, 0.055)
+    meets = plan.approach("hand-left", "small-beaker", AWAY, 0.055)
     clearance = 0.006
     script.wait_until(43.0)
     script.go(meets.place(plan.layout.at("small-beaker"), 0.05))
@@ -227,9 +219,8 @@ def _near_miss(plan: Plan, script: Script) -> None:
     script.quiet.append((arrived, arrived + 0.6))
     script.wait(0.6)
     plan.secure("hand-left", arrived - 0.5, script.now + 0.3)
-    values: dict[str, float | str] = {"clearance_m": clearance}
-    late = plan.how.latency_s
-    plan.facts.append(Fact("near_miss", arrived + late, script.now + late, ("hand-left", "small-beaker"), values))
+    start, end = arrived + plan.how.latency_s, script.now + plan.how.latency_s
+    plan.facts.append(Fact("near_miss", start, end, ("hand-left", "small-beaker"), {"clearance_m": clearance}))
     script.go((-0.26, 1.12, 0.28))
 
 

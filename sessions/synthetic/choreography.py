@@ -1,23 +1,42 @@
-"""A hand's script: go there, wait, tap, carry; each step begins where and when the one before ended."""
+"""A hand's script (go there, wait, tap: each step begins where and when the one before ended) and its buttons."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from sessions.synthetic.paths import Key, KeyPath, Overlay, Tap, Tremor
+from sessions.hand import HandTrack
+from sessions.synthetic.paths import (
+    Key,
+    KeyPath,
+    Overlay,
+    Point,
+    Quaternion,
+    Tap,
+    Tremor,
+    minimum_jerk,
+    minimum_jerk_inverse,
+    point,
+    quaternion_of,
+)
 from sessions.synthetic.rotations import IDENTITY
 from sessions.synthetic.truth import Interval
-
-Quaternion = tuple[float, float, float, float]
-Point = tuple[float, float, float]
 
 # Slower than this a reach of an adult looks hesitant, faster it looks thrown: comfortable reaches of 0.2-0.6 m take
 # 0.6-1.3 s.
 REACH_SPEED = 0.45
 SHORTEST_REACH_S = 0.35
+TREMOR_M = 0.0002
+
+
+PARTICIPANT = "student"
+
+# From first movement to fully pressed. A press is planned so that it passes 0.6, the level at which a grasp counts,
+# at the planned time.
+PRESS_S = 0.12
+GRASP_LEVEL, RELEASE_LEVEL = 0.6, 0.4
 
 
 class Script:
@@ -78,7 +97,7 @@ class Script:
         x0, y0, z0 = self.position
         if y0 < height:
             self.go((x0, height, z0))
-        self.go((x, max(height, y0 if y0 > height else height), z), quaternion=quaternion)
+        self.go((x, max(height, y0), z), quaternion=quaternion)
         if y < height:
             self.go((x, y, z))
 
@@ -100,9 +119,9 @@ class Script:
         self.wait_until(start + period)
         return tap
 
-    def path(self, tremor: np.random.Generator | None = None, amplitude: float = 0.0002) -> KeyPath:
+    def path(self, tremor: np.random.Generator | None = None) -> KeyPath:
         """The path so far, with tremor outside the windows that must be quiet."""
-        shake = [Tremor(tremor, amplitude, self.quiet)] if tremor is not None else []
+        shake = [Tremor(tremor, TREMOR_M, self.quiet)] if tremor is not None else []
         return KeyPath(self._keys, [*self.overlays, *shake])
 
     def _append(
@@ -112,13 +131,30 @@ class Script:
         self.now = time
 
 
-def point(values: ArrayLike) -> Point:
-    """Three numbers as a tuple of floats."""
-    x, y, z = (float(value) for value in np.asarray(values))
-    return x, y, z
+class Buttons:
+    """Presses of the trigger by side; the grip follows the trigger at 0.9 of its way, as a closing hand does."""
 
+    def __init__(self) -> None:
+        self._presses: dict[str, list[tuple[float, float]]] = {"left": [], "right": []}
 
-def quaternion_of(values: ArrayLike) -> Quaternion:
-    """Four numbers as a tuple of floats."""
-    x, y, z, w = (float(value) for value in np.asarray(values))
-    return x, y, z, w
+    def hold(self, side: str, start: float, end: float) -> None:
+        """The trigger passes `GRASP_LEVEL` at ``start`` and falls below `RELEASE_LEVEL` at ``end`` (seconds)."""
+        self._presses[side].append((start, end))
+
+    def trigger(self, side: str, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far the trigger is pressed at these times, 0 to 1."""
+        value = np.zeros_like(times)
+        for start, end in self._presses[side]:
+            down = minimum_jerk((times - start) / PRESS_S + minimum_jerk_inverse(GRASP_LEVEL))
+            up = minimum_jerk((end - times) / PRESS_S + minimum_jerk_inverse(RELEASE_LEVEL))
+            value = np.maximum(value, np.minimum(down, up))
+        return value
+
+    def tracks(self, stamps_ns: NDArray[np.int64]) -> Mapping[str, HandTrack]:
+        """What both controllers report at the stamps; the first stamp is the zero of all times here."""
+        times = (stamps_ns - stamps_ns[0]) * 1e-9
+        hands = {}
+        for side in self._presses:
+            trigger = np.round(self.trigger(side, times) * 255.0) / 255.0
+            hands[f"{PARTICIPANT}/{side}"] = HandTrack(stamps_ns, trigger, np.round(trigger * 0.9, 6))
+        return hands

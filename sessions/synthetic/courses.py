@@ -6,26 +6,11 @@ import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sessions.synthetic.rotations import Array
 from sessions.synthetic.truth import Interval
-
-Array = NDArray[np.float64]
-
-
-class Course(Protocol):
-    """A coordinate over time."""
-
-    def __call__(self, times: Array) -> Array:
-        """Value (n,) at each time (n,)."""
-        ...
-
-    def between(self, low: float, high: float, seconds: float) -> list[Interval]:
-        """Maximal intervals within [0, seconds] in which ``low <= value <= high``, in order."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -40,8 +25,7 @@ class Swing:
     def __call__(self, times: Array) -> Array:
         """Value at each time."""
         phase = 2.0 * np.pi * (times - self.start) / self.period
-        value: Array = self.middle + self.amplitude * np.cos(phase)
-        return value
+        return self.middle + self.amplitude * np.cos(phase)
 
     def between(self, low: float, high: float, seconds: float) -> list[Interval]:
         """Intervals by the arc cosine, period by period."""
@@ -126,8 +110,7 @@ class Turning:
 
     def __call__(self, times: Array) -> Array:
         """Value at each time, not folded: a turn is a turn."""
-        value: Array = self.speed * (times - self.start)
-        return value
+        return self.speed * (times - self.start)
 
     def between(self, low: float, high: float, seconds: float) -> list[Interval]:
         """Intervals in which the folded value lies between."""
@@ -139,6 +122,13 @@ class Turning:
         )
         ends = [(k * self.cycle + low, k * self.cycle + high) for k in turns]
         return joined([(self.start + a / self.speed, self.start + b / self.speed) for a, b in ends], seconds)
+
+
+Course = Swing | Polyline | Dips | Turning
+"""A coordinate over time: called with times (n,) it gives values (n,).
+
+``between(low, high, seconds)`` gives the maximal intervals within [0, seconds] in which the value lies between.
+"""
 
 
 def joined(spans: Iterable[Interval], seconds: float) -> list[Interval]:

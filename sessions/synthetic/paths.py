@@ -2,21 +2,66 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from sessions.synthetic.easing import knock, minimum_jerk
-from sessions.synthetic.rotations import IDENTITY, quaternion_inverse, quaternion_product, rotated, slerp
+from sessions.glassware.profile import solved
+from sessions.synthetic.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated, slerp
 
-Array = NDArray[np.float64]
+Point = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
 Poses = tuple[Array, Array]
 Path = Callable[[Array], Poses]
 """Times (n,) in seconds -> positions (n, 3) and unit quaternions xyzw (n, 4)."""
 Overlay = Callable[[Array], Array]
 """Times (n,) -> what is added to the positions (n, 3)."""
+
+
+OPENING_S = 0.8
+
+
+def minimum_jerk(share_of_time: ArrayLike) -> Array:
+    """Share of the way of a reach between rests: 10 u^3 - 15 u^4 + 6 u^5, held outside [0, 1].
+
+    Source: Flash and Hogan, "The coordination of arm movements", J. Neuroscience 5 (1985) 1688, eq. 4: people move
+    a hand from point to point so that the integral of the squared jerk is least.
+    """
+    u = np.clip(np.asarray(share_of_time, dtype=np.float64), 0.0, 1.0)
+    share: Array = u * u * u * (10.0 + u * (6.0 * u - 15.0))
+    return share
+
+
+def minimum_jerk_inverse(share_of_way: float) -> float:
+    """Share of the time at which a minimum-jerk reach has come this share of its way."""
+    if not 0.0 <= share_of_way <= 1.0:
+        raise ValueError(f"a share of the way lies between 0 and 1, not {share_of_way}")
+    if share_of_way in (0.0, 1.0):
+        return share_of_way  # flat there: many times come within rounding of the end
+    return solved(lambda time: float(minimum_jerk(time)) - share_of_way, 0.0, 1.0)
+
+
+def knock(share_of_time: ArrayLike) -> Array:
+    """There and back without a rest at the far end: sin^2(pi u) on [0, 1], 0 outside.
+
+    Unlike two reaches put together, which rest at the turning point, this turns as a tapping finger does.
+    """
+    u = np.clip(np.asarray(share_of_time, dtype=np.float64), 0.0, 1.0)
+    share: Array = np.sin(np.pi * u) ** 2
+    return share
+
+
+def knock_interval(share_of_way: float) -> tuple[float, float] | None:
+    """Shares of time between which a knock is at least this far out; ``None`` where it never is."""
+    if share_of_way > 1.0:
+        return None
+    if share_of_way <= 0.0:
+        return 0.0, 1.0
+    start = math.asin(math.sqrt(share_of_way)) / math.pi
+    return start, 1.0 - start
 
 
 @dataclass(frozen=True)
@@ -33,8 +78,8 @@ class Key:
     """
 
     time: float
-    position: tuple[float, float, float]
-    quaternion: tuple[float, float, float, float] = IDENTITY
+    position: Point
+    quaternion: Quaternion = IDENTITY
     ease: str = "minimum-jerk"
     arc: float = 0.0
 
@@ -88,7 +133,7 @@ class Tap:
 
     start: float
     period: float
-    direction: tuple[float, float, float]
+    direction: Point
     amplitude: float
 
     def __call__(self, times: Array) -> Array:
@@ -104,9 +149,9 @@ class Stir:
 
     Parameters
     ----------
-    start, end : seconds; the circle opens in the first ``opening`` seconds and closes in the last.
+    start, end : seconds; the circle opens in the first `OPENING_S` seconds and closes in the last.
     radius : metres.
-    turns_per_second : of the angle, which starts at ``phase`` radians from +X towards +Z.
+    turns_per_second : of the angle, which starts at +X and turns towards +Z.
     taps : (start, period, amplitude) of the taps of the radius.
     """
 
@@ -114,14 +159,12 @@ class Stir:
     end: float
     radius: float
     turns_per_second: float
-    phase: float = 0.0
-    opening: float = 0.8
     taps: tuple[tuple[float, float, float], ...] = ()
 
     def reach(self, times: Array) -> Array:
         """Distance (n,) from the middle of the circles."""
-        opened = minimum_jerk((times - self.start) / self.opening)
-        closed = minimum_jerk((self.end - times) / self.opening)
+        opened = minimum_jerk((times - self.start) / OPENING_S)
+        closed = minimum_jerk((self.end - times) / OPENING_S)
         radius = self.radius * np.minimum(opened, closed)
         for start, period, amplitude in self.taps:
             radius = radius + amplitude * knock((times - start) / period)
@@ -129,7 +172,7 @@ class Stir:
 
     def __call__(self, times: Array) -> Array:
         """Displacements (n, 3)."""
-        angle = self.phase + 2.0 * np.pi * self.turns_per_second * (times - self.start)
+        angle = 2.0 * np.pi * self.turns_per_second * (times - self.start)
         circle = np.stack([np.cos(angle), np.zeros_like(angle), np.sin(angle)], axis=-1)
         displacement: Array = self.reach(times)[..., None] * circle
         return displacement
@@ -142,14 +185,12 @@ class Tremor:
     44 (1978) 72: 8-12 Hz in the hand and fingers, amplitude below a millimetre.
     """
 
-    FADE_S = 0.15
+    WAVES, FADE_S = 4, 0.15
 
-    def __init__(
-        self, rng: np.random.Generator, amplitude: float, quiet: Sequence[tuple[float, float]] = (), waves: int = 4
-    ) -> None:
-        self._frequency = rng.uniform(7.0, 12.0, waves)
-        self._phase = rng.uniform(0.0, 2.0 * np.pi, (waves, 3))
-        self._amplitude = amplitude / np.sqrt(waves)
+    def __init__(self, rng: np.random.Generator, amplitude: float, quiet: Sequence[tuple[float, float]] = ()) -> None:
+        self._frequency = rng.uniform(7.0, 12.0, self.WAVES)
+        self._phase = rng.uniform(0.0, 2.0 * np.pi, (self.WAVES, 3))
+        self._amplitude = amplitude / np.sqrt(self.WAVES)
         self._quiet = tuple(quiet)
 
     def __call__(self, times: Array) -> Array:
@@ -166,9 +207,19 @@ class Tremor:
 
 def still(position: ArrayLike, quaternion: ArrayLike = IDENTITY) -> KeyPath:
     """A body that never moves."""
-    x, y, z = (float(value) for value in np.asarray(position))
-    qx, qy, qz, qw = (float(value) for value in np.asarray(quaternion))
-    return KeyPath([Key(0.0, (x, y, z), (qx, qy, qz, qw))])
+    return KeyPath([Key(0.0, point(position), quaternion_of(quaternion))])
+
+
+def point(values: ArrayLike) -> Point:
+    """Three numbers as a tuple of floats."""
+    x, y, z = (float(value) for value in np.asarray(values))
+    return x, y, z
+
+
+def quaternion_of(values: ArrayLike) -> Quaternion:
+    """Four numbers as a tuple of floats."""
+    x, y, z, w = (float(value) for value in np.asarray(values))
+    return x, y, z, w
 
 
 def carried(poses: Poses, offset_position: ArrayLike, offset_quaternion: ArrayLike = IDENTITY) -> Poses:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.synthetic.easing import knock_interval
-from sessions.synthetic.levels import levelled
 from sessions.synthetic.looks import looks
-from sessions.synthetic.paths import Tap
-from sessions.synthetic.truth import Episode, Interval, Pair
+from sessions.synthetic.paths import Tap, knock_interval
+from sessions.synthetic.truth import Episode, Interval, Pair, levelled
 
 SLOW_RATE_HZ = 22.5
 
@@ -47,7 +45,7 @@ class Dent:
     def episodes(self, pair: Pair, tap: Tap, blur: float, clock: tuple[float, float], note: str) -> list[Episode]:
         """The episode this tap plants; see `levelled` for ``blur`` and ``clock``."""
         found = levelled(pair, "contact", lambda level: self.intervals(tap, level), blur, 0.0, clock)
-        return [Episode(e.pair, e.kind, e.nominal, e.surely, e.possibly, note) for e in found]
+        return [replace(episode, note=note) for episode in found]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +60,6 @@ class Blinks:
 
     frames: NDArray[np.float64]
     latency_s: float
-    rate_hz: float = SLOW_RATE_HZ
 
     def centre(self, earliest: float, half_width: float) -> float:
         """Time of the first motion, not before ``earliest``, that is recorded on a frame midway between two looks.
@@ -74,7 +71,7 @@ class Blinks:
         ValueError
             The recording ends before.
         """
-        rows = looks(np.rint(self.frames * 1e9).astype(np.int64), self.rate_hz)
+        rows = looks(np.rint(self.frames * 1e9).astype(np.int64), SLOW_RATE_HZ)
         seen = self.frames[rows]
         for k in range(int(np.searchsorted(seen, earliest + self.latency_s)), len(rows) - 1):
             between = self.frames[rows[k] + 1 : rows[k + 1]]

@@ -41,8 +41,7 @@ def rotated(q: ArrayLike, v: ArrayLike) -> Array:
     vector = np.asarray(v, dtype=np.float64)
     axis, scalar = given[..., :3], given[..., 3:]
     twice = 2.0 * np.cross(axis, vector)
-    turned: Array = vector + scalar * twice + np.cross(axis, twice)
-    return turned
+    return vector + scalar * twice + np.cross(axis, twice)
 
 
 def quaternion_about(axis: ArrayLike, angle: ArrayLike) -> Array:
@@ -53,6 +52,12 @@ def quaternion_about(axis: ArrayLike, angle: ArrayLike) -> Array:
     return np.concatenate([np.sin(half) * direction, np.cos(half)], axis=-1)
 
 
+def turned_about(axis: ArrayLike, angle: float) -> tuple[float, float, float, float]:
+    """`quaternion_about` as four floats."""
+    x, y, z, w = quaternion_about(axis, angle).tolist()
+    return x, y, z, w
+
+
 def quaternion_from_vector(turn: ArrayLike) -> Array:
     """Quaternions (..., 4) of rotation vectors (..., 3): direction is the axis, length the angle in radians."""
     vector = np.asarray(turn, dtype=np.float64)
@@ -60,18 +65,18 @@ def quaternion_from_vector(turn: ArrayLike) -> Array:
     return np.concatenate([0.5 * np.sinc(angle / (2.0 * np.pi)) * vector, np.cos(angle / 2.0)], axis=-1)
 
 
-def quaternion_facing(forward: ArrayLike, up: ArrayLike = (0.0, 1.0, 0.0)) -> Array:
-    """Quaternion (4,) that turns -Z to ``forward`` and keeps +Y as near to ``up`` as it can.
+def quaternion_facing(forward: ArrayLike) -> Array:
+    """Quaternion (4,) that turns -Z to ``forward`` and keeps +Y as upright as it can.
 
     Raises
     ------
     ValueError
-        ``forward`` is zero or parallel to ``up``.
+        ``forward`` is zero or vertical.
     """
     back = -np.asarray(forward, dtype=np.float64)
-    right = np.cross(np.asarray(up, dtype=np.float64), back)
+    right = np.cross((0.0, 1.0, 0.0), back)
     if not np.linalg.norm(right) > 0.0:
-        raise ValueError(f"forward {np.asarray(forward).tolist()} has no direction beside up; choose another up")
+        raise ValueError(f"forward {np.asarray(forward).tolist()} is zero or vertical; look to one side")
     back, right = back / np.linalg.norm(back), right / np.linalg.norm(right)
     return quaternion_from_matrix(np.stack([right, np.cross(back, right), back], axis=1))
 

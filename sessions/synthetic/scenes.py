@@ -13,14 +13,14 @@ _EXPERIMENTS = "sessions.synthetic.experiments"
 
 SCENES: dict[str, str] = {
     "bench-bumps": "sessions.synthetic.bench_bumps:make_bench_bumps",
-    "titration": f"{_EXPERIMENTS}.titration:make_titration",
-    "silver-chloride": f"{_EXPERIMENTS}.silver_chloride:make_silver_chloride",
-    "acid-dilution": f"{_EXPERIMENTS}.acid_dilution:make_acid_dilution",
-    "gas-collection": f"{_EXPERIMENTS}.gas_collection:make_gas_collection",
-    "copper-sulfate": f"{_EXPERIMENTS}.copper_sulfate:make_copper_sulfate",
-    "flame-test": f"{_EXPERIMENTS}.flame_test:make_flame_test",
+    "titration": f"{_EXPERIMENTS}.titration:TITRATION",
+    "silver-chloride": f"{_EXPERIMENTS}.silver_chloride:SILVER_CHLORIDE_EXPERIMENT",
+    "acid-dilution": f"{_EXPERIMENTS}.acid_dilution:ACID_DILUTION",
+    "gas-collection": f"{_EXPERIMENTS}.gas_collection:GAS_COLLECTION",
+    "copper-sulfate": f"{_EXPERIMENTS}.copper_sulfate:COPPER_SULFATE",
+    "flame-test": f"{_EXPERIMENTS}.flame_test:FLAME_TEST",
 }
-"""Name -> function that takes seed, rate_hz, noise and more, and returns (Session, Truth)."""
+"""Name -> what, called with seed, rate_hz, noise and more, returns (Session, Truth)."""
 
 
 def make_scene_session(

@@ -16,9 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sessions.mesh_data import MeshData
-from sessions.synthetic.rotations import rotated
-
-Array = NDArray[np.float64]
+from sessions.synthetic.rotations import Array, rotated
 
 # Between two sections the surfaces are bounded by straight edges, so a finer step only narrows the gap between the
 # bounds: on the steepest wall here (a flask's, 15 degrees off the vertical) 0.5 mm leaves 0.14 mm.
@@ -68,11 +66,6 @@ class Approach:
         up = np.array([0.0, self.height, 0.0])
         spot: Array = np.asarray(target) - (self.distance + apart) * forward + self.aside * right + up
         return spot
-
-
-def level_section(mesh: MeshData, height: float) -> Array:
-    """Points (k, 3) where edges of the mesh cross the plane y = height."""
-    return _Posed(mesh.vertices, mesh.faces).section(height)
 
 
 def inscribed_radius(points: Array) -> float:
@@ -142,8 +135,7 @@ def round_in_round(inside: MeshData, outside: MeshData, height: float) -> tuple[
 
 
 def _radii(points: Array) -> Array:
-    radii: Array = np.hypot(points[:, 0], points[:, 2])
-    return radii
+    return np.hypot(points[:, 0], points[:, 2])
 
 
 def _clear_radius(wall: Array) -> float:

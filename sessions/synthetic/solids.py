@@ -6,24 +6,18 @@ Sizes that are sums of few powers of two (1/32 m, 1/256 m) also survive the roun
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from sessions.mesh_data import MeshData
-
-Array = NDArray[np.float64]
-
-_CUBE = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-_CUBE_FACES = np.array(
-    [
-        [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
-        [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
-    ]
-)  # fmt: skip
+from sessions.synthetic.rotations import Array
 
 
-def block(width: float, height: float, depth: float) -> MeshData:
-    """A box about the origin, sizes along x, y, z; 12 faces."""
-    return MeshData(_CUBE * np.array([width, height, depth]) / 2.0, _CUBE_FACES)
+def box(extents: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0)) -> MeshData:
+    """An axis-parallel box of 12 faces; ``extents`` are its sizes along x, y, z."""
+    half = np.asarray(extents, dtype=np.float64) / 2.0
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half + np.asarray(centre)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return MeshData(corners, [face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))])
 
 
 def pointed_ball(radius: float, splits: int = 3) -> MeshData:

@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.synthetic.paths import Poses
-from sessions.synthetic.rotations import IDENTITY, quaternion_from_vector, quaternion_product
-
-Array = NDArray[np.float64]
+from sessions.synthetic.rotations import IDENTITY, Array, quaternion_from_vector, quaternion_product
 
 LOSSES = ("flagged", "identity", "off")
 """``flagged``: invalid, raw numbers kept; ``identity``: an identity pose that calls itself valid, as SteamVR writes;

@@ -1,12 +1,12 @@
 """What a made-up session is known to contain; a truth written and read again is equal.
 
-A truth file stands beside its session for whoever checks the tool. The tool itself never reads it.
+A truth file lies beside its session for those who check the tool. The tool itself never reads it.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,8 @@ from sessions.errors import SessionError
 
 Interval = tuple[float, float]
 Pair = tuple[str, str]
+Level = Callable[[float], list[Interval]]
+"""Metres -> intervals in which two surfaces are at most this far apart (negative: at least that deep)."""
 
 TRUTH_FORMAT = "vrlab-truth/1"
 CLEAR, PRESENT, OPEN = 0, 1, -1
@@ -168,6 +170,31 @@ def read_truth(path: str | Path) -> Truth:
         raise SessionError(f"{path} is no truth file of format {TRUTH_FORMAT} ({error}); make it again") from error
 
 
+def levelled(
+    pair: Pair, kind: str, level: Level, blur: float, tessellation: float, clock: tuple[float, float]
+) -> list[Episode]:
+    """Episodes of a pair from its intervals at three levels.
+
+    Parameters
+    ----------
+    blur : metres by which rounding and noise may move the surfaces either way.
+    tessellation : metres by which the meshes may be farther apart than the smooth shapes.
+    clock : (how much later than it happened a pose is recorded, length of the session) in seconds.
+    """
+    near = blur + (tessellation if kind == "contained" else 0.0)
+    deep = blur + (tessellation if kind == "contact" else 0.0)
+    possibly, nominal, surely = (_shifted(level(height), clock) for height in (near, 0.0, -deep))
+    episodes: list[Episode] = []
+    for outer in possibly:
+        within = [span for span in nominal if outer[0] <= span[0] and span[1] <= outer[1]]
+        if not within:
+            episodes.append(Episode(pair, kind, None, None, outer))
+        for span in within:
+            sure = next((inner for inner in surely if span[0] <= inner[0] and inner[1] <= span[1]), None)
+            episodes.append(Episode(pair, kind, span, sure, outer))
+    return episodes
+
+
 def _span(value: Any) -> Interval | None:
     return None if value is None else (float(value[0]), float(value[1]))
 
@@ -179,3 +206,9 @@ def _episode(item: dict[str, Any]) -> Episode:
 
 def _fact(item: dict[str, Any]) -> Fact:
     return Fact(**{**item, "bodies": tuple(item["bodies"])})
+
+
+def _shifted(spans: list[Interval], clock: tuple[float, float]) -> list[Interval]:
+    latency, seconds = clock
+    late = [(start + latency if start > 0.0 else 0.0, min(end + latency, seconds)) for start, end in spans]
+    return [span for span in late if span[0] <= seconds]

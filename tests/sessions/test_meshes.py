@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from shared_data import DATA, needs_data
 
 from sessions.errors import MeshFileError
+from sessions.glb import mesh_to_glb
 from sessions.mesh_data import MeshData, is_closed
-from sessions.meshes import load_mesh, mesh_from_bytes, mesh_to_glb, refined, simplified, subtracted, united
+from sessions.meshes import load_mesh, mesh_from_bytes, refined, simplified, subtracted, united
 
 
 def box(extents=(1, 1, 1), centre=(0, 0, 0)):

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from sessions.scene import SceneEffect
-from sessions.session import Session
-from sessions.synthetic.bench import BENCH_TOP, STAND_M, Placed, standing
+from sessions.synthetic.bench import BENCH_TOP, Placed, in_rack, liquid, rack_at, standing
 from sessions.synthetic.experiments.lab import SPOUT_LEFT, Lab
-from sessions.synthetic.experiments.record import Experiment, make_session
-from sessions.synthetic.experiments.steps import Pour, Vessels, pour, rap, stir
-from sessions.synthetic.paths import Path
-from sessions.synthetic.truth import Truth
+from sessions.synthetic.experiments.record import Experiment
+from sessions.synthetic.experiments.steps import pour, rap, stir
 
 WATER_ML, ACID_ML, RINSE_ML = 120.0, 40.0, 60.0
 # Concentrated sulfuric acid, 96 % by mass, 1.84 g/mL: 18.0 mol/L.
@@ -25,41 +19,36 @@ THRESHOLD_SPEED = 1.5
 RACK_AT = (0.36, -0.10)
 
 
-def perform(lab: Lab) -> Mapping[str, Path]:
+def perform(lab: Lab) -> None:
     """Dilute as one should, then spill, pour in the wrong order, and drop a beaker."""
-    vessels = Vessels({"water": WATER_ML, "acid": ACID_ML, "rinse": RINSE_ML})
+    volumes = {"water": WATER_ML, "acid": ACID_ML, "rinse": RINSE_ML}
     lab.stage("virtual reality")
     with lab.task("look at the bench"):
         for x in (0.15, 0.0, -0.25):
             lab.look((x, 0.95, 0.0))
             lab.wait(3.2)
     lab.stage("perceptual interaction")
-    home = lab.where["acid"][0]
     with lab.task("pour acid into water in two portions"):
         lab.grasp("right", "acid", (0.0, 0.05, 0.0))
-        pour(lab, vessels, "right", "water", Pour(8.0, seconds=6.0))
+        pour(lab, volumes, "right", "water", 8.0, seconds=6.0)
         lab.hands["right"].wait(1.5)
-        pour(lab, vessels, "right", "water", Pour(7.0, seconds=6.0))
-        lab.place("right", home, high=lab.travel - 0.1)
-        lab.leave("right")
+        pour(lab, volumes, "right", "water", 7.0, seconds=6.0)
+        lab.put_back("right")
     with lab.task("stir"):
-        rod = lab.layout.placed["rod"].position
         lab.grasp("right", "rod", lab.layout.site("rod", "grip"))
         stir(lab, "right", "water", 15.0, touches=(0.02, 0.3))
-        lab.place("right", rod, high=1.16)
-        lab.leave("right", 0.05)
+        lab.put_back("right", 1.16, 0.05)
         lab.rest("right")
     lab.stage("embodied cognition")
     with lab.task("pour a third portion and spill"):
         lab.grasp("right", "acid", (0.0, 0.05, 0.0))
-        pour(lab, vessels, "right", "water", Pour(3.0, seconds=3.0, beside=0.06))
-        lab.place("right", home, high=lab.travel - 0.1)
-        lab.leave("right")
+        pour(lab, volumes, "right", "water", 3.0, seconds=3.0, beside=0.06)
+        lab.put_back("right")
         lab.rest("right")
     with lab.task("pour water into acid, the wrong order"):
         away = lab.where["rinse"][0]
         lab.grasp("left", "rinse", (0.0, 0.05, 0.0))
-        pour(lab, vessels, "left", "acid", Pour(5.0, seconds=3.0))
+        pour(lab, volumes, "left", "acid", 5.0, seconds=3.0)
         wrong = max((fact for fact in lab.facts if fact.kind == "pour"), key=lambda fact: fact.start)
         lab.note("wrong_order", wrong.start, wrong.end, ("acid", "rinse"), water_ml=5.0)
         lab.hands["left"].wait(0.5)
@@ -73,11 +62,6 @@ def perform(lab: Lab) -> Mapping[str, Path]:
         rap(lab, "left", "water", 0.06, 0.6, note="a hand touches the warm beaker")
         lab.rest("left")
         lab.wait(2.0)
-    return {}
-
-
-def _acid() -> dict[str, Any]:
-    return {"liquid": {"volume_ml": ACID_ML, "solute": "H2SO4", "molar": ACID_MOLAR, "water_molar": WATER_MOLAR}}
 
 
 ACID_DILUTION = Experiment(
@@ -87,19 +71,16 @@ ACID_DILUTION = Experiment(
         "A beaker that lands faster than 1.5 m/s breaks. Glasses stand 0.1 mm above the bench.",
     ),
     {
-        "rack": Placed("test_tube_rack", (RACK_AT[0], BENCH_TOP, RACK_AT[1]), moves=False),
-        "acid": Placed("beaker_50", standing(0.14, 0.05), SPOUT_LEFT, properties=_acid()),
-        "water": Placed(
-            "beaker_250",
-            standing(-0.06, 0.0),
-            properties={"liquid": {"volume_ml": WATER_ML, "solute": "", "molar": 0.0}},
+        "rack": rack_at(*RACK_AT),
+        "acid": Placed(
+            "beaker_50",
+            standing(0.14, 0.05),
+            SPOUT_LEFT,
+            properties=liquid(ACID_ML, "H2SO4", ACID_MOLAR, water_molar=WATER_MOLAR),
         ),
-        "rinse": Placed(
-            "beaker_100",
-            standing(-0.28, 0.06),
-            properties={"liquid": {"volume_ml": RINSE_ML, "solute": "", "molar": 0.0}},
-        ),
-        "rod": Placed("stirring_rod", (RACK_AT[0] + 0.018, BENCH_TOP + 0.01 + STAND_M, RACK_AT[1])),
+        "water": Placed("beaker_250", standing(-0.06, 0.0), properties=liquid(WATER_ML)),
+        "rinse": Placed("beaker_100", standing(-0.28, 0.06), properties=liquid(RINSE_ML)),
+        "rod": in_rack(*RACK_AT),
     },
     (0.034, 0.034),
     perform,
@@ -111,23 +92,10 @@ ACID_DILUTION = Experiment(
         SceneEffect("pour", {"from": ["acid", "rinse"], "into": ["water", "acid"]}),
         SceneEffect("spill", {"from": ["acid", "rinse"]}),
         SceneEffect("mixing", {"in": ["water", "acid"]}),
-        SceneEffect(
-            "heat",
-            {
-                "of": "dilution",
-                "solute": "H2SO4",
-                "ambient_c": 20.0,
-                "loss_w_per_k": 0.15,
-                "heat_j_mol": HEAT_J_MOL,
-                "half_water": HALF_WATER,
-                "heat_capacity_j_per_ml_k": 4.0,
-            },
-        ),
+        SceneEffect("heat", {
+            "of": "dilution", "solute": "H2SO4", "ambient_c": 20.0, "loss_w_per_k": 0.15, "heat_j_mol": HEAT_J_MOL,
+            "half_water": HALF_WATER, "heat_capacity_j_per_ml_k": 4.0,
+        }),
         SceneEffect("breakage", {"between": ["tag:vessel", "bench"], "speed_m_s": THRESHOLD_SPEED}),
     ),
-)
-
-
-def make_acid_dilution(**settings: Any) -> tuple[Session, Truth]:
-    """Make the session and its truth; see `make_session` for the settings."""
-    return make_session(ACID_DILUTION, **settings)
+)  # fmt: skip

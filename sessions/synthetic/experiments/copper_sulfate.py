@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from sessions.scene import SceneEffect
-from sessions.session import Session
-from sessions.synthetic.bench import BENCH_TOP, STAND_M, Placed, standing
+from sessions.synthetic.bench import BENCH_TOP, STAND_M, Placed, in_rack, rack_at, standing
 from sessions.synthetic.experiments.lab import Lab
-from sessions.synthetic.experiments.record import Experiment, make_session
+from sessions.synthetic.experiments.record import Experiment
 from sessions.synthetic.experiments.steps import come_close, rap, stir
-from sessions.synthetic.paths import Path
-from sessions.synthetic.truth import Truth
 
 TRIPOD_AT = (-0.02, -0.02)
 GAUZE_HEIGHT = 0.2099
@@ -31,28 +25,23 @@ WICK = (0.0, 0.0982, 0.0)
 AMBIENT_C, POWER_W, LOSS_W_PER_K, CAPACITY_J_PER_K = 20.0, 160.0, 0.4, 60.0
 
 
-def perform(lab: Lab) -> Mapping[str, Path]:
+def perform(lab: Lab) -> None:
     """Set the dish over the flame, stir, touch it, take it off with the bare hand."""
     lab.stage("virtual reality")
     with lab.task("look at the flame"):
-        lab.wait(4.0)
-        lab.look(lab.layout.at("lamp"))
-        lab.wait(5.0)
-        lab.look(lab.layout.at("dish"))
+        lab.look(lab.layout.at("lamp"), after=4.0)
+        lab.look(lab.layout.at("dish"), after=5.0)
         lab.wait(3.0)
     lab.stage("perceptual interaction")
-    home = np.array(lab.where["dish"][0])
     with lab.task("set the dish on the gauze"):
         lab.grasp("right", "dish", (0.0, GRIP_HEIGHT, 0.0))
         lab.place("right", ON_GAUZE, high=BENCH_TOP + 0.34)
         begun = lab.last("release").start
         lab.leave("right")
     with lab.task("stir while it dries"):
-        rod = lab.layout.placed["rod"].position
         lab.grasp("right", "rod", lab.layout.site("rod", "grip"))
         stir(lab, "right", "dish", 20.0, radius=0.01)
-        lab.place("right", rod, high=BENCH_TOP + 0.36)
-        lab.leave("right", 0.1)
+        lab.put_back("right", BENCH_TOP + 0.36, 0.1)
         lab.rest("right")
         lab.wait(8.0)
     lab.stage("embodied cognition")
@@ -68,11 +57,9 @@ def perform(lab: Lab) -> Mapping[str, Path]:
     with lab.task("take the dish off with the bare hand"):
         lab.grasp("right", "dish", (0.0, GRIP_HEIGHT, 0.0))
         lab.note("heat", begun, lab.last("grasp").start, ("dish", "lamp"), salt_g=SALT_G)
-        lab.place("right", home, high=BENCH_TOP + 0.34)
-        lab.leave("right")
+        lab.put_back("right", BENCH_TOP + 0.34)
         lab.rest("right")
         lab.wait(3.0)
-    return {}
 
 
 def _celsius(seconds: float) -> float:
@@ -88,21 +75,15 @@ COPPER_SULFATE = Experiment(
     ),
     {
         "tripod": Placed("tripod", (TRIPOD_AT[0], BENCH_TOP, TRIPOD_AT[1]), moves=False),
-        "gauze": Placed(
-            "wire_gauze", (TRIPOD_AT[0], BENCH_TOP + GAUZE_HEIGHT + STAND_M, TRIPOD_AT[1]), moves=False, tags=("hot",)
-        ),
-        "dish": Placed(
-            "evaporating_dish",
-            standing(0.2, 0.08),
-            properties={
-                "solid": {"formula": "CuSO4.5H2O", "mass_g": SALT_G, "molar_mass": SALT_MOLAR_MASS},
-                "heat_capacity_j_per_k": CAPACITY_J_PER_K,
-            },
-        ),
+        "gauze": Placed("wire_gauze", standing(*TRIPOD_AT, GAUZE_HEIGHT), moves=False, tags=("hot",)),
+        "dish": Placed("evaporating_dish", standing(0.2, 0.08), properties={
+            "solid": {"formula": "CuSO4.5H2O", "mass_g": SALT_G, "molar_mass": SALT_MOLAR_MASS},
+            "heat_capacity_j_per_k": CAPACITY_J_PER_K,
+        }),
         "lamp": Placed("alcohol_lamp", standing(*TRIPOD_AT), moves=False, tags=("flame", "hot")),
         "tongs": Placed("tongs", standing(-0.32, 0.05)),
-        "rack": Placed("test_tube_rack", (RACK_AT[0], BENCH_TOP, RACK_AT[1]), moves=False),
-        "rod": Placed("stirring_rod", (RACK_AT[0] + 0.018, BENCH_TOP + 0.01 + STAND_M, RACK_AT[1])),
+        "rack": rack_at(*RACK_AT),
+        "rod": in_rack(*RACK_AT),
     },
     (0.034, 0.045),
     perform,
@@ -110,18 +91,12 @@ COPPER_SULFATE = Experiment(
         SceneEffect("contact", {"between": ["tag:hand", "dish"]}),
         SceneEffect("contact", {"between": ["rod", "dish"]}),
         SceneEffect("grasp", {"between": ["tag:hand", "dish"]}),
-        SceneEffect(
-            "heat",
-            {"of": "flame", "source": "lamp", "heats": "dish", "within": HEATS_WITHIN, "base": list(WICK),
-             "power_w": POWER_W, "loss_w_per_k": LOSS_W_PER_K, "ambient_c": AMBIENT_C},
-        ),
+        SceneEffect("heat", {
+            "of": "flame", "source": "lamp", "heats": "dish", "within": HEATS_WITHIN, "base": list(WICK),
+            "power_w": POWER_W, "loss_w_per_k": LOSS_W_PER_K, "ambient_c": AMBIENT_C,
+        }),
         SceneEffect("burn-exposure", {"between": ["tag:hand", "dish"], "seconds": 0.5, "threshold_c": 65.0}),
         SceneEffect("hazard-proximity", {"of": ["tag:hand", "headset"], "hazard": "lamp", "distance": 0.12}),
     ),
     travel=1.32,
 )  # fmt: skip
-
-
-def make_copper_sulfate(**settings: Any) -> tuple[Session, Truth]:
-    """Make the session and its truth; see `make_session` for the settings."""
-    return make_session(COPPER_SULFATE, **settings)

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from sessions.scene import SceneEffect
-from sessions.session import Session
-from sessions.synthetic.bench import BENCH_TOP, STAND_M, Placed, standing
-from sessions.synthetic.easing import minimum_jerk_inverse
-from sessions.synthetic.experiments.lab import UP, Lab, turned_about
-from sessions.synthetic.experiments.record import Experiment, make_session
+from sessions.synthetic.bench import BENCH_TOP, Placed, in_rack, liquid, rack_at, standing
+from sessions.synthetic.experiments.lab import UP, Lab
+from sessions.synthetic.experiments.record import Experiment
 from sessions.synthetic.experiments.steps import come_close
-from sessions.synthetic.paths import Path
-from sessions.synthetic.truth import Truth
+from sessions.synthetic.paths import minimum_jerk_inverse
+from sessions.synthetic.rotations import turned_about
 
 # The flame as the scene declares it: a cone that stands on the wick.
 FLAME_RADIUS, FLAME_HEIGHT, TIP_IN_FLAME = 0.009, 0.045, 0.015
@@ -29,12 +24,11 @@ RACK_AT = (0.48, -0.02)
 SALTS = (("NaCl", "sodium", 2.5, "yellow"), ("KCl", "potassium", 0.15, "violet"), ("CuSO4", "copper", 3.0, "green"))
 
 
-def perform(lab: Lab) -> Mapping[str, Path]:
+def perform(lab: Lab) -> None:
     """Dip, hold into the flame, rinse; for each salt in turn."""
     lab.stage("virtual reality")
     with lab.task("look at the flame"):
-        lab.wait(4.0)
-        lab.look(lab.layout.at("lamp") + 0.1 * UP)
+        lab.look(lab.layout.at("lamp") + 0.1 * UP, after=4.0)
         lab.wait(6.0)
     lab.stage("perceptual interaction")
     with lab.task("take the wire"):
@@ -49,13 +43,11 @@ def perform(lab: Lab) -> Mapping[str, Path]:
     with lab.task("put the wire back"):
         home = np.array(lab.layout.placed["wire"].position)
         lab.carry("right", home + 0.2 * UP, high=BENCH_TOP + 0.25, quaternion=(0.0, 0.0, 0.0, 1.0))
-        lab.place("right", home, high=BENCH_TOP + 0.2)
-        lab.leave("right", 0.05)
+        lab.put_back("right", BENCH_TOP + 0.2, 0.05)
         lab.rest("right")
         come_close(lab, "left", "copper", 0.05, 0.005)
         lab.rest("left")
         lab.wait(9.0)
-    return {}
 
 
 def _dip(lab: Lab, vessel: str) -> None:
@@ -74,7 +66,8 @@ def _hold_in_flame(lab: Lab, formula: str, rest: float, colour: str) -> None:
     wick = lab.layout.at("lamp") + lab.layout.site("lamp", "flame")
     middle = wick + TIP_IN_FLAME * UP
     before = middle + np.array([ENTER_FROM, 0.0, 0.0])
-    lab.carry("right", before + 0.14 * UP + np.array([0.05, 0.0, 0.0]), quaternion=SIDEWAYS)
+    above = before + 0.14 * UP + np.array([0.05, 0.0, 0.0])
+    lab.carry("right", above, quaternion=SIDEWAYS)
     lab.carry("right", before)
     script = lab.hands["right"]
     script.wait(0.2)
@@ -91,11 +84,7 @@ def _hold_in_flame(lab: Lab, formula: str, rest: float, colour: str) -> None:
         "flame", entered + lab.late, left + lab.late, ("lamp", "wire"),
         salt=formula, seen=colour if left - entered >= SEEN_AFTER_S else "",
     )  # fmt: skip
-    lab.carry("right", before + 0.14 * UP + np.array([0.05, 0.0, 0.0]))
-
-
-def _salt(formula: str) -> dict[str, Any]:
-    return {"liquid": {"volume_ml": 20.0, "solute": formula, "molar": 1.0}}
+    lab.carry("right", above)
 
 
 FLAME_TEST = Experiment(
@@ -105,13 +94,13 @@ FLAME_TEST = Experiment(
         "The flame is a cone on the lamp's wick. A tip that stays for one second shows its colour.",
     ),
     {
-        "rack": Placed("test_tube_rack", (RACK_AT[0], BENCH_TOP, RACK_AT[1]), moves=False),
+        "rack": rack_at(*RACK_AT),
         "lamp": Placed("alcohol_lamp", standing(-0.05, 0.02), moves=False, tags=("hot", "flame")),
-        "acid": Placed("beaker_50", standing(0.20, 0.08), properties=_salt("HCl")),
-        "sodium": Placed("beaker_50", standing(0.10, -0.10), properties=_salt("NaCl")),
-        "potassium": Placed("beaker_50", standing(0.0, -0.13), properties=_salt("KCl")),
-        "copper": Placed("beaker_50", standing(-0.20, -0.06), properties=_salt("CuSO4")),
-        "wire": Placed("stirring_rod", (RACK_AT[0] + 0.018, BENCH_TOP + 0.01 + STAND_M, RACK_AT[1]), tags=("wire",)),
+        "acid": Placed("beaker_50", standing(0.20, 0.08), properties=liquid(20.0, "HCl", 1.0)),
+        "sodium": Placed("beaker_50", standing(0.10, -0.10), properties=liquid(20.0, "NaCl", 1.0)),
+        "potassium": Placed("beaker_50", standing(0.0, -0.13), properties=liquid(20.0, "KCl", 1.0)),
+        "copper": Placed("beaker_50", standing(-0.20, -0.06), properties=liquid(20.0, "CuSO4", 1.0)),
+        "wire": in_rack(*RACK_AT, tags=("wire",)),
     },
     (0.034, 0.01),
     perform,
@@ -130,8 +119,3 @@ FLAME_TEST = Experiment(
     ),
     travel=1.28,
 )  # fmt: skip
-
-
-def make_flame_test(**settings: Any) -> tuple[Session, Truth]:
-    """Make the session and its truth; see `make_session` for the settings."""
-    return make_session(FLAME_TEST, **settings)

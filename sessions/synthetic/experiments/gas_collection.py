@@ -5,26 +5,21 @@ Hydrogen is lighter than air, so the jar stands on its mouth and the tube leads 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from sessions.scene import SceneEffect
-from sessions.session import Session
-from sessions.synthetic.bench import BENCH_TOP, STAND_M, Placed, standing
-from sessions.synthetic.easing import minimum_jerk_inverse
-from sessions.synthetic.experiments.lab import SPOUT_LEFT, UP, Lab, turned_about
-from sessions.synthetic.experiments.record import Experiment, make_session
-from sessions.synthetic.experiments.steps import Pour, Vessels, come_close, pour, rap
-from sessions.synthetic.paths import Path
-from sessions.synthetic.truth import Truth
+from sessions.synthetic.bench import BENCH_TOP, Placed, in_rack, liquid, rack_at, standing
+from sessions.synthetic.experiments.lab import SPOUT_LEFT, UP, Lab
+from sessions.synthetic.experiments.record import Experiment
+from sessions.synthetic.experiments.steps import come_close, pour, rap
+from sessions.synthetic.paths import minimum_jerk_inverse
+from sessions.synthetic.rotations import turned_about
 
 ACID_ML, POURED_ML, ACID_MOLAR = 80.0, 40.0, 2.0
 ZINC_G, ZINC_MOLAR_MASS = 0.50, 65.38  # IUPAC abridged atomic weights 2021
 RATE_PER_S = 0.02
 FLASK_AT = (-0.06, 0.0)
-JAR_AT = (0.30, -0.04)
+JAR_AT, RACK_AT = (0.30, -0.04), (-0.318, -0.10)
 OVERTURNED = turned_about((1.0, 0.0, 0.0), np.pi)
 JAR_HEIGHT = 0.1991
 # The tube ends this far inside the jar, and is lowered over from this far above.
@@ -32,21 +27,18 @@ TUBE_LENGTH, TUBE_IN_FLASK = 0.45, 0.11
 LOWER_BY, LOWER_S, INSIDE_BY = 0.12, 1.8, 0.09
 
 
-def perform(lab: Lab) -> Mapping[str, Path]:
+def perform(lab: Lab) -> None:
     """Pour, set the tube on, hold the jar over it, carry the jar away."""
-    vessels = Vessels({"acid": ACID_ML, "flask": 0.0})
+    volumes = {"acid": ACID_ML, "flask": 0.0}
     lab.stage("virtual reality")
     with lab.task("look at the zinc"):
-        lab.wait(4.0)
-        lab.look(lab.layout.at("flask"))
+        lab.look(lab.layout.at("flask"), after=4.0)
         lab.wait(5.0)
     lab.stage("perceptual interaction")
     with lab.task("pour acid on the zinc"):
-        home = lab.where["acid"][0]
         lab.grasp("right", "acid", (0.0, 0.052, 0.0))
-        pour(lab, vessels, "right", "flask", Pour(POURED_ML, seconds=5.0))
-        lab.place("right", home, high=lab.travel - 0.1)
-        lab.leave("right")
+        pour(lab, volumes, "right", "flask", POURED_ML, seconds=5.0)
+        lab.put_back("right")
     begun = max(fact.start for fact in lab.facts if fact.kind == "pour")
     with lab.task("set the tube on the flask"):
         _set_tube(lab)
@@ -58,7 +50,6 @@ def perform(lab: Lab) -> Mapping[str, Path]:
         rap(lab, "left", "acid", 0.05, 0.25, note="knuckles touch the beaker of acid")
         lab.rest("left")
         lab.wait(3.0)
-    return {}
 
 
 def _set_tube(lab: Lab) -> None:
@@ -96,9 +87,7 @@ def _collect(lab: Lab, begun: float) -> None:
         "collect", entered, left, ("jar", "tube"),
         collected_mol=evolved[1] - evolved[0], leaked_before_mol=evolved[0], begun=begun, zinc_mol=moles,
     )  # fmt: skip
-    goal = lab.layout.placed["jar"].position
-    lab.place("right", goal, high=float(over[1]))
-    lab.leave("right")
+    lab.put_back("right", float(over[1]))
     lab.rest("right")
 
 
@@ -113,15 +102,10 @@ GAS_COLLECTION = Experiment(
             "erlenmeyer_flask", standing(*FLASK_AT), moves=False,
             properties={"solid": {"formula": "Zn", "mass_g": ZINC_G, "molar_mass": ZINC_MOLAR_MASS}},
         ),
-        "acid": Placed(
-            "beaker_100", standing(0.12, 0.07), SPOUT_LEFT,
-            properties={"liquid": {"volume_ml": ACID_ML, "solute": "HCl", "molar": ACID_MOLAR}},
-        ),
-        "tube": Placed("pipette", (-0.30, BENCH_TOP + 0.01 + STAND_M, -0.10), tags=("delivery",)),
-        "rack": Placed("test_tube_rack", (-0.318, BENCH_TOP, -0.10), moves=False),
-        "jar": Placed(
-            "gas_jar", (JAR_AT[0], BENCH_TOP + JAR_HEIGHT + STAND_M, JAR_AT[1]), OVERTURNED,
-        ),
+        "acid": Placed("beaker_100", standing(0.12, 0.07), SPOUT_LEFT, properties=liquid(ACID_ML, "HCl", ACID_MOLAR)),
+        "tube": in_rack(*RACK_AT, "pipette", tags=("delivery",)),
+        "rack": rack_at(*RACK_AT),
+        "jar": Placed("gas_jar", standing(*JAR_AT, JAR_HEIGHT), OVERTURNED),
     },
     (0.034, 0.034),
     perform,
@@ -139,8 +123,3 @@ GAS_COLLECTION = Experiment(
     ),
     travel=1.43,
 )  # fmt: skip
-
-
-def make_gas_collection(**settings: Any) -> tuple[Session, Truth]:
-    """Make the session and its truth; see `make_session` for the settings."""
-    return make_session(GAS_COLLECTION, **settings)

@@ -10,28 +10,18 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from sessions.event import Interval
 from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import START_NS, Recording
 from sessions.synthetic.bench import BENCH_TOP, Layout, Placed
-from sessions.synthetic.buttons import Buttons
-from sessions.synthetic.choreography import Point, Quaternion, Script, point, quaternion_of
-from sessions.synthetic.experiments.things import Falling, Held, Standing, Thing
-from sessions.synthetic.levels import levelled
-from sessions.synthetic.paths import relative
-from sessions.synthetic.rotations import (
-    IDENTITY,
-    quaternion_about,
-    quaternion_inverse,
-    quaternion_product,
-    rotated,
-)
+from sessions.synthetic.choreography import Buttons, Script
+from sessions.synthetic.experiments.things import Falling, Held, Placing, Standing
+from sessions.synthetic.paths import Path, Point, Quaternion, point, quaternion_of, relative
+from sessions.synthetic.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated, turned_about
 from sessions.synthetic.streams import random_stream
-from sessions.synthetic.truth import Episode, Fact, ordered
-
-Array = NDArray[np.float64]
+from sessions.synthetic.truth import Episode, Fact, levelled, ordered
 
 SIDES = ("left", "right")
 UP = np.array([0.0, 1.0, 0.0])
@@ -61,7 +51,7 @@ class Lab:
         self.rng = random_stream(how.seed, "procedure", name)
         pace = float(self.rng.uniform(0.9, 1.15))
         self.hands = {side: Script(REST[side], pace=pace) for side in SIDES}
-        self.things: dict[str, Thing] = {}
+        self.things: dict[str, list[tuple[float, Placing]]] = {}  # phases: begin, and where the thing is from then on
         self.where: dict[str, tuple[Point, Quaternion]] = {}
         self.held: dict[str, str] = {}
         self.buttons = Buttons()
@@ -71,6 +61,7 @@ class Lab:
         self.keep: dict[str, list[tuple[float, float]]] = {side: [] for side in SIDES}
         self.attention: list[tuple[float, Point]] = [(0.0, (0.0, 1.0, 0.0))]
         self.stages: list[tuple[float, str]] = []
+        self.joints: dict[str, Path] = {}  # parts that move on what they belong to, on the recorded clock
         self._since: dict[str, float] = {}
         for body, item in layout.placed.items():
             self.where[body] = (item.position, item.quaternion)
@@ -119,23 +110,17 @@ class Lab:
         """The fact of this kind that was written down last."""
         return next(fact for fact in reversed(self.facts) if fact.kind == kind)
 
-    def grasp(self, side: str, thing: str, at: ArrayLike, *, turn: ArrayLike = IDENTITY) -> None:
-        """Reach over a thing, come down on it and close the hand at the point ``at`` of its frame."""
+    def grasp(self, side: str, thing: str, at: ArrayLike) -> None:
+        """Reach over a thing, come down, close the hand at the point ``at`` of its frame: it rides on the hand now."""
         script, (position, quaternion) = self.hands[side], self.where[thing]
         grip = np.array(position) + rotated(quaternion, at)
         self.look(grip)
-        script.over(grip, self.travel, quaternion=turn)
-        self.close(side, thing)
-
-    def close(self, side: str, thing: str) -> None:
-        """Close the hand, where it is, on a thing: from now on the thing rides on it."""
-        script, (position, quaternion) = self.hands[side], self.where[thing]
+        script.over(grip, self.travel, quaternion=IDENTITY)
         script.wait(0.3)
         lifted = np.array(position) + SNAP * UP
         offset, own = relative((script.position, script.quaternion), (lifted, quaternion))
         moment = script.now + self.late
-        held = Held(f"hand-{side}", point(offset), quaternion_of(own))
-        self.things[thing].begin(moment, held)
+        self.things[thing].append((moment, Held(f"hand-{side}", point(offset), quaternion_of(own))))
         self.where[thing] = (point(lifted), quaternion)
         self.held[side], self._since[side] = thing, moment
         self.note("grasp", moment, moment, (thing, f"hand-{side}"))
@@ -163,19 +148,20 @@ class Lab:
         self.where[thing] = (point(position), turn)
 
     def place(self, side: str, position: ArrayLike, *, high: float | None = None) -> None:
-        """Put the held thing down at ``position`` and open the hand."""
+        """Put the held thing down at ``position`` and open the hand: it settles by `SNAP` to where it stands."""
         goal = np.asarray(position, dtype=np.float64)
         self.carry(side, goal + 0.05 * UP, high=high)
         self.carry(side, goal + SNAP * UP, 0.7)
-        self.set_down(side)
-
-    def set_down(self, side: str) -> None:
-        """Open the hand: the held thing settles by `SNAP` to where it stands."""
         thing = self.held[side]
         position, quaternion = self.where[thing]
         self.hands[side].wait(0.25)
         self._settle(thing, self._let_go(side), point(np.asarray(position) - SNAP * UP), quaternion)
         self.hands[side].wait(0.25)
+
+    def put_back(self, side: str, high: float | None = None, by: float = 0.12) -> None:
+        """Put the held thing where it stood at first, and lift the empty hand off it by ``by`` metres."""
+        self.place(side, self.layout.placed[self.held[side]].position, high=self.travel - 0.1 if high is None else high)
+        self.leave(side, by)
 
     def leave(self, side: str, by: float = 0.12) -> None:
         """Lift the empty hand straight up off what it held."""
@@ -195,12 +181,11 @@ class Lab:
         thing = self.held[side]
         moment = self._let_go(side)
         fall = Falling(moment, *self.where[thing], BENCH_TOP - LANDS_BELOW)
-        self.things[thing].begin(moment, fall)
+        self.things[thing].append((moment, fall))
         x, y, z = fall.position
-        impact = fall.time_at(BENCH_TOP)
-        self.note("drop", moment, impact, (thing,), height_m=y - BENCH_TOP, impact_speed_m_s=fall.speed_at(BENCH_TOP))
-        if fall.speed_at(BENCH_TOP) > threshold_speed:
-            speed = fall.speed_at(BENCH_TOP)
+        impact, speed = fall.time_at(BENCH_TOP), fall.speed_at(BENCH_TOP)
+        self.note("drop", moment, impact, (thing,), height_m=y - BENCH_TOP, impact_speed_m_s=speed)
+        if speed > threshold_speed:
             self.note("break", impact, impact, (thing,), speed_m_s=speed, threshold_m_s=threshold_speed)
         self.episodes += levelled(
             ordered("bench", thing), "contact", lambda level: [(fall.time_at(BENCH_TOP + level), self.how.seconds)],
@@ -210,9 +195,11 @@ class Lab:
         self.hands[side].wait(impact - moment + 0.8)
         return fall
 
-    def look(self, at: ArrayLike) -> None:
-        """The eyes turn to where the work is."""
-        time = max(script.now for script in self.hands.values())
+    def look(self, at: ArrayLike, *, after: float = 0.0) -> None:
+        """The eyes turn to where the work is, when both hands have rested for ``after`` seconds."""
+        if after:
+            self.wait(after)
+        time = self.now
         if time - self.attention[-1][0] > 1.5:
             self.attention.append((time, point(at)))
 
@@ -254,23 +241,18 @@ class Lab:
 
     def _hand_for(self, side: str, position: ArrayLike, quaternion: ArrayLike) -> tuple[Array, Array]:
         """Poses (..., 3) and (..., 4) of the hand that puts what it holds there."""
-        held = self.things[self.held[side]].phases[-1][1]
+        held = self.things[self.held[side]][-1][1]
         assert isinstance(held, Held)
         turn = quaternion_product(quaternion, quaternion_inverse(held.turn))
         return np.asarray(position, dtype=np.float64) - rotated(turn, held.offset), turn
 
     def _settle(self, thing: str, time: float, position: Point, quaternion: Quaternion) -> None:
-        self.things.setdefault(thing, Thing()).begin(time, Standing(position, quaternion))
+        self.things.setdefault(thing, []).append((time, Standing(position, quaternion)))
         self.where[thing] = (position, quaternion)
 
     def _interval(self, kind: str, name: str, start: float, end: float) -> None:
         a, b = (START_NS + round(time * 1e9) for time in (start, end))
         self.intervals.append(Interval(a, b, kind, name))
-
-
-def turned_about(axis: ArrayLike, angle: float) -> Quaternion:
-    """A rotation as four floats."""
-    return quaternion_of(quaternion_about(axis, angle))
 
 
 SPOUT_LEFT = turned_about((0.0, 1.0, 0.0), np.pi)

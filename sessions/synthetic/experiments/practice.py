@@ -5,7 +5,7 @@ Made to be one of many: half a minute, few things, and a student's pseudonym; ho
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,9 +13,8 @@ from sessions.scene import SceneEffect
 from sessions.session import Session
 from sessions.synthetic.bench import Placed, standing
 from sessions.synthetic.experiments.lab import SPOUT_LEFT, Lab
-from sessions.synthetic.experiments.record import Experiment, make_session
+from sessions.synthetic.experiments.record import Experiment
 from sessions.synthetic.experiments.steps import come_close, rap
-from sessions.synthetic.paths import Path
 from sessions.synthetic.truth import Truth
 
 FACES = 800
@@ -33,16 +32,14 @@ def make_practice(
     touches : seconds that each accidental touch lasts.
     near : how often the hand stops short of the glass.
     pseudonym : of the student.
-    **settings : as ``make_session``.
+    **settings : of every made-up session (``seed``, ``rate_hz``, ``noise`` ...).
     """
 
-    def perform(lab: Lab) -> Mapping[str, Path]:
+    def perform(lab: Lab) -> None:
         lab.stage("practice")
         with lab.task("take the beaker and put it back"):
-            home = lab.where["beaker"][0]
             lab.grasp("right", "beaker", (0.0, 0.05, 0.0))
-            lab.place("right", home, high=lab.travel - 0.1)
-            lab.leave("right")
+            lab.put_back("right")
             lab.rest("right")
         with lab.task("read the scale of a standing glass"):
             for _ in range(near):
@@ -51,7 +48,6 @@ def make_practice(
                 rap(lab, "left", "glass", HEIGHT_M, seconds, note="knuckles touch the glass")
             lab.wait(0.5)
             lab.rest("left")
-        return {}
 
     experiment = Experiment(
         "practice",
@@ -64,5 +60,5 @@ def make_practice(
         perform,
         (SceneEffect("contact", {"between": ["tag:hand", "tag:glass"]}),),
     )
-    session, truth = make_session(experiment, **{"faces": FACES, **settings})
+    session, truth = experiment(**{"faces": FACES, **settings})
     return replace(session, facts={**session.facts, "pseudonym": pseudonym}), truth

@@ -11,12 +11,11 @@ from sessions.event import Event
 from sessions.scene import Scene, SceneEffect
 from sessions.session import Session
 from sessions.synthetic.assembly import START_NS, Recording, recorded
-from sessions.synthetic.bench import Placed
-from sessions.synthetic.choreography import point, quaternion_of
+from sessions.synthetic.bench import Layout, Placed, made_session, with_text
 from sessions.synthetic.experiments.lab import SIDES, Lab, layout_of
-from sessions.synthetic.paths import Key, KeyPath, Path, Poses
+from sessions.synthetic.experiments.things import placed_by
+from sessions.synthetic.paths import Key, KeyPath, Poses, point, quaternion_of
 from sessions.synthetic.rotations import quaternion_facing
-from sessions.synthetic.scene_text import with_text
 from sessions.synthetic.streams import random_stream
 from sessions.synthetic.truth import Episode, Fact, Truth, sorted_episodes, sorted_facts
 from sessions.synthetic.truth import Interval as Span
@@ -39,69 +38,59 @@ class Experiment:
     name, remarks : for the scene.
     placed : instruments by body name, without bench, hands and headset.
     grips : radii of what the left and the right hand hold.
-    perform : does the procedure; may return tracks of joints: name -> path on the recorded clock.
+    perform : does the procedure.
     effects : of the scene, in the words of the catalogue of effects.
     travel : height at which hands cross the bench.
+    parents : body name -> body that its pose is relative to.
     """
 
     name: str
     remarks: tuple[str, ...]
     placed: Mapping[str, Placed]
     grips: tuple[float, float]
-    perform: Callable[[Lab], Mapping[str, Path]]
+    perform: Callable[[Lab], None]
     effects: tuple[SceneEffect, ...]
     travel: float = 1.25
     parents: Mapping[str, str] = field(default_factory=dict)
 
+    def __call__(
+        self,
+        *,
+        seed: int = 0,
+        rate_hz: float = 90.0,
+        noise: str = "vive",
+        jitter: str = "steady",
+        losses: str = "flagged",
+        faces: int = FACES,
+    ) -> tuple[Session, Truth]:
+        """Do the procedure and record it: the session and its truth; the same arguments give the same session.
 
-def make_session(
-    experiment: Experiment,
-    *,
-    seed: int = 0,
-    rate_hz: float = 90.0,
-    noise: str = "vive",
-    jitter: str = "steady",
-    losses: str = "flagged",
-    faces: int = FACES,
-) -> tuple[Session, Truth]:
-    """Let the student work, then record it; the same arguments give the same session.
+        Raises
+        ------
+        SessionError
+            An unknown noise, jitter or losses; a rate that is not positive.
+        """
+        layout = layout_of(self.placed, self.grips, faces)
+        how = Recording(seed=seed, rate_hz=rate_hz, seconds=LONGEST_S, noise=noise, jitter=jitter, losses=losses)
+        lab = Lab(self.name, layout, how, travel=self.travel)
+        self.perform(lab)
+        seconds = float(np.ceil(lab.together() + 1.0))
+        lab.finish(seconds)
+        hands = {f"hand-{side}": lab.hands[side].path(random_stream(seed, "tremor", side)) for side in SIDES}
+        keep = {f"hand-{side}": lab.keep[side] for side in SIDES}
+        seen = recorded({**hands, "headset": _watching(lab)}, replace(how, seconds=seconds), keep=keep)
+        times = seen.stamps.astype(np.float64) * 1e-9
+        things: dict[str, Poses] = {name: placed_by(phases, times, seen.poses) for name, phases in lab.things.items()}
+        things.update({name: path(times) for name, path in lab.joints.items()})
+        episodes, facts = sorted_episodes(_until(lab.episodes, seconds)), sorted_facts([*lab.facts, *seen.facts])
+        truth = Truth(self.name, seed, START_NS, seconds, noise, episodes, facts)
+        intervals = sorted(lab.intervals, key=lambda span: (span.start_ns, span.kind, span.name))
+        happened = {"events": _events(lab.facts), "intervals": intervals}
+        return made_session(truth, seen, things, layout, lab.buttons, self._scene(layout), **happened), truth
 
-    Raises
-    ------
-    SessionError
-        An unknown noise, jitter or losses; a rate that is not positive.
-    """
-    layout = layout_of(experiment.placed, experiment.grips, faces)
-    how = Recording(seed=seed, rate_hz=rate_hz, seconds=LONGEST_S, noise=noise, jitter=jitter, losses=losses)
-    lab = Lab(experiment.name, layout, how, travel=experiment.travel)
-    joints = experiment.perform(lab)
-    seconds = float(np.ceil(lab.together() + 1.0))
-    how = replace(how, seconds=seconds)
-    lab.finish(seconds)
-    paths: dict[str, Path] = {
-        f"hand-{side}": lab.hands[side].path(random_stream(seed, "tremor", side)) for side in SIDES
-    }
-    paths["headset"] = _watching(lab)
-    keep = {f"hand-{side}": lab.keep[side] for side in SIDES}
-    seen = recorded(paths, how, keep=keep)
-    times = seen.stamps.astype(np.float64) * 1e-9
-    things: dict[str, Poses] = {name: thing.poses(times, seen.poses) for name, thing in lab.things.items()}
-    things.update({name: path(times) for name, path in joints.items()})
-    tracks = seen.tracks(things)
-    session = Session.from_tracks(
-        {name: tracks[name] for name in layout.placed if name in tracks},
-        meshes=layout.meshes,
-        scene=_scene(experiment, lab),
-        events=_events(lab.facts),
-        intervals=sorted(lab.intervals, key=lambda span: (span.start_ns, span.kind, span.name)),
-        facts={"synthetic": experiment.name, "seed": str(seed), "noise": noise, "source_units": "m",
-               "vr_type": "immersive"},
-    )  # fmt: skip
-    facts = sorted_facts([*lab.facts, *seen.facts])
-    truth = Truth(
-        experiment.name, seed, START_NS, seconds, noise, sorted_episodes(_until(lab.episodes, seconds)), facts
-    )
-    return replace(session, hands=lab.buttons.tracks(seen.stamps + START_NS)), truth
+    def _scene(self, layout: Layout) -> Scene:
+        bodies = tuple(replace(body, parent=self.parents.get(body.id, "")) for body in layout.bodies())
+        return with_text(Scene(self.name, bodies, effects=self.effects), self.remarks)
 
 
 def _until(episodes: Sequence[Episode], seconds: float) -> list[Episode]:
@@ -114,11 +103,6 @@ def _until(episodes: Sequence[Episode], seconds: float) -> list[Episode]:
         replace(e, nominal=cut(e.nominal), surely=cut(e.surely), possibly=(e.possibly[0], min(e.possibly[1], seconds)))
         for e in episodes
     ]
-
-
-def _scene(experiment: Experiment, lab: Lab) -> Scene:
-    bodies = tuple(replace(body, parent=experiment.parents.get(body.id, "")) for body in lab.layout.bodies())
-    return with_text(Scene(experiment.name, bodies, effects=experiment.effects), experiment.remarks)
 
 
 def _watching(lab: Lab) -> KeyPath:

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from sessions.scene import SceneEffect
-from sessions.session import Session
-from sessions.synthetic.bench import STAND_M, Placed, standing
+from sessions.synthetic.bench import Placed, in_rack, liquid, rack_at, standing
 from sessions.synthetic.experiments.lab import SPOUT_LEFT, Lab
-from sessions.synthetic.experiments.record import Experiment, make_session
-from sessions.synthetic.experiments.steps import Pour, Vessels, come_close, pour, rap, stir
-from sessions.synthetic.paths import Path
-from sessions.synthetic.truth import Truth
+from sessions.synthetic.experiments.record import Experiment
+from sessions.synthetic.experiments.steps import come_close, pour, rap, stir
 
 NITRATE_ML, CHLORIDE_ML, POURED_ML = 30.0, 40.0, 18.0
 MOLAR = 0.1
@@ -24,24 +18,20 @@ KSP = 1.77e-10
 RACK_AT = (0.34, -0.08)
 
 
-def perform(lab: Lab) -> Mapping[str, Path]:
+def perform(lab: Lab) -> None:
     """Look, pour, stir, come too close."""
-    vessels = Vessels({"silver-nitrate": NITRATE_ML, "sodium-chloride": CHLORIDE_ML})
+    volumes = {"silver-nitrate": NITRATE_ML, "sodium-chloride": CHLORIDE_ML}
     lab.stage("virtual reality")
     with lab.task("look at the bench"):
-        lab.wait(4.0)
-        lab.look((0.1, 0.95, 0.0))
-        lab.wait(3.5)
-        lab.look((-0.1, 0.95, 0.0))
+        lab.look((0.1, 0.95, 0.0), after=4.0)
+        lab.look((-0.1, 0.95, 0.0), after=3.5)
         lab.wait(3.0)
     lab.stage("perceptual interaction")
     with lab.task("pour silver nitrate into sodium chloride"):
-        home = lab.where["silver-nitrate"][0]
         lab.grasp("right", "silver-nitrate", (0.0, 0.05, 0.0))
-        pour(lab, vessels, "right", "sodium-chloride", Pour(POURED_ML, seconds=5.0))
+        pour(lab, volumes, "right", "sodium-chloride", POURED_ML, seconds=5.0)
         start = max(fact.start for fact in lab.facts if fact.kind == "pour")
-        lab.place("right", home, high=lab.travel - 0.1)
-        lab.leave("right")
+        lab.put_back("right")
     moles = POURED_ML * 1e-3 * MOLAR
     lab.note(
         "precipitate", start, lab.now, ("sodium-chloride",), formula="AgCl", moles=moles, mass_g=moles * SILVER_CHLORIDE
@@ -49,9 +39,7 @@ def perform(lab: Lab) -> Mapping[str, Path]:
     with lab.task("stir"):
         lab.grasp("right", "rod", lab.layout.site("rod", "grip"))
         stir(lab, "right", "sodium-chloride", 12.0, radius=0.009, touches=(0.022, 0.25, 0.024))
-        home = lab.layout.placed["rod"].position
-        lab.place("right", home, high=1.15)
-        lab.leave("right", 0.05)
+        lab.put_back("right", 1.15, 0.05)
         lab.rest("right")
     lab.stage("embodied cognition")
     with lab.task("look at the precipitate"):
@@ -61,24 +49,19 @@ def perform(lab: Lab) -> Mapping[str, Path]:
         rap(lab, "left", "sodium-chloride", 0.055, 0.3, note="knuckles touch the beaker")
         lab.rest("left")
         lab.wait(6.0)
-    return {}
-
-
-def _solution(formula: str, millilitres: float) -> dict[str, Any]:
-    return {"liquid": {"volume_ml": millilitres, "solute": formula, "molar": MOLAR}}
 
 
 SILVER_CHLORIDE_EXPERIMENT = Experiment(
     "silver-chloride",
     ("Silver chloride precipitation: AgNO3 + NaCl -> AgCl + NaNO3.", "Glasses stand 0.1 mm above the bench."),
     {
-        "rack": Placed("test_tube_rack", (RACK_AT[0], 0.9, RACK_AT[1]), moves=False),
+        "rack": rack_at(*RACK_AT),
         "silver-nitrate": Placed(
-            "beaker_50", standing(0.13, 0.04), SPOUT_LEFT, properties=_solution("AgNO3", NITRATE_ML)
+            "beaker_50", standing(0.13, 0.04), SPOUT_LEFT, properties=liquid(NITRATE_ML, "AgNO3", MOLAR)
         ),
-        "sodium-chloride": Placed("beaker_100", standing(-0.06, 0.02), properties=_solution("NaCl", CHLORIDE_ML)),
+        "sodium-chloride": Placed("beaker_100", standing(-0.06, 0.02), properties=liquid(CHLORIDE_ML, "NaCl", MOLAR)),
         "watch-glass": Placed("watch_glass", standing(-0.24, -0.04)),
-        "rod": Placed("stirring_rod", (RACK_AT[0] + 0.018, 0.91 + STAND_M, RACK_AT[1])),
+        "rod": in_rack(*RACK_AT),
     },
     (0.034, 0.034),
     perform,
@@ -92,8 +75,3 @@ SILVER_CHLORIDE_EXPERIMENT = Experiment(
         SceneEffect("precipitation", {"solid": "AgCl", "ksp": KSP, "molar_mass": SILVER_CHLORIDE, "colour": "white"}),
     ),
 )
-
-
-def make_silver_chloride(**settings: Any) -> tuple[Session, Truth]:
-    """Make the session and its truth; see `make_session` for the settings."""
-    return make_session(SILVER_CHLORIDE_EXPERIMENT, **settings)

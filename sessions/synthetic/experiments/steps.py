@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.bench import cylinder_of
-from sessions.synthetic.choreography import Quaternion
-from sessions.synthetic.easing import minimum_jerk, minimum_jerk_inverse
 from sessions.synthetic.experiments.lab import UP, Lab
 from sessions.synthetic.experiments.pouring import tilt_keeping
-from sessions.synthetic.paths import Stir, Tap
+from sessions.synthetic.paths import Stir, Tap, minimum_jerk, minimum_jerk_inverse
 from sessions.synthetic.planting import Dent
-from sessions.synthetic.rotations import quaternion_about, quaternion_product, rotated
-from sessions.synthetic.sections import approach, round_in_round
+from sessions.synthetic.rotations import Array, quaternion_about, quaternion_product, rotated
+from sessions.synthetic.sections import Approach, approach, round_in_round
 from sessions.synthetic.truth import ordered
-
-Array = NDArray[np.float64]
 
 STEP_S = 0.02
 LEVER_M = 0.25
@@ -28,110 +22,66 @@ AWAY = (0.0, 0.0, -1.0)
 # Farther than the rim and the spout of any vessel poured from, so that it clears the target while still upright.
 CLEAR_OF_RIM = 0.02
 POUR_FROM = 0.03
+HOLD_S = 0.6
 
 
-@dataclass
-class Vessels:
-    """How much stands in each vessel, millilitres; what was spilled is kept under ``spilled``."""
+def pour(
+    lab: Lab,
+    volumes: dict[str, float],
+    side: str,
+    target: str,
+    millilitres: float,
+    *,
+    seconds: float = 4.0,
+    beside: float = 0.0,
+) -> None:
+    """Tilt the held vessel about its lip until ``millilitres`` have left it, then right it again.
 
-    volumes: dict[str, float] = field(default_factory=dict)
-    spilled: float = 0.0
-
-    def move(self, source: str, target: str | None, millilitres: float) -> None:
-        """Move liquid; without a target it is spilled."""
-        self.volumes[source] -= millilitres
-        if target is None:
-            self.spilled += millilitres
-        else:
-            self.volumes[target] = self.volumes.get(target, 0.0) + millilitres
-
-
-@dataclass(frozen=True)
-class Pour:
-    """One pour: how much, how slowly, and how far beside the middle of the target's opening."""
-
-    millilitres: float
-    seconds: float = 4.0
-    hold: float = 0.6
-    beside: float = 0.0
-
-
-def pour(lab: Lab, vessels: Vessels, side: str, target: str, how: Pour) -> None:
-    """Tilt the held vessel about its lip until ``how.millilitres`` have left it, then right it again.
+    ``volumes`` (body -> millilitres) is brought up to date; ``beside`` is how far, in metres, the lip is from the
+    middle of the target's opening: farther than its radius the liquid is spilled.
 
     Truth: quasi-statically the vessel keeps what its tilt allows, so the liquid runs from the tilt that keeps all of
     it (``start``) to the greatest tilt (``end``).
     """
-    source = lab.held[side]
-    instrument = lab.layout.instruments[source]
-    radius, height = cylinder_of(instrument)
-    before = vessels.volumes[source]
-    onset = tilt_keeping(before * 1e-6, radius, height)
-    greatest = tilt_keeping((before - how.millilitres) * 1e-6, radius, height)
-    opening = instrument.cavity.opening  # type: ignore[union-attr]
-    assert opening is not None
+    source, script = lab.held[side], lab.hands[side]
+    cavity, into = lab.layout.cavity(source), lab.layout.cavity(target).opening
+    before, sizes = volumes[source], cylinder_of(cavity)
+    onset, greatest = (tilt_keeping(kept * 1e-6, *sizes) for kept in (before, before - millilitres))
     turn = lab.where[source][1]
-    forward = rotated(turn, opening.pour_direction)
-    middle = _mouth(lab, target) + how.beside * forward
-    lip = np.array(opening.lip)
+    forward = rotated(turn, cavity.opening.pour_direction)
+    axis, lip = np.cross(UP, forward), np.array(cavity.opening.lip)
+    middle = _mouth(lab, target) + beside * forward
     high = lip[1] + CLEAR_OF_RIM
     lab.carry(side, middle + high * UP - rotated(turn, lip), high=lab.travel - 0.1)
-    lab.hands[side].wait(0.3)
-    start = lab.hands[side].now
-    share = np.linspace(0.0, 1.0, round(how.seconds / STEP_S) + 1)[1:]
-    _tilt(
-        lab, side, middle, lip, high, greatest * minimum_jerk(share), minimum_jerk(share), start + share * how.seconds
-    )
-    lab.hands[side].wait(how.hold)
-    back = 0.6 * how.seconds
-    down = lab.hands[side].now
-    eased = 1.0 - minimum_jerk(share)
-    _tilt(lab, side, middle, lip, high, greatest * eased, eased, down + share * back, turn)
-    begins = start + how.seconds * minimum_jerk_inverse(onset / greatest) + lab.late
-    ends = start + how.seconds + lab.late
-    missed = abs(how.beside) > _mouth_radius(lab, target)
-    vessels.move(source, None if missed else target, how.millilitres)
+    script.wait(0.3)
+    share = np.linspace(0.0, 1.0, round(seconds / STEP_S) + 1)[1:]
+
+    def tilt(eased: Array, times: Array) -> None:
+        """Tilt by a share of the way; the lip sinks by the same share from ``high`` to `POUR_FROM` over the target."""
+        turns = quaternion_product(quaternion_about(axis, greatest * eased), turn)
+        lips = middle + (high + (POUR_FROM - high) * eased)[:, None] * UP
+        lab.follow(side, times, lips - rotated(turns, lip), turns)
+
+    start = script.now
+    tilt(minimum_jerk(share), start + share * seconds)
+    script.wait(HOLD_S)
+    tilt(1.0 - minimum_jerk(share), script.now + share * (0.6 * seconds))
+    begins = start + seconds * minimum_jerk_inverse(onset / greatest) + lab.late
+    missed = abs(beside) > float(into.radius)
+    volumes[source] -= millilitres
+    if not missed:
+        volumes[target] = volumes.get(target, 0.0) + millilitres
     lab.note(
-        "spill" if missed else "pour", begins, ends, (source,) if missed else (source, target),
-        volume_ml=how.millilitres, source=source, target="" if missed else target, left_ml=vessels.volumes[source],
+        "spill" if missed else "pour", begins, start + seconds + lab.late, (source,) if missed else (source, target),
+        volume_ml=millilitres, source=source, target="" if missed else target, left_ml=volumes[source],
         onset_tilt_deg=float(np.degrees(onset)), greatest_tilt_deg=float(np.degrees(greatest)),
     )  # fmt: skip
 
 
-def _tilt(
-    lab: Lab,
-    side: str,
-    middle: Array,
-    lip: Array,
-    high: float,
-    angles: Array,
-    lowered: Array,
-    times: Array,
-    upright: Quaternion | None = None,
-) -> None:
-    """Tilt the held vessel to these angles about its lip, which sinks from ``high`` to `POUR_FROM` over the target."""
-    turn = np.array(upright if upright is not None else lab.where[lab.held[side]][1])
-    opening = lab.layout.instruments[lab.held[side]].cavity.opening  # type: ignore[union-attr]
-    assert opening is not None
-    axis = np.cross(UP, rotated(turn, opening.pour_direction))
-    turns = quaternion_product(quaternion_about(axis, angles), turn)
-    lips = middle + (high + (POUR_FROM - high) * lowered)[:, None] * UP
-    lab.follow(side, times, lips - rotated(turns, lip), turns)
-
-
 def _mouth(lab: Lab, vessel: str) -> Array:
     """Middle of a standing vessel's opening."""
-    cavity = lab.layout.instruments[vessel].cavity
-    assert cavity is not None and cavity.opening is not None
     position, quaternion = lab.where[vessel]
-    middle: Array = np.array(position) + rotated(quaternion, cavity.opening.centre)
-    return middle
-
-
-def _mouth_radius(lab: Lab, vessel: str) -> float:
-    cavity = lab.layout.instruments[vessel].cavity
-    assert cavity is not None and cavity.opening is not None
-    return float(cavity.opening.radius)
+    return np.array(position) + rotated(quaternion, lab.layout.cavity(vessel).opening.centre)
 
 
 def stir(
@@ -139,12 +89,11 @@ def stir(
 ) -> None:
     """Stir in a vessel with the held rod, ``touches`` times (lasting so many seconds each) against its wall."""
     rod, script = lab.held[side], lab.hands[side]
-    cavity = lab.layout.instruments[vessel].cavity
-    assert cavity is not None
-    tip_height = cavity.floor_height + 0.018
+    tip_height = lab.layout.cavity(vessel).floor_height + 0.018
     place = np.array(lab.where[vessel][0]) + tip_height * UP
     top = float(_mouth(lab, vessel)[1]) + 0.04
-    lab.carry(side, np.array([place[0], top, place[2]]), high=max(top, lab.travel - 0.15))
+    above = np.array([place[0], top, place[2]])
+    lab.carry(side, above, high=max(top, lab.travel - 0.15))
     lab.carry(side, place)
     start, turns = script.now, float(lab.rng.uniform(1.0, 1.3))
     taps = []
@@ -157,30 +106,29 @@ def stir(
             tap = Tap(centre - dent.period / 2.0, dent.period, (0.0, 0.0, 0.0), dent.amplitude)
             taps.append((tap.start, tap.period, tap.amplitude))
             _plant(lab, vessel, rod, dent, tap, slack, "the rod touches the wall")
-    turn = Stir(start, start + seconds, radius, turns, taps=tuple(taps))
-    script.overlays.append(turn)
     script.quiet.append((start, start + seconds))
-    script.wait_until(start + seconds)
-    values: dict[str, float | str] = {"turns_per_second": turns, "radius_m": radius}
-    lab.note("stir", start + lab.late, script.now + lab.late, (rod, vessel), **values)
-    lab.carry(side, np.array([place[0], top, place[2]]))
+    _circle(lab, side, "stir", Stir(start, start + seconds, radius, turns, taps=tuple(taps)), (rod, vessel))
+    lab.carry(side, above)
 
 
 def swirl(lab: Lab, side: str, seconds: float, *, radius: float = 0.006) -> None:
     """Swirl the held vessel in small circles."""
+    start, turns = lab.hands[side].now, float(lab.rng.uniform(1.2, 1.6))
+    _circle(lab, side, "swirl", Stir(start, start + seconds, radius, turns), (lab.held[side],))
+
+
+def _circle(lab: Lab, side: str, kind: str, circles: Stir, bodies: tuple[str, ...]) -> None:
     script = lab.hands[side]
-    start, turns = script.now, float(lab.rng.uniform(1.2, 1.6))
-    script.overlays.append(Stir(start, start + seconds, radius, turns))
-    script.wait_until(start + seconds)
-    values: dict[str, float | str] = {"turns_per_second": turns, "radius_m": radius}
-    lab.note("swirl", start + lab.late, script.now + lab.late, (lab.held[side],), **values)
+    script.overlays.append(circles)
+    script.wait_until(circles.end)
+    values = {"turns_per_second": circles.turns_per_second, "radius_m": circles.radius}
+    lab.note(kind, circles.start + lab.late, script.now + lab.late, bodies, **values)
 
 
 def rap(lab: Lab, side: str, target: str, height: float, seconds: float, *, note: str) -> None:
     """Touch a standing glass with the knuckles of an empty hand for so many seconds."""
     hand, script = f"hand-{side}", lab.hands[side]
-    meets = approach(lab.layout.mesh(hand), script.quaternion, lab.layout.mesh(target), AWAY, height)
-    at = np.array(lab.where[target][0])
+    meets, at = _approach(lab, side, target, height), np.array(lab.where[target][0])
     lab.look(at)
     dent = Dent(0.0024, seconds, 0.0264)
     script.over(meets.place(at, 0.08), script.position[1])
@@ -194,8 +142,7 @@ def rap(lab: Lab, side: str, target: str, height: float, seconds: float, *, note
 def come_close(lab: Lab, side: str, target: str, height: float, clearance: float) -> None:
     """Stop an empty hand ``clearance`` metres before a standing glass and draw back: a near miss."""
     hand, script = f"hand-{side}", lab.hands[side]
-    meets = approach(lab.layout.mesh(hand), script.quaternion, lab.layout.mesh(target), AWAY, height)
-    at = np.array(lab.where[target][0])
+    meets, at = _approach(lab, side, target, height), np.array(lab.where[target][0])
     script.over(meets.place(at, 0.08), script.position[1])
     script.go(meets.place(at, clearance), 0.8)
     arrived = script.now
@@ -204,6 +151,11 @@ def come_close(lab: Lab, side: str, target: str, height: float, clearance: float
     lab.secure(arrived, script.now)
     lab.note("near_miss", arrived + lab.late, script.now + lab.late, (hand, target), clearance_m=clearance)
     script.go(meets.place(at, 0.08))
+
+
+def _approach(lab: Lab, side: str, target: str, height: float) -> Approach:
+    hand = lab.layout.mesh(f"hand-{side}")
+    return approach(hand, lab.hands[side].quaternion, lab.layout.mesh(target), AWAY, height)
 
 
 def _plant(lab: Lab, a: str, b: str, dent: Dent, tap: Tap, slack: float, note: str) -> None:

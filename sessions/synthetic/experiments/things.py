@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sessions.synthetic.choreography import Point, Quaternion
-from sessions.synthetic.experiments.outlet import GRAVITY
-from sessions.synthetic.paths import Poses, carried
+from sessions.synthetic.experiments.pouring import GRAVITY
+from sessions.synthetic.paths import Point, Poses, Quaternion, carried
+from sessions.synthetic.rotations import Array
 
-Array = NDArray[np.float64]
 Placing = Callable[[Array, Mapping[str, Poses]], Poses]
 """Times (n,) of the recorded clock and the recorded poses of the hands at them -> poses of the thing."""
 
@@ -25,7 +23,7 @@ class Standing:
     quaternion: Quaternion
 
     def __call__(self, times: Array, _hands: Mapping[str, Poses]) -> Poses:
-        """The same pose at all times."""
+        """Poses at these times."""
         count = len(times)
         return np.tile(np.array(self.position), (count, 1)), np.tile(np.array(self.quaternion), (count, 1))
 
@@ -39,7 +37,7 @@ class Held:
     turn: Quaternion
 
     def __call__(self, _times: Array, hands: Mapping[str, Poses]) -> Poses:
-        """Poses that follow the recorded hand."""
+        """Poses at these times."""
         return carried(hands[self.hand], self.offset, self.turn)
 
 
@@ -61,29 +59,18 @@ class Falling:
         return float(np.sqrt(2.0 * GRAVITY * (self.position[1] - height)))
 
     def __call__(self, times: Array, _hands: Mapping[str, Poses]) -> Poses:
-        """Poses on the way down and after."""
+        """Poses at these times."""
         place = np.tile(np.array(self.position), (len(times), 1))
         place[:, 1] = np.maximum(self.floor, place[:, 1] - 0.5 * GRAVITY * (times - self.start) ** 2)
         return place, np.tile(np.array(self.quaternion), (len(times), 1))
 
 
-@dataclass
-class Thing:
-    """A thing and its phases, in order of time; times are those of the recording."""
-
-    phases: list[tuple[float, Placing]] = field(default_factory=list)
-
-    def begin(self, time: float, placing: Placing) -> None:
-        """From ``time`` on the thing is where ``placing`` says."""
-        self.phases.append((time, placing))
-
-    def poses(self, times: Array, hands: Mapping[str, Poses]) -> Poses:
-        """Poses (n, 3) and (n, 4) at all frames."""
-        position, quaternion = np.empty((len(times), 3)), np.empty((len(times), 4))
-        starts = [start for start, _ in self.phases]
-        rows = np.searchsorted(times, [*starts, np.inf])
-        rows[0] = 0
-        for (_, placing), first, last in zip(self.phases, rows[:-1], rows[1:], strict=True):
-            part = {name: (poses[0][first:last], poses[1][first:last]) for name, poses in hands.items()}
-            position[first:last], quaternion[first:last] = placing(times[first:last], part)
-        return position, quaternion
+def placed_by(phases: Sequence[tuple[float, Placing]], times: Array, hands: Mapping[str, Poses]) -> Poses:
+    """Poses (n, 3) and (n, 4) of a thing at all frames; each phase (start, placing) lasts until the next one starts."""
+    position, quaternion = np.empty((len(times), 3)), np.empty((len(times), 4))
+    rows = np.searchsorted(times, [*(start for start, _ in phases), np.inf])
+    rows[0] = 0
+    for (_, placing), first, last in zip(phases, rows[:-1], rows[1:], strict=True):
+        part = {name: (poses[0][first:last], poses[1][first:last]) for name, poses in hands.items()}
+        position[first:last], quaternion[first:last] = placing(times[first:last], part)
+    return position, quaternion

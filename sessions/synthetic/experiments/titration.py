@@ -5,22 +5,17 @@ The scene declares no effect that needs a contact: replaying it asks no collisio
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from sessions.scene import SceneEffect
-from sessions.session import Session
-from sessions.synthetic.bench import BENCH_TOP, Placed, standing
+from sessions.synthetic.bench import BENCH_TOP, Placed, liquid, standing
 from sessions.synthetic.choreography import Script
-from sessions.synthetic.experiments.lab import Lab, turned_about
-from sessions.synthetic.experiments.outlet import Outlet, Turn
-from sessions.synthetic.experiments.record import Experiment, make_session
+from sessions.synthetic.experiments.lab import Lab
+from sessions.synthetic.experiments.pouring import Outlet, Turn
+from sessions.synthetic.experiments.record import Experiment
 from sessions.synthetic.experiments.steps import swirl
 from sessions.synthetic.paths import Path, Poses
-from sessions.synthetic.rotations import quaternion_about
-from sessions.synthetic.truth import Truth
+from sessions.synthetic.rotations import Array, quaternion_about, turned_about
 
 ACID_ML, ACID_MOLAR, BASE_MOLAR, BASE_ML = 25.0, 0.1, 0.1, 50.0
 EQUIVALENCE_ML = ACID_ML * ACID_MOLAR / BASE_MOLAR
@@ -35,14 +30,12 @@ FOOT = BENCH_TOP + 0.012
 UNDER = (0.0, STAND_AT[1] + 0.06)
 
 
-def perform(lab: Lab) -> Mapping[str, Path]:
+def perform(lab: Lab) -> None:
     """Bring the flask, run in quickly, throttle, stop after the colour has changed."""
     lab.stage("virtual reality")
     with lab.task("look at the burette"):
-        lab.wait(5.0)
-        lab.look((0.0, 1.45, STAND_AT[1]))
-        lab.wait(5.0)
-        lab.look((0.2, 0.95, 0.05))
+        lab.look((0.0, 1.45, STAND_AT[1]), after=5.0)
+        lab.look((0.2, 0.95, 0.05), after=5.0)
         lab.wait(3.0)
     lab.stage("perceptual interaction")
     with lab.task("bring the flask under the burette"):
@@ -61,7 +54,7 @@ def perform(lab: Lab) -> Mapping[str, Path]:
     delivered = float(outlet.volume(lab.now)) * 1e6
     lab.note("end_point", end_point, end_point, ("burette", "flask"), volume_ml=EQUIVALENCE_ML)
     lab.note("delivered", outlet.turns[0].start, outlet.turns[-1].end, ("burette", "flask"), volume_ml=delivered)
-    return {"stopcock": _stopcock(lab, outlet)}
+    lab.joints["stopcock"] = _stopcock(lab, outlet)
 
 
 def _run_in(lab: Lab) -> tuple[Outlet, float]:
@@ -73,31 +66,23 @@ def _run_in(lab: Lab) -> tuple[Outlet, float]:
         lab.together()
         left.wait(0.4)
         turns = [_turn(left, lab.late, 0.0, FAST, 0.9)]
-        cavity = lab.layout.instruments["burette"].cavity
-        assert cavity is not None
+        cavity = lab.layout.cavity("burette")
         section = float(cavity.capacity_m3 / (cavity.mark_height - cavity.floor_height))
-        full = Outlet(FULL_AREA_M2, DISCHARGE, section, float(cavity.mark_height), turns)
-        nearly = full.time_of(0.88 * EQUIVALENCE_ML * 1e-6, 600.0)
+        outlet = Outlet(FULL_AREA_M2, DISCHARGE, section, float(cavity.mark_height), turns)
+        nearly = outlet.time_of(0.88 * EQUIVALENCE_ML * 1e-6, 600.0)
         swirl(lab, "right", nearly - lab.hands["right"].now)
         left.wait_until(nearly)
         turns.append(_turn(left, lab.late, FAST, SLOW, 0.9))
-        drops = Outlet(FULL_AREA_M2, DISCHARGE, section, float(cavity.mark_height), turns)
-        end_point = drops.time_of(EQUIVALENCE_ML * 1e-6, 600.0)
+        end_point = outlet.time_of(EQUIVALENCE_ML * 1e-6, 600.0)
         swirl(lab, "right", end_point + 1.5 - lab.hands["right"].now)
         left.wait_until(end_point + 0.8)
         turns.append(_turn(left, lab.late, SLOW, 0.0, 0.5))
         lab.together()
         left.go((-0.2, 1.1, 0.28))
     for turn in turns:
-        lab.note(
-            "stopcock",
-            turn.start,
-            turn.end,
-            ("stopcock",),
-            from_deg=_deg(turn.start_angle),
-            to_deg=_deg(turn.end_angle),
-        )
-    return Outlet(FULL_AREA_M2, DISCHARGE, section, float(cavity.mark_height), turns), end_point
+        angles = {"from_deg": float(np.degrees(turn.start_angle)), "to_deg": float(np.degrees(turn.end_angle))}
+        lab.note("stopcock", turn.start, turn.end, ("stopcock",), **angles)
+    return outlet, end_point
 
 
 def _turn(hand: Script, late: float, start: float, end: float, seconds: float) -> Turn:
@@ -111,7 +96,7 @@ def _stopcock(lab: Lab, outlet: Outlet) -> Path:
     """Pose of the key relative to the burette."""
     place = lab.layout.site("burette", "stopcock")
 
-    def path(times: np.ndarray) -> Poses:
+    def path(times: Array) -> Poses:
         angle = np.zeros_like(times)
         for turn in outlet.turns:
             after = times >= turn.start
@@ -119,10 +104,6 @@ def _stopcock(lab: Lab, outlet: Outlet) -> Path:
         return np.tile(place, (len(times), 1)), quaternion_about(AXIS, angle)
 
     return path
-
-
-def _deg(angle: float) -> float:
-    return float(np.degrees(angle))
 
 
 TITRATION = Experiment(
@@ -136,13 +117,10 @@ TITRATION = Experiment(
         "stand": Placed("stand", (STAND_AT[0], BENCH_TOP, STAND_AT[1]), moves=False),
         "burette": Placed(
             "burette", (STAND_AT[0], BENCH_TOP + TIP_HEIGHT, STAND_AT[1] + 0.06), moves=False,
-            properties={"liquid": {"volume_ml": BASE_ML, "solute": "NaOH", "molar": BASE_MOLAR}},
+            properties=liquid(BASE_ML, "NaOH", BASE_MOLAR),
         ),
         "stopcock": Placed("burette_stopcock", (0.0, 0.1, 0.0)),
-        "flask": Placed(
-            "erlenmeyer_flask", standing(0.22, 0.06),
-            properties={"liquid": {"volume_ml": ACID_ML, "solute": "HCl", "molar": ACID_MOLAR}},
-        ),
+        "flask": Placed("erlenmeyer_flask", standing(0.22, 0.06), properties=liquid(ACID_ML, "HCl", ACID_MOLAR)),
         "bottle": Placed("reagent_bottle", standing(-0.34, -0.06)),
     },
     (0.034, 0.034),
@@ -162,8 +140,3 @@ TITRATION = Experiment(
     ),
     parents={"stopcock": "burette"},
 )  # fmt: skip
-
-
-def make_titration(**settings: Any) -> tuple[Session, Truth]:
-    """Make the session and its truth; see `make_session` for the settings."""
-    return make_session(TITRATION, **settings)

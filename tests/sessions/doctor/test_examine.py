@@ -4,7 +4,7 @@ from small_worlds import cube
 
 from sessions import examine
 from sessions.errors import SessionFileError
-from sessions.meshes import mesh_to_glb
+from sessions.glb import mesh_to_glb
 
 
 def codes(path):

@@ -8,8 +8,9 @@ from scipy.sparse.csgraph import connected_components
 
 from sessions.glassware import hands, proxies
 from sessions.glassware.catalogue import INSTRUMENTS, UnknownInstrumentError, make_instrument
+from sessions.glb import mesh_to_glb
 from sessions.mesh_data import is_closed, least_area
-from sessions.meshes import mesh_from_bytes, mesh_to_glb
+from sessions.meshes import mesh_from_bytes
 
 SIZES = [500, *(pytest.param(faces, marks=pytest.mark.slow) for faces in (2000, 5000, 50_000))]
 ELSEWHERE = {
@@ -96,7 +97,7 @@ def test_an_instrument_says_what_it_is(made):
 
 def test_the_same_call_gives_the_same_bytes(made, faces):
     if faces == 500:
-        for remembered in (hands._right_skin, proxies._wand_surface, proxies._headset_surface):
+        for remembered in (hands._right_skin, proxies._surface_once):
             remembered.cache_clear()
         again = make_instrument(made.name, faces)
         assert mesh_to_glb(again.mesh, made.name) == mesh_to_glb(made.mesh, made.name)

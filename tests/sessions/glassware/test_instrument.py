@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sessions.glassware.instrument import DENSITY, Instrument, Part, mass_of
-from sessions.glassware.solids import box
+from sessions.synthetic.solids import box
 
 
 def test_a_part_at_rest_is_moved_by_its_position():

@@ -3,17 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sessions.glassware.profile import (
-    Arc,
-    Line,
-    clipped,
-    level_holding,
-    offset,
-    rounded,
-    sampled,
-    solved,
-    volume_below,
-)
+from sessions.glassware.profile import Arc, Line, clipped, level_holding, offset, rounded, sampled, solved, volume_below
 
 CONE = [(0.0, 0.001), (0.03, 0.001), (0.01, 0.08), (0.01, 0.12)]
 

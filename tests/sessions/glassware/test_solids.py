@@ -1,19 +1,9 @@
 import numpy as np
 import pytest
 
-from sessions.glassware.solids import (
-    bent,
-    box,
-    cylinder,
-    fitted,
-    fitted_union,
-    grounded,
-    ring,
-    rod,
-    sections_for,
-    swept,
-)
+from sessions.glassware.solids import bent, cylinder, fitted, fitted_union, grounded, ring, rod, sections_for, swept
 from sessions.mesh_data import is_closed
+from sessions.synthetic.solids import box
 
 
 def test_box_cylinder_rod_and_ring_have_their_volumes():

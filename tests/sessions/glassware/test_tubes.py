@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from surface_rays import distances_along_rays
 
-from sessions.glassware.tubes import dropper, funnel, graduated_cylinder, pipette, test_tube
+from sessions.glassware.tubes import burette, dropper, funnel, graduated_cylinder, pipette, test_tube
 
 
 def test_a_test_tube_is_16_by_160_millimetres():
@@ -40,3 +40,50 @@ def test_the_funnel_has_the_sixty_degrees_of_filter_paper():
     cone = (radii > 0.012) & (radii < 0.034)
     slope = np.polyfit(radii[cone], brim[cone, 1], 1)[0]
     assert 2 * np.degrees(np.arctan(1 / slope)) == pytest.approx(60, abs=1)
+
+
+@pytest.fixture(scope="module")
+def made():
+    return burette(3000)
+
+
+def turned_about(joint, angle):
+    cosine, sine = np.cos(angle), np.sin(angle)
+    pose = np.eye(4)
+    pose[:2, :2] = [[cosine, -sine], [sine, cosine]]
+    origin = np.array(joint.origin)
+    pose[:3, 3] = origin - pose[:3, :3] @ origin
+    return pose
+
+
+def test_the_scale_of_50_millilitres_is_526_millimetres_long(made):
+    assert made.cavity.mark_height - made.cavity.floor_height == pytest.approx(0.5261, abs=1e-3)
+
+
+def passed(made, angle):
+    """Return how many walls a ray straight down the bore meets."""
+    part = made.parts[0]
+    key = part.instrument.mesh.transformed(turned_about(part.joint, angle) @ part.to_parent)
+    down = ([[1e-5, 1.0, 1e-5]], [[0.0, -1.0, 0.0]])
+    return sum(len(distances_along_rays(mesh.triangles, *down)[0]) for mesh in (made.mesh, key))
+
+
+def test_the_stopcock_shuts_the_bore_and_opens_it_at_a_quarter_turn(made):
+    joint = made.parts[0].joint
+    assert joint.axis == (0, 0, 1)
+    assert (joint.lower, joint.upper) == (0, np.pi / 2)
+    assert passed(made, joint.lower) > 0
+    assert passed(made, joint.upper) == 0
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.7, 1.0])
+def test_the_key_turns_without_touching_the_glass(made, share):
+    part = made.parts[0]
+    key = part.instrument.mesh.transformed(turned_about(part.joint, share * part.joint.upper) @ part.to_parent)
+    edges = np.concatenate([key.faces[:, [0, 1]], key.faces[:, [1, 2]], key.faces[:, [2, 0]]])
+    edges = edges[edges[:, 0] < edges[:, 1]]
+    start, end = key.vertices[edges[:, 0]], key.vertices[edges[:, 1]]
+    length = np.linalg.norm(end - start, axis=1)
+    near = made.mesh.triangles[np.abs(made.mesh.triangles[..., 1] - 0.1).min(axis=1) < 0.03]
+    hits = distances_along_rays(near, start, (end - start) / length[:, None])
+    assert not any(len(hit) and hit[0] <= whole for hit, whole in zip(hits, length, strict=True))

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -132,3 +134,32 @@ def test_unknown_names_are_refused_with_what_there_is():
         make_analytic("ball-plate", noise="loud")
     with pytest.raises(SessionError, match="positive"):
         make_analytic("ball-plate", seconds=0.0)
+
+
+@pytest.mark.parametrize("build", ANALYTIC.values(), ids=ANALYTIC)
+def test_a_higher_level_never_holds_less(build):
+    case = build(np.random.default_rng(2), 6.0)
+    for table in (case.contact, case.contained):
+        for level in table.values():
+            lengths = [sum(b - a for a, b in level(height)) for height in (-0.001, -0.0005, 0.0, 0.0005, 0.001)]
+            assert all(a <= b + 1e-12 for a, b in itertools.pairwise(lengths))
+            assert lengths[0] < lengths[-1]
+
+
+@pytest.mark.parametrize("build", ANALYTIC.values(), ids=ANALYTIC)
+def test_paths_give_unit_quaternions_and_continuous_places(build):
+    case = build(np.random.default_rng(2), 6.0)
+    times = np.linspace(0.0, 6.0, 60_001)
+    assert set(case.paths) == set(case.meshes)
+    for path in case.paths.values():
+        position, quaternion = path(times)
+        np.testing.assert_allclose(np.linalg.norm(quaternion, axis=1), 1.0, atol=1e-12)
+        assert np.linalg.norm(np.diff(position, axis=0), axis=1).max() < 5.0 * 1e-4
+
+
+@pytest.mark.parametrize("build", ANALYTIC.values(), ids=ANALYTIC)
+def test_the_lever_reaches_every_surface_point_that_turns(build):
+    case = build(np.random.default_rng(2), 6.0)
+    moving = [name for name, path in case.paths.items() if len(np.unique(path(np.arange(5.0))[0], axis=0)) > 1]
+    for name in moving:
+        assert np.linalg.norm(case.meshes[name].vertices, axis=1).max() <= case.lever

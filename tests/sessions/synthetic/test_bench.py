@@ -1,9 +1,20 @@
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
-from sessions.synthetic.bench import BENCH_TOP, STAND_M, Layout, Placed, standing, widest
+from sessions.errors import SceneError
+from sessions.scene import Pose, Scene, SceneBody, SceneEffect
+from sessions.scene_toml import parse_scene
+from sessions.synthetic.bench import BENCH_TOP, STAND_M, Layout, Placed, standing, with_text
+
+SCENE = Scene(
+    "a test",
+    (
+        SceneBody("bench", instrument="bench", fixed=Pose(), tags=("bench",)),
+        SceneBody("glass", instrument="beaker_250", group="g", tags=("glass",), extra={"faces": 600, "mass": 0.25}),
+    ),
+    effects=(SceneEffect("contact", {"between": ["tag:glass", "tag:bench"]}),),
+)
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +54,24 @@ def test_meshes_have_the_resolution_asked_for(layout):
     assert set(layout.meshes) == {"bench", "glass", "hand"}
 
 
-def test_sites_and_levers_are_in_the_bodys_frame(layout):
+def test_sites_are_in_the_bodys_frame_and_only_a_vessel_has_a_cavity(layout):
     assert layout.site("hand", "grip").tolist() == [0.0, 0.0, 0.0]
-    corner = widest(layout.mesh("glass"))
-    assert corner == pytest.approx(np.hypot(0.0275, 0.07), rel=0.1)
-    assert widest(layout.mesh("glass"), (0.0, 0.07, 0.0)) < corner
+    with pytest.raises(ValueError, match="hand is no vessel"):
+        layout.cavity("hand")
+
+
+def test_the_text_read_again_is_the_scene():
+    done = with_text(SCENE, ["a remark", "and another"])
+    assert done.text.startswith("# a remark\n# and another\n")
+    assert parse_scene(done.text) == done
+    assert (done.name, done.bodies, done.effects) == (SCENE.name, SCENE.bodies, SCENE.effects)
+
+
+def test_a_scene_that_declares_no_effect_says_so():
+    assert with_text(Scene("none", effects=())).effects == ()
+    assert with_text(Scene("unsaid")).effects is None
+
+
+def test_an_effect_between_what_is_not_there_is_refused():
+    with pytest.raises(SceneError, match="tag:lamp"):
+        with_text(Scene("x", SCENE.bodies, effects=(SceneEffect("contact", {"between": ["tag:lamp", "glass"]}),)))

@@ -14,7 +14,7 @@ from sessions.synthetic.rotations import rotated
 @pytest.fixture(scope="module")
 def played():
     how = Recording(seconds=SECONDS, noise="vive", jitter="steady")
-    plan = Plan(Layout(PLACED, 600), Blinks(how.seconds_of_frames(), how.latency_s), how, np.random.default_rng(0))
+    plan = Plan(Layout(PLACED, 600), Blinks(how.stamps() * 1e-9, how.latency_s), how, np.random.default_rng(0))
     return plan, right_hand(plan), left_hand(plan)
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sessions.synthetic.clock import CLOCKS, stamps
+from sessions.synthetic.assembly import CLOCKS, stamps
 from sessions.synthetic.looks import looks
 from sessions.synthetic.paths import Tap
 from sessions.synthetic.planting import Blinks, Dent

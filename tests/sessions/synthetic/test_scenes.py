@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from sessions.errors import SessionError
-from sessions.synthetic.scenes import SCENES, make_scene_session
+from sessions.synthetic.scenes import make_scene_session
 
 
 def test_an_unknown_scene_is_refused_with_what_there_is():
@@ -16,9 +16,3 @@ def test_a_scene_is_made_by_name_with_its_settings():
     assert (truth.name, truth.seed, truth.noise) == ("bench-bumps", 3, "off")
     assert session.scene.name == "bench-bumps"
     assert len(session.frames) == 5401
-
-
-def test_every_row_of_the_table_names_a_function():
-    for entry in SCENES.values():
-        module, function = entry.split(":")
-        assert module.startswith("sessions.synthetic.") and function.startswith("make_")

@@ -5,14 +5,18 @@ import pytest
 
 from sessions.glassware.catalogue import make_instrument
 from sessions.synthetic.rotations import IDENTITY, quaternion_about
-from sessions.synthetic.sections import approach, inscribed_radius, level_section, round_in_round
-from sessions.synthetic.solids import block, pointed_ball, prism
+from sessions.synthetic.sections import _Posed, approach, inscribed_radius, round_in_round
+from sessions.synthetic.solids import box, pointed_ball, prism
 
 TURN = quaternion_about((0.0, 1.0, 0.0), np.radians(45.0))
 
 
+def level_section(mesh, height):
+    return _Posed(mesh.vertices, mesh.faces).section(height)
+
+
 def test_a_section_of_a_box_is_its_outline():
-    points = level_section(block(0.2, 1.0, 0.4), 0.3)
+    points = level_section(box((0.2, 1.0, 0.4)), 0.3)
     assert np.abs(points).max(axis=0) == pytest.approx([0.1, 0.3, 0.2])
     assert inscribed_radius(points) == pytest.approx(0.1)
 
@@ -26,7 +30,7 @@ def test_the_inscribed_radius_of_a_polygon_is_its_inradius():
 
 
 def test_a_cube_corner_meets_a_prism_between_the_bounds():
-    cube, post = block(0.1, 0.1, 0.1), prism(64, 0.03, 0.5)
+    cube, post = box((0.1, 0.1, 0.1)), prism(64, 0.03, 0.5)
     meets = approach(cube, TURN, post, (0.0, 0.0, -1.0), 0.05)
     corner = 0.05 * np.sqrt(2.0)
     assert meets.sure <= corner + 0.03 <= meets.possible + 1e-9
@@ -35,7 +39,7 @@ def test_a_cube_corner_meets_a_prism_between_the_bounds():
 
 
 def test_the_foremost_point_is_brought_onto_the_line():
-    wedge = block(0.1, 0.1, 0.1)
+    wedge = box((0.1, 0.1, 0.1))
     meets = approach(wedge, quaternion_about((0.0, 1.0, 0.0), 0.2), prism(64, 0.03, 0.5), (1.0, 0.0, 0.0), 0.0)
     place = meets.place((0.0, 0.0, 0.0), 0.0)
     corners = np.array([[x, z] for x in (-0.05, 0.05) for z in (-0.05, 0.05)])
@@ -54,7 +58,7 @@ def test_a_ball_meets_a_ball_where_their_heights_say():
 
 def test_bodies_of_different_heights_do_not_meet():
     with pytest.raises(ValueError, match="no height"):
-        approach(block(0.1, 0.1, 0.1), IDENTITY, block(0.1, 0.1, 0.1), (1.0, 0.0, 0.0), 0.5)
+        approach(box((0.1, 0.1, 0.1)), IDENTITY, box((0.1, 0.1, 0.1)), (1.0, 0.0, 0.0), 0.5)
 
 
 def test_a_rod_meets_the_wall_of_a_beaker_from_within_between_the_bounds():

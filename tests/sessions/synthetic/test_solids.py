@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from sessions.mesh_data import is_closed
-from sessions.synthetic.solids import block, inscribed_depth, pointed_ball, prism
+from sessions.synthetic.solids import box, inscribed_depth, pointed_ball, prism
 
 MESHES = {
-    "block": block(0.5, 0.25, 0.125),
+    "block": box((0.5, 0.25, 0.125)),
     "ball": pointed_ball(1 / 32),
     "fine ball": pointed_ball(1 / 32, 4),
     "prism": prism(12, 1 / 128, 0.25),
@@ -50,7 +50,7 @@ def test_the_flats_of_a_ring_face_along_x_at_the_exact_distance():
 
 
 def test_inscribed_depth_is_that_of_the_flattest_face():
-    assert inscribed_depth(block(2.0, 2.0, 2.0)) == pytest.approx(np.sqrt(3.0) - 1.0)
+    assert inscribed_depth(box((2.0, 2.0, 2.0))) == pytest.approx(np.sqrt(3.0) - 1.0)
     assert inscribed_depth(MESHES["fine ball"]) < inscribed_depth(MESHES["ball"]) / 3.0
 
 

@@ -6,6 +6,7 @@ import pytest
 from sessions.synthetic.assembly import START_NS, Recording
 from sessions.synthetic.bench import BENCH_TOP, Placed, standing
 from sessions.synthetic.experiments.lab import SNAP, SPOUT_LEFT, Lab, layout_of
+from sessions.synthetic.experiments.things import placed_by
 from sessions.synthetic.rotations import quaternion_about, rotated
 
 
@@ -22,7 +23,7 @@ def lab(layout):
 def poses(lab, side="right"):
     times = np.arange(0.0, lab.together() + 1.0, 1.0 / 90.0)
     hands = {f"hand-{s}": lab.hands[s].path()(times - lab.late) for s in ("left", "right")}
-    return times, hands[f"hand-{side}"], lab.things["glass"].poses(times, hands)
+    return times, hands[f"hand-{side}"], placed_by(lab.things["glass"], times, hands)
 
 
 def test_a_grasped_thing_snaps_rides_and_is_put_down_exactly(lab):

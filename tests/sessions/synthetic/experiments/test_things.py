@@ -3,23 +3,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sessions.synthetic.experiments.outlet import GRAVITY
-from sessions.synthetic.experiments.things import Falling, Held, Standing, Thing
+from sessions.synthetic.experiments.pouring import GRAVITY
+from sessions.synthetic.experiments.things import Falling, Held, Standing, placed_by
 from sessions.synthetic.rotations import IDENTITY, quaternion_about
 
 TIMES = np.linspace(0.0, 10.0, 1001)
 TURN = tuple(quaternion_about((0.0, 1.0, 0.0), 1.2).tolist())
-HANDS = {
-    "hand-left": (np.stack([TIMES, np.ones(1001), np.zeros(1001)], axis=1), np.tile(TURN, (1001, 1))),
-}
+HANDS = {"hand-left": (np.stack([TIMES, np.ones(1001), np.zeros(1001)], axis=1), np.tile(TURN, (1001, 1)))}
 
 
 def test_each_phase_lasts_until_the_next_begins():
-    thing = Thing()
-    thing.begin(0.0, Standing((0.0, 0.9, 0.0), IDENTITY))
-    thing.begin(2.0, Held("hand-left", (0.0, -0.1, 0.0), IDENTITY))
-    thing.begin(6.0, Falling(6.0, (6.0, 0.9, 0.0), TURN, 0.5))
-    position, quaternion = thing.poses(TIMES, HANDS)
+    held, falls = Held("hand-left", (0.0, -0.1, 0.0), IDENTITY), Falling(6.0, (6.0, 0.9, 0.0), TURN, 0.5)
+    phases = [(0.0, Standing((0.0, 0.9, 0.0), IDENTITY)), (2.0, held), (6.0, falls)]
+    position, quaternion = placed_by(phases, TIMES, HANDS)
     assert (position[TIMES < 2.0] == (0.0, 0.9, 0.0)).all()
     held = (TIMES >= 2.0) & (TIMES < 6.0)
     np.testing.assert_allclose(position[held, 0], TIMES[held])
