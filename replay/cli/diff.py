@@ -12,11 +12,10 @@ import click
 
 from replay.cli.console import People, stdout_console
 from replay.cli.options import ANY_PATH, common, output_format
+from replay.outputs.tables import Table, table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
-    from rich.table import Table
 
     from replay.diff.runs import DetectorDiff, RunDiff
 
@@ -37,18 +36,16 @@ TRUTH: Final[Mapping[str, str]] = {
 @click.argument("run_b", type=ANY_PATH, metavar="RUN_B")
 @output_format
 @common
-def command(run_a: Path, run_b: Path, format_: str, verbose: bool, quiet: bool, debug: bool) -> int:
+def command(run_a: Path, run_b: Path, as_json: bool, people: People) -> int:
     """Say which contacts RUN_B gained, lost or shifted beside RUN_A, what it took, and what was set differently.
 
     \b
     replay diff runs/before runs/after
     """
-    del debug
-    people = People(quiet=quiet, verbose=verbose)
     from replay.diff.runs import diff_runs
 
     found = diff_runs(run_a, run_b)
-    if format_ == "json":
+    if as_json:
         click.echo(json.dumps(asdict(found) | {"changed": found.changed}, indent=1, allow_nan=False))
     else:
         _print(found, run_a, run_b)
@@ -58,6 +55,8 @@ def command(run_a: Path, run_b: Path, format_: str, verbose: bool, quiet: bool, 
 
 
 def _print(found: RunDiff, run_a: Path, run_b: Path) -> None:
+    from replay.cli.terminal import terminal
+
     console = stdout_console()
     console.print(f"{run_b} beside {run_a}: " + ("contacts changed" if found.changed else "no contact changed"))
     for name, (a, b) in found.settings.items():
@@ -65,7 +64,7 @@ def _print(found: RunDiff, run_a: Path, run_b: Path) -> None:
     for side, labels in ((run_a, found.only_a), (run_b, found.only_b)):
         if labels:
             console.print(f" only in {side}: {', '.join(labels)}")
-    console.print(_table(found))
+    console.print(terminal(_table(found)))
     for label, one in found.detectors.items():
         lines = list(_lines(one))
         for line in lines[:MOST_ROWS]:
@@ -79,27 +78,16 @@ def _told(value: object) -> str:
 
 
 def _table(found: RunDiff) -> Table:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(
-        box=box.SIMPLE_HEAD,
-        title="contacts, and shares of pair-frames",
-        title_justify="left",
-        title_style="bold",
-        caption=_caption(found),
-        caption_justify="left",
-        pad_edge=False,
-    )
-    for name in ("detector", "same", "gained", "lost", "shifted", "missed", "invented", "time", "p99", "verdicts"):
-        table.add_column(name, justify="left" if name in ("detector", "verdicts") else "right", no_wrap=True)
     verdicts = {None: "no digest", True: "the same", False: "differ"}
+    rows = []
     for label, one in found.detectors.items():
         counts = (one.same, len(one.gained), len(one.lost), len(one.shifted))
         ratios = ("" if ratio is None else f"x {ratio:.2f}" for ratio in (one.time_ratio, one.p99_ratio))
         shares = (_change(one.missed), _change(one.invented))
-        table.add_row(label, *map(str, counts), *shares, *ratios, verdicts[one.same_verdicts])
-    return table
+        rows.append((label, *map(str, counts), *shares, *ratios, verdicts[one.same_verdicts]))
+    head = ("detector", "same", "gained", "lost", "shifted", "missed", "invented", "time", "p99", "verdicts")
+    title = "contacts, and shares of pair-frames"
+    return table(title, head, rows, words=("detector", "verdicts"), whole=head, notes=[_caption(found)])
 
 
 def _change(shares: tuple[float | None, float | None]) -> str:

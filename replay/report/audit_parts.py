@@ -2,41 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.audit.gates import percent
 from replay.audit.outcome import Outcome
-from replay.report.markup import Markup, element, joined, table
+from replay.outputs.palette import MISSED, SERIES, hex_of
+from replay.outputs.run_tables import matched_table, pair_frame_table
+from replay.outputs.words import CONTACT_WORDS
+from replay.report.markup import Markup, element, joined, page_table, table
 from replay.run_result import RunResult
 from replay.summary import frame_seconds
+from replay.tradeoff.clocks import BUDGET_MS
 
-BUDGET_MS: Final = 1000.0 / 90.0
 BINS: Final = 40
 WIDTH, HEIGHT, LEFT, BOTTOM = 1100, 150, 190, 20
 MOST_PAIRS: Final = 60
-
-FRAME_ROWS: Final = {
-    "both": "BOTH", "missed": "MISSED", "invented": "INVENTED", "within tolerance": "WITHIN_TOLERANCE",
-    "left out": "LEFT_OUT",
-}  # fmt: skip
-CONTACT_ROWS: Final = {
-    "truth": "contacts by the oracle", "matched": "matched", "missed": "missed whole",
-    "absorbed": "found only as part of a longer one", "excused_truth": "by the oracle, nobody's fault",
-    "found": "contacts reported", "invented": "invented", "pieces": "further pieces of one contact",
-    "excused_found": "reported, nobody's fault", "split": "by the oracle, reported in pieces",
-    "merged": "reported, that join several",
-}  # fmt: skip
-"""Figure -> its words: first what became of the oracle's contacts, then of the detector's."""
 
 FRAME_WORDS: Final = (
     "A pair-frame is one pair of bodies in one frame. Missed: the oracle says contact, the detector does not; "
     "invented: the other way round. Within tolerance: they disagree about less than any tracker resolves. Left out: "
     "one of them could not decide, or a pose was lost. Between frames: only the way from frame to frame shows it."
 )
-CONTACT_WORDS: Final = (
+CONTACT_NOTE: Final = (
     "A contact lasts from the first frame in which a pair touches to the last. The detector's are matched one to one "
     "with the oracle's, by most frames in common. Nobody's fault: undecided, within tolerance, or between frames."
 )
@@ -45,25 +34,10 @@ CONTACT_WORDS: Final = (
 def count_tables(result: RunResult) -> Markup:
     """Pair-frames and contacts of every audited detector, matched and unmatched."""
     audit = result.summary["audit"]
-    labels = list(audit)
-    frames = [(word, *(audit[label]["pair_frames"][name] for label in labels)) for word, name in FRAME_ROWS.items()]
-    frames.append(("missed, with interval", *(percent(audit[label]["missed"]) for label in labels)))
-    frames.append(("between frames", *(audit[label]["between_frames"] for label in labels)))
-    frames.append(("face recall", *(_recall(audit[label]["faces"]) for label in labels)))
-    contacts = [(words, *(audit[label]["episodes"][name] for label in labels)) for name, words in CONTACT_ROWS.items()]
-    contacts.append(
-        ("missed whole, with interval", *(percent(audit[label]["episodes"]["missed_share"]) for label in labels))
-    )
-    for name, words in (("onset_error", "matched begin late by, ms"), ("duration_error", "matched last longer by, ms")):
-        contacts.append((words, *(_spread(audit[label]["episodes"][name]) for label in labels)))
-    return joined(
-        [
-            element("p", FRAME_WORDS),
-            table("Pair-frames", ("", *labels), frames),
-            element("p", CONTACT_WORDS),
-            table("Contacts matched one to one", ("", *labels), contacts),
-        ]
-    )
+    frames = pair_frame_table("Pair-frames", audit)
+    contacts = matched_table("Contacts matched one to one", audit, CONTACT_WORDS)
+    parts = (element("p", FRAME_WORDS), page_table(frames), element("p", CONTACT_NOTE), page_table(contacts))
+    return joined(parts)
 
 
 def cause_table(result: RunResult) -> Markup:
@@ -149,7 +123,8 @@ def _per_pair(outcome: NDArray[np.uint8]) -> NDArray[np.int64]:
 def _heat(missed: int, both: int) -> Markup:
     of = missed + both
     share = missed / of if of else 0.0
-    return element("span", f"{missed} of {of}", class_="heat", style=f"background:rgba(255,45,85,{0.85 * share:.3f})")
+    red = ",".join(map(str, MISSED[:3]))
+    return element("span", f"{missed} of {of}", class_="heat", style=f"background:rgba({red},{0.85 * share:.3f})")
 
 
 def _lane(label: str, values: NDArray[np.float64], edges: NDArray[np.float64], row: int) -> Markup:
@@ -164,7 +139,7 @@ def _lane(label: str, values: NDArray[np.float64], edges: NDArray[np.float64], r
         title = element("title", f"{count[k]} frames of {edges[k]:.3g} to {edges[k + 1]:.3g} ms")
         bars.append(
             element("rect", title, x=f"{x:.1f}", y=f"{top + HEIGHT - tall:.1f}", width=f"{after - x - 1:.1f}",
-                    height=f"{tall:.1f}", fill="#5aa9e6")
+                    height=f"{tall:.1f}", fill=hex_of(SERIES[0]))
         )  # fmt: skip
     return joined([words, *bars])
 
@@ -172,11 +147,3 @@ def _lane(label: str, values: NDArray[np.float64], edges: NDArray[np.float64], r
 def _along(value: float, edges: NDArray[np.float64]) -> float:
     share = np.log(value / edges[0]) / np.log(edges[-1] / edges[0])
     return LEFT + (WIDTH - LEFT) * float(share)
-
-
-def _recall(faces: dict[str, Any] | None) -> str:
-    return "not asked" if faces is None else percent(faces["recall"])
-
-
-def _spread(spread: dict[str, float] | None) -> str:
-    return "" if spread is None else f"{1e3 * spread['mean']:+.1f}, worst {1e3 * spread['most_off']:.1f}"

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray, place_points
 from replay.assembly import Assembly
+from replay.outputs.palette import MISSED
 from replay.rerun_log.camera import FIELD_OF_VIEW, Eye, look_rotation
-from replay.rerun_log.colours import MISSED
 from replay.rerun_log.materials import albedo, is_ghost, tags_of
 from sessions.scene import Scene
 

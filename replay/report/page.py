@@ -12,15 +12,22 @@ from replay.audit.headline import headline, invented, price
 from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss
 from replay.effect_summary import happened, happened_words
+from replay.outputs.palette import MISSED, hex_of
+from replay.outputs.run_tables import cost_table
+from replay.outputs.words import NOT_LOOKED_FOR
 from replay.report.audit_parts import cause_table, count_tables, dwell_table, heat_map, latency_histogram
 from replay.report.bench_picture import bench_picture
 from replay.report.charts import timeline, timing
-from replay.report.effects import effect_section
-from replay.report.findings import finding_tables
-from replay.report.markup import Markup, element, joined, picture
-from replay.report.tables import contact_table, cost_table, fact_table, miss_table, settings_table
-from replay.rerun_log.camera import Eye, Obstacles, overview, towards_user
-from replay.rerun_log.focus import standing
+from replay.report.markup import Markup, element, joined, page_table, picture
+from replay.report.tables import (
+    contact_table,
+    effect_section,
+    fact_table,
+    finding_tables,
+    miss_table,
+    settings_table,
+)
+from replay.rerun_log.camera import Eye, Obstacles, overview, standing, towards_user
 from replay.run_result import RunResult
 from replay.summary import CAVEAT
 
@@ -28,10 +35,10 @@ CLOSE_UPS = 4
 """Misses shown as pictures; all of them stand in the table."""
 
 
+COST_HEAD = ("detector", "how", "whole s", "mean ms", "median ms", "99 % ms", "worst ms")
+
 EVENTS_FIRST = 6
 """Events told before all else, where no contact was looked for."""
-
-NOT_LOOKED_FOR = "No contact was looked for: the scene's effects call for none"
 
 
 def write_report(result: RunResult, path: Path) -> None:
@@ -46,7 +53,7 @@ def report_html(result: RunResult) -> str:
     head = [
         Markup('<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'),
         element("title", f"{name}: {_headlines(result)[0]}"),
-        Markup(f"<style>{style}</style>"),
+        Markup(f"<style>:root {{ --missed: {hex_of(MISSED)}; }}\n{style}</style>"),
     ]
     lines = [element("p", f"Replay of {name}"), *(element("h1", line) for line in _headlines(result))]
     lines += [element("p", line, class_="price") for line in _beside(result)]
@@ -90,7 +97,8 @@ def _sections(result: RunResult) -> list[Markup]:
         if result.misses[label]
     ]
     if result.detections:
-        parts.append(_section("What it cost in time", timing(result), *_latency(result), cost_table(result)))
+        costs = page_table(cost_table(result).only(*COST_HEAD))
+        parts.append(_section("What it cost in time", timing(result), *_latency(result), costs))
     if result.comparisons and (steps := dwell_table(result)) is not None:
         parts.append(_section("Which step rate would have missed it", steps))
     if result.effects or result.summary["plan"]["not_built"]:

@@ -10,14 +10,15 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
+from replay.outputs.palette import BACKGROUND
+from replay.outputs.words import LANE_LEGEND
 from replay.rerun_log.camera import Eye
-from replay.rerun_log.colours import BACKGROUND
 from replay.rerun_log.columns import FRAME, SESSION
 from replay.rerun_log.effects import EffectViews
 from replay.rerun_log.findings import finding_tab
 from replay.rerun_log.subject import Subject, lanes_in_view
-from replay.rerun_log.timing import BUDGET_MS
 from replay.rerun_log.tradeoff import curve_tab
+from replay.tradeoff.clocks import BUDGET_MS
 
 AROUND: Final = 0.6
 """Seconds before and after the cursor in the lanes beside the close-up."""
@@ -176,8 +177,7 @@ def _eye_controls(eye: Eye) -> rrb.EyeControls3D:
 
 def _lanes(layout: Layout, subject: Subject, lanes: Sequence[str]) -> Any:
     root = lanes[0].rpartition("/")[0]
-    colours = f"red: missed by {subject.label}    yellow: invented    blue: both    grey: within 2 micrometres"
-    name = f"When and which pair    {colours}"
+    name = f"When and which pair    {LANE_LEGEND.format(subject.label)}"
     whole = rrb.StateTimelineView(
         origin=f"/{root}", contents=[f"/{lane}" for lane in lanes], name=name, time_view=_whole(layout)
     )

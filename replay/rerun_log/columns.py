@@ -11,6 +11,7 @@ import rerun as rr
 from numpy.typing import ArrayLike, NDArray
 
 from replay.assembly import Assembly
+from replay.outputs.palette import Rgba
 
 SESSION: Final = "session"
 """Timeline of the session's own time, a duration in nanoseconds since its first frame."""
@@ -70,6 +71,11 @@ class Clock:
 def on_session(ns: NDArray[np.int64]) -> rr.TimeColumn:
     """The session timeline at these nanoseconds."""
     return rr.TimeColumn(SESSION, duration=ns.astype("timedelta64[ns]"))
+
+
+def packed(colours: Iterable[Rgba]) -> NDArray[np.uint32]:
+    """Colours as 0xRRGGBBAA, (n,) uint32: Rerun takes Python integers for floats in some places."""
+    return np.array([(r << 24) | (g << 16) | (b << 8) | a for r, g, b, a in colours], dtype=np.uint32)
 
 
 def entity(*parts: str) -> str:

@@ -13,8 +13,8 @@ from cdcore import Detection, FaceSets
 from cdcore.numerics import FloatArray, place_points
 from replay.assembly import Assembly
 from replay.audit.outcome import Comparison, Outcome
-from replay.rerun_log.colours import FOUND, INVENTED, MISSED, WITHIN_TOLERANCE, Rgba, packed
-from replay.rerun_log.columns import Clock, RecordingWriter, entity
+from replay.outputs.palette import FOUND, INVENTED, MISSED, WITHIN_TOLERANCE, Rgba
+from replay.rerun_log.columns import Clock, RecordingWriter, entity, packed
 
 DRAWN_CONTACTS: Final = 20_000
 DRAWN_FACES: Final = 400_000

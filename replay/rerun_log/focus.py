@@ -14,10 +14,9 @@ import numpy as np
 import rerun as rr
 
 from replay.assembly import Assembly
-from replay.audit.between import at_touch
 from replay.audit.clusters import by_depth
 from replay.audit.outcome import Miss
-from replay.rerun_log.camera import Eye, Obstacles, look_rotation, towards_user
+from replay.rerun_log.camera import Eye, Obstacles, look_rotation, standing, towards_user
 from replay.rerun_log.columns import RecordingWriter
 from replay.rerun_log.quaternions import quaternions_xyzw
 from sessions.scene import Scene
@@ -81,13 +80,6 @@ def eyes_of(assembly: Assembly, scene: Scene, misses: Sequence[Miss]) -> dict[in
         obstacles = counted if rank < COUNTED else unseen
         eyes[miss.number] = obstacles.close_up(frame, miss.point, user, there.motion)
     return eyes
-
-
-def standing(assembly: Assembly, miss: Miss) -> tuple[Assembly, int]:
-    """Where all bodies stand when there is most to see of a miss: an assembly, and the frame in it."""
-    if miss.touch is None:
-        return assembly, miss.deepest
-    return at_touch(assembly, miss.pair, miss.touch), 0
 
 
 def log_eye(writer: RecordingWriter, path: str, shown: Sequence[Focus], eye_of: Mapping[int, Eye]) -> None:

@@ -14,8 +14,8 @@ from cdcore.numerics import FloatArray
 from replay.assembly import Assembly
 from replay.audit.clusters import by_depth
 from replay.audit.outcome import Miss
-from replay.rerun_log.colours import MISSED, MISSED_FACES, PARTLY_MISSED, packed
-from replay.rerun_log.columns import Clock, RecordingWriter
+from replay.outputs.palette import MISSED, MISSED_FACES, PARTLY_MISSED
+from replay.rerun_log.columns import Clock, RecordingWriter, packed
 from replay.rerun_log.world import body_path
 
 PUSHED_OUT: Final = 0.00015

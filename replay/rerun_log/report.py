@@ -11,20 +11,20 @@ import rerun as rr
 from replay.audit.clusters import MANY, Cluster, clusters, seen_and_between
 from replay.audit.headline import headline, invented
 from replay.audit.misses import NEVER_FOUND
-from replay.audit.outcome import Miss, Outcome
+from replay.audit.outcome import Miss
 from replay.effect_summary import happened_words
-from replay.rerun_log.colours import MISSED, PARTLY_MISSED, WHITE, packed
-from replay.rerun_log.columns import RecordingWriter
+from replay.outputs.palette import MISSED, PARTLY_MISSED, WHITE
+from replay.outputs.run_tables import cluster_table, miss_table
+from replay.outputs.tables import table
+from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, depth_words
+from replay.rerun_log.columns import RecordingWriter, packed
 from replay.rerun_log.focus import Focus, moments
+from replay.rerun_log.markdown import markdown
 from replay.run_result import RunResult
+from replay.summary import CAVEAT
 
 WORST: Final = MANY
 """Misses in the table of the worst; the list beside it has all."""
-
-CAVEAT: Final = (
-    "Exact about the recorded poses and these meshes. Tracker noise (VIVE: 0.14-0.77 mm from frame to frame) is larger "
-    "than most margins."
-)
 
 
 def log_missed_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], empty: str) -> None:
@@ -49,7 +49,7 @@ def log_missed_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], 
 def _line(miss: Miss, width: int, digits: int) -> str:
     name = f"{miss.body_a}-{miss.body_b}"
     frames = miss.last - miss.first + 1
-    depth = f"{miss.cut_length * 1e3:5.1f} mm" if miss.touch is None else "between frames"
+    depth = depth_words(miss, " mm", 5)
     return f"{miss.number:>{digits}}  {miss.seconds:7.2f} s {frames:4} fr  {name:<{width}}  {miss.kind:<11}  {depth}"
 
 
@@ -111,66 +111,29 @@ def report_text(result: RunResult) -> str:
 
 
 def _outcome_table(result: RunResult) -> str:
-    words = ("both", "missed", "invented", "within tolerance", "left out")
-    kinds = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.LEFT_OUT)
-    lines = [f"| pair-frames against {result.oracle} | {' | '.join(words)} |", "|---" * 6 + "|"]
-    for label, comparison in result.comparisons.items():
-        lines.append(f"| {label} | {' | '.join(f'{comparison.count(kind):,}' for kind in kinds)} |")
-    return "\n".join(lines) if result.comparisons else _looked(result)
+    if not result.comparisons:
+        return f"Detectors: {', '.join(result.detections)}." if result.detections else f"{NOT_LOOKED_FOR}."
+    head = (f"pair-frames against {result.oracle}", *(OUTCOME_WORDS[kind].lower() for kind in FRAME_ROWS))
+    rows = [(label, *(one.count(kind) for kind in FRAME_ROWS)) for label, one in result.comparisons.items()]
+    return markdown(table("", head, rows))
 
 
-def _looked(result: RunResult) -> str:
-    """Who looked, where nobody is compared."""
-    if result.detections:
-        return f"Detectors: {', '.join(result.detections)}."
-    return "No contact was looked for: the scene's effects call for none."
-
-
-def log_worst(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
+def log_worst(writer: RecordingWriter, path: str, label: str, misses: Sequence[Miss]) -> None:
     """Send the misses with the longest cuts, deepest first, then those that no frame shows, in order of time."""
     seen, between = seen_and_between(misses)
-    lines = _cluster_lines(misses) if len(misses) > MANY else []
-    lines += [] if misses else ["### Nothing missed", ""]
+    tables = [cluster_table(label, misses).only(*CLUSTER_HEAD)] if len(misses) > MANY else []
     if seen:
-        lines += [f"### The {len(seen[:WORST])} longest cuts of {len(seen)} misses", ""]
-        lines += [f"{MISS_HEAD} frames | cut mm | face pairs |", "|---" * 7 + "|"]
-        lines += [
-            f"{_cells(m)} {m.last - m.first + 1} | {m.cut_length * 1e3:.1f} | {m.face_pairs} |" for m in seen[:WORST]
-        ]
+        title = f"The {len(seen[:WORST])} longest cuts of {len(seen)} misses"
+        tables.append(miss_table(title, seen[:WORST]).only(*MISS_HEAD, "frames", "cut mm", "face pairs"))
     if between:
-        lines += [
-            "",
-            f"### {len(between)} missed between frames",
-            "",
-            "No frame shows them, so they have no depth.",
-            "",
-        ]
-        lines += [f"{MISS_HEAD} after frame |", "|---" * 5 + "|"]
-        lines += [f"{_cells(m)} {m.shown[0]} |" for m in between[:WORST]]
-    writer.static(path, rr.TextDocument("\n".join(lines), media_type=rr.MediaType.MARKDOWN))
+        made = miss_table(f"{len(between)} missed between frames", between[:WORST]).only(*MISS_HEAD, "after frame")
+        tables.append(made.titled(made.title, "No frame shows them, so they have no depth."))
+    text = "\n\n".join(markdown(one, level=3) for one in tables) or "### Nothing missed"
+    writer.static(path, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN))
 
 
-MISS_HEAD: Final = "| miss | at s | pair | kind |"
-
-
-def _cells(miss: Miss) -> str:
-    """The cells below ``MISS_HEAD``."""
-    return f"| **{miss.number}** | {miss.seconds:.2f} | {miss.body_a}-{miss.body_b} | {miss.kind} |"
-
-
-def _cluster_lines(misses: Sequence[Miss]) -> list[str]:
-    """A table of clusters, the one with the longest cut first."""
-    found = clusters(misses)
-    lines = [f"### {len(misses):,} misses in {len(found)} clusters", ""]
-    lines += ["| pair | misses | frames | s | look at | cut mm |", "|---" * 6 + "|"]
-    for cluster in found:
-        one, (start, end) = cluster.deepest, cluster.span
-        depth = "between frames" if one.touch else f"{one.cut_length * 1e3:.1f}"
-        lines.append(
-            f"| {one.body_a}-{one.body_b} | {len(cluster.misses)} | {cluster.frames} | {start:.1f} to {end:.1f} "
-            f"| **{one.number}** | {depth} |"
-        )
-    return [*lines, ""]
+MISS_HEAD: Final = ("miss", "at s", "pair", "what")
+CLUSTER_HEAD: Final = ("pair", "misses", "frames", "s", "miss", "deepest cut mm")
 
 
 def log_cluster_list(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
@@ -191,5 +154,5 @@ def log_cluster_list(writer: RecordingWriter, path: str, misses: Sequence[Miss])
 def _cluster_line(cluster: Cluster, width: int) -> str:
     one, (start, end) = cluster.deepest, cluster.span
     name = f"{one.body_a}-{one.body_b}"
-    depth = "between frames" if one.touch else f"{one.cut_length * 1e3:5.1f} mm"
+    depth = depth_words(one, " mm", 5)
     return f"{len(cluster.misses):>4} x {name:<{width}}  {start:6.1f} to {end:6.1f} s  {depth}  (miss {one.number})"

@@ -11,11 +11,11 @@ import rerun as rr
 
 from cdcore import Detection
 from cdcore.numerics import FloatArray
-from replay.rerun_log.colours import BUDGET, SERIES, Rgba, packed
-from replay.rerun_log.columns import RecordingWriter, entity
-
-BUDGET_MS: Final = 1000.0 / 90.0
-"""One frame at 90 Hz, the rate of the headsets recorded."""
+from replay.outputs.palette import BUDGET, SERIES, Rgba
+from replay.outputs.tables import table
+from replay.rerun_log.columns import RecordingWriter, entity, packed
+from replay.rerun_log.markdown import markdown
+from replay.tradeoff.clocks import BUDGET_MS
 
 TOTAL: Final = "1_total"
 """Stage name of the sum; the number sorts it first."""
@@ -125,15 +125,14 @@ def _style(writer: RecordingWriter, path: str, name: str, colour: Rgba, width: f
     writer.static(path, line)
 
 
-def cost_table(detections: Mapping[str, Detection], remarks: Mapping[str, str]) -> str:
+def cost_text(detections: Mapping[str, Detection], remarks: Mapping[str, str]) -> str:
     """Price and misses of every detector in Markdown."""
-    lines = ["## What each detector costs", "", "| detector | misses | cost | ms per frame |", "|---|---|---|---|"]
+    costs = {label: cost_of(detection) for label, detection in detections.items()}
+    rows = [(label, remarks.get(label, ""), cost.words(), f"{cost.mean_ms:.4f}") for label, cost in costs.items()]
+    parts = [markdown(table("What each detector costs", ("detector", "misses", "cost", "ms per frame"), rows), level=2)]
     for label, detection in detections.items():
-        cost = cost_of(detection)
-        lines.append(f"| {label} | {remarks.get(label, '')} | {cost.words()} | {cost.mean_ms:.4f} |")
-    for label, detection in detections.items():
-        lines += ["", f"### {label}", "", "| stage | ms per frame |", "|---|---|"]
-        lines += [f"| {name} | {mean:.4f} |" for name, mean in cost_of(detection).stages.items()]
-        lines += ["", "| counter | total |", "|---|---|"]
-        lines += [f"| {name} | {int(np.sum(value)):,} |" for name, value in detection.work.items()]
-    return "\n".join(lines)
+        stages = [(name, f"{mean:.4f}") for name, mean in costs[label].stages.items()]
+        counters = [(name, int(np.sum(value))) for name, value in detection.work.items()]
+        parts.append(markdown(table(label, ("stage", "ms per frame"), stages), level=3))
+        parts.append(markdown(table("", ("counter", "total"), counters)))
+    return "\n\n".join(parts)

@@ -6,7 +6,7 @@ to the right, y downwards.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, floor, log10
 from typing import Any, Final
@@ -14,8 +14,10 @@ from typing import Any, Final
 import rerun as rr
 import rerun.blueprint as rrb
 
-from replay.rerun_log.colours import BACKGROUND, WHITE, Rgba, packed
-from replay.rerun_log.columns import RecordingWriter, entity
+from replay.outputs.palette import BACKGROUND, GRID, TICKS, WHITE, Rgba
+from replay.outputs.tradeoff_table import quickest_first, tradeoff_table
+from replay.rerun_log.columns import RecordingWriter, entity, packed
+from replay.rerun_log.markdown import markdown
 from replay.tradeoff.clocks import BUDGET_MS
 from replay.tradeoff.front import Row, counts
 from replay.tradeoff.lines import apart, lines_of
@@ -29,7 +31,6 @@ WIDTH: Final = 1200.0
 HEIGHT: Final = 900.0
 """Units of the plane; the axes fill it, words stand around it."""
 
-GRID: Final[Rgba] = (58, 62, 70, 255)
 PALE: Final = 90
 """Alpha of what invents too much to count."""
 
@@ -110,7 +111,7 @@ def _axes(writer: RecordingWriter, plane: Plane) -> None:
         ("one frame at 90 Hz", plane.x(at), -66.0),
         ("time per frame, logarithmic (large marks: decided frame by frame)", WIDTH / 2, HEIGHT + 64),
     ]
-    _words(writer, "axes", words, (190, 194, 200, 255))
+    _words(writer, "axes", words, TICKS)
 
 
 def _words(writer: RecordingWriter, name: str, words: Sequence[tuple[str, float, float]], colour: Rgba) -> None:
@@ -177,23 +178,16 @@ def curve_tab() -> Any:
 
 def advice_text(done: Tradeoff) -> str:
     """Advice and the table of the front in Markdown, then every row in order of time."""
-    head = "| | setting | ms per frame | missed | invented | p99 ms |\n|---|---|---|---|---|---|"
-    by_label: Mapping[str, dict[str, Any]] = {row["label"]: row for row in done.rows}
-    ordered = sorted(done.rows, key=lambda row: float(row["ms_per_frame"]))
-    parts = ["## What to take", *(f"- {sentence}" for sentence in done.advice), "## The front", head]
-    lines = "\n".join(_cells(by_label[label], str(number)) for number, label in enumerate(done.front, 1))
-    rest = "\n".join(_cells(row) for row in ordered)
-    cut = f"\n\nNot tried, for want of time: {', '.join(done.cut)}." if done.cut else ""
+    by_label = {row["label"]: row for row in done.rows}
+    front = tradeoff_table("The front", [by_label[label] for label in done.front]).only("#", *SHOWN)
     made = done.about["machine"]
     where = (
         f"Measured on {made['system']} {made['processor']}, {made['cores']} cores; compare ratios, not milliseconds."
     )
-    return "\n\n".join([*parts[:-1], f"{head}\n{lines}", "## Every setting", f"{head}\n{rest}", where]) + cut
+    cut = [f"Not tried, for want of time: {', '.join(done.cut)}."] if done.cut else []
+    whole = tradeoff_table("Every setting", quickest_first(done.rows)).only(*SHOWN).titled("Every setting", where, *cut)
+    advice = "\n\n".join(["## What to take", *(f"- {sentence}" for sentence in done.advice)])
+    return "\n\n".join([advice, markdown(front, level=2), markdown(whole, level=2)])
 
 
-def _cells(row: Row, number: str = "") -> str:
-    p99 = "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f}"
-    low, high = 100 * row["missed_low"], 100 * row["missed_high"]
-    missed = f"{100 * row['missed']:.1f} % [{low:.1f}, {high:.1f}]"
-    invented = "" if row["precision"] is None else f"{100 * (1 - row['precision']):.1f} %"
-    return f"| {number} | {row['label']} | {row['ms_per_frame']:.4f} | {missed} | {invented} | {p99} |"
+SHOWN: Final = ("setting", "ms per frame", "missed, % [95 %]", "invented, %", "p99 ms (over 11.1)")

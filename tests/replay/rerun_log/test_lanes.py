@@ -13,8 +13,10 @@ from hypothesis import strategies as st
 
 from cdcore import Verdict
 from replay.audit.outcome import Comparison, Miss, Outcome
-from replay.rerun_log.colours import MISSED, OUTCOME_WORDS, packed
-from replay.rerun_log.lanes import audit_lanes, number_boxes, ranked_pairs
+from replay.outputs.lanes import number_boxes, ranked_pairs
+from replay.outputs.palette import MISSED, OUTCOMES
+from replay.rerun_log.columns import packed
+from replay.rerun_log.lanes import audit_lanes
 from replay.run_result import RunResult
 
 SUBJECT = "22.5Hz"
@@ -32,7 +34,7 @@ def test_an_audit_lane_says_the_outcome_of_every_frame(demo: RunResult, read: An
     assert list(lanes) == ["lanes/1_missed", "lanes/2_beaker-rod", "lanes/3_bench-rod", "lanes/4_rod-hand_held"]
     for path, column in lanes.items():
         if column is not None:
-            words = [OUTCOME_WORDS[code][0] if code else "" for code in comparison.outcome[:, column].tolist()]
+            words = [OUTCOMES[code][0] if code else "" for code in comparison.outcome[:, column].tolist()]
             assert states_at(read.lane(path), stamps) == words
 
 
