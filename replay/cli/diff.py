@@ -28,7 +28,7 @@ TRUTH: Final[Mapping[str, str]] = {
     "excused": ", undecided beside the oracle",
     "invented": ", invented",
 }
-"""How ``status`` of an episode is told."""
+"""How ``status`` of an episode is said."""
 
 
 @click.command()
@@ -100,12 +100,12 @@ def _change(shares: tuple[float | None, float | None]) -> str:
 
 def _caption(found: RunDiff) -> str:
     """What times are, and how much of them is the machine's."""
-    own, told = found.machines_own, "time, p99: of the second run, as a multiple of the first's"
+    own, note = found.machines_own, "time, p99: of the second run, as a multiple of the first's"
     if own is None:
-        return told
+        return note
     low, high = (f"x {one:.2f}" for one in own)
     spread = low if low == high else f"{low} to {high}"
-    return f"{told}; what gave the same verdicts with the same settings took {spread}: so much is the machine's"
+    return f"{note}; what gave the same verdicts with the same settings took {spread}: so much is the machine's"
 
 
 def _lines(one: DetectorDiff) -> Iterator[str]:
@@ -114,8 +114,8 @@ def _lines(one: DetectorDiff) -> Iterator[str]:
         for row in rows:
             yield f"{word:<7} {_where(row)}, {_frames(row)}{_truth(row)}"
     for shift in sorted(one.shifted, key=lambda each: -max(abs(each.start), abs(each.end))):
-        told = (f"{word} {_moved(by)}" for word, by in (("begins", shift.start), ("ends", shift.end)))
-        yield f"shifted {_where(shift.before)}: {', '.join(told)}"
+        moved = (f"{word} {_moved(by)}" for word, by in (("begins", shift.start), ("ends", shift.end)))
+        yield f"shifted {_where(shift.before)}: {', '.join(moved)}"
 
 
 def _where(row: Mapping[str, Any]) -> str:

@@ -32,8 +32,8 @@ def command(torn: Path, out: Path, force: bool, as_json: bool, people: People) -
     people.say(f"reading {torn}")
     result = recover(torn, out, overwrite=force)
     if as_json:
-        told = {**asdict(result), "out": str(result.out), "whole": result.whole, "source": str(torn)}
-        click.echo(json.dumps(told, indent=1))
+        answer = {**asdict(result), "out": str(result.out), "whole": result.whole, "source": str(torn)}
+        click.echo(json.dumps(answer, indent=1))
     else:
         for sentence in result.sentences():
             click.echo(sentence)

@@ -86,8 +86,8 @@ def analyse_files(
 def _digests(inputs: dict[str, Path], seed: int) -> dict[str, str]:
     import hashlib
 
-    told = {name: f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}" for name, path in inputs.items()}
-    return {**told, "seed": str(seed)}
+    digests = {name: f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}" for name, path in inputs.items()}
+    return {**digests, "seed": str(seed)}
 
 
 @command.command()

@@ -66,8 +66,14 @@ def run_sessions(
     files = session_files(sessions)
     batch = _run(files, out, jobs, settings, people)
     if as_json:
-        told = {"out": str(out), "done": batch.done, "kept": batch.kept, "failed": batch.failed, "digest": batch.digest}
-        click.echo(json.dumps(told, indent=1))
+        answer = {
+            "out": str(out),
+            "done": batch.done,
+            "kept": batch.kept,
+            "failed": batch.failed,
+            "digest": batch.digest,
+        }
+        click.echo(json.dumps(answer, indent=1))
     else:
         click.echo(f"{len(batch.done)} of {len(files)} sessions are in {out}")
         for name, why in batch.failed.items():

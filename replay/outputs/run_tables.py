@@ -24,20 +24,20 @@ AUDIT_MARKS = {
 
 def pair_frame_table(title: str, audit: Mapping[str, Any]) -> Table:
     """Pair-frames of every audited detector, a column each, from the figures of ``summary.json``."""
-    told = list(audit.values())
+    figures = list(audit.values())
     rows: list[tuple[Cell, ...]] = [
-        (OUTCOME_WORDS[one].lower(), *(each["pair_frames"][one.name] for each in told)) for one in FRAME_ROWS
+        (OUTCOME_WORDS[one].lower(), *(each["pair_frames"][one.name] for each in figures)) for one in FRAME_ROWS
     ]
-    rows.append(("missed, of those in contact", *(percent(each["missed"]) for each in told)))
-    rows.append(("between frames", *(each["between_frames"] for each in told)))
-    faces = (each["faces"] for each in told)
+    rows.append(("missed, of those in contact", *(percent(each["missed"]) for each in figures)))
+    rows.append(("between frames", *(each["between_frames"] for each in figures)))
+    faces = (each["faces"] for each in figures)
     rows.append(("faces found", *("not asked" if one is None else percent(one["recall"]) for one in faces)))
     return table(title, ("", *audit), rows)
 
 
 def matched_table(title: str, audit: Mapping[str, Any], words: Mapping[str, str]) -> Table:
     """Contacts matched one to one, a column per detector; ``words`` are figures and what each is called."""
-    found = [told["episodes"] for told in audit.values()]
+    found = [figures["episodes"] for figures in audit.values()]
     rows: list[tuple[Cell, ...]] = [(word, *(one[name] for one in found)) for name, word in words.items()]
     rows.append((f"{words['missed']}, of the oracle's", *(percent(one["missed_share"]) for one in found)))
     for name, word in (("onset_error", "begin late by, ms (worst)"), ("duration_error", "last longer by, ms (worst)")):
@@ -124,10 +124,10 @@ def cluster_table(label: str, misses: Sequence[Miss], run: object = "RUN") -> Ta
 def cost_table(result: RunResult) -> Table:
     """What each detector took."""
     rows = []
-    for label, told in result.summary["detectors"].items():
-        seconds, stages = told["seconds"], told["seconds"]["stages"]
+    for label, figures in result.summary["detectors"].items():
+        seconds, stages = figures["seconds"], figures["seconds"]["stages"]
         frame = seconds.get("per_frame")
-        role = "oracle" if label == result.oracle else "frame by frame" if told["online"] else "whole motion at once"
+        role = "oracle" if label == result.oracle else "frame by frame" if figures["online"] else "whole motion at once"
         longest = max(stages, key=stages.__getitem__, default="")
         total = sum(stages.values())
         share = f"{longest} {100 * stages[longest] / total:.0f} %" if total > 0 else longest
@@ -145,12 +145,12 @@ def _ms(seconds: float) -> str:
 def effect_table(result: RunResult) -> Table:
     """What each effect of the plan found, why it ran, what it cost, and how much of the session its trigger skipped."""
     rows = []
-    for kind, told in result.summary["effects"].items():
-        found = ", ".join(f"{count} {name}" for name, count in told["events"].items()) or "nothing"
-        work = ", ".join(f"{name} {count:,}" for name, count in told["counters"].items())
-        skipped = 1.0 - told["frames_run"] / max(1, told["frames"])
-        shares = (f"{1e3 * told['seconds']:.1f}", f"{100 * told['share']:.1f}", f"{100 * skipped:.1f}")
-        rows.append((kind, "; ".join(told["because"]), found, told["trigger"] or "always", work, *shares))
+    for kind, figures in result.summary["effects"].items():
+        found = ", ".join(f"{count} {name}" for name, count in figures["events"].items()) or "nothing"
+        work = ", ".join(f"{name} {count:,}" for name, count in figures["counters"].items())
+        skipped = 1.0 - figures["frames_run"] / max(1, figures["frames"])
+        shares = (f"{1e3 * figures['seconds']:.1f}", f"{100 * figures['share']:.1f}", f"{100 * skipped:.1f}")
+        rows.append((kind, "; ".join(figures["because"]), found, figures["trigger"] or "always", work, *shares))
     head = ("effect", "because", "found", "runs only in", "work", "ms", "% of the run", "% skipped")
     return table("Effects", head, rows, words=5)
 

@@ -11,7 +11,7 @@ from replay.audit.outcome import Outcome
 from replay.outputs.palette import MISSED, SERIES, hex_of
 from replay.outputs.run_tables import matched_table, pair_frame_table
 from replay.outputs.words import CONTACT_WORDS
-from replay.report.markup import Markup, element, joined, page_table, table
+from replay.report.markup import Markup, bar, element, joined, page_table, table
 from replay.run_result import RunResult
 from replay.summary import frame_seconds
 from replay.tradeoff.clocks import BUDGET_MS
@@ -43,15 +43,17 @@ def count_tables(result: RunResult) -> Markup:
 def cause_table(result: RunResult) -> Markup:
     """Why contacts were missed: misses, and pair-frames decided again, by the stage that lost them."""
     audit = result.summary["audit"]
-    told = {label: audit[label]["causes"] for label in audit if "causes" in audit[label]}
-    words = list(dict.fromkeys(word for causes in told.values() for word in causes["misses"]))
+    causes_of = {label: audit[label]["causes"] for label in audit if "causes" in audit[label]}
+    words = list(dict.fromkeys(word for causes in causes_of.values() for word in causes["misses"]))
     rows = [
-        (word, *(f"{causes['misses'][word]} ({causes['pair_frames'][word]})" for causes in told.values()))
+        (word, *(f"{causes['misses'][word]} ({causes['pair_frames'][word]})" for causes in causes_of.values()))
         for word in words
-        if any(causes["misses"][word] or causes["pair_frames"][word] for causes in told.values())
+        if any(causes["misses"][word] or causes["pair_frames"][word] for causes in causes_of.values())
     ]
-    rows.append(("decided again, of pair-frames missed", *(f"{c['examined']} of {c['missed']}" for c in told.values())))
-    return table("Causes: misses (pair-frames decided again)", ("cause", *told), rows)
+    rows.append(
+        ("decided again, of pair-frames missed", *(f"{c['examined']} of {c['missed']}" for c in causes_of.values()))
+    )
+    return table("Causes: misses (pair-frames decided again)", ("cause", *causes_of), rows)
 
 
 def heat_map(result: RunResult) -> Markup:
@@ -99,17 +101,17 @@ def latency_histogram(result: RunResult) -> Markup | None:
 
 def dwell_table(result: RunResult) -> Markup | None:
     """Which step rate would have missed how many of the contacts."""
-    told = result.summary.get("dwell")
-    if not told or not told["contacts"]:
+    steps = result.summary.get("dwell")
+    if not steps or not steps["contacts"]:
         return None
     rows: list[tuple[object, object]] = [
         (f"{rate:g} Hz", f"{missed:.2f}")
-        for rate, missed in zip(told["rates_hz"], told["expected_misses"], strict=True)
+        for rate, missed in zip(steps["rates_hz"], steps["expected_misses"], strict=True)
     ]
-    safe = told["none_missed_from_hz"]
+    safe = steps["none_missed_from_hz"]
     rows.append(("none is missed from", "no rate" if safe is None else f"{safe:.1f} Hz"))
     return table(
-        f"Contacts of {told['contacts']} that a look at fixed steps misses, on average", ("step rate", "missed"), rows
+        f"Contacts of {steps['contacts']} that a look at fixed steps misses, on average", ("step rate", "missed"), rows
     )
 
 
@@ -136,11 +138,8 @@ def _lane(label: str, values: NDArray[np.float64], edges: NDArray[np.float64], r
     for k in np.flatnonzero(count).tolist():
         x, after = _along(float(edges[k]), edges), _along(float(edges[k + 1]), edges)
         tall = max(2.0, (HEIGHT - 10) * float(count[k]) / float(count.max()))
-        title = element("title", f"{count[k]} frames of {edges[k]:.3g} to {edges[k + 1]:.3g} ms")
-        bars.append(
-            element("rect", title, x=f"{x:.1f}", y=f"{top + HEIGHT - tall:.1f}", width=f"{after - x - 1:.1f}",
-                    height=f"{tall:.1f}", fill=hex_of(SERIES[0]))
-        )  # fmt: skip
+        hint = f"{count[k]} frames of {edges[k]:.3g} to {edges[k + 1]:.3g} ms"
+        bars.append(bar(hint, x, top + HEIGHT - tall, after - x - 1, tall, fill=hex_of(SERIES[0])))
     return joined([words, *bars])
 
 

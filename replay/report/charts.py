@@ -12,7 +12,7 @@ from replay.audit.outcome import Outcome
 from replay.outputs.lanes import number_boxes
 from replay.outputs.palette import OUTCOMES, SERIES, hex_of
 from replay.report.drawing import INK, svg_in_page
-from replay.report.markup import Markup, element
+from replay.report.markup import Markup, bar, element
 from replay.run_result import RunResult
 from replay.summary import frame_seconds
 from replay.tradeoff.clocks import BUDGET_MS
@@ -87,10 +87,9 @@ def _numbers(result: RunResult, label: str) -> list[Markup]:
     for words, start, end in number_boxes(result.misses[label], span, BOX, DIGIT):
         x, after = _place(times, start / 1e9), _place(times, end / 1e9)
         one = by_number.get(int(words)) if words.isdigit() else None
-        told = f"misses {words}" if one is None else f"miss {words}: {one.body_a}-{one.body_b}, {one.seconds:.3f} s"
-        title = element("title", told)
+        hint = f"misses {words}" if one is None else f"miss {words}: {one.body_a}-{one.body_b}, {one.seconds:.3f} s"
         found += [
-            element("rect", title, x=f"{x:.1f}", y=TOP + 2, width=f"{after - x - 1:.1f}", height=18, class_="missed"),
+            bar(hint, x, TOP + 2, after - x - 1, 18, class_="missed"),
             element("text", words, x=f"{(x + after) / 2:.1f}", y=TOP + 16, class_="miss"),
         ]
     return found
@@ -114,7 +113,7 @@ def lane_bars(outcome: NDArray[np.uint8], times: NDArray[np.float64], y: int) ->
     if changes > MOST_BARS:
         return _shares(outcome, times, y)
     # Misses last: widened to be seen, they must not be hidden by what follows.
-    return [bar for word in reversed(SPOKEN) for bar in _bars(outcome == word, times, y, word)]
+    return [one for word in reversed(SPOKEN) for one in _bars(outcome == word, times, y, word)]
 
 
 def _shares(outcome: NDArray[np.uint8], times: NDArray[np.float64], y: int) -> list[Markup]:
@@ -137,11 +136,9 @@ def _shares(outcome: NDArray[np.uint8], times: NDArray[np.float64], y: int) -> l
             if high > 0:
                 name, colour = OUTCOMES[word]
                 frames = int(seen[first:after, k].sum())
-                title = element("title", f"{name}: {frames} of {int(whole[first:after].sum())} frames")
-                bars.append(
-                    element("rect", title, x=f"{LABEL + STRETCH * first:.1f}", y=y + top,
-                            width=f"{STRETCH * (after - first):.1f}", height=high, fill=hex_of(colour))
-                )  # fmt: skip
+                words = f"{name}: {frames} of {int(whole[first:after].sum())} frames"
+                x, width = LABEL + STRETCH * first, STRETCH * (after - first)
+                bars.append(bar(words, x, y + top, width, high, fill=hex_of(colour)))
             top += max(high, 0)
     return bars
 
@@ -154,10 +151,8 @@ def _bars(active: NDArray[np.bool_], times: NDArray[np.float64], y: int, word: O
         start, end = float(times[first]), float(times[min(after, len(times) - 1)])
         x = _place(times, start)
         width = max(SMALLEST, _place(times, end) - x)
-        title = element("title", f"{name}: {start:.3f} s, {after - first} frames")
-        bars.append(
-            element("rect", title, x=f"{x:.1f}", y=y, width=f"{width:.1f}", height=LANE - 6, fill=hex_of(colour))
-        )
+        words = f"{name}: {start:.3f} s, {after - first} frames"
+        bars.append(bar(words, x, y, width, LANE - 6, fill=hex_of(colour)))
     return bars
 
 

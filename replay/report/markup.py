@@ -67,6 +67,12 @@ def _cell(cell: Cell) -> Markup:
     return joined([text, element("small", cell.below)]) if cell.below else text
 
 
+def bar(title: str, x: float, y: float, width: float, height: float, **more: object) -> Markup:
+    """A rectangle of an SVG that says what it is when pointed at."""
+    at = {"x": f"{x:.1f}", "y": f"{y:g}", "width": f"{width:.1f}", "height": f"{height:g}"}
+    return element("rect", element("title", title), **at, **more)
+
+
 def picture(png: bytes, words: str) -> Markup:
     """A picture that lies in the page itself, with what it shows in words."""
     source = "data:image/png;base64," + b64encode(png).decode()

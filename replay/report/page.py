@@ -38,7 +38,7 @@ CLOSE_UPS = 4
 COST_HEAD = ("detector", "how", "whole s", "mean ms", "median ms", "99 % ms", "worst ms")
 
 EVENTS_FIRST = 6
-"""Events told before all else, where no contact was looked for."""
+"""Events listed before all else, where no contact was looked for."""
 
 
 def write_report(result: RunResult, path: Path) -> None:

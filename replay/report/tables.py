@@ -133,9 +133,9 @@ def finding_tables(result: RunResult) -> Markup:
     if result.treatment.spans:
         parts.append(_treated(result))
     rows = [
-        (label, ", ".join(f"{count:,} {verdict}" for verdict, count in told.items()))
-        for label, told in result.summary["flagged_verdicts"].items()
-        if told
+        (label, ", ".join(f"{count:,} {verdict}" for verdict, count in figures.items()))
+        for label, figures in result.summary["flagged_verdicts"].items()
+        if figures
     ]
     if rows:
         caption = "Verdicts that rest on a pose in doubt (pair-frames)"
@@ -170,9 +170,9 @@ def settings_table(result: RunResult) -> Markup:
     """Settings, digests and machine: what it takes to get the same figures again."""
     rows: list[tuple[object, object]] = [("session", result.summary["session"]["origin"] or "in memory")]
     rows.append(("seed", result.summary["seed"]))
-    for label, told in result.summary["detectors"].items():
-        settings = json.dumps(told["settings"], sort_keys=True)
-        rows.append((label, f"{told['name']} {settings}, verdicts SHA-256 {told['digest']}"))
+    for label, figures in result.summary["detectors"].items():
+        settings = json.dumps(figures["settings"], sort_keys=True)
+        rows.append((label, f"{figures['name']} {settings}, verdicts SHA-256 {figures['digest']}"))
     rows += [(name, value) for name, value in result.summary["machine"].items()]
     rows.append(("versions", ", ".join(f"{name} {value}" for name, value in result.summary["versions"].items())))
     return table("Settings, digests and machine", ("what", "value"), rows, words=2)

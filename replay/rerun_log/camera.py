@@ -21,7 +21,7 @@ from replay.rerun_log.materials import is_ghost, tags_of
 from sessions.scene import Scene
 
 CLOSE_UP: Final = 0.125
-"""Metres from eye to contact: bench glass fills the view, and its surroundings can still be told."""
+"""Metres from eye to contact: bench glass fills the view, and its surroundings can still be recognised."""
 
 AZIMUTHS: Final = 16
 ELEVATIONS_DEG: Final = (12.0, 38.0)

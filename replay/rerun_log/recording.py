@@ -15,19 +15,17 @@ from cdcore.protocol import counts_as_contact
 from replay.audit.clusters import MANY, by_depth
 from replay.audit.headline import headline
 from replay.outputs.lanes import number_boxes, ranked_pairs
-from replay.rerun_log.blueprint import Layout, build_blueprint
+from replay.rerun_log.blueprint import Layout, Subject, build_blueprint
 from replay.rerun_log.camera import Eye, overview
 from replay.rerun_log.columns import Clock, RecordingWriter, entity
 from replay.rerun_log.contacts import contacts_path, log_contacts
 from replay.rerun_log.effects import effect_views, log_effects
 from replay.rerun_log.findings import finding_lanes, log_findings
-from replay.rerun_log.focus import eyes_of, focus, log_eye
+from replay.rerun_log.focus import eyes_of, focus, log_eye, log_miss_table
 from replay.rerun_log.lanes import audit_lanes, log_audit_lanes, log_detector_lanes
 from replay.rerun_log.materials import is_ghost, tags_of
-from replay.rerun_log.miss_table import log_miss_table
 from replay.rerun_log.missed import log_missed_faces, log_pins
 from replay.rerun_log.report import log_cluster_list, log_missed_list, log_notes, log_report, log_worst
-from replay.rerun_log.subject import Subject
 from replay.rerun_log.timing import TOTAL, cost_of, cost_text, log_timing, stage_path
 from replay.rerun_log.tradeoff import log_tradeoff
 from replay.rerun_log.world import body_path, log_touches, log_world

@@ -11,8 +11,7 @@ from replay.audit.headline import invented
 from replay.audit.outcome import Miss, Outcome
 from replay.outputs.palette import MISSED, PARTLY_MISSED
 from replay.rerun_log.columns import packed
-from replay.rerun_log.focus import moments
-from replay.rerun_log.miss_table import read_misses
+from replay.rerun_log.focus import moments, read_misses
 from replay.rerun_log.report import report_text
 from replay.run_result import RunResult
 
@@ -103,6 +102,8 @@ def test_the_words_beside_hundreds_begin_with_the_clusters_deepest_first(hundred
     result, read = hundreds
     text = read.column("report/longest_cuts", "TextDocument:text")[0][2][0]
     clusters_, longest = text.split("### The ")
-    assert f"### {len(result.misses[SUBJECT])} misses in" in clusters_ and longest.startswith(f"{MANY} longest cuts")
+    assert f"### {len(result.misses[SUBJECT])} misses of {SUBJECT} in" in clusters_ and longest.startswith(
+        f"{MANY} longest cuts"
+    )
     cuts = [float(line.split("|")[-2]) for line in clusters_.splitlines() if "**" in line]
     assert len(cuts) > 1 and cuts == sorted(cuts, reverse=True)
