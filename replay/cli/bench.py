@@ -83,14 +83,11 @@ def _race(progress: TerminalProgress, quick: bool, frames: int, seed: int) -> li
     from replay.bench.race import race
 
     asked = [(n, what) for n in (QUICK_FACES if quick else FULL_FACES) for what in ("bool", "faces")]
-    raced = _counted(
-        progress,
-        "race",
-        "races",
-        asked,
-        lambda n, what: race(n, what, frames=frames, repeats=REPEATS, seed=seed),
-    )
-    return [row for rows in raced for row in rows]
+
+    def one(faces: int, what: str) -> list[Row]:
+        return race(faces, what, frames=frames, repeats=REPEATS, seed=seed)
+
+    return [row for rows in _counted(progress, "race", "races", asked, one) for row in rows]
 
 
 def _stages(progress: TerminalProgress, quick: bool, frames: int, seed: int) -> list[Stages]:

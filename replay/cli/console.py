@@ -1,4 +1,4 @@
-"""What people see on stderr: sentences, and progress with rate and remaining time where there is a terminal."""
+"""Sentences and progress on stderr, and the console on stdout. Progress is shown on a terminal only."""
 
 from __future__ import annotations
 

@@ -72,8 +72,8 @@ def heat_map(result: RunResult) -> Markup:
     return table(f"Pair-frames missed of those in contact, by pair{more}", ("pair", *labels), rows)
 
 
-def latency_histogram(result: RunResult) -> Markup | None:
-    """How many frames took how long, on a log axis, of every detector that decides frame by frame."""
+def latency_histogram(result: RunResult) -> Markup:
+    """How many frames took how long, on a log axis, of every detector that decides frame by frame, if there is one."""
     timed = {label: frame_seconds(found) for label, found in result.detections.items()}
     shown = {
         label: np.maximum(seconds * 1e3, 1e-4)
@@ -81,7 +81,7 @@ def latency_histogram(result: RunResult) -> Markup | None:
         if seconds is not None and len(seconds)
     }
     if not shown:
-        return None
+        return Markup()
     low = min(float(values.min()) for values in shown.values())
     high = max(BUDGET_MS * 1.5, *(float(values.max()) for values in shown.values()))
     edges = np.geomspace(low * 0.9, high * 1.1, BINS + 1)

@@ -84,13 +84,18 @@ def _beside(result: RunResult) -> list[str]:
 
 def _sections(result: RunResult) -> list[Markup]:
     """What was missed, then why, then at what price; facts and settings come last."""
-    parts = _costs(result)
+    parts = []
+    if result.tradeoff is not None:
+        from replay.report.tradeoff import tradeoff_section
+
+        parts.append(_section("What accuracy costs", tradeoff_section(result.tradeoff)))
     parts += [_section(f"When: {label}", timeline(result, label)) for label in result.comparisons]
     parts.append(_section("The bench", joined(_pictures(result))))
     if result.detections:
         parts.append(_section("Contacts", contact_table(result)))
     if result.comparisons:
-        parts.append(_section("What was missed, and why", *_audit(result)))
+        causes = [cause_table(result)] if result.causes else []
+        parts.append(_section("What was missed, and why", count_tables(result), heat_map(result), *causes))
     parts += [
         _section(f"Every miss of {label}", miss_table(result, label))
         for label in result.comparisons
@@ -98,7 +103,7 @@ def _sections(result: RunResult) -> list[Markup]:
     ]
     if result.detections:
         costs = page_table(cost_table(result).only(*COST_HEAD))
-        parts.append(_section("What it cost in time", timing(result), *_latency(result), costs))
+        parts.append(_section("What it cost in time", timing(result), latency_histogram(result), costs))
     if result.comparisons and (steps := dwell_table(result)) is not None:
         parts.append(_section("Which step rate would have missed it", steps))
     if result.effects or result.summary["plan"]["not_built"]:
@@ -107,24 +112,6 @@ def _sections(result: RunResult) -> list[Markup]:
     parts.append(_section("The session", fact_table(result)))
     parts.append(_section("How to get the same again", settings_table(result)))
     return parts
-
-
-def _costs(result: RunResult) -> list[Markup]:
-    if result.tradeoff is None:
-        return []
-    from replay.report.tradeoff import tradeoff_section
-
-    return [_section("What accuracy costs", tradeoff_section(result.tradeoff))]
-
-
-def _audit(result: RunResult) -> list[Markup]:
-    parts = [count_tables(result), heat_map(result)]
-    return parts + ([cause_table(result)] if result.causes else [])
-
-
-def _latency(result: RunResult) -> list[Markup]:
-    histogram = latency_histogram(result)
-    return [] if histogram is None else [histogram]
 
 
 def _section(title: str, *content: object) -> Markup:

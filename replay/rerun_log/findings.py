@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
-import rerun as rr
 import rerun.blueprint as rrb
 
 from replay.flags import FLAG_KINDS, FlagSpan
@@ -49,8 +48,7 @@ def log_findings(writer: RecordingWriter, result: RunResult) -> None:
             first, last = np.searchsorted(stamps, [span.start_ns, span.end_ns + 1])
             state[first:last] = FLAG_KINDS.index(span.kind) + 1
         log_lane(writer, entity(ROOT, "lanes", name), state, KIND_LOOKS)
-    text = rr.TextDocument(finding_list(result), media_type=rr.MediaType.MARKDOWN)
-    writer.static(LIST, text)
+    writer.markdown(LIST, finding_list(result))
 
 
 def finding_list(result: RunResult) -> str:

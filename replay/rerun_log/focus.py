@@ -20,8 +20,7 @@ from replay.audit.clusters import by_depth
 from replay.audit.outcome import Miss
 from replay.errors import RunFolderError
 from replay.rerun_log.camera import Eye, Obstacles, look_rotation, standing, towards_user
-from replay.rerun_log.columns import RecordingWriter
-from replay.rerun_log.quaternions import quaternions_xyzw
+from replay.rerun_log.columns import RecordingWriter, pose_columns
 from sessions.scene import Scene
 
 COUNTED: Final = 500
@@ -57,7 +56,7 @@ def moments(misses: Sequence[Miss]) -> dict[int, tuple[int, int]]:
 def focus(misses: Sequence[Miss]) -> list[Focus]:
     """What the close-up shows, in order of time: it changes half-way between misses, and at the deepest of each.
 
-    So overlapping misses of several pairs are all met where the list leads.
+    So the list leads to each of several misses that overlap in time.
     """
     chosen: dict[tuple[int, int], Miss] = {}
     ordered = sorted(misses, key=lambda miss: (miss.first, miss.number))
@@ -89,10 +88,7 @@ def log_eye(writer: RecordingWriter, path: str, shown: Sequence[Focus], eye_of: 
     """Send the camera that the close-up tracks."""
     eyes = [eye_of[one.miss.number] for one in shown]
     rotations = np.array([look_rotation(eye) for eye in eyes]).reshape(-1, 3, 3)
-    columns = rr.Transform3D.columns(
-        translation=np.array([eye.position for eye in eyes], dtype=np.float32),
-        quaternion=quaternions_xyzw(rotations).astype(np.float32),
-    )
+    columns = pose_columns(np.array([eye.position for eye in eyes]), rotations)
     writer.rows_later(path, [one.frame for one in shown], [one.later for one in shown], columns)
     lens = rr.Pinhole(
         fov_y=0.9, aspect_ratio=1.3, camera_xyz=rr.ViewCoordinates.RUB, image_plane_distance=0.001, line_width=0.0

@@ -1,4 +1,4 @@
-"""Lanes of states: one per pair in the words of the audit, silence is a gap, and no change is too narrow to keep.
+"""Lanes of states, one per pair, in the words of the audit. A state without a word is a gap; no change is lost.
 
 A lane is sent on the session timeline only: a reset one nanosecond before each change keeps the viewer from merging
 neighbours narrower than four pixels into grey, and a frame number leaves no room for it.

@@ -118,8 +118,7 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
     log_detector_lanes(writer, "detectors", assembly, result.detections, _spoken_of(result))
     remarks = {subject.label: _remark(result, subject.label) for subject in subjects}
     log_timing(writer, result.detections, remarks)
-    table = rr.TextDocument(cost_text(result.detections, remarks), media_type=rr.MediaType.MARKDOWN)
-    writer.static(TABLE, table)
+    writer.markdown(TABLE, cost_text(result.detections, remarks))
     if result.tradeoff is not None:
         log_tradeoff(writer, result.tradeoff)
     log_effects(writer, result.effects)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -33,16 +33,22 @@ def log_missed_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], 
         line = rr.TextLog.columns(text=[empty], level=["none"], color=packed([WHITE]))
         writer.rows(path, [0], line)
         return
+    width = max(len(f"{miss.body_a}-{miss.body_b}") for miss in misses)
+    digits = len(str(max(miss.number for miss in misses)))
+    lines = {one.number: (_line(one, width, digits), one.kind, one.kind == NEVER_FOUND) for one in misses}
+    _log_lines(writer, path, misses, lines)
+
+
+def _log_lines(
+    writer: RecordingWriter, path: str, misses: Sequence[Miss], lines: Mapping[int, tuple[str, str, bool]]
+) -> None:
+    """Send lines where the cursor meets their misses: number -> words, level, whether the contact was never found."""
     at = moments(misses)
-    ordered = sorted(misses, key=lambda miss: at[miss.number])
-    width = max(len(f"{miss.body_a}-{miss.body_b}") for miss in ordered)
-    digits = len(str(max(miss.number for miss in ordered)))
-    texts = [_line(miss, width, digits) for miss in ordered]
-    colours = [MISSED if miss.kind == NEVER_FOUND else PARTLY_MISSED for miss in ordered]
-    columns = rr.TextLog.columns(
-        text=texts, level=[miss.kind.replace(" ", "_") for miss in ordered], color=packed(colours)
-    )
-    frames, later = np.array([at[miss.number] for miss in ordered]).T
+    numbers = sorted(lines, key=lambda number: at[number])
+    texts, levels, whole = zip(*(lines[number] for number in numbers), strict=True)
+    colours = packed(MISSED if one else PARTLY_MISSED for one in whole)
+    columns = rr.TextLog.columns(text=texts, level=[level.replace(" ", "_") for level in levels], color=colours)
+    frames, later = np.array([at[number] for number in numbers]).T
     writer.rows_later(path, frames, later, columns)
 
 
@@ -82,7 +88,7 @@ def _note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str
 
 def log_report(writer: RecordingWriter, path: str, result: RunResult) -> None:
     """Send the report: what was replayed, what each detector missed and took."""
-    writer.static(path, rr.TextDocument(report_text(result), media_type=rr.MediaType.MARKDOWN))
+    writer.markdown(path, report_text(result))
 
 
 def report_text(result: RunResult) -> str:
@@ -129,7 +135,7 @@ def log_worst(writer: RecordingWriter, path: str, label: str, misses: Sequence[M
         made = miss_table(f"{len(between)} missed between frames", between[:WORST]).only(*MISS_HEAD, "after frame")
         tables.append(made.titled(made.title, "No frame shows them, so they have no depth."))
     text = "\n\n".join(markdown(one, level=3) for one in tables) or "### Nothing missed"
-    writer.static(path, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN))
+    writer.markdown(path, text)
 
 
 MISS_HEAD: Final = ("miss", "at s", "pair", "what")
@@ -140,15 +146,13 @@ def log_cluster_list(writer: RecordingWriter, path: str, misses: Sequence[Miss])
     """Send one line per cluster at its deepest moment, where there are too many misses for a line each."""
     if len(misses) <= MANY:
         return
-    at = moments(misses)
-    ordered = sorted(clusters(misses), key=lambda cluster: at[cluster.deepest.number])
-    width = max(len(f"{cluster.deepest.body_a}-{cluster.deepest.body_b}") for cluster in ordered)
-    texts = [_cluster_line(cluster, width) for cluster in ordered]
-    whole = [all(miss.kind == NEVER_FOUND for miss in cluster.misses) for cluster in ordered]
-    colours = packed([MISSED if one else PARTLY_MISSED for one in whole])
-    frames, later = np.array([at[cluster.deepest.number] for cluster in ordered]).T
-    columns = rr.TextLog.columns(text=texts, level=["cluster"] * len(texts), color=colours)
-    writer.rows_later(path, frames, later, columns)
+    found = clusters(misses)
+    width = max(len(f"{cluster.deepest.body_a}-{cluster.deepest.body_b}") for cluster in found)
+    lines = {
+        one.deepest.number: (_cluster_line(one, width), "cluster", all(miss.kind == NEVER_FOUND for miss in one.misses))
+        for one in found
+    }
+    _log_lines(writer, path, misses, lines)
 
 
 def _cluster_line(cluster: Cluster, width: int) -> str:

@@ -68,8 +68,7 @@ def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], rem
 
     ``remarks`` (label -> words) go into the legend, so that price and misses stand in one line.
     """
-    ends = _ends(writer)
-    writer.rows("timing/budget", ends, rr.Scalars.columns(scalars=np.full(len(ends), BUDGET_MS)))
+    _log_constant(writer, "timing/budget", BUDGET_MS)
     _style(writer, "timing/budget", f"budget {BUDGET_MS:.1f} ms (90 Hz)", BUDGET, 1.0)
     for number, (label, detection) in enumerate(detections.items()):
         _log_seconds(writer, label, detection, colour_of(number), remarks.get(label, ""))
@@ -88,9 +87,8 @@ def _log_seconds(writer: RecordingWriter, label: str, detection: Detection, colo
             columns = rr.Scalars.columns(scalars=value[looks] * 1e3)
             writer.rows(stage_path(label, name), looks, columns)
     else:
-        ends = _ends(writer)
         for name, mean in {TOTAL: cost.mean_ms, **cost.stages}.items():
-            writer.rows(stage_path(label, name), ends, rr.Scalars.columns(scalars=np.full(len(ends), mean)))
+            _log_constant(writer, stage_path(label, name), mean)
     _style(writer, path, words, colour, 1.5)
     for number, name in enumerate(detection.seconds):
         _style(writer, stage_path(label, name), f"{label} {name}", colour_of(number), 1.2)
@@ -103,8 +101,7 @@ def _log_counters(writer: RecordingWriter, label: str, detection: Detection) -> 
             kept = writer.clock.kept
             writer.rows(path, kept, rr.Scalars.columns(scalars=value[kept].sum(axis=1, dtype=np.float64)))
         else:
-            ends = _ends(writer)
-            writer.rows(path, ends, rr.Scalars.columns(scalars=np.full(len(ends), float(value))))
+            _log_constant(writer, path, float(value))
 
 
 def stage_path(label: str, stage: str) -> str:
@@ -112,9 +109,10 @@ def stage_path(label: str, stage: str) -> str:
     return entity("timing", label, stage)
 
 
-def _ends(writer: RecordingWriter) -> list[int]:
-    """First and last frame: what is constant is a line between them."""
-    return sorted({0, len(writer.clock.ns) - 1}) if len(writer.clock.ns) else []
+def _log_constant(writer: RecordingWriter, path: str, value: float) -> None:
+    """A line from the first frame to the last."""
+    ends = sorted({0, len(writer.clock.ns) - 1}) if len(writer.clock.ns) else []
+    writer.rows(path, ends, rr.Scalars.columns(scalars=np.full(len(ends), value)))
 
 
 def _style(writer: RecordingWriter, path: str, name: str, colour: Rgba, width: float) -> None:

@@ -97,7 +97,7 @@ def log_tradeoff(writer: RecordingWriter, done: Tradeoff) -> None:
         place = (name, WIDTH + 170.0, LEGEND * number)
         _words(writer, f"legend/{name}", [place], SERIES[number % len(SERIES)])
     _front(writer, plane, done)
-    writer.static(ADVICE, rr.TextDocument(advice_text(done), media_type=rr.MediaType.MARKDOWN))
+    writer.markdown(ADVICE, advice_text(done))
 
 
 def _axes(writer: RecordingWriter, plane: Plane) -> None:

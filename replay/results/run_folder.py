@@ -1,4 +1,4 @@
-"""A run folder is whole or not there: everything is written under a temporary name beside it, then renamed."""
+"""Run folders, written whole or not at all: everything gets a temporary name beside the folder, then is renamed."""
 
 from __future__ import annotations
 

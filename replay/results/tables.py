@@ -22,7 +22,7 @@ VERDICT_WORDS: Final = [verdict.name for verdict in Verdict]
 OUTCOME_WORDS: Final = [outcome.name for outcome in Outcome]
 
 ROWS_PER_PART: Final = 1_000_000
-"""Rows of the frame table made at a time: some 100 MB, however long the session."""
+"""Rows of the frame table that are made at a time: some 100 MB, for a session of any length."""
 
 FRAMES_AT_ONCE: Final = 65536
 """Frames looked through at a time, some 10 MB."""
@@ -40,8 +40,8 @@ def frame_table(result: RunResult) -> Iterator[pa.Table]:
     ``frame stamp_ns time body_a body_b held``; per detector ``verdict/<label>``; per audited one ``outcome/<label>``
     and ``miss/<label>`` (number of the miss, null outside); ``work/<label>/<counter>`` where counted per pair-frame;
     and ``frame_seconds/<label>`` (the whole frame, all pairs) of online detectors. ``flag`` names what was in doubt
-    about a pose of either body (``frozen+gap``; null: nothing); such pair-frames have a row whatever was said, but
-    for those after a gap, whose poses are as good as any.
+    about a pose of either body (``frozen+gap``; null: nothing); such pair-frames always have a row, except
+    those after a gap, whose poses are not in doubt.
     """
     rows, columns = _happened(result)
     numbers = {label: _miss_numbers(result, label, rows, columns) for label in result.comparisons}
