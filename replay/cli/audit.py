@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import click
 
 from replay.cli.console import People, TerminalProgress, stdout_console
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, let_modules_here_be_found, lineup, output_format, window
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, lineup, output_format, window
 
 
 @click.command()
@@ -26,22 +27,13 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, common, let_modules_here_
 @common
 def command(
     sessions: tuple[Path, ...],
-    out: Path | None,
-    force: bool,
-    detectors: tuple[str, ...],
-    oracle: str | None,
-    start: float | None,
-    end: float | None,
-    seed: int,
-    tau: float,
     no_faces: bool,
     no_picture: bool,
     max_missed: float | None,
     max_p99_ms: float | None,
-    format_: str,
-    verbose: bool,
-    quiet: bool,
-    debug: bool,
+    as_json: bool,
+    people: People,
+    **asked: Any,
 ) -> int:
     """Replay each SESSION through detectors and say what each missed beside the oracle.
 
@@ -49,37 +41,21 @@ def command(
     replay audit session.mcap --detectors "hybrid-qaco,slow=discrete[rate_hz=22.5]" --out runs/audit
     replay audit recordings/*.mcap --detector lab.engine:Detector --max-missed 0.01 --max-p99-ms 11.1
     """
-    del debug
-    people = People(quiet=quiet, verbose=verbose)
-    let_modules_here_be_found([*detectors, oracle or ""])
     from replay.audit.gates import Gates
     from replay.auditor import audit
     from replay.cli.main import GATE_FAILED, OK
-
-    result = audit(
-        list(sessions),
-        detectors=detectors or None,
-        oracle=oracle,
-        out=out,
-        start=start,
-        end=end,
-        seed=seed,
-        tau=tau,
-        faces=not no_faces,
-        picture=not no_picture,
-        force=force,
-        progress=TerminalProgress(people),
-    )
-    summaries = [one.summary for one in result.results]
-    broken = Gates(max_missed, max_p99_ms).broken(result.summary, summaries)
-    if format_ == "json":
-        click.echo(json.dumps({"audit": result.summary, "runs": summaries, "broken": broken}, allow_nan=False))
-    else:
-        from replay.cli.audit_tables import answers, audit_tables
-
-        stdout_console().print(answers(result.results), audit_tables(result.summary))
     from replay.cli.run_report import close_run, where_to_look
 
+    shown: dict[str, Any] = {"faces": not no_faces, "picture": not no_picture}
+    result = audit(list(sessions), **asked, **shown, progress=TerminalProgress(people))
+    summaries = [one.summary for one in result.results]
+    broken = Gates(max_missed, max_p99_ms).broken(result.summary, summaries)
+    if as_json:
+        click.echo(json.dumps({"audit": result.summary, "runs": summaries, "broken": broken}, allow_nan=False))
+    else:
+        from replay.cli.run_tables import answers, audit_tables
+
+        stdout_console().print(answers(result.results), audit_tables(result.summary))
     codes = [close_run(one, people) for one in result.results]
     for one in result.results:
         for sentence in where_to_look(one, picture=not no_picture):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,8 +11,11 @@ import click
 
 from replay.cli.console import People, TerminalProgress, stdout_console
 from replay.cli.options import ANY_PATH, common
+from replay.outputs.tables import Table, table
 
 if TYPE_CHECKING:
+    from rich.console import Group
+
     from replay.bench.growth import Growth
     from replay.bench.race import Row
     from replay.bench.stages import Stages
@@ -37,9 +40,7 @@ REPEATS: Final = 5
 @click.option("--out", "-o", type=ANY_PATH, metavar="FILE", help="Write all figures here as JSON.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @common
-def command(
-    quick: bool, frames: int | None, seed: int, out: Path | None, as_json: bool, verbose: bool, quiet: bool, debug: bool
-) -> int:
+def command(quick: bool, frames: int | None, seed: int, out: Path | None, as_json: bool, people: People) -> int:
     """Time the exact detector beside python-fcl, coal and trimesh, in one process, on one thread.
 
     Then: where its time goes, and how its cost grows with frames, bodies and faces. Exits with 4 when an answer of the
@@ -49,8 +50,6 @@ def command(
     replay bench
     replay bench --full --out bench.json
     """
-    del debug
-    people = People(quiet=quiet, verbose=verbose)
     from replay.bench.engines import OPTIONAL, installed_engines
     from replay.cli.main import GATE_FAILED, OK
     from replay.compiling import compiling_announced
@@ -73,8 +72,6 @@ def command(
     if as_json:
         click.echo(json.dumps(figures, indent=1))
     else:
-        from replay.cli.bench_tables import bench_tables
-
         stdout_console().print(bench_tables(rows, spent, growth, figures))
     wrong = [row for row in rows if row.wrong and row.engine == "exact"]
     for row in wrong:
@@ -86,14 +83,11 @@ def _race(progress: TerminalProgress, quick: bool, frames: int, seed: int) -> li
     from replay.bench.race import race
 
     asked = [(n, what) for n in (QUICK_FACES if quick else FULL_FACES) for what in ("bool", "faces")]
-    raced = _counted(
-        progress,
-        "race",
-        "races",
-        asked,
-        lambda n, what: race(n, what, frames=frames, repeats=REPEATS, seed=seed),
-    )
-    return [row for rows in raced for row in rows]
+
+    def one(faces: int, what: str) -> list[Row]:
+        return race(faces, what, frames=frames, repeats=REPEATS, seed=seed)
+
+    return [row for rows in _counted(progress, "race", "races", asked, one) for row in rows]
 
 
 def _stages(progress: TerminalProgress, quick: bool, frames: int, seed: int) -> list[Stages]:
@@ -127,3 +121,63 @@ def _counted(
             answers.append(answer(*one))
             advance(1)
     return answers
+
+
+def bench_tables(
+    rows: Sequence[Row], spent: Sequence[Stages], growth: Sequence[Growth], figures: Mapping[str, Any]
+) -> Group:
+    """Machine, race, stages and growth."""
+    from replay.cli.terminal import terminal
+
+    where, packages = figures["machine"], figures["versions"]
+    head = f"{where['system']}, {where['processor']}, {where['cores']} cores, one used; Python {packages['python']}; "
+    head += f"seed {figures['seed']}, {figures['frames']:,} frames"
+    return terminal(head, race_table(rows), stage_table(spent), growth_table(growth))
+
+
+def race_table(rows: Sequence[Row]) -> Table:
+    """A row an engine and question."""
+    head = ("faces", "question", "engine", "build", "seconds", "speed", "contacts", "digest", "wrong")
+    cells = [
+        (
+            f"{row.faces:,}", row.what, row.engine, f"{row.build:.3f}", f"{row.seconds:.4f}", f"{row.speed:.2f}",
+            row.contacts, row.digest, row.wrong,
+        )
+        for row in rows
+    ]  # fmt: skip
+    title = "beside python-fcl's plain loop, trees kept; wrong: pair-frames that differ from it"
+    return table(title, head, cells, words=("question", "engine", "digest"))
+
+
+def stage_table(spent: Sequence[Stages]) -> Table:
+    """A row a workload: milliseconds of every stage."""
+    from replay.bench.stages import STAGES
+
+    rows = []
+    for one in spent:
+        each = [f"{1e3 * one.seconds[name]:.2f}" if name in one.seconds else "in trees" for name in STAGES]
+        rows.append((one.workload, one.faces, one.what, *each, f"{1e3 * sum(one.seconds.values()):.2f}"))
+    head = ("workload", "faces each", "question", *STAGES, "all")
+    return table("where the time of exact goes, milliseconds", head, rows, words=("workload", "question"))
+
+
+def growth_table(growth: Sequence[Growth]) -> Table:
+    """A row a size; x is the figure before it over that of the row above, whose size is smaller."""
+    rows = []
+    before: Growth | None = None
+    for one in growth:
+        last = before if before is not None and (before.where, before.grows) == (one.where, one.grows) else None
+        seconds, search, tests = (
+            f"{getattr(one, name) / getattr(last, name):.1f}" if last and getattr(last, name) else ""
+            for name in ("seconds", "search", "tests")
+        )
+        rows.append(
+            (
+                one.where, one.grows, one.size, one.pair_frames, f"{one.seconds:.4f}", seconds, f"{one.reading:.4f}",
+                f"{one.search:.5f}", search, one.tests, tests,
+                f"{one.work.get('skipped', 0) / max(1, one.pair_frames):.1%}",
+            )
+        )  # fmt: skip
+        before = one
+    head = ("where", "grows", "size", "pair-frames", "seconds", "x", "reading", "search", "x", "tests", "x", "skipped")
+    return table("growth of exact: reading poses is linear, the search need not be", head, rows, words=2)

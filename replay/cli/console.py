@@ -1,4 +1,4 @@
-"""What people see on stderr: sentences, and progress with rate and remaining time where there is a terminal."""
+"""Sentences and progress on stderr, and the console on stdout. Progress is shown on a terminal only."""
 
 from __future__ import annotations
 
@@ -66,23 +66,31 @@ def _unshown(done: int) -> None:
 
 
 def _bars(unit: str) -> Progress:
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TextColumn
+    from rich.text import Text
 
-    from replay.cli.pace_column import PaceColumn
+    class PaceColumn(ProgressColumn):
+        """``12,345 frames/s, 3 s left``, then ``4.1 s``."""
+
+        def render(self, task: Task) -> Text:
+            words = pace(task.speed, task.time_remaining, task.elapsed, task.finished, unit)
+            return Text(words, style="dim")
 
     return Progress(
         SpinnerColumn(finished_text="[green]✓[/green]"),
         TextColumn("{task.description:<12}"),
         BarColumn(bar_width=24),
-        PaceColumn(unit),
-        console=_stderr(),
+        PaceColumn(),
+        console=Console(stderr=True),
     )
 
 
-def _stderr() -> Console:
-    from rich.console import Console
-
-    return Console(stderr=True)
+def pace(speed: float | None, left: float | None, elapsed: float | None, finished: bool, unit: str) -> str:
+    """A stage's pace in words; rates and times in seconds, ``None`` where not known."""
+    if finished or speed is None or left is None:
+        return "" if elapsed is None else f"{elapsed:.1f} s"
+    return f"{speed:,.0f} {unit}/s, {left:.0f} s left"
 
 
 def stdout_console() -> Console:

@@ -39,14 +39,10 @@ def command(
     seed: int,
     noise: str | None,
     force: bool,
-    format_: str,
-    verbose: bool,
-    quiet: bool,
-    debug: bool,
+    as_json: bool,
+    people: People,
 ) -> int:
     """Record a made-up lab session to MCAP, replay it at full rate and at 22.5 Hz, show what the slow one missed."""
-    del debug
-    people = People(quiet=quiet, verbose=verbose)
     if session_only:
         file = out or Path(f"{scene}.mcap")
         people.say(f"making up a session in a laboratory ({scene}) and recording it ...")
@@ -59,7 +55,7 @@ def command(
     result = _demo(scene, seed, noise, folder, force or out is None, people)
     from replay.cli.run_report import report_run, where_to_look
 
-    code = report_run(result, people, format_)
+    code = report_run(result, people, as_json=as_json)
     people.say(f"\nthe recorded session is {folder / SESSION}")
     for sentence in where_to_look(result):
         people.say(sentence)

@@ -12,11 +12,10 @@ import click
 
 from replay.cli.console import People, stdout_console
 from replay.cli.options import ANY_PATH, common, output_format
+from replay.outputs.tables import Table, table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
-    from rich.table import Table
 
     from replay.diff.runs import DetectorDiff, RunDiff
 
@@ -29,7 +28,7 @@ TRUTH: Final[Mapping[str, str]] = {
     "excused": ", undecided beside the oracle",
     "invented": ", invented",
 }
-"""How ``status`` of an episode is told."""
+"""How ``status`` of an episode is said."""
 
 
 @click.command()
@@ -37,18 +36,16 @@ TRUTH: Final[Mapping[str, str]] = {
 @click.argument("run_b", type=ANY_PATH, metavar="RUN_B")
 @output_format
 @common
-def command(run_a: Path, run_b: Path, format_: str, verbose: bool, quiet: bool, debug: bool) -> int:
+def command(run_a: Path, run_b: Path, as_json: bool, people: People) -> int:
     """Say which contacts RUN_B gained, lost or shifted beside RUN_A, what it took, and what was set differently.
 
     \b
     replay diff runs/before runs/after
     """
-    del debug
-    people = People(quiet=quiet, verbose=verbose)
     from replay.diff.runs import diff_runs
 
     found = diff_runs(run_a, run_b)
-    if format_ == "json":
+    if as_json:
         click.echo(json.dumps(asdict(found) | {"changed": found.changed}, indent=1, allow_nan=False))
     else:
         _print(found, run_a, run_b)
@@ -58,6 +55,8 @@ def command(run_a: Path, run_b: Path, format_: str, verbose: bool, quiet: bool, 
 
 
 def _print(found: RunDiff, run_a: Path, run_b: Path) -> None:
+    from replay.cli.terminal import terminal
+
     console = stdout_console()
     console.print(f"{run_b} beside {run_a}: " + ("contacts changed" if found.changed else "no contact changed"))
     for name, (a, b) in found.settings.items():
@@ -65,7 +64,7 @@ def _print(found: RunDiff, run_a: Path, run_b: Path) -> None:
     for side, labels in ((run_a, found.only_a), (run_b, found.only_b)):
         if labels:
             console.print(f" only in {side}: {', '.join(labels)}")
-    console.print(_table(found))
+    console.print(terminal(_table(found)))
     for label, one in found.detectors.items():
         lines = list(_lines(one))
         for line in lines[:MOST_ROWS]:
@@ -79,27 +78,16 @@ def _told(value: object) -> str:
 
 
 def _table(found: RunDiff) -> Table:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(
-        box=box.SIMPLE_HEAD,
-        title="contacts, and shares of pair-frames",
-        title_justify="left",
-        title_style="bold",
-        caption=_caption(found),
-        caption_justify="left",
-        pad_edge=False,
-    )
-    for name in ("detector", "same", "gained", "lost", "shifted", "missed", "invented", "time", "p99", "verdicts"):
-        table.add_column(name, justify="left" if name in ("detector", "verdicts") else "right", no_wrap=True)
     verdicts = {None: "no digest", True: "the same", False: "differ"}
+    rows = []
     for label, one in found.detectors.items():
         counts = (one.same, len(one.gained), len(one.lost), len(one.shifted))
         ratios = ("" if ratio is None else f"x {ratio:.2f}" for ratio in (one.time_ratio, one.p99_ratio))
         shares = (_change(one.missed), _change(one.invented))
-        table.add_row(label, *map(str, counts), *shares, *ratios, verdicts[one.same_verdicts])
-    return table
+        rows.append((label, *map(str, counts), *shares, *ratios, verdicts[one.same_verdicts]))
+    head = ("detector", "same", "gained", "lost", "shifted", "missed", "invented", "time", "p99", "verdicts")
+    title = "contacts, and shares of pair-frames"
+    return table(title, head, rows, words=("detector", "verdicts"), whole=head, notes=[_caption(found)])
 
 
 def _change(shares: tuple[float | None, float | None]) -> str:
@@ -112,12 +100,12 @@ def _change(shares: tuple[float | None, float | None]) -> str:
 
 def _caption(found: RunDiff) -> str:
     """What times are, and how much of them is the machine's."""
-    own, told = found.machines_own, "time, p99: of the second run, as a multiple of the first's"
+    own, note = found.machines_own, "time, p99: of the second run, as a multiple of the first's"
     if own is None:
-        return told
+        return note
     low, high = (f"x {one:.2f}" for one in own)
     spread = low if low == high else f"{low} to {high}"
-    return f"{told}; what gave the same verdicts with the same settings took {spread}: so much is the machine's"
+    return f"{note}; what gave the same verdicts with the same settings took {spread}: so much is the machine's"
 
 
 def _lines(one: DetectorDiff) -> Iterator[str]:
@@ -126,8 +114,8 @@ def _lines(one: DetectorDiff) -> Iterator[str]:
         for row in rows:
             yield f"{word:<7} {_where(row)}, {_frames(row)}{_truth(row)}"
     for shift in sorted(one.shifted, key=lambda each: -max(abs(each.start), abs(each.end))):
-        told = (f"{word} {_moved(by)}" for word, by in (("begins", shift.start), ("ends", shift.end)))
-        yield f"shifted {_where(shift.before)}: {', '.join(told)}"
+        moved = (f"{word} {_moved(by)}" for word, by in (("begins", shift.start), ("ends", shift.end)))
+        yield f"shifted {_where(shift.before)}: {', '.join(moved)}"
 
 
 def _where(row: Mapping[str, Any]) -> str:

@@ -33,14 +33,10 @@ def command(
     force: bool,
     meshes: tuple[str, ...],
     scene: Path | None,
-    mapping: Path | None,
-    convention: str | None,
-    mesh_axes: str | None,
     session: Path | None,
     offset: float | None,
-    verbose: bool,
-    quiet: bool,
-    debug: bool,
+    people: People,
+    **options: Any,
 ) -> int:
     """Read SOURCE, a recording of another program in FORMAT (aframe, csv, contacts), and write it as a session file.
 
@@ -49,9 +45,6 @@ def command(
     replay import csv unity.csv -o session.mcap --convention unity
     replay import contacts engine.csv --session session.mcap -o with_contacts.mcap
     """
-    del debug
-    people = People(quiet=quiet, verbose=verbose)
-    options = {"mapping": mapping, "convention": convention, "mesh_axes": mesh_axes}
     given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
     given["meshes"] = _meshes(meshes)
     from replay.errors import OutputError

@@ -4,36 +4,35 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from replay.cli.console import stdout_console
+from replay.cli.console import People, stdout_console
 from replay.cli.options import SESSION_FILE, common, output_format
-
-if TYPE_CHECKING:
-    from rich.table import Table
+from replay.outputs.tables import Cell, Table, table
 
 
 @click.command()
 @click.argument("session", type=SESSION_FILE, metavar="FILE.mcap")
 @output_format
 @common
-def command(session: Path, format_: str, verbose: bool, quiet: bool, debug: bool) -> int:
+def command(session: Path, as_json: bool, people: People) -> int:
     """Say what FILE.mcap holds: bodies with rates and gaps, duration, tasks, stages, events."""
-    del debug, quiet
     from replay.session_info import session_info
     from sessions import read_session
 
     info = session_info(read_session(session))
-    if format_ == "json":
+    if as_json:
         click.echo(json.dumps(info, indent=1, allow_nan=False))
     else:
-        _print_text(info, session, verbose)
+        _print_text(info, session, people.verbose)
     return 0
 
 
 def _print_text(info: dict[str, Any], file: Path, verbose: bool) -> None:
+    from replay.cli.terminal import terminal
+
     console = stdout_console()
     clock = info["frames"]
     title = f"{file.name}" + (f"  ({info['scene']})" if info["scene"] else "")
@@ -44,7 +43,7 @@ def _print_text(info: dict[str, Any], file: Path, verbose: bool) -> None:
     )
     if clock["not_forward"]:
         console.print(f"{clock['not_forward']:,} stamps do not go forward; a run leaves those frames out")
-    console.print(_bodies(info["bodies"]))
+    console.print(terminal(_bodies(info["bodies"])))
     for interval in info["intervals"]:
         console.print(f"  {interval['start']:8.2f} - {interval['end']:8.2f} s  {interval['kind']}  {interval['name']}")
     if info["events"]:
@@ -58,29 +57,17 @@ SHORT_FACTS = ("format", "vr_type", "source_file", "conversions", "missing")
 
 
 def _bodies(bodies: list[dict[str, Any]]) -> Table:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, header_style="dim")
-    table.add_column("body")
-    for name in ("faces", "samples", "rate", "gaps", "lost", "held", "interpolated"):
-        table.add_column(name, justify="right")
+    rows = []
     for body in bodies:
         counts = body["samples"]
-        mesh = f"{body['faces']:,}" if body["faces"] else "no mesh"
-        table.add_row(
-            body["name"] + (" (proxy)" if body["proxy"] else ""),
-            mesh,
-            "fixed" if body["fixed"] else f"{sum(count for word, count in counts.items() if word != 'absent'):,}",
-            "" if body["fixed"] else f"{body['rate_hz']:.1f} Hz",
-            "" if body["fixed"] else _count(body["gaps"]),
-            *(_count(counts.get(word, 0)) for word in ("lost", "held", "interpolated")),
-        )
-    return table
-
-
-def _count(count: int) -> str:
-    return f"{count:,}" if count else "·"
+        moving: tuple[Cell, ...] = ("fixed", "", "")
+        if not body["fixed"]:
+            sampled = sum(count for word, count in counts.items() if word != "absent")
+            moving = (sampled, f"{body['rate_hz']:.1f} Hz", body["gaps"])
+        name = body["name"] + (" (proxy)" if body["proxy"] else "")
+        lost = (counts.get(word, 0) for word in ("lost", "held", "interpolated"))
+        rows.append((name, body["faces"] or "no mesh", *moving, *lost))
+    return table("", ("body", "faces", "samples", "rate", "gaps", "lost", "held", "interpolated"), rows)
 
 
 def _clock_time(seconds: float) -> str:

@@ -1,91 +1,98 @@
-"""Options that mean the same on every verb, and the words a verb says to people."""
+"""Options that mean the same on every verb."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable
+from functools import wraps
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
+from replay.cli.console import People
+
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
-class SessionFile(click.Path):
-    """A file that exists; a folder in its place is answered with a session in it."""
+class Existing(click.Path):
+    """A path that exists; where the other kind of path is given, the error says what to do about it."""
 
-    def __init__(self) -> None:
-        super().__init__(exists=True, dir_okay=False, path_type=Path)
+    def __init__(self, *, folder: bool) -> None:
+        super().__init__(exists=True, dir_okay=folder, file_okay=not folder, path_type=Path)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """As ``click.Path``, with a word on what to give."""
-        if Path(value).is_dir():
-            found = sorted(Path(value).glob("*.mcap"))
+        """As ``click.Path``, with a word on what to give instead."""
+        path = Path(value)
+        if path.is_dir() and not self.dir_okay:
+            found = sorted(path.glob("*.mcap"))
             hint = f"name a file, like {found[0]}" if found else "name a file in it; it holds no *.mcap"
             self.fail(f"{value} is a folder; {hint}", param, ctx)
-        return super().convert(value, param, ctx)
-
-
-class RunFolder(click.Path):
-    """A folder that exists; a file in its place is answered with how a run comes of it."""
-
-    def __init__(self) -> None:
-        super().__init__(exists=True, file_okay=False, path_type=Path)
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """As ``click.Path``, with a word on what to do."""
-        if Path(value).is_file():
+        if path.is_file() and not self.file_okay:
             self.fail(f"{value} is a file; replay it first: replay run {value} --out RUN", param, ctx)
         return super().convert(value, param, ctx)
 
 
-SESSION_FILE = SessionFile()
-RUN_FOLDER = RunFolder()
+SESSION_FILE = Existing(folder=False)
+RUN_FOLDER = Existing(folder=True)
 ANY_PATH = click.Path(path_type=Path)
 
 
-def common(command: Command) -> Command:
-    """``-v -q --debug``: how much is said; every verb has them."""
-    for option in reversed(
-        (
-            click.option("-v", "--verbose", is_flag=True, help="Say more: notes about the poses, settings, digests."),
-            click.option("-q", "--quiet", is_flag=True, help="Say nothing on stderr but errors."),
-            click.option("--debug", is_flag=True, help="Show where an error happened."),
-        )
-    ):
-        command = option(command)
-    return command
+def common(command: Callable[..., int]) -> Callable[..., int]:
+    """``-v -q --debug`` on every verb; the verb gets ``people``, to whom it speaks as much as was asked for."""
+
+    @wraps(command)
+    def spoken(*, verbose: bool, quiet: bool, debug: bool, **given: Any) -> int:
+        del debug  # main looks for it among the arguments
+        return command(people=People(quiet=quiet, verbose=verbose), **given)
+
+    return _with(
+        spoken,
+        click.option("-v", "--verbose", is_flag=True, help="Say more: notes about the poses, settings, digests."),
+        click.option("-q", "--quiet", is_flag=True, help="Say nothing on stderr but errors."),
+        click.option("--debug", is_flag=True, help="Show where an error happened."),
+    )
 
 
-def output_format(command: Command) -> Command:
-    """``--format text|json``: what stdout carries."""
-    return click.option(
-        "--format",
-        "format_",
-        type=click.Choice(["text", "json"]),
-        default="text",
-        show_default=True,
-        help="What to print on stdout.",
-    )(command)
+def output_format(command: Callable[..., int]) -> Callable[..., int]:
+    """``--format text|json``: what stdout carries; the verb gets ``as_json``."""
 
+    @wraps(command)
+    def chosen(*, format_: str, as_json: bool = False, **given: Any) -> int:
+        return command(as_json=as_json or format_ == "json", **given)
 
-def lineup(command: Command) -> Command:
-    """``--detectors --oracle --seed``: who looks, who is trusted, and what they draw from."""
-    options = (
+    choice = click.Choice(["text", "json"])
+    return _with(
+        chosen,
         click.option(
-            "--detectors",
-            "--detector",
-            "detectors",
-            multiple=True,
-            metavar="SPEC",
-            help="What to audit: hybrid-qaco, slow=discrete[rate_hz=22.5], package.module:Class; several with commas.",
+            "--format", "format_", type=choice, default="text", show_default=True, help="What to print on stdout."
         ),
-        click.option(
-            "--oracle", metavar="SPEC", help="The detector to trust: exact, continuous, a label. Default: exact."
-        ),
+    )
+
+
+json_flag = click.option("--json", "as_json", is_flag=True, help="The same as --format json.")
+
+
+def lineup(command: Callable[..., int]) -> Callable[..., int]:
+    """``--detectors --oracle --seed``: what is audited, what is trusted; ``detectors`` is ``None`` if none is named."""
+
+    @wraps(command)
+    def named(*, detectors: tuple[str, ...], oracle: str | None, **given: Any) -> int:
+        let_modules_here_be_found([*detectors, oracle or ""])
+        return command(detectors=list(detectors) or None, oracle=oracle, **given)
+
+    detectors = "What to audit: hybrid-qaco, slow=discrete[rate_hz=22.5], package.module:Class; several with commas."
+    oracle = "The detector to trust: exact, continuous, a label. Default: exact."
+    return _with(
+        named,
+        click.option("--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", help=detectors),
+        click.option("--oracle", metavar="SPEC", help=oracle),
         click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream."),
     )
+
+
+def _with(command: Command, *options: Callable[[Command], Command]) -> Command:
+    """A command with these options, listed in this order by ``--help``."""
     for option in reversed(options):
         command = option(command)
     return command

@@ -4,12 +4,20 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from replay.cli.console import People, TerminalProgress, stdout_console
-from replay.cli.options import ANY_PATH, common, output_format
+from replay.cli.options import ANY_PATH, common, json_flag, output_format
+from replay.outputs.tables import table
+
+if TYPE_CHECKING:
+    from rich.console import Group
+
+    from replay.paper.tables import PaperTable
 
 
 @click.command()
@@ -23,7 +31,7 @@ from replay.cli.options import ANY_PATH, common, output_format
 )
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Write tables, pictures, page and recording here.")
 @output_format
-@click.option("--json", "as_json", is_flag=True, help="The same as --format json.")
+@json_flag
 @common
 def command(
     quick: bool,
@@ -33,11 +41,8 @@ def command(
     seed: int,
     calibration: Path | None,
     out: Path | None,
-    format_: str,
     as_json: bool,
-    verbose: bool,
-    quiet: bool,
-    debug: bool,
+    people: People,
 ) -> int:
     """Regenerate Table I, Fig. 7 and Fig. 8 with exact truth; printed values stand in a column of their own.
 
@@ -46,10 +51,7 @@ def command(
     replay paper --out paper
     replay paper --calibration paper/calibration.json --json
     """
-    del debug
-    people = People(quiet=quiet, verbose=verbose)
     from replay.cli.main import OK
-    from replay.cli.paper_tables import paper_tables
     from replay.paper.experiment import FULL, QUICK, run_paper
     from replay.paper.verdict import verdict_of
     from replay.paper.writing import as_json as plain
@@ -66,7 +68,7 @@ def command(
         jobs=jobs or os.cpu_count() or 1,
         progress=TerminalProgress(people),
     )
-    if as_json or format_ == "json":
+    if as_json:
         click.echo(json.dumps(plain(result), indent=1, allow_nan=False))
     else:
         stdout_console().print(paper_tables(result.tables))
@@ -77,3 +79,16 @@ def command(
     for path in write_paper(result, out) if out else ():
         people.say(f"wrote {path}")
     return OK
+
+
+def paper_tables(tables: Sequence[PaperTable]) -> Group:
+    """All tables with the same cells as in the files, each with its note below it."""
+    from replay.cli.terminal import terminal
+    from replay.paper.tables import shown
+
+    made = []
+    for one in tables:
+        words = [name for k, name in enumerate(one.head) if any(isinstance(row[k], str) for row in one.rows)]
+        rows = [[shown(cell) for cell in row] for row in one.rows]
+        made.append(table(f"{one.key}: {one.title}", one.head, rows, words=words, whole=(), notes=[one.note]))
+    return terminal(*made)

@@ -18,7 +18,7 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, common, output_format
 @click.option("--force", is_flag=True, help="Replace a file of that name.")
 @output_format
 @common
-def command(torn: Path, out: Path, force: bool, format_: str, verbose: bool, quiet: bool, debug: bool) -> int:
+def command(torn: Path, out: Path, force: bool, as_json: bool, people: People) -> int:
     """Save every whole message of every readable chunk of TORN.mcap to OUT.mcap; say what was lost.
 
     Exits with 3 when anything was lost, with 0 when the file turns out to be whole.
@@ -26,16 +26,14 @@ def command(torn: Path, out: Path, force: bool, format_: str, verbose: bool, qui
     \b
     replay recover session.mcap.partial session.mcap
     """
-    del debug
-    people = People(quiet=quiet, verbose=verbose)
     from replay.cli.main import DATA_LOSS, OK
     from sessions.recovery.recover import recover
 
     people.say(f"reading {torn}")
     result = recover(torn, out, overwrite=force)
-    if format_ == "json":
-        told = {**asdict(result), "out": str(result.out), "whole": result.whole, "source": str(torn)}
-        click.echo(json.dumps(told, indent=1))
+    if as_json:
+        answer = {**asdict(result), "out": str(result.out), "whole": result.whole, "source": str(torn)}
+        click.echo(json.dumps(answer, indent=1))
     else:
         for sentence in result.sentences():
             click.echo(sentence)

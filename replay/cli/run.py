@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, let_modules_here_be_found, lineup, output_format, window
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, lineup, output_format, window
 
 
 @click.command()
@@ -27,52 +28,19 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, common, let_modules_here_
 @click.option("--cite", is_flag=True, help="Print the sources behind the detectors and effects of this run.")
 @output_format
 @common
-def command(
-    session: Path,
-    out: Path,
-    force: bool,
-    detectors: tuple[str, ...],
-    oracle: str | None,
-    start: float | None,
-    end: float | None,
-    seed: int,
-    tau: float,
-    policy: tuple[str, ...],
-    no_picture: bool,
-    cite: bool,
-    format_: str,
-    verbose: bool,
-    quiet: bool,
-    debug: bool,
-) -> int:
+def command(session: Path, no_picture: bool, cite: bool, as_json: bool, people: People, **asked: Any) -> int:
     """Replay FILE.mcap through detectors and write what came of it to a run folder.
 
     \b
     replay run session.mcap --out run1
     replay run session.mcap --out run2 --detectors "slow=discrete[rate_hz=22.5],hybrid" --oracle exact
     """
-    del debug
-    people = People(quiet=quiet, verbose=verbose)
-    let_modules_here_be_found([*detectors, oracle or ""])
     people.say(f"replaying {session}")
     from replay.cli.run_report import report_run, where_to_look
     from replay.runner import run
 
-    result = run(
-        session,
-        detectors=detectors or None,
-        oracle=oracle,
-        out=out,
-        start=start,
-        end=end,
-        seed=seed,
-        tau=tau,
-        policy=policy,
-        picture=not no_picture,
-        force=force,
-        progress=TerminalProgress(people),
-    )
-    code = report_run(result, people, format_, cite=cite)
+    result = run(session, **asked, picture=not no_picture, progress=TerminalProgress(people))
+    code = report_run(result, people, as_json=as_json, cite=cite)
     people.say("")
     for sentence in where_to_look(result, picture=not no_picture):
         people.say(sentence)

@@ -17,27 +17,21 @@ from replay.run_result import RunResult
 from replay.treatment import DAMAGE
 
 
-def report_run(result: RunResult, people: People, format_: str, *, cite: bool = False) -> int:
+def report_run(result: RunResult, people: People, *, as_json: bool = False, cite: bool = False) -> int:
     """Print a run, with the sources behind it if asked, and return the exit code: 3 when frames could not be used."""
-    behind = _sources(result) if cite else {}
-    if format_ == "json":
-        told = as_json(result) | ({"sources": behind} if cite else {})
-        click.echo(json.dumps(told, indent=1, allow_nan=False))
+    from replay.citing import citations, sources_behind
+
+    behind = sources_behind(result) if cite else {}
+    if as_json:
+        figures = run_json(result) | ({"sources": behind} if cite else {})
+        click.echo(json.dumps(figures, indent=1, allow_nan=False))
     else:
         from replay.cli.run_tables import run_tables
 
         stdout_console().print(run_tables(result))
         if cite:
-            from replay.citing import citations
-
             click.echo("\n" + citations(behind))
     return close_run(result, people)
-
-
-def _sources(result: RunResult) -> dict[str, tuple[str, ...]]:
-    from replay.citing import sources_behind
-
-    return sources_behind(result)
 
 
 def close_run(result: RunResult, people: People) -> int:
@@ -92,7 +86,7 @@ def treated(summary: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def as_json(result: RunResult) -> dict[str, Any]:
+def run_json(result: RunResult) -> dict[str, Any]:
     """The summary, the misses, and where the rest lies."""
     misses = {label: [asdict(miss) for miss in found] for label, found in result.misses.items()}
     return {**result.summary, "misses": misses, "out": None if result.out is None else str(result.out)}

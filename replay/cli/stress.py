@@ -3,16 +3,31 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from replay.cli.console import People, TerminalProgress, stdout_console
-from replay.cli.options import ANY_PATH, common, output_format
+from replay.cli.options import ANY_PATH, common, json_flag, output_format
+from replay.outputs.tables import Cell, Table, table
+
+if TYPE_CHECKING:
+    from rich.console import Group
+
+    from replay.stress.flips import Flips
+    from replay.stress.runner import StressResult, Tally
+    from replay.stress.system import CaseTally
 
 QUICK_PAIRS: Final = 200
+
+COLUMNS: Final = {
+    "missed": "missed", "invented": "invented", "within": "within tolerance", "refused": "refused",
+    "unconfirmed": "unconfirmed",
+}  # fmt: skip
+"""Field of a tally -> heading."""
 
 
 @click.command()
@@ -38,7 +53,7 @@ QUICK_PAIRS: Final = 200
 )
 @click.option("--max-missed", type=click.IntRange(min=0), metavar="N", help="Exit with 4 if more are missed.")
 @output_format
-@click.option("--json", "as_json", is_flag=True, help="The same as --format json.")
+@json_flag
 @common
 def command(
     detector: str,
@@ -52,11 +67,8 @@ def command(
     tau: float,
     out: Path | None,
     max_missed: int | None,
-    format_: str,
     as_json: bool,
-    verbose: bool,
-    quiet: bool,
-    debug: bool,
+    people: People,
 ) -> int:
     """Ask detectors about triangle pairs made to be hard, and count where they are wrong.
 
@@ -70,8 +82,6 @@ def command(
     replay stress --detector hybrid --relation axes,shift
     replay stress --detector discrete --case 29,41
     """
-    del debug
-    people = People(quiet=quiet, verbose=verbose)
     from replay.cli.main import GATE_FAILED, OK
     from replay.stress.flips import count_flips
     from replay.stress.peers import PEERS, installed_peers
@@ -95,18 +105,113 @@ def command(
         few = min(relation_pairs, at_most // 10 if quick else relation_pairs)
         result = replace(result, flips=count_flips(detectors_of(detector), relations, pairs=few, **shared))
     if case is not None or everything:
-        told = {name: shared[name] for name in ("seed", "out", "progress")}
-        result = replace(result, cases=run_cases(detectors_of(detector), cases, tau=tau, **told))
+        whole = {name: shared[name] for name in ("seed", "out", "progress")}
+        result = replace(result, cases=run_cases(detectors_of(detector), cases, tau=tau, **whole))
     broken = result.broken
     missed = sum(tally.missed for tally in result.tallies)
     if max_missed is not None and missed > max_missed:
         broken.append(f"{missed:,} missed, more than --max-missed {max_missed:,}")
-    if as_json or format_ == "json":
+    if as_json:
         click.echo(json.dumps(result.as_json() | {"broken": broken}, indent=1, allow_nan=False))
     else:
-        from replay.cli.stress_tables import stress_tables
-
         stdout_console().print(stress_tables(result))
     for sentence in broken:
         people.say(f"gate: {sentence}")
     return GATE_FAILED if broken else OK
+
+
+NONE: Final = "·"
+
+
+def stress_tables(result: StressResult) -> Group:
+    """The sums of each detector; below them where they come from, and the files that were written."""
+    from rich.text import Text
+
+    from replay.cli.terminal import terminal
+
+    rows = dict(result.by_detector())
+    asked = f", {result.pairs:,} pairs of each family" if rows else ""
+    tables = [family_table(next(iter(rows.values())))] if len(rows) == 1 else []
+    tables += [sum_table(rows), cross_table(rows)] if len(rows) > 1 else []
+    tables += [flip_table(result.flips)] if result.flips else []
+    tables += [case_table(result.cases)] if result.cases else []
+    files = [one.file for some in (result.cases, result.tallies, result.flips) for one in some if one.file]
+    written = (Text(f"  {file}", overflow="fold") for file in files)
+    return terminal(f"seed {result.seed}{asked}, tau {result.tau:g} m", *tables, *written)
+
+
+def sum_table(rows: dict[str, list[Tally]]) -> Table:
+    """A row per detector, summed over the families."""
+    cells = [(name, sum(one.pairs for one in tallies), *_sums(tallies)) for name, tallies in rows.items()]
+    return table("all families", ("detector", "pairs", *COLUMNS.values()), cells)
+
+
+def family_table(tallies: Sequence[Tally]) -> Table:
+    """A row per family of one detector, and the sums."""
+    rows = [(_label(tally), *_sums([tally])) for tally in tallies]
+    foot = ("all", *_sums(tallies)) if len(tallies) > 1 else ()
+    return table(tallies[0].detector, ("family", *COLUMNS.values()), rows, foot=foot)
+
+
+def cross_table(rows: dict[str, list[Tally]]) -> Table:
+    """A row per family in which anybody failed, a column per detector that failed anywhere."""
+    failing = {name: tallies for name, tallies in rows.items() if any(one.failed for one in tallies)}
+    cells = [
+        (_label(tallies[0]), *(_cell(tally) for tally in tallies))
+        for tallies in zip(*failing.values(), strict=True)
+        if any(one.failed for one in tallies)
+    ]
+    return table(
+        "missed + invented, ~ within tolerance, ! refused; nobody else failed anywhere", ("family", *failing), cells
+    )
+
+
+def flip_table(flips: Sequence[Flips]) -> Table:
+    """A row per detector, a column per relation, and the families with any."""
+    pairs = flips[0].pairs * len({one.number for one in flips})
+    relations = list(dict.fromkeys(one.relation for one in flips))
+    rows = []
+    for name in dict.fromkeys(one.detector for one in flips):
+        of = [one for one in flips if one.detector == name]
+        cells = [_flip_cell([one for one in of if one.relation == relation]) for relation in relations]
+        families = sorted({one.number for one in of if one.flips or one.refused})
+        rows.append((name, *cells, " ".join(f"{number:02d}" for number in families) or NONE))
+    head = ("detector", *relations, "in families")
+    title = f"answers changed by what changes nothing, of {pairs:,} pairs"
+    return table(title, head, rows, words=("detector", "in families"))
+
+
+def case_table(cases: Sequence[CaseTally]) -> Table:
+    """A row for each case and for each answer that detectors gave to it."""
+    rows: list[tuple[Cell, ...]] = []
+    asked_any = {one.detector for one in cases if one.applies}
+    for number in sorted({one.number for one in cases}):
+        of = [one for one in cases if one.number == number and (one.detector in asked_any or not asked_any)]
+        answers = list(dict.fromkeys((one.words, one.asked, one.reason) for one in of))
+        for place, (words, asked, reason) in enumerate(answers):
+            names = [one.detector for one in of if (one.words, one.asked, one.reason) == (words, asked, reason)]
+            who = ", ".join(names) if len(names) < len(of) or len(of) == 1 else "all"
+            rows.append((f"{number} {of[0].name}" if place == 0 else "", asked, words, who, reason))
+    never = {one.detector: one.reason for one in cases if asked_any and one.detector not in asked_any}
+    rows += [("all of them", 0, "does not apply", name, reason) for name, reason in never.items()]
+    head = ("case", "asked", "result", "detectors", "why")
+    return table("cases of whole bodies", head, rows, words=("case", "result", "detectors", "why"))
+
+
+def _flip_cell(flips: Sequence[Flips]) -> str:
+    changed, refused = (sum(getattr(one, name) for one in flips) for name in ("flips", "refused"))
+    return (f"{changed:,}" if changed else NONE) + (f"  ! {refused:,}" if refused else "")
+
+
+def _cell(tally: Tally) -> str:
+    parts = [f"{tally.missed:,} + {tally.invented:,}"] if tally.missed or tally.invented else []
+    parts += [f"{sign} {count:,}" for sign, count in (("~", tally.within), ("!", tally.refused)) if count]
+    return "  ".join(parts) or NONE
+
+
+def _label(tally: Tally) -> str:
+    return f"{tally.number:02d} {tally.name}"
+
+
+def _sums(tallies: Sequence[Tally]) -> list[int]:
+    return [sum(getattr(tally, field) for tally in tallies) for field in COLUMNS]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -35,43 +36,44 @@ for _name, _verb in {"run": run_sessions, "collect": collect_runs, "demo": demo_
 @click.option("--force", is_flag=True, help="Replace an earlier study folder of that name.")
 @output_format
 @common
-def analyse(
-    metrics: Path,
-    questionnaire: Path,
-    codebook: Path,
-    out: Path | None,
-    detector: str | None,
-    title: str,
-    seed: int,
-    force: bool,
-    format_: str,
-    verbose: bool,
-    quiet: bool,
-    debug: bool,
-) -> int:
+def analyse(metrics: Path, questionnaire: Path, codebook: Path, people: People, **asked: Any) -> int:
     """Reliability of the questionnaire and the associations its codebook asks about.
 
     \b
     replay study analyse metrics.parquet answers.csv --codebook codebook.yaml --out study1
     """
-    del debug
+    inputs = {"metrics": metrics, "questionnaire": questionnaire, "codebook": codebook}
+    return analyse_files(inputs, people, **asked)
+
+
+def analyse_files(
+    inputs: dict[str, Path],
+    people: People,
+    *,
+    title: str,
+    seed: int,
+    force: bool,
+    out: Path | None = None,
+    detector: str | None = None,
+    as_json: bool = False,
+) -> int:
+    """Analyse metrics, questionnaire and codebook; write the study folder ``out`` if there is one, print the tables."""
     require_extra()
-    people = People(quiet=quiet, verbose=verbose)
+    from replay.study import folder
     from replay.study.analysis import analyse as work
     from replay.study.codebook import read_codebook
-    from replay.study.folder import as_json, check_study_target, write_study
     from replay.study.joining import read_metrics, read_questionnaire
 
     if out is not None:
-        check_study_target(out, force=force)
-    book = read_codebook(codebook)
+        folder.check_study_target(out, force=force)
+    book = read_codebook(inputs["codebook"])
     people.say("resampling students")
-    study = work(book, read_questionnaire(questionnaire, book), read_metrics(metrics), detector=detector, seed=seed)
+    answers, metrics = read_questionnaire(inputs["questionnaire"], book), read_metrics(inputs["metrics"])
+    study = work(book, answers, metrics, detector=detector, seed=seed)
     if out is not None:
-        inputs = {"metrics": metrics, "questionnaire": questionnaire, "codebook": codebook}
-        write_study(study, out, title=title, inputs=_digests(inputs, seed), force=force)
-    if format_ == "json":
-        click.echo(json.dumps(as_json(study), indent=1, allow_nan=False))
+        folder.write_study(study, out, title=title, inputs=_digests(inputs, seed), force=force)
+    if as_json:
+        click.echo(json.dumps(folder.as_json(study), indent=1, allow_nan=False))
     else:
         from replay.cli.study_tables import study_tables
 
@@ -84,8 +86,8 @@ def analyse(
 def _digests(inputs: dict[str, Path], seed: int) -> dict[str, str]:
     import hashlib
 
-    told = {name: f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}" for name, path in inputs.items()}
-    return {**told, "seed": str(seed)}
+    digests = {name: f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}" for name, path in inputs.items()}
+    return {**digests, "seed": str(seed)}
 
 
 @command.command()
@@ -93,14 +95,13 @@ def _digests(inputs: dict[str, Path], seed: int) -> dict[str, str]:
 @click.option("--strict", is_flag=True, help="Exit with 4 when figures contradict each other.")
 @output_format
 @common
-def check(tables: Path | None, strict: bool, format_: str, verbose: bool, quiet: bool, debug: bool) -> int:
+def check(tables: Path | None, strict: bool, as_json: bool, people: People) -> int:
     """Recompute what the figures of a printed table must satisfy; without TABLES.toml, those of the paper.
 
     \b
     replay study check
     replay study check ours.toml --strict
     """
-    del debug
     require_extra()
     from dataclasses import asdict
     from importlib.resources import as_file, files
@@ -110,11 +111,11 @@ def check(tables: Path | None, strict: bool, format_: str, verbose: bool, quiet:
 
     if tables is None:
         with as_file(files("replay.study").joinpath("published_example.toml")) as example:
-            People(quiet=quiet, verbose=verbose).say("checking the printed tables that come with the tool")
+            people.say("checking the printed tables that come with the tool")
             remarks = check_published(example)
     else:
         remarks = check_published(tables)
-    if format_ == "json":
+    if as_json:
         click.echo(json.dumps([asdict(one) for one in remarks], indent=1))
     else:
         from replay.cli.study_tables import check_table

@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from replay.cli.console import People
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, let_modules_here_be_found, lineup, output_format
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, lineup, output_format
 
 SLOW = "22.5Hz=discrete[rate_hz=22.5]"
 """The detector whose misses the made-up class is analysed with besides the oracle."""
@@ -49,30 +49,31 @@ def require_extra() -> None:
 def run_sessions(
     sessions: tuple[Path, ...],
     out: Path,
-    detectors: tuple[str, ...],
+    detectors: list[str] | None,
     oracle: str | None,
     seed: int,
     pictures: bool,
     jobs: int,
-    format_: str,
-    verbose: bool,
-    quiet: bool,
-    debug: bool,
+    as_json: bool,
+    people: People,
 ) -> int:
     """Replay many sessions, each into a run folder of its own; killed, the same command goes on where it stopped.
 
     \b
     replay study run class/sessions --out class/runs --jobs 2
     """
-    del debug
-    people = People(quiet=quiet, verbose=verbose)
-    let_modules_here_be_found([*detectors, oracle or ""])
-    settings = {"detectors": list(detectors) or None, "oracle": oracle, "seed": seed, "picture": pictures}
+    settings = {"detectors": detectors, "oracle": oracle, "seed": seed, "picture": pictures}
     files = session_files(sessions)
     batch = _run(files, out, jobs, settings, people)
-    if format_ == "json":
-        told = {"out": str(out), "done": batch.done, "kept": batch.kept, "failed": batch.failed, "digest": batch.digest}
-        click.echo(json.dumps(told, indent=1))
+    if as_json:
+        answer = {
+            "out": str(out),
+            "done": batch.done,
+            "kept": batch.kept,
+            "failed": batch.failed,
+            "digest": batch.digest,
+        }
+        click.echo(json.dumps(answer, indent=1))
     else:
         click.echo(f"{len(batch.done)} of {len(files)} sessions are in {out}")
         for name, why in batch.failed.items():
@@ -87,22 +88,17 @@ def run_sessions(
 @click.option("--students", type=SESSION_FILE, metavar="FILE.csv", help="session,student for those without pseudonym.")
 @click.option("--force", is_flag=True, help="Replace a file of that name.")
 @common
-def collect_runs(
-    runs: tuple[Path, ...], out: Path, students: Path | None, force: bool, verbose: bool, quiet: bool, debug: bool
-) -> int:
+def collect_runs(runs: tuple[Path, ...], out: Path, students: Path | None, force: bool, people: People) -> int:
     """Join the metrics of run folders, or of folders of them, into one table.
 
     \b
     replay study collect class/runs --out class/metrics.parquet
     """
-    del debug
     from replay.study.collecting import collect, write_table
 
     table = collect(runs, students)
     write_table(table, out, force=force)
-    rows = len(table)
-    people = len(set(table["student"].to_pylist()))
-    People(quiet=quiet, verbose=verbose).say(f"{rows} rows of {people} students")
+    people.say(f"{len(table)} rows of {len(set(table['student'].to_pylist()))} students")
     click.echo(out)
     return 0
 
@@ -113,15 +109,13 @@ def collect_runs(
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the class.")
 @jobs_option
 @common
-def demo_class(out: Path, students: int, seed: int, jobs: int, verbose: bool, quiet: bool, debug: bool) -> int:
+def demo_class(out: Path, students: int, seed: int, jobs: int, people: People) -> int:
     """Make up a class, replay its sessions, analyse it: the whole way from recordings to the page, in one folder.
 
     \b
     replay study demo --jobs 2
     """
-    del debug
     require_extra()
-    people = People(quiet=quiet, verbose=verbose)
     from replay.study.made_up_class import ANSWERS, CODEBOOK, SESSIONS, make_class
 
     people.say(f"making up {students} students and recording their sessions ...")
@@ -130,14 +124,12 @@ def demo_class(out: Path, students: int, seed: int, jobs: int, verbose: bool, qu
     people.say(f"replaying {len(files)} sessions ...")
     settings = {"detectors": SLOW, "oracle": None, "seed": 0, "picture": False}
     batch = _run(files, out / "runs", jobs, settings, people)
-    from replay.cli.study import analyse
+    from replay.cli.study import analyse_files
     from replay.study.collecting import collect, write_table
 
     write_table(collect([out / "runs"]), out / "metrics.parquet", force=True)
-    analyse.callback(  # type: ignore[misc]
-        out / "metrics.parquet", out / ANSWERS, out / CODEBOOK, out / "study", None, "A class that was made up", seed,
-        True, "text", verbose, quiet, False,
-    )  # fmt: skip
+    inputs = {"metrics": out / "metrics.parquet", "questionnaire": out / ANSWERS, "codebook": out / CODEBOOK}
+    analyse_files(inputs, people, out=out / "study", title="A class that was made up", seed=seed, force=True)
     return _code({**failed, **batch.failed})
 
 

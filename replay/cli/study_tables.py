@@ -4,69 +4,62 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rich import box
 from rich.console import Group, RenderableType
-from rich.table import Table
 from rich.text import Text
 
+from replay.cli.terminal import line, terminal
+from replay.outputs.tables import FAINT, FOUND, STRONG, WARNING, Marked, Table, table
 from replay.study.analysis import Study, associated
 from replay.study.page import CAVEAT, headlines, words
 from replay.study.published import AGREES, INCONSISTENT, Remark
 
-COLOURS = {INCONSISTENT: "bold yellow", "weak": "cyan", AGREES: "dim"}
+MARKS = {INCONSISTENT: WARNING, "weak": FOUND, AGREES: FAINT}
+"""Kind of a remark -> its mark, the worst kind first."""
 
 
 def study_tables(study: Study) -> Group:
     """What was found, every coefficient, and what is not said."""
-    parts: list[RenderableType] = [Text()]
-    parts += [Text(f" {line}", style="bold") for line in headlines(study)]
-    if study.regressions:
-        parts += [Text(), _coefficients(study)]
-    if study.reliabilities:
-        parts += [Text(), _reliability(study)]
-    changed = [row for row in study.sensitivity if row.changes]
-    for row in changed:
-        parts.append(
-            Text(f" another conclusion with {row.detector}: {words(row.predictor)} with {words(row.outcome)}", "yellow")
-        )
-    parts += [Text(f" not given: {refused}", style="yellow") for refused in study.refusals]
-    parts += [Text(f" {warning}", style="yellow") for warning in study.warnings]
-    return Group(*parts, Text(), Text(f" {CAVEAT}", style="dim"))
+    parts: list[Table | RenderableType] = [Text(), *(line(words_, STRONG) for words_ in headlines(study))]
+    parts += [_coefficients(study)] if study.regressions else []
+    parts += [_reliability(study)] if study.reliabilities else []
+    said = [
+        f"another conclusion with {row.detector}: {words(row.predictor)} with {words(row.outcome)}"
+        for row in study.sensitivity
+        if row.changes
+    ]
+    said += [*(f"not given: {refused}" for refused in study.refusals), *map(str, study.warnings)]
+    return terminal(*parts, *(line(one, WARNING) for one in said), Text(), line(CAVEAT, FAINT))
 
 
 def check_table(remarks: Sequence[Remark]) -> Group:
     """What contradicts itself first, then what is weak, then what agrees."""
-    order = list(COLOURS)
-    table = Table("", "table", "row", "recomputed from the printed figures", box=box.SIMPLE_HEAD, pad_edge=False)
-    for one in sorted(remarks, key=lambda remark: order.index(remark.kind)):
-        table.add_row(Text(one.kind, COLOURS[one.kind]), one.table, one.row, one.message)
+    ordered = sorted(remarks, key=lambda remark: list(MARKS).index(remark.kind))
+    rows = [(Marked(one.kind, MARKS[one.kind]), one.table, one.row, one.message) for one in ordered]
     wrong = sum(one.kind == INCONSISTENT for one in remarks)
-    said = f" {wrong} of {len(remarks)} checks contradict the print" if wrong else " every printed figure agrees"
-    return Group(Text(), Text(said, style="bold"), Text(), table)
+    said = f"{wrong} of {len(remarks)} checks contradict the print" if wrong else "every printed figure agrees"
+    head = ("", "table", "row", "recomputed from the printed figures")
+    return terminal(Text(), line(said, STRONG), table("", head, rows, words=4))
 
 
 def _coefficients(study: Study) -> Table:
     recall = "" if study.recall is None else f", recall {study.recall:.1%}"
     behind = f", contacts by {study.detector}{recall}" if study.detector else ""
-    table = Table(
-        "outcome", "predictor", "regression", title=f"associations  n = {study.students}{behind}",
-        box=box.SIMPLE_HEAD, title_justify="left", title_style="bold", pad_edge=False,
-    )  # fmt: skip
-    for name in ("beta", "95 % interval", "p (Holm)", "adj. R²"):
-        table.add_column(name, justify="right")
+    rows = []
     for one in study.regressions:
         for c in one.coefficients:
             p = "none" if c.p_holm is None else "< 0.001" if c.p_holm < 0.001 else f"{c.p_holm:.3f}"
-            cells = (f"{c.beta:+.3f}", f"{c.low:+.2f} to {c.high:+.2f}", p, f"{one.adjusted_r2:.3f}")
-            table.add_row(words(one.outcome), words(c.name), one.kind, *cells, style="bold" if associated(c) else "")
-    return table
+            cells = (
+                words(one.outcome), words(c.name), one.kind, f"{c.beta:+.3f}", f"{c.low:+.2f} to {c.high:+.2f}", p,
+                f"{one.adjusted_r2:.3f}",
+            )  # fmt: skip
+            rows.append([Marked(cell, STRONG if associated(c) else "") for cell in cells])
+    head = ("outcome", "predictor", "regression", "beta", "95 % interval", "p (Holm)", "adj. R²")
+    return table(f"associations  n = {study.students}{behind}", head, rows, words=3)
 
 
 def _reliability(study: Study) -> Table:
-    table = Table("construct", title="questionnaire", box=box.SIMPLE_HEAD, title_justify="left", title_style="bold",
-                  pad_edge=False)  # fmt: skip
-    for name in ("items", "n", "alpha", "95 % interval"):
-        table.add_column(name, justify="right")
-    for construct, r in study.reliabilities.items():
-        table.add_row(construct, f"{r.items}", f"{r.students}", f"{r.alpha:.3f}", f"{r.low:.3f} to {r.high:.3f}")
-    return table
+    rows = [
+        (construct, r.items, r.students, f"{r.alpha:.3f}", f"{r.low:.3f} to {r.high:.3f}")
+        for construct, r in study.reliabilities.items()
+    ]
+    return table("questionnaire", ("construct", "items", "n", "alpha", "95 % interval"), rows)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -34,16 +34,11 @@ def command(
     session: Path,
     out: Path | None,
     force: bool,
-    oracle: str,
-    start: float | None,
-    end: float | None,
-    seed: int,
     repeats: int,
     time_limit: float,
-    format_: str,
-    verbose: bool,
-    quiet: bool,
-    debug: bool,
+    as_json: bool,
+    people: People,
+    **asked: Any,
 ) -> int:
     """Run every detector with every setting of a fixed list over SESSION: recall against time, front, advice.
 
@@ -51,9 +46,8 @@ def command(
     replay tradeoff session.mcap --out costs
     replay tradeoff session.mcap --time-limit 60 --format json
     """
-    del debug
-    people = People(quiet=quiet, verbose=verbose)
-    from replay.cli.tradeoff_tables import FrontBar, tradeoff_table
+    from replay.cli.terminal import terminal
+    from replay.cli.tradeoff_tables import FrontBar, front_table
     from replay.compiling import compiling_announced
     from replay.results.run_folder import check_target
     from replay.tradeoff.trading import tradeoff
@@ -63,23 +57,14 @@ def command(
         check_target(out, force=force)
     held = read_session(session)
     with compiling_announced(people), FrontBar(people) as bar:
-        done = tradeoff(
-            held,
-            oracle=oracle,
-            start=start,
-            end=end,
-            seed=seed,
-            repeats=repeats,
-            time_limit=time_limit,
-            watch=bar.watch,
-        )
+        done = tradeoff(held, repeats=repeats, time_limit=time_limit, watch=bar.watch, **asked)
     if out is not None:
         people.say("outside the time limit: one audit of the session, for the report and the picture ...")
-        _write(held, done, out, oracle=oracle, window=(start, end), seed=seed, force=force, people=people)
-    if format_ == "json":
+        _write(held, done, out, people, force=force, **asked)
+    if as_json:
         click.echo(json.dumps(done.as_json(), allow_nan=False))
     else:
-        stdout_console().print(tradeoff_table(done, everything=verbose))
+        stdout_console().print(terminal(front_table(done, everything=people.verbose)))
         for sentence in done.advice:
             click.echo(sentence)
     if done.cut:
@@ -90,17 +75,7 @@ def command(
     return 0
 
 
-def _write(
-    held: Session,
-    done: Tradeoff,
-    out: Path,
-    *,
-    oracle: str,
-    window: tuple[float | None, float | None],
-    seed: int,
-    force: bool,
-    people: People,
-) -> None:
+def _write(held: Session, done: Tradeoff, out: Path, people: People, *, force: bool, **asked: Any) -> None:
     """A run folder of the usual audit, with the tradeoff in its tables, report and picture."""
     from dataclasses import replace
 
@@ -109,7 +84,7 @@ def _write(
     from replay.results.run_folder import write_run_folder
     from replay.tradeoff.output import tradeoff_files
 
-    told = TerminalProgress(people)
-    run = compute(held, oracle=oracle, start=window[0], end=window[1], seed=seed, progress=told)
-    with told.stage("write"), tradeoff_files(done) as files:
+    progress = TerminalProgress(people)
+    run = compute(held, progress=progress, **asked)
+    with progress.stage("write"), tradeoff_files(done) as files:
         write_run_folder(replace(run, tradeoff=done), out, force=force, picture=write_recording, files=files)

@@ -1,4 +1,4 @@
-"""The table of a tradeoff on a terminal, and a bar that shows the front while it grows."""
+"""The front of a tradeoff on a terminal, and a bar that shows it while it grows."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from replay.cli.console import People
+from replay.outputs.tables import Table
 
 if TYPE_CHECKING:
-    from rich.console import JustifyMethod
     from rich.progress import Progress
-    from rich.table import Table
 
     from replay.run_result import Tradeoff
 
@@ -21,50 +20,27 @@ SHOWN: Final = 4
 BUSY: Final = 0.9
 """A process that had less of the clock than this shared its core: a quiet machine gives 0.97 and more."""
 
+HEAD: Final = (
+    "setting", "ms per frame", "p99 ms (over 11.1)", "s per minute", "missed, % [95 %]", "invented, %", "front",
+)  # fmt: skip
 
-def tradeoff_table(done: Tradeoff, *, everything: bool = False) -> Table:
+
+def front_table(done: Tradeoff, *, everything: bool = False) -> Table:
     """The front, quickest first; or every row in order of time."""
-    from rich import box
-    from rich.table import Table
+    from replay.outputs.tradeoff_table import quickest_first, tradeoff_table
 
     about, made = done.about, done.about["machine"]
-    table = Table(
-        box=box.SIMPLE_HEAD,
-        pad_edge=False,
-        title=f"{len(done.rows)} settings, {len(done.front)} on the front; {about['contacts']} contacts, beside "
-        f"{about['oracle']}; {made['system']} {made['processor']}, {made['cores']} cores",
-        title_justify="left",
-        caption="missed: of the pair-frames in contact; invented: of those reported; p99, and frames over 11.1 ms: of "
-        f"those that decide frame by frame; quickest of several passes{_busy(about['processor_share'])}",
-        caption_justify="left",
+    counts = f"{len(done.rows)} settings, {len(done.front)} on the front; {about['contacts']} contacts"
+    title = f"{counts}, beside {about['oracle']}; {made['system']} {made['processor']}, {made['cores']} cores"
+    at_work = about["processor_share"]
+    busy = f"; the machine was busy with other work for {1 - at_work:.0%} of the time" if at_work <= BUSY else ""
+    note = (
+        "missed: of the pair-frames in contact; invented: of those reported; p99, and frames over 11.1 ms: of those "
+        f"that decide frame by frame; quickest of several passes{busy}"
     )
-    for head in ("setting", "ms/frame", "p99 ms (over 11.1)", "s/min", "missed [95 %]", "invented", ""):
-        side: JustifyMethod = "left" if head in ("setting", "") else "right"
-        table.add_column(head, justify=side, no_wrap=head == "setting", overflow="fold")
-    for row in sorted(done.rows, key=lambda one: float(one["ms_per_frame"])):
-        if everything or row["front"] or row["front_online"] or row["oracle"]:
-            table.add_row(*_cells(row))
-    return table
-
-
-def _busy(at_work: float) -> str:
-    """Said where others were at work: times are upper bounds then."""
-    return "" if at_work > BUSY else f"; the machine was busy with other work for {1 - at_work:.0%} of the time"
-
-
-def _cells(row: dict[str, Any]) -> list[str]:
-    share, low, high = (100 * row[key] for key in ("missed", "missed_low", "missed_high"))
-    invented = "" if row["precision"] is None else f"{100 * (1 - row['precision']):.1f} %"
-    marks = ["oracle"] * row["oracle"] + ["front"] * row["front"] + ["live front"] * row["front_online"]
-    return [
-        row["label"],
-        f"{row['ms_per_frame']:.4f}",
-        "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f} ({100 * row['over_share']:.2f} %)",
-        f"{row['seconds_per_minute']:.2f}",
-        f"{share:.1f} % [{low:.1f}, {high:.1f}]",
-        invented,
-        ", ".join(marks),
-    ]
+    marks = ("front", "front_online", "oracle")
+    rows = [row for row in quickest_first(done.rows) if everything or any(row[mark] for mark in marks)]
+    return tradeoff_table("", rows).only(*HEAD).titled(title, note)
 
 
 def front_words(rows: Sequence[dict[str, Any]]) -> str:

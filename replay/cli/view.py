@@ -14,15 +14,13 @@ from replay.cli.options import RUN_FOLDER, common
 @click.argument("run", type=RUN_FOLDER, metavar="RUN")
 @click.option("--miss", type=click.IntRange(min=1), metavar="N", help="Open at this miss; else at the deepest one.")
 @common
-def command(run: Path, miss: int | None, verbose: bool, quiet: bool, debug: bool) -> int:
+def command(run: Path, miss: int | None, people: People) -> int:
     """Open the picture of the run folder RUN in a viewer of its own, on this machine only.
 
     \b
     replay view run1
     replay view run1 --miss 4
     """
-    del debug
-    people = People(quiet=quiet, verbose=verbose)
     from replay.results.run_folder import read_run_folder
 
     folder = read_run_folder(run)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.audit.gates import percent
 from replay.audit.outcome import Outcome
 from replay.base.constants import BUDGET_MS
-from replay.report.markup import Markup, element, joined, table
+from replay.outputs.palette import MISSED, SERIES, hex_of
+from replay.outputs.run_tables import matched_table, pair_frame_table
+from replay.outputs.words import CONTACT_WORDS
+from replay.report.markup import Markup, bar, element, joined, page_table, table
 from replay.run_result import RunResult
 from replay.summary import frame_seconds
 
@@ -18,25 +20,12 @@ BINS: Final = 40
 WIDTH, HEIGHT, LEFT, BOTTOM = 1100, 150, 190, 20
 MOST_PAIRS: Final = 60
 
-FRAME_ROWS: Final = {
-    "both": "BOTH", "missed": "MISSED", "invented": "INVENTED", "within tolerance": "WITHIN_TOLERANCE",
-    "left out": "LEFT_OUT",
-}  # fmt: skip
-CONTACT_ROWS: Final = {
-    "truth": "contacts by the oracle", "matched": "matched", "missed": "missed whole",
-    "absorbed": "found only as part of a longer one", "excused_truth": "by the oracle, nobody's fault",
-    "found": "contacts reported", "invented": "invented", "pieces": "further pieces of one contact",
-    "excused_found": "reported, nobody's fault", "split": "by the oracle, reported in pieces",
-    "merged": "reported, that join several",
-}  # fmt: skip
-"""Figure -> its words: first what became of the oracle's contacts, then of the detector's."""
-
 FRAME_WORDS: Final = (
     "A pair-frame is one pair of bodies in one frame. Missed: the oracle says contact, the detector does not; "
     "invented: the other way round. Within tolerance: they disagree about less than any tracker resolves. Left out: "
     "one of them could not decide, or a pose was lost. Between frames: only the way from frame to frame shows it."
 )
-CONTACT_WORDS: Final = (
+CONTACT_NOTE: Final = (
     "A contact lasts from the first frame in which a pair touches to the last. The detector's are matched one to one "
     "with the oracle's, by most frames in common. Nobody's fault: undecided, within tolerance, or between frames."
 )
@@ -45,39 +34,26 @@ CONTACT_WORDS: Final = (
 def count_tables(result: RunResult) -> Markup:
     """Pair-frames and contacts of every audited detector, matched and unmatched."""
     audit = result.summary["audit"]
-    labels = list(audit)
-    frames = [(word, *(audit[label]["pair_frames"][name] for label in labels)) for word, name in FRAME_ROWS.items()]
-    frames.append(("missed, with interval", *(percent(audit[label]["missed"]) for label in labels)))
-    frames.append(("between frames", *(audit[label]["between_frames"] for label in labels)))
-    frames.append(("face recall", *(_recall(audit[label]["faces"]) for label in labels)))
-    contacts = [(words, *(audit[label]["episodes"][name] for label in labels)) for name, words in CONTACT_ROWS.items()]
-    contacts.append(
-        ("missed whole, with interval", *(percent(audit[label]["episodes"]["missed_share"]) for label in labels))
-    )
-    for name, words in (("onset_error", "matched begin late by, ms"), ("duration_error", "matched last longer by, ms")):
-        contacts.append((words, *(_spread(audit[label]["episodes"][name]) for label in labels)))
-    return joined(
-        [
-            element("p", FRAME_WORDS),
-            table("Pair-frames", ("", *labels), frames),
-            element("p", CONTACT_WORDS),
-            table("Contacts matched one to one", ("", *labels), contacts),
-        ]
-    )
+    frames = pair_frame_table("Pair-frames", audit)
+    contacts = matched_table("Contacts matched one to one", audit, CONTACT_WORDS)
+    parts = (element("p", FRAME_WORDS), page_table(frames), element("p", CONTACT_NOTE), page_table(contacts))
+    return joined(parts)
 
 
 def cause_table(result: RunResult) -> Markup:
     """Why contacts were missed: misses, and pair-frames decided again, by the stage that lost them."""
     audit = result.summary["audit"]
-    told = {label: audit[label]["causes"] for label in audit if "causes" in audit[label]}
-    words = list(dict.fromkeys(word for causes in told.values() for word in causes["misses"]))
+    causes_of = {label: audit[label]["causes"] for label in audit if "causes" in audit[label]}
+    words = list(dict.fromkeys(word for causes in causes_of.values() for word in causes["misses"]))
     rows = [
-        (word, *(f"{causes['misses'][word]} ({causes['pair_frames'][word]})" for causes in told.values()))
+        (word, *(f"{causes['misses'][word]} ({causes['pair_frames'][word]})" for causes in causes_of.values()))
         for word in words
-        if any(causes["misses"][word] or causes["pair_frames"][word] for causes in told.values())
+        if any(causes["misses"][word] or causes["pair_frames"][word] for causes in causes_of.values())
     ]
-    rows.append(("decided again, of pair-frames missed", *(f"{c['examined']} of {c['missed']}" for c in told.values())))
-    return table("Causes: misses (pair-frames decided again)", ("cause", *told), rows)
+    rows.append(
+        ("decided again, of pair-frames missed", *(f"{c['examined']} of {c['missed']}" for c in causes_of.values()))
+    )
+    return table("Causes: misses (pair-frames decided again)", ("cause", *causes_of), rows)
 
 
 def heat_map(result: RunResult) -> Markup:
@@ -96,8 +72,8 @@ def heat_map(result: RunResult) -> Markup:
     return table(f"Pair-frames missed of those in contact, by pair{more}", ("pair", *labels), rows)
 
 
-def latency_histogram(result: RunResult) -> Markup | None:
-    """How many frames took how long, on a log axis, of every detector that decides frame by frame."""
+def latency_histogram(result: RunResult) -> Markup:
+    """How many frames took how long, on a log axis, of every detector that decides frame by frame, if there is one."""
     timed = {label: frame_seconds(found) for label, found in result.detections.items()}
     shown = {
         label: np.maximum(seconds * 1e3, 1e-4)
@@ -105,7 +81,7 @@ def latency_histogram(result: RunResult) -> Markup | None:
         if seconds is not None and len(seconds)
     }
     if not shown:
-        return None
+        return Markup()
     low = min(float(values.min()) for values in shown.values())
     high = max(BUDGET_MS * 1.5, *(float(values.max()) for values in shown.values()))
     edges = np.geomspace(low * 0.9, high * 1.1, BINS + 1)
@@ -125,17 +101,17 @@ def latency_histogram(result: RunResult) -> Markup | None:
 
 def dwell_table(result: RunResult) -> Markup | None:
     """Which step rate would have missed how many of the contacts."""
-    told = result.summary.get("dwell")
-    if not told or not told["contacts"]:
+    steps = result.summary.get("dwell")
+    if not steps or not steps["contacts"]:
         return None
     rows: list[tuple[object, object]] = [
         (f"{rate:g} Hz", f"{missed:.2f}")
-        for rate, missed in zip(told["rates_hz"], told["expected_misses"], strict=True)
+        for rate, missed in zip(steps["rates_hz"], steps["expected_misses"], strict=True)
     ]
-    safe = told["none_missed_from_hz"]
+    safe = steps["none_missed_from_hz"]
     rows.append(("none is missed from", "no rate" if safe is None else f"{safe:.1f} Hz"))
     return table(
-        f"Contacts of {told['contacts']} that a look at fixed steps misses, on average", ("step rate", "missed"), rows
+        f"Contacts of {steps['contacts']} that a look at fixed steps misses, on average", ("step rate", "missed"), rows
     )
 
 
@@ -149,7 +125,8 @@ def _per_pair(outcome: NDArray[np.uint8]) -> NDArray[np.int64]:
 def _heat(missed: int, both: int) -> Markup:
     of = missed + both
     share = missed / of if of else 0.0
-    return element("span", f"{missed} of {of}", class_="heat", style=f"background:rgba(255,45,85,{0.85 * share:.3f})")
+    red = ",".join(map(str, MISSED[:3]))
+    return element("span", f"{missed} of {of}", class_="heat", style=f"background:rgba({red},{0.85 * share:.3f})")
 
 
 def _lane(label: str, values: NDArray[np.float64], edges: NDArray[np.float64], row: int) -> Markup:
@@ -161,22 +138,11 @@ def _lane(label: str, values: NDArray[np.float64], edges: NDArray[np.float64], r
     for k in np.flatnonzero(count).tolist():
         x, after = _along(float(edges[k]), edges), _along(float(edges[k + 1]), edges)
         tall = max(2.0, (HEIGHT - 10) * float(count[k]) / float(count.max()))
-        title = element("title", f"{count[k]} frames of {edges[k]:.3g} to {edges[k + 1]:.3g} ms")
-        bars.append(
-            element("rect", title, x=f"{x:.1f}", y=f"{top + HEIGHT - tall:.1f}", width=f"{after - x - 1:.1f}",
-                    height=f"{tall:.1f}", fill="#5aa9e6")
-        )  # fmt: skip
+        hint = f"{count[k]} frames of {edges[k]:.3g} to {edges[k + 1]:.3g} ms"
+        bars.append(bar(hint, x, top + HEIGHT - tall, after - x - 1, tall, fill=hex_of(SERIES[0])))
     return joined([words, *bars])
 
 
 def _along(value: float, edges: NDArray[np.float64]) -> float:
     share = np.log(value / edges[0]) / np.log(edges[-1] / edges[0])
     return LEFT + (WIDTH - LEFT) * float(share)
-
-
-def _recall(faces: dict[str, Any] | None) -> str:
-    return "not asked" if faces is None else percent(faces["recall"])
-
-
-def _spread(spread: dict[str, float] | None) -> str:
-    return "" if spread is None else f"{1e3 * spread['mean']:+.1f}, worst {1e3 * spread['most_off']:.1f}"

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray, place_points
 from replay.assembly import Assembly
+from replay.outputs.palette import MISSED
 from replay.rerun_log.camera import FIELD_OF_VIEW, Eye, look_rotation
-from replay.rerun_log.colours import MISSED
 from replay.rerun_log.materials import albedo, is_ghost, tags_of
 from sessions.scene import Scene
 
@@ -26,7 +26,7 @@ LARGE: Final = 0.12
 """Metres: triangles with a longer edge are drawn before all others."""
 
 PAPER: Final = 0.4
-"""How much of the way to white opaque colours go: they were chosen for a dark screen."""
+"""Share of white mixed into opaque colours: they were chosen for a dark screen."""
 
 GLASS_ALPHA: Final = 0.22
 GHOST_ALPHA: Final = 0.30
@@ -50,7 +50,7 @@ def bench_picture(assembly: Assembly, scene: Scene, frame: int, eye: Eye, marked
     half = SIZE[0] / SIZE[1]
     inside = (flat[..., 0].max(axis=1) > -half) & (flat[..., 0].min(axis=1) < half)
     inside &= (flat[..., 1].max(axis=1) > -1) & (flat[..., 1].min(axis=1) < 1)
-    # A bench top is one triangle as long as the room: sorted by its middle it would cover what stands on it.
+    # A bench top is one triangle as long as the room. Sorted by its middle, it would cover what stands on it.
     edge = np.linalg.norm(local - np.roll(local, 1, axis=1), axis=2).max(axis=1)
     order = np.lexsort((-depth.mean(axis=1), edge < LARGE, red))
     order = order[(inside & ((edge < LARGE) | _faces_the_eye(local)))[order]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from itertools import cycle
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -10,17 +10,15 @@ from numpy.typing import NDArray
 
 from replay.audit.outcome import Outcome
 from replay.base.constants import BUDGET_MS
+from replay.outputs.lanes import number_boxes
+from replay.outputs.palette import OUTCOMES, SERIES, hex_of
 from replay.report.drawing import INK, svg_in_page
-from replay.report.markup import Markup, element, safe
-from replay.rerun_log.colours import OUTCOME_WORDS, SERIES, Rgba
-from replay.rerun_log.lanes import number_boxes
+from replay.report.markup import Markup, bar, element
 from replay.run_result import RunResult
 from replay.summary import frame_seconds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-"""One frame at 90 Hz."""
 
 WIDTH, LABEL, LANE, TOP, RIGHT = 1100, 190, 26, 22, 60
 SMALLEST: Final = 2.0
@@ -89,10 +87,9 @@ def _numbers(result: RunResult, label: str) -> list[Markup]:
     for words, start, end in number_boxes(result.misses[label], span, BOX, DIGIT):
         x, after = _place(times, start / 1e9), _place(times, end / 1e9)
         one = by_number.get(int(words)) if words.isdigit() else None
-        told = f"misses {words}" if one is None else f"miss {words}: {one.body_a}-{one.body_b}, {one.seconds:.3f} s"
-        title = element("title", told)
+        hint = f"misses {words}" if one is None else f"miss {words}: {one.body_a}-{one.body_b}, {one.seconds:.3f} s"
         found += [
-            element("rect", title, x=f"{x:.1f}", y=TOP + 2, width=f"{after - x - 1:.1f}", height=18, class_="missed"),
+            bar(hint, x, TOP + 2, after - x - 1, 18, class_="missed"),
             element("text", words, x=f"{(x + after) / 2:.1f}", y=TOP + 16, class_="miss"),
         ]
     return found
@@ -116,7 +113,7 @@ def lane_bars(outcome: NDArray[np.uint8], times: NDArray[np.float64], y: int) ->
     if changes > MOST_BARS:
         return _shares(outcome, times, y)
     # Misses last: widened to be seen, they must not be hidden by what follows.
-    return [bar for word in reversed(SPOKEN) for bar in _bars(outcome == word, times, y, word)]
+    return [one for word in reversed(SPOKEN) for one in _bars(outcome == word, times, y, word)]
 
 
 def _shares(outcome: NDArray[np.uint8], times: NDArray[np.float64], y: int) -> list[Markup]:
@@ -137,34 +134,32 @@ def _shares(outcome: NDArray[np.uint8], times: NDArray[np.float64], y: int) -> l
         for k, word in enumerate(SPOKEN):
             high = int(tall[first, k]) - top
             if high > 0:
-                name, colour = OUTCOME_WORDS[word]
+                name, colour = OUTCOMES[word]
                 frames = int(seen[first:after, k].sum())
-                title = element("title", f"{name}: {frames} of {int(whole[first:after].sum())} frames")
-                bars.append(
-                    element("rect", title, x=f"{LABEL + STRETCH * first:.1f}", y=y + top,
-                            width=f"{STRETCH * (after - first):.1f}", height=high, fill=_hex(colour))
-                )  # fmt: skip
+                words = f"{name}: {frames} of {int(whole[first:after].sum())} frames"
+                x, width = LABEL + STRETCH * first, STRETCH * (after - first)
+                bars.append(bar(words, x, y + top, width, high, fill=hex_of(colour)))
             top += max(high, 0)
     return bars
 
 
 def _bars(active: NDArray[np.bool_], times: NDArray[np.float64], y: int, word: Outcome) -> list[Markup]:
     edges = np.flatnonzero(np.diff(np.concatenate([[False], active, [False]]).astype(np.int8)))
-    name, colour = OUTCOME_WORDS[word]
+    name, colour = OUTCOMES[word]
     bars = []
     for first, after in edges.reshape(-1, 2).tolist():
         start, end = float(times[first]), float(times[min(after, len(times) - 1)])
         x = _place(times, start)
         width = max(SMALLEST, _place(times, end) - x)
-        title = element("title", f"{name}: {start:.3f} s, {after - first} frames")
-        bars.append(element("rect", title, x=f"{x:.1f}", y=y, width=f"{width:.1f}", height=LANE - 6, fill=_hex(colour)))
+        words = f"{name}: {start:.3f} s, {after - first} frames"
+        bars.append(bar(words, x, y, width, LANE - 6, fill=hex_of(colour)))
     return bars
 
 
 def _legend() -> Markup:
     shown = (Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH, Outcome.WITHIN_TOLERANCE)
     keys = [
-        element("span", Markup(f'<i style="background:{_hex(OUTCOME_WORDS[word][1])}"></i>'), OUTCOME_WORDS[word][0])
+        element("span", Markup(f'<i style="background:{hex_of(OUTCOMES[word][1])}"></i>'), OUTCOMES[word][0])
         for word in shown
     ]
     return element("p", *keys, class_="legend")
@@ -177,14 +172,14 @@ def timing(result: RunResult) -> Markup:
 
 
 def _draw_timing(axes: Axes, result: RunResult) -> None:
-    for (label, detection), colour in zip(result.detections.items(), _cycle(SERIES), strict=False):
+    for (label, detection), colour in zip(result.detections.items(), cycle(SERIES), strict=False):
         seconds = frame_seconds(detection)
         if seconds is not None and len(seconds):
             x, y = _peaks(result.assembly.motion.times, seconds * 1e3)
-            axes.plot(x, y, color=_hex(colour), lw=0.9, label=f"{label}, frame by frame (peaks)")
+            axes.plot(x, y, color=hex_of(colour), lw=0.9, label=f"{label}, frame by frame (peaks)")
         else:
             mean = result.summary["detectors"][label]["seconds"]["per_frame_mean"] * 1e3
-            axes.axhline(mean, color=_hex(colour), lw=1.4, label=f"{label}, mean of the whole motion at once")
+            axes.axhline(mean, color=hex_of(colour), lw=1.4, label=f"{label}, mean of the whole motion at once")
     axes.axhline(BUDGET_MS, color=INK, lw=1.0, ls="--", label="one frame at 90 Hz, 11.1 ms")
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
@@ -201,11 +196,3 @@ def _peaks(times: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDA
     size = max(1, -(-len(values) // BINS))
     starts = np.arange(0, len(values), size)
     return times[starts], np.maximum(np.maximum.reduceat(values, starts), 1e-4)
-
-
-def _cycle(colours: Sequence[Rgba]) -> list[Rgba]:
-    return list(colours) * 8
-
-
-def _hex(colour: Rgba) -> str:
-    return str(safe("#{:02x}{:02x}{:02x}".format(*colour[:3])))

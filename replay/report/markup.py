@@ -5,6 +5,9 @@ from __future__ import annotations
 from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from html import escape
+from typing import Final
+
+from replay.outputs.tables import CODE, STRONG, Cell, Marked, Table
 
 
 class Markup(str):
@@ -31,20 +34,43 @@ def joined(parts: Iterable[object]) -> Markup:
 
 def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[object]], *, words: int = 1) -> Markup:
     """A table whose first ``words`` columns hold words and whose others hold numbers."""
-    kinds = ["word" if k < words else "number" for k in range(len(head))]
+    return _table(caption, head, rows, ["word" if k < words else "number" for k in range(len(head))])
+
+
+def page_table(made: Table) -> Markup:
+    """A table of ``replay.outputs`` as HTML, its notes below it."""
+    kinds = ["word" if column.words else "number" for column in made.columns]
+    rows = ([_cell(cell) for cell in row] for row in made.rows)
+    shown = _table(made.title, [column.name for column in made.columns], rows, kinds)
+    return joined([shown, *(element("p", note) for note in made.notes)])
+
+
+def _table(caption: str, head: Sequence[str], rows: Iterable[Sequence[object]], kinds: Sequence[str]) -> Markup:
     header = element("tr", *(element("th", name, scope="col", class_=kinds[k]) for k, name in enumerate(head)))
     body = [
         element("tr", *(element("td", cell, class_=kind) for kind, cell in zip(kinds, row, strict=True)))
         for row in rows
     ]
-    return element(
-        "div",
-        element("table", element("caption", caption), element("thead", header), element("tbody", *body)),
-        class_="wide",
-        tabindex="0",
-        role="region",
-        aria_label=caption,
-    )
+    whole = element("table", element("caption", caption), element("thead", header), element("tbody", *body))
+    return element("div", whole, class_="wide", tabindex="0", role="region", aria_label=caption)
+
+
+MARKS: Final = {STRONG: "b", CODE: "code"}
+"""Mark -> element."""
+
+
+def _cell(cell: Cell) -> Markup:
+    """A cell as HTML; numbers are left without separators, so that programs can read them."""
+    if not isinstance(cell, Marked):
+        return safe("" if cell is None else cell)
+    text = element(MARKS[cell.mark], cell.text) if cell.mark in MARKS else safe(cell.text)
+    return joined([text, element("small", cell.below)]) if cell.below else text
+
+
+def bar(title: str, x: float, y: float, width: float, height: float, **more: object) -> Markup:
+    """A rectangle of an SVG that says what it is when pointed at."""
+    at = {"x": f"{x:.1f}", "y": f"{y:g}", "width": f"{width:.1f}", "height": f"{height:g}"}
+    return element("rect", element("title", title), **at, **more)
 
 
 def picture(png: bytes, words: str) -> Markup:

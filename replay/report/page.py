@@ -13,25 +13,32 @@ from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Miss
 from replay.base.constants import CAVEAT
 from replay.effect_summary import happened, happened_words
+from replay.outputs.palette import MISSED, hex_of
+from replay.outputs.run_tables import cost_table
+from replay.outputs.words import NOT_LOOKED_FOR
 from replay.report.audit_parts import cause_table, count_tables, dwell_table, heat_map, latency_histogram
 from replay.report.bench_picture import bench_picture
 from replay.report.charts import timeline, timing
-from replay.report.effects import effect_section
-from replay.report.findings import finding_tables
-from replay.report.markup import Markup, element, joined, picture
-from replay.report.tables import contact_table, cost_table, fact_table, miss_table, settings_table
-from replay.rerun_log.camera import Eye, Obstacles, overview, towards_user
-from replay.rerun_log.focus import standing
+from replay.report.markup import Markup, element, joined, page_table, picture
+from replay.report.tables import (
+    contact_table,
+    effect_section,
+    fact_table,
+    finding_tables,
+    miss_table,
+    settings_table,
+)
+from replay.rerun_log.camera import Eye, Obstacles, overview, standing, towards_user
 from replay.run_result import RunResult
 
 CLOSE_UPS = 4
 """Misses shown as pictures; all of them stand in the table."""
 
 
-EVENTS_FIRST = 6
-"""Events told before all else, where no contact was looked for."""
+COST_HEAD = ("detector", "how", "whole s", "mean ms", "median ms", "99 % ms", "worst ms")
 
-NOT_LOOKED_FOR = "No contact was looked for: the scene's effects call for none"
+EVENTS_FIRST = 6
+"""Events listed before all else, where no contact was looked for."""
 
 
 def write_report(result: RunResult, path: Path) -> None:
@@ -46,7 +53,7 @@ def report_html(result: RunResult) -> str:
     head = [
         Markup('<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'),
         element("title", f"{name}: {_headlines(result)[0]}"),
-        Markup(f"<style>{style}</style>"),
+        Markup(f"<style>:root {{ --missed: {hex_of(MISSED)}; }}\n{style}</style>"),
     ]
     lines = [element("p", f"Replay of {name}"), *(element("h1", line) for line in _headlines(result))]
     lines += [element("p", line, class_="price") for line in _beside(result)]
@@ -77,20 +84,26 @@ def _beside(result: RunResult) -> list[str]:
 
 def _sections(result: RunResult) -> list[Markup]:
     """What was missed, then why, then at what price; facts and settings come last."""
-    parts = _costs(result)
+    parts = []
+    if result.tradeoff is not None:
+        from replay.report.tradeoff import tradeoff_section
+
+        parts.append(_section("What accuracy costs", tradeoff_section(result.tradeoff)))
     parts += [_section(f"When: {label}", timeline(result, label)) for label in result.comparisons]
     parts.append(_section("The bench", joined(_pictures(result))))
     if result.detections:
         parts.append(_section("Contacts", contact_table(result)))
     if result.comparisons:
-        parts.append(_section("What was missed, and why", *_audit(result)))
+        causes = [cause_table(result)] if result.causes else []
+        parts.append(_section("What was missed, and why", count_tables(result), heat_map(result), *causes))
     parts += [
         _section(f"Every miss of {label}", miss_table(result, label))
         for label in result.comparisons
         if result.misses[label]
     ]
     if result.detections:
-        parts.append(_section("What it cost in time", timing(result), *_latency(result), cost_table(result)))
+        costs = page_table(cost_table(result).only(*COST_HEAD))
+        parts.append(_section("What it cost in time", timing(result), latency_histogram(result), costs))
     if result.comparisons and (steps := dwell_table(result)) is not None:
         parts.append(_section("Which step rate would have missed it", steps))
     if result.effects or result.summary["plan"]["not_built"]:
@@ -99,24 +112,6 @@ def _sections(result: RunResult) -> list[Markup]:
     parts.append(_section("The session", fact_table(result)))
     parts.append(_section("How to get the same again", settings_table(result)))
     return parts
-
-
-def _costs(result: RunResult) -> list[Markup]:
-    if result.tradeoff is None:
-        return []
-    from replay.report.tradeoff import tradeoff_section
-
-    return [_section("What accuracy costs", tradeoff_section(result.tradeoff))]
-
-
-def _audit(result: RunResult) -> list[Markup]:
-    parts = [count_tables(result), heat_map(result)]
-    return parts + ([cause_table(result)] if result.causes else [])
-
-
-def _latency(result: RunResult) -> list[Markup]:
-    histogram = latency_histogram(result)
-    return [] if histogram is None else [histogram]
 
 
 def _section(title: str, *content: object) -> Markup:

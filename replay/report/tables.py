@@ -3,21 +3,40 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator
 from typing import Final
 
-import numpy as np
-
-from replay.audit.clusters import MANY, clusters, seen_and_between
-from replay.audit.misses import NEVER_FOUND
-from replay.audit.outcome import Episode, Miss, Outcome
-from replay.report.markup import Markup, element, joined, table
+from replay.audit.clusters import MANY, seen_and_between
+from replay.effect_summary import happened
+from replay.outputs.run_tables import (
+    BETWEEN_HEAD,
+    SEEN_HEAD,
+    cluster_table,
+    effect_table,
+    finding_table,
+    pair_table,
+)
+from replay.outputs.run_tables import contact_table as contacts_found
+from replay.outputs.run_tables import miss_table as every_miss
+from replay.outputs.words import counted
+from replay.report.markup import Markup, element, joined, page_table, table
 from replay.run_result import RunResult
+from sessions import Finding, Severity
 
 MOST_ROWS: Final = 1000
 """Misses with a row of their own, some 400 kB of page."""
 
-MISS_HEAD: Final = ("miss", "pair", "what", "cause", "look at it", "at s")
+MOST_FINDINGS: Final = 200
+"""Findings listed; ``summary.json`` holds them all."""
+
+EVENT_ROWS: Final = 60
+"""Events listed; ``events.parquet`` holds them all."""
+
+PAIR_HEAD: Final = (
+    "pair", "contacts", "seconds", "longest s", "missed", "in part", "frames missed", "frames invented",
+    "within tolerance",
+)  # fmt: skip
 
 
 def fact_table(result: RunResult) -> Markup:
@@ -56,50 +75,9 @@ def _gaps(result: RunResult) -> Iterator[tuple[str, object]]:
 
 def contact_table(result: RunResult) -> Markup:
     """A row per pair that touched, or was said to; in an audit the most missed first, as in the lanes."""
-    short = ("pair", "contacts", "seconds", "longest s")
     if not result.comparisons:
-        every = range(len(result.assembly.pairs))
-        return joined(
-            table(
-                f"Contacts found by {label}",
-                short,
-                [_contacts(result, label, pair) for pair in every if _of(found, pair)],
-            )
-            for label, found in result.episodes.items()
-        )
-    head = (*short, "never found", "in part", "frames missed", "frames invented")
-    tables = []
-    for label, comparison in result.comparisons.items():
-        excused = (comparison.outcome == Outcome.WITHIN_TOLERANCE).sum(axis=0).tolist()
-        told = (comparison.outcome == Outcome.INVENTED).any(axis=0) | np.array(excused, dtype=np.bool_)
-        touched = {episode.pair for episode in result.episodes[result.oracle]} | set(np.flatnonzero(told).tolist())
-        missed, wrong = ((comparison.outcome == word).sum(axis=0) for word in (Outcome.MISSED, Outcome.INVENTED))
-        pairs = sorted(touched, key=lambda pair: (-int(missed[pair]), -int(wrong[pair]), pair))
-        rows = [(*_contacts(result, result.oracle, pair), *_audit(result, label, pair)) for pair in pairs]
-        names: tuple[str, ...] = head
-        if any(excused):
-            names = (*head, "within tolerance")
-            rows = [(*row, excused[pair]) for row, pair in zip(rows, pairs, strict=True)]
-        tables.append(table(f"Contacts ({result.oracle}) and what {label} made of them", names, rows))
-    return joined(tables)
-
-
-def _of(found: Sequence[Episode], pair: int) -> list[float]:
-    return [episode.end - episode.start for episode in found if episode.pair == pair]
-
-
-def _contacts(result: RunResult, label: str, pair: int) -> tuple[object, ...]:
-    own = _of(result.episodes[label], pair)
-    held = " (held)" if result.assembly.held[pair] else ""
-    return result.assembly.pair_name(pair) + held, len(own), f"{sum(own):.3f}", f"{max(own, default=0.0):.3f}"
-
-
-def _audit(result: RunResult, label: str, pair: int) -> tuple[int, int, int, int]:
-    misses = [miss for miss in result.misses[label] if miss.pair == pair]
-    outcome = result.comparisons[label].outcome[:, pair]
-    whole = len({miss.episode for miss in misses if miss.kind == NEVER_FOUND})
-    part = sum(miss.kind != NEVER_FOUND for miss in misses)
-    return whole, part, int((outcome == Outcome.MISSED).sum()), int((outcome == Outcome.INVENTED).sum())
+        return joined(page_table(contacts_found(result, label)) for label in result.episodes)
+    return joined(page_table(pair_table(result, label).only(*PAIR_HEAD)) for label in result.comparisons)
 
 
 def miss_table(result: RunResult, label: str) -> Markup:
@@ -110,79 +88,91 @@ def miss_table(result: RunResult, label: str) -> Markup:
     run, misses = result.out or "RUN", result.misses[label]
     seen, between = seen_and_between(misses)
     shown, hidden = seen[:MOST_ROWS], between[:MOST_ROWS]
-    parts = []
-    if shown:
-        rows: list[tuple[object, ...]] = [
-            (*_miss(run, one), one.last - one.first + 1, f"{one.cut_length * 1e3:.1f}", one.face_pairs) for one in shown
-        ]
-        parts.append(table(f"What {label} missed", (*MISS_HEAD, "frames", "cut mm", "face pairs"), rows, words=5))
-    if hidden:
-        words = f"What {label} missed between frames: no frame shows it, so it has no depth; in order of time"
-        rows = [(*_miss(run, one), one.shown[0], _touching(one)) for one in hidden]
-        parts.append(table(words, (*MISS_HEAD, "after frame", "first faces"), rows, words=5))
+    words = f"What {label} missed between frames: no frame shows it, so it has no depth; in order of time"
+    parts = [page_table(every_miss(f"What {label} missed", shown, run).only(*SEEN_HEAD))] if shown else []
+    parts += [page_table(every_miss(words, hidden, run).only(*BETWEEN_HEAD))] if hidden else []
     if len(misses) <= MANY:
         return joined(parts)
     count = len(shown) + len(hidden)
     words = f"All {count:,}, each with the command that shows it"
     if count < len(misses):
-        words = (
-            f"The {count:,} deepest, each with the command that shows it; the other {len(misses) - count:,} are in "
-            "misses.parquet"
-        )
-    return joined([_cluster_table(run, label, misses), element("details", element("summary", words), *parts)])
+        rest = f"the other {len(misses) - count:,} are in misses.parquet"
+        words = f"The {count:,} deepest, each with the command that shows it; {rest}"
+    heads = ("pair", "cause", "look at the deepest", "misses", "frames", "s", "deepest cut mm")
+    found = page_table(cluster_table(label, misses, run).only(*heads))
+    return joined([found, element("details", element("summary", words), *parts)])
 
 
-def _miss(run: object, miss: Miss) -> tuple[object, ...]:
-    """The cells below ``MISS_HEAD``."""
-    look = element("code", f"replay view {run} --miss {miss.number}")
-    pair = f"{miss.body_a} - {miss.body_b}"
-    return element("b", miss.number), pair, miss.kind, miss.cause, look, f"{miss.seconds:.3f}"
+def effect_section(result: RunResult) -> Markup:
+    """Tables of effects and events, then what nobody asked for and what this version does not compute."""
+    found = happened(result.effects)
+    rows = [
+        (kind, event.name, event.text, f"{event.time:.3f}", "" if event.end is None else f"{event.end:.3f}")
+        for kind, event in found[:EVENT_ROWS]
+    ]
+    more = f", the first {EVENT_ROWS} of {len(found)}" if len(found) > EVENT_ROWS else ""
+    events = table(f"What the effects found{more}", ("effect", "event", "in words", "from s", "to s"), rows, words=3)
+    planned, lines = result.summary["plan"], []
+    if planned["not_run"]:
+        lines.append(f"Not called for, so not imported and not run: {', '.join(planned['not_run'])}.")
+    if not planned["detection"]:
+        lines.append("No collision query was made.")
+    if planned["not_built"]:
+        lines.append(f"Declared, and not computed by this version: {', '.join(planned['not_built'])}.")
+    return joined([page_table(effect_table(result)), events, *(element("p", line) for line in lines)])
 
 
-def _touching(miss: Miss) -> str:
-    return "" if miss.touch is None else "{} and {}".format(*miss.touch.faces)
+def finding_tables(result: RunResult) -> Markup:
+    """What the doctor found, worst first, and what the policy made of it; one sentence where nothing was wrong."""
+    if result.treatment is None:
+        return element("p", "The recording was not examined.")
+    findings = result.treatment.findings
+    parts = [element("p", trust(findings))]
+    if findings:
+        parts.append(page_table(finding_table(findings[:MOST_FINDINGS])))
+    if result.treatment.spans:
+        parts.append(_treated(result))
+    rows = [
+        (label, ", ".join(f"{count:,} {verdict}" for verdict, count in figures.items()))
+        for label, figures in result.summary["flagged_verdicts"].items()
+        if figures
+    ]
+    if rows:
+        caption = "Verdicts that rest on a pose in doubt (pair-frames)"
+        parts.append(table(caption, ("detector", "verdicts"), rows, words=2))
+    return joined(parts)
 
 
-def _cluster_table(run: object, label: str, misses: Sequence[Miss]) -> Markup:
-    rows = []
-    for cluster in clusters(misses):
-        one, (start, end) = cluster.deepest, cluster.span
-        rows.append(
-            (
-                f"{one.body_a} - {one.body_b}",
-                cluster.causes,
-                element("code", f"replay view {run} --miss {one.number}"),
-                len(cluster.misses),
-                cluster.frames,
-                f"{start:.2f} to {end:.2f}",
-                f"{one.cut_length * 1e3:.1f}" if one.touch is None else "between frames",
-            )
-        )
-    head = ("pair", "cause", "look at the deepest", "misses", "frames", "s", "deepest cut mm")
-    return table(f"{len(misses):,} misses of {label} in {len(rows)} clusters, deepest first", head, rows, words=3)
+def trust(findings: tuple[Finding, ...]) -> str:
+    """One sentence: how far the recording can be trusted."""
+    count = Counter(finding.severity for finding in findings)
+    bad = [counted(count[one], one.name.lower()) for one in (Severity.ERROR, Severity.WARNING) if count[one]]
+    if not bad:
+        return "Nothing was found that makes an answer less sure than it looks."
+    return f"{' and '.join(bad)}: verdicts on these spans carry a flag."
 
 
-def cost_table(result: RunResult) -> Markup:
-    """What each detector took."""
-    rows = []
-    for label, told in result.summary["detectors"].items():
-        seconds = told["seconds"]
-        frame = seconds.get("per_frame")
-        cells = [f"{frame[key] * 1e3:.3f}" if frame else "" for key in ("median", "p99", "max")]
-        role = "oracle" if label == result.oracle else "frame by frame" if told["online"] else "whole motion at once"
-        mean = f"{seconds['per_frame_mean'] * 1e3:.3f}"
-        rows.append((label, role, f"{seconds['detect']:.3f}", mean, *cells))
-    head = ("detector", "how", "whole s", "mean ms", "median ms", "99 % ms", "worst ms")
-    return table("Time of each detector", head, rows, words=2)
+def _treated(result: RunResult) -> Markup:
+    """A row per kind and body: the action, and what became of the samples."""
+    assert result.treatment is not None
+    sums: dict[tuple[str, str, str], Counter[str]] = {}
+    for span in result.treatment.spans:
+        count = sums.setdefault((span.kind, span.body or "all", span.action), Counter())
+        for name in ("samples", "dropped", "held", "interpolated"):
+            count[name] += getattr(span, name)
+        count["spans"] += 1
+    head = ("kind", "body", "policy", "spans", "samples", "dropped", "held", "interpolated")
+    rows = [(*key, *(count[name] for name in head[3:])) for key, count in sums.items()]
+    return table("What was done about poses in doubt", head, rows, words=3)
 
 
 def settings_table(result: RunResult) -> Markup:
     """Settings, digests and machine: what it takes to get the same figures again."""
     rows: list[tuple[object, object]] = [("session", result.summary["session"]["origin"] or "in memory")]
     rows.append(("seed", result.summary["seed"]))
-    for label, told in result.summary["detectors"].items():
-        settings = json.dumps(told["settings"], sort_keys=True)
-        rows.append((label, f"{told['name']} {settings}, verdicts SHA-256 {told['digest']}"))
+    for label, figures in result.summary["detectors"].items():
+        settings = json.dumps(figures["settings"], sort_keys=True)
+        rows.append((label, f"{figures['name']} {settings}, verdicts SHA-256 {figures['digest']}"))
     rows += [(name, value) for name, value in result.summary["machine"].items()]
     rows.append(("versions", ", ".join(f"{name} {value}" for name, value in result.summary["versions"].items())))
     return table("Settings, digests and machine", ("what", "value"), rows, words=2)

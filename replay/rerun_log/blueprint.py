@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -11,12 +11,12 @@ import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
 from replay.base.constants import BUDGET_MS
+from replay.outputs.palette import BACKGROUND
+from replay.outputs.words import LANE_LEGEND
 from replay.rerun_log.camera import Eye
-from replay.rerun_log.colours import BACKGROUND
 from replay.rerun_log.columns import FRAME, SESSION
 from replay.rerun_log.effects import EffectViews
 from replay.rerun_log.findings import finding_tab
-from replay.rerun_log.subject import Subject, lanes_in_view
 from replay.rerun_log.tradeoff import curve_tab
 
 AROUND: Final = 0.6
@@ -37,6 +37,47 @@ EFFECT_PLOTS: Final = 5
 
 SCREEN_POINTS: Final = 980
 """Height the tabs share on a 1080-line screen."""
+
+
+LANES_IN_VIEW: Final = 7
+"""Lanes beside the picture, the numbers included: at 40 points each, more would be cut off. All are in the next tab."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """Entities and words of one audited detector.
+
+    Parameters
+    ----------
+    label : its name; ``headline`` says what it missed.
+    lanes : paths of its lanes and the pair's column each speaks of, numbers (``None``) first.
+    longest : column of the pair of the longest cut that was missed, ``None`` without a miss.
+    listing, worst, note : list of misses, table of the worst, words on the current one.
+    clusters : list of clusters, ``""`` where the misses are few enough to be read one by one.
+    missed : root of pins and flags; ``faces`` names its red faces below each body, ``face_entities`` are their paths.
+    camera : entity whose pose is the close-up of the current miss, ``""`` when nothing was missed.
+    """
+
+    label: str
+    headline: str
+    lanes: Mapping[str, int | None]
+    longest: int | None
+    listing: str
+    clusters: str
+    worst: str
+    note: str
+    missed: str
+    faces: str
+    face_entities: tuple[str, ...]
+    camera: str
+
+
+def lanes_in_view(subject: Subject) -> list[str]:
+    """The numbers, the worst pairs, and the pair of the longest cut, on which the cursor stands first."""
+    lanes = list(subject.lanes)
+    shown = lanes[:LANES_IN_VIEW]
+    worst = [lane for lane in lanes[LANES_IN_VIEW:] if subject.lanes[lane] == subject.longest]
+    return [*shown[: LANES_IN_VIEW - len(worst)], *worst]
 
 
 @dataclass(frozen=True)
@@ -67,11 +108,8 @@ class Layout:
 
 def build_blueprint(layout: Layout) -> rrb.Blueprint:
     """The blueprint that is embedded in the recording; it opens on the tab that answers what was asked for."""
-    tabs: list[Any] = []
-    for number, subject in enumerate(layout.subjects):
-        tabs.append(_audit(layout, subject, "Audit" if number == 0 else f"Audit: {subject.label}"))
-    if not tabs:
-        tabs.append(_plain(layout))
+    names = ["Audit", *(f"Audit: {subject.label}" for subject in layout.subjects[1:])]
+    tabs = [_audit(layout, *one) for one in zip(layout.subjects, names, strict=False)] or [_plain(layout)]
     first = 0
     if layout.tradeoff:
         first = len(tabs)
@@ -99,14 +137,11 @@ def _audit(layout: Layout, subject: Subject, name: str) -> Any:
     lane_share = RULER_POINTS + LANE_POINTS * max(2, len(lanes))
     shares = [max(300, SCREEN_POINTS - lane_share - BOTTOM_POINTS), lane_share, BOTTOM_POINTS]
     beside = [_close_up(layout, subject)] if subject.camera else []
-    pictures = rrb.Horizontal(
-        _space(layout, subject),
-        *beside,
-        _words(subject),
-        column_shares=[0.42, 0.26, 0.32] if beside else [0.66, 0.34],
-    )
+    widths = [0.42, 0.26, 0.32] if beside else [0.66, 0.34]
+    pictures = rrb.Horizontal(_space(layout, subject), *beside, _words(subject), column_shares=widths)
     rows = [pictures, _lanes(layout, subject, lanes)]
-    bottom = [*([_timing(layout)] if layout.totals else []), *([_note(subject)] if subject.camera else [])]
+    note = rrb.TextDocumentView(origin=f"/{subject.note}", name="The miss in the close-up")
+    bottom = [*([_timing(layout)] if layout.totals else []), *([note] if subject.camera else [])]
     if bottom:
         rows.append(rrb.Horizontal(*bottom, column_shares=[0.7, 0.3][: len(bottom)]))
     return rrb.Vertical(*rows, row_shares=shares[: len(rows)], name=name)
@@ -117,8 +152,11 @@ def _words(subject: Subject) -> Any:
     if subject.clusters:
         lists.insert(0, _list(subject.clusters, subject.headline))
     worst = rrb.TextDocumentView(origin=f"/{subject.worst}", name="Longest cuts")
-    report = rrb.TextDocumentView(origin="/report", contents=["/report"], name="Report")
-    return rrb.Tabs(*lists, worst, report, active_tab=0)
+    return rrb.Tabs(*lists, worst, _report(), active_tab=0)
+
+
+def _report() -> Any:
+    return rrb.TextDocumentView(origin="/report", contents=["/report"], name="Report")
 
 
 def _list(path: str, name: str) -> Any:
@@ -133,10 +171,6 @@ def _list(path: str, name: str) -> Any:
     )
 
 
-def _note(subject: Subject) -> Any:
-    return rrb.TextDocumentView(origin=f"/{subject.note}", name="The miss in the close-up")
-
-
 def _contents(layout: Layout, subject: Subject, *hidden: str) -> list[str]:
     """Everything in space but arrows, what is ``hidden``, and what belongs to another audited detector."""
     others = [one for one in layout.subjects if one is not subject]
@@ -146,23 +180,22 @@ def _contents(layout: Layout, subject: Subject, *hidden: str) -> list[str]:
 
 
 def _space(layout: Layout, subject: Subject) -> Any:
-    contents = _contents(layout, subject, f"/{subject.missed}/eye")
-    return rrb.Spatial3DView(
-        origin="/world",
-        contents=contents,
-        name=f"Where: red dots are contacts missed by {subject.label}",
-        eye_controls=_eye_controls(layout.eye),
-        background=rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor),
-        line_grid=rrb.LineGrid3D(visible=False),
-    )
+    name = f"Where: red dots are contacts missed by {subject.label}"
+    return _spatial(name, _contents(layout, subject, f"/{subject.missed}/eye"), _eye_controls(layout.eye))
 
 
 def _close_up(layout: Layout, subject: Subject) -> Any:
+    hidden = (f"/{subject.missed}/{part}" for part in ("pins", "numbers", "flag/**"))
+    controls = rrb.EyeControls3D(tracking_entity=f"/{subject.camera}")
+    return _spatial("Close-up: the miss nearest to the cursor", _contents(layout, subject, *hidden), controls)
+
+
+def _spatial(name: str, contents: list[str], controls: rrb.EyeControls3D) -> Any:
     return rrb.Spatial3DView(
         origin="/world",
-        contents=_contents(layout, subject, *(f"/{subject.missed}/{part}" for part in ("pins", "numbers", "flag/**"))),
-        name="Close-up: the miss nearest to the cursor",
-        eye_controls=rrb.EyeControls3D(tracking_entity=f"/{subject.camera}"),
+        contents=contents,
+        name=name,
+        eye_controls=controls,
         background=rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor),
         line_grid=rrb.LineGrid3D(visible=False),
     )
@@ -176,77 +209,63 @@ def _eye_controls(eye: Eye) -> rrb.EyeControls3D:
 
 def _lanes(layout: Layout, subject: Subject, lanes: Sequence[str]) -> Any:
     root = lanes[0].rpartition("/")[0]
-    colours = f"red: missed by {subject.label}    yellow: invented    blue: both    grey: within 2 micrometres"
-    name = f"When and which pair    {colours}"
+    name = f"When and which pair    {LANE_LEGEND.format(subject.label)}"
     whole = rrb.StateTimelineView(
         origin=f"/{root}", contents=[f"/{lane}" for lane in lanes], name=name, time_view=_whole(layout)
     )
     if len(lanes) < 2:
         return whole
+    start, end = (rr.TimeRangeBoundary.cursor_relative(seconds=sign * AROUND) for sign in (-1, 1))
     near = rrb.StateTimelineView(
         origin=f"/{root}",
         contents=[f"/{lane}" for lane in lanes[1:]],
         name=f"{AROUND} s around the cursor",
-        time_view=rrb.TimeAxis(view_range=_around()),
+        time_view=rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end)),
     )
     return rrb.Horizontal(whole, near, column_shares=[0.7, 0.3])
 
 
 def _whole(layout: Layout) -> rrb.TimeAxis:
     """The whole session, from side to side; zooming stays possible."""
-    ends = (rr.TimeRangeBoundary.absolute(seconds=layout.start), rr.TimeRangeBoundary.absolute(seconds=layout.end))
-    return rrb.TimeAxis(view_range=rr.TimeRange(start=ends[0], end=ends[1]))
-
-
-def _around() -> rr.TimeRange:
-    return rr.TimeRange(
-        start=rr.TimeRangeBoundary.cursor_relative(seconds=-AROUND),
-        end=rr.TimeRangeBoundary.cursor_relative(seconds=AROUND),
-    )
+    start, end = (rr.TimeRangeBoundary.absolute(seconds=at) for at in (layout.start, layout.end))
+    return rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
 
 
 def _timing(layout: Layout) -> Any:
     # A budget far above everything would press the curves to the floor: then the title says how far.
     share = layout.slowest_ms / BUDGET_MS
-    budget = ["/timing/budget"] if share > BUDGET_SHOWN else []
+    budget = ["timing/budget"] if share > BUDGET_SHOWN else []
     worst = f"worst {layout.slowest_ms:.2f}: {share:.0%} of a frame at 90 Hz ({BUDGET_MS:.1f} ms)"
-    return rrb.TimeSeriesView(
-        origin="/timing",
-        contents=[*budget, *(f"/{path}" for path in layout.totals)],
-        name=f"Time per frame, ms    {worst}",
-        axis_y=rrb.ScalarAxis(range=(0.0, 1.15 * max(layout.slowest_ms, BUDGET_MS if budget else 0.0))),
-        axis_x=_whole(layout),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
-    )
+    high = 1.15 * max(layout.slowest_ms, BUDGET_MS if budget else 0.0)
+    name = f"Time per frame, ms    {worst}"
+    return _plot(layout, "/timing", name, [*budget, *layout.totals], axis_y=rrb.ScalarAxis(range=(0.0, high)))
 
 
 def _plain(layout: Layout) -> Any:
     """Without anything to compare: the session, and what the one detector found."""
-    report = rrb.TextDocumentView(origin="/report", contents=["/report"], name="Report")
-    return rrb.Horizontal(_room(layout), report, column_shares=[0.7, 0.3], name="Session")
+    return rrb.Horizontal(_room(layout), _report(), column_shares=[0.7, 0.3], name="Session")
 
 
 def _room(layout: Layout) -> Any:
-    return rrb.Spatial3DView(
-        origin="/world",
-        contents=["/world/**", *(f"- /{path}" for path in layout.arrows)],
-        name=layout.title,
-        eye_controls=_eye_controls(layout.eye),
-        background=rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor),
-        line_grid=rrb.LineGrid3D(visible=False),
+    contents = ["/world/**", *(f"- /{path}" for path in layout.arrows)]
+    return _spatial(layout.title, contents, _eye_controls(layout.eye))
+
+
+def _plot(layout: Layout, origin: str, name: str, paths: Iterable[str], **more: Any) -> Any:
+    return rrb.TimeSeriesView(
+        origin=origin,
+        contents=[f"/{path}" for path in paths],
+        name=name,
+        axis_x=_whole(layout),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
+        **more,
     )
 
 
 def _costs(layout: Layout, name: str) -> Any:
     table = rrb.TextDocumentView(origin="/tradeoff/table", name="What each detector costs")
     plots = [
-        rrb.TimeSeriesView(
-            origin="/timing",
-            contents=[f"/{path}" for path in paths],
-            name=f"{label}: ms per frame by stage",
-            axis_x=_whole(layout),
-            plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
-        )
+        _plot(layout, "/timing", f"{label}: ms per frame by stage", paths)
         for label, paths in layout.stages.items()
         if paths
     ]
@@ -265,16 +284,7 @@ def _effects(layout: Layout, views: EffectViews) -> Any:
         shares = [high, *((SCREEN_POINTS - high) / len(plots) for _ in plots)]
         lanes = [f"/{path}" for path in views.lanes]
         rows.append(rrb.StateTimelineView(origin="/effects", contents=lanes, name="When", time_view=_whole(layout)))
-    for unit, paths in plots:
-        rows.append(
-            rrb.TimeSeriesView(
-                origin="/effects",
-                contents=[f"/{path}" for path in paths],
-                name=unit or "numbers",
-                axis_x=_whole(layout),
-                plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
-            )
-        )
+    rows += [_plot(layout, "/effects", unit or "numbers", paths) for unit, paths in plots]
     words = rrb.TextLogView(origin="/effects", contents=[f"/{path}" for path in views.events], name="What happened")
     left = rrb.Vertical(_room(layout), words, row_shares=[0.68, 0.32])
     return rrb.Horizontal(left, *([rrb.Vertical(*rows, row_shares=shares)] if rows else []), name="Effects")

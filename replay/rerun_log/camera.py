@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 from cdcore import Motion, TriangleMesh
 from cdcore.numerics import FloatArray
 from replay.assembly import Assembly
+from replay.audit.between import at_touch
+from replay.audit.outcome import Miss
 from replay.rerun_log.materials import is_ghost, tags_of
 from sessions.scene import Scene
 
 CLOSE_UP: Final = 0.125
-"""Metres from eye to contact: bench glass fills the view, and its surroundings can still be told."""
+"""Metres from eye to contact: bench glass fills the view, and its surroundings can still be recognised."""
 
 AZIMUTHS: Final = 16
 ELEVATIONS_DEG: Final = (12.0, 38.0)
@@ -144,6 +146,13 @@ def _cost(tags: tuple[str, ...]) -> float:
     if is_ghost(tags):
         return GHOST
     return GLASS if "glass" in tags and "rod" not in tags else OPAQUE
+
+
+def standing(assembly: Assembly, miss: Miss) -> tuple[Assembly, int]:
+    """Where all bodies stand when there is most to see of a miss: an assembly, and the frame in it."""
+    if miss.touch is None:
+        return assembly, miss.deepest
+    return at_touch(assembly, miss.pair, miss.touch), 0
 
 
 def towards_user(assembly: Assembly, scene: Scene, frame: int, point: Sequence[float]) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Rows reach Rerun in columns whose lengths were asserted first, because Rerun accepts wrong ones in silence."""
+"""Sends rows to Rerun in columns. Their lengths are checked first: Rerun accepts wrong ones without an error."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ import numpy as np
 import rerun as rr
 from numpy.typing import ArrayLike, NDArray
 
+from cdcore.numerics import FloatArray
 from replay.assembly import Assembly
+from replay.outputs.palette import Rgba
 
 SESSION: Final = "session"
 """Timeline of the session's own time, a duration in nanoseconds since its first frame."""
@@ -72,6 +74,36 @@ def on_session(ns: NDArray[np.int64]) -> rr.TimeColumn:
     return rr.TimeColumn(SESSION, duration=ns.astype("timedelta64[ns]"))
 
 
+def packed(colours: Iterable[Rgba]) -> NDArray[np.uint32]:
+    """Colours as 0xRRGGBBAA, (n,) uint32: Rerun takes Python integers for floats in some places."""
+    return np.array([(r << 24) | (g << 16) | (b << 8) | a for r, g, b, a in colours], dtype=np.uint32)
+
+
+def pose_columns(translations: FloatArray, rotations: FloatArray) -> rr.ComponentColumnList:
+    """Poses as Rerun takes them: (n, 3) and (n, 3, 3), column convention."""
+    turns = quaternions_xyzw(rotations).astype(np.float32)
+    return rr.Transform3D.columns(translation=np.asarray(translations, dtype=np.float32), quaternion=turns)
+
+
+def quaternions_xyzw(rotations: FloatArray) -> FloatArray:
+    """Unit quaternions (n, 4), w >= 0, of rotation matrices (n, 3, 3), column convention; accurate for each of them.
+
+    Source: Shepperd, "Quaternion from rotation matrix", Journal of Guidance and Control 1 (1978): of the four squares
+    4x^2, 4y^2, 4z^2, 4w^2, which sum to 4, the largest is at least 1 and is divided by.
+    """
+    r = np.asarray(rotations, dtype=np.float64)
+    outer = np.empty((len(r), 4, 4))  # outer[:, i, j] = 4 q_i q_j
+    outer[:, :3, :3] = r + r.transpose(0, 2, 1)
+    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
+        outer[:, i, 3] = outer[:, 3, i] = r[:, k, j] - r[:, j, k]
+    for i, (x, y, z) in enumerate(((1, -1, -1), (-1, 1, -1), (-1, -1, 1), (1, 1, 1))):
+        outer[:, i, i] = 1 + x * r[:, 0, 0] + y * r[:, 1, 1] + z * r[:, 2, 2]
+    largest = np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)
+    row = outer[np.arange(len(r)), largest]
+    q: FloatArray = row / np.linalg.norm(row, axis=1, keepdims=True)
+    return np.where(q[:, 3:] < 0, -q, q)
+
+
 def entity(*parts: str) -> str:
     """Entity path of these parts, without a leading slash; punctuation in a part is escaped."""
     return rr.new_entity_path(list(parts)).removeprefix("/")
@@ -93,7 +125,7 @@ def ragged(columns: rr.ComponentColumnList, counts: ArrayLike) -> rr.ComponentCo
 
 
 class RecordingWriter:
-    """A Rerun stream and the clock of its rows; every error raises instead of being logged and forgotten."""
+    """A Rerun stream and the clock of its rows. Every error raises; Rerun alone would only log it."""
 
     def __init__(self, stream: rr.RecordingStream, clock: Clock) -> None:
         self.stream = stream
@@ -103,6 +135,10 @@ class RecordingWriter:
         """Log what holds at all times."""
         for archetype in archetypes:
             self.stream.log(path, archetype, static=True, strict=True)
+
+    def markdown(self, path: str, text: str) -> None:
+        """Log words that stand at all times."""
+        self.static(path, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN))
 
     def rows(
         self, path: str, frames: ArrayLike, columns: rr.ComponentColumnList, counts: ArrayLike | None = None

@@ -13,8 +13,9 @@ from cdcore import Detection, FaceSets
 from cdcore.numerics import FloatArray, place_points
 from replay.assembly import Assembly
 from replay.audit.outcome import Comparison, Outcome
-from replay.rerun_log.colours import FOUND, INVENTED, MISSED, WITHIN_TOLERANCE, Rgba, packed
-from replay.rerun_log.columns import Clock, RecordingWriter, entity
+from replay.outputs.palette import FOUND, INVENTED, MISSED, WITHIN_TOLERANCE, Rgba
+from replay.rerun_log.columns import Clock, RecordingWriter, entity, packed
+from replay.rerun_log.world import face_normals
 
 DRAWN_CONTACTS: Final = 20_000
 DRAWN_FACES: Final = 400_000
@@ -168,7 +169,7 @@ class ContactGeometry:
         self._assembly = assembly
         self._detection = detection
         self._has_sections = detection.section_source is not None
-        self._normals = [_face_normals(body.mesh.triangles) for body in assembly.bodies]
+        self._normals = [face_normals(body.mesh.triangles)[1] for body in assembly.bodies]
 
     def section(self, frame: int, pair: int) -> FloatArray:
         """Segments (k, 2, 3) in which the surfaces meet; k = 0 where the detector computes none."""
@@ -188,7 +189,7 @@ class ContactGeometry:
         return total / length if length > CANCELLED * len(faces) else np.zeros(3)
 
     def centre(self, frame: int, pair: int, faces: NDArray[np.integer]) -> FloatArray:
-        """Mean of the centroids of the smaller face of each pair: where there is no curve, a place near the contact."""
+        """A place near a contact without a curve: the mean centroid of the smaller face of each face pair."""
         motion = self._assembly.motion
         places = []
         for side, body in enumerate(self._assembly.pairs[pair].tolist()):
@@ -206,10 +207,3 @@ def contact_point(segments: FloatArray) -> FloatArray:
     away = middles - middles.mean(axis=0)
     nearest: FloatArray = middles[int(np.argmin((away * away).sum(axis=1)))]
     return nearest
-
-
-def _face_normals(triangles: FloatArray) -> FloatArray:
-    area = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    length = np.linalg.norm(area, axis=1, keepdims=True)
-    normals: FloatArray = np.divide(area, length, out=np.zeros_like(area), where=length > 0)
-    return normals

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from replay.affecting import SKIPPED, EffectRun
 from replay.effects.output import EffectEvent, FloatArray, LaneSpan, Liquid, Series
-from replay.rerun_log.colours import FAINT, SERIES, Rgba, packed
-from replay.rerun_log.columns import RecordingWriter, entity
+from replay.outputs.palette import FAINT, SERIES, Rgba
+from replay.rerun_log.columns import RecordingWriter, entity, packed
 from replay.rerun_log.lanes import send_lane
 from replay.rerun_log.world import body_path
 

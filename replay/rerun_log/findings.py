@@ -2,39 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
-import rerun as rr
 import rerun.blueprint as rrb
 
 from replay.flags import FLAG_KINDS, FlagSpan
-from replay.rerun_log.colours import Rgba
+from replay.outputs.palette import DOUBTS, Looks
+from replay.outputs.run_tables import finding_table
 from replay.rerun_log.columns import RecordingWriter, entity
 from replay.rerun_log.lanes import log_lane
+from replay.rerun_log.markdown import markdown
 from replay.run_result import RunResult
 from sessions.doctor.codes import CODES
 
 ROOT: Final = "findings"
 LIST: Final = "findings/list"
 ALL_BODIES: Final = "time"
+MOST_FINDINGS: Final = 200
 
-# None is the red of a missed contact or the yellow of an invented one.
-KIND_WORDS: Final[Mapping[int, tuple[str, Rgba]]] = {
-    number + 1: (kind, colour)
-    for number, (kind, colour) in enumerate(
-        zip(
-            FLAG_KINDS,
-            (
-                (190, 148, 230, 255), (160, 120, 210, 255), (130, 96, 190, 255), (245, 146, 62, 255),
-                (150, 110, 60, 255), (86, 180, 233, 255), (61, 201, 123, 255), (96, 100, 108, 255),
-            ),
-            strict=True,
-        )
-    )
-}  # fmt: skip
-"""State -> its word and colour."""
+KIND_LOOKS: Final[Looks] = dict(enumerate(zip(FLAG_KINDS, DOUBTS, strict=True), start=1))
+"""State of a lane -> its word and colour. None is the red of a missed contact or the yellow of an invented one."""
 
 
 def finding_lanes(result: RunResult) -> tuple[str, ...] | None:
@@ -58,9 +47,8 @@ def log_findings(writer: RecordingWriter, result: RunResult) -> None:
         for span in sorted(spans, key=lambda one: -FLAG_KINDS.index(one.kind)):
             first, last = np.searchsorted(stamps, [span.start_ns, span.end_ns + 1])
             state[first:last] = FLAG_KINDS.index(span.kind) + 1
-        log_lane(writer, entity(ROOT, "lanes", name), state, KIND_WORDS)
-    text = rr.TextDocument(finding_list(result), media_type=rr.MediaType.MARKDOWN)
-    writer.static(LIST, text)
+        log_lane(writer, entity(ROOT, "lanes", name), state, KIND_LOOKS)
+    writer.markdown(LIST, finding_list(result))
 
 
 def finding_list(result: RunResult) -> str:
@@ -68,22 +56,11 @@ def finding_list(result: RunResult) -> str:
     findings = () if result.treatment is None else result.treatment.findings
     if not findings:
         return "Nothing is wrong with this recording."
-    lines, said = ["| severity | what | body | seconds | |", "|---|---|---|---|---|"], set[str]()
-    for one in findings[:200]:
-        when = "" if one.start is None or one.end is None else f"{one.start:.2f}"
-        if when and one.end != one.start:
-            when += f" - {one.end:.2f}"
-        lines.append(
-            f"| {one.severity.name.lower()} | {one.code} | {_cell(one.body)} | {when} | {_cell(one.message)} |"
-        )
-        said.add(one.code)
-    lines.append("")
-    lines += [f"- **{code}**: {spec.meaning}; {spec.fix}" for code, spec in CODES.items() if code in said]
-    return "\n".join(lines)
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|")
+    shown = findings[:MOST_FINDINGS]
+    said = {one.code for one in shown}
+    notes = "\n".join(f"- **{code}**: {spec.meaning}; {spec.fix}" for code, spec in CODES.items() if code in said)
+    made = finding_table(shown).only("severity", "code", "body", "seconds", "what")
+    return markdown(made.titled("", notes))
 
 
 def finding_tab(paths: Sequence[str], whole: rrb.TimeAxis) -> Any:

@@ -8,18 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 import rerun as rr
+from rerun.chunk import RrdReader
 
 from replay.assembly import Assembly
-from replay.audit.between import at_touch
 from replay.audit.clusters import by_depth
 from replay.audit.outcome import Miss
-from replay.rerun_log.camera import Eye, Obstacles, look_rotation, towards_user
-from replay.rerun_log.columns import RecordingWriter
-from replay.rerun_log.quaternions import quaternions_xyzw
+from replay.errors import RunFolderError
+from replay.rerun_log.camera import Eye, Obstacles, look_rotation, standing, towards_user
+from replay.rerun_log.columns import RecordingWriter, pose_columns
 from sessions.scene import Scene
 
 COUNTED: Final = 500
@@ -55,7 +56,7 @@ def moments(misses: Sequence[Miss]) -> dict[int, tuple[int, int]]:
 def focus(misses: Sequence[Miss]) -> list[Focus]:
     """What the close-up shows, in order of time: it changes half-way between misses, and at the deepest of each.
 
-    So overlapping misses of several pairs are all met where the list leads.
+    So the list leads to each of several misses that overlap in time.
     """
     chosen: dict[tuple[int, int], Miss] = {}
     ordered = sorted(misses, key=lambda miss: (miss.first, miss.number))
@@ -83,23 +84,69 @@ def eyes_of(assembly: Assembly, scene: Scene, misses: Sequence[Miss]) -> dict[in
     return eyes
 
 
-def standing(assembly: Assembly, miss: Miss) -> tuple[Assembly, int]:
-    """Where all bodies stand when there is most to see of a miss: an assembly, and the frame in it."""
-    if miss.touch is None:
-        return assembly, miss.deepest
-    return at_touch(assembly, miss.pair, miss.touch), 0
-
-
 def log_eye(writer: RecordingWriter, path: str, shown: Sequence[Focus], eye_of: Mapping[int, Eye]) -> None:
     """Send the camera that the close-up tracks."""
     eyes = [eye_of[one.miss.number] for one in shown]
     rotations = np.array([look_rotation(eye) for eye in eyes]).reshape(-1, 3, 3)
-    columns = rr.Transform3D.columns(
-        translation=np.array([eye.position for eye in eyes], dtype=np.float32),
-        quaternion=quaternions_xyzw(rotations).astype(np.float32),
-    )
+    columns = pose_columns(np.array([eye.position for eye in eyes]), rotations)
     writer.rows_later(path, [one.frame for one in shown], [one.later for one in shown], columns)
     lens = rr.Pinhole(
         fov_y=0.9, aspect_ratio=1.3, camera_xyz=rr.ViewCoordinates.RUB, image_plane_distance=0.001, line_width=0.0
     )
     writer.static(path, lens)
+
+
+@dataclass(frozen=True)
+class MissPlace:
+    """Where and when to look for a miss.
+
+    Parameters
+    ----------
+    number : the miss's number.
+    session_ns : where the cursor meets it, in nanoseconds on the session timeline: its deepest frame, or where between
+        frames it touches first (see ``moments``).
+    cut_length : metres of intersection curve there.
+    """
+
+    number: int
+    session_ns: int
+    cut_length: float
+
+
+def log_miss_table(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
+    """Send number, deepest moment and cut length of all misses as one static row; nothing where nothing was missed."""
+    if not misses:  # Rerun refuses a row of empty columns.
+        return
+    at = moments(misses)
+    frames, later = np.array([at[miss.number] for miss in misses], dtype=np.int64).T
+    writer.static(
+        path,
+        rr.AnyValues(
+            number=np.array([miss.number for miss in misses], dtype=np.int64),
+            deepest_ns=writer.clock.ns[frames] + later,
+            cut_length=np.array([miss.cut_length for miss in misses], dtype=np.float64),
+        ),
+    )
+
+
+def read_misses(recording: Path, path: str = "world/missed/table") -> list[MissPlace]:
+    """Misses of the first audited detector, as the recording has them.
+
+    Raises
+    ------
+    RunFolderError
+        The file cannot be read as a recording.
+    """
+    try:
+        chunks = RrdReader(recording).stream().filter(content=f"/{path}").to_chunks()
+    except (OSError, ValueError, RuntimeError) as error:
+        raise RunFolderError(
+            f"{recording} cannot be read as a recording ({error}); replay the session again"
+        ) from error
+    columns: dict[str, list[float]] = {}
+    for chunk in chunks:
+        batch = chunk.to_record_batch()
+        for name in batch.schema.names:
+            columns[name.rpartition(":")[2]] = batch.column(name).to_pylist()[0]
+    rows = zip(columns.get("number", []), columns.get("deepest_ns", []), columns.get("cut_length", []), strict=True)
+    return [MissPlace(int(number), int(ns), float(cut)) for number, ns, cut in rows]

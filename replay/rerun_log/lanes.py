@@ -1,4 +1,4 @@
-"""Lanes of states: one per pair in the words of the audit, silence is a gap, and no change is too narrow to keep.
+"""Lanes of states, one per pair, in the words of the audit. A state without a word is a gap; no change is lost.
 
 A lane is sent on the session timeline only: a reset one nanosecond before each change keeps the viewer from merging
 neighbours narrower than four pixels into grey, and a frame number leaves no room for it.
@@ -7,7 +7,6 @@ neighbours narrower than four pixels into grey, and a frame number leaves no roo
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Final
 
 import numpy as np
 import rerun as rr
@@ -15,28 +14,10 @@ from numpy.typing import NDArray
 
 from cdcore import Detection
 from replay.assembly import Assembly
-from replay.audit.outcome import Comparison, Miss, Outcome
-from replay.rerun_log.colours import MISSED, MISSED_DARK, OUTCOME_WORDS, VERDICT_WORDS, Rgba, packed
-from replay.rerun_log.columns import RecordingWriter, entity
-
-Words = Mapping[int, tuple[str, Rgba]]
-
-LABEL_BASE: Final = 0.011
-LABEL_DIGIT: Final = 0.0055
-"""A number's box is at least this share of the session wide, plus this much per digit: legible on 1,300 pixels."""
-
-
-def ranked_pairs(comparison: Comparison, held: NDArray[np.bool_]) -> list[int]:
-    """Columns worth a lane, worst first: most missed frames, then most invented, then most in contact; held ones last.
-
-    A pair that was never in contact, for either detector, has none.
-    """
-    counts = np.stack(
-        [(comparison.outcome == word).sum(axis=0) for word in (Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH)]
-    )
-    rest = np.isin(comparison.outcome, (Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES)).sum(axis=0)
-    order = np.lexsort((-rest, -counts[2], -counts[1], -counts[0], held))
-    return [int(column) for column in order if counts[:, column].any() or rest[column]]
+from replay.audit.outcome import Comparison, Miss
+from replay.outputs.lanes import number_boxes, ranked_pairs
+from replay.outputs.palette import MISSED, MISSED_DARK, OUTCOMES, VERDICTS, Looks, Rgba
+from replay.rerun_log.columns import RecordingWriter, entity, packed
 
 
 def audit_lanes(root: str, assembly: Assembly, comparison: Comparison) -> dict[str, int | None]:
@@ -59,7 +40,7 @@ def log_audit_lanes(
         if column is None:
             log_number_lane(writer, path, misses)
         else:
-            log_lane(writer, path, comparison.outcome[:, column], OUTCOME_WORDS)
+            log_lane(writer, path, comparison.outcome[:, column], OUTCOMES)
 
 
 def log_detector_lanes(
@@ -69,10 +50,10 @@ def log_detector_lanes(
     for rank, column in enumerate(columns, start=1):
         for label, detection in detections.items():
             path = entity(root, f"{rank}_{assembly.pair_name(column)}", label)
-            log_lane(writer, path, detection.verdict[:, column], VERDICT_WORDS)
+            log_lane(writer, path, detection.verdict[:, column], VERDICTS)
 
 
-def log_lane(writer: RecordingWriter, path: str, state: NDArray[np.uint8], words: Words) -> None:
+def log_lane(writer: RecordingWriter, path: str, state: NDArray[np.uint8], words: Looks) -> None:
     """Send one lane: a row where the state changes, a reset a nanosecond before it, a gap for states without a word."""
     text = np.array([words[code][0] if code in words else "" for code in range(256)], dtype=object)
     changes = np.flatnonzero(np.diff(state.astype(np.int16), prepend=-1))
@@ -94,30 +75,6 @@ def log_number_lane(writer: RecordingWriter, path: str, misses: Sequence[Miss]) 
     states = [text for name in names for text in (name, "")]
     colours = [(name, MISSED if k % 2 else MISSED_DARK) for k, name in enumerate(names)]
     send_lane(writer, path, stamps, states, colours)
-
-
-def number_boxes(
-    misses: Sequence[Miss], session_ns: int, base: float = LABEL_BASE, digit: float = LABEL_DIGIT
-) -> list[tuple[str, int, int]]:
-    """Boxes ``(label, start, end)`` in nanoseconds that never overlap and are wide enough for their labels.
-
-    Parameters
-    ----------
-    base, digit : shares of ``session_ns`` that a box takes, and each character in it.
-    """
-    boxes: list[tuple[str, int, int]] = []
-    first = start = reach = 0
-    for miss in sorted(misses, key=lambda one: (one.start, one.number)):
-        begin, end = round(miss.start * 1e9), round(miss.end * 1e9)
-        if boxes and begin < boxes[-1][2]:
-            boxes.pop()
-        else:
-            first, start, reach = miss.number, begin, end
-        reach = max(reach, end)
-        label = str(first) if first == miss.number else f"{first}-{miss.number}"
-        width = round((base + digit * len(label)) * session_ns)
-        boxes.append((label, start, max(start + width, reach)))
-    return boxes
 
 
 def send_lane(

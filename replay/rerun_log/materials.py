@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from replay.rerun_log.colours import Rgba
+from replay.outputs.palette import Rgba
 from sessions.scene import Scene
 
 GHOST_ALPHA: Final = 40

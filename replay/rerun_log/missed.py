@@ -1,4 +1,4 @@
-"""Misses in space: the faces that met unseen, a pin where each happened, one flag with words for the current one."""
+"""Misses in space: the faces that met, a pin where each miss happened, a flag with words for the current one."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from cdcore.numerics import FloatArray
 from replay.assembly import Assembly
 from replay.audit.clusters import by_depth
 from replay.audit.outcome import Miss
-from replay.rerun_log.colours import MISSED, MISSED_FACES, PARTLY_MISSED, packed
-from replay.rerun_log.columns import Clock, RecordingWriter
-from replay.rerun_log.world import body_path
+from replay.outputs.palette import MISSED, MISSED_FACES, PARTLY_MISSED
+from replay.rerun_log.columns import Clock, RecordingWriter, packed
+from replay.rerun_log.world import body_path, face_normals
 
 PUSHED_OUT: Final = 0.00015
 """Metres that red faces stand off their body, so that the two do not flicker through each other."""
@@ -47,7 +47,7 @@ CLUSTERS: Final = 12
 def log_missed_faces(
     writer: RecordingWriter, root: str, assembly: Assembly, oracle: Detection, misses: Sequence[Miss]
 ) -> None:
-    """Send ``world/<body>/<root>``: per frame, the faces of the body that met unseen, in the body's own frame.
+    """Send ``world/<body>/<root>``: per frame, the faces of the body that met and were missed, in the body's own frame.
 
     Where the oracle lists no faces, those of each miss's deepest moment, which may lie between frames.
     """
@@ -97,9 +97,7 @@ def _red_faces(assembly: Assembly, pair: int, faces: NDArray[np.int64]) -> Itera
 
 def face_areas(mesh: TriangleMesh, faces: NDArray[np.int64]) -> FloatArray:
     """Area of each of these faces, square metres."""
-    corners = mesh.triangles[faces]
-    twice = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    areas: FloatArray = np.linalg.norm(twice, axis=1) / 2
+    areas: FloatArray = np.linalg.norm(face_normals(mesh.triangles[faces])[0], axis=1) / 2
     return areas
 
 
@@ -126,10 +124,7 @@ NO_FACES: Final = np.zeros(0, dtype=np.int64)
 
 def pushed_out(triangles: FloatArray) -> FloatArray:
     """Triangles (f, 3, 3) moved along their normals by ``PUSHED_OUT``; a face without area stays where it is."""
-    area = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    length = np.linalg.norm(area, axis=1, keepdims=True)
-    unit = np.divide(area, length, out=np.zeros_like(area), where=length > 0)
-    moved: FloatArray = triangles + PUSHED_OUT * unit[:, None]
+    moved: FloatArray = triangles + PUSHED_OUT * face_normals(triangles)[1][:, None]
     return moved
 
 
@@ -194,7 +189,7 @@ def _log_flags(writer: RecordingWriter, path: str, frames: list[int], current: l
 def _log_numbers(
     writer: RecordingWriter, path: str, misses: Sequence[Miss], frames: list[int], busy: list[bool], reach: float
 ) -> None:
-    """Numbers stand at their clusters while no flag does: only one thing in space has words at a time."""
+    """Numbers stand at their clusters only while there is no flag: words in space must not overlap."""
     clusters = clustered(misses, reach)[:CLUSTERS]
     rows = [k for k in range(len(frames)) if k == 0 or busy[k] != busy[k - 1]]
     words = [number_ranges(miss.number for miss in cluster) for cluster in clusters]

@@ -14,20 +14,19 @@ from cdcore.numerics import FloatArray
 from cdcore.protocol import counts_as_contact
 from replay.audit.clusters import MANY, by_depth
 from replay.audit.headline import headline
-from replay.rerun_log.blueprint import Layout, build_blueprint
+from replay.outputs.lanes import number_boxes, ranked_pairs
+from replay.rerun_log.blueprint import Layout, Subject, build_blueprint
 from replay.rerun_log.camera import Eye, overview
 from replay.rerun_log.columns import Clock, RecordingWriter, entity
 from replay.rerun_log.contacts import contacts_path, log_contacts
 from replay.rerun_log.effects import effect_views, log_effects
 from replay.rerun_log.findings import finding_lanes, log_findings
-from replay.rerun_log.focus import eyes_of, focus, log_eye
-from replay.rerun_log.lanes import audit_lanes, log_audit_lanes, log_detector_lanes, number_boxes, ranked_pairs
+from replay.rerun_log.focus import eyes_of, focus, log_eye, log_miss_table
+from replay.rerun_log.lanes import audit_lanes, log_audit_lanes, log_detector_lanes
 from replay.rerun_log.materials import is_ghost, tags_of
-from replay.rerun_log.miss_table import log_miss_table
 from replay.rerun_log.missed import log_missed_faces, log_pins
 from replay.rerun_log.report import log_cluster_list, log_missed_list, log_notes, log_report, log_worst
-from replay.rerun_log.subject import Subject
-from replay.rerun_log.timing import TOTAL, cost_of, cost_table, log_timing, stage_path
+from replay.rerun_log.timing import TOTAL, cost_of, cost_text, log_timing, stage_path
 from replay.rerun_log.tradeoff import log_tradeoff
 from replay.rerun_log.world import body_path, log_touches, log_world
 from replay.run_result import RunResult
@@ -119,8 +118,7 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
     log_detector_lanes(writer, "detectors", assembly, result.detections, _spoken_of(result))
     remarks = {subject.label: _remark(result, subject.label) for subject in subjects}
     log_timing(writer, result.detections, remarks)
-    table = rr.TextDocument(cost_table(result.detections, remarks), media_type=rr.MediaType.MARKDOWN)
-    writer.static(TABLE, table)
+    writer.markdown(TABLE, cost_text(result.detections, remarks))
     if result.tradeoff is not None:
         log_tradeoff(writer, result.tradeoff)
     log_effects(writer, result.effects)
@@ -136,7 +134,7 @@ def _log_subject(writer: RecordingWriter, result: RunResult, subject: Subject, r
     log_pins(writer, subject.missed, misses, reach)
     log_missed_list(writer, subject.listing, misses, f"nothing missed by {subject.label}")
     log_cluster_list(writer, subject.clusters, misses)
-    log_worst(writer, subject.worst, misses)
+    log_worst(writer, subject.worst, subject.label, misses)
     log_miss_table(writer, f"{subject.missed}/table", misses)
     if misses:
         shown = focus(misses)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -11,12 +11,16 @@ import rerun as rr
 from replay.audit.clusters import MANY, Cluster, clusters, seen_and_between
 from replay.audit.headline import headline, invented
 from replay.audit.misses import NEVER_FOUND
-from replay.audit.outcome import Miss, Outcome
+from replay.audit.outcome import Miss
 from replay.base.constants import CAVEAT
 from replay.effect_summary import happened_words
-from replay.rerun_log.colours import MISSED, PARTLY_MISSED, WHITE, packed
-from replay.rerun_log.columns import RecordingWriter
+from replay.outputs.palette import MISSED, PARTLY_MISSED, WHITE
+from replay.outputs.run_tables import cluster_table, miss_table
+from replay.outputs.tables import table
+from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, depth_words
+from replay.rerun_log.columns import RecordingWriter, packed
 from replay.rerun_log.focus import Focus, moments
+from replay.rerun_log.markdown import markdown
 from replay.run_result import RunResult
 
 WORST: Final = MANY
@@ -29,23 +33,29 @@ def log_missed_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], 
         line = rr.TextLog.columns(text=[empty], level=["none"], color=packed([WHITE]))
         writer.rows(path, [0], line)
         return
+    width = max(len(f"{miss.body_a}-{miss.body_b}") for miss in misses)
+    digits = len(str(max(miss.number for miss in misses)))
+    lines = {one.number: (_line(one, width, digits), one.kind, one.kind == NEVER_FOUND) for one in misses}
+    _log_lines(writer, path, misses, lines)
+
+
+def _log_lines(
+    writer: RecordingWriter, path: str, misses: Sequence[Miss], lines: Mapping[int, tuple[str, str, bool]]
+) -> None:
+    """Send lines where the cursor meets their misses: number -> words, level, whether the contact was never found."""
     at = moments(misses)
-    ordered = sorted(misses, key=lambda miss: at[miss.number])
-    width = max(len(f"{miss.body_a}-{miss.body_b}") for miss in ordered)
-    digits = len(str(max(miss.number for miss in ordered)))
-    texts = [_line(miss, width, digits) for miss in ordered]
-    colours = [MISSED if miss.kind == NEVER_FOUND else PARTLY_MISSED for miss in ordered]
-    columns = rr.TextLog.columns(
-        text=texts, level=[miss.kind.replace(" ", "_") for miss in ordered], color=packed(colours)
-    )
-    frames, later = np.array([at[miss.number] for miss in ordered]).T
+    numbers = sorted(lines, key=lambda number: at[number])
+    texts, levels, whole = zip(*(lines[number] for number in numbers), strict=True)
+    colours = packed(MISSED if one else PARTLY_MISSED for one in whole)
+    columns = rr.TextLog.columns(text=texts, level=[level.replace(" ", "_") for level in levels], color=colours)
+    frames, later = np.array([at[number] for number in numbers]).T
     writer.rows_later(path, frames, later, columns)
 
 
 def _line(miss: Miss, width: int, digits: int) -> str:
     name = f"{miss.body_a}-{miss.body_b}"
     frames = miss.last - miss.first + 1
-    depth = f"{miss.cut_length * 1e3:5.1f} mm" if miss.touch is None else "between frames"
+    depth = depth_words(miss, " mm", 5)
     return f"{miss.number:>{digits}}  {miss.seconds:7.2f} s {frames:4} fr  {name:<{width}}  {miss.kind:<11}  {depth}"
 
 
@@ -78,7 +88,7 @@ def _note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str
 
 def log_report(writer: RecordingWriter, path: str, result: RunResult) -> None:
     """Send the report: what was replayed, what each detector missed and took."""
-    writer.static(path, rr.TextDocument(report_text(result), media_type=rr.MediaType.MARKDOWN))
+    writer.markdown(path, report_text(result))
 
 
 def report_text(result: RunResult) -> str:
@@ -107,85 +117,46 @@ def report_text(result: RunResult) -> str:
 
 
 def _outcome_table(result: RunResult) -> str:
-    words = ("both", "missed", "invented", "within tolerance", "left out")
-    kinds = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.LEFT_OUT)
-    lines = [f"| pair-frames against {result.oracle} | {' | '.join(words)} |", "|---" * 6 + "|"]
-    for label, comparison in result.comparisons.items():
-        lines.append(f"| {label} | {' | '.join(f'{comparison.count(kind):,}' for kind in kinds)} |")
-    return "\n".join(lines) if result.comparisons else _looked(result)
+    if not result.comparisons:
+        return f"Detectors: {', '.join(result.detections)}." if result.detections else f"{NOT_LOOKED_FOR}."
+    head = (f"pair-frames against {result.oracle}", *(OUTCOME_WORDS[kind].lower() for kind in FRAME_ROWS))
+    rows = [(label, *(one.count(kind) for kind in FRAME_ROWS)) for label, one in result.comparisons.items()]
+    return markdown(table("", head, rows))
 
 
-def _looked(result: RunResult) -> str:
-    """Who looked, where nobody is compared."""
-    if result.detections:
-        return f"Detectors: {', '.join(result.detections)}."
-    return "No contact was looked for: the scene's effects call for none."
-
-
-def log_worst(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
+def log_worst(writer: RecordingWriter, path: str, label: str, misses: Sequence[Miss]) -> None:
     """Send the misses with the longest cuts, deepest first, then those that no frame shows, in order of time."""
     seen, between = seen_and_between(misses)
-    lines = _cluster_lines(misses) if len(misses) > MANY else []
-    lines += [] if misses else ["### Nothing missed", ""]
+    tables = [cluster_table(label, misses).only(*CLUSTER_HEAD)] if len(misses) > MANY else []
     if seen:
-        lines += [f"### The {len(seen[:WORST])} longest cuts of {len(seen)} misses", ""]
-        lines += [f"{MISS_HEAD} frames | cut mm | face pairs |", "|---" * 7 + "|"]
-        lines += [
-            f"{_cells(m)} {m.last - m.first + 1} | {m.cut_length * 1e3:.1f} | {m.face_pairs} |" for m in seen[:WORST]
-        ]
+        title = f"The {len(seen[:WORST])} longest cuts of {len(seen)} misses"
+        tables.append(miss_table(title, seen[:WORST]).only(*MISS_HEAD, "frames", "cut mm", "face pairs"))
     if between:
-        lines += [
-            "",
-            f"### {len(between)} missed between frames",
-            "",
-            "No frame shows them, so they have no depth.",
-            "",
-        ]
-        lines += [f"{MISS_HEAD} after frame |", "|---" * 5 + "|"]
-        lines += [f"{_cells(m)} {m.shown[0]} |" for m in between[:WORST]]
-    writer.static(path, rr.TextDocument("\n".join(lines), media_type=rr.MediaType.MARKDOWN))
+        made = miss_table(f"{len(between)} missed between frames", between[:WORST]).only(*MISS_HEAD, "after frame")
+        tables.append(made.titled(made.title, "No frame shows them, so they have no depth."))
+    text = "\n\n".join(markdown(one, level=3) for one in tables) or "### Nothing missed"
+    writer.markdown(path, text)
 
 
-MISS_HEAD: Final = "| miss | at s | pair | kind |"
-
-
-def _cells(miss: Miss) -> str:
-    """The cells below ``MISS_HEAD``."""
-    return f"| **{miss.number}** | {miss.seconds:.2f} | {miss.body_a}-{miss.body_b} | {miss.kind} |"
-
-
-def _cluster_lines(misses: Sequence[Miss]) -> list[str]:
-    """A table of clusters, the one with the longest cut first."""
-    found = clusters(misses)
-    lines = [f"### {len(misses):,} misses in {len(found)} clusters", ""]
-    lines += ["| pair | misses | frames | s | look at | cut mm |", "|---" * 6 + "|"]
-    for cluster in found:
-        one, (start, end) = cluster.deepest, cluster.span
-        depth = "between frames" if one.touch else f"{one.cut_length * 1e3:.1f}"
-        lines.append(
-            f"| {one.body_a}-{one.body_b} | {len(cluster.misses)} | {cluster.frames} | {start:.1f} to {end:.1f} "
-            f"| **{one.number}** | {depth} |"
-        )
-    return [*lines, ""]
+MISS_HEAD: Final = ("miss", "at s", "pair", "what")
+CLUSTER_HEAD: Final = ("pair", "misses", "frames", "s", "miss", "deepest cut mm")
 
 
 def log_cluster_list(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
     """Send one line per cluster at its deepest moment, where there are too many misses for a line each."""
     if len(misses) <= MANY:
         return
-    at = moments(misses)
-    ordered = sorted(clusters(misses), key=lambda cluster: at[cluster.deepest.number])
-    width = max(len(f"{cluster.deepest.body_a}-{cluster.deepest.body_b}") for cluster in ordered)
-    texts = [_cluster_line(cluster, width) for cluster in ordered]
-    whole = [all(miss.kind == NEVER_FOUND for miss in cluster.misses) for cluster in ordered]
-    colours = packed([MISSED if one else PARTLY_MISSED for one in whole])
-    frames, later = np.array([at[cluster.deepest.number] for cluster in ordered]).T
-    columns = rr.TextLog.columns(text=texts, level=["cluster"] * len(texts), color=colours)
-    writer.rows_later(path, frames, later, columns)
+    found = clusters(misses)
+    width = max(len(f"{cluster.deepest.body_a}-{cluster.deepest.body_b}") for cluster in found)
+    lines = {
+        one.deepest.number: (_cluster_line(one, width), "cluster", all(miss.kind == NEVER_FOUND for miss in one.misses))
+        for one in found
+    }
+    _log_lines(writer, path, misses, lines)
 
 
 def _cluster_line(cluster: Cluster, width: int) -> str:
     one, (start, end) = cluster.deepest, cluster.span
     name = f"{one.body_a}-{one.body_b}"
-    depth = "between frames" if one.touch else f"{one.cut_length * 1e3:5.1f} mm"
+    depth = depth_words(one, " mm", 5)
     return f"{len(cluster.misses):>4} x {name:<{width}}  {start:6.1f} to {end:6.1f} s  {depth}  (miss {one.number})"

@@ -12,10 +12,10 @@ import rerun as rr
 from cdcore import Detection
 from cdcore.numerics import FloatArray
 from replay.base.constants import BUDGET_MS
-from replay.rerun_log.colours import BUDGET, SERIES, Rgba, packed
-from replay.rerun_log.columns import RecordingWriter, entity
-
-"""One frame at 90 Hz, the rate of the headsets recorded."""
+from replay.outputs.palette import BUDGET, SERIES, Rgba
+from replay.outputs.tables import table
+from replay.rerun_log.columns import RecordingWriter, entity, packed
+from replay.rerun_log.markdown import markdown
 
 TOTAL: Final = "1_total"
 """Stage name of the sum; the number sorts it first."""
@@ -68,8 +68,7 @@ def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], rem
 
     ``remarks`` (label -> words) go into the legend, so that price and misses stand in one line.
     """
-    ends = _ends(writer)
-    writer.rows("timing/budget", ends, rr.Scalars.columns(scalars=np.full(len(ends), BUDGET_MS)))
+    _log_constant(writer, "timing/budget", BUDGET_MS)
     _style(writer, "timing/budget", f"budget {BUDGET_MS:.1f} ms (90 Hz)", BUDGET, 1.0)
     for number, (label, detection) in enumerate(detections.items()):
         _log_seconds(writer, label, detection, colour_of(number), remarks.get(label, ""))
@@ -88,9 +87,8 @@ def _log_seconds(writer: RecordingWriter, label: str, detection: Detection, colo
             columns = rr.Scalars.columns(scalars=value[looks] * 1e3)
             writer.rows(stage_path(label, name), looks, columns)
     else:
-        ends = _ends(writer)
         for name, mean in {TOTAL: cost.mean_ms, **cost.stages}.items():
-            writer.rows(stage_path(label, name), ends, rr.Scalars.columns(scalars=np.full(len(ends), mean)))
+            _log_constant(writer, stage_path(label, name), mean)
     _style(writer, path, words, colour, 1.5)
     for number, name in enumerate(detection.seconds):
         _style(writer, stage_path(label, name), f"{label} {name}", colour_of(number), 1.2)
@@ -103,8 +101,7 @@ def _log_counters(writer: RecordingWriter, label: str, detection: Detection) -> 
             kept = writer.clock.kept
             writer.rows(path, kept, rr.Scalars.columns(scalars=value[kept].sum(axis=1, dtype=np.float64)))
         else:
-            ends = _ends(writer)
-            writer.rows(path, ends, rr.Scalars.columns(scalars=np.full(len(ends), float(value))))
+            _log_constant(writer, path, float(value))
 
 
 def stage_path(label: str, stage: str) -> str:
@@ -112,9 +109,10 @@ def stage_path(label: str, stage: str) -> str:
     return entity("timing", label, stage)
 
 
-def _ends(writer: RecordingWriter) -> list[int]:
-    """First and last frame: what is constant is a line between them."""
-    return sorted({0, len(writer.clock.ns) - 1}) if len(writer.clock.ns) else []
+def _log_constant(writer: RecordingWriter, path: str, value: float) -> None:
+    """A line from the first frame to the last."""
+    ends = sorted({0, len(writer.clock.ns) - 1}) if len(writer.clock.ns) else []
+    writer.rows(path, ends, rr.Scalars.columns(scalars=np.full(len(ends), value)))
 
 
 def _style(writer: RecordingWriter, path: str, name: str, colour: Rgba, width: float) -> None:
@@ -125,15 +123,14 @@ def _style(writer: RecordingWriter, path: str, name: str, colour: Rgba, width: f
     writer.static(path, line)
 
 
-def cost_table(detections: Mapping[str, Detection], remarks: Mapping[str, str]) -> str:
+def cost_text(detections: Mapping[str, Detection], remarks: Mapping[str, str]) -> str:
     """Price and misses of every detector in Markdown."""
-    lines = ["## What each detector costs", "", "| detector | misses | cost | ms per frame |", "|---|---|---|---|"]
+    costs = {label: cost_of(detection) for label, detection in detections.items()}
+    rows = [(label, remarks.get(label, ""), cost.words(), f"{cost.mean_ms:.4f}") for label, cost in costs.items()]
+    parts = [markdown(table("What each detector costs", ("detector", "misses", "cost", "ms per frame"), rows), level=2)]
     for label, detection in detections.items():
-        cost = cost_of(detection)
-        lines.append(f"| {label} | {remarks.get(label, '')} | {cost.words()} | {cost.mean_ms:.4f} |")
-    for label, detection in detections.items():
-        lines += ["", f"### {label}", "", "| stage | ms per frame |", "|---|---|"]
-        lines += [f"| {name} | {mean:.4f} |" for name, mean in cost_of(detection).stages.items()]
-        lines += ["", "| counter | total |", "|---|---|"]
-        lines += [f"| {name} | {int(np.sum(value)):,} |" for name, value in detection.work.items()]
-    return "\n".join(lines)
+        stages = [(name, f"{mean:.4f}") for name, mean in costs[label].stages.items()]
+        counters = [(name, int(np.sum(value))) for name, value in detection.work.items()]
+        parts.append(markdown(table(label, ("stage", "ms per frame"), stages), level=3))
+        parts.append(markdown(table("", ("counter", "total"), counters)))
+    return "\n\n".join(parts)

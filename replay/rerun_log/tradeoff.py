@@ -6,7 +6,7 @@ to the right, y downwards.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, floor, log10
 from typing import Any, Final
@@ -15,8 +15,10 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from replay.base.constants import BUDGET_MS
-from replay.rerun_log.colours import BACKGROUND, WHITE, Rgba, packed
-from replay.rerun_log.columns import RecordingWriter, entity
+from replay.outputs.palette import BACKGROUND, GRID, TICKS, WHITE, Rgba
+from replay.outputs.tradeoff_table import quickest_first, tradeoff_table
+from replay.rerun_log.columns import RecordingWriter, entity, packed
+from replay.rerun_log.markdown import markdown
 from replay.run_result import Tradeoff
 from replay.tradeoff.front import Row, counts
 from replay.tradeoff.picture import DARK, apart, lines_of, stretched
@@ -28,7 +30,6 @@ WIDTH: Final = 1200.0
 HEIGHT: Final = 900.0
 """Units of the plane; the axes fill it, words stand around it."""
 
-GRID: Final[Rgba] = (58, 62, 70, 255)
 PALE: Final = 90
 """Alpha of what invents too much to count."""
 
@@ -79,6 +80,11 @@ class Plane:
         return self.x(row["ms_per_frame"]), self.y(row["recall"])
 
 
+def _at(*parts: str) -> str:
+    """Entity of a part of the plot."""
+    return entity(*ROOT.split("/"), *parts)
+
+
 def log_tradeoff(writer: RecordingWriter, done: Tradeoff) -> None:
     """Send axes, lines, intervals, the front and the words."""
     plane = Plane.of(done.rows)
@@ -90,54 +96,48 @@ def log_tradeoff(writer: RecordingWriter, done: Tradeoff) -> None:
         place = (name, WIDTH + 170.0, LEGEND * number)
         _words(writer, f"legend/{name}", [place], SERIES[number % len(SERIES)])
     _front(writer, plane, done)
-    writer.static(ADVICE, rr.TextDocument(advice_text(done), media_type=rr.MediaType.MARKDOWN))
+    writer.markdown(ADVICE, advice_text(done))
 
 
 def _axes(writer: RecordingWriter, plane: Plane) -> None:
     decades = range(plane.low, plane.high + 1)
-    levels = RECALLS
     strips = [[(plane.x(10.0**k), 0.0), (plane.x(10.0**k), HEIGHT)] for k in decades]
-    strips += [[(0.0, plane.y(level)), (WIDTH, plane.y(level))] for level in levels]
-    writer.static(entity(*ROOT.split("/"), "grid"), rr.LineStrips2D(strips, colors=packed([GRID]), radii=0.8))
-    at = BUDGET_MS
-    budget = rr.LineStrips2D([[(plane.x(at), -10.0), (plane.x(at), HEIGHT)]], colors=packed([WHITE]), radii=1.2)
-    writer.static(entity(*ROOT.split("/"), "budget"), budget)
+    strips += [[(0.0, plane.y(level)), (WIDTH, plane.y(level))] for level in RECALLS]
+    writer.static(_at("grid"), rr.LineStrips2D(strips, colors=packed([GRID]), radii=0.8))
+    budget = rr.LineStrips2D(
+        [[(plane.x(BUDGET_MS), -10.0), (plane.x(BUDGET_MS), HEIGHT)]], colors=packed([WHITE]), radii=1.2
+    )
+    writer.static(_at("budget"), budget)
     words: list[tuple[str, float, float]] = [(f"{10.0**k:g} ms", plane.x(10.0**k), HEIGHT + 14) for k in decades]
-    words += [(f"{level:.0%}", -52.0, plane.y(level) - 16) for level in levels]
+    words += [(f"{level:.0%}", -52.0, plane.y(level) - 16) for level in RECALLS]
     words += [
         ("recall: share of contact pair-frames found", 200.0, -96.0),
-        ("one frame at 90 Hz", plane.x(at), -66.0),
+        ("one frame at 90 Hz", plane.x(BUDGET_MS), -66.0),
         ("time per frame, logarithmic (large marks: decided frame by frame)", WIDTH / 2, HEIGHT + 64),
     ]
-    _words(writer, "axes", words, (190, 194, 200, 255))
+    _words(writer, "axes", words, TICKS)
 
 
 def _words(writer: RecordingWriter, name: str, words: Sequence[tuple[str, float, float]], colour: Rgba) -> None:
-    points = rr.Points2D(
-        [(x, y) for _, x, y in words],
-        labels=[text for text, _, _ in words],
-        radii=0.01,
-        colors=packed([colour]),
-        show_labels=True,
-    )
-    writer.static(entity(*ROOT.split("/"), *name.split("/")), points)
+    places, labels = [(x, y) for _, x, y in words], [text for text, _, _ in words]
+    points = rr.Points2D(places, labels=labels, radii=0.01, colors=packed([colour]), show_labels=True)
+    writer.static(_at(*name.split("/")), points)
 
 
 def _line(writer: RecordingWriter, plane: Plane, name: str, points: Sequence[Row], colour: Rgba) -> None:
     places = [plane.point(row) for row in points]
-    path = (*ROOT.split("/"), "lines", name)
     shades = [colour if counts(row) or row["oracle"] else (*colour[:3], PALE) for row in points]
     spans = [
         [(plane.x(row["ms_per_frame"]), plane.y(row[end])) for end in ("recall_low", "recall_high")] for row in points
     ]
-    writer.static(entity(*path, "interval"), rr.LineStrips2D(spans, colors=packed(shades), radii=0.7))
+    writer.static(_at("lines", name, "interval"), rr.LineStrips2D(spans, colors=packed(shades), radii=0.7))
     if len(places) > 1:
-        writer.static(entity(*path, "line"), rr.LineStrips2D([places], colors=packed([shades[-1]]), radii=1.3))
+        writer.static(_at("lines", name, "line"), rr.LineStrips2D([places], colors=packed([shades[-1]]), radii=1.3))
     sizes = [7.0 if row["online"] else 4.5 for row in points]
     marks = rr.Points2D(
         places, colors=packed(shades), radii=sizes, labels=[row["label"] for row in points], show_labels=False
     )
-    writer.static(entity(*path, "marks"), marks)
+    writer.static(_at("lines", name, "marks"), marks)
 
 
 def _front(writer: RecordingWriter, plane: Plane, done: Tradeoff) -> None:
@@ -152,13 +152,13 @@ def _front(writer: RecordingWriter, plane: Plane, done: Tradeoff) -> None:
         corners.append((x, y))
     corners.append((WIDTH, corners[-1][1]))
     white = packed([WHITE])
-    writer.static(entity(*ROOT.split("/"), "front", "steps"), rr.LineStrips2D([corners], colors=white, radii=2.4))
+    writer.static(_at("front", "steps"), rr.LineStrips2D([corners], colors=white, radii=2.4))
     rings = rr.Points2D([plane.point(row) for row in rows], colors=white, radii=5.5, draw_order=40.0)
-    writer.static(entity(*ROOT.split("/"), "front", "marks"), rings)
+    writer.static(_at("front", "marks"), rings)
     places = [plane.point(row) for row in rows]
     numbers = apart(places, NUMBER, NUMBERS_APART, -2.0)
     poles = [[place, (x, y + 14.0)] for place, (x, y) in zip(places, numbers, strict=True)]
-    writer.static(entity(*ROOT.split("/"), "front", "poles"), rr.LineStrips2D(poles, colors=packed([GRID]), radii=0.8))
+    writer.static(_at("front", "poles"), rr.LineStrips2D(poles, colors=packed([GRID]), radii=0.8))
     _words(writer, "words", [(str(number), x, y) for number, (x, y) in enumerate(numbers, 1)], WHITE)
 
 
@@ -176,23 +176,16 @@ def curve_tab() -> Any:
 
 def advice_text(done: Tradeoff) -> str:
     """Advice and the table of the front in Markdown, then every row in order of time."""
-    head = "| | setting | ms per frame | missed | invented | p99 ms |\n|---|---|---|---|---|---|"
-    by_label: Mapping[str, dict[str, Any]] = {row["label"]: row for row in done.rows}
-    ordered = sorted(done.rows, key=lambda row: float(row["ms_per_frame"]))
-    parts = ["## What to take", *(f"- {sentence}" for sentence in done.advice), "## The front", head]
-    lines = "\n".join(_cells(by_label[label], str(number)) for number, label in enumerate(done.front, 1))
-    rest = "\n".join(_cells(row) for row in ordered)
-    cut = f"\n\nNot tried, for want of time: {', '.join(done.cut)}." if done.cut else ""
+    by_label = {row["label"]: row for row in done.rows}
+    front = tradeoff_table("The front", [by_label[label] for label in done.front]).only("#", *SHOWN)
     made = done.about["machine"]
     where = (
         f"Measured on {made['system']} {made['processor']}, {made['cores']} cores; compare ratios, not milliseconds."
     )
-    return "\n\n".join([*parts[:-1], f"{head}\n{lines}", "## Every setting", f"{head}\n{rest}", where]) + cut
+    cut = [f"Not tried, for want of time: {', '.join(done.cut)}."] if done.cut else []
+    whole = tradeoff_table("Every setting", quickest_first(done.rows)).only(*SHOWN).titled("Every setting", where, *cut)
+    advice = "\n\n".join(["## What to take", *(f"- {sentence}" for sentence in done.advice)])
+    return "\n\n".join([advice, markdown(front, level=2), markdown(whole, level=2)])
 
 
-def _cells(row: Row, number: str = "") -> str:
-    p99 = "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f}"
-    low, high = 100 * row["missed_low"], 100 * row["missed_high"]
-    missed = f"{100 * row['missed']:.1f} % [{low:.1f}, {high:.1f}]"
-    invented = "" if row["precision"] is None else f"{100 * (1 - row['precision']):.1f} %"
-    return f"| {number} | {row['label']} | {row['ms_per_frame']:.4f} | {missed} | {invented} | {p99} |"
+SHOWN: Final = ("setting", "ms per frame", "missed, % [95 %]", "invented, %", "p99 ms (over 11.1)")

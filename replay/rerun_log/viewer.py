@@ -22,7 +22,7 @@ from rerun.experimental import View, ViewerClient, ViewerState
 
 from replay.errors import ReplayError, RunFolderError
 from replay.rerun_log.columns import SESSION
-from replay.rerun_log.miss_table import MissPlace, read_misses
+from replay.rerun_log.focus import MissPlace, read_misses
 
 LOOPBACK: Final = "127.0.0.1"
 """A recording shows people at work: it is never served to the network."""

@@ -14,9 +14,8 @@ from cdcore.numerics import FloatArray
 from replay.assembly import Assembly
 from replay.audit.between import at_touch
 from replay.audit.outcome import Miss
-from replay.rerun_log.columns import RecordingWriter, entity
+from replay.rerun_log.columns import RecordingWriter, entity, pose_columns
 from replay.rerun_log.materials import albedo, tags_of
-from replay.rerun_log.quaternions import quaternions_xyzw
 from sessions.scene import Scene
 
 CREASE_COSINE: Final = float(np.cos(np.radians(40.0)))
@@ -64,14 +63,11 @@ def _log_poses(writer: RecordingWriter, path: str, assembly: Assembly, column: i
     place, turn = motion.translations[frames, column], motion.rotations[frames, column]
     changed = np.ones(len(frames), dtype=np.bool_)
     changed[1:] = (place[1:] != place[:-1]).any(axis=1) | (turn[1:] != turn[:-1]).any(axis=(1, 2))
-    columns = rr.Transform3D.columns(
-        translation=place[changed].astype(np.float32), quaternion=quaternions_xyzw(turn[changed]).astype(np.float32)
-    )
-    writer.rows(path, frames[changed], columns)
+    writer.rows(path, frames[changed], pose_columns(place[changed], turn[changed]))
 
 
 def log_touches(writer: RecordingWriter, assembly: Assembly, misses: Iterable[Miss]) -> None:
-    """Send where two bodies stand at a touch between frames, until the next frame; on the session timeline alone."""
+    """Send the poses of both bodies at a touch between frames; on the session timeline alone."""
     moments: dict[int, dict[int, Motion]] = {}
     for miss in misses:
         if miss.touch is None:
@@ -83,12 +79,10 @@ def log_touches(writer: RecordingWriter, assembly: Assembly, misses: Iterable[Mi
                 moments.setdefault(body, {})[ns] = there
     for body, at in moments.items():
         ordered = [(ns, at[ns]) for ns in sorted(at)]
+        places = np.array([there.translations[0, body] for _, there in ordered])
         turns = np.array([there.rotations[0, body] for _, there in ordered])
-        columns = rr.Transform3D.columns(
-            translation=np.array([there.translations[0, body] for _, there in ordered], dtype=np.float32),
-            quaternion=quaternions_xyzw(turns).astype(np.float32),
-        )
-        writer.session_rows(body_path(assembly.bodies[body].name), np.array([ns for ns, _ in ordered]), columns)
+        stamps = np.array([ns for ns, _ in ordered])
+        writer.session_rows(body_path(assembly.bodies[body].name), stamps, pose_columns(places, turns))
 
 
 def _moves(motion: Motion, frame: int, body: int) -> bool:
@@ -114,12 +108,16 @@ def shaded(mesh: TriangleMesh) -> tuple[NDArray[np.float32], NDArray[np.float32]
     return vertices, normals[first].astype(np.float32), number.reshape(-1, 3).astype(np.uint32)
 
 
+def face_normals(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Normals of triangles (f, 3, 3), each (f, 3): as long as twice the area, and of unit length (0 without area)."""
+    area: FloatArray = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    length = np.linalg.norm(area, axis=1, keepdims=True)
+    return area, np.divide(area, length, out=np.zeros_like(area), where=length > 0)
+
+
 def _corner_normals(mesh: TriangleMesh) -> FloatArray:
     """Unit normal of each corner of each face, (f, 3, 3): area-weighted over the faces that meet it gently."""
-    a, b, c = (mesh.triangles[:, k] for k in range(3))
-    area = np.cross(b - a, c - a)
-    length = np.linalg.norm(area, axis=1, keepdims=True)
-    unit = np.divide(area, length, out=np.zeros_like(area), where=length > 0)
+    area, unit = face_normals(mesh.triangles)
     vertex = mesh.merged_faces.reshape(-1)
     order = np.argsort(vertex, kind="stable")
     counts = np.bincount(vertex)

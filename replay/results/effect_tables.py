@@ -23,13 +23,13 @@ def effect_event_rows(result: RunResult, zero: int) -> Iterator[EventRow]:
     for kind, run in result.effects.items():
         for event in run.events:
             end = None if event.end is None else zero + round(event.end * 1e9)
-            told: dict[str, Any] = dict(event.values)
+            values: dict[str, Any] = dict(event.values)
             if event.point is not None:
-                told["point"] = list(event.point)
-            values = json.dumps(told, sort_keys=True, default=_plain)
+                values["point"] = list(event.point)
+            text = json.dumps(values, sort_keys=True, default=plain)
             yield (
                 zero + round(event.time * 1e9), end, EFFECT + kind, event.name, " ".join(event.bodies), event.level,
-                event.text, values,
+                event.text, text,
             )  # fmt: skip
 
 
@@ -37,14 +37,12 @@ def series_table(result: RunResult) -> pa.Table:
     """Every value of every series: ``effect series unit time value``."""
     parts = [(kind, name, one) for kind, run in result.effects.items() for name, one in run.series.items()]
     counts = [len(one.times) for _, _, one in parts]
-    columns = {
-        "effect": _repeated([kind for kind, _, _ in parts], counts),
-        "series": _repeated([name for _, name, _ in parts], counts),
-        "unit": _repeated([one.unit for _, _, one in parts], counts),
-    }
-    empty = [np.zeros(0)]
-    columns["time"] = pa.array(np.concatenate([*empty, *(one.times for _, _, one in parts)]), pa.float64())
-    columns["value"] = pa.array(np.concatenate([*empty, *(one.values for _, _, one in parts)]), pa.float64())
+    words = {"effect": [kind for kind, _, _ in parts], "series": [name for _, name, _ in parts]}
+    words["unit"] = [one.unit for _, _, one in parts]
+    columns = {name: _repeated(column, counts) for name, column in words.items()}
+    for name, some in {"time": "times", "value": "values"}.items():
+        values = [np.zeros(0), *(getattr(one, some) for _, _, one in parts)]
+        columns[name] = pa.array(np.concatenate(values), pa.float64())
     return pa.table(columns)
 
 
@@ -53,5 +51,6 @@ def _repeated(words: list[str], counts: list[int]) -> pa.DictionaryArray:
     return pa.DictionaryArray.from_arrays(pa.array(rows, pa.int32()), pa.array(words, pa.string()))
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """Numbers of numpy as numbers of JSON."""
     return value.tolist() if hasattr(value, "tolist") else str(value)

@@ -1,4 +1,4 @@
-"""A run folder is whole or not there: everything is written under a temporary name beside it, then renamed."""
+"""Run folders, written whole or not at all: everything gets a temporary name beside the folder, then is renamed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 from replay.errors import OutputError, RunFolderError
 from replay.metrics.row import metrics_table
 from replay.report.page import write_report
-from replay.results.effect_tables import series_table
+from replay.results.effect_tables import plain, series_table
 from replay.results.tables import episode_table, event_table, frame_table, miss_table
 from replay.run_result import RunResult
 from replay.summary import SCHEMA
@@ -38,7 +38,7 @@ def check_target(out: Path, *, force: bool = False, mark: str = SUMMARY, what: s
     """Refuse a folder that cannot become a run folder, before the work is done and not after.
 
     With ``force``, an earlier run folder or an empty folder may be replaced; any other folder never is. Folders of
-    another kind are told by the file ``mark``.
+    another kind are recognised by the file ``mark``.
 
     Raises
     ------
@@ -80,18 +80,15 @@ def write_run_folder(
     check_target(out, force=force)
     with replaced(out) as folder:
         _write_frames(result, folder / FRAMES)
-        pq.write_table(episode_table(result), folder / EPISODES, compression="zstd")
-        pq.write_table(miss_table(result), folder / MISSES, compression="zstd")
-        pq.write_table(event_table(result), folder / EVENTS, compression="zstd")
-        pq.write_table(metrics_table(result), folder / METRICS, compression="zstd")
-        if result.effects:
-            pq.write_table(series_table(result), folder / SERIES, compression="zstd")
+        tables = {EPISODES: episode_table, MISSES: miss_table, EVENTS: event_table, METRICS: metrics_table}
+        for name, table_of in (tables | ({SERIES: series_table} if result.effects else {})).items():
+            pq.write_table(table_of(result), folder / name, compression="zstd")
         if picture is not None:
             picture(result, folder / PICTURE)
         write_report(replace(result, out=out), folder / REPORT)
         for name, file in (files or {}).items():
             shutil.copyfile(file, folder / name)
-        text = json.dumps(result.summary, indent=1, allow_nan=False, default=_plain)
+        text = json.dumps(result.summary, indent=1, allow_nan=False, default=plain)
         (folder / SUMMARY).write_text(text + "\n", encoding="utf-8", newline="\n")
     return out
 
@@ -194,10 +191,3 @@ def replaced(out: Path) -> Iterator[Path]:
     finally:
         shutil.rmtree(partial, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)
-
-
-def _plain(value: object) -> object:
-    """Numbers of numpy as numbers of JSON."""
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    return str(value)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cdcore import Verdict
 from cdcore.protocol import counts_as_contact
+from replay.audit.misses import NEVER_FOUND
 from replay.audit.outcome import Episode, Outcome
 from replay.flags import POSE_DOUBT, flag_words
 from replay.results.effect_tables import EventRow, effect_event_rows
@@ -21,7 +22,7 @@ VERDICT_WORDS: Final = [verdict.name for verdict in Verdict]
 OUTCOME_WORDS: Final = [outcome.name for outcome in Outcome]
 
 ROWS_PER_PART: Final = 1_000_000
-"""Rows of the frame table made at a time: some 100 MB, however long the session."""
+"""Rows of the frame table that are made at a time: some 100 MB, for a session of any length."""
 
 FRAMES_AT_ONCE: Final = 65536
 """Frames looked through at a time, some 10 MB."""
@@ -39,8 +40,8 @@ def frame_table(result: RunResult) -> Iterator[pa.Table]:
     ``frame stamp_ns time body_a body_b held``; per detector ``verdict/<label>``; per audited one ``outcome/<label>``
     and ``miss/<label>`` (number of the miss, null outside); ``work/<label>/<counter>`` where counted per pair-frame;
     and ``frame_seconds/<label>`` (the whole frame, all pairs) of online detectors. ``flag`` names what was in doubt
-    about a pose of either body (``frozen+gap``; null: nothing); such pair-frames have a row whatever was said, but
-    for those after a gap, whose poses are as good as any.
+    about a pose of either body (``frozen+gap``; null: nothing); such pair-frames always have a row, except
+    those after a gap, whose poses are not in doubt.
     """
     rows, columns = _happened(result)
     numbers = {label: _miss_numbers(result, label, rows, columns) for label in result.comparisons}
@@ -65,22 +66,33 @@ def episode_table(result: RunResult) -> pa.Table:
         for label, found in result.episodes.items()
         for number, episode in enumerate(found, 1)
     ]
-    pairs = np.array([episode.pair for _, _, episode, _ in rows], dtype=np.int64)
+    found = [row[2] for row in rows]
+    columns = {
+        "first": [one.first for one in found],
+        "last": [one.last for one in found],
+        "frames": [one.last - one.first + 1 for one in found],
+        "start": [one.start for one in found],
+        "end": [one.end for one in found],
+        "missed_by": [row[3] for row in rows],
+        "flag": [_doubt(result, one) for one in found],
+    }
+    kinds = (*[pa.int64()] * 3, *[pa.float64()] * 2, *[pa.string()] * 2)
     return pa.table(
         {
-            "detector": pa.array([row[0] for row in rows], pa.string()),
-            "number": pa.array([row[1] for row in rows], pa.int64()),
-            **_pair_columns(result, pairs),
-            "first": pa.array([episode.first for _, _, episode, _ in rows], pa.int64()),
-            "last": pa.array([episode.last for _, _, episode, _ in rows], pa.int64()),
-            "frames": pa.array([episode.last - episode.first + 1 for _, _, episode, _ in rows], pa.int64()),
-            "start": pa.array([episode.start for _, _, episode, _ in rows], pa.float64()),
-            "end": pa.array([episode.end for _, _, episode, _ in rows], pa.float64()),
-            "missed_by": pa.array([row[3] for row in rows], pa.string()),
-            "flag": pa.array([_doubt(result, episode) for _, _, episode, _ in rows], pa.string()),
+            **_heads(result, [(label, number, one.pair) for label, number, one, _ in rows]),
+            **{name: pa.array(columns[name], kind) for name, kind in zip(columns, kinds, strict=True)},
             **_match_columns(result, [(label, number) for label, number, _, _ in rows]),
         }
     )
+
+
+def _heads(result: RunResult, rows: list[tuple[str, int, int]]) -> Columns:
+    """Detector, number and pair of each row."""
+    return {
+        "detector": pa.array([label for label, _, _ in rows], pa.string()),
+        "number": pa.array([number for _, number, _ in rows], pa.int64()),
+        **_pair_columns(result, np.array([pair for _, _, pair in rows], dtype=np.int64)),
+    }
 
 
 def _match_columns(result: RunResult, rows: list[tuple[str, int]]) -> Columns:
@@ -102,20 +114,10 @@ def miss_table(result: RunResult) -> pa.Table:
     ``first``, and ``face_a`` and ``face_b`` which faces touch first; point and normal are those of that moment.
     """
     rows = [(label, miss) for label, found in result.misses.items() for miss in found]
-    pairs = np.array([miss.pair for _, miss in rows], dtype=np.int64)
-    table: Columns = {
-        "detector": pa.array([label for label, _ in rows], pa.string()),
-        "number": pa.array([miss.number for _, miss in rows], pa.int64()),
-        **_pair_columns(result, pairs),
-    }
-    kinds = {"first": pa.int64(), "last": pa.int64(), "start": pa.float64(), "end": pa.float64(), "kind": pa.string()}
-    kinds |= {
-        "episode": pa.int64(),
-        "deepest": pa.int64(),
-        "face_pairs": pa.int64(),
-        "cut_length": pa.float64(),
-        "cause": pa.string(),
-    }
+    table = _heads(result, [(label, miss.number, miss.pair) for label, miss in rows])
+    kinds = dict.fromkeys(("first", "last"), pa.int64()) | dict.fromkeys(("start", "end"), pa.float64())
+    kinds |= {"kind": pa.string()} | dict.fromkeys(("episode", "deepest", "face_pairs"), pa.int64())
+    kinds |= {"cut_length": pa.float64(), "cause": pa.string()}
     table |= {name: pa.array([getattr(miss, name) for _, miss in rows], kind) for name, kind in kinds.items()}
     for name in ("point", "normal"):
         for axis, letter in enumerate("xyz"):
@@ -158,8 +160,9 @@ def _happened(result: RunResult) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         verdicts = [found.verdict[start : start + FRAMES_AT_ONCE] for found in result.detections.values()]
         marked = [counts_as_contact(part) | np.isin(part, STATED) for part in verdicts]
         if marked:
-            flag = _flags(result, start)
-            marked += [((flag & POSE_DOUBT) > 0) & (part != Verdict.NO_POSE) for part in verdicts if flag is not None]
+            if result.flags is not None:
+                flag = result.flags.of_pairs(result.assembly.pairs, start, start + FRAMES_AT_ONCE)
+                marked += [((flag & POSE_DOUBT) > 0) & (part != Verdict.NO_POSE) for part in verdicts]
             frame, column = np.nonzero(np.logical_or.reduce(marked))
             rows.append(frame + start)
             columns.append(column)
@@ -174,12 +177,6 @@ def _doubt(result: RunResult, episode: Episode) -> str | None:
     return flag_words()[int(np.bitwise_or.reduce(part, axis=None))] or None
 
 
-def _flags(result: RunResult, start: int) -> NDArray[np.uint8] | None:
-    if result.flags is None:
-        return None
-    return result.flags.of_pairs(result.assembly.pairs, start, start + FRAMES_AT_ONCE)
-
-
 def _flag_column(result: RunResult, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> pa.DictionaryArray:
     flag = np.zeros(len(rows), dtype=np.uint8)
     if result.flags is not None:
@@ -192,10 +189,7 @@ def _flag_column(result: RunResult, rows: NDArray[np.int64], columns: NDArray[np
 
 
 def _frame_columns(
-    result: RunResult,
-    rows: NDArray[np.int64],
-    columns: NDArray[np.int64],
-    numbers: Mapping[str, NDArray[np.int64]],
+    result: RunResult, rows: NDArray[np.int64], columns: NDArray[np.int64], numbers: Mapping[str, NDArray[np.int64]]
 ) -> Columns:
     table: Columns = {
         "frame": pa.array(rows),
@@ -247,6 +241,6 @@ def _miss_numbers(
 def _never_found(result: RunResult) -> dict[tuple[str, int], list[str]]:
     never: dict[tuple[str, int], list[str]] = {}
     for label, found in result.misses.items():
-        for episode in dict.fromkeys(miss.episode for miss in found if miss.kind == "never found"):
+        for episode in dict.fromkeys(miss.episode for miss in found if miss.kind == NEVER_FOUND):
             never.setdefault((result.oracle, episode), []).append(label)
     return never

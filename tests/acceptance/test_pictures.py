@@ -15,7 +15,7 @@ from small_worlds import jumping
 
 from replay.engine import compute
 from replay.report.page import report_html
-from replay.rerun_log.miss_table import read_misses
+from replay.rerun_log.focus import read_misses
 from replay.rerun_log.recording import write_recording
 from replay.rerun_log.viewer import NO_ADAPTER, ViewerError
 from sessions.synthetic import make_analytic

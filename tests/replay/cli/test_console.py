@@ -3,7 +3,7 @@ import sys
 
 import pytest
 
-from replay.cli.console import People, TerminalProgress, stdout_console
+from replay.cli.console import People, TerminalProgress, pace, stdout_console
 
 
 def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
@@ -38,3 +38,13 @@ def test_bars_are_drawn_on_a_terminal_only(monkeypatch, stream, quiet, shown):
 def test_tables_lose_nothing_where_there_is_no_terminal(capsys):
     stdout_console().print("x" * 159)
     assert capsys.readouterr().out == "x" * 159 + "\n"
+
+
+def test_a_running_stage_says_its_rate_and_the_time_left():
+    assert pace(12345.6, 3.4, 1.0, False, "frames") == "12,346 frames/s, 3 s left"
+
+
+def test_a_stage_that_is_done_or_has_no_rate_says_the_time_it_took():
+    assert pace(12345.6, 0.0, 4.06, True, "frames") == "4.1 s"
+    assert pace(None, None, 2.0, False, "frames") == "2.0 s"
+    assert pace(None, None, None, False, "frames") == ""

@@ -10,20 +10,18 @@ from replay.cli.options import common, let_modules_here_be_found, lineup, output
 @window
 @output_format
 @common
-def command(**given):
-    click.echo(repr(given))
+def command(people, **given):
+    click.echo(repr({**given, **vars(people)}))
 
 
 def test_options_mean_the_same_on_every_verb():
     got = CliRunner().invoke(command, ["--start", "1", "--end", "2.5", "--format", "json", "-v", "-q", "--debug"])
-    assert eval(got.output) == {
-        "start": 1.0, "end": 2.5, "format_": "json", "verbose": True, "quiet": True, "debug": True,
-    }  # fmt: skip
+    assert eval(got.output) == {"start": 1.0, "end": 2.5, "as_json": True, "quiet": True, "verbose": True}
 
 
 def test_nothing_asked_for_is_text_and_the_whole_session():
     got = eval(CliRunner().invoke(command, []).output)
-    assert got["format_"] == "text" and got["start"] is None and got["end"] is None
+    assert not got["as_json"] and got["start"] is None and got["end"] is None
 
 
 def test_another_format_is_refused():
@@ -47,4 +45,4 @@ def test_a_lineup_is_asked_for_in_the_same_words_on_every_verb():
         click.echo(repr(given))
 
     got = CliRunner().invoke(alone, ["--detector", "hybrid", "--detectors", "static,qaco", "--oracle", "continuous"])
-    assert eval(got.output) == {"detectors": ("hybrid", "static,qaco"), "oracle": "continuous", "seed": 0}
+    assert eval(got.output) == {"detectors": ["hybrid", "static,qaco"], "oracle": "continuous", "seed": 0}

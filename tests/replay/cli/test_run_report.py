@@ -5,15 +5,15 @@ from pathlib import Path
 from small_worlds import cubes, framed
 
 from replay.cli.console import People
-from replay.cli.run_report import as_json, lost_frames, report_run, where_to_look
+from replay.cli.run_report import lost_frames, report_run, run_json, where_to_look
 from replay.engine import compute
 
 
 def test_a_run_without_loss_ends_in_0_and_one_with_loss_in_3(capsys):
     whole = compute(cubes({"a": [0, 0], "b": [3, 0.9]}), detectors="hybrid", oracle="none")
     torn = compute(framed([0, 10, 5], [[1, 1]] * 3), detectors="hybrid", oracle="none")
-    assert report_run(whole, People(), "text") == 0
-    assert report_run(torn, People(), "json") == 3
+    assert report_run(whole, People()) == 0
+    assert report_run(torn, People(), as_json=True) == 3
     assert lost_frames(whole.summary) == 0 and lost_frames(torn.summary) == 1
 
 
@@ -23,13 +23,13 @@ def test_bodies_without_a_mesh_are_named(capsys):
     session = cubes({"a": [0, 0], "b": [3, 0.9], "wand": [5, 6]})
     meshes = {name: mesh for name, mesh in session.meshes.items() if name != "wand"}
     result = compute(dataclasses.replace(session, meshes=meshes), detectors="hybrid", oracle="none")
-    report_run(result, People(), "text")
+    report_run(result, People())
     assert "note: no mesh, so not looked at: wand" in capsys.readouterr().err
 
 
 def test_verbose_says_settings_and_digest_of_every_detector(capsys):
     result = compute(cubes({"a": [0, 0], "b": [3, 0.9]}), detectors="slow=discrete[rate_hz=20]", oracle="none")
-    report_run(result, People(verbose=True), "text")
+    report_run(result, People(verbose=True))
     said = capsys.readouterr().err
     assert "slow: discrete[rate_hz=20, " in said and result.detections["slow"].digest in said
 
@@ -38,8 +38,8 @@ def test_json_says_where_the_run_lies():
     import dataclasses
 
     result = compute(cubes({"a": [0, 0], "b": [3, 0.9]}), detectors="hybrid", oracle="none")
-    assert as_json(result)["out"] is None
-    told = as_json(dataclasses.replace(result, out=Path("run")))
+    assert run_json(result)["out"] is None
+    told = run_json(dataclasses.replace(result, out=Path("run")))
     assert told["out"] == "run" and json.loads(json.dumps(told)) == told
 
 

@@ -1,11 +1,14 @@
 import io
+from dataclasses import replace
+from io import StringIO
 
-import pytest
 from rich.console import Console
 from small_worlds import cubes, jumping
 
+from replay.auditor import audit
 from replay.cli import run_tables as module
-from replay.cli.run_tables import run_tables
+from replay.cli.run_tables import answers, audit_tables, cause_table, run_tables
+from replay.cli.terminal import terminal
 from replay.effect_summary import happened_words
 from replay.engine import compute
 from sessions import Scene
@@ -32,7 +35,7 @@ def test_misses_stand_under_their_numbers_never_found_ones_first():
     assert "never found" not in kinds.values() or len(kinds) > 0
     lines = text(result).splitlines()
     for miss in result.misses["slow"]:
-        assert any(f"{miss.number} " in line and f"{miss.start:.3f} s" in line and miss.kind in line for line in lines)
+        assert any(f"{miss.number} " in line and f" {miss.start:.3f} " in line and miss.kind in line for line in lines)
 
 
 def test_long_lists_say_how_much_they_leave_out(monkeypatch):
@@ -60,11 +63,6 @@ def test_proxies_and_the_limits_of_exactness_are_always_said():
     assert "Proxy meshes stand in for: a." in shown and "0.14-0.77 mm" in shown
 
 
-@pytest.mark.parametrize(("seconds", "words"), [(3.456, "3.46 s"), (0.0123, "12.3 ms"), (4.56e-5, "45.6 µs")])
-def test_durations_have_a_unit_that_fits(seconds, words):
-    assert module._duration(seconds) == words
-
-
 def test_names_of_pairs_are_whole_in_a_terminal_of_80_columns():
     names = {"small-beaker": [0] * 12, "hand-left-glove": PLACES["b"]}
     shown = text(compute(cubes(names), detectors="slow=discrete[rate_hz=20]"), width=80)
@@ -83,7 +81,7 @@ def test_a_miss_that_no_frame_shows_says_so_and_when_they_touch():
     result = compute(jumping(), detectors="exact", oracle="continuous")
     (miss,) = result.misses["exact"]
     row = next(line for line in text(result).splitlines() if "never found" in line)
-    assert "between frames" in row and f"{miss.touch.moment:.3f} s" in row
+    assert "between frames" in row and f" {miss.touch.moment:.3f} " in row
 
 
 def test_without_a_detector_what_happened_is_told_in_words():
@@ -92,3 +90,55 @@ def test_without_a_detector_what_happened_is_told_in_words():
     result = compute(cubes({"a": [0.0] * 4, "b": [3.0, 3.0, 1.1, 3.0]}, scene=scene), detectors=())
     (line,) = happened_words(result.effects, 5)
     assert f" {line}" in text(result).splitlines()
+
+
+def test_counts_and_intervals_are_shown():
+    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+    found = audit([cubes(places), cubes(places)], detectors="slow=discrete[rate_hz=20],sphere")
+    console = Console(width=150, record=True, file=StringIO())
+    console.print(audit_tables(found.summary))
+    text = console.export_text()
+    assert "50 % [15, 85]" in text and "not asked" in text and "not examined" in text
+    rows = [line.split() for line in text.splitlines()]
+    assert ["slow", "between", "looks", "4"] in rows and ["sphere", "nothing", "missed"] in rows
+
+
+def test_the_causes_are_named_the_most_frequent_first_and_sum_to_the_misses():
+    causes = {"search": 2, "sampling": 0, "budget ran out": 1200}
+    console = Console(width=150, record=True, file=StringIO())
+    console.print(terminal(cause_table({"a-detector": {"causes": {"misses": causes}}})))
+    assert "a-detector  budget ran out 1,200, search 2" in console.export_text()
+
+
+def printed(shown, width):
+    console = Console(width=width, record=True, file=StringIO())
+    console.print(shown)
+    return console.export_text()
+
+
+def test_the_answer_comes_first_and_names_the_session_where_there_are_several():
+    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+    one = replace(cubes(places), origin="first.mcap")
+    alone = audit([one], detectors="slow=discrete[rate_hz=20]")
+    text = printed(answers(alone.results), 200)
+    assert "1 of 2 contacts missed by slow, 1 more in part   oracle: exact" in text and "first.mcap" not in text
+    assert "Every contact counted here was found by exact in" in text
+    both = audit([one, replace(one, origin="second.mcap")], detectors="slow=discrete[rate_hz=20]")
+    lines = printed(answers(both.results), 200).split()
+    assert lines.index("first.mcap") < lines.index("missed") < lines.index("second.mcap")
+
+
+def test_a_title_stays_on_its_line_over_a_narrow_table():
+    text = printed(terminal(cause_table({"a": {"causes": {"misses": {"search": 2}}}})), 100)
+    assert "why it missed: the first stage that lost the contact, with the number of misses\n" in text
+
+
+def test_three_detectors_with_long_names_fit_into_80_columns_whole():
+    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+    found = audit(
+        [cubes(places)], detectors="collider-capsule=discrete[rate_hz=20],collider-hull=sphere,recorded=hybrid"
+    )
+    text = printed(audit_tables(found.summary), 80)
+    assert "…" not in text and "collider-capsule" in text
+    rows = [line.split("  ") for line in text.splitlines() if line.strip().startswith(("invented ", "begin late"))]
+    assert len(rows) == 3 and all(len([cell for cell in row if cell.strip()]) >= 3 for row in rows)

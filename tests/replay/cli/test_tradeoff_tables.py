@@ -7,7 +7,8 @@ from rich.console import Console
 from small_worlds import cubes
 
 from replay.cli.console import People
-from replay.cli.tradeoff_tables import FrontBar, front_words, tradeoff_table
+from replay.cli.terminal import terminal
+from replay.cli.tradeoff_tables import FrontBar, front_table, front_words
 from replay.tradeoff.settings import Setting
 from replay.tradeoff.trading import tradeoff
 
@@ -21,23 +22,23 @@ def done():
 
 def printed(table, width=200):
     console = Console(width=width, record=True, file=io.StringIO())
-    console.print(table)
+    console.print(terminal(table))
     return console.export_text()
 
 
 def test_the_table_shows_the_front_and_the_oracle_and_on_request_all(done):
-    short, whole = printed(tradeoff_table(done)), printed(tradeoff_table(done, everything=True))
+    short, whole = printed(front_table(done)), printed(front_table(done, everything=True))
     assert "oracle" in short and "live front" in short and "sphere" not in short and "sphere" in whole
 
 
 def test_nothing_is_cut_in_80_columns(done):
-    text = printed(tradeoff_table(done, everything=True), 80)
+    text = printed(front_table(done, everything=True), 80)
     assert "…" not in text and all(row["label"] in text for row in done.rows)
 
 
 def test_the_machine_is_named_and_that_it_did_other_work_only_where_it_did(done):
     quiet, busy = (replace(done, about={**done.about, "processor_share": share}) for share in (0.98, 0.4))
-    said = [" ".join(printed(tradeoff_table(one)).split()) for one in (quiet, busy)]
+    said = [" ".join(printed(front_table(one)).split()) for one in (quiet, busy)]
     assert all(done.about["machine"]["processor"] in one for one in said)
     assert ["busy with other work for 60% of the time" in one for one in said] == [False, True]
     assert "other work" not in said[0]

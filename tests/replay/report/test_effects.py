@@ -3,8 +3,8 @@ from small_worlds import cubes
 
 from replay.effect_summary import happened_words
 from replay.engine import compute
-from replay.report.effects import EVENT_ROWS, effect_section
 from replay.report.page import report_html
+from replay.report.tables import EVENT_ROWS, effect_section
 from sessions.scene import Scene, SceneBody, SceneEffect
 
 BETWEEN = {"between": ["a", "b"]}

@@ -4,8 +4,8 @@ import pytest
 from planted_faults import FAULTS, clean
 
 from replay.engine import compute
-from replay.report.findings import finding_tables, trust
 from replay.report.page import report_html
+from replay.report.tables import finding_tables, trust
 from sessions import Finding, Severity
 
 

@@ -1,8 +1,10 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from page_cells import Cells
+from small_tables import made
 
-from replay.report.markup import Markup, element, picture, safe, table
+from replay.report.markup import Markup, element, page_table, picture, safe, table
 
 
 @given(st.text())
@@ -26,3 +28,10 @@ def test_numbers_stand_right_and_words_left():
 def test_a_picture_lies_in_the_page_and_says_what_it_shows():
     text = picture(b"abc", 'a "b"')
     assert 'src="data:image/png;base64,YWJj"' in text and 'alt="a &quot;b&quot;"' in text
+
+
+def test_a_page_keeps_numbers_plain():
+    text = page_table(made(words=("body",)))
+    assert Cells(text).tables == {"a title": [["cup|lid", "1234", "7"], ["rod", "0", "x\nwhy"]]}
+    assert "<b>7</b>" in text and "<code>x</code>" in text and "<p>a note</p>" in text
+    assert '<td class="word">rod</td><td class="number">0</td>' in text

@@ -12,11 +12,11 @@ import pytest
 from rerun.chunk import RrdReader
 
 from replay.rerun_log import blueprint
+from replay.rerun_log.blueprint import LANES_IN_VIEW, Subject, lanes_in_view
 from replay.rerun_log.camera import Eye
 from replay.rerun_log.effects import EffectViews
-from replay.rerun_log.miss_table import read_misses
+from replay.rerun_log.focus import read_misses
 from replay.rerun_log.recording import write_recording
-from replay.rerun_log.subject import LANES_IN_VIEW, Subject
 from replay.run_result import RunResult
 
 
@@ -182,3 +182,20 @@ def test_lanes_of_effects_have_the_height_they_need_and_plots_share_what_is_left
     views = EffectViews({unit: (f"effects/{unit}",) for unit in "abc"}, tuple(f"l{k}" for k in range(lanes)), ())
     tab = next(one for one in built((), views).contents if one.name == "Effects")
     assert tab.contents[1].row_shares == pytest.approx([high, *[(980 - high) / 3] * 3])
+
+
+LANES = {"lanes/1_missed": None, **{f"lanes/{k}_p": k for k in range(2, 14)}}
+
+
+def subject(longest: int | None) -> Subject:
+    return Subject("slow", "1 of 2 missed", LANES, longest, "", "", "", "", "", "", (), "")
+
+
+@pytest.mark.parametrize("longest", [None, 2, LANES_IN_VIEW])
+def test_the_worst_lanes_are_in_view(longest: int | None) -> None:
+    assert lanes_in_view(subject(longest)) == list(LANES)[:LANES_IN_VIEW]
+
+
+@pytest.mark.parametrize("longest", [LANES_IN_VIEW + 1, 13])
+def test_the_lane_of_the_longest_cut_takes_the_place_of_the_least_bad_one(longest: int) -> None:
+    assert lanes_in_view(subject(longest)) == [*list(LANES)[: LANES_IN_VIEW - 1], f"lanes/{longest}_p"]

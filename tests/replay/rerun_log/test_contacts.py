@@ -11,9 +11,9 @@ import pytest
 
 from cdcore import Verdict
 from replay.audit.outcome import Outcome
+from replay.outputs.palette import FOUND, MISSED
 from replay.rerun_log import contacts
-from replay.rerun_log.colours import FOUND, MISSED, packed
-from replay.rerun_log.columns import Clock
+from replay.rerun_log.columns import Clock, packed
 from replay.rerun_log.contacts import collect_contacts, contact_point
 from replay.run_result import RunResult
 

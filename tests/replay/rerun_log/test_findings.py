@@ -10,8 +10,8 @@ from planted_faults import FAULTS, clean
 from rerun.chunk import RrdReader
 
 from replay.engine import compute
-from replay.rerun_log.colours import INVENTED, MISSED
-from replay.rerun_log.findings import KIND_WORDS, finding_lanes, finding_list
+from replay.outputs.palette import INVENTED, MISSED
+from replay.rerun_log.findings import KIND_LOOKS, finding_lanes, finding_list
 from replay.rerun_log.recording import write_recording
 
 
@@ -49,7 +49,7 @@ def test_a_lane_says_the_doubt_of_every_frame(doubtful, tmp_path):
 
 def test_the_list_explains_each_code_once(doubtful):
     text = finding_list(doubtful)
-    assert text.count("**frozen**") == 1 and "| warning | frozen | hand-left | 3.33 - 3.99 |" in text
+    assert text.count("**frozen**") == 1 and "| warning | frozen | hand-left | 3.333 to 3.989 |" in text
     assert "nothing for 1.01 s" in text
 
 
@@ -60,5 +60,5 @@ def test_without_an_examination_there_is_neither_lane_nor_list(doubtful):
 
 
 def test_no_doubt_wears_the_colour_of_a_miss():
-    colours = [colour for _, colour in KIND_WORDS.values()]
+    colours = [colour for _, colour in KIND_LOOKS.values()]
     assert len(set(colours)) == len(colours) and MISSED not in colours and INVENTED not in colours

@@ -9,9 +9,9 @@ from typing import Any
 from replay.audit.clusters import MANY, clusters
 from replay.audit.headline import invented
 from replay.audit.outcome import Miss, Outcome
-from replay.rerun_log.colours import MISSED, PARTLY_MISSED, packed
-from replay.rerun_log.focus import moments
-from replay.rerun_log.miss_table import read_misses
+from replay.outputs.palette import MISSED, PARTLY_MISSED
+from replay.rerun_log.columns import packed
+from replay.rerun_log.focus import moments, read_misses
 from replay.rerun_log.report import report_text
 from replay.run_result import RunResult
 
@@ -82,7 +82,7 @@ def test_a_miss_between_frames_says_when_and_which_faces_touch_first(passed: Run
     assert f"first faces {miss.touch.faces[0]} of a and {miss.touch.faces[1]} of b" in note
     text = passed_read.column("report/longest_cuts", "TextDocument:text")[0][2][0]
     assert text.lstrip().startswith("### 1 missed between frames"), text
-    assert text.splitlines()[-1].endswith("| a-b | never found | 1 |") and "cut mm" not in text
+    assert text.splitlines()[4].endswith("| a - b | never found | 1 |") and "cut mm" not in text
 
 
 def test_hundreds_of_misses_are_a_line_per_cluster_at_its_deepest_moment(hundreds: tuple[RunResult, Any]) -> None:
@@ -102,6 +102,8 @@ def test_the_words_beside_hundreds_begin_with_the_clusters_deepest_first(hundred
     result, read = hundreds
     text = read.column("report/longest_cuts", "TextDocument:text")[0][2][0]
     clusters_, longest = text.split("### The ")
-    assert f"### {len(result.misses[SUBJECT])} misses in" in clusters_ and longest.startswith(f"{MANY} longest cuts")
+    assert f"### {len(result.misses[SUBJECT])} misses of {SUBJECT} in" in clusters_ and longest.startswith(
+        f"{MANY} longest cuts"
+    )
     cuts = [float(line.split("|")[-2]) for line in clusters_.splitlines() if "**" in line]
     assert len(cuts) > 1 and cuts == sorted(cuts, reverse=True)

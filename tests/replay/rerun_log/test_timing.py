@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from replay.base.constants import BUDGET_MS
-from replay.rerun_log.timing import cost_of, cost_table
+from replay.rerun_log.timing import cost_of, cost_text
 from replay.run_result import RunResult
 
 ORACLE, SUBJECT = "hybrid", "22.5Hz"
@@ -64,7 +64,7 @@ def test_peaks_survive_zooming_out(read: Any) -> None:
 
 
 def test_the_table_names_every_detector_stage_and_counter(demo: RunResult) -> None:
-    text = cost_table(demo.detections, {SUBJECT: "misses in 3 of 9 contacts"})
+    text = cost_text(demo.detections, {SUBJECT: "misses in 3 of 9 contacts"})
     assert "misses in 3 of 9 contacts" in text
     for label, detection in demo.detections.items():
         assert all(word in text for word in (label, *detection.seconds, *detection.work))

@@ -16,7 +16,7 @@ from rerun.chunk import RrdReader
 
 from replay.errors import RunFolderError
 from replay.rerun_log import viewer as module
-from replay.rerun_log.miss_table import read_misses
+from replay.rerun_log.focus import read_misses
 from replay.rerun_log.viewer import NO_ADAPTER, OpenViewer, ViewerError, free_port, open_viewer, start_viewer
 
 SUBJECT = "22.5Hz"

@@ -9,7 +9,7 @@ from page_cells import Cells
 from rerun.chunk import RrdReader
 
 from replay.auditor import audit
-from replay.rerun_log.miss_table import read_misses
+from replay.rerun_log.focus import read_misses
 from sessions.synthetic import make_analytic
 
 LABELS = ("slow", "collider-sphere")

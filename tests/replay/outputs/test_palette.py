@@ -6,10 +6,11 @@ import numpy as np
 
 from cdcore import Verdict
 from replay.audit.outcome import Outcome
-from replay.rerun_log import colours
+from replay.outputs import palette
+from replay.rerun_log.columns import packed
 from replay.rerun_log.materials import albedo
 
-Rgba = colours.Rgba
+Rgba = palette.Rgba
 
 
 def hue_distance(a: Rgba, b: Rgba) -> float:
@@ -22,30 +23,30 @@ def lightness(colour: Rgba) -> float:
 
 
 def test_nothing_but_missed_is_near_the_red() -> None:
-    others = [colour for outcome, (_, colour) in colours.OUTCOME_WORDS.items() if outcome != Outcome.MISSED]
-    others += [colour for _, colour in colours.VERDICT_WORDS.values()]
-    others += [*colours.SERIES, colours.WHITE, colours.BUDGET]
+    others = [colour for outcome, (_, colour) in palette.OUTCOMES.items() if outcome != Outcome.MISSED]
+    others += [colour for _, colour in palette.VERDICTS.values()]
+    others += [*palette.SERIES, *palette.DOUBTS, palette.WHITE, palette.BUDGET]
     others += [
         albedo((tag,)) for tag in ("glass", "hand", "headset", "bench", "rod", "metal", "plastic", "stopper", "?")
     ]
-    assert min(hue_distance(colours.MISSED, other) for other in others) > 100
+    assert min(hue_distance(palette.MISSED, other) for other in others) > 100
 
 
 def test_red_yellow_and_blue_differ_in_lightness_too() -> None:
-    values = sorted(lightness(colour) for colour in (colours.MISSED, colours.INVENTED, colours.FOUND))
+    values = sorted(lightness(colour) for colour in (palette.MISSED, palette.INVENTED, palette.FOUND))
     assert values[1] / values[0] > 1.2
     assert values[2] / values[1] > 1.2
 
 
 def test_silence_has_no_word_and_everything_else_has_one() -> None:
-    assert set(colours.OUTCOME_WORDS) == set(Outcome) - {Outcome.NEITHER}
-    assert set(colours.VERDICT_WORDS) == set(Verdict) - {Verdict.CLEAR}
+    assert set(palette.OUTCOMES) == set(Outcome) - {Outcome.NEITHER}
+    assert set(palette.VERDICTS) == set(Verdict) - {Verdict.CLEAR}
 
 
 def test_verdict_lanes_use_the_words_of_the_glossary() -> None:
-    assert all(word == Verdict(code).name for code, (word, _) in colours.VERDICT_WORDS.items())
+    assert all(word == Verdict(code).name for code, (word, _) in palette.VERDICTS.items())
 
 
 def test_colours_are_packed_red_first() -> None:
-    assert colours.packed([(1, 2, 3, 4)]).tolist() == [0x01020304]
-    assert colours.packed([]).dtype == np.uint32
+    assert packed([(1, 2, 3, 4)]).tolist() == [0x01020304]
+    assert packed([]).dtype == np.uint32

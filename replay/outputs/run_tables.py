@@ -1,0 +1,172 @@
+"""The tables of a run, each built once; a renderer takes the columns for which it has room."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from replay.audit.clusters import clusters
+from replay.audit.gates import percent
+from replay.audit.misses import NEVER_FOUND
+from replay.audit.outcome import Episode, Miss, Outcome
+from replay.outputs.tables import CODE, FAINT, FOUND, INVENTED, MISSED, PARTLY, STRONG, Cell, Marked, Table, table
+from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, depth_words, span_words
+from replay.run_result import RunResult
+from sessions import Finding
+
+AUDIT_MARKS = {
+    "missed": MISSED, "in part": PARTLY, "frames found": FOUND, "frames missed": PARTLY, "frames invented": INVENTED,
+    WITHIN: FAINT,
+}  # fmt: skip
+
+
+def pair_frame_table(title: str, audit: Mapping[str, Any]) -> Table:
+    """Pair-frames of every audited detector, a column each, from the figures of ``summary.json``."""
+    figures = list(audit.values())
+    rows: list[tuple[Cell, ...]] = [
+        (OUTCOME_WORDS[one].lower(), *(each["pair_frames"][one.name] for each in figures)) for one in FRAME_ROWS
+    ]
+    rows.append(("missed, of those in contact", *(percent(each["missed"]) for each in figures)))
+    rows.append(("between frames", *(each["between_frames"] for each in figures)))
+    faces = (each["faces"] for each in figures)
+    rows.append(("faces found", *("not asked" if one is None else percent(one["recall"]) for one in faces)))
+    return table(title, ("", *audit), rows)
+
+
+def matched_table(title: str, audit: Mapping[str, Any], words: Mapping[str, str]) -> Table:
+    """Contacts matched one to one, a column per detector; ``words`` are figures and what each is called."""
+    found = [figures["episodes"] for figures in audit.values()]
+    rows: list[tuple[Cell, ...]] = [(word, *(one[name] for one in found)) for name, word in words.items()]
+    rows.append((f"{words['missed']}, of the oracle's", *(percent(one["missed_share"]) for one in found)))
+    for name, word in (("onset_error", "begin late by, ms (worst)"), ("duration_error", "last longer by, ms (worst)")):
+        rows.append((word, *(_spread(one.get(name)) for one in found)))
+    return table(title, ("", *audit), rows)
+
+
+def _spread(spread: Mapping[str, float] | None) -> str:
+    """Milliseconds: the mean, and the worst."""
+    return "" if spread is None else f"{1e3 * spread['mean']:+.1f} ({1e3 * spread['most_off']:.1f})"
+
+
+def pair_table(result: RunResult, label: str) -> Table:
+    """What an audited detector made of every pair that touched or was said to; the most missed first, as in the lanes.
+
+    Only where anything is within tolerance there is a column for it.
+    """
+    outcome = result.comparisons[label].outcome
+    frames = {one: (outcome == one).sum(axis=0).tolist() for one in Outcome}
+    missed, wrong, excused = (frames[one] for one in (Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE))
+    truth = result.episodes[result.oracle]
+    said = set(np.flatnonzero(np.array(wrong) + np.array(excused)).tolist())
+    pairs = sorted({one.pair for one in truth} | said, key=lambda pair: (-missed[pair], -wrong[pair], pair))
+    rows = []
+    for pair in pairs:
+        misses = [miss for miss in result.misses[label] if miss.pair == pair]
+        whole = len({miss.episode for miss in misses if miss.kind == NEVER_FOUND})
+        part = sum(miss.kind != NEVER_FOUND for miss in misses)
+        counts = (frames[Outcome.BOTH][pair], missed[pair], wrong[pair], excused[pair])
+        rows.append((*_contacts(result, truth, pair), whole, part, *counts))
+    head = ("pair", "contacts", "seconds", "longest s", *AUDIT_MARKS)
+    made = table(f"Contacts ({result.oracle}) and what {label} made of them", head, rows, marks=AUDIT_MARKS)
+    return made if any(excused) else made.only(*head[:-1])
+
+
+def contact_table(result: RunResult, label: str) -> Table:
+    """Contacts that a detector found, a row per pair."""
+    found = result.episodes[label]
+    rows = [_contacts(result, found, pair) for pair in sorted({one.pair for one in found})]
+    return table(f"Contacts found by {label}", ("pair", "contacts", "seconds", "longest s"), rows)
+
+
+def _contacts(result: RunResult, found: Sequence[Episode], pair: int) -> tuple[str, int, str, str]:
+    own = [episode.end - episode.start for episode in found if episode.pair == pair]
+    held = " (held)" if result.assembly.held[pair] else ""
+    return result.assembly.pair_name(pair) + held, len(own), f"{sum(own):.3f}", f"{max(own, default=0.0):.3f}"
+
+
+def miss_table(title: str, misses: Sequence[Miss], run: object = "RUN") -> Table:
+    """A row per miss, in the order given, with everything there is to say of one."""
+    head = ("miss", "pair", "what", "cause", "look at it", "at s", "frames", "cut mm", "face pairs")
+    rows = [
+        (
+            Marked(str(one.number), STRONG), f"{one.body_a} - {one.body_b}", one.kind, one.cause,
+            Marked(f"replay view {run} --miss {one.number}", CODE), f"{one.seconds:.3f}", one.last - one.first + 1,
+            depth_words(one), one.face_pairs, one.shown[0],
+            "" if one.touch is None else "{} and {}".format(*one.touch.faces),
+        )
+        for one in misses
+    ]  # fmt: skip
+    return table(title, (*head, "after frame", "first faces"), rows, words=5, whole=("miss", "pair"))
+
+
+MISS_HEAD = ("miss", "pair", "what", "cause", "look at it", "at s")
+SEEN_HEAD = (*MISS_HEAD, "frames", "cut mm", "face pairs")
+BETWEEN_HEAD = (*MISS_HEAD, "after frame", "first faces")
+"""Columns for misses that a frame shows, and for those that none shows: they have no depth."""
+
+
+def cluster_table(label: str, misses: Sequence[Miss], run: object = "RUN") -> Table:
+    """Hundreds of misses in a few dozen rows, the one with the longest cut first."""
+    rows = [
+        (
+            f"{one.body_a} - {one.body_b}", cluster.causes, Marked(f"replay view {run} --miss {one.number}", CODE),
+            Marked(str(one.number), STRONG), len(cluster.misses), cluster.frames,
+            "{:.2f} to {:.2f}".format(*cluster.span), depth_words(one),
+        )
+        for cluster, one in ((cluster, cluster.deepest) for cluster in clusters(misses))
+    ]  # fmt: skip
+    head = ("pair", "cause", "look at the deepest", "miss", "misses", "frames", "s", "deepest cut mm")
+    return table(f"{len(misses):,} misses of {label} in {len(rows)} clusters, deepest first", head, rows, words=3)
+
+
+def cost_table(result: RunResult) -> Table:
+    """What each detector took."""
+    rows = []
+    for label, figures in result.summary["detectors"].items():
+        seconds, stages = figures["seconds"], figures["seconds"]["stages"]
+        frame = seconds.get("per_frame")
+        role = "oracle" if label == result.oracle else "frame by frame" if figures["online"] else "whole motion at once"
+        longest = max(stages, key=stages.__getitem__, default="")
+        total = sum(stages.values())
+        share = f"{longest} {100 * stages[longest] / total:.0f} %" if total > 0 else longest
+        each = [_ms(frame[key]) if frame else "" for key in ("median", "p99", "max")]
+        rows.append((label, role, f"{seconds['detect']:.3f}", _ms(seconds["per_frame_mean"]), *each, share))
+    head = ("detector", "how", "whole s", "mean ms", "median ms", "99 % ms", "worst ms", "longest stage")
+    return table("Time of each detector", head, rows, words=("detector", "how", "longest stage"))
+
+
+def _ms(seconds: float) -> str:
+    """Milliseconds with three digits at least: the quickest detectors take less than a microsecond a frame."""
+    return f"{1e3 * seconds:.3f}" if seconds >= 1e-3 else f"{1e3 * seconds:.3g}"
+
+
+def effect_table(result: RunResult) -> Table:
+    """What each effect of the plan found, why it ran, what it cost, and how much of the session its trigger skipped."""
+    rows = []
+    for kind, figures in result.summary["effects"].items():
+        found = ", ".join(f"{count} {name}" for name, count in figures["events"].items()) or "nothing"
+        work = ", ".join(f"{name} {count:,}" for name, count in figures["counters"].items())
+        skipped = 1.0 - figures["frames_run"] / max(1, figures["frames"])
+        shares = (f"{1e3 * figures['seconds']:.1f}", f"{100 * figures['share']:.1f}", f"{100 * skipped:.1f}")
+        rows.append((kind, "; ".join(figures["because"]), found, figures["trigger"] or "always", work, *shares))
+    head = ("effect", "because", "found", "runs only in", "work", "ms", "% of the run", "% skipped")
+    return table("Effects", head, rows, words=5)
+
+
+def finding_table(findings: Sequence[Finding], title: str = "Findings", *, marks: Sequence[str] = ()) -> Table:
+    """What is wrong with a recording, in the order given; ``marks`` of a severity: note, warning, error.
+
+    What a code means and what to do stands below its first row only: with nine losses of tracking it would be most of
+    the table.
+    """
+    rows, said = [], set[str]()
+    for one in findings:
+        below = "" if one.code in said else f"{one.meaning}; {one.fix}"
+        said.add(one.code)
+        severity = Marked(one.severity.name.lower(), marks[one.severity] if marks else "")
+        when = span_words(one.start, one.end)
+        rows.append((severity, one.code, one.body, Marked(one.message, "", below), when, one.count))
+    head = ("severity", "code", "body", "what", "seconds", "count")
+    return table(title, head, rows, words=4, whole=("severity", "code", "body", "seconds"))

@@ -1,0 +1,114 @@
+"""A table as plain data. It is built once; terminal, page and picture each render it in their own way.
+
+The renderers are ``replay.cli.terminal`` (rich), ``replay.report.markup`` (HTML) and ``replay.rerun_log.markdown``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+STRONG, FAINT, CODE = "strong", "faint", "code"
+MISSED, PARTLY, FOUND, INVENTED = "missed", "partly", "found", "invented"
+WARNING, ERROR, GOOD = "warning", "error", "good"
+"""Marks: what a cell means. Each renderer decides how that looks, or ignores it."""
+
+
+@dataclass(frozen=True)
+class Marked:
+    """A cell with emphasis; ``below`` is a lesser remark under it."""
+
+    text: str
+    mark: str = ""
+    below: str = ""
+
+
+Cell = str | int | None | Marked
+Row = tuple[Cell, ...]
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column: left-aligned ``words``, or numbers; ``mark`` is the mark of its cells that are neither 0 nor empty.
+
+    ``whole`` cells are not broken over lines.
+    """
+
+    name: str
+    words: bool = False
+    mark: str = ""
+    whole: bool = False
+
+
+@dataclass(frozen=True)
+class Table:
+    """Title, columns, rows and notes.
+
+    Parameters
+    ----------
+    notes : what a reader must know, a sentence each, shown below the table.
+    foot : a last row of sums, or nothing.
+    """
+
+    title: str
+    columns: tuple[Column, ...]
+    rows: tuple[Row, ...]
+    notes: tuple[str, ...] = ()
+    foot: Row = field(default=())
+
+    def only(self, *names: str) -> Table:
+        """The columns of these names, in this order; a name without a column is left out."""
+        place = {column.name: k for k, column in enumerate(self.columns)}
+        chosen = [place[name] for name in names if name in place]
+        rows = tuple(tuple(row[k] for k in chosen) for row in self.rows)
+        return replace(self, columns=tuple(self.columns[k] for k in chosen), rows=rows)
+
+    def first(self, most: int, more: str) -> Table:
+        """The first rows; where there are others, a row says how many: ``more`` with their number in its braces."""
+        rest = len(self.rows) - most
+        if rest <= 0:
+            return self
+        cells = [""] * len(self.columns)
+        # The sentence needs room: the widest column of words has it.
+        cells[max((k for k, column in enumerate(self.columns) if column.words), default=0)] = more.format(rest)
+        return replace(self, rows=(*self.rows[:most], tuple(cells)))
+
+    def titled(self, title: str, *notes: str) -> Table:
+        """The same table below another title."""
+        return replace(self, title=title, notes=notes or self.notes)
+
+
+NO_MARKS: Final[Mapping[str, str]] = {}
+
+
+def table(
+    title: str,
+    head: Sequence[str],
+    rows: Iterable[Sequence[Any]],
+    *,
+    words: int | Sequence[str] = 1,
+    whole: Sequence[str] | None = None,
+    marks: Mapping[str, str] = NO_MARKS,
+    notes: Sequence[str] = (),
+    foot: Sequence[Any] = (),
+) -> Table:
+    """A table.
+
+    Parameters
+    ----------
+    words : names of the columns of words, or how many come first.
+    whole : names of the columns that are never broken over lines; the first one if nothing is said.
+    marks : column -> mark.
+    """
+    worded = set(head[:words] if isinstance(words, int) else words)
+    unbroken = set(head[:1] if whole is None else whole)
+    columns = tuple(Column(name, name in worded, marks.get(name, ""), name in unbroken) for name in head)
+    return Table(title, columns, tuple(tuple(row) for row in rows), tuple(notes), tuple(foot))
+
+
+def text_of(cell: Cell) -> str:
+    """A cell as plain text; numbers with separators of thousands."""
+    if isinstance(cell, Marked):
+        return cell.text
+    return "" if cell is None else f"{cell:,}" if isinstance(cell, int) else cell

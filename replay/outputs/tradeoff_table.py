@@ -1,0 +1,50 @@
+"""Accuracy beside its price, a row per setting that was tried."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Final
+
+from replay.outputs.tables import Table, table
+from replay.tradeoff.front import Row
+
+HEAD: Final = (
+    "#", "setting", "front", "ms per frame", "slowest", "p99 ms (over 11.1)", "s per minute", "missed, % [95 %]",
+    "invented, %", "faces, %", "most of its work",
+)  # fmt: skip
+
+NOT_DONE: Final = ("skipped", "reused", "held", "cache_hits")
+"""Counters of work that was saved."""
+
+
+def quickest_first(rows: Iterable[Row]) -> list[Row]:
+    """Rows in order of their time per frame."""
+    return sorted(rows, key=lambda row: float(row["ms_per_frame"]))
+
+
+def tradeoff_table(title: str, rows: Iterable[Row]) -> Table:
+    """These rows, in the order given and numbered in it."""
+    return table(title, HEAD, (_cells(number, row) for number, row in enumerate(rows, 1)), words=HEAD[1:3])
+
+
+def _cells(number: int, row: Row) -> tuple[str, ...]:
+    marks = ["oracle"] * row["oracle"] + ["front"] * row["front"] + ["live front"] * row["front_online"]
+    return (
+        str(number),
+        row["label"],
+        ", ".join(marks),
+        f"{row['ms_per_frame']:.4f}",
+        f"{row['ms_high']:.4f}",
+        "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f} ({100 * row['over_share']:.2f} %)",
+        f"{row['seconds_per_minute']:.2f}",
+        f"{100 * row['missed']:.1f} [{100 * row['missed_low']:.1f}, {100 * row['missed_high']:.1f}]",
+        "" if row["precision"] is None else f"{100 * (1 - row['precision']):.1f}",
+        "" if row["face_recall"] is None else f"{100 * row['face_recall']:.1f}",
+        _most_work(row["work"]),
+    )
+
+
+def _most_work(work: Mapping[str, int]) -> str:
+    """The largest counter of work done: the same on any machine; the table in the run folder has them all."""
+    count, name = max(((count, name) for name, count in work.items() if name not in NOT_DONE), default=(0, ""))
+    return f"{count if count < 10_000 else f'{count // 1000:,}k'} {name.replace('_', ' ')}" if count else ""

@@ -1,0 +1,69 @@
+"""The words that terminal, page and picture use for the same thing, once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
+from cdcore import Verdict
+from replay.audit.outcome import Miss, Outcome
+
+OUTCOME_WORDS: Final[Mapping[int, str]] = MappingProxyType(
+    {
+        Outcome.BOTH: "both",
+        Outcome.MISSED: "MISSED",
+        Outcome.INVENTED: "invented",
+        Outcome.WITHIN_TOLERANCE: "within tolerance",
+        Outcome.BETWEEN_FRAMES: "between frames",
+        Outcome.LEFT_OUT: "left out",
+    }
+)
+"""Outcome of an audit -> its word. They are true positive, false negative, false positive and the three that count as
+neither; NEITHER, the true negative, has no word: it is a gap in a lane."""
+
+VERDICT_WORDS: Final[Mapping[int, str]] = MappingProxyType({one: one.name for one in Verdict if one != Verdict.CLEAR})
+"""Verdict -> its word of the glossary; CLEAR is a gap in a lane."""
+
+FRAME_ROWS: Final = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.LEFT_OUT)
+"""Outcomes that every table of pair-frames counts, in its order."""
+
+CONTACT_WORDS: Final = {
+    "truth": "contacts by the oracle", "matched": "matched", "missed": "missed whole",
+    "absorbed": "found only as part of a longer one", "excused_truth": "by the oracle, nobody's fault",
+    "found": "contacts reported", "invented": "invented", "pieces": "further pieces of one contact",
+    "excused_found": "reported, nobody's fault", "split": "by the oracle, reported in pieces",
+    "merged": "reported, that join several",
+}  # fmt: skip
+"""Figure of matched contacts -> its words: first what became of the oracle's contacts, then of the detector's."""
+
+CONTACT_WORDS_SHORT: Final = {
+    "truth": "the oracle's", "found": "reported", "matched": "matched", "missed": "missed", "invented": "invented",
+    "split": "split", "merged": "merged",
+}  # fmt: skip
+"""The figures that fit into a terminal, and short words for them."""
+
+WITHIN: Final = OUTCOME_WORDS[Outcome.WITHIN_TOLERANCE]
+BETWEEN: Final = OUTCOME_WORDS[Outcome.BETWEEN_FRAMES]
+
+NOT_LOOKED_FOR: Final = "No contact was looked for: the scene's effects call for none"
+
+LANE_LEGEND: Final = "red: missed by {}    yellow: invented    blue: both    grey: within 2 micrometres"
+"""What the colours of audit lanes mean; the detector's label goes into the braces."""
+
+
+def counted(number: int, thing: str) -> str:
+    """``1 frame``, ``2 frames``."""
+    return f"{number:,} {thing}{'s' * (number != 1)}"
+
+
+def depth_words(miss: Miss, unit: str = "", width: int = 0) -> str:
+    """Millimetres of the cut of a miss; of one that no frame shows, that it lies between frames."""
+    return BETWEEN if miss.touch is not None else f"{miss.cut_length * 1e3:{width}.1f}{unit}"
+
+
+def span_words(start: float | None, end: float | None) -> str:
+    """Seconds from start to end, one number where they are the same, nothing where they are unknown."""
+    if start is None or end is None:
+        return ""
+    return f"{start:.3f}" if start == end else f"{start:.3f} to {end:.3f}"

@@ -1,0 +1,46 @@
+"""The counts of the tables are those of the run."""
+
+import pytest
+from small_worlds import cubes
+
+from replay.audit.misses import NEVER_FOUND
+from replay.audit.outcome import Outcome
+from replay.engine import compute
+from replay.outputs.run_tables import cost_table, finding_table, miss_table, pair_table
+from sessions import Finding, Severity
+
+
+@pytest.fixture(scope="module")
+def run():
+    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+    return compute(cubes(places), detectors="slow=discrete[rate_hz=20]")
+
+
+def column(made, name):
+    return [row[0] for row in made.only(name).rows]
+
+
+def test_pairs_have_their_contacts_and_frames(run):
+    made, misses, compared = pair_table(run, "slow"), run.misses["slow"], run.comparisons["slow"]
+    assert column(made, "pair") == ["a-b"] and column(made, "contacts") == [len(run.episodes["exact"])] == [2]
+    whole = sum(miss.kind == NEVER_FOUND for miss in misses)
+    assert (column(made, "missed"), column(made, "in part")) == ([whole], [len(misses) - whole]) and whole
+    words = {"frames found": Outcome.BOTH, "frames missed": Outcome.MISSED, "frames invented": Outcome.INVENTED}
+    assert all(column(made, word) == [compared.count(kind)] for word, kind in words.items())
+    assert "within tolerance" not in [one.name for one in made.columns]
+
+
+def test_every_miss_has_the_command_that_shows_it(run):
+    made = miss_table("missed", run.misses["slow"], "RUN")
+    commands = [cell.text for cell in column(made, "look at it")]
+    assert commands == [f"replay view RUN --miss {miss.number}" for miss in run.misses["slow"]]
+
+
+def test_the_oracle_is_named_in_the_table_of_times(run):
+    assert {row[1] for row in cost_table(run).rows} == {"oracle", "frame by frame"}
+
+
+def test_a_code_is_explained_at_its_first_finding_only():
+    lost = [Finding("tracking-lost", Severity.WARNING, f"loss {k}", start=1.0, end=2.0) for k in range(3)]
+    cells = column(finding_table(lost), "what")
+    assert [bool(cell.below) for cell in cells] == [True, False, False]
