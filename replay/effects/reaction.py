@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -142,8 +141,6 @@ def _check(declared: Declaration, _scene: Scene) -> None:
             raise declared.fail(f"bases.{formula} is {value!r}; give the pKa of its conjugate acid")
 
 
-_NONE: Mapping[str, object] = {}
-
 SPEC = EffectSpec(
     kind="reaction",
     about="What is mixed reacts.",
@@ -152,8 +149,8 @@ SPEC = EffectSpec(
     fields={
         "equation": text("a balanced equation; its reagents are the formulas of solutes and solids"),
         "rate_per_s": number("first-order rate; absent: it ends at once", "1/s", default=None, above=0.0),
-        "acids": mapping("weak acids: formula = [pKa of each proton, rising]", default=_NONE),
-        "bases": mapping("weak bases: formula = pKa of the conjugate acid", default=_NONE),
+        "acids": mapping("weak acids: formula = [pKa of each proton, rising]", default={}),
+        "bases": mapping("weak bases: formula = pKa of the conjugate acid", default={}),
         "pkw": number(
             "ion product of water", "", default=13.995, above=0.0,
             source="IAPWS R11-07: 13.995 at 25 degC and 0.1 MPa",
