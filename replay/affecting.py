@@ -1,4 +1,4 @@
-"""The effects of a plan over one assembly, in order; each is timed and gets only what its spec names."""
+"""Runs the effects of a plan over one assembly, in order; each is timed and gets only what its spec names."""
 
 from __future__ import annotations
 
@@ -7,12 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from time import perf_counter
 
-import numpy as np
-
 from cdcore import Detection
 from replay.assembly import Assembly
 from replay.effects.inputs import EffectInputs
-from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Series
+from replay.effects.output import EffectEvent, EffectOutput, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of
 from replay.errors import EffectError
@@ -55,11 +53,6 @@ class EffectRun:
         """Name -> quantity over time."""
         return self.output.series
 
-    @property
-    def frames_skipped(self) -> int:
-        """Frames in which the trigger was off."""
-        return self.frames - self.frames_run
-
 
 def run_effects(
     planned: Plan, session: Session, assembly: Assembly, detections: Mapping[str, Detection]
@@ -91,17 +84,10 @@ def _run(
     outputs: Mapping[str, EffectOutput],
 ) -> EffectRun:
     spec, there = step.spec, frozenset(assembly.names)
+    pairs = tuple(pair for pair in step.pairs if there.issuperset(pair))
+    found = detections.get(spec.detector)
     inputs = EffectInputs(
-        kind=spec.kind,
-        declared=step.declared,
-        pairs=tuple(pair for pair in step.pairs if there.issuperset(pair)),
-        session=session,
-        assembly=assembly,
-        known_bodies=bodies,
-        reads=spec.reads,
-        detection=detections.get(spec.detector),
-        outputs=outputs,
-        counters=Counter(),
+        spec.kind, step.declared, pairs, session, assembly, bodies, spec.reads, found, outputs, Counter()
     )
     start = perf_counter()
     output = spec.compute(inputs)
@@ -110,16 +96,7 @@ def _run(
     if output.ran is not None and output.ran.shape != (frames,):
         raise EffectError(f"effect {spec.kind!r} says it ran in {output.ran.shape} of {frames} frames; repair it")
     run = frames if output.ran is None else int(output.ran.sum())
-    return EffectRun(spec, step.because, _with_skipped(output, assembly), seconds, dict(inputs.counters), frames, run)
-
-
-def _with_skipped(output: EffectOutput, assembly: Assembly) -> EffectOutput:
-    """The output with a lane of the spans that were skipped."""
-    if output.ran is None or bool(output.ran.all()):
-        return output
-    times = assembly.motion.times
-    spans = tuple(
-        LaneSpan(float(times[first]), float(times[min(stop, len(times) - 1)]), SKIPPED)
-        for first, stop in spans_of(~np.asarray(output.ran))
-    )
-    return replace(output, lanes={**output.lanes, SKIPPED: spans})
+    if output.ran is not None and run < frames:
+        skipped = tuple(inputs.shown(spans_of(~output.ran), SKIPPED))
+        output = replace(output, lanes={**output.lanes, SKIPPED: skipped})
+    return EffectRun(spec, step.because, output, seconds, dict(inputs.counters), frames, run)

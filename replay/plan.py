@@ -1,11 +1,11 @@
-"""What a scene calls for: effects and what they need, pairs, bodies, topics, detectors; nothing else will run.
+"""What a scene calls for: effects and all they need, pairs, bodies, topics and detectors. Nothing else runs.
 
 Every item carries its reasons, so that a plan can be read: ``contact: because breakage needs it``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 from typing import Final
@@ -77,8 +77,8 @@ class Plan:
 def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFECTS) -> Plan:
     """Say what a scene calls for.
 
-    A scene without an effects table is there to be audited, and wants its contacts. One that declares its effects gets
-    what they need: a titration makes no collision query at all.
+    A scene without an effects table is audited: the plan asks for contacts. A scene that declares effects gets what
+    they need and no more: a titration makes no collision query.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
     Raises
     ------
     PlanError
-        An effect, field, body or tag there is not: file, table, key and the nearest known name.
+        An unknown effect, field, body or tag; the message has file, table, key and the nearest known name.
     EffectError
         A declared effect whose file cannot be loaded.
     """
@@ -107,18 +107,6 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
     return _whole(scene, steps, not_built, left)
 
 
-def closure(kinds: Iterable[str], table: Mapping[str, str] = EFFECTS) -> frozenset[str]:
-    """The kinds themselves and all that they always need, whatever their fields say."""
-    found: set[str] = set()
-    waiting = list(kinds)
-    while waiting:
-        kind = waiting.pop()
-        if kind not in found:
-            found.add(kind)
-            waiting += load_effect(kind, table).needed(())
-    return frozenset(found)
-
-
 def _declared(
     scene: Scene, file: str, table: Mapping[str, str]
 ) -> tuple[dict[str, tuple[Declaration, ...]], tuple[str, ...]]:
@@ -127,8 +115,10 @@ def _declared(
     known = effect_kinds(table)
     for row, effect in enumerate(scene.effects or (), start=1):
         if effect.kind in known:
-            declaration = declare(effect, row, load_effect(effect.kind, table).fields, scene, file)
-            _check(declaration, load_effect(effect.kind, table), scene)
+            spec = load_effect(effect.kind, table)
+            declaration = declare(effect, row, spec.fields, scene, file)
+            if spec.check is not None:
+                spec.check(declaration, scene)
             found[effect.kind] = (*found.get(effect.kind, ()), declaration)
         elif effect.kind in NOT_BUILT:
             not_built[effect.kind] = None
@@ -152,11 +142,6 @@ def _lacks(kind: str, declared: tuple[Declaration, ...], known: tuple[str, ...],
             seen.add(one)
             waiting += load_effect(one, table).needed(())
     return False
-
-
-def _check(declaration: Declaration, spec: EffectSpec, scene: Scene) -> None:
-    if spec.check is not None:
-        spec.check(declaration, scene)
 
 
 def _closure(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.fitting import Parabola, before, fitted, settled_runs
 from replay.effects.inputs import BodyPoses, EffectInputs
-from replay.effects.output import EffectEvent, EffectOutput, FloatArray, Vector
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Vector
 from replay.effects.protocol import EffectSpec
 from sessions.scene import Scene
 
@@ -47,18 +47,17 @@ class Impact:
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``impact`` with speed and energy, and ``broken`` for the first that is too hard for a body."""
     touches: Touches = inputs.output("contact").data
-    events: list[EffectEvent] = []
-    ran = np.zeros(len(inputs), dtype=np.bool_)
+    collected = Findings(len(inputs))
     for declared in inputs.declared:
         broken: set[str] = set()
         judged = [(touch, pair) for pair in declared.pairs() for touch in touches.of(pair)]
         for touch, pair in sorted(judged, key=lambda one: one[0].first):
-            impact = _impact(inputs, touch, pair, ran)
+            impact = _impact(inputs, touch, pair, collected.ran)
             if impact is not None and pair[0] not in broken:
                 found = _events(inputs, declared, pair, touch.point, impact)
                 broken |= {pair[0] for event in found if event.name == "broken"}
-                events += found
-    return EffectOutput(events=tuple(sorted(events, key=lambda event: event.time)), ran=ran)
+                collected.events += found
+    return collected.output()
 
 
 def _impact(inputs: EffectInputs, touch: Touch, pair: tuple[str, str], ran: NDArray[np.bool_]) -> Impact | None:

@@ -8,14 +8,12 @@ import numpy as np
 
 from replay.effects.declaring import Declaration, bodies, body, number, vector
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.ballistic import disc_entered, place_at_height
 from replay.effects.models.outflow import twist, volume_run_out
-from replay.effects.models.transfers import Liquids, Transfer, flows, total_ml
-from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan, Series
-from replay.effects.pour_events import GAP_S, vector_of
+from replay.effects.models.transfers import Liquids, Transfer, flows
+from replay.effects.output import EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import BoolArray, spans_of
-from replay.effects.vessels import ML, Vessel, last_known, vessels_of
+from replay.effects.vessels import ML, Vessel, flow_event, landing, vessels_of
 from sessions.scene import Scene
 
 
@@ -31,23 +29,26 @@ class _Run:
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``run-in`` and ``spill`` with volumes; delivered and left volume as series; a lane of the open spans."""
+    found = Findings(len(inputs))
     runs = [_run(inputs, declared) for declared in inputs.declared]
-    transfers = [one for run in runs for one in _transfers(inputs, run)]
-    transfers.sort(key=lambda one: (one.frame, one.source))
+    transfers = sorted(
+        (one for run in runs for one in _transfers(inputs, run)), key=lambda one: (one.frame, one.source)
+    )
     initial: dict[str, float] = {}
-    series: dict[str, Series] = {}
-    lanes: dict[str, tuple[LaneSpan, ...]] = {}
     for run in runs:
         vessels = vessels_of(inputs, (run.name, *run.declared.bodies("into")))
         initial.update({name: vessel.volume_ml for name, vessel in vessels.items()})
-        series[f"{run.name}/delivered"] = _shown(inputs, run, run.delivered_ml)
-        series[f"{run.name}/volume"] = _shown(inputs, run, initial[run.name] - run.delivered_ml)
-        lanes[run.name] = tuple(LaneSpan(*_ends(inputs, span), "open") for span in spans_of(run.open))
-    events = [_event(inputs, flow) for flow in flows(transfers, GAP_S, 0.0)]
-    ran = np.any([run.open for run in runs], axis=0) if runs else np.zeros(len(inputs), dtype=np.bool_)
-    left = {run.name: series[f"{run.name}/volume"] for run in runs}
-    liquids = {name: Vessel(inputs.body(name)).drawn(one.times, one.values) for name, one in left.items()}
-    return EffectOutput(tuple(events), series, lanes, ran, liquids, Liquids(initial, tuple(transfers)))
+        left = _shown(inputs, run, initial[run.name] - run.delivered_ml)
+        found.series[f"{run.name}/delivered"] = _shown(inputs, run, run.delivered_ml)
+        found.series[f"{run.name}/volume"] = left
+        found.liquids[run.name] = vessels[run.name].drawn(left.times, left.values)
+        found.lanes[run.name] = inputs.shown(spans_of(run.open), "open")
+        found.ran |= run.open
+    for flow in flows(transfers, 0.0):
+        source, target = flow[0].source, flow[0].target
+        name, where = ("run-in", f"into {target}") if target else ("spill", "beside everything")
+        found.events.append(flow_event(inputs, flow, name, f"run from {source} {where}", digits=2))
+    return found.output(Liquids(initial, tuple(transfers)))
 
 
 def _run(inputs: EffectInputs, declared: Declaration) -> _Run:
@@ -58,7 +59,7 @@ def _run(inputs: EffectInputs, declared: Declaration) -> _Run:
     area = declared.number("full_area_m2") * np.minimum(1.0, angle / declared.number("full_angle_deg"))
     inputs.count("angles compared", len(area))
     inputs.count("frames open", int((area > 0.0).sum()))
-    floor = vessel.size("floor", above=-np.inf) - declared.vector("tip")[1]
+    floor = vessel.floor - declared.vector("tip")[1]
     level = floor + vessel.volume_ml * ML / vessel.section_m2
     delivered = volume_run_out(
         inputs.times, area, discharge=declared.number("discharge"), section=vessel.section_m2, head=level,
@@ -71,28 +72,19 @@ def _angle(inputs: EffectInputs, declared: Declaration) -> FloatArray:
     """Angle (T,) in radians of the stopcock in the burette's frame; where it was not seen, as it was seen last."""
     key, stand = inputs.poses(declared.body("joint")), inputs.poses(declared.body("body"))
     axis = np.array(declared.vector("axis"))
-    relative = key.relative_to(stand)
-    seen = last_known(relative)
-    angle = twist(relative.rotation, axis / np.sqrt(axis @ axis))
-    return np.where(seen < 0, 0.0, angle[np.maximum(seen, 0)])
+    relative = key.relative_to(stand).held()
+    return np.where(relative.valid, twist(relative.rotation, axis / np.sqrt(axis @ axis)), 0.0)
 
 
 def _transfers(inputs: EffectInputs, run: _Run) -> list[Transfer]:
-    poses = {name: inputs.poses(name) for name in run.declared.bodies("into")}
-    known = {name: last_known(one) for name, one in poses.items()}
-    vessels = vessels_of(inputs, tuple(poses))
-    burette = inputs.poses(run.name)
-    tips, seen = burette.point(run.declared.vector("tip")), last_known(burette)
+    held = {name: inputs.poses(name).held() for name in run.declared.bodies("into")}
+    vessels = vessels_of(inputs, tuple(held))
+    burette = inputs.poses(run.name).held()
+    tips = burette.point(run.declared.vector("tip"))
     gained = np.diff(run.delivered_ml, prepend=0.0)
     found: list[Transfer] = []
-    for frame in np.flatnonzero((gained > 0.0) & (seen >= 0)).tolist():
-        start = tips[seen[frame]]
-        there = {name: row for name in poses if (row := int(known[name][frame])) >= 0}
-        discs = [vessels[name].opening(poses[name], row) for name, row in there.items()]
-        inputs.count("arcs", len(discs))
-        target = disc_entered(start, np.zeros(3), discs)
-        floor = min((float(poses[name].translation[row, 1]) for name, row in there.items()), default=float(start[1]))
-        point = vector_of(start if target else place_at_height(start, np.zeros(3), floor))
+    for frame in np.flatnonzero((gained > 0.0) & burette.valid).tolist():
+        target, point = landing(inputs, vessels, held, frame, tips[frame], np.zeros(3))
         found.append(Transfer(frame, float(inputs.times[frame]), run.name, target, float(gained[frame]), point))
     return found
 
@@ -104,21 +96,6 @@ def _shown(inputs: EffectInputs, run: _Run, values: FloatArray) -> Series:
     wanted[1:] |= run.open[:-1]
     wanted[[0, -1]] = True
     return Series(inputs.times[wanted], values[wanted], "mL")
-
-
-def _event(inputs: EffectInputs, flow: tuple[Transfer, ...]) -> EffectEvent:
-    first, last, volume = flow[0], flow[-1], total_ml(flow)
-    end = None if last.frame == len(inputs) - 1 else last.time
-    values = {"volume_ml": volume, "seconds": last.time - first.time}
-    if first.target:
-        words = f"{volume:.2f} mL run from {first.source} into {first.target}"
-        return EffectEvent(first.time, "run-in", (first.source, first.target), end, values, words, point=first.point)
-    words = f"{volume:.2f} mL run from {first.source} beside everything"
-    return EffectEvent(first.time, "spill", (first.source,), end, values, words, "warning", first.point)
-
-
-def _ends(inputs: EffectInputs, span: tuple[int, int]) -> tuple[float, float]:
-    return float(inputs.times[span[0]]), float(inputs.times[min(span[1], len(inputs) - 1)])
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

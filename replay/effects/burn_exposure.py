@@ -8,43 +8,33 @@ import numpy as np
 
 from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.inputs import EffectInputs
-from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan, Series
+from replay.effects.models.gas_laws import GAS_CONSTANT, KELVIN
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec, Need
-from replay.errors import EffectError
 from sessions.scene import Scene
 
 if TYPE_CHECKING:
     from replay.effects.contact import Touch, Touches
 
-GAS_CONSTANT: Final = 8.314462618
-"""J/(mol K), exact. Source: CODATA 2018, from the SI of 2019."""
-
-KELVIN: Final = 273.15
-
-DAMAGE: Final = (
-    "damage_rate_per_s", "damage_energy_j_mol", "skin_c", "skin_effusivity", "part_effusivity",
-)  # fmt: skip
+DAMAGE: Final = ("damage_rate_per_s", "damage_energy_j_mol", "skin_c", "skin_effusivity", "part_effusivity")
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``exposed`` and, above the threshold for long enough, ``burn``; what was felt, as a series."""
     touches: Touches = inputs.output("contact").data
-    events: list[EffectEvent] = []
-    lanes: dict[str, list[LaneSpan]] = {}
-    series: dict[str, Series] = {}
-    ran = np.zeros(len(inputs), dtype=np.bool_)
+    found = Findings(len(inputs))
     for declared in inputs.declared:
         for pair in declared.pairs():
             for touch in touches.of(pair):
-                ran[touch.first : touch.stop] = True
+                span = (touch.first, touch.stop)
+                found.ran[slice(*span)] = True
                 inputs.count("contacts with a hot part")
                 felt = surface(inputs, declared, pair[1], touch)
-                events += _judged(inputs, declared, pair, touch, felt)
-                lanes.setdefault(f"{pair[0]}-{pair[1]}", []).append(LaneSpan(*_ends(inputs, touch), events[-1].name))
-                name = f"{pair[1]}/touched at {touch.first}"
-                series[name] = Series(inputs.times[touch.first : touch.stop], felt, "degC")
-    shown = {name: tuple(spans) for name, spans in lanes.items()}
-    return EffectOutput(tuple(sorted(events, key=lambda event: event.time)), series, shown, ran)
+                events = _judged(inputs, declared, pair, touch, felt)
+                found.events += events
+                found.lane(f"{pair[0]}-{pair[1]}", *inputs.shown([span], events[-1].name))
+                found.series[f"{pair[1]}/touched at {touch.first}"] = Series(inputs.times[slice(*span)], felt, "degC")
+    return found.output()
 
 
 def surface(inputs: EffectInputs, declared: Declaration, part: str, touch: Touch) -> FloatArray:
@@ -58,12 +48,10 @@ def surface(inputs: EffectInputs, declared: Declaration, part: str, touch: Touch
     times = inputs.times[touch.first : touch.stop]
     if declared.values["surface_c"] is not None:
         return np.full(len(times), declared.number("surface_c"))
-    told = inputs.output("heat").series.get(f"{part}/temperature")
-    if told is None or not len(told.times):
-        raise EffectError(
-            f"{declared.file}: {declared.place}: nothing says how hot {part!r} is; give surface_c or an effect heat"
-        )
-    return np.asarray(np.interp(times, told.times, told.values))
+    heat = inputs.output("heat").series.get(f"{part}/temperature")
+    if heat is None or not len(heat.times):
+        raise declared.unmet(f"nothing says how hot {part!r} is; give surface_c or an effect heat")
+    return np.asarray(np.interp(times, heat.times, heat.values))
 
 
 def damage(declared: Declaration, times: FloatArray, felt: FloatArray) -> float:
@@ -81,26 +69,23 @@ def damage(declared: Declaration, times: FloatArray, felt: FloatArray) -> float:
 def _judged(
     inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], touch: Touch, felt: FloatArray
 ) -> list[EffectEvent]:
-    start, end = _ends(inputs, touch)
+    start, end = inputs.ends((touch.first, touch.stop))
     times = inputs.times[touch.first : touch.stop]
     hot = felt > declared.number("threshold_c")
     steps = np.diff(np.append(times, end))
     above = float(steps[hot].sum())
+    hottest = float(felt.max())
     values: dict[str, float | int | str | bool] = {
-        "seconds": end - start, "seconds_above": above, "surface_c": float(felt.max()),
+        "seconds": end - start, "seconds_above": above, "surface_c": hottest,
     }  # fmt: skip
     if declared.values[DAMAGE[0]] is not None:
         values["damage"] = damage(declared, times, felt)
-    words = f"{pair[0]} on {pair[1]} at {float(felt.max()):.0f} degC for {end - start:.2f} s"
-    last = None if touch.stop >= len(inputs) else end
+    words = f"{pair[0]} on {pair[1]} at {hottest:.0f} degC for {end - start:.2f} s"
+    last = inputs.end(touch.stop)
     exposed = EffectEvent(start, "exposed", pair, last, values, words, "warning" if above else "info", touch.point)
     if above < declared.number("seconds"):
         return [exposed]
     return [exposed, EffectEvent(start, "burn", pair, last, values, f"burn: {words}", "error", touch.point)]
-
-
-def _ends(inputs: EffectInputs, touch: Touch) -> tuple[float, float]:
-    return float(inputs.times[touch.first]), float(inputs.times[min(touch.stop, len(inputs) - 1)])
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -9,10 +10,9 @@ import numpy as np
 from replay.effects.declaring import Declaration, body, number, text
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.colours import COLOURS, blended
-from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan, Liquid, Series
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of
-from replay.errors import EffectError
 from sessions.scene import Scene
 
 WORDS: Final = ("acid_colour", "base_colour")
@@ -20,34 +20,28 @@ WORDS: Final = ("acid_colour", "base_colour")
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Event ``colour-change`` from entering the range to leaving it by the other side; colour in the glass."""
-    events: list[EffectEvent] = []
-    series: dict[str, Series] = {}
-    lanes: dict[str, tuple[LaneSpan, ...]] = {}
-    liquids: dict[str, Liquid] = {}
-    ran = np.zeros(len(inputs), dtype=np.bool_)
+    found = Findings(len(inputs))
     for declared in inputs.declared:
         vessel = declared.body("in")
-        told = inputs.output("reaction").series.get(f"{vessel}/pH")
-        if told is None or not len(told.times):
+        ph = inputs.output("reaction").series.get(f"{vessel}/pH")
+        if ph is None or not len(ph.times):
             history = inputs.output("mixing").data.histories.get(vessel)
             if history is not None and history.added_ml[-1] == history.added_ml[0]:
                 inputs.count("vessels nothing came into")
                 continue
-            raise EffectError(
-                f"{declared.file}: {declared.place}: no reaction of an acid or base gives {vessel!r} a pH; declare one"
-            )
+            raise declared.unmet(f"no reaction of an acid or base gives {vessel!r} a pH; declare one")
         low, high = declared.number("from_ph"), declared.number("to_ph")
-        share = np.clip((told.values - low) / (high - low), 0.0, 1.0)
-        ran |= np.isin(inputs.times, told.times)
-        series[f"{vessel}/{declared.text('indicator')}"] = Series(told.times, share, "share")
-        events += _changes(declared, told.times, share)
-        lanes[vessel] = _lane(declared, told.times, share)
+        share = np.clip((ph.values - low) / (high - low), 0.0, 1.0)
+        found.ran |= np.isin(inputs.times, ph.times)
+        found.series[f"{vessel}/{declared.text('indicator')}"] = Series(ph.times, share, "share")
+        found.events += _changes(declared, ph.times, share)
+        found.lanes[vessel] = _lane(declared, ph.times, share)
         clear = inputs.output("mixing").liquids.get(vessel)
         if clear is not None:
             acid, base = (COLOURS[declared.text(key)] for key in WORDS)
-            shade = blended(acid, base, np.interp(clear.times, told.times, share))
-            liquids[vessel] = Liquid(clear.times, clear.level, clear.floor, clear.radius, shade)
-    return EffectOutput(tuple(sorted(events, key=lambda event: event.time)), series, lanes, ran, liquids)
+            shade = blended(acid, base, np.interp(clear.times, ph.times, share))
+            found.liquids[vessel] = replace(clear, rgba=shade)
+    return found.output()
 
 
 def _changes(declared: Declaration, times: FloatArray, share: FloatArray) -> list[EffectEvent]:
@@ -71,15 +65,14 @@ def _event(declared: Declaration, times: FloatArray, before: int, after: int | N
     return EffectEvent(start, "colour-change", (declared.body("in"),), end, {"to": words[1]}, text_)
 
 
-def _lane(declared: Declaration, times: FloatArray, share: FloatArray) -> tuple[LaneSpan, ...]:
+def _lane(declared: Declaration, times: FloatArray, share: FloatArray) -> list[LaneSpan]:
     acid, base = (declared.text(key) for key in WORDS)
     masks = ((share <= 0.0, acid), ((share > 0.0) & (share < 1.0), f"{acid} to {base}"), (share >= 1.0, base))
-    spans = [
+    return [
         LaneSpan(float(times[first]), float(times[min(stop, len(times) - 1)]), word)
         for mask, word in masks
         for first, stop in spans_of(mask)
     ]
-    return tuple(sorted(spans, key=lambda span: span.start))
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from replay.effects.declaring import Pair, pairs
 from replay.effects.inputs import EffectInputs, PairContact
-from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan, Series, Vector
+from replay.effects.output import EffectEvent, EffectOutput, FloatArray, Series, Vector, vector_of
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of, steadied
 
@@ -80,15 +80,18 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return EffectOutput(
         events=tuple(_event(inputs, one) for one in found),
         series=series,
-        lanes={f"{a}-{b}": _lane(inputs, many) for (a, b), many in touches.items() if many},
+        lanes={
+            f"{a}-{b}": tuple(inputs.shown([(one.first, one.stop) for one in many], "contact"))
+            for (a, b), many in touches.items() if many
+        },
         data=Touches(touches, heard),
-    )
+    )  # fmt: skip
 
 
 def _touch(told: PairContact, first: int, stop: int) -> Touch:
     clear = np.flatnonzero(told.known[:first] & ~told.touching[:first])
     points = told.section(first).reshape(-1, 3)
-    point = _vector(points.mean(axis=0)) if len(points) else None
+    point = vector_of(points.mean(axis=0)) if len(points) else None
     return Touch(told.pair, first, stop, int(clear[-1]) if len(clear) else -1, point, _normal(points))
 
 
@@ -97,27 +100,12 @@ def _normal(points: FloatArray) -> Vector | None:
     if len(points) < 3:
         return None
     _, size, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-    return _vector(axes[2]) if size[1] > FLAT * size[0] else None
-
-
-def _vector(array: FloatArray) -> Vector:
-    x, y, z = array.tolist()
-    return x, y, z
+    return vector_of(axes[2]) if size[1] > FLAT * size[0] else None
 
 
 def _event(inputs: EffectInputs, touch: Touch) -> EffectEvent:
-    end = None if touch.stop >= len(inputs) else float(inputs.times[touch.stop])
-    frames = touch.stop - touch.first
-    return EffectEvent(
-        float(inputs.times[touch.first]), "contact", touch.pair, end, {"frames": frames}, point=touch.point
-    )
-
-
-def _lane(inputs: EffectInputs, touches: tuple[Touch, ...]) -> tuple[LaneSpan, ...]:
-    last = len(inputs) - 1
-    return tuple(
-        LaneSpan(float(inputs.times[one.first]), float(inputs.times[min(one.stop, last)]), "contact") for one in touches
-    )
+    start, values = float(inputs.times[touch.first]), {"frames": touch.stop - touch.first}
+    return EffectEvent(start, "contact", touch.pair, inputs.end(touch.stop), values, point=touch.point)
 
 
 def _faces(inputs: EffectInputs, told: PairContact) -> Series:

@@ -1,12 +1,13 @@
-"""What a scene says of an effect, checked field by field; a wrong one is named with file, table, key, nearest name."""
+"""Checks what a scene declares of an effect, field by field; an error names file, table, key and the nearest name."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final, cast
 
-from replay.errors import PlanError
+from replay.errors import EffectError, PlanError
 from sessions.scene import Scene, SceneEffect
 from sessions.scene_toml import TAG, selected_bodies
 from sessions.toml_table import is_number, nearest
@@ -23,7 +24,7 @@ class Field:
     Parameters
     ----------
     kind : ``pairs``, ``bodies``, ``body``, ``number``, ``text``, ``flag``, ``vector`` or ``mapping``.
-    about : what it says, for the plan and the documentation.
+    about : its meaning, for the plan and the documentation.
     unit : of a number or vector.
     default : value when absent; ``REQUIRED``: must be given; ``None``: may be absent, and is then ``None``.
     above, least, most : bounds of a number; ``above`` is excluded, the others are not.
@@ -57,38 +58,19 @@ def body(about: str, *, required: bool = True) -> Field:
     return Field("body", about, default=REQUIRED if required else None)
 
 
-def number(
-    about: str,
-    unit: str = "",
-    *,
-    default: Any = REQUIRED,
-    above: float | None = None,
-    least: float | None = None,
-    most: float | None = None,
-    source: str = "",
-) -> Field:
-    """A finite number in this unit."""
-    return Field("number", about, unit, default, above, least, most, source=source)
-
-
-def text(about: str, *, default: Any = REQUIRED, among: tuple[str, ...] = ()) -> Field:
-    """A text, where ``among`` is given one of those."""
-    return Field("text", about, default=default, among=among)
-
-
-def flag(about: str, *, default: bool) -> Field:
-    """True or false."""
-    return Field("flag", about, default=default)
-
-
 def vector(about: str, unit: str = "m", *, default: Any = REQUIRED) -> Field:
     """Three finite numbers."""
     return Field("vector", about, unit, default)
 
 
-def mapping(about: str, *, default: Any = REQUIRED) -> Field:
-    """A table of the author's own keys."""
-    return Field("mapping", about, default=default)
+number = partial(Field, "number")
+"""A finite number: ``number(about, unit, default=..., above=..., least=..., most=..., source=...)``."""
+text = partial(Field, "text")
+"""A text; where ``among`` is given, one of those."""
+flag = partial(Field, "flag")
+"""True or false."""
+mapping = partial(Field, "mapping")
+"""A table of the author's own keys."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +92,10 @@ class Declaration:
     def fail(self, message: str) -> PlanError:
         """The error to raise: file, table, message."""
         return PlanError(f"{self.file}: {self.place}: {message}")
+
+    def unmet(self, message: str) -> EffectError:
+        """The error to raise when the recording does not hold what this table asks for."""
+        return EffectError(f"{self.file}: {self.place}: {message}")
 
     def pairs(self, key: str = "between") -> tuple[Pair, ...]:
         """Pairs of names."""
@@ -149,7 +135,7 @@ def declare(effect: SceneEffect, row: int, fields: Mapping[str, Field], scene: S
         A key that is missing, unknown or wrong, a body or tag there is not.
     """
     place = f"[[effect]] {row} ({effect.kind!r})"
-    reading = _Reading(scene, PlanError(f"{file}: {place}: "))
+    reading = _Reading(scene, f"{file}: {place}: ")
     for key in effect.settings:
         if key not in fields:
             raise reading.fail(f"unknown key {key!r}{nearest(key, fields)}")
@@ -157,7 +143,7 @@ def declare(effect: SceneEffect, row: int, fields: Mapping[str, Field], scene: S
 
 
 class _Reading:
-    def __init__(self, scene: Scene, head: PlanError) -> None:
+    def __init__(self, scene: Scene, head: str) -> None:
         self._scene, self._head = scene, head
 
     def fail(self, message: str) -> PlanError:

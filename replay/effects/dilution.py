@@ -12,9 +12,7 @@ from replay.effects.flame_heating import boiling
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.transfers import flows, total_ml
 from replay.effects.models.warming import cooled, heat_given_off
-from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan, Series
-from replay.effects.pour_events import GAP_S
-from replay.errors import EffectError
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -36,23 +34,19 @@ def diluted(inputs: EffectInputs, declared: Declaration) -> EffectOutput:
     for load in mixed.loads:
         _receive(declared, warmth, load)
     inputs.count("mixtures heated", len(mixed.loads))
-    events = _wrong_orders(declared, mixed.loads)
-    series: dict[str, Series] = {}
-    lanes: dict[str, tuple[LaneSpan, ...]] = {}
-    ran = np.zeros(len(inputs), dtype=np.bool_)
+    found = Findings(len(inputs))
+    found.events = _wrong_orders(declared, mixed.loads)
+    for event in found.events:
+        found.lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
     for name, one in warmth.items():
         if one.rows:
             first = one.rows[0][0]
-            ran[first:] = True
+            found.ran[first:] = True
             times = inputs.times[first:]
-            celsius = one.told(times)
-            series[f"{name}/temperature"] = Series(times, celsius, "degC")
-            events += boiling(declared, name, times, celsius)
-    for event in events:
-        if event.name == "wrong-order":
-            lanes.setdefault(event.bodies[-1], ())
-            lanes[event.bodies[-1]] += (LaneSpan(event.time, event.end or event.time, "water into acid"),)
-    return EffectOutput(tuple(events), series, lanes, ran)
+            celsius = one.over(times)
+            found.series[f"{name}/temperature"] = Series(times, celsius, "degC")
+            found.events += boiling(declared, name, times, celsius)
+    return found.output()
 
 
 @dataclass
@@ -76,7 +70,7 @@ class _Warmth:
         self.time, self.celsius, self.volume_ml = time, celsius, volume_ml
         self.rows.append((frame, time, celsius, volume_ml))
 
-    def told(self, times: FloatArray) -> FloatArray:
+    def over(self, times: FloatArray) -> FloatArray:
         """(n,) at times from the first change on."""
         last = np.searchsorted([row[1] for row in self.rows], times, side="right") - 1
         return np.array(
@@ -123,8 +117,8 @@ def _sum(load: Load) -> dict[str, float]:
 def _given(declared: Declaration, amounts: Mapping[str, float]) -> float:
     acid = amounts.get(declared.text("solute"), 0.0)
     if acid > 0.0 and WATER not in amounts:
-        raise EffectError(
-            f"{declared.file}: {declared.place}: nothing says how much water is with the {declared.text('solute')}; "
+        raise declared.unmet(
+            f"nothing says how much water is with the {declared.text('solute')}; "
             "give liquid.water_molar, mol of water per litre of the solution"
         )
     return heat_given_off(acid, amounts.get(WATER, 0.0), declared.number("heat_j_mol"), declared.number("half_water"))
@@ -140,7 +134,7 @@ def _wrong_orders(declared: Declaration, loads: tuple[Load, ...]) -> list[Effect
         and load.before.get(solute, 0.0) * load.transfer.volume_ml > load.amounts.get(solute, 0.0) * load.before_ml
     ]
     events = []
-    for flow in flows(wrong, GAP_S, LEAST_ML):
+    for flow in flows(wrong, LEAST_ML):
         first, volume = flow[0], total_ml(flow)
         words = f"{volume:.1f} mL from {first.source} poured into {solute} in {first.target}: acid goes into water"
         bodies = (first.source, first.target)

@@ -9,9 +9,8 @@ import numpy as np
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.warming import warmed
-from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan, Series
+from replay.effects.output import EffectEvent, EffectOutput, FloatArray, Series
 from replay.effects.spans import BoolArray, Span, steadied
-from replay.effects.vessels import last_known
 from replay.errors import EffectError
 from sessions.toml_table import is_number
 
@@ -45,7 +44,7 @@ def heated(inputs: EffectInputs, declared: Declaration) -> EffectOutput:
     shown[0] = True
     events = [_event(inputs, name, lamp, span, whole) for span in spans]
     events += boiling(declared, name, times, whole)
-    lane = tuple(LaneSpan(*_ends(inputs, span), "over the flame") for span in spans)
+    lane = tuple(inputs.shown(spans, "over the flame"))
     series = {f"{name}/temperature": Series(times[shown], whole[shown], "degC")}
     return EffectOutput(tuple(events), series, {name: lane}, ran)
 
@@ -63,12 +62,10 @@ def boiling(declared: Declaration, name: str, times: FloatArray, celsius: FloatA
 
 def _over(inputs: EffectInputs, declared: Declaration) -> BoolArray:
     """(T,) whether the body's origin is above the flame's foot and near its axis; where not seen, as last seen."""
-    lamp, dish = inputs.poses(declared.body("source")), inputs.poses(declared.body("heats"))
-    lamps, dishes = last_known(lamp), last_known(dish)
-    away = dish.translation[dishes] - lamp.translation[lamps]
-    local = np.einsum("tji,tj->ti", lamp.rotation[lamps], away) - np.array(declared.vector("base"))
+    lamp, dish = (inputs.poses(declared.body(key)).held() for key in ("source", "heats"))
+    local = lamp.local(dish.translation) - np.array(declared.vector("base"))
     near = np.hypot(local[:, 0], local[:, 2]) < declared.number("within")
-    return np.asarray(near & (local[:, 1] > 0.0) & (lamps >= 0) & (dishes >= 0))
+    return np.asarray(near & (local[:, 1] > 0.0) & lamp.valid & dish.valid)
 
 
 def _capacity(inputs: EffectInputs, name: str) -> float:
@@ -80,12 +77,8 @@ def _capacity(inputs: EffectInputs, name: str) -> float:
 
 
 def _event(inputs: EffectInputs, name: str, lamp: str, span: Span, celsius: FloatArray) -> EffectEvent:
-    start, end = _ends(inputs, span)
+    start, end = inputs.ends(span)
     reached = float(celsius[min(span[1], len(celsius) - 1)])
     words = f"{lamp} heats {name} to {reached:.0f} degC in {end - start:.1f} s"
-    last = None if span[1] >= len(inputs) else end
-    return EffectEvent(start, "heated", (name, lamp), last, {"to_c": reached, "seconds": end - start}, words)
-
-
-def _ends(inputs: EffectInputs, span: Span) -> tuple[float, float]:
-    return float(inputs.times[span[0]]), float(inputs.times[min(span[1], len(inputs) - 1)])
+    values = {"to_c": reached, "seconds": end - start}
+    return EffectEvent(start, "heated", (name, lamp), inputs.end(span[1]), values, words)

@@ -6,10 +6,10 @@ import numpy as np
 
 from replay.effects.declaring import Declaration, bodies, body, mapping, number, vector
 from replay.effects.inputs import BodyPoses, EffectInputs
-from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import BoolArray, Span, steadied
-from replay.effects.vessels import ML, Vessel
+from replay.effects.vessels import Vessel, inside
 from sessions.scene import Scene
 from sessions.toml_table import nearest
 
@@ -19,32 +19,25 @@ FRAMES = 2
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``dip`` and ``flame`` with the salt and the colour seen, ``""`` when the visit was too short."""
-    events: list[EffectEvent] = []
-    lanes: dict[str, list[LaneSpan]] = {}
-    ran = np.zeros(len(inputs), dtype=np.bool_)
+    found = Findings(len(inputs))
     for declared in inputs.declared:
         wire = declared.body("wire")
         poses = inputs.poses(wire)
         tips = poses.point(declared.vector("tip"))
         inputs.count("tips compared", int(poses.valid.sum()))
         dips = _dips(inputs, declared, tips, poses)
-        visits = _spans(_in_cone(inputs, declared, tips), poses)
         for vessel, span in dips:
-            ran[slice(*span)] = True
-            start, end = _ends(inputs, span)
+            found.ran[slice(*span)] = True
             salt = str(declared.mapping("dips")[vessel])
-            words = f"{wire} dipped into {salt}"
-            last = None if span[1] >= len(inputs) else end
-            events.append(EffectEvent(start, "dip", (wire, vessel), last, {"salt": salt}, words))
-            lanes.setdefault(wire, []).append(LaneSpan(start, end, f"in {vessel}"))
-        for span in visits:
-            ran[slice(*span)] = True
+            start, words = float(inputs.times[span[0]]), f"{wire} dipped into {salt}"
+            found.events.append(EffectEvent(start, "dip", (wire, vessel), inputs.end(span[1]), {"salt": salt}, words))
+            found.lane(wire, *inputs.shown([span], f"in {vessel}"))
+        for span in _spans(_in_cone(inputs, declared, tips), poses):
+            found.ran[slice(*span)] = True
             event = _visit(inputs, declared, span, dips)
-            events.append(event)
-            word = str(event.values["seen"]) or "in the flame"
-            lanes.setdefault(wire, []).append(LaneSpan(*_ends(inputs, span), word))
-    shown = {name: tuple(sorted(spans, key=lambda span: span.start)) for name, spans in lanes.items()}
-    return EffectOutput(tuple(sorted(events, key=lambda event: event.time)), {}, shown, ran)
+            found.events.append(event)
+            found.lane(wire, *inputs.shown([span], str(event.values["seen"]) or "in the flame"))
+    return found.output()
 
 
 def _spans(flag: BoolArray, poses: BodyPoses) -> list[Span]:
@@ -56,31 +49,23 @@ def _dips(inputs: EffectInputs, declared: Declaration, tips: FloatArray, poses: 
     found: list[tuple[str, Span]] = []
     for name in declared.mapping("dips"):
         vessel = Vessel(inputs.body(name))
-        floor, middle = vessel.size("floor", above=-np.inf), vessel.place("opening")
-        level = min(floor + vessel.volume_ml * ML / vessel.section_m2, float(middle[1]))
-        local = _local(tips, inputs.poses(name))
-        across = np.hypot(local[:, 0] - middle[0], local[:, 2] - middle[2])
-        wet = (local[:, 1] > floor) & (local[:, 1] <= level) & (across <= vessel.size("opening_radius"))
-        found += [(name, span) for span in _spans(np.asarray(wet), poses)]
+        there = inputs.poses(name)
+        height = there.local(tips)[:, 1]
+        wet = inside(tips, there, vessel) & (height > vessel.floor) & (height <= vessel.level)
+        found += [(name, span) for span in _spans(wet, poses)]
     return sorted(found, key=lambda one: one[1])
 
 
 def _in_cone(inputs: EffectInputs, declared: Declaration, tips: FloatArray) -> BoolArray:
-    local = _local(tips, inputs.poses(declared.body("flame"))) - np.array(declared.vector("base"))
+    lamp = inputs.poses(declared.body("flame"))
+    local = lamp.local(tips) - np.array(declared.vector("base"))
     height, radius = declared.number("flame_height"), declared.number("flame_radius")
     across = np.hypot(local[:, 0], local[:, 2])
-    return np.asarray((local[:, 1] >= 0.0) & (across <= radius * (1.0 - local[:, 1] / height)))
-
-
-def _local(places: FloatArray, poses: BodyPoses) -> FloatArray:
-    """World places (T, 3) in a body's frame; NaN where it has no pose."""
-    local = np.einsum("tji,tj->ti", poses.rotation, places - poses.translation)
-    local[~poses.valid] = np.nan
-    return np.asarray(local)
+    return np.asarray(lamp.valid & (local[:, 1] >= 0.0) & (across <= radius * (1.0 - local[:, 1] / height)))
 
 
 def _visit(inputs: EffectInputs, declared: Declaration, span: Span, dips: list[tuple[str, Span]]) -> EffectEvent:
-    start, end = _ends(inputs, span)
+    start, end = inputs.ends(span)
     before = [vessel for vessel, dip in dips if dip[0] < span[0]]
     salt = str(declared.mapping("dips")[before[-1]]) if before else ""
     long_enough = end - start >= declared.number("seconds")
@@ -88,11 +73,7 @@ def _visit(inputs: EffectInputs, declared: Declaration, span: Span, dips: list[t
     words = f"{salt or 'clean wire'} in the flame for {end - start:.1f} s: {seen or 'no colour'}"
     values: dict[str, float | int | str | bool] = {"salt": salt, "seen": seen, "seconds": end - start}
     bodies = (declared.body("wire"), declared.body("flame"))
-    return EffectEvent(start, "flame", bodies, None if span[1] >= len(inputs) else end, values, words)
-
-
-def _ends(inputs: EffectInputs, span: Span) -> tuple[float, float]:
-    return float(inputs.times[span[0]]), float(inputs.times[min(span[1], len(inputs) - 1)])
+    return EffectEvent(start, "flame", bodies, inputs.end(span[1]), values, words)
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from replay.effects.declaring import Declaration, body, number, text, vector
-from replay.effects.inputs import BodyPoses, EffectInputs
+from replay.effects.inputs import EffectInputs
 from replay.effects.models.gas_laws import gas_ml_per_mol, vapour_pressure_pa
-from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan, Series
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import BoolArray, Span, spans_of
-from replay.effects.vessels import Vessel, last_known, vessels_of
+from replay.effects.vessels import Vessel, inside, vessels_of
 from replay.errors import EffectError
 from sessions.scene import Scene
 
@@ -23,29 +23,27 @@ if TYPE_CHECKING:
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``collect`` with volume and amount; collected and leaked volume as series, a lane of where it goes."""
     reacted: tuple[Reacted, ...] = inputs.output("reaction").data
-    events: list[EffectEvent] = []
-    series: dict[str, Series] = {}
-    lanes: dict[str, tuple[LaneSpan, ...]] = {}
-    ran = np.zeros(len(inputs), dtype=np.bool_)
+    found = Findings(len(inputs))
     for declared in inputs.declared:
         gas, jar = declared.text("gas"), declared.body("jar")
         evolved = _evolved(inputs, declared, reacted)
         gained = np.diff(evolved, prepend=0.0)
         evolving = gained > 0.0
-        ran |= evolving
+        found.ran |= evolving
         inputs.count("frames evolving", int(evolving.sum()))
         if not evolving.any():
             continue
         caught = evolving & _led_in(inputs, declared)
         per_mol = _ml_per_mol(declared)
-        collected = np.minimum(np.cumsum(np.where(caught, gained, 0.0)) * per_mol, _room_ml(inputs, jar))
+        collected = np.minimum(np.cumsum(np.where(caught, gained, 0.0)) * per_mol, Vessel(inputs.body(jar)).brim_ml)
         leaked = evolved * per_mol - collected
         shown = slice(max(0, int(np.argmax(evolving)) - 1), None)
-        series[f"{jar}/{gas} collected"] = Series(inputs.times[shown], collected[shown], "mL")
-        series[f"{jar}/{gas} leaked"] = Series(inputs.times[shown], leaked[shown], "mL")
-        lanes[jar] = _lane(inputs, caught, evolving)
-        events += [_event(inputs, declared, span, collected, leaked, per_mol) for span in spans_of(caught)]
-    return EffectOutput(tuple(sorted(events, key=lambda event: event.time)), series, lanes, ran)
+        found.series[f"{jar}/{gas} collected"] = Series(inputs.times[shown], collected[shown], "mL")
+        found.series[f"{jar}/{gas} leaked"] = Series(inputs.times[shown], leaked[shown], "mL")
+        leaks = inputs.shown(spans_of(evolving & ~caught), "leaks")
+        found.lanes[jar] = inputs.shown(spans_of(caught), "collected") + leaks
+        found.events += [_event(inputs, declared, span, collected, leaked, per_mol) for span in spans_of(caught)]
+    return found.output()
 
 
 def _evolved(inputs: EffectInputs, declared: Declaration, reacted: tuple[Reacted, ...]) -> FloatArray:
@@ -64,25 +62,11 @@ def _led_in(inputs: EffectInputs, declared: Declaration) -> BoolArray:
     """(T,) whether the tube's inlet is in the flask and its outlet in the jar, which stands on its mouth."""
     tube = inputs.poses(declared.body("tube"))
     vessels = vessels_of(inputs, (declared.body("from"), declared.body("jar")))
-    flask, jar = (inputs.poses(name) for name in vessels)
-    enters = _inside(tube.point(declared.vector("inlet")), flask, vessels[declared.body("from")])
-    leads = _inside(tube.point(declared.vector("outlet")), jar, vessels[declared.body("jar")])
-    overturned = jar.rotation[last_known(jar), 1, 1] < 0.0
+    flask, jar = (inputs.poses(name).held() for name in vessels)
+    enters = inside(tube.point(declared.vector("inlet")), flask, vessels[declared.body("from")])
+    leads = inside(tube.point(declared.vector("outlet")), jar, vessels[declared.body("jar")])
+    overturned = jar.rotation[:, 1, 1] < 0.0
     return np.asarray(enters & leads & overturned)
-
-
-def _inside(places: FloatArray, poses: BodyPoses, vessel: Vessel) -> BoolArray:
-    """(T,) whether world places (T, 3) lie between a vessel's floor and mouth and no wider than the mouth."""
-    rows = last_known(poses)
-    local = np.einsum("tji,tj->ti", poses.rotation[rows], places - poses.translation[rows])
-    middle, floor = vessel.place("opening"), vessel.size("floor", above=-np.inf)
-    across = np.hypot(local[:, 0] - middle[0], local[:, 2] - middle[2])
-    inside = (local[:, 1] >= floor) & (local[:, 1] <= middle[1]) & (across <= vessel.size("opening_radius"))
-    return np.asarray(inside & (rows >= 0))
-
-
-def _room_ml(inputs: EffectInputs, jar: str) -> float:
-    return Vessel(inputs.body(jar)).brim_ml
 
 
 def _ml_per_mol(declared: Declaration) -> float:
@@ -98,23 +82,11 @@ def _event(
     first, stop = span
     before = float(collected[first - 1]) if first else 0.0
     volume = float(collected[stop - 1]) - before
-    values = {
-        "volume_ml": volume, "moles": volume / per_mol, "leaked_before_mol": float(leaked[first]) / per_mol,
-    }  # fmt: skip
-    end = None if stop >= len(inputs) else float(inputs.times[stop])
+    leaked_mol = float(leaked[first]) / per_mol
+    values = {"volume_ml": volume, "moles": volume / per_mol, "leaked_before_mol": leaked_mol}
     bodies = (declared.body("jar"), declared.body("tube"))
     words = f"{volume:.1f} mL {declared.text('gas')} collected in {bodies[0]}"
-    return EffectEvent(float(inputs.times[first]), "collect", bodies, end, values, words)
-
-
-def _lane(inputs: EffectInputs, caught: BoolArray, evolving: BoolArray) -> tuple[LaneSpan, ...]:
-    last = len(inputs) - 1
-    spans = [
-        LaneSpan(float(inputs.times[first]), float(inputs.times[min(stop, last)]), word)
-        for mask, word in ((caught, "collected"), (evolving & ~caught, "leaks"))
-        for first, stop in spans_of(mask)
-    ]
-    return tuple(sorted(spans, key=lambda span: span.start))
+    return EffectEvent(float(inputs.times[first]), "collect", bodies, inputs.end(stop), values, words)
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

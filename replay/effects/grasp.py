@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from replay.effects.declaring import Pair, number, pairs
 from replay.effects.inputs import HANDS, BodyPoses, EffectInputs
-from replay.effects.output import EffectEvent, EffectOutput, LaneSpan
+from replay.effects.output import EffectEvent, EffectOutput, Findings, LaneSpan
 from replay.effects.protocol import EffectSpec
-from replay.effects.spans import Span, mask_of, spans_of, switched
+from replay.effects.spans import Span, spans_of, switched
 from sessions.hand import HandTrack
 
 if TYPE_CHECKING:
@@ -48,23 +48,17 @@ class Hold:
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``grasp`` (with their end), ``release`` and ``failed``; a lane per hand with the name of what it holds."""
-    events: list[EffectEvent] = []
-    lanes: dict[str, list[LaneSpan]] = {}
-    ran = np.zeros(len(inputs), dtype=np.bool_)
+    found = Findings(len(inputs))
     for hand, things in _reach(inputs).items():
         track = inputs.hand_of(hand)
         if track is None:
             inputs.count(f"no buttons recorded: {hand}")
             continue
         presses = pressed(inputs, track, next(iter(things.values())))
-        ran |= mask_of(presses, len(inputs))
         for press in presses:
-            events += _judged(inputs, hand, things, press, lanes)
-    return EffectOutput(
-        events=tuple(sorted(events, key=lambda event: event.time)),
-        lanes={hand: tuple(sorted(spans, key=lambda span: span.start)) for hand, spans in lanes.items()},
-        ran=ran,
-    )
+            found.ran[slice(*press)] = True
+            found.events += _judged(inputs, hand, things, press, found)
+    return found.output()
 
 
 def _reach(inputs: EffectInputs) -> dict[str, dict[str, Limits]]:
@@ -89,7 +83,7 @@ def pressed(inputs: EffectInputs, track: HandTrack, limits: Limits) -> list[Span
 
 
 def _judged(
-    inputs: EffectInputs, hand: str, things: Mapping[str, Limits], press: Span, lanes: dict[str, list[LaneSpan]]
+    inputs: EffectInputs, hand: str, things: Mapping[str, Limits], press: Span, found: Findings
 ) -> list[EffectEvent]:
     inputs.count("presses")
     holds = [_hold(inputs, hand, thing, press, limits) for thing, limits in things.items()]
@@ -97,21 +91,18 @@ def _judged(
     times = inputs.times
     if held:
         best = max(held, key=lambda hold: hold.moved)
-        open_end = press[1] >= len(inputs)
-        last = float(times[min(press[1], len(inputs) - 1)])
-        start, name = float(times[press[0]]), best.pair[1]
-        lanes.setdefault(hand, []).append(LaneSpan(start, last, name))
+        (start, last), end, name = inputs.ends(press), inputs.end(press[1]), best.pair[1]
+        found.lane(hand, LaneSpan(start, last, name))
         values = {
             "held_s": float(times[best.stop - 1] - times[best.first]), "moved_m": best.moved,
             "touching": name in _touched(inputs, hand, things, press),
         }  # fmt: skip
-        grasp = EffectEvent(start, "grasp", (hand, name), None if open_end else last, values, f"{hand} takes {name}")
+        grasp = EffectEvent(start, "grasp", (hand, name), end, values, f"{hand} takes {name}")
         release = EffectEvent(last, "release", (hand, name), message=f"{hand} lets go of {name}")
-        return [grasp] if open_end else [grasp, release]
+        return [grasp] if end is None else [grasp, release]
+    start = float(times[press[0]])
     return [
-        EffectEvent(
-            float(times[press[0]]), "failed", (hand, thing), None, {}, f"{hand} fails to take {thing}", "warning"
-        )
+        EffectEvent(start, "failed", (hand, thing), None, {}, f"{hand} fails to take {thing}", "warning")
         for thing in _touched(inputs, hand, things, press)
     ]
 
@@ -123,7 +114,9 @@ def _hold(inputs: EffectInputs, hand: str, thing: str, press: Span, limits: Limi
     one, other = (_cut(inputs.poses(name), part) for name in (hand, thing))
     rides = riding(other.relative_to(one), limits)
     times = inputs.times[part]
-    spans = [span for span in _bridged(rides, one.valid & other.valid) if times[span[0]] - times[0] <= CATCH_S]
+    # Frames without a pose do not end a stretch of riding.
+    stretches = spans_of(rides | ~(one.valid & other.valid))
+    spans = [span for span in stretches if times[span[0]] - times[0] <= CATCH_S]
     if not spans:
         return None
     first, stop = max(spans, key=lambda span: span[1] - span[0])
@@ -151,11 +144,6 @@ def riding(relative: BodyPoses, limits: Limits) -> NDArray[np.bool_]:
     return steady
 
 
-def _bridged(rides: NDArray[np.bool_], known: NDArray[np.bool_]) -> list[Span]:
-    """Stretches of riding; frames without a pose do not end one."""
-    return spans_of(rides | ~known)
-
-
 def _is_success(inputs: EffectInputs, hold: Hold, limits: Limits) -> bool:
     length = float(inputs.times[hold.stop - 1] - inputs.times[hold.first])
     return length > limits.held_s and hold.moved > limits.moved_m
@@ -170,9 +158,7 @@ def _touched(inputs: EffectInputs, hand: str, things: Mapping[str, Limits], pres
 
 
 def _cut(poses: BodyPoses, part: slice) -> BodyPoses:
-    return BodyPoses(
-        poses.times[part], poses.translation[part], poses.rotation[part], poses.valid[part], poses.linked[part]
-    )
+    return BodyPoses(*(getattr(poses, field.name)[part] for field in fields(poses)))
 
 
 OURS: Final = (

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from replay.effects.declaring import Declaration, bodies, body, number
 from replay.effects.inputs import BodyPoses, EffectInputs
-from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan, Series
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import Span, switched
 from sessions.mesh_data import MeshData
@@ -20,10 +20,7 @@ FRAMES_AT_ONCE: Final = 64
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``near`` with their end, seconds and least distance; the distance as a series where it was computed."""
-    events: list[EffectEvent] = []
-    series: dict[str, Series] = {}
-    lanes: dict[str, tuple[LaneSpan, ...]] = {}
-    ran = np.zeros(len(inputs), dtype=np.bool_)
+    found = Findings(len(inputs))
     for declared in inputs.declared:
         hazard = declared.body("hazard")
         for visitor in declared.bodies("of"):
@@ -31,22 +28,23 @@ def compute(inputs: EffectInputs) -> EffectOutput:
                 continue
             distance = _distance(inputs, declared, visitor, hazard)
             rows = np.flatnonzero(np.isfinite(distance))
-            ran[rows] = True
+            found.ran[rows] = True
             spans = _near(distance, declared)
-            events += [_event(inputs, visitor, hazard, distance, span) for span in spans]
+            found.events += [_event(inputs, visitor, hazard, distance, span) for span in spans]
             name = f"{visitor}-{hazard}"
             if len(rows):
-                series[f"{name}/distance"] = Series(inputs.times[rows], distance[rows], "m")
+                found.series[f"{name}/distance"] = Series(inputs.times[rows], distance[rows], "m")
             if spans:
-                lanes[name] = tuple(LaneSpan(*_ends(inputs, span), "near") for span in spans)
-    return EffectOutput(tuple(sorted(events, key=lambda event: event.time)), series, lanes, ran)
+                found.lanes[name] = inputs.shown(spans, "near")
+    return found.output()
 
 
 def _distance(inputs: EffectInputs, declared: Declaration, visitor: str, hazard: str) -> FloatArray:
     """Distance (T,) of the visitor's vertices to the hazard's box; NaN where its ball is too far to matter."""
     comer, danger = inputs.poses(visitor), inputs.poses(hazard)
     relative = comer.relative_to(danger)
-    low, high = _box(inputs.mesh(hazard))
+    box = _corners(inputs.mesh(hazard))
+    low, high = box.min(axis=0), box.max(axis=0)
     high = high + np.array([0.0, declared.number("above"), 0.0])
     vertices = _corners(inputs.mesh(visitor))
     middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2.0
@@ -88,27 +86,16 @@ def _near(distance: FloatArray, declared: Declaration) -> list[Span]:
     return switched(-np.where(np.isnan(distance), np.inf, distance), -enter, -leave)
 
 
-def _ends(inputs: EffectInputs, span: Span) -> tuple[float, float]:
-    return float(inputs.times[span[0]]), float(inputs.times[min(span[1], len(inputs) - 1)])
-
-
 def _event(inputs: EffectInputs, visitor: str, hazard: str, distance: FloatArray, span: Span) -> EffectEvent:
-    start, last = _ends(inputs, span)
+    start, last = inputs.ends(span)
     least = float(np.nanmin(distance[slice(*span)]))
     values = {"seconds": last - start, "least_m": least}
     words = f"{visitor} within {least * 1e3:.0f} mm of {hazard} for {last - start:.1f} s"
-    return EffectEvent(
-        start, "near", (visitor, hazard), None if span[1] >= len(inputs) else last, values, words, "warning"
-    )
+    return EffectEvent(start, "near", (visitor, hazard), inputs.end(span[1]), values, words, "warning")
 
 
 def _corners(mesh: MeshData) -> FloatArray:
     return np.asarray(mesh.vertices, dtype=np.float64)[np.unique(np.asarray(mesh.faces))]
-
-
-def _box(mesh: MeshData) -> tuple[FloatArray, FloatArray]:
-    vertices = _corners(mesh)
-    return vertices.min(axis=0), vertices.max(axis=0)
 
 
 OURS: Final = "chosen by us: five times the noise of a VIVE tracker (2 mm), so that standing at the border is one event"

@@ -6,7 +6,7 @@ from replay.effects.declaring import Declaration, body, number, text, vector
 from replay.effects.dilution import diluted
 from replay.effects.flame_heating import heated
 from replay.effects.inputs import EffectInputs
-from replay.effects.output import EffectOutput
+from replay.effects.output import EffectOutput, Findings
 from replay.effects.protocol import EffectSpec, Need
 from sessions.scene import Scene
 
@@ -20,14 +20,14 @@ WANTED = {
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``heated``, ``boil``, ``wrong-order``; temperatures as series."""
     parts = [(heated if declared.text("of") == "flame" else diluted)(inputs, declared) for declared in inputs.declared]
-    ran = parts[0].ran if parts else None
-    for part in parts[1:]:
-        assert ran is not None and part.ran is not None
-        ran = ran | part.ran
-    events = sorted((event for part in parts for event in part.events), key=lambda event: event.time)
-    series = {name: one for part in parts for name, one in part.series.items()}
-    lanes = {name: spans for part in parts for name, spans in part.lanes.items()}
-    return EffectOutput(tuple(events), series, lanes, ran)
+    found = Findings(len(inputs))
+    for part in parts:
+        assert part.ran is not None
+        found.ran |= part.ran
+        found.events += part.events
+        found.series.update(part.series)
+        found.lanes.update({name: list(spans) for name, spans in part.lanes.items()})
+    return found.output() if parts else EffectOutput()
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

@@ -1,9 +1,9 @@
-"""All that an effect gets: what its spec asked for can be had here, and anything else is refused."""
+"""All that an effect gets: it can read what its spec names, and everything else is refused."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -14,7 +14,8 @@ from cdcore import Detection, Verdict
 from cdcore.protocol import is_undecided
 from replay.assembly import Assembly
 from replay.effects.declaring import Declaration, Pair
-from replay.effects.output import EffectOutput, FloatArray
+from replay.effects.output import EffectOutput, FloatArray, LaneSpan
+from replay.effects.spans import BoolArray, Span
 from replay.errors import EffectError
 from sessions.hand import HandTrack
 from sessions.mesh_data import MeshData
@@ -44,16 +45,12 @@ class BodyPoses:
     times: FloatArray
     translation: FloatArray
     rotation: FloatArray
-    valid: NDArray[np.bool_]
-    linked: NDArray[np.bool_]
+    valid: BoolArray
+    linked: BoolArray
 
     def point(self, local: ArrayLike) -> FloatArray:
         """World place (T, 3) of a point (3,) of the body's frame; NaN where there is no pose."""
-        x, y, z = (float(value) for value in np.asarray(local, dtype=np.float64))
-        turn = self.rotation
-        place = self.translation + ((turn[:, :, 0] * x + turn[:, :, 1] * y) + turn[:, :, 2] * z)
-        place[~self.valid] = np.nan
-        return place
+        return np.asarray(self.translation + self.direction(local))
 
     def direction(self, local: ArrayLike) -> FloatArray:
         """World direction (T, 3) of a direction (3,) of the body's frame; NaN where there is no pose."""
@@ -71,11 +68,18 @@ class BodyPoses:
 
     def relative_to(self, other: BodyPoses) -> BodyPoses:
         """The same in the other body's frame."""
-        turn = other.rotation
-        away = self.translation - other.translation
-        place = np.einsum("tji,tj->ti", turn, away)
-        rotation = np.einsum("tji,tjk->tik", turn, self.rotation)
+        place = other.local(self.translation)
+        rotation = np.einsum("tji,tjk->tik", other.rotation, self.rotation)
         return BodyPoses(self.times, place, rotation, self.valid & other.valid, self.linked & other.linked)
+
+    def local(self, places: FloatArray) -> FloatArray:
+        """World places (T, 3) in the body's frame; they mean nothing where there is no pose."""
+        return np.asarray(np.einsum("tji,tj->ti", self.rotation, places - self.translation))
+
+    def held(self) -> BodyPoses:
+        """The last pose there was, in every frame: a glass lost for a moment stays; invalid before the first pose."""
+        rows = np.maximum.accumulate(np.where(self.valid, np.arange(len(self.valid)), -1))
+        return BodyPoses(self.times, self.translation[rows], self.rotation[rows], rows >= 0, self.linked)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +95,8 @@ class PairContact:
     """
 
     pair: Pair
-    touching: NDArray[np.bool_]
-    known: NDArray[np.bool_]
+    touching: BoolArray
+    known: BoolArray
     detection: Detection
     column: int
 
@@ -145,6 +149,19 @@ class EffectInputs:
     def __len__(self) -> int:
         return len(self.times)
 
+    def ends(self, span: Span) -> tuple[float, float]:
+        """First second of a span, and the second at which it is over; the recording's last, if it ends before."""
+        first, stop = span
+        return float(self.times[first]), float(self.times[min(stop, len(self) - 1)])
+
+    def end(self, stop: int) -> float | None:
+        """The ``end`` of an event that is over at frame ``stop``; ``None``: the recording ends before."""
+        return None if stop >= len(self) else float(self.times[stop])
+
+    def shown(self, spans: Iterable[Span], word: str) -> list[LaneSpan]:
+        """Spans of frames as spans of a lane."""
+        return [LaneSpan(*self.ends(span), word) for span in spans]
+
     def count(self, name: str, by: int = 1) -> None:
         """Add to a counter of this effect's work."""
         self.counters[name] += int(by)
@@ -166,13 +183,8 @@ class EffectInputs:
         if self._named(name) not in names:
             raise EffectError(f"effect {self.kind!r}: body {name!r} has no mesh or was not recorded; record it")
         column, motion = names.index(name), self.assembly.motion
-        return BodyPoses(
-            motion.times,
-            motion.translations[:, column],
-            motion.rotations[:, column],
-            motion.valid[:, column],
-            motion.linked[:, column],
-        )
+        place, turn = motion.translations[:, column], motion.rotations[:, column]
+        return BodyPoses(motion.times, place, turn, motion.valid[:, column], motion.linked[:, column])
 
     def mesh(self, name: str) -> MeshData:
         """Vertices and faces in the body's frame."""
@@ -225,9 +237,8 @@ class EffectInputs:
         """
         if self.detection is None:
             raise EffectError(f"effect {self.kind!r} asks for contacts; name a `detector`")
-        columns = {
-            frozenset(self.detection.names[k] for k in row): c for c, row in enumerate(self.detection.pairs.tolist())
-        }
+        names = self.detection.names
+        columns = {frozenset((names[a], names[b])): c for c, (a, b) in enumerate(self.detection.pairs.tolist())}
         column = columns.get(frozenset(pair))
         if column is None:
             raise EffectError(f"effect {self.kind!r} asks for {pair[0]}-{pair[1]}, which was not looked at")

@@ -54,19 +54,19 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 
 def contents_of(vessel: Vessel) -> Contents:
     """What the scene says is in a vessel at first; ``H2O`` is counted in pure water and where the scene tells it."""
-    liquid = vessel.liquid
+    liquid = vessel.contents("liquid")
     litres = vessel.volume_ml * 1e-3
     contents = Contents(vessel.volume_ml)
     solute = str(liquid.get("solute") or "")
     if solute:
-        contents.amounts[solute] = litres * vessel.told(liquid, "liquid", "molar")
+        contents.amounts[solute] = litres * vessel.amount(liquid, "liquid", "molar")
     if "water_molar" in liquid:
-        contents.amounts[WATER] = litres * vessel.told(liquid, "liquid", "water_molar")
+        contents.amounts[WATER] = litres * vessel.amount(liquid, "liquid", "water_molar")
     elif not solute:
         contents.amounts[WATER] = litres * WATER_MOLAR
-    solid = vessel.solid
+    solid = vessel.contents("solid")
     if solid:
-        mass, weight = (vessel.told(solid, "solid", key) for key in ("mass_g", "molar_mass"))
+        mass, weight = (vessel.amount(solid, "solid", key) for key in ("mass_g", "molar_mass"))
         if weight <= 0.0:
             raise vessel.fail("has solid.molar_mass = 0; give it in g/mol")
         contents.solids[str(solid.get("formula") or "solid")] = mass / weight

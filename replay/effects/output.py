@@ -15,6 +15,11 @@ FloatArray = NDArray[np.float64]
 Vector = tuple[float, float, float]
 
 
+def vector_of(place: FloatArray) -> Vector:
+    """A place (3,) as three plain numbers."""
+    return float(place[0]), float(place[1]), float(place[2])
+
+
 @dataclass(frozen=True)
 class EffectEvent:
     """Something an effect found.
@@ -128,18 +133,40 @@ class EffectOutput:
     @property
     def digest(self) -> str:
         """SHA-256 of everything but ``data``."""
-        told = hashlib.sha256()
+        digest = hashlib.sha256()
         for event in self.events:
-            told.update(json.dumps(asdict(event), sort_keys=True, default=_plain).encode())
+            digest.update(json.dumps(asdict(event), sort_keys=True, default=_plain).encode())
         for name, one in sorted(self.series.items()):
-            told.update(f"{name}/{one.unit}".encode() + one.times.tobytes() + one.values.tobytes())
+            digest.update(f"{name}/{one.unit}".encode() + one.times.tobytes() + one.values.tobytes())
         for name, spans in sorted(self.lanes.items()):
-            told.update(json.dumps([name, [asdict(span) for span in spans]]).encode())
+            digest.update(json.dumps([name, [asdict(span) for span in spans]]).encode())
         for name, liquid in sorted(self.liquids.items()):
-            told.update(name.encode() + np.array([liquid.floor, liquid.radius]).tobytes())
-            told.update(liquid.times.tobytes() + liquid.level.tobytes() + liquid.rgba.tobytes())
-        told.update(b"" if self.ran is None else self.ran.tobytes())
-        return told.hexdigest()
+            digest.update(name.encode() + np.array([liquid.floor, liquid.radius]).tobytes())
+            digest.update(liquid.times.tobytes() + liquid.level.tobytes() + liquid.rgba.tobytes())
+        digest.update(b"" if self.ran is None else self.ran.tobytes())
+        return digest.hexdigest()
+
+
+class Findings:
+    """Collects the output of an effect while it runs, for frames (T,); ``output`` puts all of it in order of time."""
+
+    def __init__(self, count: int) -> None:
+        self.events: list[EffectEvent] = []
+        self.series: dict[str, Series] = {}
+        self.lanes: dict[str, list[LaneSpan]] = {}
+        self.liquids: dict[str, Liquid] = {}
+        self.ran = np.zeros(count, dtype=np.bool_)
+
+    def lane(self, name: str, *spans: LaneSpan) -> None:
+        """Add spans to a lane."""
+        if spans:
+            self.lanes.setdefault(name, []).extend(spans)
+
+    def output(self, data: Any = None) -> EffectOutput:
+        """Everything so far."""
+        events = tuple(sorted(self.events, key=lambda event: event.time))
+        lanes = {name: tuple(sorted(spans, key=lambda span: span.start)) for name, spans in self.lanes.items()}
+        return EffectOutput(events, self.series, lanes, self.ran, self.liquids, data)
 
 
 def _plain(value: Any) -> Any:

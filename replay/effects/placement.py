@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.fitting import settled_runs, velocities
 from replay.effects.inputs import BodyPoses, EffectInputs
-from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, vector_of
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of
 from sessions.mesh_data import MeshData
@@ -18,31 +18,20 @@ from sessions.mesh_data import MeshData
 if TYPE_CHECKING:
     from replay.effects.contact import Touch, Touches
 
-UPRIGHT: Final = (0.0, 1.0, 0.0)
-
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``placed`` and ``tipped`` with tilt and margin, once per contact; a lane of rest per pair."""
     touches: Touches = inputs.output("contact").data
-    events: list[EffectEvent] = []
-    lanes: dict[str, tuple[LaneSpan, ...]] = {}
-    ran = np.zeros(len(inputs), dtype=np.bool_)
+    found = Findings(len(inputs))
     for declared in inputs.declared:
         for pair in declared.pairs():
-            rests = []
             for touch in touches.of(pair):
-                ran[touch.first : touch.stop] = True
+                found.ran[touch.first : touch.stop] = True
                 rest = _rest(inputs, declared, pair, touch)
                 if rest is not None:
-                    rests.append(LaneSpan(float(inputs.times[rest]), _end(inputs, touch), "rests"))
-                    events.append(_event(inputs, declared, pair, rest))
-            if rests:
-                lanes[f"{pair[0]}-{pair[1]}"] = tuple(rests)
-    return EffectOutput(events=tuple(sorted(events, key=lambda event: event.time)), lanes=lanes, ran=ran)
-
-
-def _end(inputs: EffectInputs, touch: Touch) -> float:
-    return float(inputs.times[min(touch.stop, len(inputs) - 1)])
+                    found.lane(f"{pair[0]}-{pair[1]}", *inputs.shown([(rest, touch.stop)], "rests"))
+                    found.events.append(_event(inputs, declared, pair, rest))
+    return found.output()
 
 
 def _rest(inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], touch: Touch) -> int | None:
@@ -76,16 +65,15 @@ def _event(inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], f
     thing = inputs.poses(pair[0])
     tilt = float(np.degrees(thing.tilt()[frame]))
     centre = thing.rotation[frame] @ centre_of_mass(inputs.mesh(pair[0])) + thing.translation[frame]
-    told = inputs.output("contact").data.meeting(pair, frame)
-    margin = margin_over(centre[[0, 2]], told[:, [0, 2]]) if len(told) else float("nan")
+    points = inputs.output("contact").data.meeting(pair, frame)
+    margin = margin_over(centre[[0, 2]], points[:, [0, 2]]) if len(points) else float("nan")
     values: dict[str, float | int | str | bool] = {"tilt_deg": tilt}
-    if len(told):
+    if len(points):
         values["margin_m"] = margin
     tipped = tilt > declared.number("tilt_deg") or margin < 0.0
     word, level = ("tipped", "warning") if tipped else ("placed", "info")
     message = f"{pair[0]} {'tips over' if tipped else 'is placed'} on {pair[1]}"
-    x, y, z = centre.tolist()
-    return EffectEvent(float(inputs.times[frame]), word, pair, None, values, message, level, (x, y, z))
+    return EffectEvent(float(inputs.times[frame]), word, pair, None, values, message, level, vector_of(centre))
 
 
 def centre_of_mass(mesh: MeshData) -> FloatArray:

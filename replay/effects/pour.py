@@ -10,13 +10,11 @@ from numpy.typing import NDArray
 from replay.effects.declaring import Declaration, bodies, number
 from replay.effects.fitting import HALF_WINDOW, LEAST_SAMPLES, fitted, settled_runs
 from replay.effects.inputs import BodyPoses, EffectInputs
-from replay.effects.models.ballistic import disc_entered, place_at_height
 from replay.effects.models.tilted import tilt_of_onset, volume_kept
-from replay.effects.models.transfers import Ledger, Liquids, Transfer, Vector, flows, total_ml
-from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan
-from replay.effects.pour_events import GAP_S, vector_of
+from replay.effects.models.transfers import GAP_S, Ledger, Liquids, Transfer, flows
+from replay.effects.output import EffectOutput, Findings, FloatArray, LaneSpan, Vector
 from replay.effects.protocol import EffectSpec
-from replay.effects.vessels import ML, Vessel, last_known, vessels_of, volumes
+from replay.effects.vessels import ML, Vessel, flow_event, landing, vessels_of, volumes
 from replay.errors import EffectError
 from sessions.scene import Scene
 
@@ -34,17 +32,18 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     bench.run()
     moved = tuple(bench.ledger.transfers)
     least = min((declared.number("least_ml") for declared in inputs.declared), default=0.0)
-    found = flows(moved, GAP_S, least)
+    found = Findings(len(inputs))
+    found.ran = bench.ran
+    for flow in flows(moved, least):
+        source, target = flow[0].source, flow[0].target
+        if target:
+            found.events.append(flow_event(inputs, flow, "pour", f"poured from {source} into {target}"))
+        found.lane(source, LaneSpan(flow[0].time, flow[-1].time, f"into {target}" if target else "spills"))
     every = sorted((*moved, *bench.received), key=lambda one: one.frame)
-    told = volumes(inputs.times, initial, tuple(every))
-    return EffectOutput(
-        events=tuple(_event(inputs, flow) for flow in found if flow[0].target),
-        series={f"{name}/volume": one for name, one in told.items()},
-        lanes=_lanes(found),
-        ran=bench.ran,
-        liquids={name: bench.vessels[name].drawn(one.times, one.values) for name, one in told.items()},
-        data=Liquids(initial, moved),
-    )
+    for name, one in volumes(inputs.times, initial, tuple(every)).items():
+        found.series[f"{name}/volume"] = one
+        found.liquids[name] = bench.vessels[name].drawn(one.times, one.values)
+    return found.output(Liquids(initial, moved))
 
 
 @dataclass
@@ -58,7 +57,7 @@ class _Bench:
     ran: NDArray[np.bool_] = field(init=False)
     tilts: dict[str, FloatArray] = field(default_factory=dict)
     poses: dict[str, BodyPoses] = field(default_factory=dict)
-    known: dict[str, NDArray[np.int64]] = field(default_factory=dict)
+    held: dict[str, BodyPoses] = field(default_factory=dict)
     after: dict[str, int] = field(default_factory=dict)
     next: dict[str, int] = field(default_factory=dict)
     coming: list[Transfer] = field(default_factory=list)
@@ -69,7 +68,7 @@ class _Bench:
         self.ledger = Ledger({name: vessel.volume_ml for name, vessel in self.vessels.items()})
         self.ran = np.zeros(len(inputs), dtype=np.bool_)
         self.poses = {name: inputs.poses(name) for name in self.vessels}
-        self.known = {name: last_known(poses) for name, poses in self.poses.items()}
+        self.held = {name: poses.held() for name, poses in self.poses.items()}
         if inputs.has("burette"):
             moved: Liquids = inputs.output("burette").data
             self.coming = [one for one in moved.transfers if one.target in self.vessels]
@@ -150,14 +149,8 @@ class _Bench:
         """Name of the vessel it falls into, with the place it left; ``""`` with the place where it lands."""
         start = self._exit(frame, source)
         velocity = self._velocity(frame, source)
-        there = {name: row for name in self.routes[source] if (row := int(self.known[name][frame])) >= 0}
-        discs = [self.vessels[name].opening(self.poses[name], row) for name, row in there.items()]
-        self.inputs.count("arcs", len(discs))
-        target = disc_entered(start, velocity, discs)
-        if target:
-            return target, vector_of(start)
-        floor = min((float(self.poses[k].translation[row, 1]) for k, row in there.items()), default=float(start[1]))
-        return "", vector_of(place_at_height(start, velocity, floor))
+        targets = {name: self.held[name] for name in self.routes[source]}
+        return landing(self.inputs, self.vessels, targets, frame, start, velocity)
 
     def _exit(self, frame: int, source: str) -> FloatArray:
         """Where it leaves: the lip, or the lowest point of the rim where that is lower."""
@@ -182,22 +175,6 @@ class _Bench:
         if runs[frame - rows.start] < 0 or int(same.sum()) < LEAST_SAMPLES:
             return np.zeros(3)
         return fitted(poses.times[rows][same], lips[same]).velocity(float(poses.times[frame]))
-
-
-def _event(inputs: EffectInputs, flow: tuple[Transfer, ...]) -> EffectEvent:
-    first, last, volume = flow[0], flow[-1], total_ml(flow)
-    words = f"{volume:.1f} mL poured from {first.source} into {first.target}"
-    values = {"volume_ml": volume, "seconds": last.time - first.time}
-    end = None if last.frame == len(inputs) - 1 else last.time
-    return EffectEvent(first.time, "pour", (first.source, first.target), end, values, words, point=first.point)
-
-
-def _lanes(found: list[tuple[Transfer, ...]]) -> dict[str, tuple[LaneSpan, ...]]:
-    lanes: dict[str, list[LaneSpan]] = {}
-    for flow in found:
-        word = f"into {flow[0].target}" if flow[0].target else "spills"
-        lanes.setdefault(flow[0].source, []).append(LaneSpan(flow[0].time, flow[-1].time, word))
-    return {name: tuple(spans) for name, spans in lanes.items()}
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,9 +11,8 @@ from replay.effects.declaring import Declaration, mapping, number, text
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.colours import COLOURS, WATERY, blended
 from replay.effects.models.solubility import amount_fallen
-from replay.effects.output import EffectEvent, EffectOutput, FloatArray, Liquid, Series
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec
-from replay.errors import EffectError
 
 if TYPE_CHECKING:
     from replay.effects.reaction import Reacted
@@ -25,10 +25,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     """Event ``precipitate`` at the onset with the mass at the end; mass as a series; a cloudy liquid."""
     reacted: tuple[Reacted, ...] = inputs.output("reaction").data
     drawn = inputs.output("mixing").liquids
-    events: list[EffectEvent] = []
-    series: dict[str, Series] = {}
-    liquids: dict[str, Liquid] = {}
-    ran = np.zeros(len(inputs), dtype=np.bool_)
+    found = Findings(len(inputs))
     for declared in inputs.declared:
         solid = declared.text("solid")
         for one in reacted:
@@ -37,15 +34,14 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             history = one.history
             amount = _fallen(declared, one)
             inputs.count("equilibria solved", len(amount))
-            ran[history.frames] = True
-            series[f"{one.vessel}/{solid}"] = Series(history.times, amount * declared.number("molar_mass"), "g")
-            events += _onset(declared, one, amount)
+            found.ran[history.frames] = True
+            found.series[f"{one.vessel}/{solid}"] = Series(history.times, amount * declared.number("molar_mass"), "g")
+            found.events += _onset(declared, one, amount)
             if one.vessel in drawn:
                 litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
                 cloud = blended(WATERY, COLOURS[declared.text("colour")], amount / litres / CLOUDY_MOL_L)
-                clear = drawn[one.vessel]
-                liquids[one.vessel] = Liquid(clear.times, clear.level, clear.floor, clear.radius, cloud)
-    return EffectOutput(tuple(sorted(events, key=lambda event: event.time)), series, {}, ran, liquids)
+                found.liquids[one.vessel] = replace(drawn[one.vessel], rgba=cloud)
+    return found.output()
 
 
 def _fallen(declared: Declaration, one: Reacted) -> FloatArray:
@@ -57,8 +53,8 @@ def _fallen(declared: Declaration, one: Reacted) -> FloatArray:
         ions = float(supplied.get(formula, 1))
         exponent = ions * coefficient / parts
         if exponent != round(exponent):
-            raise EffectError(
-                f"{declared.file}: {declared.place}: {coefficient} {formula} for {parts} {declared.text('solid')} "
+            raise declared.unmet(
+                f"{coefficient} {formula} for {parts} {declared.text('solid')} "
                 f"gives {exponent:g} ions per formula; say under ions how many each {formula} brings"
             )
         amounts[formula] = ions * one.history.amount(formula)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,7 +11,7 @@ from replay.effects.declaring import Declaration, mapping, number, text
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.acid_base import AcidBase
 from replay.effects.models.equation import Equation, approach, equation_of
-from replay.effects.output import EffectEvent, EffectOutput, FloatArray, LaneSpan, Series
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
 from sessions.scene import Scene
 from sessions.toml_table import is_number
@@ -44,26 +43,22 @@ class Reacted:
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Event ``end-point`` where acid and base are equivalent; extents and pH as series."""
     mixed: Mixture = inputs.output("mixing").data
-    events: list[EffectEvent] = []
-    series: dict[str, Series] = {}
-    lanes: dict[str, tuple[LaneSpan, ...]] = {}
-    found: list[Reacted] = []
-    ran = np.zeros(len(inputs), dtype=np.bool_)
+    found, reacted = Findings(len(inputs)), list[Reacted]()
     for declared in inputs.declared:
         equation, chemistry = equation_of(declared.text("equation")), _chemistry(declared)
         for vessel, history in mixed.histories.items():
             if not _meet(equation, history):
                 continue
             one = _reacted(inputs, declared, equation, vessel, history)
-            found.append(one)
-            ran |= np.isin(inputs.times, one.times)
+            reacted.append(one)
+            found.ran |= np.isin(inputs.times, one.times)
             inputs.count("rows reacted", len(one.times))
-            series[f"{vessel}/extent"] = Series(one.times, one.extent, "mol")
-            lanes[vessel] = (LaneSpan(_begin(one), float(one.times[-1]), declared.text("equation")),)
+            found.series[f"{vessel}/extent"] = Series(one.times, one.extent, "mol")
+            found.lanes[vessel] = [LaneSpan(_begin(one), float(one.times[-1]), declared.text("equation"))]
             if any(chemistry.is_acid(formula) or chemistry.is_base(formula) for formula in equation.reagents):
-                series[f"{vessel}/pH"] = _ph(inputs, one, chemistry)
-                events += _end_points(one, chemistry)
-    return EffectOutput(tuple(sorted(events, key=lambda event: event.time)), series, lanes, ran, data=tuple(found))
+                found.series[f"{vessel}/pH"] = _ph(inputs, one, chemistry)
+                found.events += _end_points(one, chemistry)
+    return found.output(tuple(reacted))
 
 
 def _meet(equation: Equation, history: History) -> bool:
@@ -146,8 +141,6 @@ def _check(declared: Declaration, _scene: Scene) -> None:
             raise declared.fail(f"bases.{formula} is {value!r}; give the pKa of its conjugate acid")
 
 
-_NONE: Mapping[str, object] = {}
-
 SPEC = EffectSpec(
     kind="reaction",
     about="What is mixed reacts.",
@@ -156,8 +149,8 @@ SPEC = EffectSpec(
     fields={
         "equation": text("a balanced equation; its reagents are the formulas of solutes and solids"),
         "rate_per_s": number("first-order rate; absent: it ends at once", "1/s", default=None, above=0.0),
-        "acids": mapping("weak acids: formula = [pKa of each proton, rising]", default=_NONE),
-        "bases": mapping("weak bases: formula = pKa of the conjugate acid", default=_NONE),
+        "acids": mapping("weak acids: formula = [pKa of each proton, rising]", default={}),
+        "bases": mapping("weak bases: formula = pKa of the conjugate acid", default={}),
         "pkw": number(
             "ion product of water", "", default=13.995, above=0.0,
             source="IAPWS R11-07: 13.995 at 25 degC and 0.1 MPa",

@@ -18,14 +18,6 @@ def spans_of(mask: BoolArray) -> list[Span]:
     return list(zip(np.flatnonzero(change == 1).tolist(), np.flatnonzero(change == -1).tolist(), strict=True))
 
 
-def mask_of(spans: list[Span], count: int) -> BoolArray:
-    """(count,) True inside the spans."""
-    mask = np.zeros(count, dtype=np.bool_)
-    for first, stop in spans:
-        mask[first:stop] = True
-    return mask
-
-
 def steadied(flag: BoolArray, known: BoolArray, frames_in: int, frames_out: int) -> list[Span]:
     """Spans that begin with ``frames_in`` frames of True in a row and end with ``frames_out`` of False in a row.
 

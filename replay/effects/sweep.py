@@ -2,29 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from cdcore import Verdict
 from replay.effects.declaring import pairs
 from replay.effects.inputs import EffectInputs, PairContact
-from replay.effects.output import EffectEvent, EffectOutput, LaneSpan
+from replay.effects.output import EffectEvent, EffectOutput, Findings, vector_of
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``hit`` where a contact begins, with the interval of its time of impact, and ``unresolved``."""
-    events: list[EffectEvent] = []
-    lanes: dict[str, tuple[LaneSpan, ...]] = {}
+    found = Findings(len(inputs))
     for pair in inputs.pairs:
-        told = inputs.contact(pair)
+        answer = inputs.contact(pair)
         inputs.count("intervals", len(inputs))
-        spans = spans_of(told.touching)
-        events += [_hit(inputs, told, first, stop) for first, stop in spans]
-        events += _unresolved(inputs, told)
-        if spans:
-            lanes[f"{pair[0]}-{pair[1]}"] = tuple(_lane(inputs, first, stop) for first, stop in spans)
-    return EffectOutput(tuple(sorted(events, key=lambda event: (event.time, event.bodies))), lanes=lanes)
+        spans = spans_of(answer.touching)
+        found.events += [_hit(inputs, answer, first, stop) for first, stop in spans]
+        found.events += _unresolved(inputs, answer)
+        # A contact of an interval began after the frame before it.
+        found.lane(f"{pair[0]}-{pair[1]}", *inputs.shown([(max(0, first - 1), stop) for first, stop in spans], "hit"))
+    found.events.sort(key=lambda event: (event.time, event.bodies))
+    return replace(found.output(), ran=None)
 
 
 def _hit(inputs: EffectInputs, told: PairContact, first: int, stop: int) -> EffectEvent:
@@ -32,11 +34,10 @@ def _hit(inputs: EffectInputs, told: PairContact, first: int, stop: int) -> Effe
     step = (float(inputs.times[max(0, first - 1)]), float(inputs.times[first]))
     low, high = told.detection.toi.get((first, told.column), step)
     inputs.count("hits")
-    segments = told.section(first).reshape(-1, 3)
-    x, y, z = segments.mean(axis=0).tolist() if len(segments) else (0.0, 0.0, 0.0)
-    end = float(inputs.times[stop]) if stop < len(inputs) else None
+    points = told.section(first).reshape(-1, 3)
+    point = vector_of(points.mean(axis=0)) if len(points) else None
     values = {"impact_low_s": low, "impact_high_s": high, "intervals": stop - first}
-    return EffectEvent(high, "hit", told.pair, end, values, point=(x, y, z) if len(segments) else None)
+    return EffectEvent(high, "hit", told.pair, inputs.end(stop), values, point=point)
 
 
 def _unresolved(inputs: EffectInputs, told: PairContact) -> list[EffectEvent]:
@@ -49,10 +50,6 @@ def _unresolved(inputs: EffectInputs, told: PairContact) -> list[EffectEvent]:
         )
         for row in rows.tolist()
     ]  # fmt: skip
-
-
-def _lane(inputs: EffectInputs, first: int, stop: int) -> LaneSpan:
-    return LaneSpan(float(inputs.times[max(0, first - 1)]), float(inputs.times[min(stop, len(inputs) - 1)]), "hit")
 
 
 SPEC = EffectSpec(

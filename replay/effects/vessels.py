@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay.effects.inputs import BodyPoses, EffectInputs
-from replay.effects.models.ballistic import Disc
+from replay.effects.models.ballistic import Disc, disc_entered, place_at_height
 from replay.effects.models.colours import WATERY
-from replay.effects.models.transfers import Transfer
-from replay.effects.output import FloatArray, Liquid, Series
+from replay.effects.models.transfers import Transfer, total_ml
+from replay.effects.output import EffectEvent, FloatArray, Liquid, Series, Vector, vector_of
+from replay.effects.spans import BoolArray
 from replay.errors import EffectError
 from sessions.scene import SceneBody
 from sessions.toml_table import is_number
@@ -25,12 +26,7 @@ ML = 1e-6
 
 @dataclass(frozen=True)
 class Vessel:
-    """One vessel.
-
-    Parameters
-    ----------
-    body : its declaration.
-    """
+    """One vessel and its declaration."""
 
     body: SceneBody
 
@@ -42,22 +38,13 @@ class Vessel:
         """The error to raise, naming the body."""
         return EffectError(f"scene: body {self.body.id!r} {words}")
 
-    @property
-    def liquid(self) -> Mapping[str, Any]:
-        """``properties.liquid`` as written, empty where nothing stands in it."""
-        properties = self.body.extra.get("properties") or {}
-        found: Mapping[str, Any] = properties.get("liquid") or {}
+    def contents(self, kind: str) -> Mapping[str, Any]:
+        """``properties.liquid`` or ``properties.solid`` as written, empty where there is none."""
+        found: Mapping[str, Any] = (self.body.extra.get("properties") or {}).get(kind) or {}
         return found
 
-    @property
-    def solid(self) -> Mapping[str, Any]:
-        """``properties.solid`` as written, empty where there is none."""
-        properties = self.body.extra.get("properties") or {}
-        found: Mapping[str, Any] = properties.get("solid") or {}
-        return found
-
-    def told(self, table: Mapping[str, Any], place: str, key: str) -> float:
-        """A number of at least 0 that the scene says in ``properties``."""
+    def amount(self, table: Mapping[str, Any], place: str, key: str) -> float:
+        """A number of at least 0 that the scene declares in ``properties``."""
         value: Any = table.get(key)
         if not is_number(value) or value < 0.0:
             raise self.fail(f"has {place}.{key} = {value!r}; give a finite number of at least 0")
@@ -66,7 +53,17 @@ class Vessel:
     @property
     def volume_ml(self) -> float:
         """What stands in it at first."""
-        return self.told({"volume_ml": 0.0, **self.liquid}, "liquid", "volume_ml")
+        return self.amount({"volume_ml": 0.0, **self.contents("liquid")}, "liquid", "volume_ml")
+
+    @property
+    def floor(self) -> float:
+        """Height of the cavity's floor in the body's frame, metres."""
+        return self.size("floor", above=-math.inf)
+
+    @property
+    def level(self) -> float:
+        """Height of the surface at first, upright, in the body's frame, metres."""
+        return self.floor + self.volume_ml * ML / self.section_m2
 
     @property
     def cylinder(self) -> tuple[float, float] | None:
@@ -83,7 +80,7 @@ class Vessel:
     @property
     def section_m2(self) -> float:
         """Mean cross-section between floor and mark."""
-        height = self.size("mark") - self.size("floor", above=-math.inf)
+        height = self.size("mark") - self.floor
         if height <= 0.0:
             raise self.fail("has a mark that is not above its floor; measure both along +Y from its origin")
         return self.size("capacity_ml") * ML / height
@@ -110,27 +107,53 @@ class Vessel:
 
     def drawn(self, times: FloatArray, volume_ml: FloatArray, rgba: NDArray[np.uint8] | None = None) -> Liquid:
         """What stands in it, as a cylinder of its mean cross-section."""
-        floor = self.size("floor", above=-math.inf)
         colour = np.tile(np.array(WATERY, dtype=np.uint8), (len(times), 1)) if rgba is None else rgba
-        level = floor + volume_ml * ML / self.section_m2
-        return Liquid(times, level, floor, math.sqrt(self.section_m2 / math.pi), colour)
+        level = self.floor + volume_ml * ML / self.section_m2
+        return Liquid(times, level, self.floor, math.sqrt(self.section_m2 / math.pi), colour)
 
 
 def vessels_of(inputs: EffectInputs, names: tuple[str, ...]) -> dict[str, Vessel]:
-    """The vessels of these names.
-
-    Raises
-    ------
-    EffectError
-        One has no cavity.
-    """
+    """The vessels of these names; `EffectError` where one has no cavity."""
     return {name: Vessel(inputs.body(name)) for name in dict.fromkeys(names)}
 
 
-def last_known(poses: BodyPoses) -> NDArray[np.int64]:
-    """(T,) the frame of the last pose there was, -1 before the first: a glass lost for a moment stays where it was."""
-    rows = np.where(poses.valid, np.arange(len(poses.valid)), -1)
-    return np.maximum.accumulate(rows)
+def inside(places: FloatArray, poses: BodyPoses, vessel: Vessel) -> BoolArray:
+    """(T,) whether world places (T, 3) lie between a vessel's floor and mouth and no wider than the mouth."""
+    local, middle = poses.local(places), vessel.place("opening")
+    across = np.hypot(local[:, 0] - middle[0], local[:, 2] - middle[2])
+    between = (local[:, 1] >= vessel.floor) & (local[:, 1] <= middle[1])
+    return np.asarray(between & (across <= vessel.size("opening_radius")) & poses.valid)
+
+
+def landing(
+    inputs: EffectInputs, vessels: Mapping[str, Vessel], held: Mapping[str, BodyPoses], frame: int, start: FloatArray,
+    velocity: FloatArray,
+) -> tuple[str, Vector]:  # fmt: skip
+    """Where liquid goes that is let go at a frame: the vessel it falls into and where it started, or ``""`` and where
+    it lands.
+
+    Parameters
+    ----------
+    held : vessels that may receive, each with the last pose there was.
+    """
+    there = {name: poses for name, poses in held.items() if poses.valid[frame]}
+    discs = [vessels[name].opening(poses, frame) for name, poses in there.items()]
+    inputs.count("arcs", len(discs))
+    if target := disc_entered(start, velocity, discs):
+        return target, vector_of(start)
+    floor = min((float(poses.translation[frame, 1]) for poses in there.values()), default=float(start[1]))
+    return "", vector_of(place_at_height(start, velocity, floor))
+
+
+def flow_event(
+    inputs: EffectInputs, flow: tuple[Transfer, ...], name: str, words: str, digits: int = 1
+) -> EffectEvent:
+    """The event of a flow with its volume and time; ``words`` follow the volume. One without a target is a warning."""
+    first, last, volume = flow[0], flow[-1], total_ml(flow)
+    bodies, level = ((first.source, first.target), "info") if first.target else ((first.source,), "warning")
+    values = {"volume_ml": volume, "seconds": last.time - first.time}
+    end = None if last.frame == len(inputs) - 1 else last.time
+    return EffectEvent(first.time, name, bodies, end, values, f"{volume:.{digits}f} mL {words}", level, first.point)
 
 
 def volumes(times: FloatArray, initial_ml: Mapping[str, float], transfers: tuple[Transfer, ...]) -> dict[str, Series]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from cdcore import Motion
 from replay.assembly import Assembly
+from replay.effects.spans import switched
 from sessions import Session
 
 PRESSED: Final = 0.6
@@ -75,13 +76,8 @@ def grasps(assembly: Assembly, session: Session) -> tuple[Grasp, ...] | None:
 
 
 def _presses(times: NDArray[np.float64], trigger: NDArray[np.float64]) -> list[tuple[float, float]]:
-    change = np.flatnonzero((trigger > PRESSED) | (trigger < RELEASED))
-    down = trigger[change] > PRESSED
-    edges = np.flatnonzero(np.diff(down.astype(np.int8), prepend=0))
-    at = times[change[edges]].tolist()
-    rises = down[edges].tolist()
-    ends = [*at[1:], float(times[-1])] if at else []
-    return [(start, end) for start, end, up in zip(at, ends, rises, strict=True) if up]
+    spans = switched(trigger.astype(np.float64), PRESSED, RELEASED)
+    return [(float(times[first]), float(times[min(stop, len(times) - 1)])) for first, stop in spans]
 
 
 def _movable(assembly: Assembly, session: Session) -> list[int]:

@@ -41,7 +41,7 @@ class Moving:
 def moving(assembly: Assembly, hands: list[int]) -> Moving:
     """Measure the hands, given by body number."""
     motion, origin = assembly.motion, assembly.origin
-    tracked = [k for k in range(len(assembly.bodies)) if not _fixed(assembly, k)]
+    tracked = sorted(set(range(len(assembly.bodies))) - fixed_bodies(assembly))
     flagged = float(np.mean(origin[:, tracked] != PoseOrigin.RECORDED)) if tracked else 0.0
     watched = hands or tracked
     ticks = np.arange(float(motion.times[0]), float(motion.times[-1]) + 0.5 * STEP_S, STEP_S)
@@ -56,13 +56,9 @@ def moving(assembly: Assembly, hands: list[int]) -> Moving:
     return Moving(valid / 60.0, float(steps.sum()), idle / valid if valid else 0.0, flagged)
 
 
-def _fixed(assembly: Assembly, body: int) -> bool:
-    return bool((assembly.origin[:, body] == PoseOrigin.FIXED).all())
-
-
 def fixed_bodies(assembly: Assembly) -> set[int]:
     """Bodies that the scene declares fixed."""
-    return {k for k in range(len(assembly.bodies)) if _fixed(assembly, k)}
+    return set(np.flatnonzero((assembly.origin == PoseOrigin.FIXED).all(axis=0)).tolist())
 
 
 def task_seconds(session: Session) -> dict[str, float]:

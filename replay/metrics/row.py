@@ -26,29 +26,15 @@ FLICKER_S: Final = 0.1
 REACH_S: Final = 0.5
 """A hand touching what it takes this long before or after the press means to."""
 
+_TEXT, _WHOLE, _REAL = pa.string(), pa.int64(), pa.float64()
+
 METRICS: Final[dict[str, Any]] = {
-    "student": pa.string(),
-    "session": pa.string(),
-    "scene": pa.string(),
-    "tool": pa.string(),
-    "settings": pa.string(),
-    "detector": pa.string(),
-    "recall": pa.float64(),
-    "contact_frames": pa.int64(),
-    "valid_minutes": pa.float64(),
-    "flagged_share": pa.float64(),
-    "contacts_per_min": pa.float64(),
-    "unintended_contacts_per_min": pa.float64(),
-    "near_misses": pa.int64(),
-    "grasp_attempts": pa.int64(),
-    "grasps": pa.int64(),
-    "breakages": pa.int64(),
-    "spilled_ml": pa.float64(),
-    "hazard_seconds": pa.float64(),
-    "path_m": pa.float64(),
-    "idle_share": pa.float64(),
-    "task_seconds": pa.float64(),
-}
+    "student": _TEXT, "session": _TEXT, "scene": _TEXT, "tool": _TEXT, "settings": _TEXT, "detector": _TEXT,
+    "recall": _REAL, "contact_frames": _WHOLE, "valid_minutes": _REAL, "flagged_share": _REAL,
+    "contacts_per_min": _REAL, "unintended_contacts_per_min": _REAL, "near_misses": _WHOLE, "grasp_attempts": _WHOLE,
+    "grasps": _WHOLE, "breakages": _WHOLE, "spilled_ml": _REAL, "hazard_seconds": _REAL, "path_m": _REAL,
+    "idle_share": _REAL, "task_seconds": _REAL,
+}  # fmt: skip
 """Column -> type. ``settings`` is a digest of all that decides a row; a value nobody measured is null. ``recall`` is
 the share of the oracle's ``contact_frames`` (pair-frames) that the detector reports, 1 for the oracle itself; null
 where there are none."""

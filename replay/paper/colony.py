@@ -13,7 +13,7 @@ from cdcore import Body, Motion, Verdict, create_detector
 from cdcore.search.settings import EQUATIONS
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.audit.wilson import wilson
-from replay.paper.fixtures import FAMILY_NAMES, fixture
+from replay.paper.fixtures import FAMILY_NAMES, fixture, middle_of, radius_of
 from replay.paper.tables import Cell, PaperTable
 from sessions.synthetic.streams import random_stream
 
@@ -46,11 +46,8 @@ def near_poses(family: str, count: int, seed: int = 0) -> NearPoses:
     turns = rotation_from_quaternion(rng.normal(size=(2 * count, 4))).reshape(count, 2, 3, 3)
     way = rng.normal(size=(count, 3))
     way /= np.linalg.norm(way, axis=1)[:, None]
-    middles = [(body.mesh.vertices.min(axis=0) + body.mesh.vertices.max(axis=0)) / 2 for body in bodies]
-    reach = sum(
-        float(np.linalg.norm(body.mesh.vertices - middle, axis=1).max())
-        for body, middle in zip(bodies, middles, strict=True)
-    )
+    middles = [middle_of(body.mesh) for body in bodies]
+    reach = sum(radius_of(body.mesh) for body in bodies)
     exact = create_detector("exact", bodies, containment=False)
 
     def motion(distance: NDArray[np.float64]) -> Motion:

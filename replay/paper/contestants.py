@@ -83,11 +83,6 @@ class Answer:
         return self.faces / self.true_faces
 
     @property
-    def pair_recall(self) -> float:
-        """Share of the face pairs that meet which were found."""
-        return self.right_pairs / self.true_pairs
-
-    @property
     def invented(self) -> int:
         """Face pairs reported that do not meet."""
         return self.pairs - self.right_pairs
@@ -129,12 +124,5 @@ def answer_of(
     """Face pairs found (k, 2) held to the truth."""
     right = np.array(sorted(set(map(tuple, pairs.tolist())) & set(map(tuple, truth.tolist()))), dtype=np.int64)
     right = right.reshape(-1, 2)
-    return Answer(
-        faces=faces_of_pairs(right),
-        true_faces=faces_of_pairs(truth),
-        pairs=len(pairs),
-        true_pairs=len(truth),
-        right_pairs=len(right),
-        operations=operations,
-        seconds=seconds,
-    )
+    faces, true_faces = faces_of_pairs(right), faces_of_pairs(truth)
+    return Answer(faces, true_faces, len(pairs), len(truth), len(right), operations, seconds)

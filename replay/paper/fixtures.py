@@ -140,8 +140,8 @@ class _Way:
         self.turns = rotation_from_quaternion(rng.normal(size=(2, 4)))
         direction = rng.normal(size=3)
         self.direction = direction / np.linalg.norm(direction)
-        self.reach = sum(_radius(body.mesh) for body in bodies)
-        middles = [_middle(body.mesh) for body in bodies]
+        self.reach = sum(radius_of(body.mesh) for body in bodies)
+        middles = [middle_of(body.mesh) for body in bodies]
         self.start = rng.normal(size=3) * 0.1
         self.base = np.array([self.start - turn @ middle for turn, middle in zip(self.turns, middles, strict=True)])
 
@@ -197,14 +197,16 @@ def _typical_faces(bodies: tuple[Body, Body], family: str, seed: int) -> float:
     return 0.75 * float(np.median(most))
 
 
-def _middle(mesh: TriangleMesh) -> FloatArray:
+def middle_of(mesh: TriangleMesh) -> FloatArray:
+    """Middle (3,) of the box about a mesh."""
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     middle: FloatArray = (low + high) / 2
     return middle
 
 
-def _radius(mesh: TriangleMesh) -> float:
-    return float(np.linalg.norm(mesh.vertices - _middle(mesh), axis=1).max())
+def radius_of(mesh: TriangleMesh) -> float:
+    """Distance of the farthest vertex from the middle."""
+    return float(np.linalg.norm(mesh.vertices - middle_of(mesh), axis=1).max())
 
 
 def torus(sections: int, large: float = 0.05, small: float = 0.02) -> TriangleMesh:
@@ -250,13 +252,9 @@ def _torus_and_sphere(sections: int) -> tuple[Body, Body]:
 
 @cache
 def _beaker_and_flask(faces: int) -> tuple[Body, Body]:
-    beaker, flask = (
-        make_instrument("beaker_250", faces=faces).mesh,
-        make_instrument("erlenmeyer_flask", faces=faces).mesh,
-    )
-    return Body("beaker", TriangleMesh(beaker.vertices, beaker.faces)), Body(
-        "flask", TriangleMesh(flask.vertices, flask.faces)
-    )
+    beaker, flask = (make_instrument(name, faces=faces).mesh for name in ("beaker_250", "erlenmeyer_flask"))
+    first, second = (TriangleMesh(mesh.vertices, mesh.faces) for mesh in (beaker, flask))
+    return Body("beaker", first), Body("flask", second)
 
 
 Maker = Callable[[int], tuple[Body, Body]]

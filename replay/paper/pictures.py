@@ -24,11 +24,12 @@ def pictures_of(tables: Sequence[PaperTable]) -> dict[str, tuple[str, bytes]]:
     return {one.key: (PICTURES[one.key][0], _png(PICTURES[one.key][1](one))) for one in tables if one.key in PICTURES}
 
 
-def _figure(panels: int = 1, height: float = 4.5) -> tuple[Any, list[Axes]]:
+def _figure(panels: int = 1, height: float = 4.5, rows: int = 1) -> tuple[Any, list[Axes]]:
+    """A figure and its panels, row after row; those of a row share their vertical axis."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.0, height), dpi=110, layout="constrained")
-    axes = figure.subplots(1, panels, squeeze=False, sharey=True)[0].tolist()
+    axes = figure.subplots(rows, panels, squeeze=False, sharey="row").ravel().tolist()
     for one in axes:
         one.grid(True, alpha=0.3)
         one.set_axisbelow(True)
@@ -37,6 +38,8 @@ def _figure(panels: int = 1, height: float = 4.5) -> tuple[Any, list[Axes]]:
 
 
 def _png(figure: Any) -> bytes:
+    for axes in figure.axes:
+        axes.title.set_fontsize(10)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", metadata={"Software": None})
     return buffer.getvalue()
@@ -48,17 +51,14 @@ def _legend(figure: Any, axes: Axes, columns: int = 4) -> None:
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=8, frameon=False)
 
 
-def _number(cell: Cell) -> float:
-    return float("nan") if cell is None or isinstance(cell, str) else float(cell)
-
-
 def _numbers(cells: Sequence[Cell]) -> list[float]:
-    return [_number(cell) for cell in cells]
+    return [float("nan") if cell is None or isinstance(cell, str) else float(cell) for cell in cells]
 
 
-def _errors(middle: Sequence[float], low: Sequence[Cell], high: Sequence[Cell]) -> Any:
+def _errors(table: PaperTable, middle: Sequence[float], low: str = "low", high: str = "high") -> Any:
     """Distances of an interval's ends from its middle; rounding may put an end a hair inside."""
-    one, below, above = (np.array(part, dtype=float) for part in (middle, _numbers(low), _numbers(high)))
+    one = np.array(middle)
+    below, above = (np.array(_numbers(table.column(heading))) for heading in (low, high))
     return np.maximum(0.0, [one - below, above - one])
 
 
@@ -82,7 +82,6 @@ def _table_one(table: PaperTable) -> Any:
             axes.plot(faces, _numbers(some.column(heading)), style, label=heading, markersize=5)
         axes.plot(faces, _numbers(some.column(PRINTED)), "x", color=GREY, label=PRINTED)
         axes.set(title=name, xlabel="faces that intersect")
-        axes.title.set_fontsize(10)
     panels[0].set_ylabel("faces detected, mean of a pose")
     _legend(figure, panels[0])
     return figure
@@ -123,10 +122,10 @@ def _caps(table: PaperTable) -> Any:
 
 def _sampling(table: PaperTable) -> Any:
     figure, (axes,) = _figure()
-    rates = [f"{_number(cell):g} Hz" for cell in table.column("looks a second")]
+    rates = [f"{rate:g} Hz" for rate in _numbers(table.column("looks a second"))]
     missed = _numbers(table.column("missed, share"))
     places = np.arange(len(rates))
-    error = _errors(missed, table.column("low"), table.column("high"))
+    error = _errors(table, missed)
     axes.bar(places - 0.2, missed, 0.38, yerr=error, capsize=3, label="contacts missed, with Wilson interval")
     axes.bar(places + 0.2, _numbers(table.column("missed seconds, share")), 0.38, label="seconds of contact missed")
     axes.set_xticks(places, rates)
@@ -141,11 +140,10 @@ def _accuracy(table: PaperTable) -> Any:
     for axes, share in zip(panels, shares, strict=True):
         some = _chosen(table, "B", share)
         names, means = [str(cell) for cell in some.column("algorithm")], _numbers(some.column("mean"))
-        error = _errors(means, some.column("mean, low"), some.column("mean, high"))
+        error = _errors(some, means, "mean, low", "mean, high")
         axes.errorbar(means, names, xerr=error, fmt="o", capsize=3, label="mean, with bootstrap interval")
         axes.plot(_numbers(some.column(f"mean: {PRINTED}")), names, "x", color=GREY, label=PRINTED)
-        axes.set(title=f"B = {_number(share):g}", xlabel="face recall of a pose", xlim=(-0.05, 1.05))
-        axes.title.set_fontsize(10)
+        axes.set(title=f"B = {share:g}", xlabel="face recall of a pose", xlim=(-0.05, 1.05))
     panels[0].invert_yaxis()
     _legend(figure, panels[0])
     return figure
@@ -154,7 +152,7 @@ def _accuracy(table: PaperTable) -> Any:
 def _times(table: PaperTable) -> Any:
     figure, (axes,) = _figure()
     names, middle = [str(cell) for cell in table.column("algorithm")], _numbers(table.column("median, ms"))
-    error = _errors(middle, table.column("lower quartile, ms"), table.column("upper quartile, ms"))
+    error = _errors(table, middle, "lower quartile, ms", "upper quartile, ms")
     axes.errorbar(middle, names, xerr=error, fmt="o", capsize=3)
     axes.set_xscale("log")
     axes.xaxis.set_major_formatter("{x:g}")
@@ -164,19 +162,15 @@ def _times(table: PaperTable) -> Any:
 
 
 def _rates(table: PaperTable) -> Any:
-    return _by_family(table, "algorithm", "share of colliding poses detected, with Wilson interval")
-
-
-def _by_family(table: PaperTable, heading: str, words: str) -> Any:
     families = _distinct(table, "family")
     figure, panels = _figure(len(families))
     for axes, family in zip(panels, families, strict=True):
         some = _chosen(table, "family", family)
         rates = _numbers(some.column("rate"))
-        error = _errors(rates, some.column("low"), some.column("high"))
-        axes.errorbar(rates, [str(cell) for cell in some.column(heading)], xerr=error, fmt="o", capsize=3)
+        error = _errors(some, rates)
+        axes.errorbar(rates, [str(cell) for cell in some.column("algorithm")], xerr=error, fmt="o", capsize=3)
+        words = "share of colliding poses detected, with Wilson interval"
         axes.set(title=str(family), xlabel=words, xlim=(-0.03, 1.03))
-        axes.title.set_fontsize(10)
         axes.xaxis.label.set_fontsize(8)
     panels[0].invert_yaxis()
     return figure
@@ -190,11 +184,10 @@ def _ablation(table: PaperTable) -> Any:
             some = _chosen(_chosen(table, "family", family), "variant", variant)
             places = np.arange(len(some.rows)) + 0.15 * number
             rates = _numbers(some.column("rate"))
-            error = _errors(rates, some.column("low"), some.column("high"))
+            error = _errors(some, rates)
             axes.errorbar(places, rates, error, fmt="o", capsize=3, label=str(variant))
             axes.set_xticks(places, [str(cell) for cell in some.column("without")])
         axes.set(title=str(family), xlabel="equation switched off", ylim=(-0.03, 1.03))
-        axes.title.set_fontsize(10)
     panels[0].set_ylabel("share of colliding poses detected")
     _legend(figure, panels[0])
     return figure
@@ -217,7 +210,7 @@ def _coverage(table: PaperTable) -> Any:
     for family in _distinct(table, "family"):
         some = _chosen(table, "family", family)
         rates = _numbers(some.column("rate"))
-        error = _errors(rates, some.column("low"), some.column("high"))
+        error = _errors(some, rates)
         axes.errorbar(_sizes(some, axes), rates, error, fmt="o-", capsize=3, label=str(family))
     axes.set(ylabel="contacts of which no pair is in the sample", ylim=(-0.03, 1.03))
     _legend(figure, axes)
@@ -225,31 +218,25 @@ def _coverage(table: PaperTable) -> Any:
 
 
 def _search(table: PaperTable) -> Any:
-    from matplotlib.figure import Figure
-
     families = _distinct(table, "family")
     missed = next(heading for heading in table.head if heading.startswith("misses at"))
     spent = next(heading for heading in table.head if heading.startswith("evaluations") and "covered" in heading)
-    figure = Figure(figsize=(10.0, 7.5), dpi=110, layout="constrained")
-    grid = figure.subplots(2, len(families), squeeze=False, sharey="row")
-    for (rates, work), family in zip(grid.T, families, strict=True):
+    figure, panels = _figure(len(families), 7.5, rows=2)
+    upper, lower = panels[: len(families)], panels[len(families) :]
+    for rates, work, family in zip(upper, lower, families, strict=True):
         for search in _distinct(table, "search"):
             some = _chosen(_chosen(table, "family", family), "search", search)
             style = "o:" if search == EXPECTED else "o-"
             shares = _numbers(some.column("rate"))
-            error = _errors(shares, some.column("low"), some.column("high"))
+            error = _errors(some, shares)
             rates.errorbar(_sizes(some, rates), shares, error, fmt=style, capsize=2)
             work.plot(_sizes(some, work), _numbers(some.column(spent)), style, label=str(search))
         rates.set(title=f"{family}: {missed} evaluations", ylim=(-0.03, 1.03))
         work.set(title=f"{family}: {spent} poses", yscale="log")
         work.yaxis.set_major_formatter("{x:,.0f}")
-        for axes in (rates, work):
-            axes.grid(True, alpha=0.3)
-            axes.spines[["top", "right"]].set_visible(False)
-            axes.title.set_fontsize(10)
-    grid[0, 0].set_ylabel("share of the covered poses, with Wilson interval")
-    grid[1, 0].set_ylabel("evaluations")
-    _legend(figure, grid[1, 0], 5)
+    upper[0].set_ylabel("share of the covered poses, with Wilson interval")
+    lower[0].set_ylabel("evaluations")
+    _legend(figure, lower[0], 5)
     return figure
 
 

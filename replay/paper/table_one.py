@@ -8,19 +8,22 @@ from itertools import product
 from statistics import mean
 from typing import Final
 
+import numpy as np
+
 from replay.machine import machine
 from replay.paper.calibration import SHARES, Calibration
 from replay.paper.contact_caps import Capped, ask_capped
 from replay.paper.contestants import CONTESTANTS, Answer, Group, answer_of, ask, make
 from replay.paper.engines import TREES, engines_of
 from replay.paper.printed import ACCURACY, OURS, PRINTED, TABLE_1, TIME_TO_RAPID, VARIANCE
-from replay.paper.statistics import quartiles, spread
 from replay.paper.tables import Cell, PaperTable
 from replay.progress import Progress, Silent
+from sessions.synthetic.streams import random_stream
 
 Answers = Mapping[str, Sequence[tuple[int, Answer]]]
 """Row -> target and answer, a pose each."""
 
+RESAMPLES: Final = 1000
 BUDGETED: Final = tuple(name for name, row in CONTESTANTS.items() if row.counters)
 
 
@@ -208,3 +211,43 @@ def times(calibration: Calibration) -> PaperTable:
     where = ", ".join(f"{key} {value}" for key, value in calibration.machine.items())
     note = f"All faces of a pose; one process, warm, rows in turn; measured on: {where}."
     return PaperTable("F7c", "Wall time of a pose", head, tuple(rows), note)
+
+
+@dataclass(frozen=True)
+class Spread:
+    """What n values are like: ``sd`` and ``variance`` divide by n - 1; ``low`` to ``high`` holds the mean at 95 %."""
+
+    n: int
+    mean: float
+    low: float
+    high: float
+    sd: float
+    variance: float
+
+
+def spread(values: Sequence[float], seed: int = 0) -> Spread:
+    """The spread of one value or more; the interval is a percentile bootstrap of ``RESAMPLES`` draws.
+
+    Raises
+    ------
+    ValueError
+        There is no value.
+
+    Examples
+    --------
+    >>> spread([1.0, 3.0]).variance
+    2.0
+    """
+    if not len(values):
+        raise ValueError("nothing was measured; give one value or more")
+    given = np.asarray(values, dtype=np.float64)
+    draws = random_stream(seed, "paper/bootstrap").integers(0, len(given), size=(RESAMPLES, len(given)))
+    low, high = np.quantile(given[draws].mean(axis=1), [0.025, 0.975])
+    variance = float(given.var(ddof=1)) if len(given) > 1 else 0.0
+    return Spread(len(given), float(given.mean()), float(low), float(high), variance**0.5, variance)
+
+
+def quartiles(values: Sequence[float]) -> tuple[float, float, float]:
+    """Lower quartile, median, upper quartile."""
+    low, middle, high = np.quantile(np.asarray(values, dtype=np.float64), [0.25, 0.5, 0.75])
+    return float(low), float(middle), float(high)

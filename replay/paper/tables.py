@@ -28,7 +28,7 @@ class PaperTable:
 
     def as_json(self) -> dict[str, Any]:
         """The same as plain data."""
-        return {"key": self.key, "title": self.title, "head": self.head, "rows": self.rows, "note": self.note}
+        return dict(vars(self))
 
     def column(self, heading: str) -> list[Cell]:
         """The cells below a heading."""

@@ -83,13 +83,11 @@ def bad_quaternions() -> Iterator[tuple[str, Attempt]]:
 
 def not_rigid() -> Iterator[tuple[str, Attempt]]:
     """36: matrices that stretch, shear or reflect."""
+    shear = np.eye(3) + np.diag([0.01, 0], 1)
     matrices = {
-        "1.01 R": 1.01 * np.eye(3),
-        ".5 R": 0.5 * np.eye(3),
-        "shear": np.eye(3) + np.diag([0.01, 0], 1),
-        "reflection": np.diag([1.0, 1, -1]),
+        "1.01 R": 1.01 * np.eye(3), ".5 R": 0.5 * np.eye(3), "shear": shear, "reflection": np.diag([1.0, 1, -1]),
         "zero": np.zeros((3, 3)),
-    }
+    }  # fmt: skip
     for name, matrix in matrices.items():
         yield name, _refused(partial(_matrix, matrix))
 

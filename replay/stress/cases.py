@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -51,13 +52,7 @@ class Cases:
 
 
 def write_cases(cases: Cases, folder: Path) -> Path:
-    """Write the file, under a temporary name first; returns its path.
-
-    Raises
-    ------
-    OutputError
-        The folder cannot be written.
-    """
+    """Write the file as ``write_arrays`` does; returns its path."""
     values = {name: np.asarray(getattr(cases, name)) for name in (*ARRAYS, *NUMBERS, "detector", "relation")}
     return write_arrays(values, folder / cases.file_name)
 
@@ -81,22 +76,23 @@ def write_arrays(values: Mapping[str, NDArray[Any]], target: Path) -> Path:
     return target
 
 
-def read_cases(path: Path) -> Cases:
-    """Read a file of ``write_cases``.
-
-    Raises
-    ------
-    StressError
-        It is not such a file.
-    """
+@contextmanager
+def stored_arrays(path: Path, what: str) -> Iterator[Any]:
+    """The arrays of a file of ``write_arrays``; `StressError` where it does not hold ``what`` is read from it."""
     try:
         with np.load(path, allow_pickle=False) as file:
-            row, triangles, truth, verdict = (file[name] for name in ARRAYS)
-            family, seed, count = (int(file[name]) for name in NUMBERS)
-            detector = str(file["detector"])
-            relation = str(file["relation"]) if "relation" in file else ""
+            yield file
     except (ValueError, KeyError, EOFError, TypeError, AttributeError, zipfile.BadZipFile) as error:
-        raise StressError(f"{path} holds no stress cases ({error}); give a file that replay stress wrote") from None
+        raise StressError(f"{path} holds no {what} ({error}); give a file that replay stress wrote") from None
+
+
+def read_cases(path: Path) -> Cases:
+    """Read a file of ``write_cases``; `StressError` where it is no such file."""
+    with stored_arrays(path, "stress cases") as file:
+        row, triangles, truth, verdict = (file[name] for name in ARRAYS)
+        family, seed, count = (int(file[name]) for name in NUMBERS)
+        detector = str(file["detector"])
+        relation = str(file["relation"]) if "relation" in file else ""
     rows = (len(row),)
     if triangles.shape != (*rows, 2, 3, 3) or truth.shape != rows or verdict.shape != rows:
         raise StressError(f"{path} holds arrays of different lengths; give a file that replay stress wrote")

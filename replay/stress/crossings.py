@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from cdcore import Motion, TriangleMesh
 from cdcore.numerics import FloatArray
 from replay.audit.tolerance import TAU
-from replay.stress.scenes import Maker, Scene, two
+from replay.stress.scenes import Maker, Scene, at, two
 from replay.stress.solids import ball_mesh, box_mesh
 
 SPEEDS: Final = (0.4, 0.6, 1.0, 2.0, 4.0)
@@ -49,9 +49,8 @@ def crossing(speed: float, phases: int = PHASES, aside: ArrayLike = 0.0) -> Moti
     return Motion(np.arange(count) / 90, place.reshape(count, 2, 3), turn, linked=linked.reshape(count, 2))
 
 
-def thin_wall(rng: Generator) -> Iterator[Scene]:
+def thin_wall(_rng: Generator) -> Iterator[Scene]:
     """29: every crossing has a contact, and a pass beside the plate by 3 um to 1 mm has none."""
-    del rng
     bodies = two(box_mesh((0.005,) * 3), box_mesh((0.2, 0.2, 0.001)))
     for speed in SPEEDS:
         yield Scene(f"{speed:g} m/s", bodies, crossing(speed), np.ones(PHASES, dtype=np.uint8), "intervals")
@@ -64,13 +63,6 @@ def one(name: str, meshes: tuple[TriangleMesh, TriangleMesh], motion: Motion, me
     return Scene(name, two(*meshes), motion, np.array([meets], dtype=np.uint8), "intervals")
 
 
-def along(places: ArrayLike) -> Motion:
-    """The first body at (T, 3), in straight lines, the second at the origin."""
-    first = np.asarray(places, dtype=np.float64)
-    both = np.stack([first, np.zeros_like(first)], axis=1)
-    return Motion(np.arange(len(first)) / 90, both, np.tile(np.eye(3), (len(first), 2, 1, 1)))
-
-
 def turning(degrees: float) -> Motion:
     """The first body turns about z from minus to plus half the angle, by the shortest arc; the second stands."""
     half = np.radians(degrees) / 2
@@ -80,9 +72,8 @@ def turning(degrees: float) -> Motion:
     return Motion([0, 1 / 90], np.zeros((2, 2, 3)), spin)
 
 
-def rotation_only(rng: Generator) -> Iterator[Scene]:
+def rotation_only(_rng: Generator) -> Iterator[Scene]:
     """30: of 181 degrees the shortest arc is 179 the other way."""
-    del rng
     rod = box_mesh((0.1, 0.004, 0.004), (0.06, 0, 0))
     for degrees in (90.0, 179.0, 181.0):
         for side in (1, -1):
@@ -91,23 +82,21 @@ def rotation_only(rng: Generator) -> Iterator[Scene]:
             yield one(name, (rod, post), turning(degrees), (side > 0) == (degrees < 180))
 
 
-def ends(rng: Generator) -> Iterator[Scene]:
+def ends(_rng: Generator) -> Iterator[Scene]:
     """31: contact only at the first instant, only at the last, and no motion at all."""
-    del rng
     meshes = box_mesh(), box_mesh()
-    yield one("at the start only", meshes, along([[1.0, 0, 0], [1.5, 0, 0]]), True)
-    yield one("at the end only", meshes, along([[1.5, 0, 0], [1.0, 0, 0]]), True)
-    yield one("standing in contact", meshes, along([[0.9, 0, 0], [0.9, 0, 0]]), True)
-    yield one("standing apart", meshes, along([[1.1, 0, 0], [1.1, 0, 0]]), False)
+    yield one("at the start only", meshes, at([[1.0, 0, 0], [1.5, 0, 0]]), True)
+    yield one("at the end only", meshes, at([[1.5, 0, 0], [1.0, 0, 0]]), True)
+    yield one("standing in contact", meshes, at([[0.9, 0, 0], [0.9, 0, 0]]), True)
+    yield one("standing apart", meshes, at([[1.1, 0, 0], [1.1, 0, 0]]), False)
 
 
-def grazing(rng: Generator) -> Iterator[Scene]:
+def grazing(_rng: Generator) -> Iterator[Scene]:
     """32: two tips that pass each other at one instant, touching or by a hair."""
-    del rng
     corners = np.concatenate([np.eye(3), -np.eye(3)])
     tip = TriangleMesh(corners, [[a, b, c] for a in (0, 3) for b in (1, 4) for c in (2, 5)])
     for gap in (0.0, TAU / 2, -TAU / 2, 2 * TAU, -2 * TAU):
-        yield one(f"gap {gap:g} m", (tip, tip), along([[-0.5, 0, 2 + gap], [0.5, 0, 2 + gap]]), gap <= 0)
+        yield one(f"gap {gap:g} m", (tip, tip), at([[-0.5, 0, 2 + gap], [0.5, 0, 2 + gap]]), gap <= 0)
 
 
 def reversed_and_split(rng: Generator) -> Iterator[Scene]:
@@ -121,7 +110,7 @@ def reversed_and_split(rng: Generator) -> Iterator[Scene]:
             ways |= {f"split at {s:.3g}": np.array([start, start + s * (end - start), end]) for s in (0.5, 0.25, 1 / 3)}
             for way, places in ways.items():
                 name = f"path {number} {'through' if meets else 'beside'} {way}"
-                yield one(name, meshes, along(places + shift), meets)
+                yield one(name, meshes, at(places + shift), meets)
 
 
 OVER_INTERVALS: Final[dict[int, tuple[str, Maker]]] = {

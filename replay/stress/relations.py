@@ -20,9 +20,8 @@ Relation = Callable[[FloatArray, Generator], FloatArray]
 """Triangle pairs (n, 2, 3, 3) to as many that meet where they met."""
 
 
-def swapped(pairs: FloatArray, rng: Generator) -> FloatArray:
+def swapped(pairs: FloatArray, _rng: Generator) -> FloatArray:
     """The other triangle first."""
-    del rng
     return pairs[:, ::-1]
 
 
@@ -56,12 +55,8 @@ def shifted(pairs: FloatArray, rng: Generator) -> FloatArray:
 
 
 RELATIONS: Final[dict[str, Relation]] = {
-    "swap": swapped,
-    "order": reordered,
-    "axes": turned,
-    "scale": scaled,
-    "shift": shifted,
-}
+    "swap": swapped, "order": reordered, "axes": turned, "scale": scaled, "shift": shifted,
+}  # fmt: skip
 """Name -> what makes the second question of the first."""
 
 

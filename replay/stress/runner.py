@@ -224,19 +224,12 @@ def tally_of(
         row = np.flatnonzero(failed)
         cases = Cases(name, family.number, seed, len(triangles), row, triangles[row], truth[row], verdict[row])
         file = str(write_cases(cases, out))
-    return Tally(
-        detector=name,
-        number=family.number,
-        name=family.name,
-        seed=seed,
-        pairs=len(triangles),
-        missed=int((wrong & ~within & truth).sum()),
-        invented=int((wrong & ~within & ~truth).sum()),
-        within=int(within.sum()),
-        refused=int(refused.sum()),
-        unconfirmed=int(unconfirmed.sum()),
-        file=file,
-    )
+    found = {
+        "missed": wrong & ~within & truth, "invented": wrong & ~within & ~truth, "within": within,
+        "refused": refused, "unconfirmed": unconfirmed,
+    }  # fmt: skip
+    counts = {word: int(rows.sum()) for word, rows in found.items()}
+    return Tally(name, family.number, family.name, seed, len(triangles), **counts, file=file)
 
 
 def _within(triangles: FloatArray, wrong: NDArray[np.bool_], tau: float) -> NDArray[np.bool_]:

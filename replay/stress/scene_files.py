@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,8 +12,7 @@ from numpy.typing import NDArray
 
 from cdcore import Body, Motion, TriangleMesh
 from cdcore.protocol.detection import Covers
-from replay.errors import StressError
-from replay.stress.cases import write_arrays
+from replay.stress.cases import stored_arrays, write_arrays
 from replay.stress.scenes import Scene
 
 
@@ -27,13 +25,7 @@ class FailedScene:
 
 
 def write_scenes(failed: Sequence[FailedScene], detector: str, number: int, seed: int, folder: Path) -> Path:
-    """Write ``case-41-hybrid-seed-100.npz``, under a temporary name first; returns its path.
-
-    Raises
-    ------
-    OutputError
-        The folder cannot be written.
-    """
+    """Write ``case-41-hybrid-seed-100.npz`` as ``write_arrays`` does; returns its path."""
     word = re.sub("[^a-z0-9]+", "-", detector.lower())
     target = folder / f"case-{number:02d}-{word}-seed-{seed}.npz"
     values: dict[str, NDArray[np.generic]] = {"detector": np.array(detector), "case": np.array(number)}
@@ -43,19 +35,10 @@ def write_scenes(failed: Sequence[FailedScene], detector: str, number: int, seed
 
 
 def read_scenes(path: Path) -> tuple[FailedScene, ...]:
-    """Read a file of ``write_scenes``.
-
-    Raises
-    ------
-    StressError
-        It is not such a file.
-    """
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            count = len({name.split("/")[0] for name in file.files if "/" in name})
-            return tuple(_scene({name: file[f"{k}/{name}"] for name in _NAMES}) for k in range(count))
-    except (ValueError, KeyError, EOFError, TypeError, AttributeError, zipfile.BadZipFile) as error:
-        raise StressError(f"{path} holds no scenes ({error}); give a file that replay stress wrote") from None
+    """Read a file of ``write_scenes``; `StressError` where it is no such file."""
+    with stored_arrays(path, "scenes") as file:
+        count = len({name.split("/")[0] for name in file.files if "/" in name})
+        return tuple(_scene({name: file[f"{k}/{name}"] for name in _NAMES}) for k in range(count))
 
 
 _NAMES = (

@@ -97,9 +97,8 @@ def cavity(rng: Generator) -> Iterator[Scene]:
         yield Scene(name, bodies, in_worlds(rng, 6), np.full(6, Verdict.CLEAR, dtype=np.uint8))
 
 
-def odd_meshes(rng: Generator) -> Iterator[Scene]:
+def odd_meshes(_rng: Generator) -> Iterator[Scene]:
     """37: meshes with every common fault, beside a sound one; clear, in contact, far away."""
-    del rng
     box = box_mesh()
     stray = [*box.vertices.tolist(), [50.0, 0, 0]]
     odd = {
@@ -116,9 +115,8 @@ def odd_meshes(rng: Generator) -> Iterator[Scene]:
         yield of_all_pairs(name, two(ball_mesh(0.5), mesh), at(np.array([[1.1, 0, 0], [0.9, 0.1, 0.2], [3, 0, 0]])))
 
 
-def far_away(rng: Generator) -> Iterator[Scene]:
+def far_away(_rng: Generator) -> Iterator[Scene]:
     """38: thousands of kilometres from the origin, by the poses or in the vertices."""
-    del rng
     near = np.array([[x, 0.1, 0.2] for x in (0.9, 0.99, 1.0, 1 + 1e-9, 1.01)])
     for shift in (1e3, 1e5, 1e7):
         offset = np.array([shift, -shift / 3, shift / 7])
@@ -128,9 +126,8 @@ def far_away(rng: Generator) -> Iterator[Scene]:
         yield of_all_pairs(f"{shift:g} m in the vertices", two(moved(ball, offset), moved(box, offset)), motion)
 
 
-def scaled(rng: Generator) -> Iterator[Scene]:
+def scaled(_rng: Generator) -> Iterator[Scene]:
     """39: all lengths times a power of two or of ten."""
-    del rng
     for scale in (2.0**-20, 2.0**-10, 2.0**10, 2.0**20, 1e-6, 1e-3, 1e3, 1e6):
         sized = (TriangleMesh(mesh.vertices * scale, mesh.faces) for mesh in (ball_mesh(0.5), box_mesh()))
         motion = at(np.array([[x, 0.1, 0.2] for x in (0.8, 0.9, 1.01, 1.1)]) * scale)

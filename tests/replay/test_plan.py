@@ -2,7 +2,7 @@ import pytest
 
 from replay.effects.protocol import EffectOutput, EffectSpec, Need
 from replay.errors import PlanError
-from replay.plan import DECLARED, closure, plan
+from replay.plan import DECLARED, plan
 from sessions.scene import Scene, SceneBody, SceneEffect
 from sessions.scene_toml import parse_scene
 
@@ -93,10 +93,6 @@ def test_effects_that_need_each_other_are_refused(made_up):
 def test_what_is_not_built_is_named_and_not_run():
     planned = plan(scene(("penetration", {}), ("contact", GLASS_ON_BENCH)))
     assert planned.not_built == ("penetration",) and planned.effects == ("contact",)
-
-
-def test_a_closure_holds_the_kinds_and_their_needs():
-    assert closure(["contact"]) == {"contact"}
 
 
 @pytest.mark.parametrize(

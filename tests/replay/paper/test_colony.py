@@ -5,6 +5,7 @@ import pytest
 
 from cdcore import Verdict, create_detector
 from cdcore.search.settings import EQUATIONS
+from replay.paper import colony
 from replay.paper.colony import detected, near_poses
 
 pytestmark = pytest.mark.slow
@@ -20,6 +21,16 @@ def test_an_independent_hierarchy_agrees_which_poses_collide(poses):
     assert (detector.detect(poses.colliding).verdict == Verdict.CONTACT).all()
     assert not (detector.detect(poses.free).verdict == Verdict.CONTACT).any()
     assert len(poses.colliding) + len(poses.free) == 40 and len(poses.free) > 2
+
+
+def test_the_bracket_closes_on_first_touch_from_both_sides(monkeypatch):
+    for name in ("DEEPER", "FARTHER"):
+        monkeypatch.setattr(colony, name, 0.0)
+    assert len(near_poses("torus-sphere", 20).free) == 0
+    # Beyond the last bracket, reach / 2^16 or 1.5 um, nothing touches any more.
+    monkeypatch.setattr(colony, "DEEPER", -1e-5)
+    monkeypatch.setattr(colony, "FARTHER", 1e-5)
+    assert len(near_poses("torus-sphere", 20).colliding) == 0
 
 
 def test_the_same_seed_gives_the_same_poses_and_another_others(poses):

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from replay.paper.statistics import quartiles, spread
+from replay.paper.table_one import quartiles, spread
 
 
 def test_a_known_sample_has_the_known_mean_deviation_and_variance():

@@ -18,13 +18,13 @@ def test_a_pause_splits_a_flow_and_a_shorter_one_does_not():
 
 
 def test_what_goes_elsewhere_is_another_flow_at_the_same_time():
-    parts = flows([drop(0.0), drop(0.0, target=""), drop(0.1), drop(0.1, target="")], 0.3, 0.0)
+    parts = flows([drop(0.0), drop(0.0, target=""), drop(0.1), drop(0.1, target="")], 0.0, 0.3)
     assert [(part[0].target, len(part)) for part in parts] == [("", 2), ("b", 2)]
 
 
 def test_less_than_a_flow_is_none():
-    assert flows([drop(0.0, 0.02), drop(0.1, 0.02)], 0.3, 0.05) == []
-    assert len(flows([drop(0.0, 0.03), drop(0.1, 0.03)], 0.3, 0.05)) == 1
+    assert flows([drop(0.0, 0.02), drop(0.1, 0.02)], 0.05, 0.3) == []
+    assert len(flows([drop(0.0, 0.03), drop(0.1, 0.03)], 0.05, 0.3)) == 1
 
 
 @given(st.lists(st.tuples(st.sampled_from("abc"), st.sampled_from(["a", "b", "c", ""]), st.floats(0.0, 1e3))))
