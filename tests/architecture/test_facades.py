@@ -82,10 +82,9 @@ def test_every_verb_can_be_called_twice_after_all_submodules_were_imported():
 
 
 SCRIPT = """
-import numpy as np
-from cdcore import FrameDetector, TriangleMesh, time_of_impact
-from replay import RunResult, audit, plan, run, stress, synthetic_session, tradeoff
-from sessions import Session, load_mesh, make_shape, read_session
+from cdcore import TriangleMesh
+from replay import audit, plan, run, stress, synthetic_session, tradeoff
+from sessions import make_shape, read_session
 
 session = read_session("a.mcap")
 result = run(session)
@@ -98,20 +97,11 @@ reveal_type(tradeoff(session).advice)
 reveal_type(stress().tallies)
 reveal_type(synthetic_session("titration")[0])
 reveal_type(make_shape("box", {"x": 1.0, "y": 1.0, "z": 1.0}))
-reveal_type(time_of_impact)
+reveal_type(TriangleMesh([[0.0] * 3], [[0, 0, 0]]))
 """
 
-REVEALED = (
-    "RunResult",
-    "Session",
-    "tuple[.*RunResult",
-    "Plan",
-    "tuple[.*str",
-    "tuple[.*Tally",
-    "Session",
-    "MeshData",
-    "Impact",
-)
+REVEALED = ("RunResult", "Session", "RunResult", "Plan", "str", "Tally", "Session", "MeshData", "TriangleMesh")
+"""What each of them names, in their order."""
 
 
 @pytest.mark.slow
