@@ -13,10 +13,13 @@ if TYPE_CHECKING:
     from cdcore.narrow.predicates import triangles_intersect
     from cdcore.protocol import Body, Detection, Detector, FaceSets, FrameDetector, Motion, Verdict, join
 
+__all__ = [
+    "DETECTORS", "Body", "Detection", "Detector", "FaceSets", "FrameDetector", "Impact", "Motion", "TimeOfImpact",
+    "TriangleMesh", "Verdict", "create_detector", "intersecting_faces", "join", "time_of_impact", "triangles_intersect",
+]  # fmt: skip
+
 _HOME = {
     "DETECTORS": "cdcore.detectors",
-    "create_detector": "cdcore.detectors",
-    "TriangleMesh": "cdcore.mesh",
     "Body": "cdcore.protocol",
     "Detection": "cdcore.protocol",
     "Detector": "cdcore.protocol",
@@ -24,38 +27,21 @@ _HOME = {
     "FrameDetector": "cdcore.protocol",
     "Impact": "cdcore.narrow.continuous.time_of_impact",
     "Motion": "cdcore.protocol",
+    "TimeOfImpact": "cdcore.narrow.continuous.time_of_impact",
+    "TriangleMesh": "cdcore.mesh",
     "Verdict": "cdcore.protocol",
+    "create_detector": "cdcore.detectors",
     "intersecting_faces": "cdcore.narrow.intersecting_faces",
     "join": "cdcore.protocol",
-    "TimeOfImpact": "cdcore.narrow.continuous.time_of_impact",
     "time_of_impact": "cdcore.narrow.continuous.time_of_impact",
     "triangles_intersect": "cdcore.narrow.predicates",
 }
 """Public name -> module; loaded on first use, so that ``import cdcore`` costs nothing."""
 
-__all__ = [
-    "DETECTORS",
-    "Body",
-    "Detection",
-    "Detector",
-    "FaceSets",
-    "FrameDetector",
-    "Impact",
-    "Motion",
-    "TimeOfImpact",
-    "TriangleMesh",
-    "Verdict",
-    "create_detector",
-    "intersecting_faces",
-    "join",
-    "time_of_impact",
-    "triangles_intersect",
-]
-
 
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
-        raise AttributeError(f"module 'cdcore' has no attribute {name!r}; it has: {', '.join(__all__)}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has: {', '.join(__all__)}")
     return getattr(import_module(_HOME[name]), name)
 
 

@@ -1,15 +1,13 @@
-"""The README's table of detectors, written from the detectors themselves: ``python -m replay.choosing README.md``."""
+"""The guide's table of detectors, written from the detectors themselves: ``python -m replay.choosing``."""
 
 from __future__ import annotations
 
 import inspect
 import re
-import sys
-from pathlib import Path
 from typing import Any, Final
 
-BEGIN: Final = "<!-- made by: python -m replay.choosing README.md -->"
-END: Final = "<!-- end of the made table -->"
+BEGIN: Final = "<!-- begin of the table that choosing.py makes -->"
+END: Final = "<!-- end of the table that choosing.py makes -->"
 HEAD: Final = "| name | what it does | choose it when | it cannot |\n|---|---|---|---|"
 
 
@@ -36,5 +34,7 @@ def _row(name: str, detector: type[Any]) -> str:
 
 
 if __name__ == "__main__":
-    for path in map(Path, sys.argv[1:]):
-        path.write_text(with_table(path.read_text("utf-8"), choosing_table()), encoding="utf-8")
+    from replay.guide.pages import FOLDER
+
+    place = FOLDER / "detectors.md"
+    place.write_text(with_table(place.read_text("utf-8"), choosing_table()), encoding="utf-8")

@@ -3,13 +3,41 @@
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sessions.doctor.examine import examine
+    from sessions.doctor.finding import Finding, Severity
+    from sessions.event import Event, Interval
+    from sessions.frames import Frames, Status
+    from sessions.glassware.catalogue import make_instrument
+    from sessions.glb import mesh_to_glb
+    from sessions.hand import HandTrack
+    from sessions.importers import IMPORTERS, import_session
+    from sessions.live_contact import LiveContact
+    from sessions.mcap_format.reader import read_session
+    from sessions.mcap_format.recorder import Recorder
+    from sessions.mcap_format.writer import write_session
+    from sessions.mesh_data import MeshData
+    from sessions.meshes import load_mesh
+    from sessions.recovery.recover import recover
+    from sessions.scene import Scene
+    from sessions.scene_toml import parse_scene, read_scene
+    from sessions.session import Session
+    from sessions.shapes import make_shape
+    from sessions.track import Track
+
+__all__ = [
+    "IMPORTERS", "Event", "Finding", "Frames", "HandTrack", "Interval", "LiveContact", "MeshData", "Recorder", "Scene",
+    "Session", "Severity", "Status", "Track", "examine", "import_session", "load_mesh", "make_instrument", "make_shape",
+    "mesh_to_glb", "parse_scene", "read_scene", "read_session", "recover", "write_session",
+]  # fmt: skip
 
 _HOME = {
+    "IMPORTERS": "sessions.importers",
     "Event": "sessions.event",
     "Finding": "sessions.doctor.finding",
     "Frames": "sessions.frames",
-    "IMPORTERS": "sessions.importers",
     "HandTrack": "sessions.hand",
     "Interval": "sessions.event",
     "LiveContact": "sessions.live_contact",
@@ -22,20 +50,22 @@ _HOME = {
     "Track": "sessions.track",
     "examine": "sessions.doctor.examine",
     "import_session": "sessions.importers",
+    "load_mesh": "sessions.meshes",
+    "make_instrument": "sessions.glassware.catalogue",
+    "make_shape": "sessions.shapes",
+    "mesh_to_glb": "sessions.glb",
     "parse_scene": "sessions.scene_toml",
-    "recover": "sessions.recovery.recover",
     "read_scene": "sessions.scene_toml",
     "read_session": "sessions.mcap_format.reader",
+    "recover": "sessions.recovery.recover",
     "write_session": "sessions.mcap_format.writer",
 }
 """Public name -> module; loaded on first use, so that ``import sessions`` costs nothing."""
 
-__all__ = list(_HOME)
-
 
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
-        raise AttributeError(f"module 'sessions' has no attribute {name!r}; it has: {', '.join(__all__)}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has: {', '.join(__all__)}")
     return getattr(import_module(_HOME[name]), name)
 
 

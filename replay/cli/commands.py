@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-GROUPS: Final = ("Record", "Check", "Replay", "Audit", "Study")
+GROUPS: Final = ("Record", "Check", "Replay", "Audit", "Study", "Learn")
 """Headings of the help text, in the order of a day's work."""
 
 
@@ -55,4 +55,5 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "stress": CommandSpec("replay.cli.stress:command", "Audit", "Ask detectors hard questions with known answers."),
     "paper": CommandSpec("replay.cli.paper:command", "Study", "Regenerate the paper's tables beside what it printed."),
     "bench": CommandSpec("replay.cli.bench:command", "Audit", "Time the exact detector beside python-fcl; its growth."),
+    "guide": CommandSpec("replay.cli.guide:command", "Learn", "Print a page of the guide; without a topic, the list."),
 }

@@ -145,9 +145,7 @@ def landing(
     return "", vector_of(place_at_height(start, velocity, floor))
 
 
-def flow_event(
-    inputs: EffectInputs, flow: tuple[Transfer, ...], name: str, words: str, digits: int = 1
-) -> EffectEvent:
+def flow_event(inputs: EffectInputs, flow: tuple[Transfer, ...], name: str, words: str, digits: int = 1) -> EffectEvent:
     """The event of a flow with its volume and time; ``words`` follow the volume. One without a target is a warning."""
     first, last, volume = flow[0], flow[-1], total_ml(flow)
     bodies, level = ((first.source, first.target), "info") if first.target else ((first.source,), "warning")

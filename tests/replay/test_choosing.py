@@ -1,20 +1,17 @@
-"""The README's table of detectors is the one its detectors write."""
-
-from pathlib import Path
+"""The guide's table of detectors is the one its detectors write."""
 
 import pytest
 
 from cdcore import DETECTORS
 from replay.choosing import BEGIN, END, choosing_table, with_table
+from replay.guide.pages import page
 from replay.made_up import made_up_names, made_up_session
 from sessions.errors import SessionError
 
-README = Path(__file__).resolve().parents[2] / "README.md"
 
-
-def test_the_table_of_the_readme_is_current():
-    text = README.read_text("utf-8")
-    assert with_table(text, choosing_table()) == text, "run: python -m replay.choosing README.md"
+def test_the_table_of_the_guide_is_current():
+    text = page("detectors")
+    assert with_table(text, choosing_table()) == text, "run the module that makes the table"
 
 
 def test_every_detector_has_one_row_of_four_cells():

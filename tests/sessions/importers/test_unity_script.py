@@ -1,4 +1,4 @@
-"""The Unity script of the README writes what the built-in mapping reads: its own format strings are used here."""
+"""The Unity script of the guide writes what the built-in mapping reads: its own format strings are used here."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from sessions.importers import import_session
 
-README = Path(__file__).resolve().parents[3] / "README.md"
+ROOT = Path(__file__).resolve().parents[3]
 
-SCRIPT = "".join(re.findall(r"```csharp\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.S))
+SCRIPT = "".join(re.findall(r"```csharp\n(.*?)```", (ROOT / "replay/guide/unity.md").read_text("utf-8"), flags=re.S))
 
 
 def templates():

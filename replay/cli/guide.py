@@ -1,0 +1,54 @@
+"""``replay guide``: the pages of the guide in the terminal."""
+
+from __future__ import annotations
+
+import sys
+from typing import Final
+
+import click
+
+from replay.cli.options import common
+
+WIDEST: Final = 100
+"""Columns: longer lines of prose are hard to read."""
+
+
+@click.command()
+@click.argument("topic", required=False, metavar="[TOPIC]")
+@common
+@click.pass_context
+def command(context: click.Context, topic: str | None, verbose: bool, quiet: bool, debug: bool) -> int:
+    """Print the page of the guide about TOPIC, or the list of all pages.
+
+    Where the output is no terminal, it is the page's Markdown.
+
+    \b
+    replay guide
+    replay guide audit
+    replay guide audit > audit.md
+    """
+    del verbose, quiet, debug
+    from replay.guide.pages import INDEX, find_topic, page, topics
+
+    known = topics()
+    found = INDEX if topic is None else find_topic(topic, known)
+    if found is None:
+        from sessions.toml_table import nearest
+
+        raise click.UsageError(f"the guide has no page {topic!r}{nearest(str(topic), known)}", context)
+    text = page(found)
+    if sys.stdout.isatty():
+        _show(text)
+    else:
+        click.echo(text, nl=False)
+    return 0
+
+
+def _show(text: str) -> None:
+    from rich.console import Console
+    from rich.markdown import Markdown
+
+    from replay.guide.pages import for_terminal
+
+    console = Console()
+    console.print(Markdown(for_terminal(text), hyperlinks=False), width=min(console.width, WIDEST))

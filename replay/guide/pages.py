@@ -1,0 +1,48 @@
+"""The pages of the guide: which there are, and the text of one. Markdown files beside this module."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Final
+
+FOLDER: Final = Path(__file__).parent
+
+INDEX: Final = "README"
+"""The page that a code host shows for the folder: it links all others, in reading order."""
+
+_LINK: Final = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
+_IMAGE: Final = re.compile(r"!\[[^\]]*\]\([^)]*\)\n*")
+_COMMENT: Final = re.compile(r"<!--.*?-->\n*", re.DOTALL)
+
+
+def topics() -> list[str]:
+    """The names of all pages but the index, in the order in which the index links them."""
+    linked = [Path(target).stem for _, target in _LINK.findall(page(INDEX)) if re.fullmatch(r"[\w-]+\.md", target)]
+    return list(dict.fromkeys(linked))
+
+
+def page(topic: str) -> str:
+    """The Markdown of a page; ``topic`` is one of ``topics()`` or ``INDEX``."""
+    return (FOLDER / f"{topic}.md").read_text("utf-8")
+
+
+def find_topic(word: str, among: list[str]) -> str | None:
+    """The topic that a word means: the topic itself, or the only one that contains the word."""
+    found = [word] if word in among else [topic for topic in among if word.lower() in topic]
+    return found[0] if len(found) == 1 else None
+
+
+def for_terminal(text: str) -> str:
+    """A page without what a terminal cannot show; a link to another page becomes the command that prints it."""
+    return _LINK.sub(_as_command, _COMMENT.sub("", _IMAGE.sub("", text)))
+
+
+def _as_command(link: re.Match[str]) -> str:
+    words, target = link.groups()
+    if target.startswith("http"):
+        return link[0]
+    if not re.fullmatch(r"[\w-]+\.md", target):
+        return words
+    topic = Path(target).stem
+    return f"{words} (`replay guide`)" if topic == INDEX else f"{words} (`replay guide {topic}`)"

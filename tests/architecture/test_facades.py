@@ -1,0 +1,121 @@
+"""The three facades: every public name is there, typed, and the same function at every use."""
+
+import ast
+import os
+import pkgutil
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("cdcore", "sessions", "replay")
+VERBS = ("plan", "run", "audit", "tradeoff", "stress")
+
+
+def homes(package):
+    """Public name -> (module, name there), from the imports that only a type checker reads."""
+    tree = ast.parse(Path(import_module(package).__file__).read_text("utf-8"))
+    typed = next(node for node in tree.body if isinstance(node, ast.If))
+    return {
+        alias.asname or alias.name: (node.module, alias.name)
+        for node in typed.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_facade_gives_what_its_typed_imports_say(package):
+    facade = import_module(package)
+    assert set(facade.__all__) == set(facade._HOME) == set(homes(package)) == set(dir(facade))
+    for name, (module, there) in homes(package).items():
+        assert facade.__getattr__(name) is getattr(import_module(module), there), name
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_name_that_is_not_there_is_answered_with_those_that_are(package):
+    facade = import_module(package)
+    with pytest.raises(AttributeError, match=rf"'{package}' has no attribute 'Mash'; it has: .*{facade.__all__[-1]}"):
+        _ = facade.Mash
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_package_says_that_it_is_typed(package):
+    assert (ROOT / package / "py.typed").is_file()
+
+
+@pytest.mark.xfail(strict=False, reason="packages and modules still bear names of functions; they move to other rooms")
+@pytest.mark.parametrize("package", PACKAGES)
+def test_no_submodule_bears_the_name_of_a_public_function(package):
+    facade = import_module(package)
+    assert {found.name for found in pkgutil.iter_modules(facade.__path__)} & set(facade.__all__) == set()
+
+
+TWICE = """
+import pkgutil, replay
+from importlib import import_module
+
+for found in pkgutil.walk_packages(replay.__path__, "replay."):
+    if not found.name.endswith("__main__"):
+        import_module(found.name)
+
+from sessions import parse_scene
+
+session = replay.synthetic_session("fast-ball")[0]
+for _ in range(2):
+    assert replay.plan(parse_scene("")).effects == ()
+    assert replay.run(session, oracle="none", detectors="sphere").detections
+    assert replay.audit(session, detectors="sphere", oracle="exact").summary
+    assert replay.tradeoff(session, repeats=1, time_limit=0.0).rows
+    assert replay.stress("exact", families=(), pairs=1).tallies == ()
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(strict=False, reason="packages and modules still bear names of functions; they move to other rooms")
+def test_every_verb_can_be_called_twice_after_all_submodules_were_imported():
+    done = subprocess.run([sys.executable, "-c", TWICE], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr[-3000:]
+
+
+SCRIPT = """
+from cdcore import TriangleMesh
+from replay import audit, plan, run, stress, synthetic_session, tradeoff
+from sessions import make_shape, read_session
+
+session = read_session("a.mcap")
+result = run(session)
+wrong: int = result
+reveal_type(result)
+reveal_type(session)
+reveal_type(audit(session).results)
+reveal_type(plan(session.scene))
+reveal_type(tradeoff(session).advice)
+reveal_type(stress().tallies)
+reveal_type(synthetic_session("titration")[0])
+reveal_type(make_shape("box", {"x": 1.0, "y": 1.0, "z": 1.0}))
+reveal_type(TriangleMesh([[0.0] * 3], [[0, 0, 0]]))
+"""
+
+REVEALED = ("RunResult", "Session", "RunResult", "Plan", "str", "Tally", "Session", "MeshData", "TriangleMesh")
+"""What each of them names, in their order."""
+
+
+@pytest.mark.slow
+def test_a_type_checker_sees_the_types_of_a_users_script(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT, "utf-8")
+    command = [sys.executable, "-m", "mypy", "--strict", "--config-file", str(ROOT / "pyproject.toml")]
+    done = subprocess.run(
+        [*command, str(script)], capture_output=True, text=True, cwd=ROOT, env=os.environ | {"MYPYPATH": str(ROOT)}
+    )
+    lines = [line for line in done.stdout.splitlines() if "script.py" in line]
+    errors = [line for line in lines if "error:" in line]
+    assert len(errors) == 1 and "Incompatible types in assignment" in errors[0], done.stdout[-3000:]
+    revealed = [line.partition("Revealed type is ")[2] for line in lines if "Revealed type" in line]
+    assert len(revealed) == len(REVEALED)
+    for line, name in zip(revealed, REVEALED, strict=True):
+        assert "Any" not in line and name in line, line

@@ -1,0 +1,34 @@
+"""The index leads to every page; a word finds its page; what a terminal cannot show becomes what it can."""
+
+import re
+
+import pytest
+
+from replay.guide.pages import FOLDER, INDEX, find_topic, for_terminal, page, topics
+
+
+def test_the_index_links_every_page_once_and_no_other():
+    assert sorted(topics()) == sorted(path.stem for path in FOLDER.glob("*.md") if path.stem != INDEX)
+    assert topics()[0] == "audit" and topics()[-1] == "glossary"
+
+
+@pytest.mark.parametrize("topic", [INDEX, *topics()])
+def test_a_page_begins_with_its_title_and_keeps_its_code_in_a_terminal(topic):
+    block = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+    assert page(topic).startswith("# ")
+    assert block.findall(for_terminal(page(topic))) == block.findall(page(topic))
+    assert max(map(len, (line for line in block.sub("", page(topic)).split("\n") if "|" not in line))) <= 120
+
+
+def test_a_word_means_the_topic_or_the_only_one_that_contains_it():
+    known = ["audit", "paper", "class-study", "paper-plane"]
+    assert [find_topic(word, known) for word in ("audit", "Study", "paper", "p", "nonsense")] == [
+        "audit", "class-study", "paper", None, None,
+    ]  # fmt: skip
+
+
+def test_a_link_becomes_the_command_that_prints_its_page():
+    text = (
+        "![picture](a.png)\n\n<!-- mark -->\n[audit](audit.md), [all](README.md), [file](../a.md), [web](https://a.b)"
+    )
+    assert for_terminal(text) == ("audit (`replay guide audit`), all (`replay guide`), file, [web](https://a.b)")
