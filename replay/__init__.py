@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from replay.run_result import RunResult
     from replay.runner import run
     from replay.stress.runner import StressResult, stress
-    from replay.tradeoff.trading import Tradeoff, tradeoff
+    from replay.run_result import Tradeoff, tradeoff
 
 __all__ = [
     "AuditResult", "Plan", "RunResult", "StressResult", "Tradeoff", "audit", "plan", "run", "stress",
