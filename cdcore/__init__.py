@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from cdcore.mesh import TriangleMesh
     from cdcore.narrow.continuous.time_of_impact import Impact, TimeOfImpact, time_of_impact
     from cdcore.narrow.intersecting_faces import intersecting_faces
-    from cdcore.narrow.predicates import triangles_intersect
+    from cdcore.narrow.triangles.predicates import triangles_intersect
     from cdcore.protocol import Body, Detection, Detector, FaceSets, FrameDetector, Motion, Verdict, join
 
 __all__ = [
@@ -34,7 +34,7 @@ _HOME = {
     "intersecting_faces": "cdcore.narrow.intersecting_faces",
     "join": "cdcore.protocol",
     "time_of_impact": "cdcore.narrow.continuous.time_of_impact",
-    "triangles_intersect": "cdcore.narrow.predicates",
+    "triangles_intersect": "cdcore.narrow.triangles.predicates",
 }
 """Public name -> module; loaded on first use, so that ``import cdcore`` costs nothing."""
 

@@ -6,13 +6,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from replay.auditor import AuditResult, audit
-    from replay.made_up import made_up_session as synthetic_session
-    from replay.plan import Plan, plan
-    from replay.run_result import RunResult
-    from replay.runner import run
-    from replay.stress.runner import StressResult, stress
-    from replay.run_result import Tradeoff, tradeoff
+    from replay.api.auditor import AuditResult, audit
+    from replay.api.runner import run
+    from replay.effects.effect_plan import Plan, plan
+    from replay.pipeline.run_result import RunResult, Tradeoff
+    from replay.studies.stress.stress_runner import StressResult, stress
+    from replay.studies.synthetic_sessions import made_up_session as synthetic_session
+    from replay.tradeoffs.sweep import tradeoff
 
 __all__ = [
     "AuditResult", "Plan", "RunResult", "StressResult", "Tradeoff", "audit", "plan", "run", "stress",
@@ -21,17 +21,17 @@ __all__ = [
 
 # Not the library lazy_loader: it needs stub files with relative imports, and its error does not list the names.
 _HOME = {
-    "AuditResult": "replay.auditor",
-    "Plan": "replay.plan",
-    "RunResult": "replay.run_result",
-    "StressResult": "replay.stress.runner",
-    "Tradeoff": "replay.tradeoff.trading",
-    "audit": "replay.auditor",
-    "plan": "replay.plan",
-    "run": "replay.runner",
-    "stress": "replay.stress.runner",
-    "synthetic_session": "replay.made_up:made_up_session",
-    "tradeoff": "replay.tradeoff.trading",
+    "AuditResult": "replay.api.auditor",
+    "Plan": "replay.effects.effect_plan",
+    "RunResult": "replay.pipeline.run_result",
+    "StressResult": "replay.studies.stress.stress_runner",
+    "Tradeoff": "replay.pipeline.run_result",
+    "audit": "replay.api.auditor",
+    "plan": "replay.effects.effect_plan",
+    "run": "replay.api.runner",
+    "stress": "replay.studies.stress.stress_runner",
+    "synthetic_session": "replay.studies.synthetic_sessions:made_up_session",
+    "tradeoff": "replay.tradeoffs.sweep",
 }
 """Public name -> module, or ``module:name`` where the names differ; loaded on first use, for a quick ``--help``."""
 

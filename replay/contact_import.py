@@ -7,16 +7,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from replay.assemble import RESIDUAL_FACT
-from replay.audit.clock_offset import ClockOffset, estimate_offset
-from replay.audit.recorded import reported_spans
-from replay.engine import compute
+from replay.base.progress import Progress
+from replay.comparison.clock_offset import ClockOffset, estimate_offset
+from replay.detection.recorded import reported_spans
 from replay.errors import AuditError
-from replay.progress import Progress
-from replay.run_result import RunResult
+from replay.pipeline.engine import compute
+from replay.pipeline.run_result import RunResult
+from replay.prepare.assemble import RESIDUAL_FACT
 from sessions import Session
 from sessions.importers.contacts_csv import read_contacts
-from sessions.live_contact import LiveContact
+from sessions.model.live_contact import LiveContact
 
 OFFSET_FACT: Final = "contacts_clock_offset_s"
 

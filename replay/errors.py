@@ -14,11 +14,11 @@
     ├── RunFolderError        a folder that holds no run, or a run of another version
     ├── TradeoffError         settings whose price cannot be measured: nothing to miss, no grid
     ├── WorkerError           a process of several that ended without an answer
-    ├── CalibrationError      wall times that cannot be read or are of another experiment (replay.paper.calibration)
-    ├── FixtureError          a number of faces in which no pose of two meshes meets (replay.paper.fixtures)
+    ├── CalibrationError      wall times that cannot be read or are of another experiment
+    ├── FixtureError          a number of faces in which no pose of two meshes meets
     ├── StressError           hard cases asked for in words or files that mean nothing
     └── StudyError            metrics, questionnaire or codebook that cannot be analysed
-        └── RefusedError      a result that a rule of the study forbids (replay.study.refusals)
+        └── RefusedError      a result that a rule of the study forbids (replay.studies.class_study.refusals)
 """
 
 from __future__ import annotations

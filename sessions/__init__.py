@@ -8,24 +8,24 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from sessions.doctor.examine import examine
     from sessions.doctor.finding import Finding, Severity
-    from sessions.event import Event, Interval
-    from sessions.frames import Frames, Status
+    from sessions.geometry.shapes import make_shape
     from sessions.glassware.catalogue import make_instrument
-    from sessions.glb import mesh_to_glb
-    from sessions.hand import HandTrack
     from sessions.importers import IMPORTERS, import_session
-    from sessions.live_contact import LiveContact
     from sessions.mcap_format.reader import read_session
     from sessions.mcap_format.recorder import Recorder
     from sessions.mcap_format.writer import write_session
     from sessions.mesh_data import MeshData
-    from sessions.meshes import load_mesh
+    from sessions.meshes.glb import mesh_to_glb
+    from sessions.meshes.mesh_files import load_mesh
+    from sessions.model.event import Event, Interval
+    from sessions.model.frames import Frames, Status
+    from sessions.model.hand import HandTrack
+    from sessions.model.live_contact import LiveContact
+    from sessions.model.scene import Scene
+    from sessions.model.session import Session
+    from sessions.model.track import Track
     from sessions.recovery.recover import recover
-    from sessions.scene import Scene
-    from sessions.scene_toml import parse_scene, read_scene
-    from sessions.session import Session
-    from sessions.shapes import make_shape
-    from sessions.track import Track
+    from sessions.scene_files.scene_toml import parse_scene, read_scene
 
 __all__ = [
     "IMPORTERS", "Event", "Finding", "Frames", "HandTrack", "Interval", "LiveContact", "MeshData", "Recorder", "Scene",
@@ -35,27 +35,27 @@ __all__ = [
 
 _HOME = {
     "IMPORTERS": "sessions.importers",
-    "Event": "sessions.event",
+    "Event": "sessions.model.event",
     "Finding": "sessions.doctor.finding",
-    "Frames": "sessions.frames",
-    "HandTrack": "sessions.hand",
-    "Interval": "sessions.event",
-    "LiveContact": "sessions.live_contact",
+    "Frames": "sessions.model.frames",
+    "HandTrack": "sessions.model.hand",
+    "Interval": "sessions.model.event",
+    "LiveContact": "sessions.model.live_contact",
     "MeshData": "sessions.mesh_data",
     "Recorder": "sessions.mcap_format.recorder",
-    "Scene": "sessions.scene",
-    "Session": "sessions.session",
+    "Scene": "sessions.model.scene",
+    "Session": "sessions.model.session",
     "Severity": "sessions.doctor.finding",
-    "Status": "sessions.frames",
-    "Track": "sessions.track",
+    "Status": "sessions.model.frames",
+    "Track": "sessions.model.track",
     "examine": "sessions.doctor.examine",
     "import_session": "sessions.importers",
-    "load_mesh": "sessions.meshes",
+    "load_mesh": "sessions.meshes.mesh_files",
     "make_instrument": "sessions.glassware.catalogue",
-    "make_shape": "sessions.shapes",
-    "mesh_to_glb": "sessions.glb",
-    "parse_scene": "sessions.scene_toml",
-    "read_scene": "sessions.scene_toml",
+    "make_shape": "sessions.geometry.shapes",
+    "mesh_to_glb": "sessions.meshes.glb",
+    "parse_scene": "sessions.scene_files.scene_toml",
+    "read_scene": "sessions.scene_files.scene_toml",
     "read_session": "sessions.mcap_format.reader",
     "recover": "sessions.recovery.recover",
     "write_session": "sessions.mcap_format.writer",

@@ -10,7 +10,11 @@ settings.register_profile("any machine", deadline=None, suppress_health_check=[H
 settings.register_profile("without slow tests", settings.get_profile("any machine"), max_examples=40)
 settings.load_profile("any machine")
 
-TOGETHER = ("tests/replay/paper", "tests/replay/rerun_log", "tests/sessions/synthetic/experiments")
+TOGETHER = (
+    "tests/replay/studies/paper",
+    "tests/replay/outputs/rerun_log",
+    "tests/sessions/synthetic/experiments",
+)
 """Folders whose files share what takes seconds to make."""
 
 
@@ -34,9 +38,11 @@ def pytest_collection():
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """Under ``--dist loadfile`` a file stays in one process, and so do the files of the folders ``TOGETHER``."""
-    if config.getoption("dist") != "loadfile":
-        return None
+    """Under ``-n`` a file stays in one process, and so do the files of the folders ``TOGETHER``.
+
+    Files share what they made. They are given out in their order: the acceptance tests, which take longest, come
+    first; by number of tests they, which have one or two, would come last and leave the other processes idle.
+    """
     from xdist.scheduler import LoadFileScheduling
 
     class LoadTogether(LoadFileScheduling):
@@ -45,6 +51,7 @@ def pytest_xdist_make_scheduler(config, log):
             folder = file.rpartition("/")[0]
             return folder if folder in TOGETHER else file
 
+    config.option.loadscopereorder = False
     return LoadTogether(config, log)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from cdcore.bounding.collider_shapes import SHAPES
 from cdcore.errors import InvalidSettingError
-from cdcore.narrow.containment import ContainmentStage
+from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion

@@ -10,9 +10,9 @@ from typing import ClassVar, Final
 import numpy as np
 
 from cdcore.bounding.sphere import sphere_best
-from cdcore.narrow.containment import ContainmentStage
-from cdcore.narrow.continuous.leg_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, LegAnswer, LegStage
+from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.continuous.search import FREE, HIT
+from cdcore.narrow.continuous.segment_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, LegAnswer, LegStage
 from cdcore.narrow.continuous.swept_spheres import SweptSpheres
 from cdcore.narrow.continuous.time_of_impact import require_search_settings
 from cdcore.narrow.spacetime.box_tree import build_box_tree

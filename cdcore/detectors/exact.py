@@ -10,8 +10,8 @@ from typing import ClassVar
 import numpy as np
 
 from cdcore.errors import InvalidSettingError
-from cdcore.narrow.containment import ContainmentStage
-from cdcore.narrow.section_source import sections_of
+from cdcore.narrow.containment.containment_stage import ContainmentStage
+from cdcore.narrow.sections.section_source import sections_of
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion

@@ -11,9 +11,9 @@ import numpy as np
 
 from cdcore.bounding.sphere import require_sphere_mode
 from cdcore.broad.broad_phase import BroadPhase
-from cdcore.narrow.containment import ContainmentStage
+from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
-from cdcore.narrow.section_source import sections_of
+from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
 from cdcore.broad.sphere_stage import SphereStage
-from cdcore.narrow.section_source import sections_of
+from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Explanation, Motion, PairDetector, Verdict
 from cdcore.search.explaining import SearchExplainer

@@ -12,9 +12,9 @@ import numpy as np
 from cdcore.bounding.sphere import Sphere, sphere_best
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.errors import InvalidSettingError
-from cdcore.narrow.containment import ContainmentStage
+from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import NO_FACES, MeshStage
-from cdcore.narrow.section_source import sections_of
+from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray
 from cdcore.protocol import Body, Detection, FaceSets, Motion, PairDetector, Verdict, pair_has_pose
 

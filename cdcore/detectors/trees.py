@@ -1,6 +1,6 @@
 """The detectors that search two trees of boxes: ``aabb``, ``obb``, ``rapid-style`` and ``solid-style``.
 
-Each is a row of ``cdcore.narrow.tree_search.TREE_KINDS``, the words that say when to choose it, and its broad phase.
+Each is a row of ``cdcore.narrow.trees.search.TREE_KINDS``, the words that say when to choose it, and its broad phase.
 Run to completion, none of them loses a face.
 """
 
@@ -15,8 +15,8 @@ from cdcore.bounding.box import box_by_body_axes
 from cdcore.bounding.sphere import sphere_best
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.broad.sweep_stage import SweepMemory, SweepStage
-from cdcore.narrow.tree_search import TreeSearch
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
+from cdcore.narrow.trees.search import TreeSearch
 from cdcore.numerics import ByteArray, IntArray
 from cdcore.protocol import Body, Detection, Motion, PairDetector
 

@@ -34,8 +34,8 @@ NEWEST_TRIED: Final = (0, 68)
 FAMILIES: Final = {
     "cdcore.transforms.": "poses",
     "cdcore.broad.": "spheres and boxes",
-    "cdcore.narrow.containment": "containment",
-    "cdcore.narrow.sections": "intersection segments",
+    "cdcore.narrow.containment.containment_stage": "containment",
+    "cdcore.narrow.sections.triangle_sections": "intersection segments",
     "cdcore.narrow.spacetime.box_": "box trees",
     "cdcore.narrow.spacetime.leaf_data": "box trees",
     "cdcore.narrow.spacetime.undecided": "exact arithmetic",

@@ -9,10 +9,10 @@ import numpy as np
 
 from cdcore.kernels.compiling import become_part_of_caller, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import doubles_of, words_of
-from cdcore.narrow.exact_sums import exponents_are_moderate
-from cdcore.narrow.triangle_exact import pair_intersects_exact
-from cdcore.narrow.triangle_filter import UNDECIDED, pair_intersects_filtered
-from cdcore.narrow.triangle_integers import pair_intersects_integers
+from cdcore.narrow.triangles.exact import pair_intersects_exact
+from cdcore.narrow.triangles.filter import UNDECIDED, pair_intersects_filtered
+from cdcore.narrow.triangles.integers import pair_intersects_integers
+from cdcore.narrow.triangles.sums import exponents_are_moderate
 from cdcore.numerics import FloatArray, IntArray, place_points
 
 

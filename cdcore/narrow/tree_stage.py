@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.errors import InvalidSettingError
-from cdcore.narrow.containment import ContainmentStage
-from cdcore.narrow.exhaustive import meeting_faces_exhaustive
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
+from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.face_pair import decided_by_integers
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns, turned_faces
-from cdcore.narrow.section_source import sections_of
+from cdcore.narrow.sections.section_source import sections_of
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, position_pad
-from cdcore.narrow.tree_search import UNLIMITED, PairPoses, Searched, TreeSearch
+from cdcore.narrow.trees.search import UNLIMITED, PairPoses, Searched, TreeSearch
 from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, ByteArray, FloatArray, IntArray, place_points
 from cdcore.protocol import Body, Detection, FaceSets, Motion, Verdict, ordered_by_name, pair_has_pose
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
-from cdcore.narrow.triangle_filter import UNDECIDED
+from cdcore.narrow.triangles.filter import UNDECIDED
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.search import state
 from cdcore.search.features import NEIGHBOURS

@@ -16,12 +16,12 @@ from cdcore.search import state
 from cdcore.search.advance import COLONY, LOCAL, RANDOM, advance, follow
 from cdcore.search.features import Features
 from cdcore.search.flood import flood, sow
-from cdcore.search.look import Look, Pair
 from cdcore.search.pair_test import grow_table, meeting_pairs
 from cdcore.search.printed import search_as_printed
+from cdcore.search.result import Look, Pair
+from cdcore.search.rng import BLOCK, stream_of
 from cdcore.search.samples import Sample, sample_of
 from cdcore.search.settings import SearchSettings
-from cdcore.search.streams import BLOCK, stream_of
 
 PLACE_PAD: Final = 1024.0 * EPS
 """Pad of the threshold in size of both bodies: their relative pose is rounded five times, each by a few eps of that

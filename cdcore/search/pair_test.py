@@ -10,8 +10,8 @@ import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import doubles_of
-from cdcore.narrow.predicates import triangles_intersect
-from cdcore.narrow.triangle_filter import UNDECIDED, pair_intersects_filtered
+from cdcore.narrow.triangles.filter import UNDECIDED, pair_intersects_filtered
+from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import FloatArray, IntArray, place_points
 from cdcore.search import state
 from cdcore.search.features import CORNERS, RADIUS, Features

@@ -11,7 +11,7 @@ import numpy as np
 
 from cdcore.numerics import FloatArray, IntArray, readonly
 from cdcore.search.features import CORNERS, NEIGHBOURS, RADIUS, Features
-from cdcore.search.streams import stream_of
+from cdcore.search.rng import stream_of
 
 
 @dataclass(frozen=True, eq=False)

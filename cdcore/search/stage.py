@@ -15,9 +15,9 @@ import numpy as np
 from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray, readonly
 from cdcore.protocol import Body, FaceSets, Motion, ordered_by_name
 from cdcore.search.features import RADIUS, Features, features_of
-from cdcore.search.look import Look, Pair
 from cdcore.search.pair_search import PairSearch
-from cdcore.search.rest import Rest, relative_of
+from cdcore.search.resting_contact import Rest, relative_of
+from cdcore.search.result import Look, Pair
 from cdcore.search.sample_control import LEAST_SAMPLE, LEVELS, PROBE, SampleControl, band_of
 from cdcore.search.samples import Sample, sample_of
 from cdcore.search.settings import SearchSettings

@@ -41,10 +41,10 @@ def command(
     replay audit session.mcap --detectors "hybrid-qaco,slow=discrete[rate_hz=22.5]" --out runs/audit
     replay audit recordings/*.mcap --detector lab.engine:Detector --max-missed 0.01 --max-p99-ms 11.1
     """
-    from replay.audit.gates import Gates
-    from replay.auditor import audit
+    from replay.api.auditor import audit
     from replay.cli.main import GATE_FAILED, OK
     from replay.cli.run_report import close_run, where_to_look
+    from replay.pipeline.gates import Gates
 
     shown: dict[str, Any] = {"faces": not no_faces, "picture": not no_picture}
     result = audit(list(sessions), **asked, **shown, progress=TerminalProgress(people))

@@ -16,9 +16,9 @@ from replay.outputs.tables import Table, table
 if TYPE_CHECKING:
     from rich.console import Group
 
-    from replay.bench.growth import Growth
-    from replay.bench.race import Row
-    from replay.bench.stages import Stages
+    from replay.studies.bench.growth import Growth
+    from replay.studies.bench.race import Row
+    from replay.studies.bench.stages import Stages
 
 QUICK_FACES: Final = (500, 5_000)
 FULL_FACES: Final = (500, 5_000, 50_000)
@@ -50,10 +50,10 @@ def command(quick: bool, frames: int | None, seed: int, out: Path | None, as_jso
     replay bench
     replay bench --full --out bench.json
     """
-    from replay.bench.engines import OPTIONAL, installed_engines
+    from replay.base.machine import machine, versions
     from replay.cli.main import GATE_FAILED, OK
-    from replay.compiling import compiling_announced
-    from replay.machine import machine, versions
+    from replay.detection.compile_notice import compiling_announced
+    from replay.studies.bench.engines import OPTIONAL, installed_engines
 
     absent = [name for name in OPTIONAL if name not in installed_engines()]
     if absent:
@@ -80,7 +80,7 @@ def command(quick: bool, frames: int | None, seed: int, out: Path | None, as_jso
 
 
 def _race(progress: TerminalProgress, quick: bool, frames: int, seed: int) -> list[Row]:
-    from replay.bench.race import race
+    from replay.studies.bench.race import race
 
     asked = [(n, what) for n in (QUICK_FACES if quick else FULL_FACES) for what in ("bool", "faces")]
 
@@ -91,8 +91,8 @@ def _race(progress: TerminalProgress, quick: bool, frames: int, seed: int) -> li
 
 
 def _stages(progress: TerminalProgress, quick: bool, frames: int, seed: int) -> list[Stages]:
-    from replay.bench.stages import stages
-    from replay.bench.workload import make_resting, make_workload
+    from replay.studies.bench.stages import stages
+    from replay.studies.bench.workload import make_resting, make_workload
 
     sizes = [("bench", n, what) for n in (QUICK_FACES if quick else FULL_FACES) for what in ("bool", "faces")]
 
@@ -104,7 +104,7 @@ def _stages(progress: TerminalProgress, quick: bool, frames: int, seed: int) -> 
 
 
 def _growth(progress: TerminalProgress, quick: bool, seed: int) -> list[Growth]:
-    from replay.bench.growth import WHERE, grow
+    from replay.studies.bench.growth import WHERE, grow
 
     sizes = QUICK_GROWTH if quick else FULL_GROWTH
     asked = [(where, by, size) for where in WHERE for by, some in sizes.items() for size in some]
@@ -151,7 +151,7 @@ def race_table(rows: Sequence[Row]) -> Table:
 
 def stage_table(spent: Sequence[Stages]) -> Table:
     """A row a workload: milliseconds of every stage."""
-    from replay.bench.stages import STAGES
+    from replay.studies.bench.stages import STAGES
 
     rows = []
     for one in spent:

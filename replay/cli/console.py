@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
-from replay.progress import Advance
+from replay.base.progress import Advance
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -13,7 +13,7 @@ from replay.cli.console import People, TerminalProgress
 from replay.cli.options import ANY_PATH, common, output_format
 
 if TYPE_CHECKING:
-    from replay.run_result import RunResult
+    from replay.pipeline.run_result import RunResult
 
 SLOW: Final = "22.5Hz=discrete[rate_hz=22.5]"
 """A quarter of the headset's rate: what a laboratory gets that looks for contacts in every fourth frame."""
@@ -64,7 +64,7 @@ def command(
 
 def _record(scene: str, seed: int, noise: str | None, file: Path) -> None:
     """Write the session and, beside it, what was planted in it: for people and tests, never read by the tool."""
-    from replay.made_up import made_up_session
+    from replay.studies.synthetic_sessions import made_up_session
     from sessions import write_session
     from sessions.synthetic import write_truth
 
@@ -80,7 +80,7 @@ def _truth_path(file: Path) -> Path:
 
 
 def _demo(scene: str, seed: int, noise: str | None, out: Path, force: bool, people: People) -> RunResult:
-    from replay.results.run_folder import check_target, write_run_folder
+    from replay.outputs.results.run_folder import check_target, write_run_folder
 
     check_target(out, force=force)
     progress = TerminalProgress(people)
@@ -88,9 +88,9 @@ def _demo(scene: str, seed: int, noise: str | None, out: Path, force: bool, peop
         file = Path(folder) / SESSION
         with progress.stage("record"):
             _record(scene, seed, noise, file)
-        from replay.engine import compute
-        from replay.plan import plan
-        from replay.rerun_log.recording import write_recording
+        from replay.effects.effect_plan import plan
+        from replay.outputs.rerun_log.recording import write_recording
+        from replay.pipeline.engine import compute
         from sessions import read_session
 
         session = replace(read_session(file), origin=str(out / SESSION))

@@ -17,7 +17,7 @@ from replay.outputs.tables import Table, table
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from replay.diff.runs import DetectorDiff, RunDiff
+    from replay.studies.diff.runs import DetectorDiff, RunDiff
 
 MOST_ROWS = 20
 """Contacts listed of each detector; JSON holds them all."""
@@ -42,7 +42,7 @@ def command(run_a: Path, run_b: Path, as_json: bool, people: People) -> int:
     \b
     replay diff runs/before runs/after
     """
-    from replay.diff.runs import diff_runs
+    from replay.studies.diff.runs import diff_runs
 
     found = diff_runs(run_a, run_b)
     if as_json:

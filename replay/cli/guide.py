@@ -33,7 +33,7 @@ def command(context: click.Context, topic: str | None, verbose: bool, quiet: boo
     known = topics()
     found = INDEX if topic is None else find_topic(topic, known)
     if found is None:
-        from sessions.toml_table import nearest
+        from sessions.scene_files.toml_table import nearest
 
         raise click.UsageError(f"the guide has no page {topic!r}{nearest(str(topic), known)}", context)
     text = page(found)

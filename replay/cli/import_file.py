@@ -56,7 +56,7 @@ def command(
     if format_ == "contacts":
         return _contacts(source, session, offset, out, people)
     if scene is not None:
-        from sessions.scene_toml import read_scene
+        from sessions.scene_files.scene_toml import read_scene
 
         given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
     imported = import_session(format_, source, **given)

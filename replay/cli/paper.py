@@ -17,7 +17,7 @@ from replay.outputs.tables import table
 if TYPE_CHECKING:
     from rich.console import Group
 
-    from replay.paper.tables import PaperTable
+    from replay.outputs.paper_table import PaperTable
 
 
 @click.command()
@@ -52,10 +52,10 @@ def command(
     replay paper --calibration paper/calibration.json --json
     """
     from replay.cli.main import OK
-    from replay.paper.experiment import FULL, QUICK, run_paper
-    from replay.paper.verdict import verdict_of
-    from replay.paper.writing import as_json as plain
-    from replay.paper.writing import write_paper
+    from replay.studies.paper.experiment import FULL, QUICK, run_paper
+    from replay.studies.paper.verdict import verdict_of
+    from replay.studies.paper.writing import as_json as plain
+    from replay.studies.paper.writing import write_paper
 
     size = QUICK if quick else FULL
     result = run_paper(
@@ -84,7 +84,7 @@ def command(
 def paper_tables(tables: Sequence[PaperTable]) -> Group:
     """All tables with the same cells as in the files, each with its note below it."""
     from replay.cli.terminal import terminal
-    from replay.paper.tables import shown
+    from replay.outputs.paper_table import shown
 
     made = []
     for one in tables:

@@ -15,7 +15,7 @@ from replay.cli.options import SESSION_FILE, common, json_flag, output_format
 if TYPE_CHECKING:
     from rich.tree import Tree
 
-    from sessions.scene import Scene
+    from sessions.model.scene import Scene
 
 
 @click.command()
@@ -31,8 +31,8 @@ def command(scene: Path, as_json: bool, people: People) -> int:
     replay plan session.mcap --json
     """
     del people
-    from replay.effect_summary import plan_summary
-    from replay.plan import plan
+    from replay.effects.effect_plan import plan
+    from replay.effects.effect_summary import plan_summary
 
     declared = _scene(scene)
     planned = plan_summary(plan(declared, scene.name))
@@ -49,7 +49,7 @@ def _scene(path: Path) -> Scene:
         from sessions.mcap_format.reader import read_session
 
         return read_session(path).scene
-    from sessions.scene_toml import read_scene
+    from sessions.scene_files.scene_toml import read_scene
 
     return read_scene(path)
 

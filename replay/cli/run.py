@@ -36,8 +36,8 @@ def command(session: Path, no_picture: bool, cite: bool, as_json: bool, people: 
     replay run session.mcap --out run2 --detectors "slow=discrete[rate_hz=22.5],hybrid" --oracle exact
     """
     people.say(f"replaying {session}")
+    from replay.api.runner import run
     from replay.cli.run_report import report_run, where_to_look
-    from replay.runner import run
 
     result = run(session, **asked, picture=not no_picture, progress=TerminalProgress(people))
     code = report_run(result, people, as_json=as_json, cite=cite)

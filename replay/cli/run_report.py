@@ -10,16 +10,16 @@ from typing import Any
 
 import click
 
-from replay.audit.clusters import by_depth
 from replay.cli.console import People, stdout_console
 from replay.cli.main import DATA_LOSS, OK
-from replay.run_result import RunResult
-from replay.treatment import DAMAGE
+from replay.comparison.clusters import by_depth
+from replay.pipeline.run_result import RunResult
+from replay.prepare.repair import DAMAGE
 
 
 def report_run(result: RunResult, people: People, *, as_json: bool = False, cite: bool = False) -> int:
     """Print a run, with the sources behind it if asked, and return the exit code: 3 when frames could not be used."""
-    from replay.citing import citations, sources_behind
+    from replay.pipeline.citations import citations, sources_behind
 
     behind = sources_behind(result) if cite else {}
     if as_json:

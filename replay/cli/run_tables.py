@@ -8,11 +8,10 @@ from typing import Any, Final
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from replay.audit.headline import headline, invented, price
-from replay.audit.misses import NEVER_FOUND
 from replay.base.constants import CAVEAT
 from replay.cli.terminal import STYLES, line, terminal
-from replay.effect_summary import happened_words
+from replay.comparison.misses import NEVER_FOUND
+from replay.effects.effect_summary import happened_words
 from replay.outputs.run_tables import (
     AUDIT_MARKS,
     cost_table,
@@ -24,7 +23,8 @@ from replay.outputs.run_tables import (
 )
 from replay.outputs.tables import FAINT, FOUND, GOOD, INVENTED, MISSED, Table, table
 from replay.outputs.words import CONTACT_WORDS_SHORT
-from replay.run_result import RunResult
+from replay.pipeline.headline import headline, invented, price
+from replay.pipeline.run_result import RunResult
 
 MISS_ROWS: Final = 20
 """Misses listed in a terminal; the tables of the run folder hold them all."""

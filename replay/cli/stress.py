@@ -17,9 +17,9 @@ from replay.outputs.tables import Cell, Table, table
 if TYPE_CHECKING:
     from rich.console import Group
 
-    from replay.stress.flips import Flips
-    from replay.stress.runner import StressResult, Tally
-    from replay.stress.system import CaseTally
+    from replay.studies.stress.flips import Flips
+    from replay.studies.stress.stress_runner import StressResult, Tally
+    from replay.studies.stress.system import CaseTally
 
 QUICK_PAIRS: Final = 200
 
@@ -83,11 +83,11 @@ def command(
     replay stress --detector discrete --case 29,41
     """
     from replay.cli.main import GATE_FAILED, OK
-    from replay.stress.flips import count_flips
-    from replay.stress.peers import PEERS, installed_peers
-    from replay.stress.relations import relations_of
-    from replay.stress.runner import ALL, StressResult, detectors_of, families_of, stress
-    from replay.stress.system import cases_of, run_cases
+    from replay.studies.stress.flips import count_flips
+    from replay.studies.stress.peers import PEERS, installed_peers
+    from replay.studies.stress.relations import relations_of
+    from replay.studies.stress.stress_runner import ALL, StressResult, detectors_of, families_of, stress
+    from replay.studies.stress.system import cases_of, run_cases
 
     chosen = families_of(family or "01-26")
     relations = relations_of(relation or "all")

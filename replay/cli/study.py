@@ -59,10 +59,10 @@ def analyse_files(
 ) -> int:
     """Analyse metrics, questionnaire and codebook; write the study folder ``out`` if there is one, print the tables."""
     require_extra()
-    from replay.study import folder
-    from replay.study.analysis import analyse as work
-    from replay.study.codebook import read_codebook
-    from replay.study.joining import read_metrics, read_questionnaire
+    from replay.studies.class_study import folder
+    from replay.studies.class_study.analysis import analyse as work
+    from replay.studies.class_study.codebook import read_codebook
+    from replay.studies.class_study.joining import read_metrics, read_questionnaire
 
     if out is not None:
         folder.check_study_target(out, force=force)
@@ -107,10 +107,10 @@ def check(tables: Path | None, strict: bool, as_json: bool, people: People) -> i
     from importlib.resources import as_file, files
 
     from replay.cli.main import GATE_FAILED, OK
-    from replay.study.published import INCONSISTENT, check_published
+    from replay.studies.class_study.published import INCONSISTENT, check_published
 
     if tables is None:
-        with as_file(files("replay.study").joinpath("published_example.toml")) as example:
+        with as_file(files("replay.studies.class_study").joinpath("published_example.toml")) as example:
             people.say("checking the printed tables that come with the tool")
             remarks = check_published(example)
     else:

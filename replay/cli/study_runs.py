@@ -94,7 +94,7 @@ def collect_runs(runs: tuple[Path, ...], out: Path, students: Path | None, force
     \b
     replay study collect class/runs --out class/metrics.parquet
     """
-    from replay.study.collecting import collect, write_table
+    from replay.studies.class_study.collecting import collect, write_table
 
     table = collect(runs, students)
     write_table(table, out, force=force)
@@ -116,7 +116,7 @@ def demo_class(out: Path, students: int, seed: int, jobs: int, people: People) -
     replay study demo --jobs 2
     """
     require_extra()
-    from replay.study.made_up_class import ANSWERS, CODEBOOK, SESSIONS, make_class
+    from replay.studies.class_study.synthetic_class import ANSWERS, CODEBOOK, SESSIONS, make_class
 
     people.say(f"making up {students} students and recording their sessions ...")
     failed = make_class(out, students=students, seed=seed, jobs=jobs, told=_counting(people, students))
@@ -125,7 +125,7 @@ def demo_class(out: Path, students: int, seed: int, jobs: int, people: People) -
     settings = {"detectors": SLOW, "oracle": None, "seed": 0, "picture": False}
     batch = _run(files, out / "runs", jobs, settings, people)
     from replay.cli.study import analyse_files
-    from replay.study.collecting import collect, write_table
+    from replay.studies.class_study.collecting import collect, write_table
 
     write_table(collect([out / "runs"]), out / "metrics.parquet", force=True)
     inputs = {"metrics": out / "metrics.parquet", "questionnaire": out / ANSWERS, "codebook": out / CODEBOOK}
@@ -153,7 +153,7 @@ def session_files(given: Sequence[Path]) -> list[Path]:
 
 
 def _run(files: list[Path], out: Path, jobs: int, settings: dict[str, Any], people: People) -> Any:
-    from replay.batch import run_batch
+    from replay.api.batch import run_batch
 
     return run_batch(files, out, jobs=jobs, settings=settings, told=_counting(people, len(files)))
 

@@ -9,9 +9,9 @@ from rich.text import Text
 
 from replay.cli.terminal import line, terminal
 from replay.outputs.tables import FAINT, FOUND, STRONG, WARNING, Marked, Table, table
-from replay.study.analysis import Study, associated
-from replay.study.page import CAVEAT, headlines, words
-from replay.study.published import AGREES, INCONSISTENT, Remark
+from replay.studies.class_study.analysis import Study, associated
+from replay.studies.class_study.page import CAVEAT, headlines, words
+from replay.studies.class_study.published import AGREES, INCONSISTENT, Remark
 
 MARKS = {INCONSISTENT: WARNING, "weak": FOUND, AGREES: FAINT}
 """Kind of a remark -> its mark, the worst kind first."""

@@ -12,7 +12,7 @@ from replay.cli.console import People, TerminalProgress, stdout_console
 from replay.cli.options import ANY_PATH, SESSION_FILE, common, output_format, window
 
 if TYPE_CHECKING:
-    from replay.run_result import Tradeoff
+    from replay.pipeline.run_result import Tradeoff
     from sessions import Session
 
 
@@ -48,9 +48,9 @@ def command(
     """
     from replay.cli.terminal import terminal
     from replay.cli.tradeoff_tables import FrontBar, front_table
-    from replay.compiling import compiling_announced
-    from replay.results.run_folder import check_target
-    from replay.tradeoff.trading import tradeoff
+    from replay.detection.compile_notice import compiling_announced
+    from replay.outputs.results.run_folder import check_target
+    from replay.tradeoffs.sweep import tradeoff
     from sessions import read_session
 
     if out is not None:
@@ -79,10 +79,10 @@ def _write(held: Session, done: Tradeoff, out: Path, people: People, *, force: b
     """A run folder of the usual audit, with the tradeoff in its tables, report and picture."""
     from dataclasses import replace
 
-    from replay.engine import compute
-    from replay.rerun_log.recording import write_recording
-    from replay.results.run_folder import write_run_folder
-    from replay.tradeoff.output import tradeoff_files
+    from replay.outputs.rerun_log.recording import write_recording
+    from replay.outputs.results.run_folder import write_run_folder
+    from replay.pipeline.engine import compute
+    from replay.tradeoffs.output import tradeoff_files
 
     progress = TerminalProgress(people)
     run = compute(held, progress=progress, **asked)

@@ -12,7 +12,7 @@ from replay.outputs.tables import Table
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from replay.run_result import Tradeoff
+    from replay.pipeline.run_result import Tradeoff
 
 SHOWN: Final = 4
 """Points of the front beside the bar."""
@@ -45,7 +45,7 @@ def front_table(done: Tradeoff, *, everything: bool = False) -> Table:
 
 def front_words(rows: Sequence[dict[str, Any]]) -> str:
     """The front so far in one line: ``0.003 ms 17 %, 0.007 ms 0 %``."""
-    from replay.tradeoff.front import front_of
+    from replay.tradeoffs.pareto import front_of
 
     by_label = {row["label"]: row for row in rows}
     front = [by_label[label] for label in front_of(rows)]
@@ -76,7 +76,7 @@ class FrontBar:
         return self
 
     def watch(self, done: int, total: int, label: str, rows: Sequence[dict[str, Any]]) -> None:
-        """As ``replay.tradeoff.trading.Watch``."""
+        """As ``replay.tradeoffs.sweep.Watch``."""
         if self._bars is not None:
             words = f"{label:<26.26} front: {front_words(rows)} missed"
             self._bars.update(self._bars.task_ids[0], completed=done, total=total, description=words)

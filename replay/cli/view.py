@@ -21,12 +21,12 @@ def command(run: Path, miss: int | None, people: People) -> int:
     replay view run1
     replay view run1 --miss 4
     """
-    from replay.results.run_folder import read_run_folder
+    from replay.outputs.results.run_folder import read_run_folder
 
     folder = read_run_folder(run)
     folder.require_miss(miss)
     people.say(f"opening {folder.picture}" + (f" at miss {miss}" if miss else "") + " ...")
-    from replay.rerun_log.viewer import open_viewer
+    from replay.outputs.rerun_log.viewer import open_viewer
 
     with open_viewer(run, miss) as viewer:
         people.say("close its window, or press Ctrl-C here, to end")

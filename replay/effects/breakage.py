@@ -14,7 +14,7 @@ from replay.effects.fitting import Parabola, before, fitted, settled_runs
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Vector
 from replay.effects.protocol import EffectSpec
-from sessions.scene import Scene
+from sessions.model.scene import Scene
 
 if TYPE_CHECKING:
     from replay.effects.contact import Touch, Touches

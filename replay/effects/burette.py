@@ -14,7 +14,7 @@ from replay.effects.output import EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import BoolArray, spans_of
 from replay.effects.vessels import ML, Vessel, flow_event, landing, vessels_of
-from sessions.scene import Scene
+from sessions.model.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)

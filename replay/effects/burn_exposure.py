@@ -11,7 +11,7 @@ from replay.effects.inputs import EffectInputs
 from replay.effects.models.gas_laws import GAS_CONSTANT, KELVIN
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec, Need
-from sessions.scene import Scene
+from sessions.model.scene import Scene
 
 if TYPE_CHECKING:
     from replay.effects.contact import Touch, Touches

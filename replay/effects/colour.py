@@ -13,7 +13,7 @@ from replay.effects.models.colours import COLOURS, blended
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of
-from sessions.scene import Scene
+from sessions.model.scene import Scene
 
 WORDS: Final = ("acid_colour", "base_colour")
 

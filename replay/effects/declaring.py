@@ -8,9 +8,9 @@ from functools import partial
 from typing import Any, Final, cast
 
 from replay.errors import EffectError, PlanError
-from sessions.scene import Scene, SceneEffect
-from sessions.scene_toml import TAG, selected_bodies
-from sessions.toml_table import is_number, nearest
+from sessions.model.scene import Scene, SceneEffect
+from sessions.scene_files.scene_toml import TAG, selected_bodies
+from sessions.scene_files.toml_table import is_number, nearest
 
 Pair = tuple[str, str]
 REQUIRED: Final = object()

@@ -12,7 +12,7 @@ from replay.effects.models.warming import warmed
 from replay.effects.output import EffectEvent, EffectOutput, FloatArray, Series
 from replay.effects.spans import BoolArray, Span, steadied
 from replay.errors import EffectError
-from sessions.toml_table import is_number
+from sessions.scene_files.toml_table import is_number
 
 FRAMES = 2
 """Frames in a row that begin or end being over the flame: one alone is noise."""

@@ -10,8 +10,8 @@ from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArra
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import BoolArray, Span, steadied
 from replay.effects.vessels import Vessel, inside
-from sessions.scene import Scene
-from sessions.toml_table import nearest
+from sessions.model.scene import Scene
+from sessions.scene_files.toml_table import nearest
 
 FRAMES = 2
 """Frames in a row that begin or end a visit: one alone is noise."""

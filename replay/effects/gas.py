@@ -14,7 +14,7 @@ from replay.effects.protocol import EffectSpec
 from replay.effects.spans import BoolArray, Span, spans_of
 from replay.effects.vessels import Vessel, inside, vessels_of
 from replay.errors import EffectError
-from sessions.scene import Scene
+from sessions.model.scene import Scene
 
 if TYPE_CHECKING:
     from replay.effects.reaction import Reacted

@@ -14,7 +14,7 @@ from replay.effects.inputs import HANDS, BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, LaneSpan
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import Span, spans_of, switched
-from sessions.hand import HandTrack
+from sessions.model.hand import HandTrack
 
 if TYPE_CHECKING:
     from replay.effects.contact import Touches

@@ -8,7 +8,7 @@ from replay.effects.flame_heating import heated
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectOutput, Findings
 from replay.effects.protocol import EffectSpec, Need
-from sessions.scene import Scene
+from sessions.model.scene import Scene
 
 WANTED = {
     "flame": ("source", "heats", "within", "power_w", "base"),

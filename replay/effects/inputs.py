@@ -12,15 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from cdcore import Detection, Verdict
 from cdcore.protocol import is_undecided
-from replay.assembly import Assembly
 from replay.effects.declaring import Declaration, Pair
 from replay.effects.output import EffectOutput, FloatArray, LaneSpan
 from replay.effects.spans import BoolArray, Span
 from replay.errors import EffectError
-from sessions.hand import HandTrack
+from replay.prepare.assembly import Assembly
 from sessions.mesh_data import MeshData
-from sessions.scene import Scene, SceneBody
-from sessions.session import Session
+from sessions.model.hand import HandTrack
+from sessions.model.scene import Scene, SceneBody
+from sessions.model.session import Session
 
 HANDS: Final = "/hands"
 """Topics below this: trigger, grip and buttons."""

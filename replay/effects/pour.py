@@ -16,7 +16,7 @@ from replay.effects.output import EffectOutput, Findings, FloatArray, LaneSpan, 
 from replay.effects.protocol import EffectSpec
 from replay.effects.vessels import ML, Vessel, flow_event, landing, vessels_of, volumes
 from replay.errors import EffectError
-from sessions.scene import Scene
+from sessions.model.scene import Scene
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:

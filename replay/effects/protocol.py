@@ -60,7 +60,7 @@ from typing import Final
 from replay.effects.declaring import Declaration, Field
 from replay.effects.inputs import HANDS, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
-from sessions.scene import Scene
+from sessions.model.scene import Scene
 
 __all__ = [
     "HANDS",

@@ -13,8 +13,8 @@ from replay.effects.models.acid_base import AcidBase
 from replay.effects.models.equation import Equation, approach, equation_of
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
-from sessions.scene import Scene
-from sessions.toml_table import is_number
+from sessions.model.scene import Scene
+from sessions.scene_files.toml_table import is_number
 
 if TYPE_CHECKING:
     from replay.effects.models.mixing import History, Mixture

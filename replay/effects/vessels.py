@@ -17,8 +17,8 @@ from replay.effects.models.transfers import Transfer, total_ml
 from replay.effects.output import EffectEvent, FloatArray, Liquid, Series, Vector, vector_of
 from replay.effects.spans import BoolArray
 from replay.errors import EffectError
-from sessions.scene import SceneBody
-from sessions.toml_table import is_number
+from sessions.model.scene import SceneBody
+from sessions.scene_files.toml_table import is_number
 
 ML = 1e-6
 """Cubic metres in a millilitre."""

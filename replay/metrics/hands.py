@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore import Motion
-from replay.assembly import Assembly
 from replay.effects.spans import switched
+from replay.prepare.assembly import Assembly
 from sessions import Session
 
 PRESSED: Final = 0.6

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from replay.assembly import Assembly, PoseOrigin
+from replay.prepare.assembly import Assembly, PoseOrigin
 from sessions import Session
 
 STEP_S: Final = 0.1

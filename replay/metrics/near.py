@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cdcore import Body
 from cdcore.bounding.sphere import sphere_by_box_centre
-from replay.assembly import Assembly
+from replay.prepare.assembly import Assembly
 
 CLOSE_M: Final = 0.010
 """Closer than this is close: a hand or a glass covers it in a tenth of a second."""

@@ -13,12 +13,12 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from cdcore.protocol import counts_as_contact
-from replay.audit.outcome import Episode, Outcome
+from replay.comparison.outcome import Episode, Outcome
 from replay.metrics.hands import Grasp, grasps, hand_bodies
 from replay.metrics.moving import fixed_bodies, moving, task_seconds
 from replay.metrics.near import NearMiss, close_stretches, without_contact
-from replay.run_result import RunResult
-from sessions.mcap_format.facts import NOT_STATED
+from replay.pipeline.run_result import RunResult
+from sessions.mcap_format.metadata import NOT_STATED
 
 FLICKER_S: Final = 0.1
 """Contacts of one pair closer together than this are one: a hand at rest on a glass flickers."""

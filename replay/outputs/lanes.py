@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.audit.outcome import Comparison, Miss, Outcome
+from replay.comparison.outcome import Comparison, Miss, Outcome
 
 LABEL_BASE: Final = 0.011
 LABEL_DIGIT: Final = 0.0055

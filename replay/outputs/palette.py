@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Final
 
 from cdcore import Verdict
-from replay.audit.outcome import Outcome
+from replay.comparison.outcome import Outcome
 from replay.outputs.words import OUTCOME_WORDS, VERDICT_WORDS
 
 Rgba = tuple[int, int, int, int]
@@ -76,7 +76,7 @@ DOUBTS: Final[tuple[Rgba, ...]] = (
     SERIES[3], (160, 120, 210, 255), (130, 96, 190, 255), SERIES[1], (150, 110, 60, 255), SERIES[0], SERIES[2],
     WITHIN_TOLERANCE,
 )  # fmt: skip
-"""Colours of poses in doubt, in the order of ``replay.flags.FLAG_KINDS``."""
+"""Colours of poses in doubt, in the order of ``replay.prepare.flags.FLAG_KINDS``."""
 
 Looks = Mapping[int, tuple[str, Rgba]]
 """State of a lane -> its word and colour; a state without a row is a gap."""

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from replay.audit.clusters import clusters
-from replay.audit.gates import percent
-from replay.audit.misses import NEVER_FOUND
-from replay.audit.outcome import Episode, Miss, Outcome
+from replay.comparison.clusters import clusters
+from replay.comparison.misses import NEVER_FOUND
+from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.outputs.tables import CODE, FAINT, FOUND, INVENTED, MISSED, PARTLY, STRONG, Cell, Marked, Table, table
 from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, depth_words, span_words
-from replay.run_result import RunResult
+from replay.pipeline.gates import percent
+from replay.pipeline.run_result import RunResult
 from sessions import Finding
 
 AUDIT_MARKS = {

@@ -1,6 +1,7 @@
 """A table as plain data. It is built once; terminal, page and picture each render it in their own way.
 
-The renderers are ``replay.cli.terminal`` (rich), ``replay.report.markup`` (HTML) and ``replay.rerun_log.markdown``.
+The renderers are ``replay.cli.terminal`` (rich), ``replay.outputs.report.markup`` (HTML) and
+``replay.outputs.rerun_log.markdown``.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from replay.outputs.tables import Table, table
-from replay.tradeoff.front import Row
+from replay.tradeoffs.pareto import Row
 
 HEAD: Final = (
     "#", "setting", "front", "ms per frame", "slowest", "p99 ms (over 11.1)", "s per minute", "missed, % [95 %]",

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Final
 
 from cdcore import Verdict
-from replay.audit.outcome import Miss, Outcome
+from replay.comparison.outcome import Miss, Outcome
 
 OUTCOME_WORDS: Final[Mapping[int, str]] = MappingProxyType(
     {

@@ -15,12 +15,12 @@ from sessions.doctor.session_findings import examine_session, frame_findings, sc
 from sessions.doctor.structure import is_mcap, structure_findings
 from sessions.doctor.tolerant_frames import Noted, TolerantFrames
 from sessions.errors import SessionError, SessionFileError
-from sessions.mcap_format.facts import BODIES_RECORD, SESSION_RECORD, mesh_file, metadata_of, migrated, names_of
 from sessions.mcap_format.mcap_file import McapFile
+from sessions.mcap_format.metadata import BODIES_RECORD, SESSION_RECORD, mesh_file, metadata_of, migrated, names_of
 from sessions.mcap_format.schemas import PROFILE_FAMILY, WORLD
 from sessions.mcap_format.writer import SCENE_FILE
-from sessions.scene import Scene
-from sessions.session import Session
+from sessions.model.scene import Scene
+from sessions.model.session import Session
 
 MESH_FILES: Final = (".glb", ".obj", ".stl", ".ply", ".off")
 
@@ -58,7 +58,7 @@ def examine(recording: str | Path | Session) -> list[Finding]:
 
 
 def _mesh_file(path: Path) -> Iterator[Finding]:
-    from sessions.meshes import load_mesh
+    from sessions.meshes.mesh_files import load_mesh
 
     try:
         mesh = load_mesh(path)
@@ -70,8 +70,8 @@ def _mesh_file(path: Path) -> Iterator[Finding]:
 
 
 def _scene_file(path: Path) -> Iterator[Finding]:
-    from sessions.scene_meshes import scene_meshes
-    from sessions.scene_toml import read_scene
+    from sessions.scene_files.scene_meshes import scene_meshes
+    from sessions.scene_files.scene_toml import read_scene
 
     try:
         scene = read_scene(path)
@@ -122,7 +122,7 @@ def _session_file(path: Path) -> Iterator[Finding]:
 
 
 def _scene(file: McapFile) -> tuple[Scene, list[Finding]]:
-    from sessions.scene_toml import parse_scene
+    from sessions.scene_files.scene_toml import parse_scene
 
     try:
         data = file.attachment(SCENE_FILE)
@@ -132,7 +132,7 @@ def _scene(file: McapFile) -> tuple[Scene, list[Finding]]:
 
 
 def _attached_mesh(file: McapFile, name: str, expected: str) -> Iterator[Finding]:
-    from sessions.meshes import mesh_from_bytes
+    from sessions.meshes.mesh_files import mesh_from_bytes
 
     try:
         data = file.attachment(mesh_file(name))

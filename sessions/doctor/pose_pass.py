@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.doctor.track_watch import Mark, Samples, TrackWatch, marked
-from sessions.frames import Frames, Status
+from sessions.model.frames import Frames, Status
 
 NORM_REJECT: Final = 1e-3
 """A quaternion whose norm is further off 1 was not rounded, it is wrong; the collision core rejects it too."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.pose_pass import Looked
-from sessions.scene import Scene
+from sessions.model.scene import Scene
 
 FAR_M: Final = 25.0  # Metres from the origin in the median: no tracked room is that large (VIVE: 10 m by 10 m)
 MILLIMETRES_M: Final = 400.0  # Beyond this a head would be 4 m up even in centimetres

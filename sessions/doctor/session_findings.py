@@ -11,9 +11,9 @@ from sessions.doctor.pose_pass import Looked, look_through
 from sessions.doctor.poses import pose_findings
 from sessions.doctor.scale import scale_findings
 from sessions.doctor.timing import time_findings
-from sessions.scene import Scene, SceneBody
-from sessions.scene_pairs import absent_bodies
-from sessions.session import Session
+from sessions.model.scene import Scene, SceneBody
+from sessions.model.scene_pairs import absent_bodies
+from sessions.model.session import Session
 
 BLOCK_FRAMES: Final = 16384
 

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import SessionFileError
-from sessions.frames import Frames
 from sessions.mcap_format.catalogue import Region
-from sessions.mcap_format.facts import MAX_BODIES
 from sessions.mcap_format.mcap_file import McapFile
+from sessions.mcap_format.metadata import MAX_BODIES
 from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.schemas import TF, TRACKING
 from sessions.mcap_format.transform_reading import Samples
 from sessions.mcap_format.unpacking import MessageTable, read_region
+from sessions.model.frames import Frames
 
 
 @dataclass

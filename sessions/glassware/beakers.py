@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from sessions.geometry.profile import Arc, Line, Stroke, rounded
+from sessions.geometry.rings import turned_solid
 from sessions.glassware.instrument import GLASS, MILLILITRE, TYPICAL, Instrument, Part, Site, weighed
-from sessions.glassware.profile import Arc, Line, Stroke, rounded
-from sessions.glassware.rings import turned_solid
 from sessions.glassware.vessel import Shape, Spout, turned_vessel
 
 # capacity in mL: outer diameter, height, wall in mm

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sessions.mesh_data import MeshData
-from sessions.meshes import simplified
+from sessions.meshes.mesh_files import simplified
 
 Points = NDArray[np.float64]
 Distance = NDArray[np.float64]

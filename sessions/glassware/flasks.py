@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from sessions.geometry.profile import rounded, sampled, solved, volume_below
+from sessions.geometry.rings import turned_solid
 from sessions.glassware.instrument import GLASS, MILLILITRE, TYPICAL, Instrument, Part, Site, weighed
-from sessions.glassware.profile import rounded, sampled, solved, volume_below
-from sessions.glassware.rings import turned_solid
 from sessions.glassware.vessel import Shape, Turned, turned_vessel
 
 # Erlenmeyer flasks, capacity in mL: body, height, outer neck diameter, wall in mm.

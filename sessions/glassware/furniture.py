@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from sessions.geometry.solids import box
 from sessions.glassware.instrument import TYPICAL, Instrument, Part, Site, weighed
-from sessions.glassware.solids import bent, cylinder, fitted, fitted_union, grounded, ring, rod, sections_for
+from sessions.glassware.solid_parts import bent, cylinder, fitted, fitted_union, grounded, ring, rod, sections_for
 from sessions.mesh_data import MeshData
-from sessions.meshes import refined, subtracted, united
-from sessions.synthetic.solids import box
+from sessions.meshes.mesh_files import refined, subtracted, united
 
 RACK_HOLES = 6
 RACK_PITCH = 36.0e-3

@@ -5,10 +5,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from sessions.geometry.profile import Arc, Line, Stroke, rounded, sampled
+from sessions.geometry.rings import sewn, turned_solid
 from sessions.glassware.instrument import GLASS, MILLILITRE, TYPICAL, Instrument, Part, Site, Wall, weighed
-from sessions.glassware.profile import Arc, Line, Stroke, rounded, sampled
-from sessions.glassware.rings import sewn, turned_solid
-from sessions.glassware.solids import bent, cylinder, fitted, fitted_union, grounded, ring, rod, sections_for, swept
+from sessions.glassware.solid_parts import (
+    bent,
+    cylinder,
+    fitted,
+    fitted_union,
+    grounded,
+    ring,
+    rod,
+    sections_for,
+    swept,
+)
 from sessions.glassware.tubes import TIP, TUBING
 from sessions.glassware.vessel import Shape, turned_vessel
 from sessions.mesh_data import MeshData

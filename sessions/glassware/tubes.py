@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from sessions.geometry.profile import Arc, Line, rounded, sampled
+from sessions.geometry.rings import turned_solid
+from sessions.geometry.solids import box
 from sessions.glassware.flasks import solved_for_capacity
 from sessions.glassware.instrument import (
     GLASS,
@@ -21,13 +24,10 @@ from sessions.glassware.instrument import (
     Wall,
     weighed,
 )
-from sessions.glassware.profile import Arc, Line, rounded, sampled
-from sessions.glassware.rings import turned_solid
-from sessions.glassware.solids import across_corners, across_flats, cylinder, fitted, sections_for
+from sessions.glassware.solid_parts import across_corners, across_flats, cylinder, fitted, sections_for
 from sessions.glassware.vessel import Foot, Shape, Spout, turned_vessel
 from sessions.mesh_data import MeshData
-from sessions.meshes import refined, subtracted, united
-from sessions.synthetic.solids import box
+from sessions.meshes.mesh_files import refined, subtracted, united
 
 TUBING = "DURAN tubing of borosilicate glass 3.3, product list (SCHOTT)"
 # The burette, in metres: bore and wall, heights of its parts, radius of the key and how far it stays off the glass.

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sessions.geometry.profile import Polyline, Stroke, clipped, level_holding, offset, sampled
+from sessions.geometry.rings import Ring, area_factor, even_angles, sewn, turned
 from sessions.glassware.instrument import GLASS, Cavity, Instrument, Opening, Wall, weighed
-from sessions.glassware.profile import Polyline, Stroke, clipped, level_holding, offset, sampled
-from sessions.glassware.rings import Ring, area_factor, even_angles, sewn, turned
 from sessions.mesh_data import MeshData
 
 # At 12 sides the wall varies by -1.2 % to +2.3 % around the vessel, at 8 by -2.6 % to +5.4 %; the promise is 10 %.

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from sessions.errors import ImportFileError
-from sessions.session import Session
+from sessions.model.session import Session
 
 IMPORTERS: Final[dict[str, str]] = {
     "aframe": "sessions.importers.aframe:read_aframe",

@@ -16,14 +16,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from sessions.conventions import quaternion_from_euler
 from sessions.errors import ImportFileError
-from sessions.event import Event
-from sessions.hand import HandTrack
 from sessions.importers.finish import MeshSource, Samples, counted, finished, side_of, usable_track
-from sessions.scene import Scene
-from sessions.session import Session
-from sessions.track import Track
+from sessions.meshes.conventions import quaternion_from_euler
+from sessions.model.event import Event
+from sessions.model.hand import HandTrack
+from sessions.model.scene import Scene
+from sessions.model.session import Session
+from sessions.model.track import Track
 
 OPENVR_GAMEPAD: Final = "OpenVR Gamepad"
 OPENVR_BUTTONS: Final = ("trackpad", "trigger", "grip", "menu")

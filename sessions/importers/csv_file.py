@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.conventions import Convention, convention, quaternion_from_euler
 from sessions.errors import ImportFileError
 from sessions.importers.csv_happenings import events, hands, live_contacts, pose_rows, unknown_kinds
 from sessions.importers.csv_mapping import METRES, UNITY, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.finish import MeshSource, Samples, counted, finished, loaded, usable_track
 from sessions.mesh_data import MeshData
-from sessions.scene import Scene
-from sessions.session import Session
-from sessions.track import Track
+from sessions.meshes.conventions import Convention, convention, quaternion_from_euler
+from sessions.model.scene import Scene
+from sessions.model.session import Session
+from sessions.model.track import Track
 
 MESH_AXES = {
     "same": "mesh files have the axes of the converted session",
@@ -81,7 +81,7 @@ def _turned_meshes(meshes: Mapping[str, MeshSource], scene: Scene | None, folder
 
     Source: F_z F_m^-1 with F_m = diag(-1, 1, 1) is this half turn.
     """
-    from sessions.meshes import load_mesh
+    from sessions.meshes.mesh_files import load_mesh
 
     turned = {name: loaded(mesh) for name, mesh in meshes.items()}
     for body in scene.bodies if scene is not None else ():

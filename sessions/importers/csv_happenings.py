@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.event import Event
-from sessions.hand import HandTrack
 from sessions.importers.csv_mapping import CsvMapping
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.finish import side_of
-from sessions.live_contact import LiveContact
+from sessions.model.event import Event
+from sessions.model.hand import HandTrack
+from sessions.model.live_contact import LiveContact
 
 Rows = NDArray[np.bool_]
 

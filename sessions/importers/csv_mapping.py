@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from sessions.conventions import CONVENTIONS
 from sessions.errors import ImportFileError
-from sessions.toml_table import Table, parse_toml, read_text
+from sessions.meshes.conventions import CONVENTIONS
+from sessions.scene_files.toml_table import Table, parse_toml, read_text
 
 METRES: Final[Mapping[str, float]] = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 CLOCK_NS: Final[Mapping[str, float]] = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0, "ticks": 100.0}

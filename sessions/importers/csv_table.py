@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import CLOCK_NS
-from sessions.toml_table import nearest
+from sessions.scene_files.toml_table import nearest
 
 EMPTY: Final = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "-"]  # Cells that say: no number here
 

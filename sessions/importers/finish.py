@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
-from sessions.event import Event
-from sessions.hand import HandTrack
-from sessions.live_contact import LiveContact
 from sessions.mesh_data import MeshData
-from sessions.scene import Scene, SceneBody
-from sessions.scene_meshes import scene_meshes
-from sessions.scene_toml import scene_to_toml
-from sessions.session import Session
-from sessions.toml_table import nearest
-from sessions.track import Track
+from sessions.model.event import Event
+from sessions.model.hand import HandTrack
+from sessions.model.live_contact import LiveContact
+from sessions.model.scene import Scene, SceneBody
+from sessions.model.session import Session
+from sessions.model.track import Track
+from sessions.scene_files.scene_meshes import scene_meshes
+from sessions.scene_files.scene_toml import scene_to_toml
+from sessions.scene_files.toml_table import nearest
 
 MeshSource = str | Path | MeshData
 
@@ -141,7 +141,7 @@ def loaded(mesh: MeshSource) -> MeshData:
     """A mesh, read from its file where only that is given."""
     if isinstance(mesh, MeshData):
         return mesh
-    from sessions.meshes import load_mesh
+    from sessions.meshes.mesh_files import load_mesh
 
     return load_mesh(mesh)
 

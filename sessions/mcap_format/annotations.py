@@ -12,12 +12,12 @@ import numpy as np
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from sessions.errors import SessionFileError
-from sessions.event import Event, Interval
-from sessions.hand import HandTrack
-from sessions.live_contact import PHASES, LiveContact
 from sessions.mcap_format.pose_encoding import SECOND_NS, check_stamp
 from sessions.mcap_format.schemas import EVENTS, HANDS_PREFIX, INTERVALS, LIVE_CONTACTS, TRACKS_PREFIX, message_class
-from sessions.track import Track
+from sessions.model.event import Event, Interval
+from sessions.model.hand import HandTrack
+from sessions.model.live_contact import PHASES, LiveContact
+from sessions.model.track import Track
 
 Message = tuple[str, int, bytes]
 LEVELS = ("", "debug", "info", "warning", "error", "fatal")

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sessions.errors import SessionFileError
-from sessions.frames import Frames
 from sessions.mcap_format.catalogue import Catalogue, read_attachment, read_catalogue
 from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.schemas import TF, TRACKING
 from sessions.mcap_format.unpacking import MessageTable, read_region, together
+from sessions.model.frames import Frames
 
 
 class McapFile:

@@ -9,12 +9,12 @@ from google.protobuf.message import DecodeError
 from numpy.typing import NDArray
 
 from sessions.errors import SessionFileError
-from sessions.frames import Frames, Status
-from sessions.mcap_format.facts import MAX_BODIES
+from sessions.mcap_format.metadata import MAX_BODIES
 from sessions.mcap_format.pose_encoding import FRAME_WITHOUT_SAMPLES
 from sessions.mcap_format.schemas import message_class
 from sessions.mcap_format.transform_reading import Samples, TransformReader
 from sessions.mcap_format.unpacking import MessageTable
+from sessions.model.frames import Frames, Status
 
 # Cells (frames times bodies) made at once, 65 bytes each: an ordinary chunk of 12 bodies has 11,000, a hostile one
 # that declares thousands of bodies and holds millions of empty frames is cut into parts of 17 MB.

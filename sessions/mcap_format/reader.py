@@ -14,10 +14,9 @@ from typing import Any, Generic, TypeVar, overload
 from google.protobuf.message import DecodeError
 
 from sessions.errors import SessionError, SessionFileError, TornFileError
-from sessions.event import Event, Interval
-from sessions.live_contact import LiveContact
 from sessions.mcap_format.annotations import read_contact, read_event, read_hand, read_intervals, read_track
-from sessions.mcap_format.facts import (
+from sessions.mcap_format.mcap_file import McapFile, McapFrames
+from sessions.mcap_format.metadata import (
     BODIES_RECORD,
     DECLARED,
     SESSION_RECORD,
@@ -26,7 +25,6 @@ from sessions.mcap_format.facts import (
     migrated,
     names_of,
 )  # fmt: skip
-from sessions.mcap_format.mcap_file import McapFile, McapFrames
 from sessions.mcap_format.schemas import (
     EVENTS,
     HANDS_PREFIX,
@@ -38,8 +36,10 @@ from sessions.mcap_format.schemas import (
 )  # fmt: skip
 from sessions.mcap_format.writer import SCENE_FILE
 from sessions.mesh_data import MeshData
-from sessions.scene import Scene
-from sessions.session import Session
+from sessions.model.event import Event, Interval
+from sessions.model.live_contact import LiveContact
+from sessions.model.scene import Scene
+from sessions.model.session import Session
 
 TF_SCHEMA = "foxglove.FrameTransforms"
 MISSING = "missing"  # The metadata key that says what a truncated file lacks
@@ -142,7 +142,7 @@ def _missing(file: McapFile) -> str:
 
 
 def _mesh(file: McapFile, name: str, expected: str) -> MeshData:
-    from sessions.meshes import mesh_from_bytes
+    from sessions.meshes.mesh_files import mesh_from_bytes
 
     data = file.attachment(mesh_file(name))
     if data is None:
@@ -156,7 +156,7 @@ def _scene(file: McapFile) -> Scene:
     data = file.attachment(SCENE_FILE)
     if data is None:
         return Scene()
-    from sessions.scene_toml import parse_scene
+    from sessions.scene_files.scene_toml import parse_scene
 
     return _named(file, lambda: parse_scene(data.decode("utf-8", errors="replace"), SCENE_FILE))
 

@@ -19,20 +19,20 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from sessions.errors import SessionError, SessionFileError
-from sessions.event import Event, Interval
-from sessions.frames import Status
-from sessions.live_contact import LiveContact
 from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
-from sessions.mcap_format.facts import MAX_BODIES
 from sessions.mcap_format.frame_batch import FrameBatch, Poses, nanoseconds, pose_values
+from sessions.mcap_format.metadata import MAX_BODIES
 from sessions.mcap_format.recording_file import RecordingFile
-from sessions.scene import Scene
-from sessions.session import mesh_of
-from sessions.track import Track
+from sessions.model.event import Event, Interval
+from sessions.model.frames import Status
+from sessions.model.live_contact import LiveContact
+from sessions.model.scene import Scene
+from sessions.model.session import mesh_of
+from sessions.model.track import Track
 
 if TYPE_CHECKING:
-    from sessions.session import MeshLike
+    from sessions.model.session import MeshLike
 
 # The writing thread wakes this often; with what writing takes, the file is never a second behind.
 FLUSH_SECONDS = 0.25

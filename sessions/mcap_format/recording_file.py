@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from sessions.errors import SessionFileError
-from sessions.frames import Frames
 from sessions.mcap_format.annotations import Message
 from sessions.mcap_format.writer import SessionWriter
 from sessions.mesh_data import MeshData
-from sessions.scene import Scene
+from sessions.model.frames import Frames
+from sessions.model.scene import Scene
 
 PARTIAL = ".partial"
 

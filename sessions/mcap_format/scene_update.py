@@ -17,7 +17,7 @@ from sessions.mcap_format.annotations import set_stamp
 from sessions.mcap_format.pose_encoding import column_view, varint
 from sessions.mcap_format.schemas import WORLD
 from sessions.mesh_data import MeshData
-from sessions.scene import Pose, Scene, SceneBody
+from sessions.model.scene import Pose, Scene, SceneBody
 
 # The attachments hold the exact meshes; the drawing may cost this many bytes (before compression) and no more. The
 # bodies with the fewest faces come first, the rest are drawn as the boxes around them.

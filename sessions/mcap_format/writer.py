@@ -10,19 +10,19 @@ from pathlib import Path
 from typing import BinaryIO
 
 from sessions.errors import SceneError, SessionFileError
-from sessions.frames import Frames
-from sessions.glb import mesh_to_glb
 from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
 from sessions.mcap_format.container import ContainerWriter
-from sessions.mcap_format.facts import BODIES_RECORD, SESSION_RECORD, bodies_record, mesh_file, session_record
+from sessions.mcap_format.metadata import BODIES_RECORD, SESSION_RECORD, bodies_record, mesh_file, session_record
 from sessions.mcap_format.pose_encoding import FrameEncoder
 from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.scene_update import scene_update
 from sessions.mcap_format.schemas import PROFILE, SCENE, TF, TRACKING
 from sessions.mesh_data import MeshData
-from sessions.scene import Scene
-from sessions.session import Session
+from sessions.meshes.glb import mesh_to_glb
+from sessions.model.frames import Frames
+from sessions.model.scene import Scene
+from sessions.model.session import Session
 
 SCENE_FILE = "scene.toml"
 CHUNK_BYTES = 1 << 20
@@ -118,7 +118,7 @@ class SessionWriter(ContainerWriter):
 
 def scene_text(scene: Scene) -> str:
     """The TOML that a file carries: the author's text where it still describes the scene, else made from the scene."""
-    from sessions.scene_toml import parse_scene, scene_to_toml
+    from sessions.scene_files.scene_toml import parse_scene, scene_to_toml
 
     for text in (scene.text, scene_to_toml(scene)):
         try:

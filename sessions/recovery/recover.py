@@ -15,7 +15,7 @@ from mcap.records import Channel, Schema
 from sessions.errors import SessionError, SessionFileError
 from sessions.mcap_format.catalogue import opened
 from sessions.mcap_format.container import MAGIC, ContainerWriter
-from sessions.mcap_format.facts import (
+from sessions.mcap_format.metadata import (
     BODIES_RECORD,
     SESSION_RECORD,
     bodies_record,
@@ -28,8 +28,8 @@ from sessions.mcap_format.facts import (
 from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, TF
 from sessions.mcap_format.writer import CHUNK_BYTES, SCENE_FILE, replaced
+from sessions.recovery.file_scan import Survey, survey
 from sessions.recovery.lost import Recovery
-from sessions.recovery.survey import Survey, survey
 
 RECOVERED = "recovered"  # The fact that says what a recovered file lacks
 
@@ -145,8 +145,8 @@ def _attachments(found: Survey, session: dict[str, str]) -> tuple[dict[str, byte
 
 def _reads(name: str, data: bytes) -> bool:
     """Whether a reader of sessions accepts an attachment that it will look at."""
-    from sessions.meshes import mesh_from_bytes
-    from sessions.scene_toml import parse_scene
+    from sessions.meshes.mesh_files import mesh_from_bytes
+    from sessions.scene_files.scene_toml import parse_scene
 
     try:
         if name == SCENE_FILE:

@@ -13,14 +13,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sessions.errors import SessionError
+from sessions.geometry.rotations import IDENTITY, Array, quaternion_about
+from sessions.geometry.solids import box, inscribed_depth, pointed_ball, prism
 from sessions.mesh_data import MeshData
-from sessions.session import Session
+from sessions.model.session import Session
 from sessions.synthetic.assembly import START_NS, Recording, recorded
-from sessions.synthetic.courses import Course, Dips, Swing, Turning, outside, passes
+from sessions.synthetic.motion_profiles import Course, Dips, Swing, Turning, outside, passes
 from sessions.synthetic.paths import Path, Poses, still
-from sessions.synthetic.rotations import IDENTITY, Array, quaternion_about
-from sessions.synthetic.solids import box, inscribed_depth, pointed_ball, prism
-from sessions.synthetic.streams import random_stream
+from sessions.synthetic.rng import random_stream
 from sessions.synthetic.truth import (
     Episode,
     Interval,

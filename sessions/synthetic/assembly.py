@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import SessionError
+from sessions.model.track import Track
 from sessions.synthetic.paths import Path, Poses
-from sessions.synthetic.streams import random_stream
+from sessions.synthetic.rng import random_stream
 from sessions.synthetic.tracker import LOSSES, VIVE, TrackerNoise, disturbed, planned_losses, with_losses
 from sessions.synthetic.truth import Fact, Interval
-from sessions.track import Track
 
 # 2024-03-01 09:00 UTC: an absolute start shows at once where somebody turns stamps into float seconds (0.2 us lost).
 START_NS = 1_709_283_600_000_000_000

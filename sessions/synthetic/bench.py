@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from sessions.geometry.rotations import IDENTITY, Array
 from sessions.glassware.catalogue import make_instrument
 from sessions.glassware.instrument import Cavity, Instrument
 from sessions.mesh_data import MeshData
-from sessions.scene import Pose, Scene, SceneBody
-from sessions.scene_toml import parse_scene, scene_to_toml
-from sessions.session import Session
+from sessions.model.scene import Pose, Scene, SceneBody
+from sessions.model.session import Session
+from sessions.scene_files.scene_toml import parse_scene, scene_to_toml
 from sessions.synthetic.assembly import START_NS, Recorded
 from sessions.synthetic.choreography import Buttons
 from sessions.synthetic.paths import Point, Poses, Quaternion
-from sessions.synthetic.rotations import IDENTITY, Array
 from sessions.synthetic.truth import Truth
 
 BENCH_TOP = 0.9

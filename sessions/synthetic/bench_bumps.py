@@ -12,15 +12,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from sessions.event import Event, Interval
-from sessions.scene import Scene, SceneEffect
-from sessions.session import Session
+from sessions.model.event import Event, Interval
+from sessions.model.scene import Scene, SceneEffect
+from sessions.model.session import Session
 from sessions.synthetic.assembly import START_NS, Recorded, Recording, recorded
 from sessions.synthetic.bench import Layout, Placed, made_session, standing, with_text
 from sessions.synthetic.bump_scripts import Plan, left_hand, right_hand, watching
 from sessions.synthetic.paths import Poses, carried
 from sessions.synthetic.planting import Blinks
-from sessions.synthetic.streams import random_stream
+from sessions.synthetic.rng import random_stream
 from sessions.synthetic.truth import Fact, Truth, sorted_episodes, sorted_facts
 
 NAME = "bench-bumps"

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from sessions.geometry.rotations import IDENTITY, quaternion_facing
 from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import Recording
 from sessions.synthetic.bench import BENCH_TOP, STAND_M, Layout
 from sessions.synthetic.choreography import Buttons, Script
 from sessions.synthetic.paths import Key, KeyPath, Point, Stir, Tap, minimum_jerk_inverse, point, quaternion_of
 from sessions.synthetic.planting import Blinks, Dent
-from sessions.synthetic.rotations import IDENTITY, quaternion_facing
 from sessions.synthetic.sections import Approach, approach, round_in_round
 from sessions.synthetic.truth import Episode, Fact, Interval, levelled, ordered
 

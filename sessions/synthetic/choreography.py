@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sessions.hand import HandTrack
+from sessions.geometry.rotations import IDENTITY
+from sessions.model.hand import HandTrack
 from sessions.synthetic.paths import (
     Key,
     KeyPath,
@@ -21,7 +22,6 @@ from sessions.synthetic.paths import (
     point,
     quaternion_of,
 )
-from sessions.synthetic.rotations import IDENTITY
 from sessions.synthetic.truth import Interval
 
 # Slower than this a reach of an adult looks hesitant, faster it looks thrown: comfortable reaches of 0.2-0.6 m take

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sessions.glassware.profile import solved
-from sessions.synthetic.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated, slerp
+from sessions.geometry.profile import solved
+from sessions.geometry.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated, slerp
 
 Point = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]

@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import Any
 
 from sessions.errors import SessionError
-from sessions.session import Session
+from sessions.model.session import Session
 from sessions.synthetic.truth import Truth
 
 _EXPERIMENTS = "sessions.synthetic.experiments"

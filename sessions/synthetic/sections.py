@@ -15,8 +15,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sessions.geometry.rotations import Array, rotated
 from sessions.mesh_data import MeshData
-from sessions.synthetic.rotations import Array, rotated
 
 # Between two sections the surfaces are bounded by straight edges, so a finer step only narrows the gap between the
 # bounds: on the steepest wall here (a flask's, 15 degrees off the vertical) 0.5 mm leaves 0.14 mm.

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sessions.geometry.rotations import IDENTITY, Array, quaternion_from_vector, quaternion_product
 from sessions.synthetic.paths import Poses
-from sessions.synthetic.rotations import IDENTITY, Array, quaternion_from_vector, quaternion_product
 
 LOSSES = ("flagged", "identity", "off")
 """``flagged``: invalid, raw numbers kept; ``identity``: an identity pose that calls itself valid, as SteamVR writes;

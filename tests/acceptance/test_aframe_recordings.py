@@ -6,7 +6,7 @@ import fcl
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from shared_data import DATA, needs_data
+from support.shared_data import DATA, needs_data
 
 from sessions.importers import import_session
 

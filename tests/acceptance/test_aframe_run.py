@@ -6,7 +6,7 @@ import json
 
 import pyarrow.parquet as pq
 import pytest
-from shared_data import DATA, needs_data
+from support.shared_data import DATA, needs_data
 
 from replay.cli.main import main
 

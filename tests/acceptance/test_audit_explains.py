@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from replay.audit.causes import Cause
-from replay.engine import compute
-from replay.made_up import made_up_session
+from replay.comparison.causes import Cause
+from replay.pipeline.engine import compute
+from replay.studies.synthetic_sessions import made_up_session
 from sessions import MeshData
 
 DETECTORS = "poor=hybrid-qaco[budget=200],slow=discrete[rate_hz=22.5],collider[shape=capsule,rate_hz=50],hybrid"

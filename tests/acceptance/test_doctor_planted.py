@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import combinations
 
 import pytest
-from planted_faults import BODIES, FAULTS, clean, teleport
+from support.planted_faults import BODIES, FAULTS, clean, teleport
 
 from sessions import Severity, examine
 

@@ -7,12 +7,12 @@ import json
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from planted_faults import FAULTS, clean
+from support.planted_faults import FAULTS, clean
 
 from cdcore import Verdict
+from replay.api.runner import run
 from replay.cli.main import main
-from replay.policy import KINDS
-from replay.runner import run
+from replay.prepare.policy import KINDS
 
 FAULTY = {
     "not-finite": ("nan position", 100),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shared_data import DATA, needs_data
+from support.shared_data import DATA, needs_data
 
 from sessions import Session, Severity, examine, import_session, write_session
 

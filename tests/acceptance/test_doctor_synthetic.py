@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from small_worlds import cube
+from support.small_worlds import cube
 
 from sessions import Session, Severity, examine, write_session
 from sessions.synthetic import ANALYTIC, SCENES, make_analytic, make_scene_session

@@ -19,7 +19,8 @@ import numpy as np
 from numba.core import event
 from cdcore import Body, Motion, TriangleMesh, create_detector, intersecting_faces, triangles_intersect
 from cdcore.kernels.compiling import told_of_compiling
-import cdcore.narrow.predicates, cdcore.narrow.spacetime.whole_motion, cdcore.narrow.containment
+import cdcore.narrow.triangles.predicates, cdcore.narrow.spacetime.whole_motion
+import cdcore.narrow.containment.containment_stage
 
 angle = np.linspace(0, 2 * np.pi, 13)[:-1]
 ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)

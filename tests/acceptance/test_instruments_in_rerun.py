@@ -2,11 +2,11 @@
 
 import pytest
 import rerun as rr
-from instrument_gallery import ROWS, draw, opened
+from support.instrument_gallery import ROWS, draw, opened
 
-from replay.rerun_log.viewer import NO_ADAPTER, ViewerError
+from replay.outputs.rerun_log.viewer import NO_ADAPTER, ViewerError
 from sessions.glassware.catalogue import INSTRUMENTS, make_instrument
-from sessions.glb import mesh_to_glb
+from sessions.meshes.glb import mesh_to_glb
 
 
 def test_the_gallery_shows_every_instrument_but_the_bench():

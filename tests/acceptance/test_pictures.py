@@ -10,14 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from first_picture import opened, record_demo
-from small_worlds import jumping
+from support.first_picture import opened, record_demo
+from support.small_worlds import jumping
 
-from replay.engine import compute
-from replay.report.page import report_html
-from replay.rerun_log.focus import read_misses
-from replay.rerun_log.recording import write_recording
-from replay.rerun_log.viewer import NO_ADAPTER, ViewerError
+from replay.outputs.report.page import report_html
+from replay.outputs.rerun_log.focus import read_misses
+from replay.outputs.rerun_log.recording import write_recording
+from replay.outputs.rerun_log.viewer import NO_ADAPTER, ViewerError
+from replay.pipeline.engine import compute
 from sessions.synthetic import make_analytic
 
 Image = pytest.importorskip("PIL.Image", reason="Pillow reads the pictures: pip install pillow")
@@ -115,7 +115,7 @@ def test_a_miss_between_frames_is_red_at_its_moment_and_not_before(tmp_path):
 def hundreds():
     """A ball on a plate for a minute and a half, of which every seventh frame of contact is lost."""
     session, _ = make_analytic("ball-plate", seconds=90.0)
-    result = compute(session, detectors="it=planted_detectors:Dropping")
+    result = compute(session, detectors="it=support.planted_detectors:Dropping")
     assert len(result.misses["it"]) > 200
     return result
 

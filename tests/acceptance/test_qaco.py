@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from crossing_paths import crossing_paths
-from search_scenes import I3, ball_of, colliding_poses, search_of, torus_mesh
-from shapes import revolved_mesh
+from support.crossing_paths import crossing_paths
+from support.search_scenes import I3, ball_of, colliding_poses, search_of, torus_mesh
+from support.shapes import revolved_mesh
 
 import replay
 from cdcore import Verdict, create_detector

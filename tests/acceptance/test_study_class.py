@@ -12,7 +12,7 @@ import time
 import pyarrow.parquet as pq
 import pytest
 
-from replay.batch import run_batch
+from replay.api.batch import run_batch
 from replay.cli.main import main
 
 pytestmark = pytest.mark.slow
@@ -23,7 +23,7 @@ SETTINGS = {"detectors": "hybrid", "oracle": "none", "picture": False}
 SCRIPT = f"""
 import sys
 from pathlib import Path
-from replay.batch import run_batch
+from replay.api.batch import run_batch
 if __name__ == "__main__":
     batch = run_batch(sorted(Path(sys.argv[1]).glob("*.mcap")), Path(sys.argv[2]), jobs=2, settings={SETTINGS!r})
     print(batch.digest, len(batch.kept), len(batch.failed))
@@ -55,7 +55,7 @@ def test_a_class_of_sixty_becomes_its_page_in_under_five_minutes(made):
 
 
 def test_metrics_count_what_each_student_was_made_to_do(made):
-    from replay.study.made_up_class import draw_class
+    from replay.studies.class_study.synthetic_class import draw_class
 
     out, _ = made
     rows = {

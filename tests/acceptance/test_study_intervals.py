@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from study_samples import names
+from support.study_samples import names
 
-from replay.study.analysis import analyse, associated
-from replay.study.codebook import Codebook, Item, Question
-from replay.study.joining import Questionnaire
-from replay.study.regression import regress
-from replay.study.reliability import reliability
+from replay.studies.class_study.analysis import analyse, associated
+from replay.studies.class_study.codebook import Codebook, Item, Question
+from replay.studies.class_study.joining import Questionnaire
+from replay.studies.class_study.regression import regress
+from replay.studies.class_study.reliability import reliability
 
 CLASSES = 200
 STUDENTS = 52

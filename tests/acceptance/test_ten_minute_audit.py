@@ -10,7 +10,7 @@ import sys
 
 import numpy as np
 import pytest
-from peak_memory import environment
+from support.peak_memory import environment
 
 from sessions import Scene, Session, Track, write_session
 from sessions.synthetic.bench import Layout, Placed, standing
@@ -22,7 +22,7 @@ SECONDS, GIBIBYTES, MEGABYTES = 60.0, 2.0, 60.0
 
 MEASURED = """
 import json, sys, time
-from peak_memory import peak_bytes
+from support.peak_memory import peak_bytes
 from replay import audit
 # the first seconds compile what is not compiled on this machine yet
 audit(sys.argv[1], detectors="hybrid-qaco", end=45.0, out=sys.argv[2] + "-warm")

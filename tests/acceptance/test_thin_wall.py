@@ -6,14 +6,14 @@ The surfaces meet over 6 mm of the way. A step of s metres jumps over them from 
 
 import numpy as np
 import pytest
-from shapes import box_mesh
+from support.shapes import box_mesh
 
 import replay
 from cdcore import Body, Motion, Verdict, create_detector
 from cdcore.protocol import counts_as_contact
-from replay.audit.outcome import Outcome
+from replay.comparison.outcome import Outcome
 from sessions import Session
-from sessions.shapes import make_shape
+from sessions.geometry.shapes import make_shape
 
 CUBE, PLATE = Body("cube", box_mesh((0.005,) * 3)), Body("plate", box_mesh((0.2, 0.2, 0.001)))
 SIZES = (("plate", 0.2, 0.001), ("cube", 0.005, 0.005))

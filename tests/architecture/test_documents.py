@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 import pytest
-from small_worlds import cube
+from support.small_worlds import cube
 
 from replay.cli.commands import COMMANDS
 from replay.cli.main import cli, main
@@ -113,7 +113,7 @@ def test_the_blocks_of_a_page_run_from_top_to_bottom(name, tmp_path, monkeypatch
 
 
 def test_every_toml_and_yaml_block_is_a_file_that_is_understood(tmp_path):
-    from replay.study.codebook import read_codebook
+    from replay.studies.class_study.codebook import read_codebook
     from sessions import parse_scene
     from sessions.importers.csv_mapping import read_mapping
 

@@ -1,6 +1,8 @@
-"""The shape of the repository: what lies at the top, how long a file is, and that each module has its own tests."""
+"""The shape of the repository: what lies at the top, how long files are, which rooms there are, where tests lie."""
 
+import re
 import subprocess
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -8,9 +10,12 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("cdcore", "sessions", "replay")
 TOP = {"pyproject.toml", "README.md", "LICENSE", "cdcore", "sessions", "replay", "tests"}
-
 LONGEST = 300
 """Lines: beyond that a file is about two things."""
+MOST_SOURCE = 52_000
+"""Lines of source: what is built from now on replaces before it adds."""
+MOST_LOOSE = 8
+"""Modules of `replay` in no room."""
 
 
 def tracked():
@@ -24,24 +29,66 @@ def modules():
     return [path for path in tracked() if path.parts[0] in PACKAGES and path.suffix == ".py"]
 
 
+def lines(path):
+    return (ROOT / path).read_bytes().count(b"\n")
+
+
 def test_the_top_level_holds_exactly_what_the_design_says():
     visible = {path.parts[0] for path in tracked() if not path.parts[0].startswith(".")}
     assert visible == TOP
 
 
 def test_no_module_is_longer_than_it_should_be():
-    long = {str(path): len((ROOT / path).read_text("utf-8").splitlines()) for path in modules()}
-    assert {path: lines for path, lines in long.items() if lines > LONGEST} == {}
+    assert {str(path): lines(path) for path in modules() if lines(path) > LONGEST} == {}
 
 
-def test_every_module_has_a_test_file_of_its_own():
-    there = set(tracked())
-    missing = [
+def test_the_source_stays_small():
+    assert sum(lines(path) for path in modules()) <= MOST_SOURCE
+
+
+def test_few_modules_of_the_tool_lie_in_no_room():
+    loose = [path.name for path in modules() if path.parent == Path("replay")]
+    assert len(loose) <= MOST_LOOSE, loose
+
+
+def test_no_module_of_the_tool_bears_the_name_of_a_public_function():
+    names = {path.stem if path.name != "__init__.py" else path.parent.name for path in modules() if len(path.parts) < 4}
+    direct = {name for name in names if (ROOT / "replay" / name).exists() or (ROOT / "replay" / f"{name}.py").exists()}
+    assert not direct & {"plan", "run", "audit", "tradeoff", "stress"}
+
+
+def test_every_module_is_reached_by_a_test():
+    """A module has tests of its own, or a test names it, or a module with tests of its own imports it."""
+    tests = [path for path in tracked() if path.parts[0] == "tests" and path.suffix == ".py"]
+    own = {path.stem.removeprefix("test_") for path in tests}
+    texts = [(ROOT / path).read_text("utf-8") for path in tests]
+    texts += [(ROOT / path).read_text("utf-8") for path in modules() if path.stem in own or path.name == "__init__.py"]
+    words = set(re.findall(r"[\w.]+", "\n".join(texts)))
+    words |= {
+        f"{package}.{name}" for text in texts for package, name in re.findall(r"from ([\w.]+) import (\w+)", text)
+    }
+    unreached = []
+    for path in modules():
+        name = ".".join(path.with_suffix("").parts)
+        if not path.name.startswith("__") and path.stem not in own and name not in words:
+            unreached.append(str(path))
+    assert unreached == []
+
+
+def test_tests_lie_where_the_module_lies_that_they_are_named_after():
+    by_name = {}
+    for path in modules():
+        by_name.setdefault(path.stem, set()).add(Path("tests") / path.parent)
+    mirrored = [path for path in tracked() if path.parts[0] == "tests" and path.parts[1] in PACKAGES]
+    astray = [
         str(path)
-        for path in modules()
-        if not path.name.startswith("__") and Path("tests", path.parent, f"test_{path.name}") not in there
+        for path in mirrored
+        if path.name.startswith("test_")
+        and path.stem[5:] in by_name
+        and path.parent not in by_name[path.stem[5:]]
+        and not (ROOT / Path(*path.parent.parts[1:])).is_dir()
     ]
-    assert missing == []
+    assert astray == []
 
 
 def test_tests_are_no_packages():
@@ -49,7 +96,5 @@ def test_tests_are_no_packages():
 
 
 def test_the_wheel_holds_the_three_packages_and_nothing_else():
-    import tomllib
-
-    told = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["hatch"]["build"]["targets"]["wheel"]
-    assert told == {"packages": list(PACKAGES)}
+    build = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["hatch"]["build"]["targets"]["wheel"]
+    assert build == {"packages": list(PACKAGES)}

@@ -63,7 +63,10 @@ def test_sessions_never_load_a_geometry_engine_to_read_poses():
     }
 
 
-@pytest.mark.parametrize("module", ["engine", "audit.misses", "audit.compare", "assemble_stored", "summary"])
+@pytest.mark.parametrize(
+    "module",
+    ["pipeline.engine", "comparison.misses", "comparison.compare", "prepare.assemble_stored", "pipeline.summary"],
+)
 def test_what_computes_does_not_know_who_writes(module):
     assert not loaded_by(f"import replay.{module}") & {"rerun", "pyarrow", "rich", "click", "mcap", "matplotlib"}
 

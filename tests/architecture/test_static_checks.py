@@ -1,5 +1,6 @@
 """Layers, types and style hold: what CI runs is what a developer runs."""
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -7,27 +8,77 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+LINT = "import sys; from importlinter.cli import lint_imports_command; sys.exit(lint_imports_command())"
 
 
-def run(*command):
-    done = subprocess.run([sys.executable, "-m", *command], cwd=ROOT, capture_output=True, text=True)
+def run(*command, cwd=ROOT):
+    return subprocess.run([sys.executable, *command], cwd=cwd, capture_output=True, text=True)
+
+
+def succeeds(*command):
+    done = run(*command)
     assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-2000:]
 
 
 def test_layers_hold():
-    code = "import sys; from importlinter.cli import lint_imports_command; sys.exit(lint_imports_command())"
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-2000:]
+    succeeds("-c", LINT)
+
+
+UPWARD = {
+    "Floors of the tool": ("replay/comparison/compare.py", "import replay.outputs.report.page"),
+    "Floors of the sessions": ("sessions/model/track.py", "import sessions.mcap_format.reader"),
+    "Floors of the narrow phase": ("cdcore/narrow/triangles/sums.py", "import cdcore.narrow.tree_stage"),
+    "Rerun is imported by the recording alone": ("replay/base/progress.py", "import rerun"),
+    "pyarrow is imported where tables are read and written": ("replay/comparison/compare.py", "import pyarrow"),
+    "rich is imported by the command line alone": ("replay/pipeline/summary.py", "import rich"),
+    "matplotlib is imported where plots are drawn": ("replay/metrics/near.py", "import matplotlib"),
+}
+
+
+@pytest.mark.slow
+def test_an_arrow_upward_breaks_its_contract(tmp_path):
+    for package in ("cdcore", "sessions", "replay"):
+        shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    for file, line in UPWARD.values():
+        with (tmp_path / file).open("a", encoding="utf-8") as source:
+            source.write(f"\n{line}\n")
+    done = run("-c", LINT, "--no-cache", cwd=tmp_path)
+    assert done.returncode == 1
+    for contract in UPWARD:
+        assert f"{contract} BROKEN" in " ".join(done.stdout.split()), contract
 
 
 def test_style_holds():
-    run("ruff", "check", ".")
+    succeeds("-m", "ruff", "check", ".")
 
 
 def test_formatting_holds():
-    run("ruff", "format", "--check", ".")
+    succeeds("-m", "ruff", "format", "--check", ".")
 
 
 @pytest.mark.slow
 def test_types_hold():
-    run("mypy")
+    succeeds("-m", "mypy")
+
+
+def test_examples_in_docstrings_hold():
+    """Doctests of the packages; modules without an example are not imported."""
+    files = [
+        str(path.relative_to(ROOT))
+        for package in ("cdcore", "sessions", "replay")
+        for path in sorted((ROOT / package).rglob("*.py"))
+        if ">>> " in path.read_text("utf-8")
+    ]
+    assert files
+    succeeds(
+        "-m",
+        "pytest",
+        "-q",
+        "--doctest-modules",
+        "-p",
+        "no:cacheprovider",
+        "-o",
+        "addopts=--import-mode=importlib",
+        *files,
+    )

@@ -12,7 +12,7 @@ from time import perf_counter
 
 import numpy as np
 import pytest
-from shared_data import BENCH, needs_bench
+from support.shared_data import BENCH, needs_bench
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 

@@ -4,10 +4,10 @@ from time import process_time
 
 import numpy as np
 import pytest
-from effect_proofs import NEAR, small_session
+from support.effect_proofs import NEAR, small_session
 
 from replay.effects import EFFECTS
-from replay.engine import compute
+from replay.pipeline.engine import compute
 
 pytestmark = pytest.mark.bench
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from shapes import ball_mesh, beaker_mesh, box_mesh, merged, moved, without_faces
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, moved, without_faces
 
 from cdcore import TriangleMesh
 from cdcore.errors import InvalidMeshError

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from shapes import random_rotations
+from support.shapes import random_rotations
 
 from cdcore.numerics import EPS, PAD_ULPS, UNDERFLOW_PAD, place_points, readonly
 

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from shapes import lab
+from support.shapes import lab
 
 from cdcore import DETECTORS, Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.errors import CollisionCoreError, InvalidPairError, InvalidPoseError, InvalidSettingError, NotRecordedError

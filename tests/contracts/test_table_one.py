@@ -9,7 +9,7 @@ import pytest
 
 from cdcore import Verdict, create_detector
 from cdcore.narrow.tree_stage import TreeStage
-from replay.paper.fixtures import POSES, TARGETS, faces_of_pairs, fixture
+from replay.studies.paper.fixtures import POSES, TARGETS, faces_of_pairs, fixture
 
 TRUNCATED = ["rapid-style", "solid-style", "aabb", "obb"]
 COMPLETE = ["exact", "hybrid", "hybrid-qaco[decide=mesh]", *TRUNCATED]

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from shapes import ball_mesh, box_mesh, moved, still, without_faces
+from support.shapes import ball_mesh, box_mesh, moved, still, without_faces
 
 from cdcore import DETECTORS, Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.errors import InvalidMeshError, InvalidPoseError

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from cdcore.narrow.predicates import triangles_intersect
-from replay.stress.families import FAMILIES
+from cdcore.narrow.triangles.predicates import triangles_intersect
+from replay.studies.stress.families import FAMILIES
 
 cgal = pytest.importorskip("igl.copyleft.cgal", reason="libigl with CGAL is not installed (extra 'test')")
 
@@ -14,7 +14,7 @@ COUNT = 150
 
 def proper(pairs):
     """Which pairs have no face without area, exactly."""
-    from cdcore.narrow.triangle_integers import integers_on_one_scale, normal
+    from cdcore.narrow.triangles.integers import integers_on_one_scale, normal
 
     found = []
     for pair in pairs.reshape(-1, 18).tolist():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import ball_mesh, beaker_mesh, box_mesh, moved, random_rotations, rod_mesh
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, moved, random_rotations, rod_mesh
 
 from cdcore import Body, Motion, Verdict, create_detector
 

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from small_worlds import cube
+from support.small_worlds import cube
 
 from replay.effects import EFFECTS
-from replay.engine import compute
+from replay.pipeline.engine import compute
 from sessions import Session
-from sessions.hand import HandTrack
-from sessions.scene import Scene, SceneBody, SceneEffect
-from sessions.track import Track
+from sessions.model.hand import HandTrack
+from sessions.model.scene import Scene, SceneBody, SceneEffect
+from sessions.model.track import Track
 
 TWO = {"between": ["hand-left", "pot"]}
 DECLARED = {

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from oracles.separating_axes import meets_by_axes
 
-from cdcore.narrow.predicates import triangles_intersect
-from cdcore.narrow.triangle_integers import pair_intersects_integers
-from replay.stress.families import FAMILIES
-from replay.stress.relations import RELATIONS
+from cdcore.narrow.triangles.integers import pair_intersects_integers
+from cdcore.narrow.triangles.predicates import triangles_intersect
+from replay.studies.stress.families import FAMILIES
+from replay.studies.stress.relations import RELATIONS
 
 by_name = pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
 QUICK = 150

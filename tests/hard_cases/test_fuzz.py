@@ -9,12 +9,12 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from fuzzing import mutant, outcomes, seeds
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from peak_memory import environment
+from support.fuzzing import mutant, outcomes, seeds
+from support.peak_memory import environment
 
-SCRIPT = Path(__file__).resolve().parents[1] / "fuzzing.py"
+SCRIPT = Path(__file__).resolve().parents[1] / "support" / "fuzzing.py"
 ROOT = SCRIPT.parents[1]
 LONGEST_S = 10.0
 MOST_MIB = 512.0

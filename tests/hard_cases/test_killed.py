@@ -7,9 +7,9 @@ import time
 
 import numpy as np
 import pytest
-from small_worlds import cubes
+from support.small_worlds import cubes
 
-from replay.batch import run_batch
+from replay.api.batch import run_batch
 from sessions import write_session
 
 SETTINGS = {"detectors": "exact", "oracle": "none", "picture": False}
@@ -17,7 +17,7 @@ SESSIONS = 8
 GO = f"""
 import sys
 from pathlib import Path
-from replay.batch import run_batch
+from replay.api.batch import run_batch
 if __name__ == "__main__":
     run_batch(sorted(Path(sys.argv[1]).glob("*.mcap")), Path(sys.argv[2]), settings={SETTINGS!r})
 """

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from motions import KINDS, motion_of
-from shapes import lab
+from support.motions import KINDS, motion_of
+from support.shapes import lab
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 

@@ -7,9 +7,9 @@ import pytest
 from oracles.separating_axes import meets_by_axes
 
 from cdcore import Verdict
-from cdcore.narrow.predicates import triangles_intersect
-from replay.stress.cases import read_cases
-from replay.stress.peers import verdicts_of
+from cdcore.narrow.triangles.predicates import triangles_intersect
+from replay.studies.stress.cases import read_cases
+from replay.studies.stress.peers import verdicts_of
 
 FILES = sorted((Path(__file__).parent / "regressions").glob("*.npz"))
 

@@ -2,15 +2,25 @@
 
 import numpy as np
 import pytest
-from shapes import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, lab, merged, moved, random_rotations, rod_mesh
+from support.shapes import (
+    ball_mesh,
+    beaker_mesh,
+    box_mesh,
+    icosphere_mesh,
+    lab,
+    merged,
+    moved,
+    random_rotations,
+    rod_mesh,
+)
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces, join
-from cdcore.narrow.exhaustive import meeting_faces_exhaustive
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.numerics import place_points
-from replay.assembly import Assembly
-from replay.audit.compare import compare
-from replay.audit.outcome import Outcome
-from replay.audit.tolerance import Tolerance
+from replay.comparison.compare import compare
+from replay.comparison.outcome import Outcome
+from replay.comparison.tolerance import Tolerance
+from replay.prepare.assembly import Assembly
 
 LIFTS = (1e-12, 1e-9, 1e-7, 5e-7, 1e-6, 2e-6, 1e-5)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from small_worlds import framed
+from support.small_worlds import framed
 
 from sessions import Status, examine
 

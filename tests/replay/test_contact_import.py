@@ -1,11 +1,11 @@
 import pytest
-from small_worlds import cubes
+from support.small_worlds import cubes
 
-from replay.assemble import RESIDUAL_FACT
 from replay.cli.main import main
 from replay.contact_import import OFFSET_FACT, import_contacts
-from replay.engine import compute
 from replay.errors import AuditError
+from replay.pipeline.engine import compute
+from replay.prepare.assemble import RESIDUAL_FACT
 from sessions import read_session, write_session
 
 PLACES = {"a": [0] * 14, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 3]}

@@ -6,12 +6,12 @@ import sys
 
 import numpy as np
 import pytest
-from peak_memory import environment
 from scipy.spatial.transform import Rotation
+from support.peak_memory import environment
 
-from replay.assemble_stored import HELD_FRAMES
+from replay.prepare.assemble_stored import HELD_FRAMES
 from sessions import Frames, Session, Status, write_session
-from sessions.synthetic.solids import pointed_ball
+from sessions.geometry.solids import pointed_ball
 
 BODIES, RATE_HZ = 12, 90.0
 GIBIBYTE = 2**30
@@ -19,7 +19,7 @@ GIBIBYTE = 2**30
 MEASURED = """
 import json, sys
 import replay
-from peak_memory import peak_bytes
+from support.peak_memory import peak_bytes
 result = replay.run(sys.argv[1], detectors="slow=discrete[rate_hz=22.5]", out=sys.argv[2])
 print(json.dumps({"peak": peak_bytes(), "summary": result.summary}))
 """

@@ -3,11 +3,11 @@ import json
 
 import numpy as np
 import pytest
-from small_worlds import cube, framed
+from support.small_worlds import cube, framed
 
 from replay.session_info import ClockInfo, session_info
 from sessions import Event, Interval, Scene, Status
-from sessions.scene import Pose, SceneBody
+from sessions.model.scene import Pose, SceneBody
 
 V, L, A, H = int(Status.VALID), int(Status.LOST), int(Status.ABSENT), int(Status.HELD)
 MS = 1_000_000

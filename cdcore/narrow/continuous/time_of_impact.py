@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidPoseError, InvalidSettingError
 from cdcore.mesh import TriangleMesh
-from cdcore.narrow.containment import wholly_inside
-from cdcore.narrow.continuous.leg_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, LegStage
+from cdcore.narrow.containment.containment_stage import wholly_inside
 from cdcore.narrow.continuous.search import FREE, HIT
+from cdcore.narrow.continuous.segment_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, LegStage
 from cdcore.narrow.spacetime.box_tree import BoxTree, build_box_tree
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cdcore.narrow.exhaustive import meeting_faces_exhaustive
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.spacetime.block import BY_BOX
 from cdcore.narrow.spacetime.box_tree import BoxTree
-from cdcore.narrow.spacetime.lanes import LANES
+from cdcore.narrow.spacetime.simd import LANES
 from cdcore.numerics import FloatArray, IntArray
 
 Placing = Callable[[int], tuple[FloatArray, FloatArray]]

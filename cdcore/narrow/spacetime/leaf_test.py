@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int
 from cdcore.kernels.memory import Memory
-from cdcore.narrow.spacetime.lanes import above, dot, fused, least3, load8, most3, moved, plus, splat8, store
 from cdcore.narrow.spacetime.memory import TreeMemory
+from cdcore.narrow.spacetime.simd import above, dot, fused, least3, load8, most3, moved, plus, splat8, store
 
 
 @hot_kernel

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel
 from cdcore.kernels.memory import Memory
-from cdcore.narrow.spacetime.lanes import above, dot, excess, fused, load8, minus, moved, outside, row16, store, turn
+from cdcore.narrow.spacetime.simd import above, dot, excess, fused, load8, minus, moved, outside, row16, store, turn
 
 
 @hot_kernel

@@ -12,17 +12,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.narrow.exhaustive import meeting_faces_exhaustive
-from cdcore.narrow.predicates import triangles_intersect
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.spacetime.block import COUNTERS, EXACT_TESTS, INTEGER_TESTS, SKIPPED_FRAMES, Question
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, LARGEST_SKEW, SMALLEST_SIZE, position_pad
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.certificates import count_verified
+from cdcore.narrow.spacetime.far_poses import certainly_apart
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes, pose_lanes
 from cdcore.narrow.spacetime.time_spans import SPAN_TESTS, first_near_of
 from cdcore.narrow.spacetime.traverse import Workspace
 from cdcore.narrow.spacetime.undecided import decide_undecided
-from cdcore.narrow.triangle_filter import UNDECIDED
+from cdcore.narrow.triangles.filter import UNDECIDED
+from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, place_points
 
 REPEATS_WORTH_LEAVING_OUT = 0.25
@@ -198,6 +199,11 @@ class PairJob:
         """Every face against every face: coordinates too large for the bounds of the kernels."""
         begin, found = perf_counter(), []
         for row in range(start, stop):
+            frame, bodies = self._asked[row], (self._a, self._b)
+            origins = (self._poses.translations[frame, body][None] for body in bodies)
+            if certainly_apart(*origins, sum(tree.reach for tree in self._trees)).all():
+                found.append(NO_FACES)
+                continue
             first, second = self._placed(row)
             found.append(meeting_faces_exhaustive(*((second, first) if self._turned else (first, second))))
         sizes = np.array([len(one) for one in found])
@@ -216,15 +222,14 @@ def _distinct_frames(
     """
     frames = poses.everywhere
     lanes = [shared[body] for body in (i, j)]
-    moving = [one.path for one in lanes if one is not None and one.step]
+    moving = [one.changed for one in lanes if one is not None and one.step]
     if None not in lanes:
         if not moving:
             return frames, frames[:1], np.zeros(len(frames), dtype=np.int64)
         if any(one is not None and one.restless for one in lanes):
             return frames, frames, frames
         fresh = np.ones(len(frames), dtype=np.bool_)
-        # a path grows whenever the pose changes in the least
-        fresh[1:] = np.logical_or.reduce([path[1:] > path[:-1] for path in moving])
+        fresh[1:] = np.logical_or.reduce([changed[1:] for changed in moving])
     else:
         frames = np.flatnonzero(poses.valid[:, i] & poses.valid[:, j])
         fresh = np.ones(len(frames), dtype=np.bool_)

@@ -12,7 +12,7 @@ import numpy as np
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.kernels.memory import Memory, doubles_of, row_of
 from cdcore.narrow.spacetime.bounds import ROUNDOFF
-from cdcore.narrow.spacetime.lanes import (
+from cdcore.narrow.spacetime.simd import (
     LANES,
     above,
     dot,
@@ -28,7 +28,7 @@ from cdcore.narrow.spacetime.lanes import (
     times,
 )
 from cdcore.narrow.spacetime.time_spans import fill_ranges, span_count
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 
 STEP_ULPS = 32.0
 """Placing two centres rounds each by at most 7 u of the body's size and distance; taken twice."""
@@ -48,18 +48,20 @@ class PoseLanes(NamedTuple):
     """One body over F frames, or one pose for all of them.
 
     ``entries`` (15 stride,): rotation row by row, translation, then the world centre of the root box; every row is
-    followed by copies of its last frame, so that eight can be loaded anywhere. ``step``: 1, or 0 for a body that keeps
-    one pose throughout; frame f is read at ``f * step``. ``path`` (F,): metres, not decreasing; no point moves further
-    between f and h than path[h] - path[f]. ``ranges`` (6 n,): where the root centre stays in spans of frames, as
+    followed by copies of its last frame, so that eight can be loaded anywhere. ``step``: 1, or 0 for a body that
+    keeps one pose throughout; frame f is read at ``f * step``. ``path`` (F,): metres, not decreasing; no point
+    moves further between f and h than path[h] - path[f]. ``changed`` (F,): whether the pose differs at all from
+    that of the frame before. ``ranges`` (6 n,): where the root centre stays in spans of frames, as
     ``cdcore.narrow.spacetime.time_spans`` orders them. ``frames``: F, or 1. ``restless``: the pose changes in every
-    frame. ``size``: largest distance of a translation from the origin. ``skew``: largest Frobenius norm of R^T R - I.
-    ``row`` (6,): addresses and numbers as the kernels take them, ``memory.PoseMemory``.
+    frame. ``size``: largest distance of a translation from the origin. ``skew``: largest Frobenius norm of R^T R -
+    I. ``row`` (6,): addresses and numbers as the kernels take them, ``memory.PoseMemory``.
     """
 
     entries: FloatArray
     stride: int
     step: int
     path: FloatArray
+    changed: BoolArray
     ranges: FloatArray
     frames: int
     restless: bool
@@ -142,11 +144,12 @@ def place_centres(entries: Memory, stride: int, centre: FloatArray, lanes: Memor
 
 @hot_kernel
 def fill_path(  # noqa: C901 - vector loop, then sum
-    entries: Memory, stride: int, count: int, radius: float, size: float, path: Memory
+    entries: Memory, stride: int, count: int, radius: float, size: float, path: Memory, changed: ByteArray
 ) -> bool:
-    """Fill ``path`` (count,) for a root box of this half diagonal and a body of this size, distance included.
+    """Fill ``path`` and ``changed`` (count,) for a root box of this half diagonal and a body of this size.
 
-    Its memory has room for ``stride`` numbers. Returns whether the pose changes in every frame.
+    The size includes its distance from the origin. The memory of ``path`` has room for ``stride`` numbers. Returns
+    whether the pose changes in every frame.
     """
     stay_one_function()
     reach, slack, grown = radius * (1.0 + 1e-12), STEP_ULPS * ROUNDOFF * size, 1.0 + 1e-12
@@ -167,7 +170,8 @@ def fill_path(  # noqa: C901 - vector loop, then sum
     path[0] = 0.0
     for f in range(1, count):
         # rounding of the sum so far is below 2 u of it: growing by 4 u keeps every difference an upper bound
-        if path[f] > 0.0:
+        changed[f] = path[f] > 0.0
+        if changed[f]:
             total = total * (1.0 + 4.0 * ROUNDOFF) + path[f]
         else:
             restless = False
@@ -187,7 +191,7 @@ def moves(entries: Memory, stride: int, frame: int) -> bool:
 @kernel
 def fill_lanes(
     rotations: FloatArray, translations: FloatArray, body: int, frames: IntArray, box: FloatArray,
-    reach: float, entries: FloatArray, path: FloatArray, ranges: FloatArray, scratch: FloatArray,
+    reach: float, entries: FloatArray, path: FloatArray, changed: ByteArray, ranges: FloatArray, scratch: FloatArray,
 ) -> tuple[bool, bool, float, float]:  # fmt: skip
     """Fill the arrays of a body that moves; of one that does not, their beginning with its one pose.
 
@@ -202,7 +206,7 @@ def fill_lanes(
     size, restless = np.sqrt(far) * (1.0 + 1e-12), False
     path[0] = 0.0
     if not still:
-        restless = fill_path(row, stride, count, box[15], size + reach, doubles_of(path))
+        restless = fill_path(row, stride, count, box[15], size + reach, doubles_of(path), changed)
     fill_ranges(row, stride, count, doubles_of(ranges), lanes)
     return still, restless, size, np.sqrt(skew) + 16.0 * ROUNDOFF
 
@@ -215,9 +219,10 @@ def pose_lanes(
     count = len(frames)
     stride = stride_of(count)
     entries, path, ranges = np.empty(ROWS * stride), np.empty(stride), np.empty(6 * span_count(count))
+    changed = np.ones(count, dtype=np.uint8)
     turns, places = np.ascontiguousarray(rotations), np.ascontiguousarray(translations)
     still, restless, size, skew = fill_lanes(
-        turns, places, body, frames, root_box, reach, entries, path, ranges, np.empty(2 * LANES)
+        turns, places, body, frames, root_box, reach, entries, path, changed, ranges, np.empty(2 * LANES)
     )
     if still:
         count, stride = 1, ONE_POSE
@@ -225,4 +230,4 @@ def pose_lanes(
     path = path[:count]
     step = 0 if still else 1
     row = row_of([entries, stride, step, path, ranges, count])
-    return PoseLanes(entries, stride, step, path, ranges, count, restless, size, skew, row)
+    return PoseLanes(entries, stride, step, path, changed.view(np.bool_), ranges, count, restless, size, skew, row)

@@ -16,8 +16,8 @@ import numpy as np
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, words_of
-from cdcore.narrow.spacetime.lanes import LANES, least, load8, most, splat8, store
 from cdcore.narrow.spacetime.memory import PoseMemory, pose_memory
+from cdcore.narrow.spacetime.simd import LANES, least, load8, most, splat8, store
 from cdcore.numerics import IntArray
 
 SPAN_BITS: Final = 6

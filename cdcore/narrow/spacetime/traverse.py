@@ -28,10 +28,10 @@ from cdcore.narrow.spacetime.block import (
 )
 from cdcore.narrow.spacetime.bounds import CHORD_SLACK
 from cdcore.narrow.spacetime.box_tree import BoxTree
-from cdcore.narrow.spacetime.lanes import LANES, dot, fused, load8, minus, splat8, store
 from cdcore.narrow.spacetime.memory import POSE_WORDS, TREE_WORDS, PoseMemory, TreeMemory, pose_memory, tree_memory
+from cdcore.narrow.spacetime.motion_bounds import first_unsafe, root_gap
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes
-from cdcore.narrow.spacetime.skips import first_unsafe, root_gap
+from cdcore.narrow.spacetime.simd import LANES, dot, fused, load8, minus, splat8, store
 from cdcore.narrow.spacetime.time_spans import SPAN_BITS, first_near
 from cdcore.numerics import ByteArray, IntArray
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, bytes_at, doubles_at, row_of, words_at
-from cdcore.narrow.exact_sums import exponents_are_moderate, new_digits
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes
-from cdcore.narrow.triangle_exact import pair_intersects_exact
-from cdcore.narrow.triangle_filter import UNDECIDED
+from cdcore.narrow.triangles.exact import pair_intersects_exact
+from cdcore.narrow.triangles.filter import UNDECIDED
+from cdcore.narrow.triangles.sums import exponents_are_moderate, new_digits
 from cdcore.numerics import ByteArray, IntArray
 
 

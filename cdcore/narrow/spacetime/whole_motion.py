@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from cdcore.narrow.spacetime.block import COUNTERS
 from cdcore.narrow.spacetime.box_tree import BoxTree
+from cdcore.narrow.spacetime.far_poses import asked_apart, far_poses, without
 from cdcore.narrow.spacetime.pair_job import PairJob, Poses, Stretch
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes, pose_lanes
 from cdcore.narrow.spacetime.traverse import Workspace
@@ -63,6 +64,42 @@ def decide_motion(
     ``faces``: list all face pairs that meet. ``threads``: workers; the answer does not depend on it. ``verify``: ask
     everything that was dismissed again, face by face, in exact arithmetic, which is very slow.
     """
+    reaches = np.array([tree.reach for tree in trees])
+    far = far_poses(poses.translations, poses.valid, reaches)
+    if far is None:
+        return _decide(trees, pairs, poses, faces, threads, verify)
+    near = Poses(without(poses.rotations, far, poses.valid), without(poses.translations, far, poses.valid), poses.valid)
+    answers = [(_decide(trees, pairs, near, faces, threads, verify), poses.everywhere, np.arange(len(pairs)))]
+    kept = np.ones((len(poses.valid), len(pairs)), dtype=np.bool_)
+    for column, rows, asked in asked_apart(far, poses.valid, poses.translations, pairs, reaches):
+        kept[rows, column] = False
+        alone = Poses(poses.rotations[asked], poses.translations[asked], poses.valid[asked])
+        answers.append((_decide(trees, pairs[[column]], alone, faces, 1, verify), asked, np.array([column])))
+    return _together(answers, kept)
+
+
+def _together(answers: list[tuple[MotionAnswer, IntArray, IntArray]], kept: BoolArray) -> MotionAnswer:
+    """One answer of several, each with its frames and columns; of the first only the pair-frames that are kept."""
+    hits, rows = answers[0][0].hits & kept, 0
+    entries, seconds, work = [], dict.fromkeys(STAGES, 0.0), dict.fromkeys(answers[0][0].work, 0)
+    for number, (answer, frames, columns) in enumerate(answers):
+        frame, pair = frames[answer.frame], columns[answer.pair]
+        use = kept[frame, pair] if number == 0 else np.ones(len(frame), dtype=np.bool_)
+        if number:
+            hits[np.ix_(frames, columns)] |= answer.hits
+        entries.append((frame[use], pair[use], answer.start[use] + rows, answer.stop[use] + rows))
+        rows += len(answer.faces)
+        seconds = {stage: seconds[stage] + answer.seconds[stage] for stage in STAGES}
+        work = {name: work[name] + answer.work[name] for name in work}
+    frame, pair, start, stop = (np.concatenate(some) for some in zip(*entries, strict=True))
+    order, faces = np.lexsort((pair, frame)), np.concatenate([answer.faces for answer, _, _ in answers])
+    return MotionAnswer(hits, frame[order], pair[order], start[order], stop[order], faces, work, seconds)
+
+
+def _decide(
+    trees: Sequence[BoxTree], pairs: IntArray, poses: Poses, faces: bool, threads: int, verify: bool
+) -> MotionAnswer:
+    """``decide_motion`` of poses none of which is far."""
     clock, everywhere = [perf_counter()], poses.everywhere
     whole = len(everywhere) > 0 and bool(poses.valid.all())
     used = set(np.unique(pairs).tolist()) if whole else set()

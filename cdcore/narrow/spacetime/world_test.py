@@ -9,7 +9,7 @@ from __future__ import annotations
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
 from cdcore.kernels.memory import Memory
 from cdcore.narrow.spacetime.bounds import DETERMINANT_ULPS, ROUNDOFF, TINY
-from cdcore.narrow.spacetime.lanes import (
+from cdcore.narrow.spacetime.simd import (
     Lanes,
     above,
     first4,

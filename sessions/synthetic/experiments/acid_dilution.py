@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sessions.scene import SceneEffect
+from sessions.model.scene import SceneEffect
 from sessions.synthetic.bench import BENCH_TOP, Placed, in_rack, liquid, rack_at, standing
 from sessions.synthetic.experiments.lab import SPOUT_LEFT, Lab
 from sessions.synthetic.experiments.record import Experiment

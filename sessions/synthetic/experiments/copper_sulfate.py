@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sessions.scene import SceneEffect
+from sessions.model.scene import SceneEffect
 from sessions.synthetic.bench import BENCH_TOP, STAND_M, Placed, in_rack, rack_at, standing
 from sessions.synthetic.experiments.lab import Lab
 from sessions.synthetic.experiments.record import Experiment

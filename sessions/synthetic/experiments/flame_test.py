@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from sessions.scene import SceneEffect
+from sessions.geometry.rotations import turned_about
+from sessions.model.scene import SceneEffect
 from sessions.synthetic.bench import BENCH_TOP, Placed, in_rack, liquid, rack_at, standing
 from sessions.synthetic.experiments.lab import UP, Lab
 from sessions.synthetic.experiments.record import Experiment
 from sessions.synthetic.experiments.steps import come_close
 from sessions.synthetic.paths import minimum_jerk_inverse
-from sessions.synthetic.rotations import turned_about
 
 # The flame as the scene declares it: a cone that stands on the wick.
 FLAME_RADIUS, FLAME_HEIGHT, TIP_IN_FLAME = 0.009, 0.045, 0.015

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from sessions.scene import SceneEffect
+from sessions.geometry.rotations import turned_about
+from sessions.model.scene import SceneEffect
 from sessions.synthetic.bench import BENCH_TOP, Placed, in_rack, liquid, rack_at, standing
 from sessions.synthetic.experiments.lab import SPOUT_LEFT, UP, Lab
 from sessions.synthetic.experiments.record import Experiment
 from sessions.synthetic.experiments.steps import come_close, pour, rap
 from sessions.synthetic.paths import minimum_jerk_inverse
-from sessions.synthetic.rotations import turned_about
 
 ACID_ML, POURED_ML, ACID_MOLAR = 80.0, 40.0, 2.0
 ZINC_G, ZINC_MOLAR_MASS = 0.50, 65.38  # IUPAC abridged atomic weights 2021

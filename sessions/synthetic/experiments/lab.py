@@ -12,15 +12,15 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sessions.event import Interval
+from sessions.geometry.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated, turned_about
+from sessions.model.event import Interval
 from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import START_NS, Recording
 from sessions.synthetic.bench import BENCH_TOP, Layout, Placed
 from sessions.synthetic.choreography import Buttons, Script
 from sessions.synthetic.experiments.things import Falling, Held, Placing, Standing
 from sessions.synthetic.paths import Path, Point, Quaternion, point, quaternion_of, relative
-from sessions.synthetic.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated, turned_about
-from sessions.synthetic.streams import random_stream
+from sessions.synthetic.rng import random_stream
 from sessions.synthetic.truth import Episode, Fact, levelled, ordered
 
 SIDES = ("left", "right")

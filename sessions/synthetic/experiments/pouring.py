@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sessions.glassware.profile import solved
+from sessions.geometry.profile import solved
 from sessions.synthetic.paths import minimum_jerk
 
 # Standard gravity, m/s2 (CGPM 1901).

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from sessions.scene import SceneEffect
-from sessions.session import Session
+from sessions.model.scene import SceneEffect
+from sessions.model.session import Session
 from sessions.synthetic.bench import Placed, standing
 from sessions.synthetic.experiments.lab import SPOUT_LEFT, Lab
 from sessions.synthetic.experiments.record import Experiment

@@ -7,16 +7,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from sessions.event import Event
-from sessions.scene import Scene, SceneEffect
-from sessions.session import Session
+from sessions.geometry.rotations import quaternion_facing
+from sessions.model.event import Event
+from sessions.model.scene import Scene, SceneEffect
+from sessions.model.session import Session
 from sessions.synthetic.assembly import START_NS, Recording, recorded
 from sessions.synthetic.bench import Layout, Placed, made_session, with_text
 from sessions.synthetic.experiments.lab import SIDES, Lab, layout_of
 from sessions.synthetic.experiments.things import placed_by
 from sessions.synthetic.paths import Key, KeyPath, Poses, point, quaternion_of
-from sessions.synthetic.rotations import quaternion_facing
-from sessions.synthetic.streams import random_stream
+from sessions.synthetic.rng import random_stream
 from sessions.synthetic.truth import Episode, Fact, Truth, sorted_episodes, sorted_facts
 from sessions.synthetic.truth import Interval as Span
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sessions.geometry.rotations import Array
 from sessions.synthetic.experiments.pouring import GRAVITY
 from sessions.synthetic.paths import Point, Poses, Quaternion, carried
-from sessions.synthetic.rotations import Array
 
 Placing = Callable[[Array, Mapping[str, Poses]], Poses]
 """Times (n,) of the recorded clock and the recorded poses of the hands at them -> poses of the thing."""

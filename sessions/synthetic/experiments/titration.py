@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sessions.scene import SceneEffect
+from sessions.geometry.rotations import Array, quaternion_about, turned_about
+from sessions.model.scene import SceneEffect
 from sessions.synthetic.bench import BENCH_TOP, Placed, liquid, standing
 from sessions.synthetic.choreography import Script
 from sessions.synthetic.experiments.lab import Lab
@@ -15,7 +16,6 @@ from sessions.synthetic.experiments.pouring import Outlet, Turn
 from sessions.synthetic.experiments.record import Experiment
 from sessions.synthetic.experiments.steps import swirl
 from sessions.synthetic.paths import Path, Poses
-from sessions.synthetic.rotations import Array, quaternion_about, turned_about
 
 ACID_ML, ACID_MOLAR, BASE_MOLAR, BASE_ML = 25.0, 0.1, 0.1, 50.0
 EQUIVALENCE_ML = ACID_ML * ACID_MOLAR / BASE_MOLAR

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shapes import ball_mesh, box_mesh, moved, random_rotations, rod_mesh
+from support.shapes import ball_mesh, box_mesh, moved, random_rotations, rod_mesh
 
 from cdcore import TriangleMesh
 from cdcore.bounding.box import box_best, box_by_body_axes, box_by_principal_axes

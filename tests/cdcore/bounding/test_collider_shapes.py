@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from shapes import box_mesh, revolved_mesh
+from support.shapes import box_mesh, revolved_mesh
 
 from cdcore import TriangleMesh
 from cdcore.bounding.collider_shapes import SHAPES, capsule_collider, hull_collider, sphere_collider

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shapes import ball_mesh, beaker_mesh, box_mesh, moved, revolved_mesh, rod_mesh
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, moved, revolved_mesh, rod_mesh
 
 from cdcore import TriangleMesh
 from cdcore.bounding.sphere import (

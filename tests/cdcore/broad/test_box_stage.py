@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
-from shapes import ball_mesh, box_mesh, random_rotations, rod_mesh
+from support.shapes import ball_mesh, box_mesh, random_rotations, rod_mesh
 
 from cdcore import Motion, TriangleMesh
 from cdcore.bounding.box import Box, box_best

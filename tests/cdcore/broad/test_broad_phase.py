@@ -1,7 +1,7 @@
 """Both volumes together keep every contact, and what either rejects is clear."""
 
 import numpy as np
-from shapes import lab
+from support.shapes import lab
 
 from cdcore import Verdict, create_detector
 from cdcore.bounding.box import box_best

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shapes import lab, random_rotations
+from support.shapes import lab, random_rotations
 
 from cdcore import Body, Motion, TriangleMesh, Verdict
 from cdcore.bounding.sphere import Sphere, sphere_best

@@ -3,7 +3,7 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shapes import box_mesh, lab, random_rotations
+from support.shapes import box_mesh, lab, random_rotations
 
 from cdcore import Body, Motion, Verdict, create_detector
 from cdcore.bounding.box import Box, box_by_body_axes

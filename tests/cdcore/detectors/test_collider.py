@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from shapes import box_mesh, revolved_mesh
+from support.shapes import box_mesh, revolved_mesh
 
 from cdcore import Body, Motion, Verdict, create_detector
 from cdcore.errors import InvalidSettingError

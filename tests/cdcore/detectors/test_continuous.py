@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from shapes import ball_mesh, box_mesh, lab
+from support.shapes import ball_mesh, box_mesh, lab
 
 from cdcore import Body, Motion, Verdict, create_detector, join
 from cdcore.detectors.continuous import GAP_BEFORE, LOST_BEFORE
 from cdcore.errors import InvalidSettingError
-from cdcore.narrow.continuous.legs import LEG_WIDTH, fill_leg, pose_at
+from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, fill_leg, pose_at
 
 BALL, PLATE = Body("ball", ball_mesh(0.01)), Body("plate", box_mesh((0.3, 0.3, 0.002)))
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from motions import KINDS, grid_plate, motion_of, placed
+from support.motions import KINDS, grid_plate, motion_of, placed
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.errors import InvalidSettingError
-from cdcore.narrow.exhaustive import meeting_faces_exhaustive
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
 
 FRAMES = 40
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import ball_mesh, beaker_mesh, box_mesh, lab, rod_mesh, still, without_faces
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab, rod_mesh, still, without_faces
 
 from cdcore import Body, Verdict, create_detector
 from cdcore.narrow.fcl_meshes import FclMeshes

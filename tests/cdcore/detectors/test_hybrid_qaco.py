@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from shapes import lab
+from support.shapes import lab
 
 from cdcore import Verdict, create_detector
 from cdcore.errors import InvalidSettingError

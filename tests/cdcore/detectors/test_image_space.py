@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from shapes import ball_mesh, box_mesh, lab, still, without_faces
+from support.shapes import ball_mesh, box_mesh, lab, still, without_faces
 
 from cdcore import Body, Verdict, create_detector
 from cdcore.protocol import counts_as_contact

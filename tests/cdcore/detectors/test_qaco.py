@@ -4,8 +4,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from search_scenes import ball_of, torus_mesh
-from shapes import lab, still
+from support.search_scenes import ball_of, torus_mesh
+from support.shapes import lab, still
 
 from cdcore import Body, Verdict, create_detector
 from cdcore.errors import InvalidSettingError

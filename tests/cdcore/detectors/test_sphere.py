@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import ball_mesh, beaker_mesh, lab, still
+from support.shapes import ball_mesh, beaker_mesh, lab, still
 
 from cdcore import Body, Verdict, create_detector
 from cdcore.bounding.sphere import sphere_best, sphere_by_triangle_mean

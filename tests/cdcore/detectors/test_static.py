@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from shapes import ball_mesh, box_mesh, lab
+from support.shapes import ball_mesh, box_mesh, lab
 
 from cdcore import Body, Motion, Verdict, create_detector, join
 

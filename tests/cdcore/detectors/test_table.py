@@ -9,7 +9,7 @@ from time import perf_counter
 
 import numpy as np
 import pytest
-from shapes import box_mesh, lab
+from support.shapes import box_mesh, lab
 
 import cdcore.detectors as table
 from cdcore import DETECTORS, Body, create_detector

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from shapes import ball_mesh, lab, still
+from support.shapes import ball_mesh, lab, still
 
 from cdcore import Body, Verdict, create_detector, join
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 from scipy.optimize import linprog
-from shapes import random_rotations
-from slow_trees import boxes_apart
+from support.shapes import random_rotations
+from support.slow_trees import boxes_apart
 
 from cdcore.kernels import box_axes
 from cdcore.kernels.compiling import kernel

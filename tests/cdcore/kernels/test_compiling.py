@@ -47,7 +47,7 @@ def locator(name):  # numba 0.61 writes a line before the names
 locator("InTreeCacheLocator").ensure_cache_path = refuse
 {more}
 import numpy as np
-from cdcore.narrow.continuous.legs import quaternion_of
+from cdcore.narrow.continuous.motion_segments import quaternion_of
 print(sorted(quaternion_of(np.eye(3))) == [0, 0, 0, 1], quaternion_of.stats.cache_path)
 """
 

@@ -6,7 +6,7 @@ from numba.core.errors import TypingError
 
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import address_of, bytes_at, doubles_at, doubles_of, integers_at, row_of, words_at, words_of
-from cdcore.narrow.spacetime.lanes import load8, store
+from cdcore.narrow.spacetime.simd import load8, store
 
 
 @kernel

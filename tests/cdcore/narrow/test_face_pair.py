@@ -1,12 +1,12 @@
 """The leaf test is the exact test of faces placed as the reference vertices, integers where sums cannot tell."""
 
 import numpy as np
-from shapes import random_rotations
+from support.shapes import random_rotations
 
 from cdcore import triangles_intersect
-from cdcore.narrow.exact_sums import new_digits
 from cdcore.narrow.face_pair import decided_by_integers, faces_meet, keep_found
-from cdcore.narrow.triangle_filter import UNDECIDED
+from cdcore.narrow.triangles.filter import UNDECIDED
+from cdcore.narrow.triangles.sums import new_digits
 from cdcore.numerics import place_points
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import ball_mesh, box_mesh, moved, random_rotations, rod_mesh
+from support.shapes import ball_mesh, box_mesh, moved, random_rotations, rod_mesh
 
 from cdcore import TriangleMesh
 from cdcore.errors import InvalidPoseError
 from cdcore.narrow import fcl_meshes
 from cdcore.narrow.fcl_meshes import FclMeshes
-from cdcore.narrow.predicates import triangles_intersect
+from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import place_points
 
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from motions import KINDS, grid_plate, motion_of
-from shapes import ball_mesh, box_mesh, merged
+from support.motions import KINDS, grid_plate, motion_of
+from support.shapes import ball_mesh, box_mesh, merged
 
 from cdcore import Body, TriangleMesh
-from cdcore.narrow.exhaustive import meeting_faces_exhaustive
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.ill_posed import MarginStage
-from cdcore.narrow.margins import triangle_margins
+from cdcore.narrow.margins.triangle_margins import triangle_margins
 from cdcore.numerics import place_points
 
 

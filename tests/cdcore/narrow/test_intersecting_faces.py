@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from motions import placed, rotations, soup
+from support.motions import placed, rotations, soup
 
 from cdcore import TriangleMesh, intersecting_faces
 from cdcore.errors import InvalidPoseError
-from cdcore.narrow.exhaustive import meeting_faces_exhaustive
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
 
 
 def mesh_of(triangles):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from shapes import ball_mesh, box_mesh, lab, rod_mesh
+from support.shapes import ball_mesh, box_mesh, lab, rod_mesh
 
 from cdcore import Body, Motion
 from cdcore.narrow.fcl_meshes import FclMeshes

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from motions import KINDS, motion_of, placed
-from shapes import ball_mesh, box_mesh, lab, still
+from support.motions import KINDS, motion_of, placed
+from support.shapes import ball_mesh, box_mesh, lab, still
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.errors import InvalidSettingError
-from cdcore.narrow.exhaustive import meeting_faces_exhaustive
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
 
 TREES = ["aabb", "obb", "rapid-style", "solid-style"]
 FRAMES = 24

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import box_mesh, still
+from support.shapes import box_mesh, still
 
 from cdcore import Body
 from cdcore.errors import InvalidPoseError

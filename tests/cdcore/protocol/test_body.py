@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import box_mesh
+from support.shapes import box_mesh
 
 from cdcore import Body
 from cdcore.errors import InvalidPairError

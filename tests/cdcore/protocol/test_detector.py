@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from shapes import lab
+from support.shapes import lab
 
 from cdcore import create_detector
 from cdcore.protocol import Detector, Explains, Explanation

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from shapes import lab
+from support.shapes import lab
 
 from cdcore import FrameDetector, Verdict, create_detector, join
 from cdcore.errors import InvalidPairError

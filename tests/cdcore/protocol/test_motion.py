@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from shapes import nearest_rotation, orthonormality_error, random_rotations
+from support.shapes import nearest_rotation, orthonormality_error, random_rotations
 
 from cdcore import Motion
 from cdcore.errors import InvalidPoseError

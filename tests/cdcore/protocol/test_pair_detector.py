@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from shapes import lab
+from support.shapes import lab
 
 from cdcore import Verdict, create_detector, join
 from cdcore.errors import InvalidPoseError

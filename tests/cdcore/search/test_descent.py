@@ -1,7 +1,7 @@
 """Local search goes down to ever closer pairs, and its rounds end where none is closer."""
 
 import numpy as np
-from search_scenes import I3, ball_of, colliding_poses, search_of, torus_mesh
+from support.search_scenes import I3, ball_of, colliding_poses, search_of, torus_mesh
 
 from cdcore.search import state
 from cdcore.search.advance import follow

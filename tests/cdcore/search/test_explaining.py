@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from shapes import box_mesh, lab
+from support.shapes import box_mesh, lab
 
 from cdcore import Body, Motion, TriangleMesh, create_detector
 from cdcore.protocol import Explains

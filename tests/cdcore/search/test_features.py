@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from search_scenes import torus_mesh
-from shapes import ball_mesh, box_mesh
+from support.search_scenes import torus_mesh
+from support.shapes import ball_mesh, box_mesh
 
 from cdcore import TriangleMesh
 from cdcore.search.features import CORNERS, NEIGHBOURS, RADIUS, features_of, morton_codes

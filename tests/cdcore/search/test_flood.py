@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from search_scenes import I3, NO_SEEDS, ball_of, colliding_poses, exact_pairs, search_of, torus_mesh
-from shapes import box_mesh, rod_mesh
+from support.search_scenes import I3, NO_SEEDS, ball_of, colliding_poses, exact_pairs, search_of, torus_mesh
+from support.shapes import box_mesh, rod_mesh
 
 HERE = (I3, np.zeros(3))
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from search_scenes import I3, search_of
-from shapes import box_mesh, random_rotations
+from support.search_scenes import I3, search_of
+from support.shapes import box_mesh, random_rotations
 
 from cdcore import TriangleMesh, intersecting_faces
 from cdcore.kernels.compiling import kernel

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from search_scenes import I3, ball_of, search_of
-from shapes import box_mesh
+from support.search_scenes import I3, ball_of, search_of
+from support.shapes import box_mesh
 
 from cdcore.search.printed import printed_gate, probabilities
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from search_scenes import I3, NO_SEEDS, ball_of, exact_pairs, search_of, torus_mesh
-from shapes import merged, moved
+from support.search_scenes import I3, NO_SEEDS, ball_of, exact_pairs, search_of, torus_mesh
+from support.shapes import merged, moved
 
 from cdcore import TriangleMesh
 from cdcore.search.features import NEIGHBOURS, features_of

@@ -1,9 +1,9 @@
 """Over a motion the search carries on where it was closest, and a look at the same poses is not done twice."""
 
 import numpy as np
-from crossing_paths import crossing_paths
-from search_scenes import ball_of
-from shapes import still
+from support.crossing_paths import crossing_paths
+from support.search_scenes import ball_of
+from support.shapes import still
 
 from cdcore import Body, Motion, Verdict, create_detector, join
 from cdcore.search.settings import SearchSettings

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from search_scenes import I3, ball_of, search_of
+from support.search_scenes import I3, ball_of, search_of
 
 from cdcore.kernels.compiling import kernel
 from cdcore.search.state import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from shapes import orthonormality_error, random_rotations
+from support.shapes import orthonormality_error, random_rotations
 
 from cdcore.transforms.rigid import rotation_from_quaternion
 

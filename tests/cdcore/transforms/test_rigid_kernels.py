@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import nearest_rotation, orthonormality_error, random_rotations
+from support.shapes import nearest_rotation, orthonormality_error, random_rotations
 
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of

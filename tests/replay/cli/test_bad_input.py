@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from small_worlds import along_x, cube, cubes, framed
+from support.small_worlds import along_x, cube, cubes, framed
 
 from replay.cli.main import main
 from sessions import Session, Status, Track, write_session

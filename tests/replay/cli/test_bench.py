@@ -5,13 +5,13 @@ import json
 import pytest
 from rich.console import Console
 
-from replay.bench import engines, race
-from replay.bench.growth import Growth
-from replay.bench.race import Row
-from replay.bench.stages import STAGES, Stages
 from replay.cli import bench
 from replay.cli.bench import bench_tables
 from replay.cli.main import main
+from replay.studies.bench import engines, race
+from replay.studies.bench.growth import Growth
+from replay.studies.bench.race import Row
+from replay.studies.bench.stages import STAGES, Stages
 
 
 @pytest.fixture(autouse=True)

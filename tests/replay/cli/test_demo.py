@@ -6,7 +6,7 @@ import time
 import pytest
 
 from replay.cli.main import main
-from replay.results.run_folder import read_run_folder
+from replay.outputs.results.run_folder import read_run_folder
 from sessions import read_session
 from sessions.synthetic import make_bench_bumps, predicted
 

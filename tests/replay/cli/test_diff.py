@@ -1,4 +1,4 @@
-from small_worlds import cubes
+from support.small_worlds import cubes
 
 from replay import run
 from replay.cli.main import main

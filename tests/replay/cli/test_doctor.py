@@ -1,7 +1,7 @@
 import json
 
 import pytest
-from planted_faults import FAULTS, clean
+from support.planted_faults import FAULTS, clean
 
 from replay.cli.main import main
 

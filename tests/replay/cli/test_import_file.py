@@ -1,11 +1,11 @@
 import json
 
 import numpy as np
-from small_worlds import cube
+from support.small_worlds import cube
 
 from replay.cli.main import main
 from sessions import read_session
-from sessions.glb import mesh_to_glb
+from sessions.meshes.glb import mesh_to_glb
 
 
 def aframe(path, frames=20):

@@ -1,11 +1,11 @@
 import json
 
 import pytest
-from small_worlds import cubes
+from support.small_worlds import cubes
 
 from replay.cli.main import main
 from sessions import Event, Interval, Scene, write_session
-from sessions.scene import SceneBody
+from sessions.model.scene import SceneBody
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,9 @@ from rich.console import Console
 
 from replay.cli.main import main
 from replay.cli.paper import paper_tables
-from replay.paper import experiment
-from replay.paper.pictures import PICTURES
-from replay.paper.tables import PaperTable
+from replay.outputs.paper_table import PaperTable
+from replay.studies.paper import experiment
+from replay.studies.paper.pictures import PICTURES
 
 pytestmark = pytest.mark.slow
 

@@ -2,15 +2,15 @@ import json
 
 import pytest
 from rich.console import Console
-from small_worlds import cubes
+from support.small_worlds import cubes
 
 from replay.cli.main import main
 from replay.cli.plan import plan_tree
-from replay.effect_summary import plan_summary
-from replay.plan import plan
+from replay.effects.effect_plan import plan
+from replay.effects.effect_summary import plan_summary
 from sessions import write_session
-from sessions.scene import Scene, SceneBody, SceneEffect
-from sessions.scene_toml import parse_scene
+from sessions.model.scene import Scene, SceneBody, SceneEffect
+from sessions.scene_files.scene_toml import parse_scene
 
 TEXT = """
 [[body]]

@@ -1,8 +1,8 @@
 import json
 
 import pytest
-from damage import chunks, flipped
-from mcap_samples import random_frames, session_of
+from support.damage import chunks, flipped
+from support.mcap_samples import random_frames, session_of
 
 from replay.cli.main import main
 from sessions import read_session, write_session

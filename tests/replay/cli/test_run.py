@@ -1,7 +1,7 @@
 import json
 
 import pytest
-from small_worlds import cubes, framed
+from support.small_worlds import cubes, framed
 
 from replay.cli.main import main
 from sessions import write_session

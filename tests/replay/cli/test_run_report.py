@@ -2,11 +2,11 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from small_worlds import cubes, framed
+from support.small_worlds import cubes, framed
 
 from replay.cli.console import People
 from replay.cli.run_report import lost_frames, report_run, run_json, where_to_look
-from replay.engine import compute
+from replay.pipeline.engine import compute
 
 
 def test_a_run_without_loss_ends_in_0_and_one_with_loss_in_3(capsys):

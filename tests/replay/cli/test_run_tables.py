@@ -3,16 +3,16 @@ from dataclasses import replace
 from io import StringIO
 
 from rich.console import Console
-from small_worlds import cubes, jumping
+from support.small_worlds import cubes, jumping
 
-from replay.auditor import audit
+from replay.api.auditor import audit
 from replay.cli import run_tables as module
 from replay.cli.run_tables import answers, audit_tables, cause_table, run_tables
 from replay.cli.terminal import terminal
-from replay.effect_summary import happened_words
-from replay.engine import compute
+from replay.effects.effect_summary import happened_words
+from replay.pipeline.engine import compute
 from sessions import Scene
-from sessions.scene import SceneBody, SceneEffect
+from sessions.model.scene import SceneBody, SceneEffect
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 

@@ -8,11 +8,12 @@ from rich.console import Console
 
 from replay.cli.main import main
 from replay.cli.stress import stress_tables
-from replay.stress import peers, runner
-from replay.stress.cases import read_cases
-from replay.stress.flips import Flips
-from replay.stress.runner import StressResult, Tally
-from replay.stress.system import CaseTally
+from replay.studies.stress import peers
+from replay.studies.stress import stress_runner as runner
+from replay.studies.stress.cases import read_cases
+from replay.studies.stress.flips import Flips
+from replay.studies.stress.stress_runner import StressResult, Tally
+from replay.studies.stress.system import CaseTally
 
 
 def test_one_detector_gets_a_row_per_family_and_the_seed(capsys):

@@ -3,7 +3,7 @@ import json
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from study_samples import CODEBOOK, a_class, metrics, write_answers
+from support.study_samples import CODEBOOK, a_class, metrics, write_answers
 
 from replay.cli.main import main
 

@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from small_worlds import cubes
+from support.small_worlds import cubes
 
 from replay.cli.main import main
 from replay.cli.study_runs import session_files

@@ -1,11 +1,11 @@
 import io
 
 from rich.console import Console
-from study_samples import a_class, codebook, metrics, questionnaire
+from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.cli.study_tables import check_table, study_tables
-from replay.study.analysis import analyse
-from replay.study.published import Remark
+from replay.studies.class_study.analysis import analyse
+from replay.studies.class_study.published import Remark
 
 
 def shown(group, width=120):

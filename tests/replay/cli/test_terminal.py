@@ -4,7 +4,7 @@ import io
 
 import pytest
 from rich.console import Console
-from small_tables import made
+from support.small_tables import made
 
 from replay.cli.terminal import STYLES, terminal
 from replay.outputs import tables

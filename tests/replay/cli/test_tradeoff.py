@@ -1,11 +1,11 @@
 import json
 
 import pytest
-from small_worlds import cubes
+from support.small_worlds import cubes
 
 from replay.cli.main import main
-from replay.tradeoff import trading
-from replay.tradeoff.settings import Setting
+from replay.tradeoffs import sweep as trading
+from replay.tradeoffs.settings import Setting
 from sessions import write_session
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}

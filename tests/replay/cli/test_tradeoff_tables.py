@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import pytest
 from rich.console import Console
-from small_worlds import cubes
+from support.small_worlds import cubes
 
 from replay.cli.console import People
 from replay.cli.terminal import terminal
 from replay.cli.tradeoff_tables import FrontBar, front_table, front_words
-from replay.tradeoff.settings import Setting
-from replay.tradeoff.trading import tradeoff
+from replay.tradeoffs.settings import Setting
+from replay.tradeoffs.sweep import tradeoff
 
 
 @pytest.fixture(scope="module")

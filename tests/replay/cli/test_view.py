@@ -1,7 +1,7 @@
 from typing import ClassVar
 
 import pytest
-from small_worlds import cubes
+from support.small_worlds import cubes
 
 import replay
 from replay.cli.main import main
@@ -35,7 +35,7 @@ class Viewer:
 
 
 def test_view_opens_the_run_at_the_miss_and_waits_for_the_window(run_folder, monkeypatch, capsys):
-    monkeypatch.setattr("replay.rerun_log.viewer.open_viewer", Viewer)
+    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Viewer)
     monkeypatch.setattr(Viewer, "opened", [])
     assert main(["view", str(run_folder), "--miss", "1"]) == 0
     assert Viewer.opened == [(run_folder, 1), "waited", "closed"]
@@ -43,7 +43,7 @@ def test_view_opens_the_run_at_the_miss_and_waits_for_the_window(run_folder, mon
 
 
 def test_a_miss_that_is_not_there_is_refused_before_a_window_opens(run_folder, monkeypatch, capsys):
-    monkeypatch.setattr("replay.rerun_log.viewer.open_viewer", Viewer)
+    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Viewer)
     monkeypatch.setattr(Viewer, "opened", [])
     assert main(["view", str(run_folder), "--miss", "99"]) == 1
     assert "has no miss 99" in capsys.readouterr().err and Viewer.opened == []

@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
-from small_worlds import cube
+from support.small_worlds import cube
 
-from replay.engine import compute
+from replay.effects.effect_plan import plan
 from replay.errors import PlanError
-from replay.plan import plan
+from replay.pipeline.engine import compute
 from sessions import Session
-from sessions.scene import Scene, SceneBody, SceneEffect
-from sessions.track import Track
+from sessions.model.scene import Scene, SceneBody, SceneEffect
+from sessions.model.track import Track
 
 GRAVITY, RATE, FLOOR = 9.80665, 90.0, 0.5
 """A cube of 0.2 m falls from rest on a cube of 1 m whose top is at 0.5 m."""

@@ -2,15 +2,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from small_worlds import cubes
+from support.small_worlds import cubes
 
 from replay.effects.burn_exposure import SPEC, damage, surface
 from replay.effects.declaring import declare
+from replay.effects.effect_plan import plan
 from replay.effects.output import EffectOutput, Series
-from replay.engine import compute
 from replay.errors import EffectError, PlanError
-from replay.plan import plan
-from sessions.scene import Scene, SceneBody, SceneEffect
+from replay.pipeline.engine import compute
+from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 SKIN = {
     "damage_rate_per_s": 3.1e98, "damage_energy_j_mol": 6.28e5, "skin_c": 34.0, "skin_effusivity": 1100.0,

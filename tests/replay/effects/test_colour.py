@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from liquid_worlds import MIX, NEUTRAL, glass, run_in
+from support.liquid_worlds import MIX, NEUTRAL, glass, run_in
 
 from replay.effects.models.colours import COLOURS
 from replay.errors import EffectError, PlanError

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from small_worlds import cubes
+from support.small_worlds import cubes
 
 from replay.effects.contact import SPEC
-from replay.engine import compute
-from sessions.scene import Scene, SceneBody, SceneEffect
+from replay.pipeline.engine import compute
+from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 SCENE = Scene(
     bodies=(SceneBody("a"), SceneBody("b"), SceneBody("c")), effects=(SceneEffect("contact", {"between": ["a", "b"]}),)

@@ -3,7 +3,7 @@ import pytest
 from replay.effects import declaring
 from replay.effects.declaring import declare
 from replay.errors import PlanError
-from sessions.scene import Scene, SceneBody, SceneEffect
+from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 SCENE = Scene(bodies=(SceneBody("cup", tags=("glass",)), SceneBody("jar", tags=("glass",)), SceneBody("top")))
 FIELDS = {

@@ -1,5 +1,5 @@
 import pytest
-from liquid_worlds import glass, poured
+from support.liquid_worlds import glass, poured
 
 from replay.effects.mixing import WATER_MOLAR
 from replay.errors import EffectError

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from liquid_worlds import still, world
+from support.liquid_worlds import still, world
 
-from replay.engine import compute
 from replay.errors import EffectError
-from sessions.scene import SceneBody
+from replay.pipeline.engine import compute
+from sessions.model.scene import SceneBody
 
 FLAME = {
     "of": "flame", "source": "lamp", "heats": "dish", "within": 0.02, "base": [0.0, 0.1, 0.0], "power_w": 160.0,

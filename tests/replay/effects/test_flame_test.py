@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from liquid_worlds import glass, still, world
+from support.liquid_worlds import glass, still, world
 
-from replay.engine import compute
 from replay.errors import PlanError
-from sessions.scene import SceneBody
+from replay.pipeline.engine import compute
+from sessions.model.scene import SceneBody
 
 TEST = {
     "flame": "lamp", "base": [0.0, 0.1, 0.0], "flame_radius": 0.01, "flame_height": 0.05, "wire": "wire",

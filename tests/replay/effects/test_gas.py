@@ -2,12 +2,12 @@ import math
 
 import numpy as np
 import pytest
-from liquid_worlds import glass, still, tilted, world
+from support.liquid_worlds import glass, still, tilted, world
 
 from replay.effects.models.gas_laws import gas_ml_per_mol
-from replay.engine import compute
 from replay.errors import PlanError
-from sessions.scene import SceneBody
+from replay.pipeline.engine import compute
+from sessions.model.scene import SceneBody
 
 ZINC = {"formula": "Zn", "mass_g": 0.5, "molar_mass": 65.38}
 GAS = {

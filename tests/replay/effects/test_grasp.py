@@ -2,12 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_worlds import along_x, cube
+from support.small_worlds import along_x, cube
 
-from replay.engine import compute
+from replay.pipeline.engine import compute
 from sessions import Session
-from sessions.hand import HandTrack
-from sessions.scene import Scene, SceneBody, SceneEffect
+from sessions.model.hand import HandTrack
+from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 STAMPS = np.arange(200) * 10_000_000
 TIMES = STAMPS / 1e9

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from small_worlds import along_x, cube
+from support.small_worlds import along_x, cube
 
-from replay.engine import compute
+from replay.pipeline.engine import compute
 from sessions import Session
-from sessions.scene import Scene, SceneBody, SceneEffect
+from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 NEAR, LEAVE = 0.2, 0.05
 

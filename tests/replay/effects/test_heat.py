@@ -1,10 +1,10 @@
 import pytest
-from liquid_worlds import glass, poured, still, tilted, world
+from support.liquid_worlds import glass, poured, still, tilted, world
 
-from replay.engine import compute
+from replay.effects.effect_plan import plan
 from replay.errors import PlanError
-from replay.plan import plan
-from sessions.scene import SceneBody
+from replay.pipeline.engine import compute
+from sessions.model.scene import SceneBody
 
 DILUTION = {
     "of": "dilution", "solute": "H2SO4", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_j_mol": 74000.0,

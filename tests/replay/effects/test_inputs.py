@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
-from small_worlds import along_x, cube
+from support.small_worlds import along_x, cube
 
-from replay.assemble import assemble
 from replay.effects.inputs import HANDS, BodyPoses, EffectInputs
 from replay.effects.output import EffectOutput
 from replay.errors import EffectError
+from replay.prepare.assemble import assemble
 from sessions import Session
-from sessions.hand import HandTrack
-from sessions.scene import Scene, SceneBody
+from sessions.model.hand import HandTrack
+from sessions.model.scene import Scene, SceneBody
 
 QUARTER = (0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5))
 """A quarter turn about Z: +Y goes to -X."""

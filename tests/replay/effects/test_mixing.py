@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
-from liquid_worlds import MIX, glass, poured, run_in
+from support.liquid_worlds import MIX, glass, poured, run_in
 
 from replay.effects.mixing import WATER_MOLAR, contents_of
 from replay.effects.vessels import Vessel
 from replay.errors import EffectError
-from sessions.scene import SceneBody
+from sessions.model.scene import SceneBody
 
 
 def test_concentrations_follow_what_is_poured():
@@ -57,7 +57,7 @@ def test_a_body_that_holds_nothing_may_have_no_properties():
 
 
 def test_a_titration_says_the_same_to_the_byte_with_every_other_effect_removed(monkeypatch):
-    from liquid_worlds import NEUTRAL
+    from support.liquid_worlds import NEUTRAL
 
     from replay.effects import EFFECTS
 

@@ -4,17 +4,17 @@ import random
 from dataclasses import replace
 from itertools import chain, combinations
 
-import effect_proofs as proofs
 import pytest
-from effect_proofs import LAMP, MEET, NEAR, QUERIES, files_of, run_small, scene_of, small_session
+from support import effect_proofs as proofs
+from support.effect_proofs import LAMP, MEET, NEAR, QUERIES, files_of, run_small, scene_of, small_session
 
-from replay.affecting import run_effects
 from replay.effects import EFFECTS, load_effect
+from replay.effects.effect_plan import plan
+from replay.effects.effects_runner import run_effects
 from replay.effects.protocol import Need
-from replay.engine import compute
-from replay.plan import plan
+from replay.pipeline.engine import compute
 from sessions import read_session, write_session
-from sessions.scene import SceneEffect
+from sessions.model.scene import SceneEffect
 
 KINDS = tuple(EFFECTS)
 
@@ -84,7 +84,8 @@ def test_pairs_and_detectors_are_those_of_effects_that_ask_for_them_for_every_su
 
 def test_the_files_of_undeclared_effects_are_never_imported():
     code = (
-        "from effect_proofs import scene_of\nfrom replay.effects import EFFECTS\nfrom replay.plan import plan\n"
+        "from support.effect_proofs import scene_of\nfrom replay.effects import EFFECTS\n"
+        "from replay.effects.effect_plan import plan\n"
         "def there(): return {m for m in sys.modules if m.startswith('replay.effects.')}\n"
         "files = {kind: entry.partition(':')[0] for kind, entry in EFFECTS.items()}\n"
         "scenes = {kind: scene_of([kind]) for kind in EFFECTS}\n"
@@ -94,11 +95,11 @@ def test_the_files_of_undeclared_effects_are_never_imported():
         "    wanted = {files[one] for one in (*planned.effects, kind)}\n"
         "    assert set(files.values()) & there() == wanted, (kind, there())\n"
     )
-    assert "replay.plan" in proofs.modules_after(code)
+    assert "replay.effects.effect_plan" in proofs.modules_after(code)
 
 
 def test_a_run_without_contacts_loads_no_compiler_no_engine_and_no_other_effect():
-    loaded = proofs.modules_after("from effect_proofs import NEAR, run_small\nrun_small(NEAR)")
+    loaded = proofs.modules_after("from support.effect_proofs import NEAR, run_small\nrun_small(NEAR)")
     assert "replay.effects.hazard_proximity" in loaded
     assert not loaded & {"numba", "fcl", "replay.effects.contact", "replay.effects.grasp", "cdcore.detectors.exact"}
     assert not {name for name in loaded if "kernels" in name}
@@ -155,7 +156,7 @@ def test_the_log_has_no_path_and_no_column_of_what_is_undeclared(tmp_path):
     import pyarrow.parquet as pq
     from rerun.chunk import RrdReader
 
-    from replay.runner import run
+    from replay.api.runner import run
 
     run(small_session(NEAR), out=tmp_path / "run")
     paths = {str(chunk.entity_path) for chunk in RrdReader(str(tmp_path / "run" / "run.rrd")).stream()}
@@ -172,7 +173,7 @@ def mutant(monkeypatch):
     """Put another spec behind the row of the effect that the proofs run."""
 
     def install(spec):
-        monkeypatch.setitem(EFFECTS, NEAR.kind, f"effect_proofs:{spec}")
+        monkeypatch.setitem(EFFECTS, NEAR.kind, f"support.effect_proofs:{spec}")
         monkeypatch.setattr(
             proofs, spec, replace(getattr(proofs, spec), fields=load_effect("hazard-proximity", ORIGINAL).fields)
         )
@@ -189,9 +190,10 @@ def test_an_effect_that_secretly_asks_a_detector_is_found_by_counters_trace_and_
     assert proofs.detectors_made(lambda: run_small(NEAR), monkeypatch) == ["static"]
     assert proofs.calls(lambda: run_small(NEAR), *QUERIES) != {}
     code = (
-        "import effect_proofs as p\nfrom dataclasses import replace\nfrom replay.effects import EFFECTS, load_effect\n"
+        "import support.effect_proofs as p\nfrom dataclasses import replace\n"
+        "from replay.effects import EFFECTS, load_effect\n"
         "p.ASKS = replace(p.ASKS, fields=load_effect('hazard-proximity').fields)\n"
-        "EFFECTS['hazard-proximity'] = 'effect_proofs:ASKS'\np.run_small(p.NEAR)"
+        "EFFECTS['hazard-proximity'] = 'support.effect_proofs:ASKS'\np.run_small(p.NEAR)"
     )
     assert {"numba", "cdcore.detectors.static"} & proofs.modules_after(code)
 

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from small_worlds import cube
+from support.small_worlds import cube
 
 from replay.effects.placement import centre_of_mass, margin_over
-from replay.engine import compute
+from replay.pipeline.engine import compute
 from sessions import MeshData, Session
-from sessions.scene import Scene, SceneBody, SceneEffect
+from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 STAMPS = np.arange(120) * 10_000_000
 TIMES = STAMPS / 1e9

@@ -4,8 +4,8 @@ from functools import cache
 
 import pytest
 
-from replay.engine import compute
-from replay.made_up import made_up_session
+from replay.pipeline.engine import compute
+from replay.studies.synthetic_sessions import made_up_session
 
 pytestmark = pytest.mark.slow
 
@@ -49,7 +49,7 @@ def test_every_grasp_and_release_of_what_is_declared_is_found_in_time_and_no_oth
 
 
 def _grasp_pairs(result):
-    from replay.plan import plan
+    from replay.effects.effect_plan import plan
 
     declared = plan(result.session.scene).steps["grasp"].declared
     return [pair for one in declared for pair in one.pairs()]
@@ -85,8 +85,8 @@ def test_a_titration_asks_no_detector_anything():
 TITRATION = """
 import sys
 from pathlib import Path
-from replay.made_up import made_up_session
-from replay.runner import run
+from replay.studies.synthetic_sessions import made_up_session
+from replay.api.runner import run
 from sessions import write_session
 folder = Path(sys.argv[1])
 session, _ = made_up_session("titration")

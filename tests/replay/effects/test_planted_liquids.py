@@ -4,8 +4,8 @@ from functools import cache
 
 import pytest
 
-from replay.engine import compute
-from replay.made_up import made_up_session
+from replay.pipeline.engine import compute
+from replay.studies.synthetic_sessions import made_up_session
 
 pytestmark = pytest.mark.slow
 

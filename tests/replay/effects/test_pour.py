@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from liquid_worlds import HEIGHT, RADIUS, glass, poured, still, tilted, world
+from support.liquid_worlds import HEIGHT, RADIUS, glass, poured, still, tilted, world
 
+from replay.effects.effect_plan import plan
 from replay.effects.models.tilted import tilt_of_onset, volume_kept
-from replay.engine import compute
 from replay.errors import EffectError, PlanError
-from replay.plan import plan
+from replay.pipeline.engine import compute
 
 ONSET = math.degrees(tilt_of_onset(60e-6, RADIUS, HEIGHT))
 

@@ -1,5 +1,5 @@
 import pytest
-from liquid_worlds import glass, poured
+from support.liquid_worlds import glass, poured
 
 from replay.effects.models.colours import COLOURS
 from replay.errors import EffectError, PlanError

@@ -2,9 +2,9 @@ import pytest
 
 from replay.effects import EFFECTS, effect_kinds, load_effect
 from replay.effects.declaring import Declaration
+from replay.effects.effect_plan import NOT_BUILT
 from replay.effects.protocol import EffectOutput, EffectSpec, Need
 from replay.errors import EffectError
-from replay.plan import NOT_BUILT
 
 
 @pytest.mark.parametrize("kind", EFFECTS)

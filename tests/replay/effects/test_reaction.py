@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from liquid_worlds import MIX, NEUTRAL, glass, poured, run_in
+from support.liquid_worlds import MIX, NEUTRAL, glass, poured, run_in
 
 from replay.errors import PlanError
 

@@ -1,5 +1,5 @@
 import pytest
-from liquid_worlds import RADIUS, poured
+from support.liquid_worlds import RADIUS, poured
 
 from replay.errors import EffectError
 

@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
-from small_worlds import cubes
+from support.small_worlds import cubes
 
 from cdcore import Detection, Verdict
-from replay.affecting import run_effects
-from replay.assemble import assemble
-from replay.engine import compute
-from replay.plan import plan
-from sessions.scene import Scene, SceneBody, SceneEffect
+from replay.effects.effect_plan import plan
+from replay.effects.effects_runner import run_effects
+from replay.pipeline.engine import compute
+from replay.prepare.assemble import assemble
+from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 SCENE = Scene(
     bodies=(SceneBody("a"), SceneBody("b")), effects=(SceneEffect("sweep", {"between": ["a", "b"]}),), pairs=()

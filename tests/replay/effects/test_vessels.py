@@ -2,12 +2,12 @@ import math
 
 import numpy as np
 import pytest
-from liquid_worlds import HEIGHT, RADIUS, glass
+from support.liquid_worlds import HEIGHT, RADIUS, glass
 
 from replay.effects.models.transfers import Transfer
 from replay.effects.vessels import Vessel, volumes
 from replay.errors import EffectError
-from sessions.scene import SceneBody
+from sessions.model.scene import SceneBody
 
 
 def test_a_body_without_a_cavity_is_no_vessel():

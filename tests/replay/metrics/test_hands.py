@@ -2,12 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_worlds import cubes
+from support.small_worlds import cubes
 
-from replay.assemble import assemble
 from replay.metrics.hands import grasps, hand_bodies
-from sessions.hand import HandTrack
-from sessions.scene import Scene, SceneBody
+from replay.prepare.assemble import assemble
+from sessions.model.hand import HandTrack
+from sessions.model.scene import Scene, SceneBody
 
 STEP = 10_000_000
 FRAMES = 300

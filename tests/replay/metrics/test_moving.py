@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
-from small_worlds import cubes, framed
+from support.small_worlds import cubes, framed
 
-from replay.assemble import assemble
 from replay.metrics.moving import fixed_bodies, moving, task_seconds
-from sessions.event import Interval
-from sessions.scene import Pose, Scene, SceneBody
+from replay.prepare.assemble import assemble
+from sessions.model.event import Interval
+from sessions.model.scene import Pose, Scene, SceneBody
 
 T = np.arange(6001) * 0.01
 

@@ -2,11 +2,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_worlds import cube, cubes
+from support.small_worlds import cube, cubes
 
 from cdcore import Body, Motion, TriangleMesh
-from replay.assemble import assemble
 from replay.metrics.near import close_stretches, spread_points, without_contact
+from replay.prepare.assemble import assemble
 
 FRAMES = 400
 

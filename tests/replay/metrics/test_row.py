@@ -2,10 +2,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_worlds import cubes
+from support.small_worlds import cubes
 
 from replay import run
-from replay.audit.outcome import Episode
+from replay.comparison.outcome import Episode
 from replay.effects.output import EffectEvent
 from replay.metrics.hands import Grasp
 from replay.metrics.row import (
@@ -65,7 +65,7 @@ def test_a_row_per_detector_with_the_recall_that_the_audit_measured(silver, rows
 def test_the_table_of_a_run_folder_has_every_column_in_its_type(tmp_path):
     import pyarrow.parquet as pq
 
-    from replay.results.run_folder import write_run_folder
+    from replay.outputs.results.run_folder import write_run_folder
 
     result = run(cubes({"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] * 5}), detectors="hybrid", oracle="exact")
     read = pq.read_table(write_run_folder(result, tmp_path / "run") / "metrics.parquet")

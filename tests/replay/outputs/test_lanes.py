@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from replay.audit.outcome import Comparison, Miss, Outcome
+from replay.comparison.outcome import Comparison, Miss, Outcome
 from replay.outputs.lanes import number_boxes, ranked_pairs
 
 

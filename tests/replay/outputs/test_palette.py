@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from cdcore import Verdict
-from replay.audit.outcome import Outcome
+from replay.comparison.outcome import Outcome
 from replay.outputs import palette
-from replay.rerun_log.columns import packed
-from replay.rerun_log.materials import albedo
+from replay.outputs.materials import albedo
+from replay.outputs.rerun_log.columns import packed
 
 Rgba = palette.Rgba
 

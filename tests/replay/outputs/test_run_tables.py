@@ -1,12 +1,12 @@
 """The counts of the tables are those of the run."""
 
 import pytest
-from small_worlds import cubes
+from support.small_worlds import cubes
 
-from replay.audit.misses import NEVER_FOUND
-from replay.audit.outcome import Outcome
-from replay.engine import compute
+from replay.comparison.misses import NEVER_FOUND
+from replay.comparison.outcome import Outcome
 from replay.outputs.run_tables import cost_table, finding_table, miss_table, pair_table
+from replay.pipeline.engine import compute
 from sessions import Finding, Severity
 
 

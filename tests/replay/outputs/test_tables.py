@@ -1,6 +1,6 @@
 """A table is plain data: columns are chosen by name, and what is left out is said."""
 
-from small_tables import ROWS, made
+from support.small_tables import ROWS, made
 
 
 def test_columns_are_chosen_by_name_and_in_the_order_asked_for():

@@ -1,9 +1,9 @@
 from dataclasses import replace
 
-from small_worlds import jumping
+from support.small_worlds import jumping
 
-from replay.engine import compute
 from replay.outputs.words import counted, depth_words, span_words
+from replay.pipeline.engine import compute
 
 
 def test_one_thing_is_singular_and_all_other_numbers_are_plural():

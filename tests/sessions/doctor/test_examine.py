@@ -1,10 +1,10 @@
 import pytest
-from planted_faults import clean
-from small_worlds import cube
+from support.planted_faults import clean
+from support.small_worlds import cube
 
 from sessions import examine
 from sessions.errors import SessionFileError
-from sessions.glb import mesh_to_glb
+from sessions.meshes.glb import mesh_to_glb
 
 
 def codes(path):

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from small_worlds import cube
+from support.small_worlds import cube
 
 from sessions import MeshData, Severity
 from sessions.doctor.meshes import all_mesh_findings, degenerate_faces, duplicate_faces, mesh_findings

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from planted_faults import FAULTS, clean
+from support.planted_faults import FAULTS, clean
 
 from sessions import Frames, Status
 from sessions.doctor.pose_pass import LOOKS_PER_BLOCK, look_through, sampled_poses

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from planted_faults import FAULTS, clean
+from support.planted_faults import FAULTS, clean
 
 from sessions.doctor.pose_pass import look_through
 from sessions.doctor.pose_spans import pose_spans, rest_spans

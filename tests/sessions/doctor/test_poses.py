@@ -1,5 +1,5 @@
 import numpy as np
-from planted_faults import clean
+from support.planted_faults import clean
 
 from sessions import Severity
 from sessions.doctor.pose_pass import look_through

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
-from planted_faults import clean
+from support.planted_faults import clean
 
 from sessions import Scene
 from sessions.doctor.pose_pass import look_through
 from sessions.doctor.scale import roles_of, scale_findings, unit_guess
-from sessions.scene import SceneBody
+from sessions.model.scene import SceneBody
 
 
 def test_heads_and_hands_are_told_by_their_names_and_nothing_else_is():

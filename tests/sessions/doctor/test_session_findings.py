@@ -1,12 +1,12 @@
 import subprocess
 import sys
 
-from planted_faults import FAULTS, clean
+from support.planted_faults import FAULTS, clean
 
 from sessions import Scene, Severity
 from sessions.doctor.pose_pass import look_through
 from sessions.doctor.session_findings import examine_session, frame_findings, scene_findings
-from sessions.scene import Pose, SceneBody
+from sessions.model.scene import Pose, SceneBody
 
 
 def test_a_session_is_examined_without_loading_a_container():

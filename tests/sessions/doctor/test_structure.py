@@ -2,7 +2,7 @@ import struct
 
 import numpy as np
 import pytest
-from planted_faults import clean
+from support.planted_faults import clean
 
 from sessions.doctor.examine import examine
 from sessions.doctor.structure import is_mcap, structure_findings

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from planted_faults import FRAMES, STEP_NS, clean
+from support.planted_faults import FRAMES, STEP_NS, clean
 
 from sessions import Severity, Status
 from sessions.doctor.pose_pass import look_through

@@ -1,6 +1,6 @@
 import numpy as np
-from mcap_samples import assert_same_frames
-from planted_faults import clean, unknown_frame
+from support.mcap_samples import assert_same_frames
+from support.planted_faults import clean, unknown_frame
 
 from sessions import Frames, read_session
 from sessions.doctor.tolerant_frames import TolerantFrames

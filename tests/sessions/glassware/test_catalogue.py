@@ -8,9 +8,9 @@ from scipy.sparse.csgraph import connected_components
 
 from sessions.glassware import hands, proxies
 from sessions.glassware.catalogue import INSTRUMENTS, UnknownInstrumentError, make_instrument
-from sessions.glb import mesh_to_glb
 from sessions.mesh_data import is_closed, least_area
-from sessions.meshes import mesh_from_bytes
+from sessions.meshes.glb import mesh_to_glb
+from sessions.meshes.mesh_files import mesh_from_bytes
 
 SIZES = [500, *(pytest.param(faces, marks=pytest.mark.slow) for faces in (2000, 5000, 50_000))]
 ELSEWHERE = {

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from surface_rays import distances_along_rays
+from support.surface_rays import distances_along_rays
 
 from sessions.glassware.furniture import bench, stand, test_tube_rack, tripod
 from sessions.glassware.tubes import test_tube

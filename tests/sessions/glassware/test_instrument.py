@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from sessions.geometry.solids import box
 from sessions.glassware.instrument import DENSITY, Instrument, Part, mass_of
-from sessions.synthetic.solids import box
 
 
 def test_a_part_at_rest_is_moved_by_its_position():

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from surface_rays import distances_along_rays
+from support.surface_rays import distances_along_rays
 
 from sessions.glassware.proxies import proxy_headset, proxy_wand
 

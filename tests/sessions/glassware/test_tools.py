@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from surface_rays import distances_along_rays, points_on_faces
+from support.surface_rays import distances_along_rays, points_on_faces
 
 from sessions.glassware.tools import alcohol_lamp, delivery_tube, stirring_rod, tongs
 

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from surface_rays import distances_along_rays
+from support.surface_rays import distances_along_rays
 
 from sessions.glassware.tubes import burette, dropper, funnel, graduated_cylinder, pipette, test_tube
 

@@ -2,11 +2,11 @@ from functools import cache
 
 import numpy as np
 import pytest
-from surface_rays import distances_along_rays, points_on_faces
+from support.surface_rays import distances_along_rays, points_on_faces
 
+from sessions.geometry.profile import rounded
 from sessions.glassware.catalogue import INSTRUMENTS
 from sessions.glassware.catalogue import make_instrument as make_anew
-from sessions.glassware.profile import rounded
 from sessions.glassware.vessel import Foot, Shape, Spout, turned_vessel
 from sessions.mesh_data import is_closed
 

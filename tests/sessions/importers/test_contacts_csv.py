@@ -2,7 +2,7 @@ import pytest
 
 from sessions.errors import ImportFileError
 from sessions.importers.contacts_csv import read_contacts
-from sessions.live_contact import LiveContact
+from sessions.model.live_contact import LiveContact
 
 
 def file(tmp_path, text):

@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from sessions import MeshData
 from sessions.errors import SessionError
-from sessions.glb import mesh_to_glb
 from sessions.importers import import_session
-from sessions.scene_toml import parse_scene
+from sessions.meshes.glb import mesh_to_glb
+from sessions.scene_files.scene_toml import parse_scene
 
 HEADER = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"
 

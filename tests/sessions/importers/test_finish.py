@@ -4,7 +4,7 @@ import pytest
 from sessions import MeshData, Track
 from sessions.errors import ImportFileError
 from sessions.importers.finish import Samples, finished, proxy_for, side_of, usable_track
-from sessions.scene_toml import parse_scene
+from sessions.scene_files.scene_toml import parse_scene
 
 TRIANGLE = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 

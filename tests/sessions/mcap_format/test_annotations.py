@@ -5,12 +5,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sessions.errors import SessionFileError
-from sessions.event import Event, Interval
-from sessions.hand import HandTrack
-from sessions.live_contact import LiveContact
 from sessions.mcap_format import annotations as a
 from sessions.mcap_format.schemas import message_class
-from sessions.track import Track
+from sessions.model.event import Event, Interval
+from sessions.model.hand import HandTrack
+from sessions.model.live_contact import LiveContact
+from sessions.model.track import Track
 
 words, times = st.text(max_size=5), st.integers(0, 2**62)
 levels = st.sampled_from(a.LEVELS[1:])

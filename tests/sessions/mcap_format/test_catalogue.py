@@ -1,7 +1,7 @@
 import struct
 
 import pytest
-from mcap_samples import protobuf_messages, random_frames, session_of, tetrahedron, write_foreign
+from support.mcap_samples import protobuf_messages, random_frames, session_of, tetrahedron, write_foreign
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format import catalogue as module

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from sessions.errors import SessionError
-from sessions.frames import Status
 from sessions.mcap_format.frame_batch import FrameBatch, nanoseconds, pose_values
+from sessions.model.frames import Status
 
 
 def test_frames_hold_what_was_added_and_nothing_else():

@@ -1,13 +1,13 @@
 import pytest
-from mcap_samples import assert_same_frames, protobuf_messages, random_frames, session_of, write_foreign
+from support.mcap_samples import assert_same_frames, protobuf_messages, random_frames, session_of, write_foreign
 
 from sessions.errors import SessionFileError
-from sessions.event import Event
-from sessions.frames import Frames
 from sessions.mcap_format.mcap_file import McapFile, McapFrames
 from sessions.mcap_format.reader import LazyMapping, LazySequence
 from sessions.mcap_format.writer import write_session
-from sessions.scene import Scene
+from sessions.model.event import Event
+from sessions.model.frames import Frames
+from sessions.model.scene import Scene
 
 
 @pytest.fixture

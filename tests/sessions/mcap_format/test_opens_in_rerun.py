@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
-from mcap_samples import random_frames, session_of, tetrahedron
+from support.mcap_samples import random_frames, session_of, tetrahedron
 
-from sessions.event import Event, Interval
-from sessions.frames import Status
-from sessions.hand import HandTrack
 from sessions.mcap_format.recorder import Recorder
 from sessions.mcap_format.writer import write_session
+from sessions.model.event import Event, Interval
+from sessions.model.frames import Status
+from sessions.model.hand import HandTrack
 
 chunk = pytest.importorskip("rerun.chunk")
 

@@ -4,14 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import reference_reader
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mcap_samples import any_frames, assert_same_frames, protobuf_messages, random_frames, write_foreign
-from reference_reader import read_frames_plainly
+from support import reference_reader
+from support.mcap_samples import any_frames, assert_same_frames, protobuf_messages, random_frames, write_foreign
+from support.reference_reader import read_frames_plainly
 
 from sessions.errors import SessionFileError
-from sessions.frames import Frames, Status
 from sessions.mcap_format import pose_decoding
 from sessions.mcap_format.catalogue import Catalogue, Region
 from sessions.mcap_format.pose_decoding import FrameDecoder
@@ -19,6 +18,7 @@ from sessions.mcap_format.pose_encoding import FrameEncoder
 from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.schemas import message_class
 from sessions.mcap_format.unpacking import listed
+from sessions.model.frames import Frames, Status
 
 
 def table(block):
@@ -110,4 +110,4 @@ def test_it_shares_no_code_with_the_fast_reader():
     tree = ast.parse(Path(reference_reader.__file__).read_text(encoding="utf-8"))
     modules = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module}
     ours = {name for name in modules if name.startswith("sessions")}
-    assert ours == {"sessions.frames", "sessions.mcap_format.schemas"}
+    assert ours == {"sessions.model.frames", "sessions.mcap_format.schemas"}

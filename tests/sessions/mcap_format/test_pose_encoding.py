@@ -5,13 +5,13 @@ import pytest
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mcap_samples import SECOND, any_frames, random_frames
+from support.mcap_samples import SECOND, any_frames, random_frames
 
 from sessions.errors import SessionFileError
-from sessions.frames import Frames, Status
 from sessions.mcap_format.pose_encoding import FRAME_WITHOUT_SAMPLES, FrameEncoder, column_view, varint
 from sessions.mcap_format.record_block import MESSAGE_HEADER
 from sessions.mcap_format.schemas import message_class
+from sessions.model.frames import Frames, Status
 
 
 def records(block):

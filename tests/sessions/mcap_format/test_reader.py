@@ -7,7 +7,7 @@ import pytest
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from hypothesis import HealthCheck, given, settings
 from mcap.writer import CompressionType
-from mcap_samples import (
+from support.mcap_samples import (
     SECOND,
     any_frames,
     assert_same_frames,
@@ -17,20 +17,20 @@ from mcap_samples import (
     tetrahedron,
     write_foreign,
 )
-from peak_memory import environment
-from reference_reader import read_frames_plainly
+from support.peak_memory import environment
+from support.reference_reader import read_frames_plainly
 
 from sessions import read_session, write_session
 from sessions.errors import SessionError, SessionFileError, TornFileError
-from sessions.event import Event, Interval
-from sessions.frames import Frames, Status
-from sessions.hand import HandTrack
 from sessions.mcap_format import unpacking
 from sessions.mcap_format.annotations import interval_message
 from sessions.mcap_format.container import ContainerWriter
 from sessions.mcap_format.reader import MISSING
 from sessions.mcap_format.record_block import RecordBlock
-from sessions.session import ArraySource, Session
+from sessions.model.event import Event, Interval
+from sessions.model.frames import Frames, Status
+from sessions.model.hand import HandTrack
+from sessions.model.session import ArraySource, Session
 
 
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -256,7 +256,7 @@ def test_an_interval_that_nobody_closed_lasts_to_the_last_frame_and_says_so(tmp_
 
 LONG = """
 import sys
-from peak_memory import peak_bytes
+from support.peak_memory import peak_bytes
 from sessions import read_session
 count = sum(len(block) for block in read_session(sys.argv[1]).blocks(1024))
 print(count, peak_bytes() // 1024)

@@ -8,13 +8,13 @@ import time
 
 import numpy as np
 import pytest
-from mcap_samples import SECOND, assert_same_frames, random_frames, tetrahedron
-from reference_reader import read_frames_plainly
+from support.mcap_samples import SECOND, assert_same_frames, random_frames, tetrahedron
+from support.reference_reader import read_frames_plainly
 
 from sessions import Recorder, read_session
 from sessions.errors import SessionError, SessionFileError, TornFileError
-from sessions.frames import Status
 from sessions.mcap_format import recorder as recorder_module
+from sessions.model.frames import Status
 
 POSE = ((0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 

@@ -1,15 +1,15 @@
 from pathlib import Path
 
 import pytest
-from mcap_samples import assert_same_frames, random_frames, tetrahedron
+from support.mcap_samples import assert_same_frames, random_frames, tetrahedron
 
 from sessions.errors import MeshFileError, SessionFileError
-from sessions.event import Event
-from sessions.frames import Frames
 from sessions.mcap_format.annotations import event_message
 from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.recording_file import RecordingFile
-from sessions.scene import Scene, SceneBody
+from sessions.model.event import Event
+from sessions.model.frames import Frames
+from sessions.model.scene import Scene, SceneBody
 
 
 def opened(path: Path, scene=None, **options):

@@ -1,10 +1,10 @@
 import numpy as np
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
-from mcap_samples import tetrahedron
+from support.mcap_samples import tetrahedron
 
 from sessions.mcap_format import scene_update as module
 from sessions.mcap_format.scene_update import scene_update
-from sessions.scene import Pose, Scene, SceneBody
+from sessions.model.scene import Pose, Scene, SceneBody
 
 
 def entities(meshes, scene=None):

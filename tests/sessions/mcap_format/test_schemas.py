@@ -25,7 +25,7 @@ def test_poses_remarks_and_models_are_messages_that_viewers_know():
 
 
 def test_the_numbers_of_a_status_are_those_of_the_model():
-    from sessions.frames import Status
+    from sessions.model.frames import Status
 
     numbers = dict(message_class("Tracking").DESCRIPTOR.fields_by_name["bodies"].message_type.fields_by_name[
         "status"].enum_type.values_by_name.items())  # fmt: skip

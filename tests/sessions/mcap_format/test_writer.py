@@ -6,21 +6,21 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
-from mcap_samples import any_frames, assert_same_frames, random_frames, session_of, tetrahedron
-from reference_reader import read_frames_plainly
+from support.mcap_samples import any_frames, assert_same_frames, random_frames, session_of, tetrahedron
+from support.reference_reader import read_frames_plainly
 
 from sessions.errors import SessionFileError
-from sessions.event import Event, Interval
-from sessions.frames import Frames
-from sessions.glb import mesh_to_glb
-from sessions.hand import HandTrack
-from sessions.live_contact import LiveContact
 from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.writer import write_session
-from sessions.scene import Scene, SceneBody
-from sessions.scene_toml import parse_scene
-from sessions.session import Session
-from sessions.track import Track
+from sessions.meshes.glb import mesh_to_glb
+from sessions.model.event import Event, Interval
+from sessions.model.frames import Frames
+from sessions.model.hand import HandTrack
+from sessions.model.live_contact import LiveContact
+from sessions.model.scene import Scene, SceneBody
+from sessions.model.session import Session
+from sessions.model.track import Track
+from sessions.scene_files.scene_toml import parse_scene
 
 
 def full_session():

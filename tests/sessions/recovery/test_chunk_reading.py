@@ -5,7 +5,7 @@ import lz4.frame
 import numpy as np
 import pytest
 import zstandard
-from mcap_samples import protobuf_messages, random_frames
+from support.mcap_samples import protobuf_messages, random_frames
 
 from sessions.mcap_format.catalogue import Catalogue, ChannelInfo, Region
 from sessions.mcap_format.record_block import RecordBlock

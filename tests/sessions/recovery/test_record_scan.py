@@ -4,11 +4,11 @@ import time
 
 import numpy as np
 import pytest
-from damage import chunks, records
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.opcode import Opcode
-from mcap_samples import random_frames, session_of, tetrahedron
+from support.damage import chunks, records
+from support.mcap_samples import random_frames, session_of, tetrahedron
 
 from sessions import write_session
 from sessions.recovery.record_scan import RecordScan

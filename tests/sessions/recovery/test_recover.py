@@ -3,13 +3,20 @@ import time
 
 import numpy as np
 import pytest
-from damage import chunks, flipped, records
 from mcap.opcode import Opcode
-from mcap_samples import assert_same_frames, protobuf_messages, random_frames, session_of, tetrahedron, write_foreign
+from support.damage import chunks, flipped, records
+from support.mcap_samples import (
+    assert_same_frames,
+    protobuf_messages,
+    random_frames,
+    session_of,
+    tetrahedron,
+    write_foreign,
+)
 
 from sessions import Event, examine, read_session, write_session
 from sessions.errors import SessionFileError
-from sessions.frames import Frames
+from sessions.model.frames import Frames
 from sessions.recovery.recover import RECOVERED, recover
 
 COUNT = 5400
@@ -182,7 +189,7 @@ def test_bodies_without_a_pose_are_named(tmp_path):
     frames = random_frames(2, 20, 2)
     session = session_of(frames)
     write_session(session, tmp_path / "s.mcap")
-    from sessions.mcap_format.facts import bodies_record
+    from sessions.mcap_format.metadata import bodies_record
 
     data = (tmp_path / "s.mcap").read_bytes()
     listed = bodies_record(("body 0", "body 1"))["names"].encode()

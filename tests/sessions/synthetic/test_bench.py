@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 
 from sessions.errors import SceneError
-from sessions.scene import Pose, Scene, SceneBody, SceneEffect
-from sessions.scene_toml import parse_scene
+from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
+from sessions.scene_files.scene_toml import parse_scene
 from sessions.synthetic.bench import BENCH_TOP, STAND_M, Layout, Placed, standing, with_text
 
 SCENE = Scene(

@@ -10,7 +10,7 @@ import pytest
 
 from cdcore import Verdict
 from sessions import Status
-from sessions.scene_meshes import scene_meshes
+from sessions.scene_files.scene_meshes import scene_meshes
 from sessions.synthetic.bench_bumps import PLACED, make_bench_bumps
 from sessions.synthetic.looks import looks, predicted
 from sessions.synthetic.truth import CLEAR, PRESENT

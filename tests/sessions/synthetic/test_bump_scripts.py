@@ -3,12 +3,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sessions.geometry.rotations import rotated
 from sessions.synthetic.assembly import Recording
 from sessions.synthetic.bench import Layout
 from sessions.synthetic.bench_bumps import PLACED, SECONDS
 from sessions.synthetic.bump_scripts import Plan, left_hand, right_hand, watching
 from sessions.synthetic.planting import Blinks
-from sessions.synthetic.rotations import rotated
 
 
 @pytest.fixture(scope="module")

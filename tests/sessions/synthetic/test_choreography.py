@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sessions.geometry.rotations import quaternion_about
 from sessions.synthetic.choreography import REACH_SPEED, Buttons, Script
-from sessions.synthetic.rotations import quaternion_about
 
 TIMES = np.linspace(0.0, 5.0, 5001)
 

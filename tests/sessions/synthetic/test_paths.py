@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sessions.geometry.rotations import quaternion_about, rotated
 from sessions.synthetic.paths import (
     Key,
     KeyPath,
@@ -19,7 +20,6 @@ from sessions.synthetic.paths import (
     relative,
     still,
 )
-from sessions.synthetic.rotations import quaternion_about, rotated
 
 TURN = tuple(quaternion_about((0.0, 1.0, 0.0), 1.0).tolist())
 

@@ -3,10 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sessions.geometry.rotations import IDENTITY, quaternion_about
+from sessions.geometry.solids import box, pointed_ball, prism
 from sessions.glassware.catalogue import make_instrument
-from sessions.synthetic.rotations import IDENTITY, quaternion_about
 from sessions.synthetic.sections import _Posed, approach, inscribed_radius, round_in_round
-from sessions.synthetic.solids import box, pointed_ball, prism
 
 TURN = quaternion_about((0.0, 1.0, 0.0), np.radians(45.0))
 

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from sessions.synthetic.rotations import IDENTITY, quaternion_inverse, quaternion_product
+from sessions.geometry.rotations import IDENTITY, quaternion_inverse, quaternion_product
 from sessions.synthetic.tracker import VIVE, Loss, disturbed, planned_losses, with_losses
 
 TIMES = np.arange(0.0, 120.0, 1.0 / 90.0)

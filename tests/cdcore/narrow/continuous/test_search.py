@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from motions import KINDS, placed, soup
-from shapes import ball_mesh, box_mesh, random_rotations
+from support.motions import KINDS, placed, soup
+from support.shapes import ball_mesh, box_mesh, random_rotations
 
 from cdcore.narrow.continuous import search
-from cdcore.narrow.continuous.legs import LEG_WIDTH, fill_leg, leg_bounds, leg_pad
+from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, fill_leg, leg_bounds, leg_pad
 from cdcore.narrow.continuous.search import (
     FACES,
     FREE,
@@ -18,8 +18,8 @@ from cdcore.narrow.continuous.search import (
     make_room,
     seen_meeting,
 )
-from cdcore.narrow.predicates import triangles_intersect
 from cdcore.narrow.spacetime.box_tree import build_box_tree
+from cdcore.narrow.triangles.predicates import triangles_intersect
 
 PLATE = build_box_tree(box_mesh((1.0, 1.0, 0.002)).triangles)
 BALL = build_box_tree(ball_mesh(0.01).triangles)

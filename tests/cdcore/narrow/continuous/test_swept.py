@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from motions import KINDS
-from shapes import random_rotations
+from support.motions import KINDS
+from support.shapes import random_rotations
 
 from cdcore.kernels.compiling import kernel
 from cdcore.narrow.continuous.swept import boxes_stay_apart, faces_stay_apart, turned_between
-from cdcore.narrow.predicates import triangles_intersect
+from cdcore.narrow.triangles.predicates import triangles_intersect
 
 
 @kernel

@@ -1,11 +1,11 @@
 """A leg that the spheres dismiss holds no moment at which the bodies meet; legs not asked about are not answered."""
 
 import numpy as np
-from motions import turned_by
-from shapes import ball_mesh, moved
+from support.motions import turned_by
+from support.shapes import ball_mesh, moved
 
 from cdcore.bounding.sphere import sphere_best
-from cdcore.narrow.continuous.legs import LEG_WIDTH, fill_leg, pose_at
+from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, fill_leg, pose_at
 from cdcore.narrow.continuous.swept_spheres import SweptSpheres
 
 PAIRS = np.array([[0, 1], [2, 1], [0, 2]])

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
-from shapes import ball_mesh, box_mesh, moved, without_faces
+from support.shapes import ball_mesh, box_mesh, moved, without_faces
 
 from cdcore import Impact, TriangleMesh, intersecting_faces, time_of_impact
 from cdcore.errors import InvalidPoseError, InvalidSettingError

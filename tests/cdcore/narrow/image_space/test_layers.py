@@ -1,7 +1,7 @@
 """Every ray through a closed mesh leaves it as often as it enters, also through shared edges and corners."""
 
 import numpy as np
-from shapes import ball_mesh, beaker_mesh, box_mesh, random_rotations
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, random_rotations
 
 from cdcore.narrow.image_space.layers import layers_of, overlap_along, shared_length
 

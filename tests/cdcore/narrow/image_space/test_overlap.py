@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from manifold3d import Manifold, Mesh64
-from shapes import ball_mesh, box_mesh, random_rotations, revolved_mesh
+from support.shapes import ball_mesh, box_mesh, random_rotations, revolved_mesh
 
 from cdcore import TriangleMesh
 from cdcore.errors import InvalidSettingError

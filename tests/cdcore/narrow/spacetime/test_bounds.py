@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from motions import rotations
+from support.motions import rotations
 
 from cdcore.narrow.spacetime.bounds import position_pad
 from cdcore.numerics import place_points

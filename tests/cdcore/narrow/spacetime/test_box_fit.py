@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from motions import rotations
+from support.motions import rotations
 
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 

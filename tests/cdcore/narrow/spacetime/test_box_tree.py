@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from motions import KINDS, grid_plate
+from support.motions import KINDS, grid_plate
 
 from cdcore.narrow.spacetime.box_tree import LEAF_FACES, build_box_tree
 from cdcore.narrow.spacetime.certificates import faces_below

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from eight_frames import EightFrames
+from support.eight_frames import EightFrames
 
 from cdcore.kernels.compiling import kernel
-from cdcore.narrow.predicates import triangles_intersect
 from cdcore.narrow.spacetime.leaf_test import survivors_of_leaves
 from cdcore.narrow.spacetime.node_test import lanes_that_may_meet
+from cdcore.narrow.triangles.predicates import triangles_intersect
 
 
 @kernel

@@ -1,7 +1,7 @@
 """A row of addresses gives a tree's and a track's arrays under their names."""
 
 import numpy as np
-from eight_frames import ARRAYS, EightFrames
+from support.eight_frames import ARRAYS, EightFrames
 
 from cdcore.kernels.compiling import kernel, runtime_int
 from cdcore.narrow.spacetime.memory import pose_memory, tree_memory

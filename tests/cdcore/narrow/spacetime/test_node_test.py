@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from eight_frames import EightFrames
+from support.eight_frames import EightFrames
 
 from cdcore.kernels.compiling import kernel
-from cdcore.narrow.exhaustive import meeting_faces_exhaustive
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.spacetime.certificates import faces_below
 from cdcore.narrow.spacetime.node_test import lanes_that_may_meet
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from motions import grid_plate
+from support.motions import grid_plate
 
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pair_job import PairJob, Poses

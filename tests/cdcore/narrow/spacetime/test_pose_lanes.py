@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from motions import motion_of, placed, soup
+from support.motions import motion_of, placed, soup
 
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pose_lanes import pose_lanes

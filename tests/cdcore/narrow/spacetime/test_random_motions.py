@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from motions import KINDS, grid_plate, motion_of, placed, turned_by
-from shapes import ball_mesh, box_mesh
+from support.motions import KINDS, grid_plate, motion_of, placed, turned_by
+from support.shapes import ball_mesh, box_mesh
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
-from cdcore.narrow.exhaustive import meeting_faces_exhaustive
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.spacetime import whole_motion
 
 FRAMES = 13

@@ -4,11 +4,11 @@ starts.
 
 import numpy as np
 import pytest
-from eight_frames import EightFrames
-from motions import grid_plate
+from support.eight_frames import EightFrames
+from support.motions import grid_plate
 
 from cdcore.kernels.compiling import kernel
-from cdcore.narrow.exhaustive import meeting_faces_exhaustive
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.spacetime.block import (
     BLOCKS,
     COUNTERS,

@@ -1,12 +1,12 @@
 """Exact arithmetic on faces left open rounds the world points as ``place_points`` does."""
 
 import numpy as np
-from motions import rotations
+from support.motions import rotations
 
-from cdcore.narrow.predicates import triangles_intersect
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pose_lanes import pose_lanes
 from cdcore.narrow.spacetime.undecided import decide_undecided
+from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import place_points
 
 

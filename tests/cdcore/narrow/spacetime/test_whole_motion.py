@@ -4,9 +4,9 @@ from time import perf_counter
 
 import numpy as np
 import pytest
-from motions import KINDS, grid_plate, motion_of, placed, soup
+from support.motions import KINDS, grid_plate, motion_of, placed, soup
 
-from cdcore.narrow.exhaustive import meeting_faces_exhaustive
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.spacetime import whole_motion
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pair_job import Poses

@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
-from motions import rotations
+from support.motions import rotations
 
 from cdcore.kernels.compiling import kernel
-from cdcore.narrow.predicates import triangles_intersect
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pose_lanes import pose_lanes
 from cdcore.narrow.spacetime.world_test import UNDECIDED, faces_meet
+from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import place_points
-from replay.stress.families import FAMILIES
+from replay.studies.stress.families import FAMILIES
 
 
 @kernel

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from sessions.synthetic.rotations import quaternion_inverse, rotated
+from sessions.geometry.rotations import quaternion_inverse, rotated
 from sessions.synthetic.scenes import make_scene_session
 
 

@@ -3,11 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sessions.geometry.rotations import quaternion_about, rotated
 from sessions.synthetic.assembly import START_NS, Recording
 from sessions.synthetic.bench import BENCH_TOP, Placed, standing
 from sessions.synthetic.experiments.lab import SNAP, SPOUT_LEFT, Lab, layout_of
 from sessions.synthetic.experiments.things import placed_by
-from sessions.synthetic.rotations import quaternion_about, rotated
 
 
 @pytest.fixture(scope="module")

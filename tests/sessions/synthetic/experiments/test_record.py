@@ -11,7 +11,7 @@ from cdcore import Verdict
 from sessions import Status
 from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.writer import write_session
-from sessions.scene_meshes import scene_meshes
+from sessions.scene_files.scene_meshes import scene_meshes
 from sessions.synthetic.scenes import SCENES, make_scene_session
 from sessions.synthetic.truth import CLEAR, PRESENT, read_truth, truth_path, write_truth
 

@@ -37,7 +37,7 @@ def test_near_misses_keep_their_clearance(made, verdicts):
     from dataclasses import replace
 
     from sessions import Session
-    from sessions.track import Track
+    from sessions.model.track import Track
 
     run = made("silver-chloride")
     (fact,) = run.facts("near_miss")

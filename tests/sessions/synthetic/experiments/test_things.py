@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sessions.geometry.rotations import IDENTITY, quaternion_about
 from sessions.synthetic.experiments.pouring import GRAVITY
 from sessions.synthetic.experiments.things import Falling, Held, Standing, placed_by
-from sessions.synthetic.rotations import IDENTITY, quaternion_about
 
 TIMES = np.linspace(0.0, 10.0, 1001)
 TURN = tuple(quaternion_about((0.0, 1.0, 0.0), 1.2).tolist())

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sessions.synthetic.rotations import rotated
+from sessions.geometry.rotations import rotated
 
 
 def delivered(run):

@@ -1,0 +1,235 @@
+"""Which bodies lie wholly inside a closed other, where their surfaces do not meet: decided by exact parity.
+
+A ball in a box is contained; a rod in an open beaker is not, even if the beaker's mesh is closed: the cavity is
+outside the glass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.memory import Memory, doubles_of
+from cdcore.mesh import TriangleMesh
+from cdcore.narrow.containment.ray_parity import OUTSIDE, UNCERTAIN, InsideGrid, point_inside
+from cdcore.narrow.pair_frames import rows_of_columns
+from cdcore.numerics import EPS, BoolArray, ByteArray, FloatArray, IntArray, place_points
+from cdcore.protocol import DECIDED, Body, Motion, Verdict
+
+MARGIN_ULPS: Final = 1024.0
+"""How far a point seen from the other body may be from the reference vertices, in eps of both bodies' size: over twice
+the sum of 192, to which a rotation's transpose is its inverse (``ORTHONORMAL_KEEP``), and 64 for placing a point twice.
+"""
+
+ROOM_SLACK: Final = 1e-9
+"""A body longer than the other's box by less than this share is still asked about."""
+
+PROBES_PER_COMPONENT: Final = 4
+"""Vertices tried before the exact answer: from one of them a ray may run along an edge, hardly from four."""
+
+Pose = tuple[FloatArray, FloatArray]
+
+REFUSAL: Final = "refused: containment=False"
+"""What ``Detection.containment`` says of every pair where a setting turned the question off."""
+
+
+class ContainmentStage:
+    """Decides containment for pair-frames of ``pairs`` (P, 2) whose surfaces do not meet.
+
+    Where ``asked`` is False every pair is refused, with ``refusal`` as the reason.
+    """
+
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, *, asked: bool = True, refusal: str = REFUSAL) -> None:
+        self._asked = asked
+        self._solids = [_Solid(body.mesh) for body in bodies] if asked else []
+        self._pairs = pairs.tolist()
+        self.words = tuple(containment_word(bodies[i], bodies[j]) if asked else refusal for i, j in self._pairs)
+        """Per pair ``decided`` or ``refused: <name> is open``; what lies inside a closed one is found all the same."""
+
+    def mark(self, motion: Motion, frames: IntArray, columns: IntArray, verdict: ByteArray) -> int:
+        """Mark as CONTAINED in ``verdict`` (T, P) which of K pair-frames are; returns how many were asked about."""
+        inside = self.contained(motion, frames, columns)
+        verdict[frames[inside], columns[inside]] = Verdict.CONTAINED
+        return len(frames) if self._asked else 0
+
+    def contained(self, motion: Motion, frames: IntArray, columns: IntArray) -> BoolArray:
+        """Whether one body of the pair is wholly inside the other, (K,) for K pair-frames without contact."""
+        inside = np.zeros(len(frames), dtype=np.bool_)
+        for column, rows in rows_of_columns(columns) if self._asked else ():
+            i, j = self._pairs[column]
+            for inner, outer in ((i, j), (j, i)):
+                if self._solids[outer].has_room_for(self._solids[inner]):
+                    left = rows[~inside[rows]]
+                    inside[left] = self._inside(motion, inner, outer, frames[left])
+        return inside
+
+    def _inside(self, motion: Motion, inner: int, outer: int, frames: IntArray) -> BoolArray:
+        a, b = self._solids[inner], self._solids[outer]
+        inside = np.zeros(len(frames), dtype=np.bool_)
+        size, pad = a.size + b.size, MARGIN_ULPS * EPS
+        may = np.empty(len(frames), dtype=np.bool_)
+        may_be_inside(motion.rotations, motion.translations, frames, inner, outer, a.extremes, b.box, size, pad, may)
+        rows = np.flatnonzero(may)
+        if len(rows):
+            poses = _Relative(motion, frames[rows], inner, outer)
+            inside[rows] = poses.wholly_inside(a, b, pad * (size + poses.far))
+        return inside
+
+
+class _Relative:
+    """K poses of one body and another, in the columns of a motion."""
+
+    def __init__(self, motion: Motion, frames: IntArray, inner: int, outer: int) -> None:
+        self.ra, self.ta = motion.rotations[frames, inner], motion.translations[frames, inner]
+        self.rb, self.tb = motion.rotations[frames, outer], motion.translations[frames, outer]
+        self.far: FloatArray = np.abs(self.ta).max(axis=1) + np.abs(self.tb).max(axis=1)
+
+    def wholly_inside(self, a: _Solid, b: _Solid, margins: FloatArray) -> BoolArray:
+        """Whether all components of A are inside B, (K,); the exact answer where a ray is uncertain."""
+        inside = np.ones(len(margins), dtype=np.bool_)
+        uncertain = np.zeros(len(margins), dtype=np.bool_)
+        for probes in a.probes:
+            rows = np.flatnonzero(inside)
+            states = self._component_states(probes, b.grid, rows, margins)
+            inside[rows[states == OUTSIDE]] = False
+            uncertain[rows[states == UNCERTAIN]] = True
+        for k in np.flatnonzero(inside & uncertain).tolist():
+            inside[k] = wholly_inside(a.mesh, (self.ra[k], self.ta[k]), b.mesh, (self.rb[k], self.tb[k]))
+        return inside
+
+    def _component_states(
+        self, probes: FloatArray, grid: InsideGrid, rows: IntArray, margins: FloatArray
+    ) -> NDArray[np.int8]:
+        """State of one component: it meets no surface, so any of its vertices along any axis tells."""
+        states = np.full(len(rows), UNCERTAIN, dtype=np.int8)
+        for probe in probes:
+            left = np.flatnonzero(states == UNCERTAIN)
+            seen = self._seen(probe, rows[left])
+            for axis in range(3):
+                still = states[left] == UNCERTAIN
+                asked = left[still]
+                states[asked] = grid.parity(seen[still], margins[rows[asked]], axis)
+        return states
+
+    def _seen(self, point: FloatArray, rows: IntArray) -> FloatArray:
+        """A point of A in the frame of B, (K, 3)."""
+        away = np.einsum("kij,j->ki", self.ra[rows], point) + (self.ta[rows] - self.tb[rows])
+        seen: FloatArray = np.einsum("kji,kj->ki", self.rb[rows], away)
+        return seen
+
+
+def containment_word(a: Body, b: Body) -> str:
+    """Whether containment of a pair is decided, as ``Detection.containment`` says it."""
+    opened = [body.name for body in (a, b) if not body.mesh.is_closed]
+    if not opened:
+        return DECIDED
+    return f"refused: {opened[0]} is open" if len(opened) == 1 else f"refused: {' and '.join(sorted(opened))} are open"
+
+
+def wholly_inside(inner: TriangleMesh, inner_pose: Pose, outer: TriangleMesh, outer_pose: Pose) -> bool:
+    """Whether every component of one mesh is inside a closed other that it does not meet, by exact arithmetic.
+
+    Choose it for single poses; it places the whole outer mesh. Poses are (rotation, translation).
+    """
+    surface = place_points(outer.vertices, *outer_pose)[outer.faces]
+    starts = place_points(_component_vertices(inner, 1)[:, 0], *inner_pose)
+    return all(point_inside(start, surface) for start in starts)
+
+
+class _Solid:
+    """What the containment of or in one mesh needs, made when it is first needed."""
+
+    def __init__(self, mesh: TriangleMesh) -> None:
+        self.mesh = mesh
+
+    def has_room_for(self, other: _Solid) -> bool:
+        """Whether the other could lie inside at all: this one is closed and its box is as long as the other is."""
+        if not self.mesh.is_closed:
+            return False
+        apart = other.extremes[:, None] - other.extremes
+        longest = float(np.sqrt((apart**2).sum(axis=2)).max())
+        return longest <= float(np.linalg.norm(self.box[1] - self.box[0])) * (1 + ROOM_SLACK)
+
+    @cached_property
+    def box(self) -> FloatArray:
+        points = self.mesh.referenced_vertices
+        return np.stack([points.min(axis=0), points.max(axis=0)])
+
+    @cached_property
+    def size(self) -> float:
+        return float(np.linalg.norm(np.abs(self.mesh.referenced_vertices).max(axis=0)))
+
+    @cached_property
+    def extremes(self) -> FloatArray:
+        points = self.mesh.referenced_vertices
+        extremes: FloatArray = points[np.unique([points.argmin(axis=0), points.argmax(axis=0)])]
+        return extremes
+
+    @cached_property
+    def probes(self) -> FloatArray:
+        return _component_vertices(self.mesh, PROBES_PER_COMPONENT)
+
+    @cached_property
+    def grid(self) -> InsideGrid:
+        return InsideGrid(self.mesh.triangles)
+
+
+def _component_vertices(mesh: TriangleMesh, count: int) -> FloatArray:
+    """(C, count, 3) vertices of each connected component, spread over its faces."""
+    order = np.argsort(mesh.components, kind="stable")
+    _, first, sizes = np.unique(mesh.components[order], return_index=True, return_counts=True)
+    spread = first[:, None] + (np.arange(count) * sizes[:, None]) // count
+    corner = np.arange(count) % 3
+    return np.ascontiguousarray(mesh.vertices[mesh.faces[order[spread], corner]])
+
+
+@hot_kernel
+def point_in_box(
+    points: Memory, e: int, turns: Memory, places: Memory, a: int, b: int, box: Memory, margin: float
+) -> bool:
+    """Whether point ``e`` of a body with pose ``a`` may lie in the box (6,), low and high, of one with pose ``b``."""
+    stay_one_function()
+    p, q, r = points[3 * e], points[3 * e + 1], points[3 * e + 2]
+    t, u, v, w = 9 * a, 9 * b, 3 * a, 3 * b
+    x = turns[t] * p + turns[t + 1] * q + turns[t + 2] * r + (places[v] - places[w])
+    y = turns[t + 3] * p + turns[t + 4] * q + turns[t + 5] * r + (places[v + 1] - places[w + 1])
+    z = turns[t + 6] * p + turns[t + 7] * q + turns[t + 8] * r + (places[v + 2] - places[w + 2])
+    for k in range(3):
+        seen = turns[u + k] * x + turns[u + 3 + k] * y + turns[u + 6 + k] * z
+        if seen < box[k] - margin or seen > box[3 + k] + margin:
+            return False
+    return True
+
+
+@hot_kernel
+def largest_of(places: Memory, pose: int) -> float:
+    """Largest absolute coordinate of the translation of one pose."""
+    x, y, z = abs(places[3 * pose]), abs(places[3 * pose + 1]), abs(places[3 * pose + 2])
+    largest: float = max(max(x, y), z)
+    return largest
+
+
+@kernel
+def may_be_inside(
+    rotation: FloatArray, translation: FloatArray, frames: IntArray, inner: int, outer: int, extremes: FloatArray,
+    box: FloatArray, size: float, pad: float, may: BoolArray,
+) -> None:  # fmt: skip
+    """Fill ``may`` (K,): False where an outermost vertex of the inner body lies outside the box of the outer one.
+
+    ``extremes`` (E, 3) of the inner body and ``box`` (2, 3); the margin is ``pad`` times both bodies' size.
+    """
+    turns, places, points, ends = doubles_of(rotation), doubles_of(translation), doubles_of(extremes), doubles_of(box)
+    bodies = rotation.shape[1]
+    for k in range(len(frames)):
+        a, b = frames[k] * bodies + inner, frames[k] * bodies + outer
+        margin = pad * (size + (largest_of(places, a) + largest_of(places, b)))
+        may[k] = True
+        for e in range(len(extremes)):
+            if not point_in_box(points, e, turns, places, a, b, ends, margin):
+                may[k] = False
+                break

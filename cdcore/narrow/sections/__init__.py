@@ -1,0 +1,1 @@
+"""Where two surfaces meet: intersection segments, found by exact signs."""

@@ -1,0 +1,41 @@
+"""Intersection segments of a detection, computed when somebody looks at a frame and not before."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from cdcore.numerics import FloatArray, IntArray, place_points
+from cdcore.protocol import Body, Motion
+
+Pose = tuple[FloatArray, FloatArray]
+"""Rotation (3, 3) and translation (3,)."""
+
+
+def section_of_faces(a: Body, pose_a: Pose, b: Body, pose_b: Pose, faces: IntArray) -> FloatArray:
+    """Segments (m, 2, 3) in which the face pairs (k, 2) of two placed bodies meet, world metres.
+
+    m is below k only where an engine that rounds listed pairs that, taken exactly, do not meet: those have no segment.
+    """
+    from cdcore.narrow.sections.triangle_sections import triangle_pair_sections
+
+    triangles = np.empty((len(faces), 2, 3, 3))
+    for side, (body, pose) in enumerate(((a, pose_a), (b, pose_b))):
+        corners = body.mesh.triangles[faces[:, side]]
+        triangles[:, side] = place_points(corners.reshape(-1, 3), *pose).reshape(-1, 3, 3)
+    segments: FloatArray = triangle_pair_sections(triangles)
+    meeting: FloatArray = segments[np.isfinite(segments).all(axis=(1, 2))]
+    return meeting
+
+
+def sections_of(bodies: Sequence[Body], pairs: IntArray, motion: Motion) -> Callable[[int, int, IntArray], FloatArray]:
+    """The ``section_source`` of a detection whose faces were found at the poses of its own frames."""
+    ends = pairs.tolist()
+
+    def section(frame: int, pair: int, faces: IntArray) -> FloatArray:
+        i, j = ends[pair]
+        pose_i, pose_j = ((motion.rotations[frame, k], motion.translations[frame, k]) for k in (i, j))
+        return section_of_faces(bodies[i], pose_i, bodies[j], pose_j, faces)
+
+    return section

@@ -1,0 +1,1 @@
+"""The classic bounding-volume trees (AABB, OBB, RAPID's, SOLID's): one search, four rows."""

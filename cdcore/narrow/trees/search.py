@@ -1,0 +1,100 @@
+"""One search for all hierarchies: a tree per body, and which faces of two bodies meet at many poses, tests counted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore.narrow.trees.aabb import traverse as aabb
+from cdcore.narrow.trees.obb import traverse as obb
+from cdcore.narrow.trees.rapid import traverse as rapid_style
+from cdcore.narrow.trees.solid import traverse as solid_style
+from cdcore.narrow.triangles.sums import new_digits
+from cdcore.numerics import BoolArray, FloatArray, IntArray
+
+UNLIMITED: Final = int(np.iinfo(np.int64).max)
+"""The budget of a search that runs to completion."""
+
+
+@dataclass(frozen=True, eq=False)
+class PairPoses:
+    """K poses of two bodies, and by how much two volumes must be apart in each before they count as apart."""
+
+    turn_a: FloatArray
+    move_a: FloatArray
+    turn_b: FloatArray
+    move_b: FloatArray
+    pad: FloatArray
+
+    def at(self, rows: IntArray) -> PairPoses:
+        """Some of the poses."""
+        parts = (self.turn_a, self.move_a, self.turn_b, self.move_b, self.pad)
+        return PairPoses(*(part[rows] for part in parts))
+
+
+@dataclass(frozen=True, eq=False)
+class Searched:
+    """The result of a search at K poses.
+
+    Parameters
+    ----------
+    found : (M, 4) row, face of A, face of B, and 1, or UNDECIDED where only integers can tell; in order of discovery.
+    counts : (K, C) tests of each row, in the order of the search's ``counters``.
+    truncated : (K,) the budget ended before the search did.
+    """
+
+    found: IntArray
+    counts: IntArray
+    truncated: BoolArray
+
+
+@dataclass(frozen=True)
+class TreeKind:
+    """A hierarchy: ``build`` makes a tree of corners (f, 3, 3) and says its depth, ``search_rows`` searches two."""
+
+    build: Callable[[FloatArray], tuple[Any, int]]
+    search_rows: Callable[..., IntArray]
+    more_counters: tuple[str, ...] = ()
+
+
+TREE_KINDS: Final = {
+    "rapid-style": TreeKind(rapid_style.build_rapid_tree, rapid_style.search_rows),
+    "solid-style": TreeKind(
+        solid_style.build_solid_tree, solid_style.search_rows, ("cache_hits", "gjk_steps", "exact_tests")
+    ),
+    "aabb": TreeKind(aabb.build_world_box_tree, aabb.search_rows, ("boxes_fitted",)),
+    "obb": TreeKind(obb.build_obb_tree, obb.search_rows),
+}
+"""Detector -> its hierarchy."""
+
+
+class TreeSearch:
+    """A tree of one kind over each body, and the way through two of them.
+
+    Parameters
+    ----------
+    kind : a row of ``TREE_KINDS``.
+    corners : (f, 3, 3) of each body, body frame.
+    """
+
+    def __init__(self, kind: str, corners: Sequence[FloatArray]) -> None:
+        self._kind = TREE_KINDS[kind]
+        self.counters = ("node_tests", "leaf_tests", *self._kind.more_counters)
+        built = [self._kind.build(one) for one in corners]
+        self.trees = [tree for tree, _ in built]
+        self._depths = [depth for _, depth in built]
+
+    def search(self, a: int, b: int, poses: PairPoses, *, every: bool, budget: int) -> Searched:
+        """Look for faces that meet: ``every`` one, or the first; at most ``budget`` node and leaf tests a row."""
+        counts = np.zeros((len(poses.pad), len(self.counters)), dtype=np.int64)
+        truncated = np.zeros(len(poses.pad), dtype=np.uint8)
+        # A step takes one pair from the stack and puts two, or four where both boxes are opened at once.
+        stack = np.empty((3 * max(self._depths[a], self._depths[b]) + 4, 2), dtype=np.int64)
+        found = self._kind.search_rows(
+            self.trees[a], self.trees[b], stack, poses.turn_a, poses.move_a, poses.turn_b, poses.move_b, poses.pad,
+            every, budget, new_digits(), counts, truncated,
+        )  # fmt: skip
+        return Searched(found, counts, truncated.astype(np.bool_))

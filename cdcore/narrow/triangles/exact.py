@@ -1,0 +1,224 @@
+"""Closed triangle against closed triangle with exact signs, degenerate ones included, for moderate exponents.
+
+A pair is one array (6, 3): rows 0-2 are the first triangle, rows 3-5 the second. A triangle of zero area counts as
+the segment between its lexicographic extremes, or as the point it is.
+"""
+
+from __future__ import annotations
+
+from cdcore.kernels.compiling import hot_kernel, runtime_int, stay_one_function
+from cdcore.kernels.memory import Memory
+from cdcore.narrow.triangles.orientation import cross_sign, orientation_sign
+
+
+@hot_kernel
+def projection_axis(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> int:
+    """An axis along which (b - a) x (d - c) is not zero, the float64 largest first; -1 where the product is zero."""
+    stay_one_function()
+    ux, uy, uz = p[3 * b] - p[3 * a], p[3 * b + 1] - p[3 * a + 1], p[3 * b + 2] - p[3 * a + 2]
+    vx, vy, vz = p[3 * d] - p[3 * c], p[3 * d + 1] - p[3 * c + 1], p[3 * d + 2] - p[3 * c + 2]
+    x, y, z = abs(uy * vz - uz * vy), abs(uz * vx - ux * vz), abs(ux * vy - uy * vx)
+    first = runtime_int(2)
+    if x > y and x > z:
+        first = runtime_int(0)
+    elif y > z:
+        first = runtime_int(1)
+    for step in range(3):
+        axis = (first + step) % 3
+        if cross_sign(p, a, b, c, d, axis, w) != 0:
+            return axis
+    return -1
+
+
+@hot_kernel
+def within_box_2d(p: Memory, q: int, a: int, b: int, axis: int) -> bool:
+    """Row q inside the closed box of rows a and b, both seen along ``axis``."""
+    for step in range(1, 3):
+        k = (axis + step) % 3
+        if p[3 * q + k] < min(p[3 * a + k], p[3 * b + k]) or p[3 * q + k] > max(p[3 * a + k], p[3 * b + k]):
+            return False
+    return True
+
+
+@hot_kernel
+def ranges_apart(p: Memory, a: int, b: int, c: int, d: int, k: int) -> bool:
+    """Along one coordinate, all of segment ab lies before or behind all of segment cd."""
+    stay_one_function()
+    a_k, b_k, c_k, d_k = p[3 * a + k], p[3 * b + k], p[3 * c + k], p[3 * d + k]
+    apart: bool = max(a_k, b_k) < min(c_k, d_k) or max(c_k, d_k) < min(a_k, b_k)
+    return apart
+
+
+@hot_kernel
+def segments_meet_2d(p: Memory, a: int, b: int, c: int, d: int, axis: int, w: Memory) -> bool:
+    """Closed segments ab and cd seen along ``axis``; either may be a point."""
+    stay_one_function()
+    for step in range(1, 3):
+        k = (axis + step) % 3
+        if ranges_apart(p, a, b, c, d, k):
+            return False
+    c_side = cross_sign(p, a, b, a, c, axis, w)
+    d_side = cross_sign(p, a, b, a, d, axis, w)
+    if c_side * d_side > 0:
+        return False
+    a_side = cross_sign(p, c, d, c, a, axis, w)
+    b_side = cross_sign(p, c, d, c, b, axis, w)
+    if a_side * b_side > 0:
+        return False
+    if c_side * d_side < 0 and a_side * b_side < 0:
+        return True
+    return (
+        (c_side == 0 and within_box_2d(p, c, a, b, axis))
+        or (d_side == 0 and within_box_2d(p, d, a, b, axis))
+        or (a_side == 0 and within_box_2d(p, a, c, d, axis))
+        or (b_side == 0 and within_box_2d(p, b, c, d, axis))
+    )
+
+
+@hot_kernel
+def point_in_triangle_2d(p: Memory, q: int, t: int, axis: int, w: Memory) -> bool:
+    """Row q in the closed proper triangle of rows t..t+2, both seen along ``axis``."""
+    stay_one_function()
+    left, right = False, False
+    for k in range(3):
+        side = cross_sign(p, t + k, t + (k + 1) % 3, t + k, q, axis, w)
+        left = left or side > 0
+        right = right or side < 0
+    return not (left and right)
+
+
+@hot_kernel
+def segment_meets_triangle_2d(p: Memory, a: int, b: int, t: int, axis: int, w: Memory) -> bool:
+    """Segment ab and proper triangle t..t+2 of one plane that ``axis`` does not lie in."""
+    for k in range(3):
+        if segments_meet_2d(p, a, b, t + k, t + (k + 1) % 3, axis, w):
+            return True
+    return point_in_triangle_2d(p, a, t, axis, w)
+
+
+@hot_kernel
+def passes_inside(p: Memory, a: int, b: int, t: int, w: Memory) -> bool:
+    """The line of ab, which crosses the plane of the proper triangle t..t+2, crosses it in the closed triangle."""
+    left, right = False, False
+    for k in range(3):
+        side = orientation_sign(p, a, b, t + k, t + (k + 1) % 3, w)
+        left = left or side > 0
+        right = right or side < 0
+    return not (left and right)
+
+
+@hot_kernel
+def segment_meets_triangle(p: Memory, a: int, b: int, a_side: int, b_side: int, t: int, axis: int, w: Memory) -> bool:
+    """Segment ab, whose ends lie on the given sides of the plane, and the proper triangle t..t+2."""
+    stay_one_function()
+    if a_side * b_side > 0:
+        return False
+    if a_side == 0 and b_side == 0:
+        return segment_meets_triangle_2d(p, a, b, t, axis, w)
+    if a_side == 0:
+        return point_in_triangle_2d(p, a, t, axis, w)
+    if b_side == 0:
+        return point_in_triangle_2d(p, b, t, axis, w)
+    return passes_inside(p, a, b, t, w)
+
+
+@hot_kernel
+def on_one_line(p: Memory, a: int, b: int, c: int, w: Memory) -> bool:
+    """Rows a, b, c exactly collinear."""
+    return projection_axis(p, a, b, a, c, w) < 0
+
+
+@hot_kernel
+def segments_meet(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> bool:
+    """Closed segments ab and cd in space; either may be a point."""
+    stay_one_function()
+    if orientation_sign(p, a, b, c, d, w) != 0:
+        return False
+    axis = projection_axis(p, a, b, c, d, w)
+    if axis >= 0:
+        return segments_meet_2d(p, a, b, c, d, axis, w)
+    if not (on_one_line(p, a, b, c, w) and on_one_line(p, c, d, a, w)):
+        return False
+    apart = ranges_apart(p, a, b, c, d, runtime_int(0)) or ranges_apart(p, a, b, c, d, runtime_int(1))
+    return not (apart or ranges_apart(p, a, b, c, d, runtime_int(2)))
+
+
+@hot_kernel
+def comes_before(p: Memory, a: int, b: int) -> bool:
+    """Row a lexicographically before row b."""
+    for k in range(3):
+        if p[3 * a + k] != p[3 * b + k]:
+            return bool(p[3 * a + k] < p[3 * b + k])
+    return False
+
+
+@hot_kernel
+def lexicographic_ends(p: Memory, t: int) -> tuple[int, int]:
+    """First and last of rows t..t+2: the segment that a triangle of zero area is."""
+    first, last = t, t
+    for k in range(1, 3):
+        if comes_before(p, t + k, first):
+            first = t + k
+        if comes_before(p, last, t + k):
+            last = t + k
+    return first, last
+
+
+@hot_kernel
+def flat_meets_proper(p: Memory, flat: int, t: int, axis: int, w: Memory) -> bool:
+    """Triangle of zero area at rows flat..flat+2 against the proper triangle t..t+2."""
+    a, b = lexicographic_ends(p, flat)
+    a_side = orientation_sign(p, t, t + 1, t + 2, a, w)
+    b_side = orientation_sign(p, t, t + 1, t + 2, b, w)
+    return segment_meets_triangle(p, a, b, a_side, b_side, t, axis, w)
+
+
+@hot_kernel
+def edges_meet_triangle(p: Memory, s: int, t: int, axis: int, w: Memory) -> int:
+    """1: an edge of the proper triangle s..s+2 meets the proper one t..t+2; -1: s is wholly on one side; 0: neither."""
+    stay_one_function()
+    side0 = orientation_sign(p, t, t + 1, t + 2, s, w)
+    side1 = orientation_sign(p, t, t + 1, t + 2, s + 1, w)
+    side2 = orientation_sign(p, t, t + 1, t + 2, s + 2, w)
+    if side0 == side1 and side1 == side2 and side0 != 0:
+        return -1
+    if segment_meets_triangle(p, s, s + 1, side0, side1, t, axis, w):
+        return 1
+    if segment_meets_triangle(p, s + 1, s + 2, side1, side2, t, axis, w):
+        return 1
+    return 1 if segment_meets_triangle(p, s + 2, s, side2, side0, t, axis, w) else 0
+
+
+@hot_kernel
+def boxes_apart(p: Memory) -> bool:
+    """The axis-aligned boxes of the two triangles are disjoint; comparisons do not round."""
+    for k in range(3):
+        if max(max(p[k], p[3 + k]), p[6 + k]) < min(min(p[9 + k], p[12 + k]), p[15 + k]):
+            return True
+        if max(max(p[9 + k], p[12 + k]), p[15 + k]) < min(min(p[k], p[3 + k]), p[6 + k]):
+            return True
+    return False
+
+
+@hot_kernel
+def pair_intersects_exact(p: Memory, w: Memory) -> bool:
+    """Exact answer for one pair of moderate exponents; ``w`` are the digits of an exact sum."""
+    stay_one_function()
+    if boxes_apart(p):
+        return False
+    o = runtime_int(0)
+    t = o + 3
+    first_axis = projection_axis(p, o, o + 1, o, o + 2, w)
+    second_axis = projection_axis(p, t, t + 1, t, t + 2, w)
+    if first_axis < 0 and second_axis < 0:
+        a, b = lexicographic_ends(p, o)
+        c, d = lexicographic_ends(p, t)
+        return segments_meet(p, a, b, c, d, w)
+    if first_axis < 0:
+        return flat_meets_proper(p, o, t, second_axis, w)
+    if second_axis < 0:
+        return flat_meets_proper(p, t, o, first_axis, w)
+    answer = edges_meet_triangle(p, o, t, second_axis, w)
+    if answer == 0:
+        answer = edges_meet_triangle(p, t, o, first_axis, w)
+    return answer == 1

@@ -1,0 +1,94 @@
+"""``replay.audit``: sessions in, what each detector missed and invented in all of them out."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from replay.api.runner import run
+from replay.base.progress import Progress
+from replay.comparison.tolerance import TAU
+from replay.detection.detector_spec import SpecLike, SpecsLike
+from replay.errors import AuditError
+from replay.pipeline.run_result import RunResult
+from replay.pipeline.scores import pool
+from replay.prepare.assemble import Pairs
+from sessions import Session
+
+SessionLike: TypeAlias = Session | str | Path
+
+
+@dataclass(frozen=True, eq=False)
+class AuditResult:
+    """The outcome of ``replay.audit``.
+
+    Parameters
+    ----------
+    results : one run per session, in the order given; each holds all detectors.
+    summary : label -> figures of ``replay.pipeline.scores`` summed over the sessions, with intervals of the sums.
+    """
+
+    results: tuple[RunResult, ...]
+    summary: Mapping[str, Any]
+
+
+def audit(
+    sessions: SessionLike | Sequence[SessionLike], *, detectors: SpecsLike | None = None,
+    oracle: SpecLike | None = None, out: str | Path | None = None, pairs: Pairs | None = None,
+    start: float | None = None, end: float | None = None, seed: int = 0, faces: bool = True, tau: float = TAU,
+    picture: bool = True, force: bool = False, progress: Progress | None = None,
+) -> AuditResult:  # fmt: skip
+    """Compare detectors with an oracle over one or several sessions: pair-frames, contacts matched one to one, faces.
+
+    Parameters
+    ----------
+    sessions : a session or the file of one, or several.
+    detectors, oracle : as ``replay.run``; an oracle is needed.
+    out : run folder to write; with several sessions the folder that gets a run folder for each, named after its file.
+    pairs, start, end, seed, picture, force, progress : as ``replay.run``.
+    faces : compare faces too, at the price of a second pass of every audited detector off the clock.
+    tau : metres; a disagreement about less is *within tolerance*.
+
+    Raises
+    ------
+    AuditError
+        No session, no oracle, or two sessions that would share a run folder.
+    ReplayError, SessionError, CollisionCoreError
+        One sentence that says what to do.
+
+    Examples
+    --------
+    >>> from replay import audit
+    >>> audit("session.mcap", detectors="hybrid-qaco").summary  # doctest: +SKIP
+    """
+    given = [sessions] if isinstance(sessions, Session | str | Path) else list(sessions)
+    if not given:
+        raise AuditError("there is no session to audit; name at least one")
+    if oracle == "none":
+        raise AuditError("an audit needs an oracle to compare with; leave oracle out for the exact one")
+    folders = _folders(given, None if out is None else Path(out))
+    results = tuple(
+        run(
+            session, detectors=detectors, oracle=oracle, out=folder, pairs=pairs, start=start, end=end, seed=seed,
+            faces=faces, tau=tau, picture=picture, force=force, progress=progress,
+        )
+        for session, folder in zip(given, folders, strict=True)
+    )  # fmt: skip
+    return AuditResult(results, pool(result.summary["audit"] for result in results))
+
+
+def _folders(given: Sequence[SessionLike], out: Path | None) -> list[Path | None]:
+    """The run folder of each session."""
+    if out is None or len(given) == 1:
+        return [out] * len(given)
+    origins = [session.origin if isinstance(session, Session) else str(session) for session in given]
+    names = [Path(origin).stem or f"session-{number}" for number, origin in enumerate(origins, 1)]
+    twice, count = Counter(names).most_common(1)[0]
+    if count > 1:
+        raise AuditError(
+            f"two sessions are called {twice!r} and would share a run folder; rename one or audit it alone"
+        )
+    return [out / name for name in names]

@@ -1,0 +1,214 @@
+"""Numbers the misses of a run and says why each contact was missed: the first stage that lost it.
+
+The stage is found by deciding the missed frames again.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore import Detection, Motion, Verdict
+from cdcore.protocol import Explains, Explanation, counts_as_contact
+from replay.comparison.evidence import Evidence, grouped, looks
+from replay.comparison.misses import Stretch, misses, stretches
+from replay.comparison.outcome import Comparison, Episode, Miss, Outcome
+from replay.detection.run_detector import Run
+from replay.prepare.assembly import Assembly
+
+LOOKS_PER_MISS: Final = 16
+"""A longer miss is decided again in this many frames, evenly spread with both ends."""
+
+LOOKS_IN_ALL: Final = 4000
+"""Pair-frames decided again of one detector, some seconds of work; misses beyond one look each are *not examined*."""
+
+LOOKS_AT_ONCE: Final = 1024
+"""Looks whose faces are held together."""
+
+TIMES_MORE: Final = 10
+"""A budget *ran out* where ten times as much finds the contact."""
+
+
+class Cause(StrEnum):
+    """The stage that lost a contact."""
+
+    TOLERANCE = "within tolerance"
+    """Contact by less than tau: too small to decide, and no miss."""
+    BETWEEN_FRAMES = "between frames"
+    """No instant shows it; only an oracle of intervals does."""
+    BETWEEN_LOOKS = "between looks"
+    """The detector did not examine that frame."""
+    CLOCK = "clock"
+    """Within what is not known of the detector's clock."""
+    COLLIDER_SHAPE = "collider shape"
+    """The colliders that replace the meshes do not meet."""
+    CONTAINMENT = "inside, not asked"
+    """One body is inside the other, and the detector does not ask that."""
+    SPHERE_STAGE = "sphere stage"
+    """Volumes dismissed it before any triangle was asked."""
+    SAMPLING = "sampling"
+    """No pair of faces that meets is in the sample."""
+    BUDGET = "budget ran out"
+    """Ten times the budget finds it."""
+    SEARCH = "search"
+    """In the sample, not found."""
+    UNEXPLAINED = "unexplained"
+    """No stage explains it."""
+    NOT_EXAMINED = "not examined"
+    """There were too many misses to examine this one."""
+
+
+@dataclass(frozen=True)
+class Causes:
+    """The causes of one detector's misses.
+
+    Parameters
+    ----------
+    of_misses : one word per miss, that of most of its looks.
+    pair_frames : cause -> pair-frames decided again that have it; *within tolerance* counts all there are.
+    examined, missed : pair-frames decided again, and pair-frames missed.
+    """
+
+    of_misses: tuple[Cause, ...] = ()
+    pair_frames: Mapping[Cause, int] | None = None
+    examined: int = 0
+    missed: int = 0
+
+    def table(self) -> dict[str, Any]:
+        """As plain data: every cause with its misses and pair-frames, zeros included."""
+        misses, frames = Counter(self.of_misses), self.pair_frames or {}
+        return {
+            "misses": {cause.value: misses[cause] for cause in Cause},
+            "pair_frames": {cause.value: frames.get(cause, 0) for cause in Cause},
+            "examined": self.examined,
+            "missed": self.missed,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """The data in which the causes of one detector's misses are found.
+
+    Parameters
+    ----------
+    motion : as it was detected.
+    subject, oracle : the two answers.
+    detector : the subject itself, which may explain.
+    faces : an exact answer with faces for some frames.
+    """
+
+    motion: Motion
+    subject: Detection
+    oracle: Detection
+    detector: object
+    faces: Callable[[Motion], Detection]
+
+
+def find_causes(places: Sequence[Stretch], comparison: Comparison, scene: Scene) -> Causes:
+    """Decide the frames of the misses (``places``, in order of time) again and give each miss its cause."""
+    found: list[list[Cause]] = [[] for _ in places]
+    for number, cause in _causes(places, scene):
+        found[number].append(cause)
+    frames = Counter(cause for causes in found for cause in causes)
+    excused = comparison.outcome == Outcome.WITHIN_TOLERANCE
+    frames[Cause.TOLERANCE] += int(counts_as_contact(scene.oracle.verdict[excused]).sum())
+    words = tuple(Counter(causes).most_common(1)[0][0] if causes else Cause.NOT_EXAMINED for causes in found)
+    return Causes(words, dict(frames), sum(map(len, found)), comparison.count(Outcome.MISSED))
+
+
+def first_failed(stages: Explanation, verdict: int, *, at_instant: bool, asks_inside: bool = True) -> Cause:
+    """The first stage that lost a contact.
+
+    Parameters
+    ----------
+    stages, verdict : the detector's explanation and its verdict there.
+    at_instant : whether the contact shows at the frame itself.
+    asks_inside : False where one body is inside the other and the detector does not decide that.
+    """
+    # A detector may answer with numpy's booleans.
+    answers = {name: bool(value) for name, value in vars(stages).items() if value is not None}
+    no, yes = ({name for name, value in answers.items() if value is answer} for answer in (False, True))
+    asked = (
+        (not at_instant, Cause.BETWEEN_FRAMES), ("looked" in no, Cause.BETWEEN_LOOKS),
+        ("within_clock" in yes, Cause.CLOCK), ("shapes_meet" in no, Cause.COLLIDER_SHAPE),
+        (not asks_inside, Cause.CONTAINMENT), ("spheres_meet" in no, Cause.SPHERE_STAGE),
+        ("sample_meets" in no, Cause.SAMPLING), ("found_with_more" in yes, Cause.BUDGET),
+        ("sample_meets" in yes or verdict == Verdict.NOT_FOUND, Cause.SEARCH),
+    )  # fmt: skip
+    return next((cause for failed, cause in asked if failed), Cause.UNEXPLAINED)
+
+
+def _causes(places: Sequence[Stretch], scene: Scene) -> Iterator[tuple[int, Cause]]:
+    """Number of a miss and the cause at one of its frames, for every frame examined."""
+    instants, subject = scene.oracle.covers == "instants", scene.subject
+    for group in grouped(_looks(places), lambda look: len(look[2]), LOOKS_AT_ONCE):
+        frames = np.unique([frame for _, _, looked in group for frame in looked])
+        if not instants:
+            # An interval is also decided at the frame where it begins.
+            frames = np.unique(np.concatenate([frames, np.maximum(frames - 1, 0)]))
+        truth = scene.faces(scene.motion.take(frames))
+        row = {frame: k for k, frame in enumerate(frames.tolist())}
+        contact = counts_as_contact(truth.verdict)
+        for number, pair, looked in group:
+            for frame in looked:
+                asked = (frame,) if instants else (frame, frame - 1)
+                ends = [end for end in asked if end in row and contact[row[end], pair]]
+                # An interval whose contact shows where it begins is explained there: at its end there is none to miss.
+                at = ends[0] if ends else frame
+                stages = Explanation()
+                if isinstance(scene.detector, Explains):
+                    stages = scene.detector.explain(scene.motion, at, pair, truth.faces(row[at], pair))
+                refuses = bool(subject.containment) and subject.containment[pair].startswith("refused")
+                asks = int(truth.verdict[row[at], pair]) != Verdict.CONTAINED or not refuses
+                verdict, at_instant = int(subject.verdict[at, pair]), bool(ends) or instants
+                yield number, first_failed(stages, verdict, at_instant=at_instant, asks_inside=asks)
+
+
+Look = tuple[int, int, list[int]]
+"""Number of a miss, its pair, and frames."""
+
+
+def _looks(places: Sequence[Stretch]) -> Iterator[Look]:
+    most = min(LOOKS_PER_MISS, max(1, LOOKS_IN_ALL // max(1, len(places))))
+    every = max(1, -(-len(places) // LOOKS_IN_ALL))
+    for number, place in enumerate(places):
+        if number % every == 0:
+            yield number, place.pair, looks(place.first, place.last, most).tolist()
+
+
+def examine(
+    comparisons: Mapping[str, Comparison], contacts: Sequence[Episode], runs: Mapping[str, Run], assembly: Assembly,
+    faces_of: Callable[[Motion], Detection],
+) -> tuple[dict[str, tuple[Miss, ...]], dict[str, Causes]]:  # fmt: skip
+    """Misses and causes per label.
+
+    Parameters
+    ----------
+    comparisons : label -> comparison, all with one oracle.
+    contacts : the oracle's episodes.
+    runs : every detector of the run, the oracle among them.
+    faces_of : the most trusted answer, with faces, for some frames.
+    """
+    places = {label: stretches(comparison, contacts) for label, comparison in comparisons.items()}
+    asked = [(place.pair, place.first, place.last) for found in places.values() for place in found]
+    if not asked:
+        return dict.fromkeys(places, ()), {label: Causes() for label in places}
+    trusted = runs[next(iter(comparisons.values())).oracle]
+    own = trusted.detection
+    has_faces = own.face_sets is not None and own.covers == "instants" and not trusted.detector.online
+    evidence = Evidence(assembly, own if has_faces else faces_of, asked, between=own.covers == "intervals")
+    names = [(assembly.names[i], assembly.names[j]) for i, j in assembly.pairs.tolist()]
+    times = assembly.motion.times
+    numbered = {label: misses(found, names, times, evidence) for label, found in places.items()}
+    causes = {}
+    for label, found in places.items():
+        scene = Scene(assembly.motion, runs[label].detection, own, runs[label].detector, faces_of)
+        causes[label] = find_causes(found, comparisons[label], scene)
+        with_cause = zip(numbered[label], causes[label].of_misses, strict=True)
+        numbered[label] = tuple(replace(miss, cause=cause.value) for miss, cause in with_cause)
+    return numbered, causes

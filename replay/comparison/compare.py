@@ -1,0 +1,117 @@
+"""Two detections of the same frames and pairs, laid beside each other: every pair-frame gets exactly one word."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore import Detection
+from cdcore.protocol import FaceSets, counts_as_contact, is_undecided
+from replay.base.constants import VERDICT_FRAMES
+from replay.comparison.outcome import Comparison, Outcome
+from replay.errors import AuditError
+
+Within: TypeAlias = NDArray[np.bool_] | Callable[[NDArray[np.int64], NDArray[np.int64]], NDArray[np.bool_]]
+"""(T, P) bool, or what says it of K pair-frames (frames, columns)."""
+
+
+def compare(
+    subject: Detection, oracle: Detection, labels: tuple[str, str] | None = None, within: Within | None = None
+) -> Comparison:
+    """Give every pair-frame an outcome: the subject's verdict beside the oracle's.
+
+    A detector of instants decides the pose at frame t, one of intervals the whole path from t-1 to t. So against an
+    oracle of instants, what an interval detector finds beyond it is *between frames*; and against an oracle of
+    intervals, a contact counts as found when the subject reports it at either end.
+
+    Parameters
+    ----------
+    subject, oracle : detections of the same frames and pairs.
+    labels : what the run calls them; ``None``: the detectors' names.
+    within : which pair-frames have a deepest penetration or least clearance of at most tau; there they may disagree.
+        Asked only of those missed or invented.
+
+    Raises ``AuditError``: their frames or pairs differ.
+    """
+    _require_same(subject, oracle)
+    outcome = np.empty(oracle.verdict.shape, dtype=np.uint8)
+    for start in range(0, len(outcome), VERDICT_FRAMES):
+        rows = slice(start, start + VERDICT_FRAMES)
+        outcome[rows] = _outcome(subject, oracle, rows)
+        if within is not None:
+            _excuse(outcome[rows], start, within)
+    outcome.setflags(write=False)
+    names = labels or (subject.detector, oracle.detector)
+    return Comparison(names[0], names[1], outcome)
+
+
+def _excuse(outcome: NDArray[np.uint8], start: int, within: Within) -> None:
+    """Find the ill-posed among the missed and invented of a block that begins at frame ``start``."""
+    frames, columns = np.nonzero((outcome == Outcome.MISSED) | (outcome == Outcome.INVENTED))
+    if len(frames):
+        ill = within(frames + start, columns) if callable(within) else within[frames + start, columns]
+        outcome[frames[ill], columns[ill]] = Outcome.WITHIN_TOLERANCE
+
+
+def _outcome(subject: Detection, oracle: Detection, rows: slice) -> NDArray[np.uint8]:
+    reports, truth = counts_as_contact(subject.verdict[rows]), counts_as_contact(oracle.verdict[rows])
+    found, covers = reports, (subject.covers, oracle.covers)
+    if covers == ("instants", "intervals"):
+        # An interval is found when a contact is reported at either of its ends.
+        found = reports.copy()
+        found[1:] |= reports[:-1]
+        if rows.start:
+            found[0] |= counts_as_contact(subject.verdict[rows.start - 1])
+    outcome = np.full(truth.shape, Outcome.NEITHER, dtype=np.uint8)
+    outcome[truth & found] = Outcome.BOTH
+    outcome[truth & ~found] = Outcome.MISSED
+    outcome[reports & ~truth] = Outcome.BETWEEN_FRAMES if covers == ("intervals", "instants") else Outcome.INVENTED
+    outcome[is_undecided(subject.verdict[rows]) | is_undecided(oracle.verdict[rows])] = Outcome.LEFT_OUT
+    return outcome
+
+
+def _require_same(subject: Detection, oracle: Detection) -> None:
+    if not np.array_equal(subject.times, oracle.times):
+        raise AuditError(
+            f"{subject.detector} and {oracle.detector} speak of different frames ({len(subject.times)} and "
+            f"{len(oracle.times)}); run both on one motion"
+        )
+    if not np.array_equal(subject.pairs, oracle.pairs):
+        raise AuditError(f"{subject.detector} and {oracle.detector} speak of different pairs; give both the same pairs")
+
+
+@dataclass(frozen=True)
+class FaceRecall:
+    """Face pairs of the oracle, and how many of them the subject lists.
+
+    Parameters
+    ----------
+    found, total : face pairs, summed over pair-frames.
+    pair_frames : pair-frames with face pairs that both decided.
+    invented : face pairs that only the subject lists, in these pair-frames.
+    """
+
+    found: int
+    total: int
+    pair_frames: int
+    invented: int
+
+
+def face_recall(subject: FaceSets, oracle: FaceSets, comparison: Comparison) -> FaceRecall:
+    """Compare two lists of face pairs wherever the oracle has some and both decided; missed pair-frames count."""
+    outcome = comparison.outcome
+    decided = np.isin(outcome[oracle.frame, oracle.pair], [Outcome.BOTH, Outcome.MISSED])
+    found = total = listed = 0
+    for entry in np.flatnonzero(decided).tolist():
+        own = oracle.faces[oracle.start[entry] : oracle.stop[entry]]
+        other = subject.at(int(oracle.frame[entry]), int(oracle.pair[entry]))
+        # One number per face pair.
+        truth, said = ((faces[:, 0].astype(np.int64) << 32) | faces[:, 1] for faces in (own, other))
+        found += len(np.intersect1d(truth, said, assume_unique=True))
+        total += len(truth)
+        listed += len(said)
+    return FaceRecall(found, total, int(decided.sum()), listed - found)

@@ -1,0 +1,176 @@
+"""Episodes of two detections matched one to one, so that the frames they share are as many as can be.
+
+Episodes of one pair in one detection do not overlap each other, so overlaps of two detections never cross: the best
+assignment, the one that the Hungarian method finds, comes out of one pass over the overlaps in order of time.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from replay.comparison.outcome import Comparison, Episode, Outcome
+
+
+@dataclass(frozen=True)
+class EpisodeMatch:
+    """One contact of the oracle and the contact of the subject that matches it.
+
+    Parameters
+    ----------
+    truth, found : their numbers, from 1 in order of time.
+    overlap : frames in common.
+    onset_error : seconds by which the subject's begins late (negative: early).
+    duration_error : seconds by which the subject's is longer (negative: shorter).
+    """
+
+    truth: int
+    found: int
+    overlap: int
+    onset_error: float
+    duration_error: float
+
+
+@dataclass(frozen=True)
+class EpisodeMatches:
+    """The contacts of the oracle and of the subject, each in one class; all are numbers from 1.
+
+    Parameters
+    ----------
+    matched : one to one, in order of the oracle's contacts.
+    missed : contacts of the oracle that the subject never found.
+    invented : contacts of the subject that overlap none of the oracle's.
+    split : contacts of the oracle that the subject reports as several.
+    merged : contacts of the subject that join several of the oracle's.
+    absorbed : contacts of the oracle that overlap only a merged one matched with another.
+    pieces : contacts of the subject that are further pieces of a split one.
+    excused_truth, excused_found : unmatched and no error: undecided, within tolerance, or between frames.
+    """
+
+    matched: tuple[EpisodeMatch, ...] = ()
+    missed: tuple[int, ...] = ()
+    invented: tuple[int, ...] = ()
+    split: tuple[int, ...] = ()
+    merged: tuple[int, ...] = ()
+    absorbed: tuple[int, ...] = ()
+    pieces: tuple[int, ...] = ()
+    excused_truth: tuple[int, ...] = ()
+    excused_found: tuple[int, ...] = ()
+
+    def status(self) -> dict[int, str]:
+        """Number of a subject's contact -> ``matched``, ``piece``, ``invented`` or ``excused``."""
+        words = dict.fromkeys(self.pieces, "piece") | dict.fromkeys(self.invented, "invented")
+        words |= dict.fromkeys(self.excused_found, "excused")
+        return words | {match.found: "matched" for match in self.matched}
+
+
+@dataclass(frozen=True)
+class _Overlap:
+    truth: int
+    found: int
+    frames: int
+
+
+def match_episodes(
+    comparison: Comparison, truth: Sequence[Episode], found: Sequence[Episode], *, reach: int = 0
+) -> EpisodeMatches:
+    """Match the contacts of a subject with those of the oracle.
+
+    Parameters
+    ----------
+    comparison : the same two detections frame by frame; says which unmatched contacts are excused.
+    truth, found : episodes of the oracle and of the subject, in order.
+    reach : frames after its last for which a subject's contact still speaks: 1 for instants beside intervals.
+    """
+    overlaps, chosen = _matched(truth, found, reach)
+    of_truth, of_found = Counter(one.truth for one in overlaps), Counter(one.found for one in overlaps)
+    taken, used = {one.truth for one in chosen}, {one.found for one in chosen}
+    alone = [(number, episode) for number, episode in enumerate(truth, 1) if number not in of_truth]
+    extra = [(number, episode) for number, episode in enumerate(found, 1) if number not in of_found]
+    missed = [number for number, episode in alone if _any(comparison, episode, Outcome.MISSED)]
+    invented = [number for number, episode in extra if _any(comparison, episode, Outcome.INVENTED)]
+    return EpisodeMatches(
+        matched=tuple(_match(one, truth[one.truth - 1], found[one.found - 1]) for one in chosen), missed=tuple(missed),
+        invented=tuple(invented), split=tuple(sorted(number for number, count in of_truth.items() if count > 1)),
+        merged=tuple(sorted(number for number, count in of_found.items() if count > 1)),
+        absorbed=tuple(sorted(set(of_truth) - taken)), pieces=tuple(sorted(set(of_found) - used)),
+        excused_truth=tuple(sorted({number for number, _ in alone} - set(missed))),
+        excused_found=tuple(sorted({number for number, _ in extra} - set(invented))),
+    )  # fmt: skip
+
+
+def partners(one: Sequence[Episode], other: Sequence[Episode]) -> list[tuple[int, int]]:
+    """Numbers, from 1, of the episodes of two lists that belong together: one to one, by most frames in common."""
+    return [(overlap.truth, overlap.found) for overlap in _matched(one, other, 0)[1]]
+
+
+def _matched(truth: Sequence[Episode], found: Sequence[Episode], reach: int) -> tuple[list[_Overlap], list[_Overlap]]:
+    """All overlaps, and the ones of the best assignment in order of the first list."""
+    overlaps = [one for pair in _columns(truth, found) for one in _overlaps(*pair, reach)]
+    return overlaps, sorted(_best(overlaps), key=lambda one: one.truth)
+
+
+Numbered = list[tuple[int, Episode]]
+
+
+def _columns(truth: Sequence[Episode], found: Sequence[Episode]) -> Iterator[tuple[Numbered, Numbered]]:
+    """The numbered episodes of each pair that has some in both."""
+    sides: tuple[dict[int, Numbered], dict[int, Numbered]] = ({}, {})
+    for side, episodes in zip(sides, (truth, found), strict=True):
+        for number, episode in enumerate(episodes, 1):
+            side.setdefault(episode.pair, []).append((number, episode))
+    for pair in sorted(sides[0].keys() & sides[1].keys()):
+        yield sides[0][pair], sides[1][pair]
+
+
+def _overlaps(truth: Numbered, found: Numbered, reach: int) -> Iterator[_Overlap]:
+    """Overlaps of one pair, in order of time."""
+    i = j = 0
+    while i < len(truth) and j < len(found):
+        (number, one), (other_number, other) = truth[i], found[j]
+        frames = min(one.last, other.last + reach) - max(one.first, other.first) + 1
+        if frames > 0:
+            yield _Overlap(number, other_number, frames)
+        if one.last <= other.last + reach:
+            i += 1
+        else:
+            j += 1
+
+
+def _best(overlaps: Sequence[_Overlap]) -> list[_Overlap]:
+    """The overlaps of most frames in all that share no episode.
+
+    An overlap is at odds only with the run of overlaps right before it that share one of its episodes.
+    """
+    most, before = [0], [0]
+    run = 0
+    for k, one in enumerate(overlaps):
+        previous = overlaps[k - 1] if k else None
+        if previous is None or not _share(one, previous):
+            run = k
+        elif k >= 2 and not _share(one, overlaps[k - 2]):
+            run = k - 1
+        before.append(run)
+        most.append(max(most[k], one.frames + most[run]))
+    chosen, k = [], len(overlaps)
+    while k:
+        if most[k] > most[k - 1]:
+            chosen.append(overlaps[k - 1])
+            k = before[k]
+        else:
+            k -= 1
+    return chosen
+
+
+def _share(one: _Overlap, other: _Overlap) -> bool:
+    return one.truth == other.truth or one.found == other.found
+
+
+def _match(overlap: _Overlap, truth: Episode, found: Episode) -> EpisodeMatch:
+    longer = (found.end - found.start) - (truth.end - truth.start)
+    return EpisodeMatch(overlap.truth, overlap.found, overlap.frames, found.start - truth.start, longer)
+
+
+def _any(comparison: Comparison, episode: Episode, outcome: Outcome) -> bool:
+    return bool((comparison.outcome[episode.first : episode.last + 1, episode.pair] == outcome).any())

@@ -1,0 +1,144 @@
+"""The words of an audit: one detector's verdict beside an oracle's. BOTH is a true positive, MISSED a false negative,
+INVENTED a false positive, NEITHER a true negative.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = tuple[float, float, float]
+
+
+def as_vector(array: NDArray[np.float64]) -> Vector:
+    """Three plain floats of an array (3,)."""
+    x, y, z = array.tolist()
+    return x, y, z
+
+
+class Outcome(IntEnum):
+    """The result of comparing two verdicts on one pair-frame (stored as uint8)."""
+
+    NEITHER = 0
+    """No contact, and the detector says so."""
+    BOTH = 1
+    """Contact, and the detector says so."""
+    MISSED = 2
+    """Contact that the detector does not report: a false negative."""
+    INVENTED = 3
+    """A contact reported where there is none: a false positive."""
+    WITHIN_TOLERANCE = 4
+    """They disagree about less than tau: ill-posed, so no error of either."""
+    BETWEEN_FRAMES = 5
+    """An interval detector's contact that no instant shows."""
+    LEFT_OUT = 6
+    """One of them did not decide (no pose, unresolved, invalid)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """One detector beside the oracle, by label: (T, P) uint8 values of ``Outcome``."""
+
+    subject: str
+    oracle: str
+    outcome: NDArray[np.uint8]
+
+    def count(self, outcome: Outcome) -> int:
+        """How many pair-frames ended so."""
+        return int((self.outcome == outcome).sum())
+
+
+@dataclass(frozen=True)
+class Episode:
+    """A maximal contact interval of one pair in one detection.
+
+    Parameters
+    ----------
+    pair : column of the pair.
+    first, last : first and last frame in contact (both included).
+    start, end : seconds of these frames on the session timeline.
+    """
+
+    pair: int
+    first: int
+    last: int
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Where two bodies first meet on their way from one frame to the next.
+
+    Parameters
+    ----------
+    frame : the way begins at this frame and ends at the next.
+    free, moment : seconds; nothing touches before ``free``, at ``moment`` the faces meet.
+    later_ns : nanoseconds from the frame to the moment.
+    faces : a face of the first body and one of the second that meet.
+    point : where, world metres; ``normal`` is the unit direction from the first body to the second there.
+    """
+
+    frame: int
+    free: float
+    moment: float
+    later_ns: int
+    faces: tuple[int, int]
+    point: Vector
+    normal: Vector
+
+
+@dataclass(frozen=True)
+class Miss:
+    """One numbered false negative: a stretch of an oracle's episode that the subject did not report.
+
+    The number is the same in the lane, the list, the flag in 3D, the tables and the report.
+
+    Parameters
+    ----------
+    number : 1, 2, ... in order of time.
+    pair : column of the pair; ``body_a`` and ``body_b`` are its names.
+    first, last : first and last missed frame (both included).
+    start, end : seconds of the missed stretch.
+    kind : ``never found`` (the whole episode) or ``found late`` or ``lost early`` or ``interrupted``.
+    episode : number of the oracle's episode it belongs to, from 1 in order of time.
+    deepest : the frame where the cut is longest; ``point`` (world metres) and ``normal`` are taken there.
+    face_pairs : number of face pairs there.
+    cut_length : length of the intersection curve there, metres.
+    cause : the stage that lost it, in the words of ``replay.comparison.causes``.
+    touch : when and where the bodies first touch, if no frame shows the contact but the way to ``first`` does. Then
+        ``point`` and ``normal`` are taken at that moment, ``face_pairs`` is 1 and the curve has no length yet.
+    faces : (k, 2) face pairs at its deepest frame, or the pair that touches first, where the oracle lists none.
+    """
+
+    number: int
+    pair: int
+    body_a: str
+    body_b: str
+    first: int
+    last: int
+    start: float
+    end: float
+    kind: str
+    episode: int
+    deepest: int
+    point: Vector
+    normal: Vector
+    face_pairs: int
+    cut_length: float
+    cause: str = "not examined"
+    touch: Touch | None = None
+    faces: NDArray[np.int64] | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def shown(self) -> tuple[int, int]:
+        """Where there is most to see: a frame, and nanoseconds after it."""
+        return (self.deepest, 0) if self.touch is None else (self.touch.frame, self.touch.later_ns)
+
+    @property
+    def seconds(self) -> float:
+        """When it begins: at its first frame, or between frames where it touches first."""
+        return self.start if self.touch is None else self.touch.moment

@@ -1,0 +1,106 @@
+"""Within tolerance: a disagreement about at most tau, decided on exact geometry, is no error.
+
+A contact is excused when no face pair is deeper than tau and a move of the surfaces by tau ends it; a gap, when some
+face pair is at most tau apart. The move is asked for because face pairs of cubes with faces in common planes only
+touch, however deep the cubes stand in each other. A disagreement about a body being *inside* another is never excused:
+no shift by tau gives the other answer. Neither are candidates of volumes, nor verdicts on intervals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore import Detection, Motion, Verdict
+from cdcore.narrow.pair_frames import rows_of_columns
+from replay.errors import AuditError
+from replay.prepare.assembly import Assembly
+
+if TYPE_CHECKING:
+    from cdcore.narrow.ill_posed import MarginStage
+
+TAU: Final = 2e-6
+"""Metres. Float engines disagree about less, coal decides nothing below it, and no tracker resolves a hundred times
+as much (VIVE: 0.14 mm frame to frame)."""
+
+FRAMES_AT_ONCE: Final = 4096
+"""Frames whose faces are held together: some 100 MB when every pair of a bench meets in a thousand face pairs."""
+
+EXCUSABLE: Final = (Verdict.CLEAR, Verdict.CONTACT, Verdict.NOT_FOUND)
+"""Verdicts about surfaces."""
+
+
+def require_tau(tau: float) -> float:
+    """The tolerance; raises ``AuditError`` where it is negative or not finite."""
+    if not 0.0 <= tau < float("inf"):
+        raise AuditError(f"tau {tau} is no tolerance; give metres, 0 or more")
+    return tau
+
+
+class Tolerance:
+    """Judges the disagreements of one run.
+
+    ``faces`` gives an exact detector's verdicts and faces for some frames. ``tau`` is in metres; with 0 nothing is
+    excused, not even a touch.
+    """
+
+    def __init__(self, assembly: Assembly, faces: Callable[[Motion], Detection], tau: float = TAU) -> None:
+        self._assembly = assembly
+        self._faces = faces
+        self._tau = require_tau(tau)
+
+    @cached_property
+    def _stage(self) -> MarginStage:
+        """The geometry behind a judgement, with its compiler: a run without a disagreement loads neither."""
+        from cdcore.narrow.ill_posed import MarginStage
+
+        return MarginStage(self._assembly.bodies, self._tau)
+
+    def judge(
+        self, subject: Detection, oracle: Detection
+    ) -> Callable[[NDArray[np.int64], NDArray[np.int64]], NDArray[np.bool_]]:
+        """What says of K disagreeing pair-frames (frames, columns) which are within tolerance, (K,)."""
+
+        def within(frames: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.bool_]:
+            asked = np.isin(subject.verdict[frames, columns], EXCUSABLE)
+            asked &= np.isin(oracle.verdict[frames, columns], EXCUSABLE)
+            asked &= self._tau > 0 and subject.covers == oracle.covers == "instants"
+            asked[asked] = self._within(frames[asked], columns[asked])
+            return asked
+
+        return within
+
+    def _within(self, frames: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.bool_]:
+        within = np.zeros(len(frames), dtype=np.bool_)
+        known, row = np.unique(frames, return_inverse=True)
+        for start in range(0, len(known), FRAMES_AT_ONCE):
+            here = np.flatnonzero((row >= start) & (row < start + FRAMES_AT_ONCE))
+            motion = self._assembly.motion.take(known[start : start + FRAMES_AT_ONCE])
+            within[here] = self._judge(motion, row[here] - start, columns[here])
+        return within
+
+    def _judge(self, motion: Motion, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Of pair-frames of a short motion."""
+        truth = self._faces(motion)
+        meet = truth.verdict[rows, columns] == Verdict.CONTACT
+        within = np.zeros(len(rows), dtype=np.bool_)
+        for column, some in rows_of_columns(columns):
+            bodies = self._assembly.pairs[column]
+            pair = int(bodies[0]), int(bodies[1])
+            apart = some[~meet[some]]
+            if len(apart):
+                poses = rows[apart][:, None], bodies
+                within[apart] = self._stage.near(pair, motion.rotations[poses], motion.translations[poses])
+            known: dict[tuple[bytes, bytes], bool] = {}
+            for entry in some[meet[some]]:
+                turn, move = motion.rotations[rows[entry], bodies], motion.translations[rows[entry], bodies]
+                key = turn.tobytes(), move.tobytes()
+                if key not in known:
+                    asked = pair, truth.faces(int(rows[entry]), column), turn, move
+                    known[key] = self._stage.shallow(*asked) and self._stage.loose(*asked)
+                within[entry] = known[key]
+        return within

@@ -1,0 +1,1 @@
+"""One detector over one assembly: its settings, its run, and contacts that an engine recorded."""

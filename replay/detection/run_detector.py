@@ -1,0 +1,143 @@
+"""One detector over one motion: built, warmed up, timed; a long motion in blocks, with the same digest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from time import perf_counter
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore import Detection, Detector, Motion, create_detector, join
+from cdcore.detectors import load_detector
+from cdcore.narrow.sections.section_source import sections_of
+from cdcore.protocol import FaceSets
+from replay.base.constants import BLOCK_FRAMES
+from replay.base.progress import Advance
+from replay.detection.detector_spec import DetectorSpec
+from replay.detection.recorded import RECORDED, recorded_detector
+from replay.errors import DetectorSpecError
+from replay.prepare.assembly import Assembly
+from replay.prepare.stored_motion import StoredMotion
+
+WHOLE_FRAMES: Final = BLOCK_FRAMES
+"""Up to here a motion is detected in one call, beyond it in blocks of this size. The verdicts are the same."""
+
+WARM_FRAMES: Final = 128
+"""Frames of each of the two warm-up samples: kernels compile on them, so that the time reported holds no compiling."""
+
+
+FACE_ROWS: Final = 20_000_000
+"""Face pairs kept of a session of hours, 160 MB; with more than that only the verdicts are kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One detector's answer and what it took.
+
+    Parameters
+    ----------
+    spec : what was asked for.
+    detector : ready to be asked again.
+    settings : all settings in force, as plain data.
+    detection : the answer.
+    prepare, warm, detect : seconds to build the detector, to warm it up, and to detect.
+    """
+
+    spec: DetectorSpec
+    detector: Detector
+    settings: Mapping[str, Any]
+    detection: Detection
+    prepare: float
+    warm: float
+    detect: float
+
+
+def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector:
+    """The detector of a spec for the bodies and pairs of an assembly; the run's seed goes to those that draw.
+
+    ``recorded`` is the one that is no row of the core's table: its answers come with the session.
+
+    Raises
+    ------
+    UnknownDetectorError, InvalidSettingError
+    DetectorSpecError
+        A word where the detector takes a number.
+    """
+    if spec.name == RECORDED:
+        return recorded_detector(
+            assembly.bodies, assembly.pairs, assembly.live_contacts, assembly.first_ns, assembly.live_residual,
+            spec.settings,
+        )  # fmt: skip
+    settings = dict(spec.settings)
+    if "seed" in {item.name for item in fields(load_detector(spec.name).Settings)}:
+        settings.setdefault("seed", seed)
+    try:
+        return create_detector(spec.name, assembly.bodies, pairs=assembly.pairs, **settings)
+    except TypeError as error:
+        words = [f"{key}={value}" for key, value in spec.settings.items() if isinstance(value, str)]
+        if not words:
+            raise
+        raise DetectorSpecError(f"{spec.name} cannot take {', '.join(words)} ({error}); write a number") from error
+
+
+def run_detector(spec: DetectorSpec, assembly: Assembly, *, seed: int, faces: bool, advance: Advance) -> Run:
+    """Detect over the whole assembly; with ``faces`` the face pairs of every contact are kept."""
+    clock = [perf_counter()]
+    detector = make_detector(spec, assembly, seed)
+    clock.append(perf_counter())
+    motion = assembly.motion
+    detector.detect(motion.take(warm_frames(len(motion))), faces=faces)
+    clock.append(perf_counter())
+    if len(motion) <= WHOLE_FRAMES:
+        detection = detector.detect(motion, faces=faces)
+        advance(len(motion))
+    else:
+        parts = _streamed(detector, motion, faces, advance)
+        detection = _joined(parts, detector, assembly) if isinstance(motion, StoredMotion) else join(parts)
+    clock.append(perf_counter())
+    return Run(spec, detector, asdict(detector.settings), detection, *np.diff(clock).tolist())
+
+
+def face_sets_again(detector: Detector, assembly: Assembly, advance: Advance) -> FaceSets | None:
+    """Which faces meet, in a second pass that is not timed; ``None`` where the detector lists none or too many."""
+    kept: list[tuple[int, FaceSets]] = []
+    first = rows = 0
+    for part in _streamed(detector, assembly.motion, True, advance):
+        if part.face_sets is None:
+            return None
+        kept.append((first, part.face_sets))
+        first, rows = first + len(part.times), rows + len(part.face_sets.faces)
+        if rows > FACE_ROWS:
+            return None
+    return FaceSets.join(kept)
+
+
+def _joined(parts: Iterator[Detection], detector: Detector, assembly: Assembly) -> Detection:
+    """Join the blocks of a motion on disk; their poses are dropped, and their faces too when there are too many."""
+    kept: list[Detection] = []
+    rows = 0
+    for part in parts:
+        rows += 0 if part.face_sets is None else len(part.face_sets.faces)
+        if rows > FACE_ROWS or detector.online:
+            kept = [replace(one, face_sets=None) for one in kept]
+            part = replace(part, face_sets=None)
+        kept.append(replace(part, section_source=None))
+    whole = join(kept)
+    if whole.face_sets is None:
+        return whole
+    return replace(whole, section_source=sections_of(assembly.bodies, assembly.pairs, assembly.motion))
+
+
+def _streamed(detector: Detector, motion: Motion, faces: bool, advance: Advance) -> Iterator[Detection]:
+    for part in detector.stream(motion.blocks(WHOLE_FRAMES), faces=faces):
+        yield part
+        advance(len(part.times))
+
+
+def warm_frames(count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
+    """Frame numbers to warm up on: consecutive ones in the middle, and a sample of the whole that holds contacts."""
+    middle = np.arange(count // 2, min(count, count // 2 + WARM_FRAMES))
+    spread = np.linspace(0, max(0, count - 1), min(count, WARM_FRAMES)).astype(np.int64)
+    return np.unique(np.concatenate([middle, spread]))

@@ -1,0 +1,229 @@
+"""What a scene calls for: effects and all they need, pairs, bodies, topics and detectors. Nothing else runs.
+
+Every item carries its reasons, so that a plan can be read: ``contact: because breakage needs it``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from graphlib import CycleError, TopologicalSorter
+from typing import Final
+
+from replay.effects import EFFECTS, effect_kinds, load_effect
+from replay.effects.declaring import Declaration, Pair, declare
+from replay.effects.protocol import POSES, EffectSpec
+from replay.errors import PlanError
+from sessions.model.scene import Scene
+from sessions.scene_files.toml_table import nearest
+
+NOT_BUILT: Final = frozenset(("dropper", "penetration"))
+"""Kinds of the catalogue that this version does not compute; a scene may declare them, and the plan says so."""
+
+DECLARED: Final = "the scene declares it"
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One effect of a plan.
+
+    Parameters
+    ----------
+    spec : what it is.
+    declared : its tables in the scene, none where it is there only because another needs it.
+    pairs : its own pairs and those of the effects that need it.
+    inputs : kinds whose outputs it gets.
+    because : why it is in the plan.
+    """
+
+    spec: EffectSpec
+    declared: tuple[Declaration, ...]
+    pairs: tuple[Pair, ...]
+    inputs: tuple[str, ...]
+    because: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What a run has to do for a scene.
+
+    Parameters
+    ----------
+    steps : kind -> step, in running order: an effect comes after what it needs.
+    pairs : pairs of body names to look at; ``None``: all with relative motion.
+    detection : whether any contact is looked for: not by a scene that declares effects and none that needs them.
+    bodies, topics, detectors : name -> why it is needed.
+    pair_reasons : pair -> effects that ask about it.
+    not_built : declared kinds that this version does not compute.
+    not_run : kinds there are that this plan leaves out.
+    """
+
+    steps: Mapping[str, Step]
+    pairs: tuple[Pair, ...] | None
+    detection: bool
+    bodies: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    topics: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    detectors: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    pair_reasons: Mapping[Pair, tuple[str, ...]] = field(default_factory=dict)
+    not_built: tuple[str, ...] = ()
+    not_run: tuple[str, ...] = ()
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Kinds in running order: the declared ones and all they need."""
+        return tuple(self.steps)
+
+
+def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFECTS) -> Plan:
+    """Say what a scene calls for.
+
+    A scene without an effects table is audited: the plan asks for contacts. A scene that declares effects gets what
+    they need and no more: a titration makes no collision query.
+
+    Parameters
+    ----------
+    file : name of the scene in messages.
+    table : the effects there are.
+
+    Raises
+    ------
+    PlanError
+        An unknown effect, field, body or tag; the message has file, table, key and the nearest known name.
+    EffectError
+        A declared effect whose file cannot be loaded.
+    """
+    if scene.effects is None:
+        return Plan({}, scene.pairs, detection=True, not_run=effect_kinds(table))
+    declared, not_built = _declared(scene, file, table)
+    specs, because = _closure(declared, table)
+    inputs = {kind: _inputs(spec, declared.get(kind, ()), specs) for kind, spec in specs.items()}
+    order = _ordered(specs, inputs)
+    asked = _asked(order, declared, specs)
+    steps = {
+        kind: Step(specs[kind], declared.get(kind, ()), tuple(asked[kind]), inputs[kind], because[kind])
+        for kind in order
+    }
+    left = tuple(kind for kind in effect_kinds(table) if kind not in steps and kind not in not_built)
+    return _whole(scene, steps, not_built, left)
+
+
+def _declared(
+    scene: Scene, file: str, table: Mapping[str, str]
+) -> tuple[dict[str, tuple[Declaration, ...]], tuple[str, ...]]:
+    found: dict[str, tuple[Declaration, ...]] = {}
+    not_built: dict[str, None] = {}
+    known = effect_kinds(table)
+    for row, effect in enumerate(scene.effects or (), start=1):
+        if effect.kind in known:
+            spec = load_effect(effect.kind, table)
+            declaration = declare(effect, row, spec.fields, scene, file)
+            if spec.check is not None:
+                spec.check(declaration, scene)
+            found[effect.kind] = (*found.get(effect.kind, ()), declaration)
+        elif effect.kind in NOT_BUILT:
+            not_built[effect.kind] = None
+        else:
+            raise PlanError(f"{file}: [[effect]] {row}: no effect of kind {effect.kind!r}{nearest(effect.kind, known)}")
+    for kind in [kind for kind, declarations in found.items() if _lacks(kind, declarations, known, table)]:
+        not_built[kind] = None
+        del found[kind]
+    return found, tuple(not_built)
+
+
+def _lacks(kind: str, declared: tuple[Declaration, ...], known: tuple[str, ...], table: Mapping[str, str]) -> bool:
+    """Whether an effect needs, at any remove, one of the catalogue that this version does not compute."""
+    seen = {kind}
+    waiting = list(load_effect(kind, table).needed(declared))
+    while waiting:
+        one = waiting.pop()
+        if one in NOT_BUILT and one not in known:
+            return True
+        if one not in seen:
+            seen.add(one)
+            waiting += load_effect(one, table).needed(())
+    return False
+
+
+def _closure(
+    declared: Mapping[str, tuple[Declaration, ...]], table: Mapping[str, str]
+) -> tuple[dict[str, EffectSpec], dict[str, tuple[str, ...]]]:
+    specs: dict[str, EffectSpec] = {}
+    because: dict[str, tuple[str, ...]] = dict.fromkeys(declared, (DECLARED,))
+    waiting = list(declared)
+    while waiting:
+        kind = waiting.pop(0)
+        if kind in specs:
+            continue
+        specs[kind] = load_effect(kind, table)
+        for needed in specs[kind].needed(declared.get(kind, ())):
+            because[needed] = (*because.get(needed, ()), f"{kind} needs it")
+            waiting.append(needed)
+    return specs, because
+
+
+def _inputs(spec: EffectSpec, declared: tuple[Declaration, ...], specs: Mapping[str, EffectSpec]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys((*spec.needed(declared), *(kind for kind in spec.uses if kind in specs))))
+
+
+def _ordered(specs: Mapping[str, EffectSpec], inputs: Mapping[str, tuple[str, ...]]) -> tuple[str, ...]:
+    try:
+        return tuple(TopologicalSorter({kind: inputs[kind] for kind in sorted(specs)}).static_order())
+    except CycleError as error:
+        raise PlanError(f"effects need each other in a circle: {' -> '.join(error.args[1])}; break it") from error
+
+
+def _asked(
+    order: tuple[str, ...],
+    declared: Mapping[str, tuple[Declaration, ...]],
+    specs: Mapping[str, EffectSpec],
+) -> dict[str, dict[Pair, tuple[str, ...]]]:
+    """For each effect the pairs it speaks of, and who asks for each: its own tables, and the effects that need it."""
+    asked: dict[str, dict[Pair, tuple[str, ...]]] = {kind: {} for kind in order}
+    for kind in reversed(order):
+        for pair in _own_pairs(specs[kind], declared.get(kind, ())):
+            _ask(asked[kind], pair, (kind,))
+        for needed in specs[kind].needed(declared.get(kind, ())):
+            for pair, who in asked[kind].items():
+                _ask(asked[needed], pair, who)
+    return asked
+
+
+def _ask(asked: dict[Pair, tuple[str, ...]], pair: Pair, who: tuple[str, ...]) -> None:
+    known = pair if pair in asked or pair[::-1] not in asked else pair[::-1]
+    asked[known] = tuple(dict.fromkeys((*asked.get(known, ()), *who)))
+
+
+def _own_pairs(spec: EffectSpec, declared: tuple[Declaration, ...]) -> list[Pair]:
+    keys = [key for key, field in spec.fields.items() if field.kind == "pairs"]
+    return [pair for declaration in declared for key in keys for pair in declaration.pairs(key)]
+
+
+def _whole(scene: Scene, steps: Mapping[str, Step], not_built: tuple[str, ...], not_run: tuple[str, ...]) -> Plan:
+    pairs: dict[Pair, tuple[str, ...]] = {}
+    bodies: dict[str, tuple[str, ...]] = {}
+    topics: dict[str, tuple[str, ...]] = {}
+    detectors: dict[str, tuple[str, ...]] = {}
+    for pair in scene.pairs or ():
+        _ask(pairs, pair, ("the scene's own pairs",))
+    for kind, step in steps.items():
+        for topic in (POSES, *step.spec.reads):
+            topics[topic] = (*topics.get(topic, ()), kind)
+        for name in _named(step):
+            bodies[name] = tuple(dict.fromkeys((*bodies.get(name, ()), kind)))
+        if step.spec.detector:
+            detectors[step.spec.detector] = (*detectors.get(step.spec.detector, ()), kind)
+            for pair in step.pairs:
+                _ask(pairs, pair, (kind,))
+    return Plan(steps, tuple(pairs), bool(pairs), bodies, topics, detectors, pairs, not_built, not_run)
+
+
+def _named(step: Step) -> tuple[str, ...]:
+    """Bodies that the tables of an effect name."""
+    names = [name for pair in step.pairs for name in pair]
+    for declaration in step.declared:
+        for key, one in step.spec.fields.items():
+            if one.kind == "bodies":
+                names += declaration.bodies(key)
+            elif one.kind == "body" and declaration.body(key):
+                names.append(declaration.body(key))
+    return tuple(dict.fromkeys(names))

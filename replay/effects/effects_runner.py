@@ -1,0 +1,102 @@
+"""Runs the effects of a plan over one assembly, in order; each is timed and gets only what its spec names."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+from cdcore import Detection
+from replay.effects.effect_plan import Plan, Step
+from replay.effects.inputs import EffectInputs
+from replay.effects.output import EffectEvent, EffectOutput, Series
+from replay.effects.protocol import EffectSpec
+from replay.effects.spans import spans_of
+from replay.errors import EffectError
+from replay.prepare.assembly import Assembly
+from sessions import Session
+
+SKIPPED = "skipped"
+"""Name of the lane that shows when an effect did not run."""
+
+
+@dataclass(frozen=True, eq=False)
+class EffectRun:
+    """What one effect found and what it took.
+
+    Parameters
+    ----------
+    spec : the effect.
+    because : why it was in the plan.
+    output : events, series, lanes, liquids.
+    seconds : its time.
+    counters : its work.
+    frames, frames_run : frames of the run, and those in which its trigger was on.
+    """
+
+    spec: EffectSpec
+    because: tuple[str, ...]
+    output: EffectOutput
+    seconds: float
+    counters: Mapping[str, int]
+    frames: int
+    frames_run: int
+
+    @property
+    def events(self) -> tuple[EffectEvent, ...]:
+        """In order of time."""
+        return self.output.events
+
+    @property
+    def series(self) -> Mapping[str, Series]:
+        """Name -> quantity over time."""
+        return self.output.series
+
+
+def run_effects(
+    planned: Plan, session: Session, assembly: Assembly, detections: Mapping[str, Detection]
+) -> dict[str, EffectRun]:
+    """Run every effect of a plan; kind -> outcome, in running order.
+
+    Parameters
+    ----------
+    detections : name of a detector that a spec names -> the answer its effect reads.
+
+    Raises
+    ------
+    EffectError
+        The recording does not hold what a declared effect needs.
+    """
+    done: dict[str, EffectRun] = {}
+    for kind, step in planned.steps.items():
+        outputs = {name: done[name].output for name in step.inputs}
+        done[kind] = _run(step, frozenset(planned.bodies), session, assembly, detections, outputs)
+    return done
+
+
+def _run(
+    step: Step,
+    bodies: frozenset[str],
+    session: Session,
+    assembly: Assembly,
+    detections: Mapping[str, Detection],
+    outputs: Mapping[str, EffectOutput],
+) -> EffectRun:
+    spec, there = step.spec, frozenset(assembly.names)
+    pairs = tuple(pair for pair in step.pairs if there.issuperset(pair))
+    found = detections.get(spec.detector)
+    inputs = EffectInputs(
+        spec.kind, step.declared, pairs, session, assembly, bodies, spec.reads, found, outputs, Counter()
+    )
+    start = perf_counter()
+    output = spec.compute(inputs)
+    seconds = perf_counter() - start
+    frames = len(inputs)
+    if output.ran is not None and output.ran.shape != (frames,):
+        raise EffectError(f"effect {spec.kind!r} says it ran in {output.ran.shape} of {frames} frames; repair it")
+    run = frames if output.ran is None else int(output.ran.sum())
+    if output.ran is not None and run < frames:
+        skipped = tuple(inputs.shown(spans_of(~output.ran), SKIPPED))
+        output = replace(output, lanes={**output.lanes, SKIPPED: skipped})
+    return EffectRun(spec, step.because, output, seconds, dict(inputs.counters), frames, run)

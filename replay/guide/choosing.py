@@ -1,0 +1,40 @@
+"""The guide's table of detectors, written from the detectors themselves: ``python -m replay.guide.choosing``."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from typing import Any, Final
+
+BEGIN: Final = "<!-- begin of the table that choosing.py makes -->"
+END: Final = "<!-- end of the table that choosing.py makes -->"
+HEAD: Final = "| name | what it does | choose it when | it cannot |\n|---|---|---|---|"
+
+
+def choosing_table() -> str:
+    """Markdown: a row for each detector of the table, in its order."""
+    from cdcore.detectors import DETECTORS, load_detector
+
+    return "\n".join([HEAD, *(_row(name, load_detector(name)) for name in DETECTORS)])
+
+
+def with_table(text: str, table: str) -> str:
+    """A text with the table between its two marks; without them a ``ValueError``."""
+    pattern = re.compile(re.escape(BEGIN) + ".*?" + re.escape(END), re.DOTALL)
+    if not pattern.search(text):
+        raise ValueError(f"the text has no {BEGIN} and {END}; put both where the table belongs")
+    return pattern.sub(lambda _: f"{BEGIN}\n{table}\n{END}", text)
+
+
+def _row(name: str, detector: type[Any]) -> str:
+    paragraph = (inspect.getdoc(detector) or "").split("\n\n")[0]
+    what = " ".join(paragraph.split()).replace("``", "`").removesuffix(".")
+    cells = (what, getattr(detector, "choose_when", ""), getattr(detector, "cannot", ""))
+    return f"| `{name}` | " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+if __name__ == "__main__":
+    from replay.guide.pages import FOLDER
+
+    place = FOLDER / "detectors.md"
+    place.write_text(with_table(place.read_text("utf-8"), choosing_table()), encoding="utf-8")

@@ -1,0 +1,296 @@
+"""The layout: one tab per question, titles that are headlines, nothing on screen that is not data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import rerun as rr
+import rerun.blueprint as rrb
+from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
+
+from replay.base.constants import BUDGET_MS
+from replay.outputs.camera import Eye
+from replay.outputs.palette import BACKGROUND
+from replay.outputs.rerun_log.columns import FRAME, SESSION
+from replay.outputs.rerun_log.effects import EffectViews
+from replay.outputs.rerun_log.findings import finding_tab
+from replay.outputs.rerun_log.tradeoff import curve_tab
+from replay.outputs.words import LANE_LEGEND
+
+AROUND: Final = 0.6
+"""Seconds before and after the cursor in the lanes beside the close-up."""
+
+LANE_POINTS: Final = 40
+RULER_POINTS: Final = 64
+"""Heights of a lane, and of title and ruler together, in points: the viewer does not let us choose."""
+
+BOTTOM_POINTS: Final = 200
+"""Height of the timing plot and of the words about a miss."""
+
+BUDGET_SHOWN: Final = 0.25
+"""Share of the budget from which its line is in the plot of the audit."""
+
+EFFECT_PLOTS: Final = 5
+"""Plots of effects, one per unit; more would be too flat to read."""
+
+SCREEN_POINTS: Final = 980
+"""Height the tabs share on a 1080-line screen."""
+
+
+LANES_IN_VIEW: Final = 7
+"""Lanes beside the picture, the numbers included: at 40 points each, more would be cut off. All are in the next tab."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """Entities and words of one audited detector.
+
+    Parameters
+    ----------
+    label : its name; ``headline`` says what it missed.
+    lanes : paths of its lanes and the pair's column each speaks of, numbers (``None``) first.
+    longest : column of the pair of the longest cut that was missed, ``None`` without a miss.
+    listing, worst, note : list of misses, table of the worst, words on the current one.
+    clusters : list of clusters, ``""`` where the misses are few enough to be read one by one.
+    missed : root of pins and flags; ``faces`` names its red faces below each body, ``face_entities`` are their paths.
+    camera : entity whose pose is the close-up of the current miss, ``""`` when nothing was missed.
+    """
+
+    label: str
+    headline: str
+    lanes: Mapping[str, int | None]
+    longest: int | None
+    listing: str
+    clusters: str
+    worst: str
+    note: str
+    missed: str
+    faces: str
+    face_entities: tuple[str, ...]
+    camera: str
+
+
+def lanes_in_view(subject: Subject) -> list[str]:
+    """The numbers, the worst pairs, and the pair of the longest cut, on which the cursor stands first."""
+    lanes = list(subject.lanes)
+    shown = lanes[:LANES_IN_VIEW]
+    worst = [lane for lane in lanes[LANES_IN_VIEW:] if subject.lanes[lane] == subject.longest]
+    return [*shown[: LANES_IN_VIEW - len(worst)], *worst]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What the layout needs to know of a recording."""
+
+    title: str
+    eye: Eye
+    subjects: tuple[Subject, ...]
+    totals: tuple[str, ...]
+    """Timing entities of the totals of detectors that were timed frame by frame."""
+    stages: Mapping[str, tuple[str, ...]]
+    """Label -> timing entities of its stages."""
+    arrows: tuple[str, ...]
+    """Entities of the contact normals: in the recording, but not in the views, where they hide what they stand on."""
+    detector_lanes: bool
+    finding_lanes: tuple[str, ...] | None
+    """Lanes of poses in doubt; without any the findings are a list only; ``None``: the session was not examined."""
+    slowest_ms: float
+    """Milliseconds of the slowest look of all detectors."""
+    start: float
+    end: float
+    """Seconds at which the time axes start and end; left alone, the viewer shows one minute around the cursor."""
+    effects: EffectViews | None = None
+    tradeoff: bool = False
+    """Whether the curve is in the recording."""
+
+
+def build_blueprint(layout: Layout) -> rrb.Blueprint:
+    """The blueprint that is embedded in the recording; it opens on the tab that answers what was asked for."""
+    names = ["Audit", *(f"Audit: {subject.label}" for subject in layout.subjects[1:])]
+    tabs = [_audit(layout, *one) for one in zip(layout.subjects, names, strict=False)] or [_plain(layout)]
+    first = 0
+    if layout.tradeoff:
+        first = len(tabs)
+        tabs.append(curve_tab())
+    tabs.append(_costs(layout, "Time per frame" if layout.tradeoff else "What accuracy costs"))
+    if layout.effects is not None:
+        first = first if layout.subjects or layout.tradeoff else len(tabs)
+        tabs.append(_effects(layout, layout.effects))
+    if layout.detector_lanes:
+        tabs.append(_detectors(layout))
+    if layout.finding_lanes is not None:
+        tabs.append(finding_tab(layout.finding_lanes, _whole(layout)))
+    return rrb.Blueprint(
+        rrb.Tabs(*tabs, active_tab=first),
+        rrb.TimePanel(timeline=SESSION, state="collapsed", playback_speed=0.25, play_state="paused"),
+        rrb.SelectionPanel(state="hidden"),
+        rrb.BlueprintPanel(state="hidden"),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def _audit(layout: Layout, subject: Subject, name: str) -> Any:
+    lanes = lanes_in_view(subject)
+    lane_share = RULER_POINTS + LANE_POINTS * max(2, len(lanes))
+    shares = [max(300, SCREEN_POINTS - lane_share - BOTTOM_POINTS), lane_share, BOTTOM_POINTS]
+    beside = [_close_up(layout, subject)] if subject.camera else []
+    widths = [0.42, 0.26, 0.32] if beside else [0.66, 0.34]
+    pictures = rrb.Horizontal(_space(layout, subject), *beside, _words(subject), column_shares=widths)
+    rows = [pictures, _lanes(layout, subject, lanes)]
+    note = rrb.TextDocumentView(origin=f"/{subject.note}", name="The miss in the close-up")
+    bottom = [*([_timing(layout)] if layout.totals else []), *([note] if subject.camera else [])]
+    if bottom:
+        rows.append(rrb.Horizontal(*bottom, column_shares=[0.7, 0.3][: len(bottom)]))
+    return rrb.Vertical(*rows, row_shares=shares[: len(rows)], name=name)
+
+
+def _words(subject: Subject) -> Any:
+    lists = [_list(subject.listing, "All" if subject.clusters else subject.headline)]
+    if subject.clusters:
+        lists.insert(0, _list(subject.clusters, subject.headline))
+    worst = rrb.TextDocumentView(origin=f"/{subject.worst}", name="Longest cuts")
+    return rrb.Tabs(*lists, worst, _report(), active_tab=0)
+
+
+def _report() -> Any:
+    return rrb.TextDocumentView(origin="/report", contents=["/report"], name="Report")
+
+
+def _list(path: str, name: str) -> Any:
+    return rrb.TextLogView(
+        origin=f"/{path}",
+        name=name,
+        columns=rrb.TextLogColumns(
+            timeline_columns=[TimelineColumn(SESSION), TimelineColumn(FRAME, visible=False)],
+            text_log_columns=[TextLogColumn("body")],
+        ),
+        format_options=rrb.TextLogFormat(monospace_body=True),
+    )
+
+
+def _contents(layout: Layout, subject: Subject, *hidden: str) -> list[str]:
+    """Everything in space but arrows, what is ``hidden``, and what belongs to another audited detector."""
+    others = [one for one in layout.subjects if one is not subject]
+    foreign = [f"/{one.missed}/**" for one in others] + [f"/{path}" for one in others for path in one.face_entities]
+    arrows = [f"/{path}" for path in layout.arrows]
+    return ["/world/**", *(f"- {path}" for path in [*arrows, *hidden, *foreign])]
+
+
+def _space(layout: Layout, subject: Subject) -> Any:
+    name = f"Where: red dots are contacts missed by {subject.label}"
+    return _spatial(name, _contents(layout, subject, f"/{subject.missed}/eye"), _eye_controls(layout.eye))
+
+
+def _close_up(layout: Layout, subject: Subject) -> Any:
+    hidden = (f"/{subject.missed}/{part}" for part in ("pins", "numbers", "flag/**"))
+    controls = rrb.EyeControls3D(tracking_entity=f"/{subject.camera}")
+    return _spatial("Close-up: the miss nearest to the cursor", _contents(layout, subject, *hidden), controls)
+
+
+def _spatial(name: str, contents: list[str], controls: rrb.EyeControls3D) -> Any:
+    return rrb.Spatial3DView(
+        origin="/world",
+        contents=contents,
+        name=name,
+        eye_controls=controls,
+        background=rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor),
+        line_grid=rrb.LineGrid3D(visible=False),
+    )
+
+
+def _eye_controls(eye: Eye) -> rrb.EyeControls3D:
+    return rrb.EyeControls3D(
+        kind=rrb.Eye3DKind.Orbital, position=eye.position, look_target=eye.target, eye_up=(0.0, 1.0, 0.0)
+    )
+
+
+def _lanes(layout: Layout, subject: Subject, lanes: Sequence[str]) -> Any:
+    root = lanes[0].rpartition("/")[0]
+    name = f"When and which pair    {LANE_LEGEND.format(subject.label)}"
+    whole = rrb.StateTimelineView(
+        origin=f"/{root}", contents=[f"/{lane}" for lane in lanes], name=name, time_view=_whole(layout)
+    )
+    if len(lanes) < 2:
+        return whole
+    start, end = (rr.TimeRangeBoundary.cursor_relative(seconds=sign * AROUND) for sign in (-1, 1))
+    near = rrb.StateTimelineView(
+        origin=f"/{root}",
+        contents=[f"/{lane}" for lane in lanes[1:]],
+        name=f"{AROUND} s around the cursor",
+        time_view=rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end)),
+    )
+    return rrb.Horizontal(whole, near, column_shares=[0.7, 0.3])
+
+
+def _whole(layout: Layout) -> rrb.TimeAxis:
+    """The whole session, from side to side; zooming stays possible."""
+    start, end = (rr.TimeRangeBoundary.absolute(seconds=at) for at in (layout.start, layout.end))
+    return rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
+
+
+def _timing(layout: Layout) -> Any:
+    # A budget far above everything would press the curves to the floor: then the title says how far.
+    share = layout.slowest_ms / BUDGET_MS
+    budget = ["timing/budget"] if share > BUDGET_SHOWN else []
+    worst = f"worst {layout.slowest_ms:.2f}: {share:.0%} of a frame at 90 Hz ({BUDGET_MS:.1f} ms)"
+    high = 1.15 * max(layout.slowest_ms, BUDGET_MS if budget else 0.0)
+    name = f"Time per frame, ms    {worst}"
+    return _plot(layout, "/timing", name, [*budget, *layout.totals], axis_y=rrb.ScalarAxis(range=(0.0, high)))
+
+
+def _plain(layout: Layout) -> Any:
+    """Without anything to compare: the session, and what the one detector found."""
+    return rrb.Horizontal(_room(layout), _report(), column_shares=[0.7, 0.3], name="Session")
+
+
+def _room(layout: Layout) -> Any:
+    contents = ["/world/**", *(f"- /{path}" for path in layout.arrows)]
+    return _spatial(layout.title, contents, _eye_controls(layout.eye))
+
+
+def _plot(layout: Layout, origin: str, name: str, paths: Iterable[str], **more: Any) -> Any:
+    return rrb.TimeSeriesView(
+        origin=origin,
+        contents=[f"/{path}" for path in paths],
+        name=name,
+        axis_x=_whole(layout),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
+        **more,
+    )
+
+
+def _costs(layout: Layout, name: str) -> Any:
+    table = rrb.TextDocumentView(origin="/tradeoff/table", name="What each detector costs")
+    plots = [
+        _plot(layout, "/timing", f"{label}: ms per frame by stage", paths)
+        for label, paths in layout.stages.items()
+        if paths
+    ]
+    beside = [rrb.Vertical(*plots)] if plots else []
+    return rrb.Horizontal(*beside, table, column_shares=[0.62, 0.38] if plots else [1.0], name=name)
+
+
+def _effects(layout: Layout, views: EffectViews) -> Any:
+    """What happened in the room, when, and in numbers."""
+    rows: list[Any] = []
+    plots = list(views.plots.items())[:EFFECT_PLOTS]
+    shares = [SCREEN_POINTS / max(1, len(plots))] * len(plots)
+    if views.lanes:
+        # As high as its lanes, or the lower ones would be cut off; what is left is for the plots.
+        high = min(RULER_POINTS + LANE_POINTS * len(views.lanes), SCREEN_POINTS // 2)
+        shares = [high, *((SCREEN_POINTS - high) / len(plots) for _ in plots)]
+        lanes = [f"/{path}" for path in views.lanes]
+        rows.append(rrb.StateTimelineView(origin="/effects", contents=lanes, name="When", time_view=_whole(layout)))
+    rows += [_plot(layout, "/effects", unit or "numbers", paths) for unit, paths in plots]
+    words = rrb.TextLogView(origin="/effects", contents=[f"/{path}" for path in views.events], name="What happened")
+    left = rrb.Vertical(_room(layout), words, row_shares=[0.68, 0.32])
+    return rrb.Horizontal(left, *([rrb.Vertical(*rows, row_shares=shares)] if rows else []), name="Effects")
+
+
+def _detectors(layout: Layout) -> Any:
+    words = "What each detector said of each pair (no colour: CLEAR)"
+    lanes = rrb.StateTimelineView(origin="/detectors", name=words, time_view=_whole(layout))
+    return rrb.Horizontal(lanes, name="Detectors")

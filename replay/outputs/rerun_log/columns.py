@@ -1,0 +1,174 @@
+"""Sends rows to Rerun in columns. Their lengths are checked first: Rerun accepts wrong ones without an error."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import rerun as rr
+from numpy.typing import ArrayLike, NDArray
+
+from cdcore.numerics import FloatArray
+from replay.outputs.palette import Rgba
+from replay.prepare.assembly import Assembly
+
+SESSION: Final = "session"
+"""Timeline of the session's own time, a duration in nanoseconds since its first frame."""
+
+FRAME: Final = "frame"
+"""Timeline of frame numbers."""
+
+KEPT_FRAMES: Final = 324_000
+"""One hour at 90 Hz. A longer session is strided: poses, contacts and timings keep every k-th frame, and every frame
+near a miss; lanes, misses and lists stay exact."""
+
+KEPT_AROUND: Final = 1.0
+"""Seconds before and after a miss in which a strided recording keeps every frame."""
+
+
+@dataclass(frozen=True, eq=False)
+class Clock:
+    """Stamps of the frames, and which frames are drawn.
+
+    Parameters
+    ----------
+    ns : (T,) int64 nanoseconds since the first frame of the session.
+    kept : (K,) int64 increasing frame numbers that are drawn; all of them up to an hour.
+    """
+
+    ns: NDArray[np.int64]
+    kept: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, assembly: Assembly, whole: Iterable[tuple[float, float]] = (), limit: int = KEPT_FRAMES) -> Clock:
+        """The clock of an assembly; around the spans ``whole`` (seconds) every frame is kept."""
+        stamps, times = assembly.stamp_ns, assembly.motion.times
+        if not len(stamps):
+            return cls(np.zeros(0, np.int64), np.zeros(0, np.int64))
+        ns = stamps - stamps[0] + round(float(times[0]) * 1e9)
+        stride = -(-len(ns) // limit)
+        keep = np.arange(len(ns)) % stride == 0
+        if stride > 1:
+            spans = np.array(list(whole), dtype=np.float64).reshape(-1, 2) + np.array([-KEPT_AROUND, KEPT_AROUND])
+            first, last = np.searchsorted(times, spans[:, 0]), np.searchsorted(times, spans[:, 1], side="right")
+            # With misses everywhere nothing would be strided: the first ones keep their frames, up to two limits.
+            near = int((np.cumsum(last - first) <= 2 * limit).sum())
+            for begin, end in zip(first[:near], last[:near], strict=True):
+                keep[begin:end] = True
+        return cls(ns, np.flatnonzero(keep))
+
+    def frame_at(self, seconds: float) -> int:
+        """First frame at or after a time, the last one if there is none."""
+        return min(int(np.searchsorted(self.ns, round(seconds * 1e9))), len(self.ns) - 1)
+
+    def index(self, frames: ArrayLike) -> list[rr.TimeColumn]:
+        """Both timelines for rows at these frames."""
+        rows = np.asarray(frames, dtype=np.int64)
+        return [on_session(self.ns[rows]), rr.TimeColumn(FRAME, sequence=rows)]
+
+
+def on_session(ns: NDArray[np.int64]) -> rr.TimeColumn:
+    """The session timeline at these nanoseconds."""
+    return rr.TimeColumn(SESSION, duration=ns.astype("timedelta64[ns]"))
+
+
+def packed(colours: Iterable[Rgba]) -> NDArray[np.uint32]:
+    """Colours as 0xRRGGBBAA, (n,) uint32: Rerun takes Python integers for floats in some places."""
+    return np.array([(r << 24) | (g << 16) | (b << 8) | a for r, g, b, a in colours], dtype=np.uint32)
+
+
+def pose_columns(translations: FloatArray, rotations: FloatArray) -> rr.ComponentColumnList:
+    """Poses as Rerun takes them: (n, 3) and (n, 3, 3), column convention."""
+    turns = quaternions_xyzw(rotations).astype(np.float32)
+    return rr.Transform3D.columns(translation=np.asarray(translations, dtype=np.float32), quaternion=turns)
+
+
+def quaternions_xyzw(rotations: FloatArray) -> FloatArray:
+    """Unit quaternions (n, 4), w >= 0, of rotation matrices (n, 3, 3), column convention; accurate for each of them.
+
+    Source: Shepperd, "Quaternion from rotation matrix", Journal of Guidance and Control 1 (1978): of the four squares
+    4x^2, 4y^2, 4z^2, 4w^2, which sum to 4, the largest is at least 1 and is divided by.
+    """
+    r = np.asarray(rotations, dtype=np.float64)
+    outer = np.empty((len(r), 4, 4))  # outer[:, i, j] = 4 q_i q_j
+    outer[:, :3, :3] = r + r.transpose(0, 2, 1)
+    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
+        outer[:, i, 3] = outer[:, 3, i] = r[:, k, j] - r[:, j, k]
+    for i, (x, y, z) in enumerate(((1, -1, -1), (-1, 1, -1), (-1, -1, 1), (1, 1, 1))):
+        outer[:, i, i] = 1 + x * r[:, 0, 0] + y * r[:, 1, 1] + z * r[:, 2, 2]
+    largest = np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)
+    row = outer[np.arange(len(r)), largest]
+    q: FloatArray = row / np.linalg.norm(row, axis=1, keepdims=True)
+    return np.where(q[:, 3:] < 0, -q, q)
+
+
+def entity(*parts: str) -> str:
+    """Entity path of these parts, without a leading slash; punctuation in a part is escaped."""
+    return rr.new_entity_path(list(parts)).removeprefix("/")
+
+
+def ragged(columns: rr.ComponentColumnList, counts: ArrayLike) -> rr.ComponentColumnList:
+    """Give ``counts[k]`` consecutive values to row k.
+
+    Raises
+    ------
+    AssertionError
+        The counts do not add up to the values there are: Rerun would shift every row after the error without a word.
+    """
+    lengths = np.asarray(counts, dtype=np.int64)
+    for column in columns:
+        values = len(column.component_batch.as_arrow_array())
+        assert int(lengths.sum()) == values, f"{int(lengths.sum())} values announced, {values} given"
+    return columns.partition(lengths)
+
+
+class RecordingWriter:
+    """A Rerun stream and the clock of its rows. Every error raises; Rerun alone would only log it."""
+
+    def __init__(self, stream: rr.RecordingStream, clock: Clock) -> None:
+        self.stream = stream
+        self.clock = clock
+
+    def static(self, path: str, *archetypes: rr.AsComponents) -> None:
+        """Log what holds at all times."""
+        for archetype in archetypes:
+            self.stream.log(path, archetype, static=True, strict=True)
+
+    def markdown(self, path: str, text: str) -> None:
+        """Log words that stand at all times."""
+        self.static(path, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN))
+
+    def rows(
+        self, path: str, frames: ArrayLike, columns: rr.ComponentColumnList, counts: ArrayLike | None = None
+    ) -> None:
+        """Send one row per frame on both timelines; with ``counts`` a row holds several values."""
+        self._send(path, self.clock.index(frames), columns, counts)
+
+    def rows_later(
+        self,
+        path: str,
+        frames: ArrayLike,
+        later: ArrayLike,
+        columns: rr.ComponentColumnList,
+        counts: ArrayLike | None = None,
+    ) -> None:
+        """Send one row per frame, ``later`` nanoseconds after it on the session timeline."""
+        rows = np.asarray(frames, dtype=np.int64)
+        ns = self.clock.ns[rows] + np.asarray(later, dtype=np.int64)
+        self._send(path, [on_session(ns), rr.TimeColumn(FRAME, sequence=rows)], columns, counts)
+
+    def session_rows(
+        self, path: str, ns: NDArray[np.int64], columns: rr.ComponentColumnList, counts: ArrayLike | None = None
+    ) -> None:
+        """Send rows on the session timeline alone, at any nanosecond."""
+        self._send(path, [on_session(ns)], columns, counts)
+
+    def _send(
+        self, path: str, index: Sequence[rr.TimeColumn], columns: rr.ComponentColumnList, counts: ArrayLike | None
+    ) -> None:
+        if not len(columns):
+            raise ValueError(f"no columns for {path}; Rerun dropped the values it was given")
+        if len(index[0].as_arrow_array()):
+            self.stream.send_columns(path, index, columns if counts is None else ragged(columns, counts), strict=True)

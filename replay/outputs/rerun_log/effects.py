@@ -1,0 +1,147 @@
+"""Effects in the picture: a plot per series, a lane per state, words per event, markers and liquids in the room."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+
+from replay.effects.effects_runner import SKIPPED, EffectRun
+from replay.effects.output import EffectEvent, FloatArray, LaneSpan, Liquid, Series
+from replay.outputs.palette import FAINT, SERIES, Rgba
+from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
+from replay.outputs.rerun_log.lanes import send_lane
+from replay.outputs.rerun_log.world import body_path
+
+ROOT: Final = "effects"
+
+MARKERS: Final = 100
+"""Markers per effect at most, the first ones: more would hide the bench."""
+
+MARKER_M: Final = 0.006
+"""Radius of a marker."""
+
+LEVEL_WORDS: Final = {"info": "INFO", "warning": "WARN", "error": "ERROR"}
+
+UPRIGHT_XYZW: Final = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
+"""Turns a cylinder of Rerun, which stands along Z, so that it stands along the body's Y."""
+
+
+@dataclass(frozen=True)
+class EffectViews:
+    """Entities of the effects' tab.
+
+    Parameters
+    ----------
+    plots : unit -> entities of its series.
+    lanes : entities of lanes.
+    events : entities of words.
+    """
+
+    plots: Mapping[str, tuple[str, ...]]
+    lanes: tuple[str, ...]
+    events: tuple[str, ...]
+
+
+def effect_views(effects: Mapping[str, EffectRun]) -> EffectViews:
+    """What there is to lay out."""
+    plots: dict[str, tuple[str, ...]] = {}
+    lanes: list[str] = []
+    for kind, run in effects.items():
+        for name, series in run.series.items():
+            plots[series.unit] = (*plots.get(series.unit, ()), series_path(kind, name))
+        lanes += [lane_path(kind, name) for name in run.output.lanes]
+    return EffectViews(plots, tuple(lanes), tuple(events_path(kind) for kind, run in effects.items() if run.events))
+
+
+def series_path(kind: str, name: str) -> str:
+    """``effects/<kind>/<name>``, where a slash in the name makes a folder."""
+    return entity(ROOT, kind, *name.split("/"))
+
+
+def lane_path(kind: str, name: str) -> str:
+    """``effects/<kind>/lanes/<name>``."""
+    return entity(ROOT, kind, "lanes", name)
+
+
+def events_path(kind: str) -> str:
+    """``effects/<kind>/events``."""
+    return entity(ROOT, kind, "events")
+
+
+def log_effects(writer: RecordingWriter, effects: Mapping[str, EffectRun]) -> None:
+    """Send everything of every effect of the plan; an effect that did not run has no entity."""
+    number = 0
+    for kind, run in effects.items():
+        for name, series in run.series.items():
+            _log_series(writer, series_path(kind, name), name, series, number)
+            number += 1
+        for name, spans in run.output.lanes.items():
+            _log_lane(writer, lane_path(kind, name), spans)
+        _log_events(writer, events_path(kind), run.events)
+        _log_markers(writer, kind, run.events)
+    for body, liquid in _drawn(effects).items():
+        _log_liquid(writer, f"{body_path(body)}/liquid", liquid)
+
+
+def _drawn(effects: Mapping[str, EffectRun]) -> dict[str, Liquid]:
+    """One liquid per vessel: that of the effect that ran last, which knows most of it (its colour, what fell out)."""
+    return {body: liquid for run in effects.values() for body, liquid in run.output.liquids.items()}
+
+
+def _log_series(writer: RecordingWriter, path: str, title: str, series: Series, number: int) -> None:
+    writer.static(path, rr.SeriesLines(names=title, colors=packed([SERIES[number % len(SERIES)]])))
+    writer.session_rows(path, _ns(series.times), rr.Scalars.columns(scalars=series.values))
+
+
+def _log_lane(writer: RecordingWriter, path: str, spans: Sequence[LaneSpan]) -> None:
+    stamps = np.array([round(time * 1e9) for span in spans for time in (span.start, span.end)], dtype=np.int64)
+    words = list(dict.fromkeys(span.word for span in spans))
+    colours: list[tuple[str, Rgba]] = [
+        (word, FAINT if word == SKIPPED else SERIES[k % len(SERIES)]) for k, word in enumerate(words)
+    ]
+    send_lane(writer, path, stamps, [word for span in spans for word in (span.word, "")], colours)
+
+
+def _log_events(writer: RecordingWriter, path: str, events: Sequence[EffectEvent]) -> None:
+    if events:
+        columns = rr.TextLog.columns(
+            text=[event.text for event in events], level=[LEVEL_WORDS[event.level] for event in events]
+        )
+        writer.session_rows(path, _ns(np.array([event.time for event in events])), columns)
+
+
+def _log_markers(writer: RecordingWriter, kind: str, events: Sequence[EffectEvent]) -> None:
+    """A dot with words from the event on, for every event with a place that somebody should mind."""
+    shown = [(event.point, event) for event in events if event.point is not None and event.level != "info"]
+    for number, (point, event) in enumerate(shown[:MARKERS], start=1):
+        columns = rr.Points3D.columns(
+            positions=[point], radii=[MARKER_M], labels=[event.text],
+            colors=packed([SERIES[1] if event.level == "error" else SERIES[4]]),
+        )  # fmt: skip
+        writer.session_rows(entity("world", ROOT, kind, str(number)), _ns(np.array([event.time])), columns)
+
+
+def _log_liquid(writer: RecordingWriter, path: str, liquid: Liquid) -> None:
+    count, height = len(liquid.times), np.maximum(0.0, liquid.level - liquid.floor)
+    centre = np.zeros((count, 3))
+    centre[:, 1] = liquid.floor + height / 2
+    colour = liquid.rgba.copy()
+    colour[height <= 0.0, 3] = 0
+    columns = rr.Cylinders3D.columns(
+        lengths=np.maximum(height, 1e-6).astype(np.float32),
+        radii=np.full(count, liquid.radius, dtype=np.float32),
+        centers=centre.astype(np.float32),
+        quaternions=np.tile(np.array(UPRIGHT_XYZW, dtype=np.float32), (count, 1)),
+        colors=packed([(r, g, b, a) for r, g, b, a in colour.tolist()]),
+        fill_mode=["Solid"] * count,
+    )
+    writer.session_rows(path, _ns(liquid.times), columns)
+
+
+def _ns(times: FloatArray) -> NDArray[np.int64]:
+    return np.round(times * 1e9).astype(np.int64)

@@ -1,0 +1,226 @@
+"""Writes a run as a Rerun recording: everything is computed first and sent in columns, never frame by frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+from uuid import uuid4
+
+import numpy as np
+import rerun as rr
+
+from cdcore.numerics import FloatArray
+from cdcore.protocol import counts_as_contact
+from replay.comparison.clusters import MANY, by_depth
+from replay.outputs.camera import Eye, overview
+from replay.outputs.lanes import number_boxes, ranked_pairs
+from replay.outputs.materials import is_ghost, tags_of
+from replay.outputs.rerun_log.blueprint import Layout, Subject, build_blueprint
+from replay.outputs.rerun_log.columns import Clock, RecordingWriter, entity
+from replay.outputs.rerun_log.contacts import contacts_path, log_contacts
+from replay.outputs.rerun_log.effects import effect_views, log_effects
+from replay.outputs.rerun_log.findings import finding_lanes, log_findings
+from replay.outputs.rerun_log.focus import eyes_of, focus, log_eye, log_miss_table
+from replay.outputs.rerun_log.lanes import audit_lanes, log_audit_lanes, log_detector_lanes
+from replay.outputs.rerun_log.missed import log_missed_faces, log_pins
+from replay.outputs.rerun_log.report import log_cluster_list, log_missed_list, log_notes, log_report, log_worst
+from replay.outputs.rerun_log.timing import TOTAL, cost_of, cost_text, log_timing, stage_path
+from replay.outputs.rerun_log.tradeoff import log_tradeoff
+from replay.outputs.rerun_log.world import body_path, log_touches, log_world
+from replay.pipeline.headline import headline
+from replay.pipeline.run_result import RunResult
+
+APPLICATION: Final = "vrlab-replay"
+
+DETECTOR_LANES: Final = 40
+"""Pairs with lanes per detector at most: beyond it nobody scrolls, and every lane costs the viewer a row."""
+
+CLUSTER_ANGLE: Final = 0.11
+"""Pins nearer to each other than this share of the overview's distance share their numbers: words would overlap."""
+
+SMALL: Final = 0.5
+"""Metres: the overview frames bodies up to this size; a bench would push the glasses into a corner."""
+
+TABLE: Final = "tradeoff/table"
+
+
+def write_recording(result: RunResult, path: Path) -> None:
+    """Write the picture of a run.
+
+    The application id is new for every recording, because a viewer keeps the first layout it meets per application.
+    The file appears under its name when it is complete. Above one hour at 90 Hz poses, contacts and timings are
+    strided except near misses (see ``columns.KEPT_FRAMES``); lanes and misses never are.
+
+    Parameters
+    ----------
+    result : the run; ``comparisons`` may be empty.
+    path : the ``.rrd`` to write; its folder exists.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+    """
+    spans = [(miss.start, miss.end) for misses in result.misses.values() for miss in misses]
+    clock = Clock.of(result.assembly, spans)
+    subjects = [_subject(result, label, k) for k, label in enumerate(result.comparisons)]
+    partial = path.with_name(f"{path.stem}.{uuid4().hex[:8]}.partial.rrd")
+    try:
+        stream = rr.RecordingStream(f"{APPLICATION}-{uuid4().hex}", recording_id=uuid4())
+        try:
+            writer = RecordingWriter(stream, clock)
+            stream.save(partial, default_blueprint=build_blueprint(_layout(result, subjects)))
+            stream.send_recording_name(result.session.scene.name or "Session")
+            _log_all(writer, result, subjects)
+        finally:
+            stream.disconnect()
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _subject(result: RunResult, label: str, number: int) -> Subject:
+    """Entities of the n-th audited detector: the first one's are those of the format, others have their own folder."""
+    words, space = (entity("report"), entity("world", "missed"))
+    lanes, faces = "lanes", "missed_faces"
+    if number:
+        words, space = entity("audit", label), entity("world", f"missed_by_{label}")
+        lanes, faces = entity("audit", label, "lanes"), entity(f"missed_faces_by_{label}")
+    misses = by_depth(result.misses.get(label, ()))
+    return Subject(
+        label=label,
+        headline=headline(result, label),
+        lanes=audit_lanes(lanes, result.assembly, result.comparisons[label]),
+        longest=misses[0].pair if misses else None,
+        listing=f"{words}/missed",
+        clusters=f"{words}/clusters" if len(misses) > MANY else "",
+        worst=f"{words}/longest_cuts",
+        note=f"{words}/nearest_miss",
+        missed=space,
+        faces=faces,
+        face_entities=tuple(f"{body_path(body.name)}/{faces}" for body in result.assembly.bodies),
+        camera=f"{space}/eye" if misses else "",
+    )
+
+
+def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subject]) -> None:
+    assembly, scene = result.assembly, result.session.scene
+    log_world(writer, assembly, scene)
+    log_touches(writer, assembly, [miss for misses in result.misses.values() for miss in misses])
+    for label, detection in result.detections.items():
+        against = result.comparisons.get(label if label != result.oracle else _first(result))
+        log_contacts(writer, label, assembly, detection, against, curves=label == result.oracle or not result.oracle)
+    eye = _eye(result)
+    reach = CLUSTER_ANGLE * float(np.linalg.norm(np.subtract(eye.position, eye.target)))
+    for subject in subjects:
+        _log_subject(writer, result, subject, reach)
+    log_detector_lanes(writer, "detectors", assembly, result.detections, _spoken_of(result))
+    remarks = {subject.label: _remark(result, subject.label) for subject in subjects}
+    log_timing(writer, result.detections, remarks)
+    writer.markdown(TABLE, cost_text(result.detections, remarks))
+    if result.tradeoff is not None:
+        log_tradeoff(writer, result.tradeoff)
+    log_effects(writer, result.effects)
+    log_report(writer, "report", result)
+    log_findings(writer, result)
+
+
+def _log_subject(writer: RecordingWriter, result: RunResult, subject: Subject, reach: float) -> None:
+    assembly, misses = result.assembly, result.misses.get(subject.label, ())
+    oracle = result.detections[result.oracle]
+    log_audit_lanes(writer, subject.lanes, result.comparisons[subject.label], misses)
+    log_missed_faces(writer, subject.faces, assembly, oracle, misses)
+    log_pins(writer, subject.missed, misses, reach)
+    log_missed_list(writer, subject.listing, misses, f"nothing missed by {subject.label}")
+    log_cluster_list(writer, subject.clusters, misses)
+    log_worst(writer, subject.worst, subject.label, misses)
+    log_miss_table(writer, f"{subject.missed}/table", misses)
+    if misses:
+        shown = focus(misses)
+        log_eye(writer, subject.camera, shown, eyes_of(assembly, result.session.scene, misses))
+        log_notes(writer, subject.note, shown, result, subject.label)
+
+
+def _first(result: RunResult) -> str:
+    """The first audited detector: the one whose misses the contacts of the oracle are coloured by."""
+    return next(iter(result.comparisons), "")
+
+
+def _remark(result: RunResult, label: str) -> str:
+    misses = result.misses.get(label, ())
+    contacts = len(result.episodes.get(result.oracle, ()))
+    return f"misses in {len({miss.episode for miss in misses})} of {contacts} contacts"
+
+
+def _spoken_of(result: RunResult) -> list[int]:
+    """Columns with lanes per detector: those with audit lanes, or without an audit those anyone calls contact."""
+    ranked: dict[int, None] = {}
+    for comparison in result.comparisons.values():
+        ranked.update(dict.fromkeys(ranked_pairs(comparison, result.assembly.held)))
+    for detection in result.detections.values():
+        ranked.update(dict.fromkeys(np.flatnonzero(counts_as_contact(detection.verdict).any(axis=0)).tolist()))
+    return list(ranked)[:DETECTOR_LANES]
+
+
+def _layout(result: RunResult, subjects: Sequence[Subject]) -> Layout:
+    costs = {label: cost_of(detection) for label, detection in result.detections.items()}
+    timed = {label: cost.per_frame for label, cost in costs.items() if cost.per_frame is not None}
+    name = result.session.scene.name or "Session"
+    return Layout(
+        title=name,
+        eye=_eye(result),
+        subjects=tuple(subjects),
+        totals=tuple(stage_path(label, TOTAL) for label in result.detections) if timed else (),
+        stages={label: tuple(stage_path(label, stage) for stage in cost.stages) for label, cost in costs.items()},
+        arrows=tuple(f"{contacts_path(label)}/normals" for label in result.detections),
+        detector_lanes=bool(_spoken_of(result)),
+        finding_lanes=finding_lanes(result),
+        slowest_ms=max((float(value.max()) for value in timed.values() if len(value)), default=0.0),
+        start=float(result.assembly.motion.times[0]) if len(result.assembly.motion) else 0.0,
+        end=_end(result),
+        tradeoff=result.tradeoff is not None,
+        effects=effect_views(result.effects) if result.effects else None,
+    )
+
+
+def _end(result: RunResult) -> float:
+    """Seconds at which the time axes end: the last frame, or the last number if it was widened beyond."""
+    times = result.assembly.motion.times
+    last = float(times[-1]) if len(times) else 1.0
+    boxes = [box for misses in result.misses.values() for box in number_boxes(misses, round(last * 1e9))]
+    return max([last, *(end / 1e9 for _, _, end in boxes)])
+
+
+def _eye(result: RunResult) -> Eye:
+    """The overview: misses where there are any, else places where bodies in contact were."""
+    points = [miss.point for misses in result.misses.values() for miss in misses]
+    frame = next((miss.deepest for misses in result.misses.values() for miss in misses), 0)
+    return overview(result.assembly, result.session.scene, _places(result, points), frame)
+
+
+def _places(result: RunResult, misses: Sequence[tuple[float, float, float]]) -> FloatArray:
+    """World points that the overview shall hold: misses, and movable bodies at their contacts."""
+    assembly, points = result.assembly, [np.array(misses, dtype=np.float64).reshape(-1, 3)]
+    trusted = result.detections.get(result.oracle) or next(iter(result.detections.values()), None)
+    if trusted is None:
+        return points[0]
+    contact = counts_as_contact(trusted.verdict)
+    names, scene = assembly.names, result.session.scene
+    for column, bodies in enumerate(assembly.pairs.tolist()):
+        frames = np.flatnonzero(contact[:, column])
+        frames = frames[:: max(1, len(frames) // 200)]
+        for body in bodies:
+            corners = _corners(assembly.bodies[body].mesh.vertices)
+            if len(frames) and np.ptp(corners, axis=0).max() < SMALL and not is_ghost(tags_of(names[body], scene)):
+                turns, places = assembly.motion.rotations[frames, body], assembly.motion.translations[frames, body]
+                points.append((np.einsum("fij,kj->fki", turns, corners) + places[:, None]).reshape(-1, 3))
+    return np.concatenate(points)
+
+
+def _corners(vertices: FloatArray) -> FloatArray:
+    """The eight corners of the box around vertices."""
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    corners: FloatArray = np.where(grid == 1, high, low)
+    return corners

@@ -1,0 +1,162 @@
+"""Words beside the picture: a headline that says what was missed, the numbered list, a note on the current miss."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+import rerun as rr
+
+from replay.base.constants import CAVEAT
+from replay.comparison.clusters import MANY, Cluster, clusters, seen_and_between
+from replay.comparison.misses import NEVER_FOUND
+from replay.comparison.outcome import Miss
+from replay.effects.effect_summary import happened_words
+from replay.outputs.palette import MISSED, PARTLY_MISSED, WHITE
+from replay.outputs.rerun_log.columns import RecordingWriter, packed
+from replay.outputs.rerun_log.focus import Focus, moments
+from replay.outputs.rerun_log.markdown import markdown
+from replay.outputs.run_tables import cluster_table, miss_table
+from replay.outputs.tables import table
+from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, depth_words
+from replay.pipeline.headline import headline, invented
+from replay.pipeline.run_result import RunResult
+
+WORST: Final = MANY
+"""Misses in the table of the worst; the list beside it has all."""
+
+
+def log_missed_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], empty: str) -> None:
+    """Send one line per miss at its deepest frame: a click on it moves the cursor to where there is most to see."""
+    if not misses:
+        line = rr.TextLog.columns(text=[empty], level=["none"], color=packed([WHITE]))
+        writer.rows(path, [0], line)
+        return
+    width = max(len(f"{miss.body_a}-{miss.body_b}") for miss in misses)
+    digits = len(str(max(miss.number for miss in misses)))
+    lines = {one.number: (_line(one, width, digits), one.kind, one.kind == NEVER_FOUND) for one in misses}
+    _log_lines(writer, path, misses, lines)
+
+
+def _log_lines(
+    writer: RecordingWriter, path: str, misses: Sequence[Miss], lines: Mapping[int, tuple[str, str, bool]]
+) -> None:
+    """Send lines where the cursor meets their misses: number -> words, level, whether the contact was never found."""
+    at = moments(misses)
+    numbers = sorted(lines, key=lambda number: at[number])
+    texts, levels, whole = zip(*(lines[number] for number in numbers), strict=True)
+    colours = packed(MISSED if one else PARTLY_MISSED for one in whole)
+    columns = rr.TextLog.columns(text=texts, level=[level.replace(" ", "_") for level in levels], color=colours)
+    frames, later = np.array([at[number] for number in numbers]).T
+    writer.rows_later(path, frames, later, columns)
+
+
+def _line(miss: Miss, width: int, digits: int) -> str:
+    name = f"{miss.body_a}-{miss.body_b}"
+    frames = miss.last - miss.first + 1
+    depth = depth_words(miss, " mm", 5)
+    return f"{miss.number:>{digits}}  {miss.seconds:7.2f} s {frames:4} fr  {name:<{width}}  {miss.kind:<11}  {depth}"
+
+
+def log_notes(writer: RecordingWriter, path: str, shown: Sequence[Focus], result: RunResult, label: str) -> None:
+    """Send what is to be said about the miss in the close-up, a row where it changes."""
+    count, contacts = len(result.misses[label]), len(result.episodes[result.oracle])
+    texts = [_note(one.miss, count, contacts, label, result.oracle) for one in shown]
+    columns = rr.TextDocument.columns(text=texts, media_type=["text/markdown"] * len(texts))
+    writer.rows_later(path, [one.frame for one in shown], [one.later for one in shown], columns)
+
+
+def _note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:
+    frames = miss.last - miss.first + 1
+    found = f"{oracle}: **CONTACT**, {miss.face_pairs} face pairs, cut {miss.cut_length * 1e3:.1f} mm"
+    if miss.touch is not None:
+        before, (a, b) = miss.touch.frame, miss.touch.faces
+        found = (
+            f"{oracle}: **CONTACT** between frames {before} and {before + 1}, from {miss.touch.moment:.6f} s; "
+            f"no frame shows it\n- first faces {a} of {miss.body_a} and {b} of {miss.body_b}, shown where they touch"
+        )
+    return (
+        f"#### Miss {miss.number} of {count}: {miss.body_a}-{miss.body_b}\n\n"
+        f"**{miss.seconds:.3f} s**, {frames} frame{'s' * (frames > 1)} ({miss.first} to {miss.last}), "
+        f"contact {miss.episode} of {contacts}\n\n"
+        f"- {found}\n"
+        f"- {label}: **{miss.kind}** ({miss.cause})\n\n"
+        f"`replay view RUN --miss {miss.number}`"
+    )
+
+
+def log_report(writer: RecordingWriter, path: str, result: RunResult) -> None:
+    """Send the report: what was replayed, what each detector missed and took."""
+    writer.markdown(path, report_text(result))
+
+
+def report_text(result: RunResult) -> str:
+    """The report in Markdown."""
+    assembly, scene = result.assembly, result.session.scene
+    times = assembly.motion.times
+    span = float(times[-1] - times[0]) if len(times) else 0.0
+    parts = [
+        f"# {scene.name or 'Session'}",
+        f"{span:.1f} s, {len(times):,} frames, {len(assembly.bodies)} bodies, {len(assembly.pairs)} pairs.",
+    ]
+    parts += [f"**{headline(result, label)}.**" for label in result.comparisons]
+    parts += invented(result)
+    if not result.detections:
+        parts += [f"- {line}" for line in happened_words(result.effects, WORST)]
+    parts.append(_outcome_table(result))
+    if assembly.proxies:
+        parts.append(f"Proxy meshes stand in for: {', '.join(assembly.proxies)}.")
+    if assembly.left_out:
+        parts.append(f"Without a mesh, so not examined: {', '.join(assembly.left_out)}.")
+    if bool(assembly.held.any()):
+        held = [assembly.pair_name(int(k)) for k in np.flatnonzero(assembly.held)]
+        parts.append(f"Held, listed apart: {', '.join(held)}.")
+    parts += [f"- {note}" for note in assembly.notes]
+    return "\n\n".join([*parts, f"*{CAVEAT}*"])
+
+
+def _outcome_table(result: RunResult) -> str:
+    if not result.comparisons:
+        return f"Detectors: {', '.join(result.detections)}." if result.detections else f"{NOT_LOOKED_FOR}."
+    head = (f"pair-frames against {result.oracle}", *(OUTCOME_WORDS[kind].lower() for kind in FRAME_ROWS))
+    rows = [(label, *(one.count(kind) for kind in FRAME_ROWS)) for label, one in result.comparisons.items()]
+    return markdown(table("", head, rows))
+
+
+def log_worst(writer: RecordingWriter, path: str, label: str, misses: Sequence[Miss]) -> None:
+    """Send the misses with the longest cuts, deepest first, then those that no frame shows, in order of time."""
+    seen, between = seen_and_between(misses)
+    tables = [cluster_table(label, misses).only(*CLUSTER_HEAD)] if len(misses) > MANY else []
+    if seen:
+        title = f"The {len(seen[:WORST])} longest cuts of {len(seen)} misses"
+        tables.append(miss_table(title, seen[:WORST]).only(*MISS_HEAD, "frames", "cut mm", "face pairs"))
+    if between:
+        made = miss_table(f"{len(between)} missed between frames", between[:WORST]).only(*MISS_HEAD, "after frame")
+        tables.append(made.titled(made.title, "No frame shows them, so they have no depth."))
+    text = "\n\n".join(markdown(one, level=3) for one in tables) or "### Nothing missed"
+    writer.markdown(path, text)
+
+
+MISS_HEAD: Final = ("miss", "at s", "pair", "what")
+CLUSTER_HEAD: Final = ("pair", "misses", "frames", "s", "miss", "deepest cut mm")
+
+
+def log_cluster_list(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
+    """Send one line per cluster at its deepest moment, where there are too many misses for a line each."""
+    if len(misses) <= MANY:
+        return
+    found = clusters(misses)
+    width = max(len(f"{cluster.deepest.body_a}-{cluster.deepest.body_b}") for cluster in found)
+    lines = {
+        one.deepest.number: (_cluster_line(one, width), "cluster", all(miss.kind == NEVER_FOUND for miss in one.misses))
+        for one in found
+    }
+    _log_lines(writer, path, misses, lines)
+
+
+def _cluster_line(cluster: Cluster, width: int) -> str:
+    one, (start, end) = cluster.deepest, cluster.span
+    name = f"{one.body_a}-{one.body_b}"
+    depth = depth_words(one, " mm", 5)
+    return f"{len(cluster.misses):>4} x {name:<{width}}  {start:6.1f} to {end:6.1f} s  {depth}  (miss {one.number})"

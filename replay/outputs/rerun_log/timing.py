@@ -1,0 +1,136 @@
+"""What each detector cost: milliseconds per frame where it works frame by frame, a mean where it takes all at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import rerun as rr
+
+from cdcore import Detection
+from cdcore.numerics import FloatArray
+from replay.base.constants import BUDGET_MS
+from replay.outputs.palette import BUDGET, SERIES, Rgba
+from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
+from replay.outputs.rerun_log.markdown import markdown
+from replay.outputs.tables import table
+
+TOTAL: Final = "1_total"
+"""Stage name of the sum; the number sorts it first."""
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a detector took.
+
+    Parameters
+    ----------
+    stages : stage -> milliseconds per frame, mean over all frames.
+    per_frame : (L,) milliseconds of the frames it looked at, or ``None`` if it took the whole motion at once.
+    """
+
+    stages: Mapping[str, float]
+    per_frame: FloatArray | None
+
+    @property
+    def mean_ms(self) -> float:
+        """Milliseconds per frame of the session, all stages."""
+        return sum(self.stages.values())
+
+    def words(self) -> str:
+        """The cost for a legend or a table."""
+        if self.per_frame is None or not len(self.per_frame):
+            return f"mean {self.mean_ms:.2f} ms, all at once"
+        median, high = np.percentile(self.per_frame, [50, 99])
+        return f"median {median:.2f}, p99 {high:.2f} ms a look"
+
+
+def cost_of(detection: Detection) -> Cost:
+    """Cost of a detection from its seconds."""
+    frames = max(1, len(detection.times))
+    stages = {name: float(np.sum(value)) * 1e3 / frames for name, value in detection.seconds.items()}
+    rows = [value for value in detection.seconds.values() if isinstance(value, np.ndarray)]
+    if not rows:
+        return Cost(stages, None)
+    total = np.sum(rows, axis=0) * 1e3
+    return Cost(stages, total[total > 0])
+
+
+def colour_of(number: int) -> Rgba:
+    """Colour of the n-th detector in every plot."""
+    return SERIES[number % len(SERIES)]
+
+
+def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], remarks: Mapping[str, str]) -> None:
+    """Send ``timing/<detector>/<stage>`` in milliseconds, the budget line, and ``counters/<detector>/<counter>``.
+
+    ``remarks`` (label -> words) go into the legend, so that price and misses stand in one line.
+    """
+    _log_constant(writer, "timing/budget", BUDGET_MS)
+    _style(writer, "timing/budget", f"budget {BUDGET_MS:.1f} ms (90 Hz)", BUDGET, 1.0)
+    for number, (label, detection) in enumerate(detections.items()):
+        _log_seconds(writer, label, detection, colour_of(number), remarks.get(label, ""))
+        _log_counters(writer, label, detection)
+
+
+def _log_seconds(writer: RecordingWriter, label: str, detection: Detection, colour: Rgba, remark: str) -> None:
+    cost = cost_of(detection)
+    words = ", ".join(part for part in (f"{label}: {remark}" if remark else label, cost.words()) if part)
+    path = stage_path(label, TOTAL)
+    rows = {name: value for name, value in detection.seconds.items() if isinstance(value, np.ndarray)}
+    if rows:
+        total = np.sum(list(rows.values()), axis=0)
+        looks = writer.clock.kept[total[writer.clock.kept] > 0]
+        for name, value in {TOTAL: total, **rows}.items():
+            columns = rr.Scalars.columns(scalars=value[looks] * 1e3)
+            writer.rows(stage_path(label, name), looks, columns)
+    else:
+        for name, mean in {TOTAL: cost.mean_ms, **cost.stages}.items():
+            _log_constant(writer, stage_path(label, name), mean)
+    _style(writer, path, words, colour, 1.5)
+    for number, name in enumerate(detection.seconds):
+        _style(writer, stage_path(label, name), f"{label} {name}", colour_of(number), 1.2)
+
+
+def _log_counters(writer: RecordingWriter, label: str, detection: Detection) -> None:
+    for name, value in detection.work.items():
+        path = entity("counters", label, name)
+        if isinstance(value, np.ndarray):
+            kept = writer.clock.kept
+            writer.rows(path, kept, rr.Scalars.columns(scalars=value[kept].sum(axis=1, dtype=np.float64)))
+        else:
+            _log_constant(writer, path, float(value))
+
+
+def stage_path(label: str, stage: str) -> str:
+    """Entity of one stage of one detector."""
+    return entity("timing", label, stage)
+
+
+def _log_constant(writer: RecordingWriter, path: str, value: float) -> None:
+    """A line from the first frame to the last."""
+    ends = sorted({0, len(writer.clock.ns) - 1}) if len(writer.clock.ns) else []
+    writer.rows(path, ends, rr.Scalars.columns(scalars=np.full(len(ends), value)))
+
+
+def _style(writer: RecordingWriter, path: str, name: str, colour: Rgba, width: float) -> None:
+    # Peaks are what a budget is about; the default policy averages them away when zoomed out.
+    line = rr.SeriesLines.from_fields(
+        names=[name], colors=packed([colour]), widths=[width], aggregation_policy=rr.components.AggregationPolicy.Max
+    )
+    writer.static(path, line)
+
+
+def cost_text(detections: Mapping[str, Detection], remarks: Mapping[str, str]) -> str:
+    """Price and misses of every detector in Markdown."""
+    costs = {label: cost_of(detection) for label, detection in detections.items()}
+    rows = [(label, remarks.get(label, ""), cost.words(), f"{cost.mean_ms:.4f}") for label, cost in costs.items()]
+    parts = [markdown(table("What each detector costs", ("detector", "misses", "cost", "ms per frame"), rows), level=2)]
+    for label, detection in detections.items():
+        stages = [(name, f"{mean:.4f}") for name, mean in costs[label].stages.items()]
+        counters = [(name, int(np.sum(value))) for name, value in detection.work.items()]
+        parts.append(markdown(table(label, ("stage", "ms per frame"), stages), level=3))
+        parts.append(markdown(table("", ("counter", "total"), counters)))
+    return "\n\n".join(parts)

@@ -1,0 +1,246 @@
+"""Opens a run in its own viewer on the loopback interface, with the cursor where there is most to see.
+
+The one module that knows Rerun's experimental viewer client, which is why rerun-sdk is pinned to one minor version. The
+viewer's binary is started directly and not through the ``rerun`` command: that is a Python wrapper, and ending the
+wrapper leaves the viewer alive on its port, where the next run would talk to the old one.
+"""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Final
+
+import numpy as np
+import rerun_cli
+from rerun.experimental import View, ViewerClient, ViewerState
+
+from replay.errors import ReplayError, RunFolderError
+from replay.outputs.rerun_log.columns import SESSION
+from replay.outputs.rerun_log.focus import MissPlace, read_misses
+
+LOOPBACK: Final = "127.0.0.1"
+"""A recording shows people at work: it is never served to the network."""
+
+RECORDING: Final = "run.rrd"
+
+START_SECONDS: Final = 40.0
+"""A cold start of the 290 MB binary from a slow disk stays below half of this."""
+
+LOAD_SECONDS: Final = 60.0
+PAUSE_SECONDS: Final = 0.05
+
+
+NO_ADAPTER: Final = "there is no graphics driver here"
+
+_KNOWN_ENDS: Final = {
+    "neither WAYLAND_DISPLAY": "there is no screen here",
+    "No graphics adapter": NO_ADAPTER,
+    "Failed to get render context": NO_ADAPTER,
+}
+"""What the viewer prints when it ends at once, and what that means."""
+
+
+class ViewerError(ReplayError, RuntimeError):
+    """The viewer cannot be started, or does not open the recording."""
+
+
+class OpenViewer:
+    """A viewer process and the line to it; ends with ``close``, or by itself when its window is closed.
+
+    Parameters
+    ----------
+    process : the viewer; ended by this handle and no other.
+    port : its port on the loopback interface.
+    """
+
+    def __init__(self, process: subprocess.Popen[bytes], port: int, client: ViewerClient, words: IO[bytes]) -> None:
+        self.process = process
+        self.port = port
+        self._client = client
+        self._words = words
+
+    def __enter__(self) -> OpenViewer:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def open(self, recording: Path) -> None:
+        """Load a recording and wait until all of it has arrived.
+
+        Raises
+        ------
+        ViewerError
+            It did not arrive in a minute, or the viewer ended.
+        """
+        try:
+            self._open(recording)
+        except ConnectionError as error:
+            raise ViewerError(_ended(self._words)) from error
+
+    def _open(self, recording: Path) -> None:
+        before = len(self.state().recordings)
+        self._client.open(str(recording.resolve()))
+        deadline = time.monotonic() + LOAD_SECONDS
+        while True:
+            state = self.state()
+            if not state.loading and len(state.recordings) > before and state.recordings[-1].timelines:
+                return
+            if time.monotonic() > deadline:
+                raise ViewerError(
+                    f"the viewer did not load {recording} in {LOAD_SECONDS:.0f} s; try `rerun {recording}`"
+                )
+            time.sleep(PAUSE_SECONDS)
+
+    def seek(self, session_ns: int) -> None:
+        """Put the cursor at a time of the session and pause there."""
+        self._client.set_time(SESSION, duration=np.timedelta64(int(session_ns), "ns"), play_state="paused")
+
+    def state(self) -> ViewerState:
+        """Recordings, views and what they report."""
+        return self._client.get_state()
+
+    def screenshot(self, view: View | None = None) -> bytes:
+        """A PNG of the viewer, or of one view."""
+        return self._client.take_screenshot(None if view is None else view.view_id)
+
+    def wait(self) -> int:
+        """Wait until the window is closed; returns the exit code."""
+        return self.process.wait()
+
+    def close(self) -> None:
+        """End the viewer and wait until it is gone."""
+        if self.process.poll() is None:
+            self.process.terminate()
+            try:
+                self.process.wait(10)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.wait()
+        self._words.close()
+
+
+def open_viewer(run_folder: Path, miss: int | None = None, *, headless: bool = False) -> OpenViewer:
+    """Show a run: with ``miss`` at its deepest frame, else at the miss with the longest cut.
+
+    The close-up needs no command: its camera is in the recording and follows the cursor.
+
+    Parameters
+    ----------
+    run_folder : a run folder, or a recording.
+    miss : the number that list, lane, flag and tables give it.
+    headless : without a window, for pictures made by programs.
+
+    Raises
+    ------
+    RunFolderError
+        There is no recording, or no such miss in it.
+    ViewerError
+        The viewer cannot be started or does not load the recording.
+    """
+    recording = run_folder / RECORDING if run_folder.is_dir() else run_folder
+    if not recording.is_file():
+        raise RunFolderError(f"{run_folder} holds no {RECORDING}; replay a session into it first")
+    target = _target(read_misses(recording), miss, recording)
+    viewer = start_viewer(headless=headless)
+    try:
+        viewer.open(recording)
+        viewer.seek(target.session_ns if target else 0)
+    except BaseException:
+        viewer.close()
+        raise
+    return viewer
+
+
+def _target(misses: list[MissPlace], number: int | None, recording: Path) -> MissPlace | None:
+    if number is None:
+        return max(misses, key=lambda miss: (miss.cut_length, -miss.number), default=None)
+    found = next((miss for miss in misses if miss.number == number), None)
+    if found is None:
+        there = f"its misses are numbered 1 to {len(misses)}" if misses else "it has none"
+        raise RunFolderError(f"there is no miss {number} in {recording}; {there}")
+    return found
+
+
+def start_viewer(*, headless: bool = False, size: tuple[int, int] = (1920, 1080)) -> OpenViewer:
+    """Start a viewer of our own on a free port of the loopback interface.
+
+    Raises
+    ------
+    ViewerError
+        The binary is missing, or ended at once; the message carries its last words.
+    """
+    port = free_port()
+    command = [str(viewer_binary()), "--bind", LOOPBACK, "--port", str(port), "--hide-welcome-screen"]
+    if headless:
+        command += ["--headless", "--window-size", f"{size[0]}x{size[1]}"]
+    words = tempfile.TemporaryFile()  # noqa: SIM115  (the process writes to it as long as the viewer lives)
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=words, stderr=subprocess.STDOUT)
+    try:
+        return OpenViewer(process, port, _connected(process, port, words), words)
+    except BaseException:
+        process.kill()
+        process.wait()
+        words.close()
+        raise
+
+
+def _connected(process: subprocess.Popen[bytes], port: int, words: IO[bytes]) -> ViewerClient:
+    deadline = time.monotonic() + START_SECONDS
+    while True:
+        if process.poll() is not None:
+            raise ViewerError(_ended(words))
+        try:
+            client = ViewerClient.connect(f"rerun+http://{LOOPBACK}:{port}/proxy")
+            client.get_state()
+        except (ConnectionError, RuntimeError) as error:
+            if time.monotonic() > deadline:
+                raise ViewerError(f"the viewer did not answer in {START_SECONDS:.0f} s ({error}); try again") from error
+            time.sleep(PAUSE_SECONDS)
+        else:
+            return client
+
+
+def _ended(words: IO[bytes]) -> str:
+    """Why the viewer ended, from what it printed, and what to do."""
+    words.seek(0)
+    text = words.read().decode("utf-8", "replace")
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    why = next(
+        (reason for sign, reason in _KNOWN_ENDS.items() if sign in text), lines[-1] if lines else "it said nothing"
+    )
+    return f"the viewer ended: {why}; copy the run folder to a desktop machine and view it there"
+
+
+def viewer_binary() -> Path:
+    """The viewer that came with rerun-sdk.
+
+    Raises
+    ------
+    ViewerError
+        The installed wheel has none.
+    """
+    home = Path(next(iter(rerun_cli.__path__)))
+    names = {"win32": ["rerun.exe"], "darwin": ["Rerun.app/Contents/MacOS/Rerun", "rerun"]}.get(sys.platform, ["rerun"])
+    found = next((home / name for name in names if (home / name).is_file()), None)
+    if found is None:
+        raise ViewerError(
+            f"rerun-sdk came without its viewer ({home}); reinstall it: pip install --force-reinstall rerun-sdk"
+        )
+    return found
+
+
+def free_port() -> int:
+    """A port of the loopback interface that nobody listens on."""
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        probe.bind((LOOPBACK, 0))
+        port: int = probe.getsockname()[1]
+        return port

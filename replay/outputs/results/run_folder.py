@@ -1,0 +1,193 @@
+"""Run folders, written whole or not at all: everything gets a temporary name beside the folder, then is renamed."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+from uuid import uuid4
+
+import pyarrow.parquet as pq
+
+from replay.errors import OutputError, RunFolderError
+from replay.metrics.row import metrics_table
+from replay.outputs.report.page import write_report
+from replay.outputs.results.effect_tables import plain, series_table
+from replay.outputs.results.parquet_tables import episode_table, event_table, frame_table, miss_table
+from replay.pipeline.run_result import RunResult
+from replay.pipeline.summary import SCHEMA
+
+SUMMARY: Final = "summary.json"
+FRAMES: Final = "frames.parquet"
+EPISODES: Final = "episodes.parquet"
+MISSES: Final = "misses.parquet"
+EVENTS: Final = "events.parquet"
+SERIES: Final = "series.parquet"
+METRICS: Final = "metrics.parquet"
+PICTURE: Final = "run.rrd"
+REPORT: Final = "report.html"
+
+Picture = Callable[[RunResult, Path], None]
+
+
+def check_target(out: Path, *, force: bool = False, mark: str = SUMMARY, what: str = "run") -> None:
+    """Refuse a folder that cannot become a run folder, before the work is done and not after.
+
+    With ``force``, an earlier run folder or an empty folder may be replaced; any other folder never is. Folders of
+    another kind are recognised by the file ``mark``.
+
+    Raises
+    ------
+    OutputError
+        Says what is in the way.
+    """
+    if not out.exists():
+        return
+    if not out.is_dir():
+        raise OutputError(f"{out} is a file; name a folder for the {what}")
+    if not force:
+        raise OutputError(f"{out} exists; name another folder, or replace it with --force")
+    if any(out.iterdir()) and not (out / mark).is_file():
+        raise OutputError(f"{out} is not a {what} folder and is not replaced; name another folder")
+
+
+def write_run_folder(
+    result: RunResult,
+    out: Path,
+    *,
+    force: bool = False,
+    picture: Picture | None = None,
+    files: Mapping[str, Path] | None = None,
+) -> Path:
+    """Write tables, summary, report and picture of a run.
+
+    Parameters
+    ----------
+    out : the folder to make; the folders above it are made too.
+    force : replace an earlier run folder of that name.
+    picture : writes the recording; ``None``: no picture.
+    files : further files to put in, name -> where they are.
+
+    Raises
+    ------
+    OutputError
+        The folder exists, or cannot be written.
+    """
+    check_target(out, force=force)
+    with replaced(out) as folder:
+        _write_frames(result, folder / FRAMES)
+        tables = {EPISODES: episode_table, MISSES: miss_table, EVENTS: event_table, METRICS: metrics_table}
+        for name, table_of in (tables | ({SERIES: series_table} if result.effects else {})).items():
+            pq.write_table(table_of(result), folder / name, compression="zstd")
+        if picture is not None:
+            picture(result, folder / PICTURE)
+        write_report(replace(result, out=out), folder / REPORT)
+        for name, file in (files or {}).items():
+            shutil.copyfile(file, folder / name)
+        text = json.dumps(result.summary, indent=1, allow_nan=False, default=plain)
+        (folder / SUMMARY).write_text(text + "\n", encoding="utf-8", newline="\n")
+    return out
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """A run folder that was found to be one.
+
+    Parameters
+    ----------
+    path : the folder.
+    summary : what ``summary.json`` holds.
+    """
+
+    path: Path
+    summary: dict[str, Any]
+
+    @property
+    def picture(self) -> Path:
+        """The recording.
+
+        Raises
+        ------
+        RunFolderError
+            The run was made without one.
+        """
+        path = self.path / PICTURE
+        if not path.is_file():
+            raise RunFolderError(f"{self.path} holds no picture ({PICTURE}); run again without --no-picture")
+        return path
+
+    def require_miss(self, number: int | None) -> None:
+        """Refuse the number of a miss that is not in the run.
+
+        Raises
+        ------
+        RunFolderError
+            Says which numbers there are.
+        """
+        most = max((row["number"] for row in self.misses()), default=0)
+        if number is not None and number > most:
+            there = f"its misses are numbered 1 to {most}" if most else "nothing was missed in it"
+            raise RunFolderError(f"{self.path} has no miss {number}; {there}")
+
+    def misses(self) -> list[dict[str, Any]]:
+        """Every numbered miss as a row."""
+        rows: list[dict[str, Any]] = pq.read_table(self.path / MISSES).to_pylist()
+        return rows
+
+
+def read_run_folder(path: Path) -> RunFolder:
+    """Open a run folder.
+
+    Raises
+    ------
+    RunFolderError
+        It holds no summary, or one of another schema.
+    """
+    try:
+        summary = json.loads((path / SUMMARY).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise RunFolderError(
+            f"{path} is not a run folder: it has no readable {SUMMARY}; make one with `replay run`"
+        ) from error
+    schema = summary.get("schema") if isinstance(summary, dict) else None
+    if schema != SCHEMA:
+        raise RunFolderError(f"{path / SUMMARY} has schema {schema!r}, this version reads {SCHEMA!r}; run again")
+    return RunFolder(path, summary)
+
+
+def _write_frames(result: RunResult, path: Path) -> None:
+    writer: pq.ParquetWriter | None = None
+    try:
+        for part in frame_table(result):
+            writer = writer or pq.ParquetWriter(path, part.schema, compression="zstd")
+            writer.write_table(part)
+    finally:
+        if writer is not None:
+            writer.close()
+
+
+@contextmanager
+def replaced(out: Path) -> Iterator[Path]:
+    """A temporary folder that takes the name ``out`` when the block ends well, and is gone when it does not."""
+    partial = out.with_name(f".{out.name}.{uuid4().hex[:8]}.partial")
+    old = out.with_name(f".{out.name}.{uuid4().hex[:8]}.old")
+    try:
+        partial.mkdir(parents=True)
+    except OSError as error:
+        raise OutputError(f"{out} cannot be written ({error.strerror}); name another folder") from error
+    try:
+        yield partial
+        if out.exists():
+            out.replace(old)
+        partial.replace(out)
+    except OSError as error:
+        if old.exists() and not out.exists():
+            old.replace(out)
+        raise OutputError(f"{out} cannot be written ({error}); make room or name another folder") from error
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+        shutil.rmtree(old, ignore_errors=True)

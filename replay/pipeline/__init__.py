@@ -1,0 +1,1 @@
+"""One run from session to result: engine, summary, scores, headline, gates."""

@@ -1,0 +1,221 @@
+"""Replays a session through detectors and audits them; knows neither terminal nor file nor picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Final
+
+from cdcore import Detection, Detector, Motion
+from cdcore.detectors import detector_names
+from replay.base.progress import Progress, Silent
+from replay.comparison.causes import examine
+from replay.comparison.compare import FaceRecall, compare, face_recall
+from replay.comparison.contact_duration import dwell_of
+from replay.comparison.episodes import episodes
+from replay.comparison.matching import EpisodeMatches, match_episodes
+from replay.comparison.outcome import Comparison, Episode
+from replay.comparison.tolerance import TAU, Tolerance
+from replay.detection.compile_notice import compiling_announced
+from replay.detection.detector_spec import DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
+from replay.detection.run_detector import Run, face_sets_again, make_detector, run_detector
+from replay.effects.effect_plan import Plan, plan
+from replay.effects.effects_runner import EffectRun, run_effects
+from replay.errors import DetectorSpecError
+from replay.pipeline.run_result import Measured, RunResult
+from replay.pipeline.summary import summarise
+from replay.prepare.assemble import Pairs, lay_out
+from replay.prepare.assemble_stored import assemble_bounded, decoded_once
+from replay.prepare.assembly import Assembly
+from replay.prepare.flags import Flags
+from replay.prepare.policy import Policy, PolicyLike, parse_policy
+from replay.prepare.repair import treat
+from sessions import Session
+
+SUBJECTS: Final = ("hybrid-qaco", "hybrid")
+"""What a run audits when nothing is asked for: the paper's pipeline, or what there is of it."""
+
+ORACLES: Final = ("exact", "hybrid")
+"""Detectors to trust, the most trusted first; the first that is there is the oracle."""
+
+NO_ORACLE: Final = "none"
+
+TRUSTED: Final = "exact"
+"""The detector that effects name for instants; where it does not run, the oracle or the first detector replaces it."""
+
+
+@dataclass(frozen=True)
+class Lineup:
+    """Every detector of a run, the oracle among them, and the oracle's label or ``""``."""
+
+    specs: tuple[DetectorSpec, ...]
+    oracle: str
+
+
+def line_up(detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
+    """Settle which detectors run and which of them is the oracle.
+
+    Parameters
+    ----------
+    detectors : ``None``: the usual ones; ``()``: none, effects only.
+    oracle : a label among them, or a detector of its own; ``None``: the most trusted one; ``"none"``: no audit.
+
+    Raises ``DetectorSpecError``: words that name no detector.
+    """
+    there = detector_names()
+    specs = tuple(DetectorSpec(name, name) for name in SUBJECTS if name in there)[:1]
+    if detectors is not None:
+        specs = parse_detectors(detectors)
+        if not specs:
+            return Lineup((), "")
+    if oracle == NO_ORACLE:
+        return Lineup(specs, "")
+    trusted = parse_detector(oracle if oracle is not None else next(name for name in ORACLES if name in there))
+    return _with_oracle(specs, trusted)
+
+
+def _with_oracle(specs: tuple[DetectorSpec, ...], trusted: DetectorSpec) -> Lineup:
+    for spec in specs:
+        by_label = spec.label == trusted.name and not trusted.settings
+        if by_label or (spec.name, dict(spec.settings)) == (trusted.name, dict(trusted.settings)):
+            return Lineup(specs, spec.label)
+    if trusted.label in {spec.label for spec in specs}:
+        raise DetectorSpecError(
+            f"the oracle and a detector are both called {trusted.label!r}; write oracle=... with a label"
+        )
+    return Lineup((*specs, trusted), trusted.label)
+
+
+def compute(
+    session: Session, *, detectors: SpecsLike | None = None, oracle: SpecLike | None = None, pairs: Pairs | None = None,
+    start: float | None = None, end: float | None = None, seed: int = 0, faces: bool = False, tau: float = TAU,
+    policy: PolicyLike | Policy | None = None, progress: Progress | None = None, out: Path | None = None,
+) -> RunResult:  # fmt: skip
+    """As ``replay.run``, of a session in memory: examine and repair, assemble, detect, compare, number the misses.
+
+    ``detectors`` and ``oracle`` are as for ``line_up``; ``None`` runs none where the scene's plan needs none. ``out``
+    is only noted in the result.
+
+    Raises ``ReplayError``, ``CollisionCoreError`` or ``SessionError``: one sentence each.
+    """
+    progress, began = progress or Silent(), perf_counter()
+    rules = parse_policy(policy)
+    planned = plan(session.scene)
+    lineup = _called_for(planned, detectors, oracle)
+    with progress.stage("examine"):
+        treatment = treat(decoded_once(session), rules)
+        session = treatment.session
+    with progress.stage("assemble"):
+        layout = lay_out(
+            session, pairs=_wanted(planned, pairs, session, bool(lineup.specs)), looking=bool(lineup.specs)
+        )
+        assembly = assemble_bounded(session, layout, start=start, end=end)
+    runs: dict[str, Run] = {}
+    for spec in lineup.specs:
+        with progress.stage(spec.label, len(assembly.motion)) as advance, compiling_announced(progress):
+            runs[spec.label] = run_detector(
+                spec, assembly, seed=seed, faces=spec.label in (lineup.oracle, *planned.detectors), advance=advance
+            )
+    # Misses are examined with kernels of their own; where nothing is detected no compiler is loaded.
+    with progress.stage("audit"), compiling_announced(progress if runs else None):
+        found = {label: episodes(run.detection) for label, run in runs.items()}
+        again = _face_source(assembly, seed)
+        comparisons = _comparisons(runs, lineup.oracle, Tolerance(assembly, again, tau))
+        matches = _matches(comparisons, found, runs)
+        truth = found.get(lineup.oracle, ())
+        dwell = dwell_of(assembly, runs[lineup.oracle].detection, truth) if lineup.oracle else None
+        missed, causes = examine(comparisons, truth, runs, assembly, again)
+    recall = _face_recall(comparisons, runs, assembly, progress) if faces else {}
+    effects: dict[str, EffectRun] = {}
+    if planned.effects:
+        with progress.stage("effects"):
+            effects = run_effects(planned, session, assembly, _believed(planned, runs, lineup.oracle))
+    measured = Measured(
+        session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
+        oracle=lineup.oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches,
+        face_recall=recall, causes=causes, dwell=dwell, effects=effects, treatment=treatment,
+        flags=Flags.of(treatment.spans, assembly, session.scene),
+    )  # fmt: skip
+    summary = summarise(measured, runs, layout.survey, planned, window=(start, end), seed=seed, tau=tau, began=began)
+    return RunResult(**vars(measured), summary=summary, out=out)
+
+
+def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
+    """The detectors to run: those asked for, else the usual ones if the plan needs contacts, and those effects name."""
+    if detectors is None and not planned.detection:
+        return Lineup((), "")
+    lineup = line_up(detectors, oracle)
+    there = {spec.name for spec in lineup.specs} | ({TRUSTED} if lineup.specs else set())
+    more = [DetectorSpec(name, name) for name in planned.detectors if name not in there]
+    return Lineup((*lineup.specs, *more), lineup.oracle)
+
+
+def _wanted(planned: Plan, asked: Pairs | None, session: Session, looking: bool) -> Pairs | None:
+    """The pairs asked for, and those that effects ask about; ``None``, all that move, where there are neither."""
+    if session.scene.effects is None:
+        return asked
+    fixed = {body.id for body in session.scene.bodies if body.fixed is not None}
+    there = {name for name in (*session.names, *fixed) if name in session.meshes}
+    wanted = [*(asked or ()), *(pair for pair in planned.pairs or () if there.issuperset(pair))]
+    return None if looking and not wanted else wanted
+
+
+def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Detection]:
+    """What effects read: of the detector their specs name, else of the oracle, else of the first."""
+    chosen = runs.get(oracle) or next(iter(runs.values()), None)
+    by_name = {run.spec.name: run for run in reversed(runs.values()) if not run.spec.settings}
+    found = {name: by_name.get(name, chosen) for name in planned.detectors}
+    return {name: run.detection for name, run in found.items() if run is not None}
+
+
+def _comparisons(runs: dict[str, Run], oracle: str, tolerance: Tolerance) -> dict[str, Comparison]:
+    found = {}
+    for label, run in runs.items():
+        if oracle and label != oracle:
+            answer, truth = run.detection, runs[oracle].detection
+            found[label] = compare(answer, truth, (label, oracle), tolerance.judge(answer, truth))
+    return found
+
+
+def _matches(
+    comparisons: dict[str, Comparison], found: dict[str, tuple[Episode, ...]], runs: dict[str, Run]
+) -> dict[str, EpisodeMatches]:
+    matches = {}
+    for label, comparison in comparisons.items():
+        kinds = runs[label].detection.covers, runs[comparison.oracle].detection.covers
+        reach = 1 if kinds == ("instants", "intervals") else 0
+        matches[label] = match_episodes(comparison, found[comparison.oracle], found[label], reach=reach)
+    return matches
+
+
+def _face_recall(
+    comparisons: dict[str, Comparison], runs: dict[str, Run], assembly: Assembly, progress: Progress
+) -> dict[str, FaceRecall]:
+    recalls = {}
+    for label, comparison in comparisons.items():
+        truth = runs[comparison.oracle].detection
+        if truth.face_sets is None or truth.covers != "instants":
+            continue
+        with progress.stage(f"faces of {label}", len(assembly.motion)) as advance:
+            said = face_sets_again(runs[label].detector, assembly, advance)
+        if said is not None:
+            recalls[label] = face_recall(said, truth.face_sets, comparison)
+    return recalls
+
+
+def _face_source(assembly: Assembly, seed: int) -> Callable[[Motion], Detection]:
+    """The faces of single frames by the most trusted detector of instants, made on first use.
+
+    An oracle of intervals, of volumes or of a lower rate says that there is contact, but not in which faces at a frame.
+    """
+    made: list[Detector] = []
+
+    def faces_of(motion: Motion) -> Detection:
+        if not made:
+            best = next(name for name in ORACLES if name in detector_names())
+            made.append(make_detector(DetectorSpec("faces", best), assembly, seed))
+        return made[0].detect(motion, faces=True)
+
+    return faces_of

@@ -1,0 +1,101 @@
+"""What a run gives back: detections, the audit between them, effects, a summary, and what other settings cost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from cdcore import Detection
+from replay.comparison.causes import Causes
+from replay.comparison.compare import FaceRecall
+from replay.comparison.contact_duration import Dwell
+from replay.comparison.matching import EpisodeMatches
+from replay.comparison.outcome import Comparison, Episode, Miss
+from replay.effects.effects_runner import EffectRun
+from replay.prepare.assembly import Assembly
+from replay.prepare.flags import Flags
+from replay.prepare.repair import Treatment
+from sessions import Session
+
+TRADEOFF_SCHEMA: Final = "vrlab-replay/tradeoffs/1"
+
+
+@dataclass(frozen=True, eq=False)
+class Tradeoff:
+    """What every setting misses and takes.
+
+    Parameters
+    ----------
+    rows : one per setting, in the order of the list: plain data, the columns of ``tradeoff.parquet``.
+    front, front_online : labels, quickest first, of all and of those timed frame by frame.
+    advice : sentences.
+    cut : labels that the time limit left out.
+    about : session, oracle, machine, versions, seed, and ``processor_share``: of the seconds on the clock those in
+        which this process was at work; far below 1, others were, and times are upper bounds.
+    """
+
+    rows: tuple[dict[str, Any], ...]
+    front: tuple[str, ...]
+    front_online: tuple[str, ...]
+    advice: tuple[str, ...]
+    cut: tuple[str, ...] = ()
+    about: dict[str, Any] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything as plain data."""
+        lists = {name: list(getattr(self, name)) for name in ("advice", "front", "front_online", "cut", "rows")}
+        return {"schema": TRADEOFF_SCHEMA, **self.about, **lists}
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What a run computed: everything that its summary is made of.
+
+    Parameters
+    ----------
+    session : what was replayed.
+    assembly : bodies, motion and pairs that the detectors saw.
+    detections : label -> detection, in the order asked for; all on the frames of ``assembly``.
+    oracle : label of the detection the others are compared with, or ``""``.
+    comparisons : label -> comparison with the oracle.
+    episodes : label -> that detection's contact episodes.
+    misses : label -> numbered misses, in order of time.
+    matches : label -> its episodes matched one to one with the oracle's.
+    face_recall : label -> face pairs found, where it was asked for and both list faces of instants.
+    causes : label -> why each of its misses was missed.
+    dwell : how long each contact of the oracle lasted; ``None`` without an oracle.
+    effects : kind -> what the effect found and took, in running order; empty where the scene declares none.
+    treatment : the findings of the doctor, and what the policy did about them.
+    flags : which verdicts rest on a pose in doubt.
+    """
+
+    session: Session
+    assembly: Assembly
+    detections: Mapping[str, Detection]
+    oracle: str
+    comparisons: Mapping[str, Comparison]
+    episodes: Mapping[str, tuple[Episode, ...]]
+    misses: Mapping[str, tuple[Miss, ...]]
+    matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)
+    face_recall: Mapping[str, FaceRecall] = field(default_factory=dict)
+    causes: Mapping[str, Causes] = field(default_factory=dict)
+    dwell: Dwell | None = None
+    effects: Mapping[str, EffectRun] = field(default_factory=dict)
+    treatment: Treatment | None = None
+    flags: Flags | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class RunResult(Measured):
+    """The outcome of ``replay.run``: what it computed, its summary, and where it was written.
+
+    ``summary`` holds settings, seeds, counts, digests and machine as JSON can; ``tradeoff`` is what other settings
+    would have missed and taken, where that was measured; ``out`` is the run folder, or ``None`` when nothing was
+    written.
+    """
+
+    summary: Mapping[str, Any] = field(default_factory=dict)
+    tradeoff: Tradeoff | None = None
+    out: Path | None = None

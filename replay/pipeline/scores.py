@@ -1,0 +1,108 @@
+"""The figures of an audit as plain data: every share with its count, its whole and its interval."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore import Verdict
+from replay.base.wilson import share
+from replay.comparison.compare import FaceRecall
+from replay.comparison.matching import EpisodeMatches
+from replay.comparison.misses import MISS_KINDS, NEVER_FOUND
+from replay.comparison.outcome import Outcome
+from replay.pipeline.run_result import Measured
+
+NOT_EXAMINED: Final = "not examined"
+"""Stands for a count of contacts between frames where both detectors decide at instants only."""
+
+SPREADS: Final = ("onset_error", "duration_error")
+"""Errors of matched contacts do not add up from their middles; each session keeps its own."""
+
+
+def score(result: Measured, label: str) -> dict[str, Any]:
+    """Everything counted about one audited detector."""
+    comparison, missed = result.comparisons[label], result.misses[label]
+    frames = {outcome.name: comparison.count(outcome) for outcome in Outcome}
+    contact, reported = frames["BOTH"] + frames["MISSED"], frames["BOTH"] + frames["INVENTED"]
+    unconfirmed = (result.detections[label].verdict == Verdict.CANDIDATE) & (comparison.outcome == Outcome.INVENTED)
+    figures: dict[str, Any] = {
+        "pair_frames": frames, "missed": share(frames["MISSED"], contact),
+        "invented": share(frames["INVENTED"], reported), "between_frames": _between(result, label),
+        "unconfirmed": int(unconfirmed.sum()), "contacts": len(result.episodes[result.oracle]),
+        "contacts_missed": len({miss.episode for miss in missed if miss.kind == NEVER_FOUND}), "misses": len(missed),
+        "by_kind": {kind: sum(miss.kind == kind for miss in missed) for kind in MISS_KINDS},
+        "faces": _faces(result.face_recall.get(label)),
+    }  # fmt: skip
+    if label in result.causes:
+        figures["causes"] = result.causes[label].table()
+    if label in result.matches:
+        counts = (len(result.episodes[one]) for one in (result.oracle, label))
+        figures["episodes"] = episode_figures(result.matches[label], *counts)
+    return figures
+
+
+def episode_figures(matches: EpisodeMatches, truth: int, found: int) -> dict[str, Any]:
+    """Matched and unmatched contacts of ``truth`` by the oracle and ``found``, and the errors of the matched ones."""
+    asked = truth - len(matches.excused_truth)
+    return {
+        "truth": truth, "found": found, "matched": len(matches.matched), "missed": len(matches.missed),
+        "absorbed": len(matches.absorbed), "excused_truth": len(matches.excused_truth),
+        "invented": len(matches.invented), "pieces": len(matches.pieces), "excused_found": len(matches.excused_found),
+        "split": len(matches.split), "merged": len(matches.merged), "missed_share": share(len(matches.missed), asked),
+        "invented_share": share(len(matches.invented), found - len(matches.excused_found)),
+        "onset_error": _spread([match.onset_error for match in matches.matched]),
+        "duration_error": _spread([match.duration_error for match in matches.matched]),
+    }  # fmt: skip
+
+
+def _between(result: Measured, label: str) -> int | str:
+    """Pair-frames of contact that only the motion between frames shows, if a detector decides there."""
+    if "intervals" not in (result.detections[label].covers, result.detections[result.oracle].covers):
+        return NOT_EXAMINED
+    return result.comparisons[label].count(Outcome.BETWEEN_FRAMES)
+
+
+def _faces(recall: FaceRecall | None) -> dict[str, Any] | None:
+    if recall is None:
+        return None
+    return {"recall": share(recall.found, recall.total), "pair_frames": recall.pair_frames, "invented": recall.invented}
+
+
+def _spread(errors: list[float]) -> dict[str, float] | None:
+    """Seconds: mean and median error, and the absolute error of the 95th percentile and of the worst."""
+    if not errors:
+        return None
+    away = np.abs(errors)
+    return {
+        "mean": float(np.mean(errors)),
+        "median": float(np.median(errors)),
+        "p95_off": float(np.quantile(away, 0.95)),
+        "most_off": float(away.max()),
+    }
+
+
+def pool(audits: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """Label -> figures, from the ``audit`` tables of several summaries; detectors in the order first met."""
+    tables = list(audits)
+    if len(tables) == 1:
+        return dict(tables[0])
+    labels = dict.fromkeys(label for table in tables for label in table)
+    return {label: _sum([table[label] for table in tables if label in table]) for label in labels}
+
+
+def _sum(values: list[Any]) -> Any:
+    """One value for several: shares from their counts, tables key by key, counts added, words joined."""
+    there = [value for value in values if value is not None]
+    if not there:
+        return None
+    if isinstance(there[0], Mapping):
+        if "low" in there[0] and "of" in there[0]:
+            return share(sum(value["count"] for value in there), sum(value["of"] for value in there))
+        keys = dict.fromkeys(key for value in there for key in value if key not in SPREADS)
+        return {key: _sum([value.get(key) for value in there]) for key in keys}
+    if isinstance(there[0], str):
+        return there[0] if len(set(there)) == 1 else "; ".join(dict.fromkeys(there))
+    return sum(there)

@@ -1,0 +1,123 @@
+"""A run in figures that JSON can hold: enough to regenerate each of them, and to tell two runs apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from time import perf_counter
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore import Detection, Verdict
+from replay.base.constants import CAVEAT, VERDICT_FRAMES
+from replay.base.machine import machine, versions
+from replay.detection.run_detector import Run
+from replay.effects.effect_plan import Plan
+from replay.effects.effect_summary import effect_summary, plan_summary
+from replay.pipeline.run_result import Measured
+from replay.pipeline.scores import score
+from replay.prepare.session_scan import Survey
+
+SCHEMA: Final = "vrlab-replay/run/1"
+
+PRIVATE_FACTS: Final = ("devices",)
+"""Serials of devices lead to a laboratory and its students: they stay in the session file."""
+
+
+def summarise(
+    result: Measured, runs: Mapping[str, Run], seen: Survey, planned: Plan, *,
+    window: tuple[float | None, float | None], seed: int, tau: float, began: float,
+) -> dict[str, Any]:  # fmt: skip
+    """Everything that was settled and counted; ``began`` is the ``perf_counter`` at which the run began."""
+    return {
+        "schema": SCHEMA,
+        "caveat": CAVEAT,
+        "session": _session(result, seen),
+        "window": {"start": window[0], "end": window[1]},
+        "seed": seed,
+        "tau": tau,
+        "pairs": [
+            {"name": result.assembly.pair_name(p), "held": bool(result.assembly.held[p])}
+            for p in range(len(result.assembly.pairs))
+        ],
+        "oracle": result.oracle,
+        "detectors": {label: _detector(run, len(result.episodes[label])) for label, run in runs.items()},
+        "audit": {label: score(result, label) for label in result.comparisons},
+        "dwell": None if result.dwell is None else result.dwell.table(),
+        **({} if result.treatment is None else result.treatment.as_json()),
+        "flagged_verdicts": {label: _flagged(result, label) for label in runs},
+        "versions": versions(),
+        "machine": machine(),
+        "plan": plan_summary(planned),
+        "effects": effect_summary(result.effects, perf_counter() - began),
+    }
+
+
+def _flagged(result: Measured, label: str) -> dict[str, int]:
+    """Verdicts of a detector that rest on a pose in doubt, by verdict; those without a pose rest on none."""
+    detection, count = result.detections[label], np.zeros(len(Verdict), dtype=np.int64)
+    if result.flags is not None:
+        for start in range(0, len(detection.verdict), VERDICT_FRAMES):
+            verdict = detection.verdict[start : start + VERDICT_FRAMES]
+            flag = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
+            count += np.bincount(verdict[flag > 0], minlength=len(Verdict))
+    return {verdict.name: int(count[verdict]) for verdict in Verdict if count[verdict] and verdict != Verdict.NO_POSE}
+
+
+def _session(result: Measured, seen: Survey) -> dict[str, Any]:
+    assembly, session = result.assembly, result.session
+    times = assembly.motion.times
+    return {
+        "origin": session.origin,
+        "scene": session.scene.name,
+        "frames": len(times),
+        "duration": float(times[-1] - times[0]),
+        "dropped_frames": {"repeated": seen.repeated, "backwards": seen.backwards},
+        "median_step": seen.median_step_ns / 1e9,
+        "first_stamp_ns": int(assembly.stamp_ns[0]),
+        "bodies": {
+            body.name: {"faces": len(body.mesh.faces), "proxy": body.name in assembly.proxies}
+            for body in assembly.bodies
+        },
+        "left_out": list(assembly.left_out),
+        "notes": list(assembly.notes),
+        "facts": {key: value for key, value in session.facts.items() if key not in PRIVATE_FACTS},
+    }
+
+
+def _detector(run: Run, contacts: int) -> dict[str, Any]:
+    detection = run.detection
+    verdicts = np.bincount(detection.verdict.ravel(), minlength=len(Verdict))
+    return {
+        "name": run.spec.name, "settings": dict(run.settings), "covers": detection.covers,
+        "online": run.detector.online, "approximate": detection.approximate, "contacts": contacts,
+        "verdicts": {verdict.name: int(verdicts[verdict]) for verdict in Verdict if verdicts[verdict]},
+        "seconds": _seconds(run), "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
+        "digest": detection.digest, "faces_digest": detection.faces_digest if detection.face_sets is not None else None,
+    }  # fmt: skip
+
+
+def _seconds(run: Run) -> dict[str, Any]:
+    stages = {name: float(np.sum(value)) for name, value in run.detection.seconds.items()}
+    frames = max(1, len(run.detection.times))
+    seconds: dict[str, Any] = {
+        "prepare": run.prepare, "warm_up": run.warm, "detect": run.detect, "per_frame_mean": run.detect / frames,
+        "stages": stages,
+    }  # fmt: skip
+    per_frame = frame_seconds(run.detection)
+    if per_frame is not None and len(per_frame):
+        seconds["per_frame"] = {
+            "median": float(np.median(per_frame)),
+            "p99": float(np.quantile(per_frame, 0.99)),
+            "max": float(per_frame.max()),
+        }
+    return seconds
+
+
+def frame_seconds(detection: Detection) -> np.ndarray[Any, np.dtype[np.float64]] | None:
+    """Seconds of every frame, all stages together, (T,); ``None`` where a detector does not decide frame by frame."""
+    stages = list(detection.seconds.values())
+    if not stages or not all(isinstance(stage, np.ndarray) for stage in stages):
+        return None
+    total: np.ndarray[Any, np.dtype[np.float64]] = np.sum(np.array(stages, dtype=np.float64), axis=0)
+    return total

@@ -1,0 +1,241 @@
+"""Where sessions and the collision core meet: a recorded session becomes bodies, one motion, and pairs.
+
+What is done to the poses, in order: frames whose stamp does not increase are left out and counted; every body gets a
+pose in every frame by the rules of ``replay.prepare.interpolation``; parents, offsets and fixed bodies are put
+together; rotations are renormalised in float64. The session itself stays as it was recorded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore import Body, Motion, TriangleMesh
+from cdcore.errors import InvalidMeshError
+from replay.base.constants import BLOCK_FRAMES
+from replay.errors import AssemblyError
+from replay.prepare.assembly import Assembly, PoseOrigin
+from replay.prepare.frame_order import in_order
+from replay.prepare.interpolation import filled
+from replay.prepare.kinematics import PlacedFrames, Placing
+from replay.prepare.pair_choice import chosen_pairs, held_pairs
+from replay.prepare.session_scan import Survey, survey
+from sessions import Session
+from sessions.model.live_contact import LiveContact
+from sessions.model.scene_pairs import absent_bodies
+
+GAP_STEPS: Final = 3.0
+"""A step longer than three median steps is a gap: what happened in it is not known to be a straight path."""
+
+TELEPORT_SPEED: Final = 20.0
+"""Metres per second above which a pose did not get there by moving: a thrown ball reaches 20 m/s, a hand half of it."""
+
+RESIDUAL_FACT: Final = "contacts_clock_residual_s"
+"""Fact of a session whose reported contacts came from another clock."""
+
+Pairs = Sequence[tuple[str, str]]
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """The parts of an assembly that do not grow with time: made once, shared by every block.
+
+    Parameters
+    ----------
+    survey : the first pass over the frames.
+    bodies : N bodies, tracked ones first, then fixed ones.
+    pairs : (P, 2) int64 body numbers; ``held`` (P,) bool.
+    proxies, left_out, notes, live_contacts, live_residual : as in ``Assembly``.
+    """
+
+    survey: Survey
+    bodies: tuple[Body, ...]
+    pairs: NDArray[np.int64]
+    held: NDArray[np.bool_]
+    proxies: tuple[str, ...]
+    left_out: tuple[str, ...]
+    notes: tuple[str, ...]
+    live_contacts: Sequence[LiveContact] = ()
+    live_residual: float = 0.0
+
+    def assembly(self, frames: PlacedFrames, linked: NDArray[np.bool_], carried: int = 0) -> Assembly:
+        """An assembly of placed frames, without the first ``carried`` ones, which only give the path into the rest."""
+        times = (frames.stamp_ns - self.survey.stamp_ns[0]) / 1e9
+        valid = frames.origin != PoseOrigin.NONE
+        if len(self.pairs):
+            names = [body.name for body in self.bodies]
+            motion = Motion(times, frames.translation, frames.rotation, valid, linked=linked, names=names)
+        else:
+            # The survey has checked every sample, and no detector will use these poses: the compiler stays unloaded.
+            motion = Motion.of_rigid(times, frames.translation, frames.rotation, valid, linked)
+        shared = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "survey"}
+        motion = motion.frames(carried, len(frames)) if carried else motion
+        return Assembly(motion=motion, stamp_ns=frames.stamp_ns[carried:], origin=frames.origin[carried:], **shared)
+
+
+def lay_out(session: Session, *, pairs: Pairs | None = None, looking: bool = True) -> Layout:
+    """Pass over a session once and choose its bodies and pairs.
+
+    Parameters
+    ----------
+    pairs : as ``assemble``.
+    looking : whether a detector will run; without one, a session may have no pair.
+
+    Raises
+    ------
+    AssemblyError
+        No frame, no body with a mesh, no pair, or a scene that contradicts itself.
+    InvalidPoseError
+        A sample that claims to be a pose and is none; names frame, time and body.
+    InvalidMeshError
+        A mesh that cannot be one; names the body.
+    """
+    seen = survey(session)
+    if not len(seen.stamp_ns):
+        raise AssemblyError("the session has no frames; record some, or look at the file with `replay info`")
+    fixed = [body.id for body in session.scene.bodies if body.fixed is not None and body.id not in session.names]
+    bodies = tuple(_body(session, name) for name in [*session.names, *fixed] if name in session.meshes)
+    names = [body.name for body in bodies]
+    if not bodies:
+        raise AssemblyError(
+            f"no body has a mesh; there are tracks of: {', '.join(session.names)}; give meshes with --mesh"
+        )
+    Placing(session.scene, session.names, names)
+    moves = dict(zip(session.names, seen.moves.tolist(), strict=True))
+    rows = chosen_pairs(session.scene, names, moves, pairs)
+    if not len(rows) and looking:
+        raise AssemblyError(
+            f"no pair to look at: none of {', '.join(names)} moves against another; name pairs in the scene"
+        )
+    return Layout(
+        survey=seen, bodies=bodies, pairs=rows, held=held_pairs(session.scene, names, rows),
+        proxies=tuple(name for name in names if (known := session.scene.body(name)) is not None and known.proxy),
+        left_out=tuple(name for name in session.names if name not in session.meshes),
+        notes=(*seen.notes(), *_absent(session)), live_contacts=session.live_contacts, live_residual=_residual(session),
+    )  # fmt: skip
+
+
+def assemble(
+    session: Session, *, pairs: Pairs | None = None, start: float | None = None, end: float | None = None,
+    layout: Layout | None = None,
+) -> Assembly:  # fmt: skip
+    """A whole session, or the frames from ``start`` to ``end`` seconds after its first, ready for detection.
+
+    Parameters
+    ----------
+    pairs : pairs of body names; ``None``: the scene's, else all with relative motion.
+    start, end : seconds after the first frame, both included; ``None``: the session's own.
+    layout : from ``lay_out`` of this session, which is then not read again; ``pairs`` is ignored.
+
+    Raises
+    ------
+    AssemblyError, InvalidPoseError, InvalidMeshError
+        As ``lay_out``; also when no frame lies between ``start`` and ``end``.
+
+    Examples
+    --------
+    >>> mesh = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    >>> still, moving = [[0, 0, 0]] * 2, [[0, 0, 2], [0, 0, 1]]
+    >>> turn = [[0, 0, 0, 1]] * 2
+    >>> session = Session.from_arrays([0, 11], {"a": (still, turn), "b": (moving, turn)}, {"a": mesh, "b": mesh})
+    >>> assemble(session).pair_name(0)
+    'a-b'
+    """
+    layout = layout or lay_out(session, pairs=pairs)
+    parts = list(_linked_blocks(session, layout, 4 * BLOCK_FRAMES, start, end))
+    frames = PlacedFrames.join([part.frames.part(part.carried, len(part.frames)) for part in parts])
+    linked = np.concatenate([part.linked[part.carried :] for part in parts])
+    return layout.assembly(frames, linked)
+
+
+def assemble_blocks(
+    session: Session, frames: int = BLOCK_FRAMES, *, start: float | None = None, end: float | None = None,
+    layout: Layout | None = None,
+) -> Iterator[Assembly]:  # fmt: skip
+    """The same in consecutive blocks of at most ``frames`` frames, for a session larger than memory.
+
+    Joined, the blocks equal ``assemble`` to the last bit, whatever their size: samples are carried across borders, and
+    ``motion.linked`` of a block's first frame tells whether the path from the block before is known.
+    """
+    layout = layout or lay_out(session)
+    for part in _linked_blocks(session, layout, frames, start, end):
+        yield layout.assembly(part.frames, part.linked, part.carried)
+
+
+@dataclass(frozen=True, eq=False)
+class _Linked:
+    """Placed frames, the first ``carried`` of them from the block before, and whether each path is known."""
+
+    frames: PlacedFrames
+    linked: NDArray[np.bool_]
+    carried: int
+
+
+def _linked_blocks(
+    session: Session, layout: Layout, size: int, start: float | None, end: float | None
+) -> Iterator[_Linked]:
+    low, high = _window(layout.survey, start, end)
+    placing = Placing(session.scene, session.names, [body.name for body in layout.bodies])
+    carried: PlacedFrames | None = None
+    for frames in filled(block.frames for block in in_order(session.blocks(size))):
+        first, stop = np.searchsorted(frames.stamp_ns, [low, high + 1])
+        placed = placing.place(frames).part(int(first), int(stop))
+        for begin in range(0, len(placed), size):
+            part = placed.part(begin, begin + size)
+            whole = part if carried is None else PlacedFrames.join([carried, part])
+            yield _Linked(whole, _linked(whole, layout.survey.median_step_ns), len(whole) - len(part))
+            carried = part.part(len(part) - 1, len(part))
+        if len(frames) and frames.stamp_ns[-1] > high:
+            return
+
+
+def _window(seen: Survey, start: float | None, end: float | None) -> tuple[int, int]:
+    """First and last stamp asked for."""
+    zero, last = int(seen.stamp_ns[0]), int(seen.stamp_ns[-1])
+    low = zero if start is None else zero + round(start * 1e9)
+    high = last if end is None else zero + round(end * 1e9)
+    if not ((seen.stamp_ns >= low) & (seen.stamp_ns <= high)).any():
+        asked = f"between {0.0 if start is None else start:g} and {seen.duration if end is None else end:g} s"
+        raise AssemblyError(f"no frame lies {asked}; the session runs from 0 to {seen.duration:.3f} s")
+    return low, high
+
+
+def _linked(frames: PlacedFrames, median_step_ns: int) -> NDArray[np.bool_]:
+    """Whether the path from the frame before is known: no gap in time, no teleport."""
+    linked = np.zeros(frames.origin.shape, dtype=np.bool_)
+    step = np.diff(frames.stamp_ns)
+    there = frames.origin != PoseOrigin.NONE
+    way = np.diff(frames.translation, axis=0)
+    with np.errstate(over="ignore"):
+        distance = np.sqrt((way * way).sum(axis=-1))
+    near = distance <= TELEPORT_SPEED * (step[:, None] / 1e9)
+    linked[1:] = near & (step <= GAP_STEPS * median_step_ns)[:, None] & there[1:] & there[:-1]
+    return linked
+
+
+def _body(session: Session, name: str) -> Body:
+    mesh = session.meshes[name]
+    try:
+        return Body(name, TriangleMesh(mesh.vertices, mesh.faces))
+    except InvalidMeshError as error:
+        raise InvalidMeshError(f"mesh of body {name!r}: {error}") from error
+
+
+def _residual(session: Session) -> float:
+    """Seconds by which the clock of reported contacts may be off, as their import measured it."""
+    try:
+        return max(0.0, float(session.facts.get(RESIDUAL_FACT, "0")))
+    except ValueError:
+        return 0.0
+
+
+def _absent(session: Session) -> list[str]:
+    """A note on every declared body that has neither a track nor a fixed pose."""
+    there = {*session.names, *(body.id for body in session.scene.bodies if body.fixed is not None)}
+    declared = [body.id for body in session.scene.bodies if body.id not in there]
+    missing = dict.fromkeys([*declared, *absent_bodies(session.scene, [*there])])
+    return [f"body {name!r} is declared in the scene but was not recorded" for name in missing]

@@ -1,0 +1,92 @@
+"""Which verdicts use a doubtful pose: a mark per frame and body, and per pair through its bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from replay.prepare.assembly import Assembly
+from sessions import Scene
+
+FLAG_KINDS: Final = (
+    "not-finite", "zero-quaternion", "non-unit-quaternion", "identity-while-lost", "tracking-lost", "frozen",
+    "teleport", "gap",
+)  # fmt: skip
+"""Kinds that flag single frames; the n-th is bit n."""
+
+POSE_DOUBT: Final = np.uint8(0xFF ^ 1 << FLAG_KINDS.index("gap"))
+"""Bits that doubt the pose itself; after a gap only the path to it is unknown."""
+
+
+@dataclass(frozen=True)
+class FlagSpan:
+    """Consecutive frames of one body with one kind of fault, and what was done about it.
+
+    Parameters
+    ----------
+    kind : of `FLAG_KINDS`.
+    body : the body, or ``""`` for all (a gap).
+    start_ns, end_ns : stamps of the first and last frame.
+    start, end : the same in seconds after the session's first frame.
+    samples : recorded samples in it.
+    action : what the policy says.
+    dropped, held, interpolated : samples that became this.
+    """
+
+    kind: str
+    body: str
+    start_ns: int
+    end_ns: int
+    start: float
+    end: float
+    samples: int
+    action: str
+    dropped: int = 0
+    held: int = 0
+    interpolated: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Flags:
+    """Flags of an assembly: (T, N) uint8, bits of `FLAG_KINDS`; a child carries its parents' flags."""
+
+    bodies: NDArray[np.uint8]
+
+    @classmethod
+    def of(cls, spans: Sequence[FlagSpan], assembly: Assembly, scene: Scene) -> Flags:
+        """Flag the frames of an assembly that spans cover."""
+        marks = np.zeros((len(assembly.stamp_ns), len(assembly.names)), dtype=np.uint8)
+        columns: dict[str, list[int]] = {}
+        for column, name in enumerate(assembly.names):
+            for source in _chain(name, scene):
+                columns.setdefault(source, []).append(column)
+        for span in spans:
+            first, last = np.searchsorted(assembly.stamp_ns, [span.start_ns, span.end_ns + 1])
+            bit = np.uint8(1 << FLAG_KINDS.index(span.kind))
+            chosen = columns.get(span.body, []) if span.body else range(marks.shape[1])
+            for column in chosen:
+                marks[first:last, column] |= bit
+        return cls(marks)
+
+    def of_pairs(self, pairs: NDArray[np.int64], start: int = 0, stop: int | None = None) -> NDArray[np.uint8]:
+        """(n, P) flags of pairs in some frames: those of either body."""
+        part = self.bodies[start:stop]
+        both: NDArray[np.uint8] = part[:, pairs[:, 0]] | part[:, pairs[:, 1]]
+        return both
+
+
+def flag_words() -> list[str]:
+    """Each value of a flag in words: ``frozen+gap``; an empty text for 0."""
+    return ["+".join(kind for k, kind in enumerate(FLAG_KINDS) if value >> k & 1) for value in range(256)]
+
+
+def _chain(name: str, scene: Scene) -> list[str]:
+    """A body, its parent, the parent's parent and so on."""
+    chain = [name]
+    while (declared := scene.body(chain[-1])) is not None and declared.parent and declared.parent not in chain:
+        chain.append(declared.parent)
+    return chain

@@ -1,0 +1,155 @@
+"""From what trackers and joints report to where meshes are: parents, offsets and fixed bodies of a scene.
+
+``world(body mesh) = world(parent) . recorded pose . offset``; a child has a pose only where its parent has one. A
+parent is met in its tracker's frame, before its own offset. Bodies without parent and offset keep the bits of their
+recorded pose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.transforms.rigid import rotation_from_quaternion
+from replay.errors import AssemblyError
+from replay.prepare.assembly import PoseOrigin
+from replay.prepare.interpolation import FilledFrames
+from sessions.model.scene import Pose, Scene
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedFrames:
+    """World poses of the meshes of N bodies in T frames.
+
+    Parameters
+    ----------
+    stamp_ns : (T,) int64.
+    translation : (T, N, 3), zeros where there is no pose.
+    rotation : (T, N, 3, 3), identity where there is no pose.
+    origin : (T, N) uint8, values of ``PoseOrigin``.
+    """
+
+    stamp_ns: NDArray[np.int64]
+    translation: FloatArray
+    rotation: FloatArray
+    origin: NDArray[np.uint8]
+
+    def __len__(self) -> int:
+        return len(self.stamp_ns)
+
+    def part(self, start: int, stop: int) -> PlacedFrames:
+        """Frames ``start <= t < stop`` as views."""
+        rows = slice(start, stop)
+        return PlacedFrames(self.stamp_ns[rows], self.translation[rows], self.rotation[rows], self.origin[rows])
+
+    @classmethod
+    def join(cls, parts: Sequence[PlacedFrames]) -> PlacedFrames:
+        """Blocks after each other."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(*(np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(cls)))
+
+
+@dataclass(frozen=True, eq=False)
+class _World:
+    """One body's frame in the world over T frames; a body at rest in the world has one row."""
+
+    translation: FloatArray
+    rotation: FloatArray
+    origin: NDArray[np.uint8]
+
+    def then(self, child: _World) -> _World:
+        """A pose given in this frame, in the world.
+
+        A child has a pose only where its parent has one; its origin is its own, or its parent's where it is fixed.
+        """
+        own, parent = np.broadcast_arrays(child.origin, self.origin)
+        origin = np.where(own == PoseOrigin.FIXED, parent, own)
+        origin = np.where(parent == PoseOrigin.NONE, PoseOrigin.NONE, origin).astype(np.uint8)
+        # ``R t`` and ``A B`` are summed in a fixed order, so that every machine and block size gets the same bits.
+        x, y, z = (self.rotation[..., :, k] * child.translation[..., k, None] for k in range(3))
+        moved = (x + y) + z + self.translation
+        x, y, z = (self.rotation[..., :, k, None] * child.rotation[..., None, k, :] for k in range(3))
+        return _World(moved, (x + y) + z, origin)
+
+
+class Placing:
+    """Where the meshes of the chosen bodies are, frame block by frame block.
+
+    ``tracked`` names the columns of the filled frames; each of ``bodies`` is tracked or fixed. Raises
+    ``AssemblyError``: a parent that is neither tracked nor fixed, or a circle of parents.
+    """
+
+    def __init__(self, scene: Scene, tracked: Sequence[str], bodies: Sequence[str]) -> None:
+        self._scene = scene
+        self._column = {name: number for number, name in enumerate(tracked)}
+        self._bodies = tuple(bodies)
+        for name in bodies:
+            self._check_chain(name)
+
+    def place(self, frames: FilledFrames) -> PlacedFrames:
+        """World poses of the chosen bodies."""
+        known: dict[str, _World] = {}
+        count, width = len(frames), len(self._bodies)
+        translation, rotation = np.zeros((count, width, 3)), np.zeros((count, width, 3, 3))
+        origin = np.zeros((count, width), dtype=np.uint8)
+        for column, name in enumerate(self._bodies):
+            world = self._mesh_frame(name, frames, known)
+            translation[:, column], rotation[:, column] = world.translation, world.rotation
+            origin[:, column] = world.origin
+        none = origin == PoseOrigin.NONE
+        translation[none], rotation[none] = 0.0, np.eye(3)
+        return PlacedFrames(frames.stamp_ns, translation, rotation, origin)
+
+    def _mesh_frame(self, name: str, frames: FilledFrames, known: dict[str, _World]) -> _World:
+        world = self._body_frame(name, frames, known)
+        declared = self._scene.body(name)
+        if declared is None or declared.offset == Pose():
+            return world
+        return world.then(_at_rest(declared.offset))
+
+    def _body_frame(self, name: str, frames: FilledFrames, known: dict[str, _World]) -> _World:
+        if name not in known:
+            own = self._own_pose(name, frames)
+            declared = self._scene.body(name)
+            if declared is not None and declared.parent:
+                parent = self._body_frame(declared.parent, frames, known)
+                own = parent.then(own)
+            known[name] = own
+        return known[name]
+
+    def _own_pose(self, name: str, frames: FilledFrames) -> _World:
+        """The pose as recorded or declared, relative to the parent or the world."""
+        if name in self._column:
+            column = self._column[name]
+            rotation = rotation_from_quaternion(frames.quaternion_xyzw[:, column])
+            return _World(frames.position[:, column], rotation, frames.origin[:, column])
+        declared = self._scene.body(name)
+        assert declared is not None and declared.fixed is not None
+        return _at_rest(declared.fixed)
+
+    def _check_chain(self, name: str) -> None:
+        chain = [name]
+        while True:
+            declared = self._scene.body(chain[-1])
+            if chain[-1] not in self._column and (declared is None or declared.fixed is None):
+                raise AssemblyError(
+                    f"body {chain[-1]!r}, parent of {chain[-2]!r}, has neither a track nor a fixed pose; "
+                    "record it, give it `fixed`, or take `parent` away"
+                )
+            if declared is None or not declared.parent:
+                return
+            if declared.parent in chain:
+                circle = " -> ".join([*chain, declared.parent])
+                raise AssemblyError(f"the parents of body {name!r} run in a circle: {circle}; break it")
+            chain.append(declared.parent)
+
+
+def _at_rest(pose: Pose) -> _World:
+    rotation = rotation_from_quaternion(np.array([pose.quaternion_xyzw], dtype=np.float64))
+    return _World(np.array([pose.position], dtype=np.float64), rotation, np.array([PoseOrigin.FIXED], dtype=np.uint8))

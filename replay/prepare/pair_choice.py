@@ -1,0 +1,67 @@
+"""The pairs that a run examines: those asked for, those the scene declares, else all that move against each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from replay.errors import AssemblyError
+from sessions.model.scene import Scene
+from sessions.model.scene_pairs import wanted_pairs
+
+WORLD = ""
+"""The frame that bodies at rest belong to; no body has an empty name."""
+
+
+def rest_frames(scene: Scene, names: Sequence[str], moves: Mapping[str, bool]) -> dict[str, str]:
+    """For each body the body (or the world) that it never moves against.
+
+    A body whose recorded pose never changes rests in its parent, or in the world; a body that moves rests in itself.
+    Two bodies have relative motion exactly when their rest frames differ: the rule needs one flag per body, however
+    long the session is.
+    """
+
+    def rest(name: str) -> str:
+        while name and not moves.get(name, False):
+            declared = scene.body(name)
+            name = declared.parent if declared is not None else WORLD
+        return name
+
+    return {name: rest(name) for name in names}
+
+
+def chosen_pairs(
+    scene: Scene, names: Sequence[str], moves: Mapping[str, bool], asked: Sequence[tuple[str, str]] | None = None
+) -> NDArray[np.int64]:
+    """The pairs to examine, (P, 2) body numbers, first below second, in order.
+
+    Raises ``AssemblyError``: a pair names a body that is not there, or one body twice.
+    """
+    number = {name: index for index, name in enumerate(names)}
+    wanted = list(asked) if asked is not None else wanted_pairs(scene, names)
+    if asked is None and scene.pairs is None:
+        rest = rest_frames(scene, names, moves)
+        wanted = [(a, b) for a, b in wanted if rest[a] != rest[b]]
+    rows = {_numbers(pair, number) for pair in wanted}
+    return np.array(sorted(rows), dtype=np.int64).reshape(-1, 2)
+
+
+def held_pairs(scene: Scene, names: Sequence[str], pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which pairs are a body and its parent, (P,) bool: contact there is the rule, not news."""
+    parent = {body.id: body.parent for body in scene.bodies}
+    held = [parent.get(names[i]) == names[j] or parent.get(names[j]) == names[i] for i, j in pairs.tolist()]
+    return np.array(held, dtype=np.bool_)
+
+
+def _numbers(pair: Sequence[str], number: Mapping[str, int]) -> tuple[int, int]:
+    if len(pair) != 2 or pair[0] == pair[1]:
+        raise AssemblyError(f"{tuple(pair)!r} is no pair; name two different bodies")
+    for name in pair:
+        if name not in number:
+            raise AssemblyError(
+                f"pair {pair[0]}-{pair[1]} names {name!r}, which has no mesh or no pose; there are: {', '.join(number)}"
+            )
+    i, j = number[pair[0]], number[pair[1]]
+    return (i, j) if i < j else (j, i)

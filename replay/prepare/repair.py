@@ -1,0 +1,101 @@
+"""Before a run: the faults of the session, and what the policy does about them; the recording is not changed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from replay.base.constants import BLOCK_FRAMES
+from replay.errors import RefusedError
+from replay.prepare.flags import FlagSpan
+from replay.prepare.policy import REFUSE, Policy
+from replay.prepare.repaired_frames import Replacement, TreatedFrames, replacements
+from sessions import Finding, Session, Status
+from sessions.doctor.finding import in_order
+from sessions.doctor.pose_pass import Looked, look_through
+from sessions.doctor.pose_spans import PoseSpan, pose_spans
+from sessions.doctor.session_findings import examine_session
+from sessions.doctor.timing import gap_rows
+
+DAMAGE: Final = frozenset({"not-finite", "zero-quaternion", "non-unit-quaternion", "identity-while-lost"})
+"""Kinds whose samples claimed to be poses: dropping them loses data that a reader would expect."""
+
+NAMED_BY_SURVEY: Final = frozenset({"not-finite", "zero-quaternion", "non-unit-quaternion"})
+"""Kinds that the assembly refuses by frame, body and value when nothing replaces them."""
+
+
+@dataclass(frozen=True)
+class Treatment:
+    """The session that a run uses, and why.
+
+    Parameters
+    ----------
+    session : the session with the policy applied; the very same where nothing was to be done.
+    policy : the rules.
+    findings : everything the doctor says of it, the worst first.
+    spans : what was in doubt, and what was done about it.
+    """
+
+    session: Session
+    policy: Policy
+    findings: tuple[Finding, ...]
+    spans: tuple[FlagSpan, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """What the summary of a run says of it."""
+        return {
+            "policy": self.policy.as_json(),
+            "findings": [finding.as_json() for finding in self.findings],
+            "flagged": [vars(span) for span in self.spans],
+        }
+
+
+def treat(session: Session, policy: Policy) -> Treatment:
+    """Examine a session and apply the policy to it.
+
+    Raises ``RefusedError``: something was found that the policy refuses; samples that are no poses are left to
+    ``survey``, which names them.
+    """
+    looked = look_through(session.blocks(BLOCK_FRAMES))
+    findings = tuple(in_order([*examine_session(session, looked)]))
+    for finding in findings:
+        if policy.rule(finding.code).action == REFUSE and finding.code not in NAMED_BY_SURVEY:
+            raise RefusedError(_refusal(session, finding))
+    spans = pose_spans(looked)
+    replaced = replacements(looked, spans, policy, session.blocks)
+    treated = session
+    if replaced:
+        treated = replace(session, source=TreatedFrames(session.blocks, session.names, replaced))
+    flagged = [_flagged(looked, span, policy, replaced.get(span.column)) for span in spans]
+    # The frame after a gap is flagged: the path into it is not known.
+    gaps = [_span(looked, "gap", "", row, row, 1, policy) for row in (gap_rows(looked.stamp_ns) + 1).tolist()]
+    return Treatment(treated, policy, findings, (*flagged, *gaps))
+
+
+def _flagged(looked: Looked, span: PoseSpan, policy: Policy, replaced: Replacement | None) -> FlagSpan:
+    dropped = span.count if span.code == "tracking-lost" else 0
+    held = interpolated = 0
+    if replaced is not None:
+        dropped, held, interpolated = (
+            replaced.count(span.first, span.last, status) for status in (Status.LOST, Status.HELD, Status.INTERPOLATED)
+        )
+    where = looked.names[span.column], span.first, span.last, span.count
+    return _span(looked, span.code, *where, policy, dropped, held, interpolated)
+
+
+def _span(
+    looked: Looked, kind: str, body: str, first: int, last: int, samples: int, policy: Policy, *became: int
+) -> FlagSpan:
+    """Frames ``first`` to ``last`` of a body; ``became``: samples that were dropped, held, interpolated."""
+    zero, start, end = (int(looked.stamp_ns[row]) for row in (0, first, last))
+    seconds = (start - zero) / 1e9, (end - zero) / 1e9
+    return FlagSpan(kind, body, start, end, seconds[0], seconds[1], samples, str(policy.rule(kind)), *became)
+
+
+def _refusal(session: Session, finding: Finding) -> str:
+    who = f" of {finding.body}" if finding.body else ""
+    when = "" if finding.start is None else f" at {finding.start:.3f} s"
+    return (
+        f"{session.origin or 'the session'}: {finding.code}{who}{when}: {finding.message}; the policy refuses it, "
+        f"repair the recording or choose --policy {finding.code}=... otherwise"
+    )

@@ -1,0 +1,131 @@
+"""One cheap pass over a session before any detector runs: its clock, which bodies move, which samples are no poses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore.errors import InvalidPoseError
+from cdcore.numerics import QUATERNION_REJECT
+from replay.base.constants import BLOCK_FRAMES
+from replay.prepare.frame_order import in_order
+from replay.prepare.interpolation import is_usable
+from sessions import Frames, Session
+
+NORM_NOTE: Final = 1e-6
+"""A quaternion whose norm is further off 1 is worth a note; float32 reaches 1e-7."""
+
+
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """The figures of one pass over the frames.
+
+    Parameters
+    ----------
+    names : N tracked bodies.
+    stamp_ns : (T,) int64 of the frames kept, strictly increasing.
+    repeated, backwards : frames left out because their stamp repeats the latest one, or lies before it.
+    moves : (N,) bool, whether any two usable samples of a body differ.
+    median_step_ns : median step between frames kept; 0 with fewer than two.
+    off_norm : usable samples whose quaternion's norm is further than 1e-6 off 1; ``worst_norm`` is the furthest.
+    """
+
+    names: tuple[str, ...]
+    stamp_ns: NDArray[np.int64]
+    repeated: int
+    backwards: int
+    moves: NDArray[np.bool_]
+    median_step_ns: int
+    off_norm: int
+    worst_norm: float
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first frame kept to the last."""
+        return float(self.stamp_ns[-1] - self.stamp_ns[0]) / 1e9 if len(self.stamp_ns) else 0.0
+
+    def notes(self) -> tuple[str, ...]:
+        """Sentences about what will be done to the frames and poses."""
+        notes = []
+        if self.repeated:
+            notes.append(f"{_frames(self.repeated)} left out: the stamp repeats the one before")
+        if self.backwards:
+            notes.append(f"{_frames(self.backwards)} left out: the stamp lies before one already read")
+        if self.off_norm:
+            notes.append(f"{self.off_norm} quaternions renormalised; the furthest had norm {self.worst_norm:.6f}")
+        return tuple(notes)
+
+
+def survey(session: Session, block_frames: int = BLOCK_FRAMES) -> Survey:
+    """Pass over the frames once; memory is one block, and one stamp per frame.
+
+    Raises ``InvalidPoseError`` for a sample that claims to be a pose but is not finite or has no unit quaternion; it
+    names frame, time and body.
+    """
+    count = _Count(session.names)
+    for block in in_order(session.blocks(block_frames)):
+        count.repeated += block.repeated
+        count.backwards += block.backwards
+        if len(block.frames):
+            count.add(block.frames, block.numbers)
+    return count.result()
+
+
+class _Count:
+    """The running figures of a survey."""
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        self.names = names
+        self.stamps: list[NDArray[np.int64]] = []
+        self.repeated = self.backwards = self.off_norm = 0
+        self.worst_norm = 1.0
+        self.first = np.full((len(names), 7), np.nan)
+        self.moves = np.zeros(len(names), dtype=np.bool_)
+
+    def add(self, frames: Frames, numbers: NDArray[np.int64]) -> None:
+        """Take the frames of one block into account."""
+        self.stamps.append(frames.stamp_ns)
+        usable = is_usable(frames.status)
+        self._require_poses(frames, numbers, usable)
+        pose = np.concatenate([frames.position, frames.quaternion_xyzw], axis=-1)
+        columns = np.flatnonzero(np.isnan(self.first[:, 0]) & usable.any(axis=0))
+        self.first[columns] = pose[usable.argmax(axis=0)[columns], columns]
+        self.moves |= ((pose != self.first).any(axis=-1) & usable).any(axis=0)
+
+    def _require_poses(self, frames: Frames, numbers: NDArray[np.int64], usable: NDArray[np.bool_]) -> None:
+        with np.errstate(over="ignore", invalid="ignore"):
+            norm = np.sqrt((frames.quaternion_xyzw * frames.quaternion_xyzw).sum(axis=-1))
+        finite = np.isfinite(frames.position).all(axis=-1)
+        bad = usable & ~(finite & (np.abs(norm - 1.0) <= QUATERNION_REJECT))
+        if bad.any():
+            frame, body = (int(k) for k in np.argwhere(bad)[0])
+            raise InvalidPoseError(self._refusal(frames, int(numbers[frame]), frame, body, float(norm[frame, body])))
+        distance = np.where(usable, np.abs(norm - 1.0), 0.0)
+        self.off_norm += int((distance > NORM_NOTE).sum())
+        furthest = np.unravel_index(int(distance.argmax()), distance.shape) if distance.size else None
+        if furthest is not None and distance[furthest] > abs(self.worst_norm - 1.0):
+            self.worst_norm = float(norm[furthest])
+
+    def _refusal(self, frames: Frames, number: int, frame: int, body: int, norm: float) -> str:
+        time = float(frames.stamp_ns[frame] - self.stamps[0][0]) / 1e9
+        place = frames.position[frame, body]
+        if not np.isfinite(place).all():
+            what = f"position {place.tolist()} is not finite"
+        else:
+            what = f"quaternion {frames.quaternion_xyzw[frame, body].tolist()} has norm {norm:.6g}, not 1"
+        where = f"frame {number} ({time:.6f} s), body {self.names[body]}: "
+        return f"{where}{what}; flag the sample as lost, repair it, or choose a --policy"
+
+    def result(self) -> Survey:
+        """The figures as they stand."""
+        stamps = np.concatenate(self.stamps) if self.stamps else np.zeros(0, dtype=np.int64)
+        step = int(np.median(np.diff(stamps))) if len(stamps) > 1 else 0
+        count = (self.repeated, self.backwards, self.moves, step, self.off_norm, self.worst_norm)
+        return Survey(self.names, stamps, *count)
+
+
+def _frames(count: int) -> str:
+    return f"{count} frame" if count == 1 else f"{count} frames"

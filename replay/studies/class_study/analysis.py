@@ -1,0 +1,269 @@
+"""From answers and metrics to a study: reliabilities, regressions declared beforehand, and results refused with reason.
+
+Every regression carries its n, the detector behind the behaviour and that detector's measured recall; each is fitted
+again with every other detector, to see whether its conclusion depends on what the detector missed.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import partial
+from typing import Final, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from replay.errors import StudyError
+from replay.studies.class_study.codebook import Codebook, Item, Question
+from replay.studies.class_study.factorability import Bartlett, bartlett, kmo
+from replay.studies.class_study.joining import DETECTOR, RECALL, STUDENT, Metrics, Questionnaire, rows_of_students
+from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, RefusedError
+from replay.studies.class_study.regression import Coefficient, Regression, holm, regress
+from replay.studies.class_study.reliability import Reliability, reliability
+from sessions.synthetic.rng import random_stream
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Result = TypeVar("Result")
+
+LEVEL: Final = 0.05
+"""A coefficient counts as associated when its p after Holm's correction is below this, and its interval leaves out
+zero.
+"""
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """One coefficient fitted with another detector behind the behaviour.
+
+    ``recall`` is what that detector finds of the contacts; ``changes`` says whether the conclusion differs (associated
+    or not, and its sign).
+    """
+
+    detector: str
+    recall: float | None
+    outcome: str
+    predictor: str
+    beta: float
+    p_holm: float | None
+    changes: bool
+
+
+@dataclass(frozen=True)
+class Study:
+    """The results of a study: everything that a page or a table needs.
+
+    Parameters
+    ----------
+    students, rows : how many of each.
+    detector, recall : behind every behaviour; ``""`` and ``None`` for a questionnaire alone.
+    reliabilities : construct -> alpha and its company.
+    kmo, bartlett : of all items together; ``None`` when refused.
+    regressions : in the order asked, p corrected across all of them.
+    sensitivity : the same regressions with each other detector.
+    refusals : results that a rule forbids.
+    warnings : results that carry little.
+    """
+
+    students: int
+    rows: int
+    detector: str
+    recall: float | None
+    reliabilities: dict[str, Reliability]
+    kmo: float | None
+    bartlett: Bartlett | None
+    regressions: tuple[Regression, ...]
+    sensitivity: tuple[Sensitivity, ...]
+    refusals: tuple[RefusedError, ...]
+    warnings: tuple[str, ...]
+
+
+def analyse(
+    codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None = None, *, detector: str | None = None,
+    seed: int = 0,
+) -> Study:  # fmt: skip
+    """Analyse a class.
+
+    Parameters
+    ----------
+    codebook, questionnaire, metrics : as read by their readers; without metrics, the questionnaire alone.
+    detector : whose contacts stand for behaviour; ``None``: of those there are, the one that misses least.
+    seed : of bootstrap and permutations.
+
+    Raises
+    ------
+    StudyError
+        A regression names what is neither construct nor metric; no such detector.
+    RefusedError
+        ``ids`` or ``small-cell``: there is no study at all.
+    """
+    if len(questionnaire.students) < LEAST_IN_CELL:
+        raise RefusedError("small-cell", f"a study of {len(questionnaire.students)} students")
+    _check_names(codebook, metrics)
+    refusals: list[RefusedError] = []
+    chosen = _choose(metrics, detector) if metrics is not None else ""
+    own = metrics.of(chosen) if metrics is not None else None
+    reliabilities = {}
+    for name, items in codebook.constructs.items():
+        figure = partial(reliability, random=random_stream(seed, "reliability", name))
+        found = _try(partial(_of_items, questionnaire, items, figure), f"alpha of {name}", refusals)
+        if found is not None:
+            reliabilities[name] = found
+    adequacy = _try(partial(_of_items, questionnaire, codebook.items, kmo), "KMO", refusals)
+    sphericity = _try(partial(_of_items, questionnaire, codebook.items, bartlett), "Bartlett's test", refusals)
+    regressions = _regressions(codebook, questionnaire, own, seed, refusals)
+    others = [] if metrics is None else [metrics.of(name) for name in metrics.detectors if name != chosen]
+    sensitivity = [row for other in others for row in _sensitivity(regressions, codebook, questionnaire, other, seed)]
+    return Study(
+        students=len(questionnaire.students), rows=len(questionnaire.students) if own is None else len(own),
+        detector=chosen, recall=None if own is None else own.recall(), reliabilities=reliabilities, kmo=adequacy,
+        bartlett=sphericity, regressions=regressions, sensitivity=tuple(sensitivity), refusals=tuple(refusals),
+        warnings=tuple(_warnings(codebook, questionnaire)),
+    )  # fmt: skip
+
+
+def associated(coefficient: Coefficient) -> bool:
+    """Whether a coefficient differs from zero: by its p after Holm's correction, and by its interval.
+
+    The two come from different resamplings, permutations and the bootstrap, and among few students they can differ; a
+    page that claims an association and prints an interval around zero contradicts itself.
+    """
+    apart = coefficient.low > 0 or coefficient.high < 0
+    return coefficient.p_holm is not None and coefficient.p_holm < LEVEL and apart
+
+
+def _choose(metrics: Metrics, detector: str | None) -> str:
+    there = metrics.detectors
+    if detector is None:
+        return max(there, key=lambda name: (metrics.of(name).recall() or 0.0, -there.index(name)))
+    if detector not in there:
+        raise StudyError(f"no metrics of detector {detector!r}; there are: {', '.join(there)}")
+    return detector
+
+
+def _try(make: Callable[[], Result], what: str, refusals: list[RefusedError]) -> Result | None:
+    try:
+        return make()
+    except RefusedError as refused:
+        refusals.append(RefusedError(refused.rule, what))
+        return None
+
+
+def _of_items(questionnaire: Questionnaire, items: Sequence[Item], figure: Callable[[Floats], Result]) -> Result:
+    """A figure of the complete answers to some items, if so many students gave them that none can be recognised."""
+    answers = np.column_stack([questionnaire.answers[item.name] for item in items])
+    answers = answers[np.isfinite(answers).all(axis=1)]
+    if len(answers) < LEAST_IN_CELL:
+        raise RefusedError("small-cell", "")
+    return figure(answers)
+
+
+def _warnings(codebook: Codebook, questionnaire: Questionnaire) -> list[str]:
+    students, items = len(questionnaire.students), len(codebook.items)
+    words = []
+    if students < PERSONS_PER_ITEM * items:
+        words.append(
+            f"{students} students for {items} items are {students / items:.1f} per item (usual advice 5 to 10): "
+            "alpha, KMO and Bartlett's test carry little"
+        )
+    unanswered = int(sum(np.isnan(values).sum() for values in questionnaire.answers.values()))
+    if unanswered:
+        count = f"fewer than {LEAST_IN_CELL}" if unanswered < LEAST_IN_CELL else f"{unanswered}"
+        words.append(f"{count} answers are missing; rows with a missing value are left out where it is used")
+    return words
+
+
+def _check_names(codebook: Codebook, metrics: Metrics | None) -> None:
+    known = {*codebook.constructs, *([codebook.groups[0]] if codebook.groups else [])}
+    if metrics is not None:
+        known |= {name for name in metrics.columns if name not in (STUDENT, DETECTOR, RECALL)}
+    for question in codebook.questions:
+        for name in (question.outcome, *question.predictors):
+            if name not in known:
+                near = get_close_matches(name, known, n=1)
+                hint = f"did you mean {near[0]!r}?" if near else f"there are: {', '.join(sorted(known))}"
+                raise StudyError(f"the codebook's regressions name {name!r}, which is no construct or metric; {hint}")
+
+
+def _regressions(
+    codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None, seed: int, refusals: list[RefusedError]
+) -> tuple[Regression, ...]:
+    done = []
+    for question in codebook.questions:
+        words = f"the regression of {question.outcome} on {', '.join(question.predictors)}"
+        random = random_stream(seed, "regression", question.outcome, *question.predictors)
+        fitted = _try(partial(_fit, question, codebook, questionnaire, metrics, random), words, refusals)
+        if fitted is not None:
+            done.append(fitted)
+            if any(one.p is None for one in fitted.coefficients):
+                refusals.append(RefusedError("few-students", f"p of {words}"))
+    return holm(done)
+
+
+def _fit(
+    question: Question, codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None,
+    random: np.random.Generator,
+) -> Regression:  # fmt: skip
+    named = (question.outcome, *question.predictors)
+    if metrics is not None and any(name in metrics.columns for name in named):
+        if metrics.recall() is None:
+            raise RefusedError("provenance", "")
+        rows = rows_of_students(metrics, questionnaire)
+    else:
+        metrics, rows = None, np.arange(len(questionnaire.students), dtype=np.int64)
+    outcome = _variable(question.outcome, codebook, questionnaire, metrics, rows)
+    if len(outcome) > 1:
+        raise RefusedError("undeclared-groups", "")
+    names: list[str] = []
+    columns: list[Floats] = []
+    for name in question.predictors:
+        for word, values in _variable(name, codebook, questionnaire, metrics, rows).items():
+            names.append(word)
+            columns.append(values)
+    y = next(iter(outcome.values()))
+    x = np.column_stack(columns)
+    if len(np.unique(rows[np.isfinite(y) & np.isfinite(x).all(axis=1)])) < LEAST_IN_CELL:
+        raise RefusedError("small-cell", "")
+    return regress(question.outcome, y, names, x, rows, random)
+
+
+def _variable(
+    name: str, codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None, rows: Ints
+) -> dict[str, Floats]:
+    """One variable row by row; a group is one column per group after the first."""
+    if name in codebook.constructs:
+        return {name: questionnaire.scores(codebook.constructs[name])[rows]}
+    if codebook.groups and name == codebook.groups[0]:
+        counts = Counter(questionnaire.group)
+        first, *others = codebook.groups[1]
+        if any(counts[group] < LEAST_IN_CELL for group in codebook.groups[1]):
+            raise RefusedError("small-cell", "")
+        mine = np.array(questionnaire.group)[rows]
+        return {f"{name} {group} against {first}": (mine == group).astype(np.float64) for group in others}
+    assert metrics is not None
+    return {name: metrics.numbers(name)}
+
+
+def _sensitivity(
+    first: tuple[Regression, ...], codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics, seed: int
+) -> list[Sensitivity]:
+    """The regressions that use behaviour, again with another detector; all are fitted, for Holm's family."""
+    before = {_names(one): one for one in first}
+    rows = []
+    for again in _regressions(codebook, questionnaire, metrics, seed, []):
+        old = before.get(_names(again))
+        if old is None or not any(name in metrics.columns for name in _names(again)):
+            continue
+        for was, now in zip(old.coefficients, again.coefficients, strict=True):
+            turned = associated(now) and np.sign(was.beta) != np.sign(now.beta)
+            changes = associated(was) != associated(now) or bool(turned)
+            found = (again.outcome, now.name, now.beta, now.p_holm, changes)
+            rows.append(Sensitivity(metrics.columns[DETECTOR][0], metrics.recall(), *found))
+    return rows
+
+
+def _names(regression: Regression) -> tuple[str, ...]:
+    return (regression.outcome, *(one.name for one in regression.coefficients))

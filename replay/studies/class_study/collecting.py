@@ -1,0 +1,120 @@
+"""Metrics of many runs as one table: every row has a pseudonym, and no session is in it twice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+from uuid import uuid4
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from replay.errors import OutputError, RunFolderError, StudyError
+from replay.outputs.results.run_folder import METRICS
+from replay.studies.class_study.joining import check_pseudonyms, read_rows
+from replay.studies.class_study.refusals import RefusedError
+
+KEY: Final = ("session", "detector", "settings")
+ORDER: Final = [("student", "ascending"), ("session", "ascending"), ("detector", "ascending")]
+
+
+def collect(runs: Sequence[Path], students: Path | None = None) -> pa.Table:
+    """Join the metrics of runs.
+
+    Parameters
+    ----------
+    runs : run folders, or folders of run folders.
+    students : CSV with the columns ``session`` (its digest, as metrics have it) and ``student``, for recordings that
+        carry no pseudonym.
+
+    Raises
+    ------
+    RunFolderError
+        A folder holds no metrics.
+    RefusedError
+        ``ids``: a row without a pseudonym, or one session of two students.
+    StudyError
+        The file of students cannot be read.
+    """
+    files = [file for run in runs for file in metric_files(run)]
+    if not files:
+        raise RunFolderError("no runs to collect; make them with `replay study run`")
+    table = pa.concat_tables([_read(file) for file in files], promote_options="default")
+    if students is not None:
+        named = read_students(students)
+        own = zip(table["session"].to_pylist(), table["student"].to_pylist(), strict=True)
+        column = pa.array([named.get(session, student) for session, student in own], pa.string())
+        table = table.set_column(table.column_names.index("student"), "student", column)
+    check_pseudonyms([student or "" for student in table["student"].to_pylist()], "metrics")
+    return _without_repeats(table).sort_by(ORDER)
+
+
+def metric_files(run: Path) -> list[Path]:
+    """The table of a run folder, or those of the run folders in a folder, in order of name.
+
+    Raises ``RunFolderError``: there is none.
+    """
+    if (run / METRICS).is_file():
+        return [run / METRICS]
+    found = sorted(file for file in run.glob(f"*/{METRICS}") if not file.parent.name.startswith("."))
+    if not found:
+        raise RunFolderError(f"{run} holds no {METRICS} and no run folders that do; run its sessions again")
+    return found
+
+
+def write_table(table: pa.Table, out: Path, *, force: bool = False) -> Path:
+    """Write a table under its name when it is whole.
+
+    Raises ``OutputError``: the file exists or cannot be written.
+    """
+    if out.exists() and not force:
+        raise OutputError(f"{out} exists; name another file, or replace it with --force")
+    partial = out.with_name(f".{out.name}.{uuid4().hex[:8]}.partial")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        pq.write_table(table, partial, compression="zstd")
+        partial.replace(out)
+    except OSError as error:
+        raise OutputError(f"{out} cannot be written ({error})") from error
+    finally:
+        partial.unlink(missing_ok=True)
+    return out
+
+
+def read_students(path: Path) -> dict[str, str]:
+    """Session digest -> pseudonym.
+
+    Raises ``StudyError``: no CSV with these columns; ``RefusedError``: ``ids``, one session of two students.
+    """
+    rows = read_rows(path)
+    if not rows or not {"session", "student"} <= set(rows[0]):
+        raise StudyError(f"{path.name} needs the columns session and student")
+    named: dict[str, str] = {}
+    for row in rows:
+        session, student = (row["session"] or "").strip(), (row["student"] or "").strip()
+        if named.setdefault(session, student) != student:
+            raise RefusedError("ids", f"{path.name}: session {session} belongs to two students")
+    return named
+
+
+def _read(file: Path) -> pa.Table:
+    try:
+        return pq.read_table(file)
+    except (OSError, pa.ArrowException) as error:
+        raise RunFolderError(f"{file} cannot be read as a table of metrics ({error}); run its session again") from error
+
+
+def _without_repeats(table: pa.Table) -> pa.Table:
+    """One row per session, detector and settings; a run that was collected twice counts once."""
+    seen: dict[tuple[str, ...], str] = {}
+    keep = []
+    columns = [table[name].to_pylist() for name in (*KEY, "student")]
+    for k, (*key, student) in enumerate(zip(*columns, strict=True)):
+        before = seen.get(tuple(key))
+        if before is None:
+            seen[tuple(key)] = student
+            keep.append(k)
+        elif before != student:
+            raise RefusedError("ids", f"metrics: session {key[0]} belongs to two students")
+    return table.take(keep)

@@ -1,0 +1,100 @@
+"""A study as files: a page to read, tables for further work, and JSON with everything that it was made from."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Final
+
+from replay.outputs.results.run_folder import check_target, replaced
+from replay.studies.class_study.analysis import Study, associated
+from replay.studies.class_study.page import refuse_causal_words, study_html
+
+SCHEMA: Final = "vrlab-study/1"
+PAGE: Final = "study.html"
+SUMMARY: Final = "study.json"
+ASSOCIATIONS: Final = "associations.csv"
+RELIABILITY: Final = "reliability.csv"
+SENSITIVITY: Final = "sensitivity.csv"
+
+
+def write_study(study: Study, out: Path, *, title: str, inputs: dict[str, str], force: bool = False) -> Path:
+    """Write a study folder; whole, or not at all.
+
+    ``title`` heads the page; ``inputs`` are names and digests of the files, detector, seed; ``force`` replaces an
+    earlier study folder. Raises ``OutputError``: the folder exists, or cannot be written; ``RefusedError``:
+    ``causal-wording``.
+    """
+    refuse_causal_words([title])
+    check_study_target(out, force=force)
+    with replaced(out) as folder:
+        (folder / PAGE).write_text(study_html(study, title), encoding="utf-8", newline="\n")
+        _write_csv(folder / ASSOCIATIONS, association_rows(study))
+        _write_csv(folder / RELIABILITY, reliability_rows(study))
+        _write_csv(folder / SENSITIVITY, [asdict(row) for row in study.sensitivity])
+        text = json.dumps({"schema": SCHEMA, "inputs": inputs, **as_json(study)}, indent=1, allow_nan=False)
+        (folder / SUMMARY).write_text(text + "\n", encoding="utf-8", newline="\n")
+    return out
+
+
+def check_study_target(out: Path, *, force: bool) -> None:
+    """Raise ``OutputError`` for a folder that cannot become a study folder, before the work is done."""
+    check_target(out, force=force, mark=SUMMARY, what="study")
+
+
+def association_rows(study: Study) -> list[dict[str, Any]]:
+    """One row per coefficient, each with its n, the detector and what that misses."""
+    return [
+        {
+            "outcome": one.outcome, **{name: value for name, value in asdict(c).items() if name != "name"},
+            "predictor": c.name, "regression": one.kind, "adjusted_r2": one.adjusted_r2, "students": one.students,
+            "rows": one.rows, "associated": associated(c), "detector": study.detector, "recall": study.recall,
+        }
+        for one in study.regressions
+        for c in one.coefficients
+    ]  # fmt: skip
+
+
+def reliability_rows(study: Study) -> list[dict[str, Any]]:
+    """One row per construct."""
+    return [
+        {
+            "construct": name, "alpha": r.alpha, "low": r.low, "high": r.high, "items": r.items,
+            "students": r.students, "least_item_total": min(r.item_total),
+        }
+        for name, r in study.reliabilities.items()
+    ]  # fmt: skip
+
+
+def as_json(study: Study) -> dict[str, Any]:
+    """Everything of a study that JSON can hold; a value that is no number is null."""
+    whole = {
+        "students": study.students, "rows": study.rows, "detector": study.detector, "recall": study.recall,
+        "reliability": reliability_rows(study), "kmo": study.kmo,
+        "bartlett": None if study.bartlett is None else asdict(study.bartlett), "associations": association_rows(study),
+        "sensitivity": [asdict(row) for row in study.sensitivity],
+        "refused": [{"result": r.what, "rule": r.rule, "reason": r.reason, "lift": r.lift} for r in study.refusals],
+        "warnings": list(study.warnings),
+    }  # fmt: skip
+    plain: dict[str, Any] = _plain(whole)
+    return plain
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _plain(one) for name, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _write_csv(path: Path, rows: Sequence[dict[str, Any]]) -> None:
+    with path.open("w", encoding="utf-8", newline="") as file:
+        if rows:
+            writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(rows)

@@ -1,0 +1,181 @@
+"""Questionnaire and metrics, joined student by student; a row that cannot be joined is an error."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from replay.errors import StudyError
+from replay.studies.class_study.codebook import Codebook, Item
+from replay.studies.class_study.refusals import RefusedError
+
+Floats = NDArray[np.float64]
+
+PSEUDONYM: Final = re.compile(r"(?=.*\d)[A-Za-z0-9_-]{1,32}")
+"""A pseudonym has a digit and neither space nor sign: ``S01``. A name has no digit, an address has a sign."""
+
+STUDENT: Final = "student"
+DETECTOR: Final = "detector"
+RECALL: Final = "recall"
+CONTACT_FRAMES: Final = "contact_frames"
+
+
+@dataclass(frozen=True)
+class Questionnaire:
+    """Answers of each student.
+
+    Parameters
+    ----------
+    students : pseudonyms, sorted.
+    answers : item -> (students,), turned where the item is reverse-coded; nan: not answered.
+    group : (students,) name of the declared group of each, or ``()``.
+    """
+
+    students: tuple[str, ...]
+    answers: dict[str, Floats]
+    group: tuple[str, ...] = ()
+
+    def scores(self, items: Sequence[Item]) -> Floats:
+        """Mean answer over the items of a construct, (students,); nan where one is missing."""
+        return np.asarray(np.mean([self.answers[item.name] for item in items], axis=0), dtype=np.float64)
+
+
+def check_pseudonyms(students: Sequence[str], where: str) -> None:
+    """Refuse what is missing or looks like a name, an address or a serial with signs.
+
+    Raises ``RefusedError`` ``ids``: it names the rows and never repeats the words.
+    """
+    wrong = [k + 1 for k, student in enumerate(students) if not PSEUDONYM.fullmatch(student)]
+    if wrong:
+        rows = ", ".join(map(str, wrong[:5])) + (", ..." if len(wrong) > 5 else "")
+        raise RefusedError("ids", f"{where}, data row {rows}: no pseudonym (letters and at least one digit, as S01)")
+
+
+def read_rows(path: Path) -> list[dict[str, str]]:
+    """The rows of a CSV file; one that cannot be read is a ``StudyError``."""
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            return list(csv.DictReader(file))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise StudyError(f"{path} cannot be read as CSV: {error}") from error
+
+
+def read_questionnaire(path: Path, codebook: Codebook) -> Questionnaire:
+    """Read the answers that the codebook names from a CSV file.
+
+    Raises ``StudyError``: a column is missing, an answer is no number or off its scale (names row and column);
+    ``RefusedError``: ``ids``, a pseudonym is missing or there twice; ``undeclared-groups``.
+    """
+    rows = read_rows(path)
+    if not rows:
+        raise StudyError(f"{path} has no rows below its heading")
+    columns = [codebook.student, *(item.name for item in codebook.items)]
+    columns += [codebook.groups[0]] if codebook.groups else []
+    missing = [name for name in columns if name not in rows[0]]
+    if missing:
+        raise StudyError(f"{path.name} lacks the column {missing[0]!r} that the codebook names")
+    students = [(row[codebook.student] or "").strip() for row in rows]
+    check_pseudonyms(students, path.name)
+    twice = sorted(student for student, count in Counter(students).items() if count > 1)
+    if twice:
+        raise RefusedError("ids", f"{path.name}: {', '.join(twice[:5])} answered more than once")
+    order = sorted(range(len(rows)), key=students.__getitem__)
+    answers = {item.name: _column([rows[k] for k in order], item, path.name, order) for item in codebook.items}
+    group = tuple(_group(rows[k], codebook, path.name) for k in order) if codebook.groups else ()
+    return Questionnaire(tuple(students[k] for k in order), answers, group)
+
+
+def _column(rows: Sequence[dict[str, str]], item: Item, where: str, order: Sequence[int]) -> Floats:
+    values = np.full(len(rows), np.nan)
+    low, high = item.scale
+    for k, row in enumerate(rows):
+        text = (row[item.name] or "").strip()
+        if not text:
+            continue
+        place = f"{where}, data row {order[k] + 1}, column {item.name}"
+        try:
+            values[k] = float(text)
+        except ValueError:
+            raise StudyError(f"{place}: {text!r:.40} is no number; leave it empty if it was not answered") from None
+        if not low <= values[k] <= high:
+            raise StudyError(f"{place}: {text} is off the scale {low:g} to {high:g} that the codebook gives")
+    return low + high - values if item.reversed else values
+
+
+def _group(row: dict[str, str], codebook: Codebook, where: str) -> str:
+    assert codebook.groups is not None
+    column, names = codebook.groups
+    value = (row[column] or "").strip()
+    if value not in names:
+        raise RefusedError("undeclared-groups", f"{where}: {column} holds a group that the codebook does not declare")
+    return value
+
+
+@dataclass(frozen=True)
+class Metrics:
+    """Rows of ``metrics.parquet``, one per session and detector, as columns of one length."""
+
+    columns: dict[str, list[Any]]
+
+    def __len__(self) -> int:
+        return len(self.columns[STUDENT])
+
+    @property
+    def detectors(self) -> tuple[str, ...]:
+        """Detectors with rows, in order of appearance."""
+        return tuple(dict.fromkeys(self.columns[DETECTOR]))
+
+    def of(self, detector: str) -> Metrics:
+        """The rows of one detector."""
+        keep = [k for k, name in enumerate(self.columns[DETECTOR]) if name == detector]
+        return Metrics({name: [values[k] for k in keep] for name, values in self.columns.items()})
+
+    def numbers(self, name: str) -> Floats:
+        """One column as numbers, nan where there is none."""
+        return np.array([np.nan if value is None else float(value) for value in self.columns[name]], dtype=np.float64)
+
+    def recall(self) -> float | None:
+        """Share of all contact frames of all rows that are reported; ``None`` when it was not measured in each row."""
+        frames, share = self.numbers(CONTACT_FRAMES), self.numbers(RECALL)
+        touched = frames > 0
+        if not np.isfinite(frames).all() or not np.isfinite(share[touched]).all() or not touched.any():
+            return None
+        return float(np.average(share[touched], weights=frames[touched]))
+
+
+def read_metrics(path: Path) -> Metrics:
+    """Read ``metrics.parquet``; raises ``StudyError`` for another table and ``RefusedError`` ``ids``."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        columns = pq.read_table(path).to_pydict()
+    except (OSError, pa.ArrowException) as error:
+        raise StudyError(f"{path} cannot be read as a table of metrics: {error}") from error
+    for name in (STUDENT, DETECTOR, RECALL, CONTACT_FRAMES):
+        if name not in columns:
+            raise StudyError(f"{path.name} lacks the column {name!r}; make it with `replay study collect`")
+    check_pseudonyms([str(student or "") for student in columns[STUDENT]], path.name)
+    return Metrics(columns)
+
+
+def rows_of_students(metrics: Metrics, questionnaire: Questionnaire) -> NDArray[np.int64]:
+    """For each row of metrics the index of its student in the questionnaire.
+
+    Raises ``RefusedError`` ``ids``: a student is in one file only.
+    """
+    place = {student: k for k, student in enumerate(questionnaire.students)}
+    seen = set(metrics.columns[STUDENT])
+    lost = sorted(seen - place.keys()) + sorted(place.keys() - seen)
+    if lost:
+        words = ", ".join(lost[:5]) + (", ..." if len(lost) > 5 else "")
+        raise RefusedError("ids", f"joining answers and metrics: {words} in one of the files only")
+    return np.array([place[student] for student in metrics.columns[STUDENT]], dtype=np.int64)

@@ -1,0 +1,203 @@
+"""What a published table of regressions and reliabilities must satisfy, recomputed from its own figures.
+
+Given n, the standardised coefficient, the adjusted fit and p, each follows from the others when the regression had one
+predictor; and all rows of one multiple regression share one fit. What disagrees by more than rounding is reported.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from replay.errors import StudyError
+from replay.studies.class_study.factorability import chi_square_tail, kaiser_word
+from replay.studies.class_study.refusals import PERSONS_PER_ITEM
+
+FIT_TOLERANCE: Final = 0.0035
+"""An adjusted fit printed to three places may differ by this much from what its coefficient gives (measured on the
+rows that agree: at most 0.003, and half a unit of the last place)."""
+
+P_TOLERANCE: Final = 0.001
+"""One unit of the last place of a printed p."""
+
+INCONSISTENT: Final = "inconsistent"
+WEAK: Final = "weak"
+AGREES: Final = "agrees"
+
+
+@dataclass(frozen=True)
+class Remark:
+    """One result of the check, on a row of a table or (row ``""``) on the whole table.
+
+    ``kind`` is ``inconsistent`` (figures contradict each other), ``weak`` (agrees, but carries little) or ``agrees``;
+    the message gives the recomputed and the printed figure.
+    """
+
+    kind: str
+    table: str
+    row: str
+    message: str
+
+
+def check_published(path: Path) -> list[Remark]:
+    """Check the tables of a TOML file: ``n``, ``[reliability]``, ``[[regression]]`` as the shipped example has them.
+
+    Raises ``StudyError``: the file cannot be read, or a field is missing or no number.
+    """
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise StudyError(f"{path} cannot be read as TOML: {error}") from error
+    students = _number(tables, "n", path.name)
+    remarks: list[Remark] = []
+    if "reliability" in tables:
+        remarks += _reliability(tables["reliability"], students, path.name)
+    if "regression" in tables:
+        remarks += _regressions(tables["regression"], students, path.name)
+    if not remarks:
+        raise StudyError(f"{path} holds neither [reliability] nor [regression]; there is nothing to check")
+    return remarks
+
+
+def _reliability(table: Mapping[str, Any], n: float, where: str) -> list[Remark]:
+    name = str(table.get("table", "reliability"))
+    keys = ("items", "alpha", "kmo", "chi_square", "df", "p")
+    items, alpha, kmo, chi, degrees, printed_p = (_number(table, key, f"{where}: [reliability]") for key in keys)
+    expected = items * (items - 1) / 2
+    p = chi_square_tail(chi, int(expected))
+    mean_r = alpha / (items - alpha * (items - 1))
+    df_kind = AGREES if degrees == expected else INCONSISTENT
+    p_kind = AGREES if abs(p - printed_p) <= P_TOLERANCE else INCONSISTENT
+    per_item = n / items
+    remarks = [
+        Remark(df_kind, name, "df", f"{items:g} items have {expected:g} degrees of freedom, printed {degrees:g}"),
+        Remark(p_kind, name, "p", f"a chi-square of {chi:g} has p = {p:.0e}, printed {printed_p:.3f}"),
+        Remark(AGREES, name, "alpha", f"alpha {alpha:g} implies a mean correlation of {mean_r:.3f}"),
+    ]
+    if per_item < PERSONS_PER_ITEM:
+        remarks.append(Remark(WEAK, name, "n", f"{per_item:.1f} persons per item (usual advice 5 to 10)"))
+    remarks.append(Remark(WEAK if kmo < 0.7 else AGREES, name, "kmo", f"KMO {kmo:g} is {kaiser_word(kmo)}"))
+    return remarks
+
+
+def _regressions(tables: Sequence[Mapping[str, Any]], n: float, where: str) -> list[Remark]:
+    remarks = []
+    for table in tables:
+        name = str(table.get("table", "regressions"))
+        rows = table.get("rows", ())
+        place = f"{where}: {name}"
+        fits = [_row(row, n, f"{place}, row {k + 1}") for k, row in enumerate(rows)]
+        if not fits:
+            raise StudyError(f"{place} has no rows; write rows = [{{outcome=..., predictor=..., ...}}]")
+        for fit in fits:
+            remarks += fit.remarks(name)
+        if str(table.get("label", "")) == "multiple":
+            remarks += _label(name, fits, n)
+        remarks += _groups(table, name, fits)
+    return remarks
+
+
+@dataclass(frozen=True)
+class _Row:
+    outcome: str
+    predictor: str
+    n: float
+    beta: float
+    fit: float
+    p: float
+
+    @property
+    def fit_of_one(self) -> float:
+        """Adjusted fit of a regression with this one predictor: its coefficient is the correlation."""
+        return adjusted_fit(self.beta, self.n)
+
+    @property
+    def agrees(self) -> bool:
+        return abs(self.fit_of_one - self.fit) <= FIT_TOLERANCE
+
+    def remarks(self, table: str) -> list[Remark]:
+        row = f"{self.predictor} on {self.outcome}"
+        p = p_of_correlation(self.beta, self.n)
+        found = []
+        if not self.agrees:
+            r = implied_correlation(self.fit, self.n)
+            message = (
+                f"a coefficient of {self.beta:g} gives an adjusted fit of {self.fit_of_one:.3f}, printed {self.fit:g}, "
+                f"which would need r = {r:.3f} (p = {p_of_correlation(r, self.n):.4f})"
+            )
+            found.append(Remark(INCONSISTENT, table, row, message))
+        if abs(p - self.p) > P_TOLERANCE:
+            message = f"a coefficient of {self.beta:g} has p = {p:.2f} with n = {self.n:g}, printed {self.p:.3f}"
+            found.append(Remark(INCONSISTENT, table, row, message))
+        follows = f"fit {self.fit_of_one:.3f} and p {p:.1g} follow from {self.beta:g}"
+        return found or [Remark(AGREES, table, row, follows)]
+
+
+def adjusted_fit(r: float, n: float) -> float:
+    """Adjusted share of variance of one predictor with correlation ``r``: ``1 - (1 - r^2)(n - 1)/(n - 2)``."""
+    return 1.0 - (1.0 - r * r) * (n - 1.0) / (n - 2.0)
+
+
+def implied_correlation(fit: float, n: float) -> float:
+    """The correlation that one predictor needs for an adjusted fit; 0 where none gives so low a one."""
+    return float(np.sqrt(max(0.0, 1.0 - (1.0 - fit) * (n - 2.0) / (n - 1.0))))
+
+
+def p_of_correlation(r: float, n: float) -> float:
+    """Two-sided p of a correlation: ``t = r sqrt((n - 2)/(1 - r^2))`` with n - 2 degrees of freedom."""
+    from scipy.stats import t
+
+    return float(2.0 * t.sf(abs(r) * np.sqrt((n - 2.0) / (1.0 - r * r)), n - 2.0))
+
+
+def _label(table: str, rows: Sequence[_Row], n: float) -> list[Remark]:
+    fits = defaultdict(set)
+    for row in rows:
+        fits[row.outcome].add(row.fit)
+    apart = [outcome for outcome, found in fits.items() if len(found) > 1]
+    single = sum(row.agrees for row in rows)
+    if not apart:
+        return []
+    message = (
+        f"called multiple, yet rows of one outcome ({', '.join(apart)}) have different fits, and {single} of "
+        f"{len(rows)} follow from their own coefficient with n = {n:g}: these are {len(rows)} regressions of one "
+        "predictor each"
+    )
+    return [Remark(INCONSISTENT, table, "label", message)]
+
+
+def _groups(table: Mapping[str, Any], name: str, rows: Sequence[_Row]) -> list[Remark]:
+    groups = table.get("groups", 1)
+    if groups < 2 or table.get("compared", False):
+        return []
+    best = max((row for row in rows if row.agrees), key=lambda row: row.fit, default=None)
+    pooled = ""
+    if best is not None:
+        one = adjusted_fit(best.beta, best.n / groups)
+        pooled = f"; the groups are pooled (one group alone would give a fit of {one:.3f}, printed {best.fit:g})"
+    return [Remark(WEAK, name, "groups", f"{groups} groups were formed but not compared{pooled}")]
+
+
+def _row(row: Mapping[str, Any], n: float, where: str) -> _Row:
+    words = [row.get("outcome"), row.get("predictor")]
+    if not all(isinstance(word, str) and word for word in words):
+        raise StudyError(f"{where}: outcome and predictor must be words")
+    beta = _number(row, "beta", where)
+    if not -1.0 < beta < 1.0:
+        raise StudyError(f"{where}: beta = {beta:g} is no correlation; the check needs standardised coefficients")
+    return _Row(str(words[0]), str(words[1]), n, beta, _number(row, "adjusted_fit", where), _number(row, "p", where))
+
+
+def _number(table: Mapping[str, Any], key: str, where: str) -> float:
+    value = table.get(key)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+        raise StudyError(f"{where}: {key} must be a number, not {value!r}")
+    if key == "n" and value < 4:
+        raise StudyError(f"{where}: n = {value} is too few to check")
+    return float(value)

@@ -1,0 +1,147 @@
+"""A synthetic class: answers and behaviour of its students are drawn from a model that is written down.
+
+In the model, ease of use is associated with motivation and with fewer accidental touches; near misses with nothing.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from dataclasses import asdict, dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from replay.base.processes import Told, in_processes
+from replay.errors import OutputError
+from sessions.synthetic.rng import random_stream
+
+Floats = NDArray[np.float64]
+
+STUDENTS: Final = 52
+SESSIONS: Final = "sessions"
+ANSWERS: Final = "questionnaire.csv"
+CODEBOOK: Final = "codebook.yaml"
+TRUTH: Final = "truth.json"
+ITEMS_EACH: Final = 4
+
+
+@dataclass(frozen=True)
+class Model:
+    """The truth behind a class: how latent traits (mean 0, deviation 1) go together.
+
+    Parameters
+    ----------
+    ease_motivation, immersion_motivation : share of each in motivation.
+    ease_touches : of ease in the number of accidental touches.
+    item_noise : deviation of an answer about its trait.
+    mean_touches, touch_spread : of the number of touches in a session.
+    mean_near : near misses in a session.
+    """
+
+    ease_motivation: float = 0.6
+    immersion_motivation: float = 0.3
+    ease_touches: float = -0.6
+    item_noise: float = 0.8
+    mean_touches: float = 3.0
+    touch_spread: float = 1.6
+    mean_near: float = 1.0
+
+
+@dataclass(frozen=True)
+class Student:
+    """What one student does and answers."""
+
+    pseudonym: str
+    answers: dict[str, int]
+    touches: tuple[float, ...]
+    near: int
+
+
+def draw_class(students: int = STUDENTS, seed: int = 0, model: Model | None = None) -> list[Student]:
+    """Draw the students; each depends on the seed and on its own number alone."""
+    model = model or Model()
+    return [_student(k, seed, model) for k in range(students)]
+
+
+def make_class(
+    out: Path, *, students: int = STUDENTS, seed: int = 0, jobs: int = 1, told: Told | None = None
+) -> dict[str, str]:
+    """Write sessions, questionnaire, codebook and truth to a folder; what is there already is kept.
+
+    Returns student -> why the session could not be made; empty when all is well. Raises ``OutputError``: the folder
+    holds something else, or another class.
+    """
+    drawn = draw_class(students, seed)
+    truth = json.dumps({"seed": seed, "students": students, "model": asdict(Model())}, indent=1) + "\n"
+    _check_folder(out, truth)
+    (out / SESSIONS).mkdir(parents=True, exist_ok=True)
+    _write(out / TRUTH, truth)
+    _write(out / ANSWERS, _answers(drawn))
+    _write(
+        out / CODEBOOK, files("replay.studies.class_study").joinpath("class_codebook.yaml").read_text(encoding="utf-8")
+    )
+    tasks = {
+        one.pseudonym: (one, out / SESSIONS / f"{one.pseudonym}.mcap", seed + 1000 * (k + 1))
+        for k, one in enumerate(drawn)
+        if not (out / SESSIONS / f"{one.pseudonym}.mcap").is_file()
+    }
+    return in_processes(record_student, tasks, jobs, told)
+
+
+def record_student(student: Student, path: Path, seed: int) -> str:
+    """Make and write the session of a student; why it could not be, or ``""``."""
+    from sessions import write_session
+    from sessions.synthetic.experiments.practice import make_practice
+
+    try:
+        session, _ = make_practice(student.touches, student.near, pseudonym=student.pseudonym, seed=seed)
+        write_session(session, path)
+    except Exception as error:
+        return " ".join(f"{type(error).__name__}: {error}".split())
+    return ""
+
+
+def _student(k: int, seed: int, model: Model) -> Student:
+    random = random_stream(seed, "student", str(k))
+    ease, use, immersion, own, clumsy = random.normal(size=5)
+    shared = model.ease_motivation * ease + model.immersion_motivation * immersion
+    rest = np.sqrt(1.0 - model.ease_motivation**2 - model.immersion_motivation**2)
+    traits = {"ease": ease, "use": use, "imm": immersion, "mot": shared + rest * own}
+    answers = {}
+    for short, trait in traits.items():
+        for item in range(1, ITEMS_EACH + 1):
+            turned = -1.0 if item == ITEMS_EACH else 1.0
+            answer = 3.0 + turned * trait + model.item_noise * random.normal()
+            answers[f"{short}{item}"] = int(np.clip(np.round(answer), 1, 5))
+    drive = model.ease_touches * ease + np.sqrt(1.0 - model.ease_touches**2) * clumsy
+    count = int(np.clip(np.round(model.mean_touches + model.touch_spread * drive), 0, 8))
+    touches = tuple(np.round(np.exp(random.uniform(np.log(0.02), np.log(0.3), count)), 4).tolist())
+    return Student(f"S{k + 1:02d}", answers, touches, int(min(3, random.poisson(model.mean_near))))
+
+
+def _answers(drawn: list[Student]) -> str:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["student", *drawn[0].answers])
+    writer.writerows([one.pseudonym, *one.answers.values()] for one in drawn)
+    return out.getvalue()
+
+
+def _check_folder(out: Path, truth: str) -> None:
+    if not out.exists() or (out.is_dir() and not any(out.iterdir())):
+        return
+    if not (out / TRUTH).is_file():
+        raise OutputError(f"{out} holds something else than a made-up class; name another folder")
+    if (out / TRUTH).read_text(encoding="utf-8") != truth:
+        raise OutputError(f"{out} holds a class of another seed or size; name another folder")
+
+
+def _write(path: Path, text: str) -> None:
+    partial = path.with_name(f".{path.name}.partial")
+    partial.write_text(text, encoding="utf-8", newline="\n")
+    partial.replace(path)

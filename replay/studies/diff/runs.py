@@ -1,0 +1,186 @@
+"""Compares two run folders: episodes gained, lost and shifted, the ratio of times, and every setting that differs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import pyarrow.parquet as pq
+
+from replay.comparison.matching import partners
+from replay.comparison.outcome import Episode
+from replay.outputs.results.run_folder import EPISODES, read_run_folder
+
+TICKS: Final = 1_000_000
+"""Episodes are compared in microseconds: seconds of a session are whole nanoseconds rounded to float64."""
+
+SETTINGS: Final = ("seed", "window", "oracle", "pairs", "versions", "machine")
+"""Parts of a summary that say how a run was made, besides the settings of its detectors and its session."""
+
+Row = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Shift:
+    """A contact of both runs, as its rows in their tables, and the seconds by which it begins and ends later."""
+
+    before: Row
+    after: Row
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
+class DetectorDiff:
+    """One detector in two runs.
+
+    Parameters
+    ----------
+    same : contacts that begin and end at the same time in both.
+    gained, lost : rows of contacts that only the second, or only the first, run has.
+    shifted : contacts of both that moved.
+    time_ratio, p99_ratio : seconds of the second over those of the first; ``None`` where one was not measured.
+    same_verdicts : whether the digests are equal; ``None`` where one has none.
+    missed, invented : shares in the first and in the second, of the pair-frames in contact and of those reported;
+        ``None`` where the detector was not audited.
+    """
+
+    same: int
+    gained: tuple[Row, ...]
+    lost: tuple[Row, ...]
+    shifted: tuple[Shift, ...]
+    time_ratio: float | None
+    p99_ratio: float | None
+    same_verdicts: bool | None
+    missed: tuple[float | None, float | None]
+    invented: tuple[float | None, float | None]
+
+    @property
+    def changed(self) -> bool:
+        """Whether any contact was gained, lost or shifted."""
+        return bool(self.gained or self.lost or self.shifted)
+
+
+@dataclass(frozen=True)
+class RunDiff:
+    """Two runs beside each other: label -> comparison of the detectors that both have, and the labels of the others.
+
+    ``settings`` is name -> (first, second) of everything set differently.
+    """
+
+    detectors: Mapping[str, DetectorDiff]
+    only_a: tuple[str, ...]
+    only_b: tuple[str, ...]
+    settings: Mapping[str, tuple[Any, Any]]
+
+    @property
+    def changed(self) -> bool:
+        """Whether any contact was gained, lost or shifted."""
+        return any(one.changed for one in self.detectors.values())
+
+    @property
+    def machines_own(self) -> tuple[float, float] | None:
+        """Least and greatest ratio of times of detectors with the same verdicts and settings: the machine's own.
+
+        ``None`` without such a detector.
+        """
+        names = {name.partition(".")[0] for name in self.settings}
+        alike = [
+            one.time_ratio
+            for label, one in self.detectors.items()
+            if one.same_verdicts and one.time_ratio is not None and label not in names
+        ]
+        return (min(alike), max(alike)) if alike else None
+
+
+def diff_runs(a: str | Path, b: str | Path) -> RunDiff:
+    """Compare two run folders; raises ``RunFolderError`` for a folder that is none, or of another version."""
+    first, second = read_run_folder(Path(a)), read_run_folder(Path(b))
+    labels = [list(run.summary["detectors"]) for run in (first, second)]
+    rows = [_rows(run.path) for run in (first, second)]
+    common = [label for label in labels[0] if label in labels[1]]
+    return RunDiff(
+        {
+            label: _detector(
+                *(run.summary["detectors"][label] for run in (first, second)),
+                *(table.get(label, []) for table in rows),
+                *(run.summary["audit"].get(label, {}) for run in (first, second)),
+            )
+            for label in common
+        },
+        tuple(label for label in labels[0] if label not in common),
+        tuple(label for label in labels[1] if label not in common),
+        dict(_differences(first.summary, second.summary, common)),
+    )
+
+
+def _rows(folder: Path) -> dict[str, list[Row]]:
+    found: dict[str, list[Row]] = {}
+    for row in pq.read_table(folder / EPISODES).to_pylist():
+        found.setdefault(row["detector"], []).append(row)
+    return found
+
+
+def _detector(
+    earlier: Row, later: Row, before: Sequence[Row], after: Sequence[Row], audit: Row, audit_after: Row
+) -> DetectorDiff:
+    names = {_pair(row): None for row in (*before, *after)}
+    number = {name: k for k, name in enumerate(names)}
+    sides = [
+        [
+            Episode(
+                number[_pair(row)], round(row["start"] * TICKS), round(row["end"] * TICKS), row["start"], row["end"]
+            )
+            for row in rows
+        ]
+        for rows in (before, after)
+    ]
+    matched = partners(*sides)
+    both = [(before[i - 1], after[j - 1]) for i, j in matched]
+    shifts = [Shift(one, other, other["start"] - one["start"], other["end"] - one["end"]) for one, other in both]
+    moved = tuple(one for one in shifts if round(one.start * TICKS) or round(one.end * TICKS))
+    kept, come = {i for i, _ in matched}, {j for _, j in matched}
+    digests = earlier["digest"], later["digest"]
+    return DetectorDiff(
+        same=len(shifts) - len(moved), gained=tuple(row for k, row in enumerate(after, 1) if k not in come),
+        lost=tuple(row for k, row in enumerate(before, 1) if k not in kept), shifted=moved,
+        time_ratio=_ratio(earlier["seconds"]["detect"], later["seconds"]["detect"]),
+        p99_ratio=_ratio(*(one["seconds"].get("per_frame", {}).get("p99") for one in (earlier, later))),
+        same_verdicts=None if None in digests else digests[0] == digests[1],
+        missed=_shares("missed", audit, audit_after), invented=_shares("invented", audit, audit_after),
+    )  # fmt: skip
+
+
+def _shares(name: str, before: Row, after: Row) -> tuple[float | None, float | None]:
+    first, second = (one.get(name, {}).get("share") for one in (before, after))
+    return first, second
+
+
+def _pair(row: Row) -> tuple[str, str]:
+    a, b = sorted((row["body_a"], row["body_b"]))
+    return a, b
+
+
+def _ratio(before: float | None, after: float | None) -> float | None:
+    return after / before if before and after is not None else None
+
+
+def _differences(a: Row, b: Row, common: Sequence[str]) -> Iterator[tuple[str, tuple[Any, Any]]]:
+    for name in SETTINGS:
+        yield from _unequal(name, a.get(name), b.get(name))
+    for name in ("origin", "frames", "bodies"):
+        yield from _unequal(f"session.{name}", a["session"][name], b["session"][name])
+    for label in common:
+        for key in ("name", "settings"):
+            yield from _unequal(f"{label}.{key}", a["detectors"][label][key], b["detectors"][label][key])
+
+
+def _unequal(name: str, a: Any, b: Any) -> Iterator[tuple[str, tuple[Any, Any]]]:
+    """Leaves that differ, with their path."""
+    if isinstance(a, Mapping) and isinstance(b, Mapping):
+        for key in dict.fromkeys([*a, *b]):
+            yield from _unequal(f"{name}.{key}", a.get(key), b.get(key))
+    elif a != b:
+        yield name, (a, b)

@@ -1,0 +1,137 @@
+"""What the colony is worth: near contacts found at equal evaluations, with each equation switched off in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore import Body, Motion, Verdict, create_detector
+from cdcore.search.settings import EQUATIONS
+from cdcore.transforms.rigid import rotation_from_quaternion
+from replay.base.wilson import wilson
+from replay.outputs.paper_table import Cell, PaperTable
+from replay.studies.paper.fixtures import FAMILY_NAMES, fixture, middle_of, radius_of
+from sessions.synthetic.rng import random_stream
+
+TARGET: Final = 500
+"""The meshes of this column of Table I: about 2,700 to 5,300 faces each."""
+BUDGET: Final = 2000
+"""Evaluations of a pose."""
+DEEPER: Final = 0.004
+FARTHER: Final = 0.002
+"""Metres by which a pose is moved from first touch, inwards or outwards at most."""
+HALVINGS: Final = 16
+
+VARIANTS: Final = ("memetic", "local", "corrected", "random", "printed")
+
+
+@dataclass(frozen=True, eq=False)
+class NearPoses:
+    """Relative poses about first touch, those that collide and those that do not; each with a stamp of its own."""
+
+    family: str
+    bodies: tuple[Body, Body]
+    colliding: Motion
+    free: Motion
+
+
+def near_poses(family: str, count: int, seed: int = 0) -> NearPoses:
+    """``count`` random directions and turns; the distance of first touch by bisection, then moved a little."""
+    bodies = fixture(TARGET, FAMILY_NAMES.index(family), seed).bodies
+    rng = random_stream(seed, "paper/near", family)
+    turns = rotation_from_quaternion(rng.normal(size=(2 * count, 4))).reshape(count, 2, 3, 3)
+    way = rng.normal(size=(count, 3))
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    middles = [middle_of(body.mesh) for body in bodies]
+    reach = sum(radius_of(body.mesh) for body in bodies)
+    exact = create_detector("exact", bodies, containment=False)
+
+    def motion(distance: NDArray[np.float64]) -> Motion:
+        moves = np.stack([-np.einsum("tij,j->ti", turns[:, k], middles[k]) for k in range(2)], axis=1)
+        moves[:, 1] += distance[:, None] * way
+        return Motion(np.arange(count) / 90.0, moves, turns)
+
+    low, high = np.full(count, 0.3 * reach), np.full(count, reach)
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        meets = exact.detect(motion(middle)).verdict[:, 0] == Verdict.CONTACT
+        low, high = np.where(meets, middle, low), np.where(meets, high, middle)
+    posed = motion(low + rng.uniform(-DEEPER, FARTHER, size=count))
+    meets = exact.detect(posed).verdict[:, 0] == Verdict.CONTACT
+    return NearPoses(family, bodies, _some(posed, meets), _some(posed, ~meets))
+
+
+def _some(motion: Motion, chosen: NDArray[np.bool_]) -> Motion:
+    return Motion(motion.times[chosen], motion.translations[chosen], motion.rotations[chosen])
+
+
+def detected(poses: NearPoses, name: str, **settings: Any) -> tuple[int, int, int]:
+    """Colliding poses found, evaluations spent on all colliding ones, and free poses called contact."""
+    detector = create_detector(name, poses.bodies, **settings)
+    found = detector.detect(poses.colliding)
+    false = detector.detect(poses.free)
+    hits = int((found.verdict == Verdict.CONTACT).sum())
+    spent = int(np.sum(found.work.get("evaluations", 0)))
+    return hits, spent, int((false.verdict == Verdict.CONTACT).sum())
+
+
+@dataclass(frozen=True)
+class ColonyRows:
+    """Rows of one family: of F7e, and of the ablation."""
+
+    rates: tuple[tuple[Cell, ...], ...]
+    without: tuple[tuple[Cell, ...], ...]
+
+
+def colony_rows(family: str, count: int, seed: int = 0) -> ColonyRows:
+    """Every detector and variant over ``count`` poses of a family, and the colony with each equation switched off."""
+    rates: list[tuple[Cell, ...]] = []
+    without: list[tuple[Cell, ...]] = []
+    cold = {"warm_start": False, "budget": BUDGET, "seed": seed}
+    poses = near_poses(family, count, seed)
+    spent_at_random = detected(poses, "qaco", variant="random", **cold)[1]
+    for name in ("exact", "hybrid", "rapid-style", "solid-style", "aabb", "obb"):
+        rates.append(_rate(poses, name, detected(poses, name), None))
+    for variant in VARIANTS:
+        row = detected(poses, "qaco", variant=variant, **cold)
+        rates.append(_rate(poses, f"qaco {variant}", row, spent_at_random))
+    rates.append(_rate(poses, "hybrid-qaco", detected(poses, "hybrid-qaco", **cold), spent_at_random))
+    for variant in ("memetic", "corrected"):
+        for equation in (None, *EQUATIONS):
+            row = detected(poses, "qaco", variant=variant, without_equation=equation, **cold)
+            word = "nothing" if equation is None else f"({equation})"
+            cells = _rate(poses, "", row, spent_at_random)
+            without.append((family, variant, word, *cells[2:7], *cells[-2:]))
+    return ColonyRows(tuple(rates), tuple(without))
+
+
+def colony_tables(parts: Sequence[ColonyRows]) -> list[PaperTable]:
+    """Fig. 7's random-collision rate, and the ablation."""
+    return [
+        PaperTable(
+            "F7e", f"Random poses about first touch, {BUDGET:,} evaluations each", RATE_HEAD,
+            tuple(row for part in parts for row in part.rates),
+            "Intervals: Wilson, 95 %. Evaluations: mean of a colliding pose, missed ones included, without flood fill.",
+        ),
+        PaperTable(
+            "ablation", "The colony with one equation switched off", ABLATION_HEAD,
+            tuple(row for part in parts for row in part.without), "The same poses, budget and intervals as F7e.",
+        ),
+    ]  # fmt: skip
+
+
+MEASURED: Final = ("colliding", "detected", "rate", "low", "high")
+RATE_HEAD: Final = ("family", "algorithm", *MEASURED, "free", "reported though free", "evaluations", "to random")
+ABLATION_HEAD: Final = ("family", "variant", "without", *MEASURED, "evaluations", "to random")
+
+
+def _rate(poses: NearPoses, name: str, row: tuple[int, int, int], spent_at_random: int | None) -> tuple[Cell, ...]:
+    hits, spent, false = row
+    of = len(poses.colliding)
+    evaluations = spent / of if spent_at_random is not None else None
+    ratio = spent / spent_at_random if spent_at_random else None
+    return (poses.family, name, of, hits, hits / of, *wilson(hits, of), len(poses.free), false, evaluations, ratio)

@@ -1,0 +1,128 @@
+"""The whole experiment: fixtures, calibration, tables; the same seed and calibration give the same tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+from replay.base.processes import Crew
+from replay.base.progress import Progress, Silent
+from replay.outputs.paper_table import PaperTable
+from replay.studies.paper.calibration import Calibration, read_calibration
+from replay.studies.paper.colony import ColonyRows, colony_rows, colony_tables
+from replay.studies.paper.contestants import CONTESTANTS, Group, groups_of
+from replay.studies.paper.feature_samples import DRAWS, Drawn, feature_sample_tables, pace_of, search_samples
+from replay.studies.paper.fixtures import FAMILY_NAMES, POSES, TARGETS, Fixture, fixture
+from replay.studies.paper.frame_sampling import Sampled, frame_sampling_table, sample_frames
+from replay.studies.paper.table_one import TableOne, ask_group, joined, measure, tables_of
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much is run: columns of Table I, poses of each, random poses about first touch of each family, sessions."""
+
+    targets: tuple[int, ...]
+    poses: int
+    near: int
+    sessions: int
+
+
+QUICK: Final = Size((100, 300, 500), 2, 60, 1)
+FULL: Final = Size(TARGETS, POSES, 1000, 3)
+
+
+@dataclass(frozen=True, eq=False)
+class PaperResult:
+    """All that was found: tables in order, with what a picture needs beside them."""
+
+    experiment: dict[str, Any]
+    fixtures: tuple[Fixture, ...]
+    groups: tuple[Group, ...]
+    calibration: Calibration
+    table_one: TableOne
+    tables: tuple[PaperTable, ...]
+
+    @property
+    def hard(self) -> int:
+        """Fixtures in which FCL lists other pairs than there are: kept, and said."""
+        return sum(one.hard for one in self.fixtures)
+
+
+def run_paper(
+    *,
+    targets: Sequence[int] = TARGETS,
+    poses: int = POSES,
+    near: int = 1000,
+    sessions: int = 3,
+    seed: int = 0,
+    calibration: Path | None = None,
+    jobs: int = 1,
+    progress: Progress | None = None,
+) -> PaperResult:
+    """Run it.
+
+    Parameters
+    ----------
+    targets, poses : columns of Table I, and poses of each.
+    near : random poses about first touch, per family.
+    sessions : made-up sessions whose frames are sampled.
+    calibration : a file to read times from; ``None``: measure.
+    jobs : processes; the tables are the same for any number.
+
+    Raises
+    ------
+    CalibrationError, FixtureError, WorkerError
+    """
+    told = progress or Silent()
+    experiment = {"targets": list(targets), "poses": poses, "seed": seed}
+    known = read_calibration(calibration, experiment, tuple(CONTESTANTS)) if calibration else None
+    with Crew(jobs) as crew:
+        fixtures = _fixtures(crew, targets, poses, seed, told)
+        groups = tuple(groups_of(fixtures))
+        times = known or measure(groups, experiment, told)
+        largest_first = sorted(groups, key=lambda group: -sum(len(body.mesh.faces) for body in group.bodies))
+        with told.stage("Table I", len(groups), "groups") as advance:
+            found = crew.results([(ask_group, (group, times)) for group in largest_first], advance)
+        order = [largest_first.index(group) for group in groups]
+        table_one = joined([found[place] for place in order])
+        colony, drawn, sampled = _searches(crew, near, sessions, seed, told)
+    if known is None:
+        times = replace(times, pace=pace_of(drawn))
+    tables = (
+        *tables_of(table_one, times), frame_sampling_table(sampled), *colony_tables(colony),
+        *feature_sample_tables(drawn, times.pace),
+    )  # fmt: skip
+    whole = experiment | {"near": near, "sessions": sessions}
+    return PaperResult(whole, fixtures, groups, times, table_one, tables)
+
+
+def _fixtures(crew: Crew, targets: Sequence[int], poses: int, seed: int, told: Progress) -> tuple[Fixture, ...]:
+    """All fixtures in order of target and pose; those of the same meshes are made in one process."""
+    families = range(min(poses, len(FAMILY_NAMES)))
+    tasks = [
+        (target, tuple(range(family, poses, len(FAMILY_NAMES))), seed) for target in targets for family in families
+    ]
+    with told.stage("fixtures", len(tasks), "groups") as advance:
+        made = crew.results([(_make_fixtures, task) for task in reversed(tasks)], advance)
+    return tuple(sorted((one for some in made for one in some), key=lambda one: (one.target, one.number)))
+
+
+def _make_fixtures(target: int, numbers: tuple[int, ...], seed: int) -> list[Fixture]:
+    return [fixture(target, number, seed) for number in numbers]
+
+
+def _searches(
+    crew: Crew, near: int, sessions: int, seed: int, told: Progress
+) -> tuple[list[ColonyRows], list[Drawn], list[list[Sampled]]]:
+    """What hangs on no fixture, in one round."""
+    tasks: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
+        (colony_rows, (family, near, seed)) for family in FAMILY_NAMES
+    ]
+    tasks += [(sample_frames, (seed * sessions + number,)) for number in range(sessions)]
+    tasks += [(search_samples, (family, draw, near, seed)) for family in FAMILY_NAMES for draw in range(DRAWS)]
+    with told.stage("searches near contact, sampled frames and faces", len(tasks), "parts") as advance:
+        found = crew.results(tasks, advance)
+    first, second = len(FAMILY_NAMES), len(FAMILY_NAMES) + sessions
+    return found[:first], found[second:], found[first:second]

@@ -1,0 +1,266 @@
+"""Pairs of placed bodies in which a wanted number of faces meets, to 2 %, the same on every machine.
+
+The columns of Table I are numbers of faces that intersect: the unique faces of both meshes that belong to a pair. A
+tessellation is bisected until typical poses give about that number, then the distance of each random pose until it is
+met. Everything random is keyed by seed, family, number of faces and pose.
+
+Source: section 6.2 of the project's specification.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore import Body, Detector, Motion, TriangleMesh, create_detector
+from cdcore.transforms.rigid import rotation_from_quaternion
+from replay.errors import ReplayError
+from sessions.glassware.catalogue import make_instrument
+from sessions.synthetic.rng import random_stream
+
+TARGETS: Final = (100, 200, 300, 400, 500, 600, 700, 800, 900, 1000)
+"""Faces that meet, the columns of Table I."""
+POSES: Final = 20
+TOLERANCE: Final = 0.02
+"""How far, relative, the number of faces that meet may be from the target."""
+
+LOOKS: Final = 48
+"""Distances tried at once."""
+BRACKETS: Final = 4
+"""How many neighbouring distances, one below and one above the target, are looked between."""
+ATTEMPTS: Final = 40
+"""Fresh directions before a pose is given up; one or two do."""
+PROBES: Final = 4
+"""Random directions over which the typical number of faces of a tessellation is taken."""
+
+FloatArray = NDArray[np.float64]
+
+
+class FixtureError(ReplayError):
+    """No pose with the wanted number of faces was found."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fixture:
+    """Two placed bodies and the truth about them.
+
+    Parameters
+    ----------
+    family : which two meshes.
+    target : faces that were to meet.
+    number, seed : of the pose.
+    bodies, motion : for a detector; one frame.
+    pairs : (k, 2) face pairs that meet, exactly.
+    hard : whether FCL lists other pairs, as happens away from general position; such a pose is kept and reported.
+    """
+
+    family: str
+    target: int
+    number: int
+    seed: int
+    bodies: tuple[Body, Body]
+    motion: Motion
+    pairs: NDArray[np.int64]
+    hard: bool
+
+    @property
+    def faces(self) -> int:
+        """Unique faces of both meshes that meet another: what Table I counts."""
+        return faces_of_pairs(self.pairs)
+
+    @property
+    def record(self) -> dict[str, object]:
+        """What identifies the fixture: hashes of the meshes and the poses, column convention."""
+        poses = np.zeros((2, 4, 4))
+        poses[:, :3, :3], poses[:, :3, 3], poses[:, 3, 3] = self.motion.rotations[0], self.motion.translations[0], 1.0
+        return {
+            "family": self.family, "target": self.target, "number": self.number, "seed": self.seed,
+            "faces": self.faces, "pairs": len(self.pairs), "hard": self.hard,
+            "mesh_sha256": [body.mesh.content_hash for body in self.bodies], "poses": poses.tolist(),
+            "pairs_sha256": hashlib.sha256(self.pairs.astype("<i8").tobytes()).hexdigest(),
+        }  # fmt: skip
+
+
+def faces_of_pairs(pairs: NDArray[np.integer]) -> int:
+    """Unique faces of the first mesh plus unique faces of the second in face pairs (k, 2)."""
+    return len(np.unique(pairs[:, 0])) + len(np.unique(pairs[:, 1]))
+
+
+def table_fixtures(targets: tuple[int, ...] = TARGETS, poses: int = POSES, seed: int = 0) -> tuple[Fixture, ...]:
+    """All fixtures of Table I, in order of target and pose; families take turns. Made once, then remembered."""
+    return tuple(fixture(target, number, seed) for target in targets for number in range(poses))
+
+
+@cache
+def fixture(target: int, number: int, seed: int = 0) -> Fixture:
+    """One fixture.
+
+    Raises
+    ------
+    FixtureError
+        No pose meets the target; names it.
+    """
+    family = FAMILY_NAMES[number % len(FAMILY_NAMES)]
+    bodies = _bodies_for(family, target, seed)
+    rng = random_stream(seed, f"table-1/{target}/{number}", family)
+    for _ in range(ATTEMPTS):
+        way = _Way(rng, bodies)
+        motion = _with_faces(bodies, way, target)
+        if motion is not None:
+            pairs = _exact(bodies).detect(motion, faces=True).faces(0, 0)
+            rounded = _rounded(bodies).detect(motion, faces=True).faces(0, 0)
+            hard = not np.array_equal(pairs, rounded)
+            return Fixture(family, target, number, seed, bodies, motion, pairs, hard)
+    raise FixtureError(
+        f"no pose {number} of {family} in which {target} faces meet; choose a target from {TARGETS[0]} to {TARGETS[-1]}"
+    )
+
+
+@cache
+def _exact(bodies: tuple[Body, Body]) -> Detector:
+    return create_detector("exact", bodies, containment=False)
+
+
+@cache
+def _rounded(bodies: tuple[Body, Body]) -> Detector:
+    """What rounds, FCL: its trees of a pair took longer to build than a pose to be answered."""
+    return create_detector("hybrid", bodies, containment=False)
+
+
+class _Way:
+    """Two random rotations, a random direction: bodies that part along it."""
+
+    def __init__(self, rng: np.random.Generator, bodies: tuple[Body, Body]) -> None:
+        self.turns = rotation_from_quaternion(rng.normal(size=(2, 4)))
+        direction = rng.normal(size=3)
+        self.direction = direction / np.linalg.norm(direction)
+        self.reach = sum(radius_of(body.mesh) for body in bodies)
+        middles = [middle_of(body.mesh) for body in bodies]
+        self.start = rng.normal(size=3) * 0.1
+        self.base = np.array([self.start - turn @ middle for turn, middle in zip(self.turns, middles, strict=True)])
+
+    def motion(self, distances: FloatArray) -> Motion:
+        """One frame for each distance between the middles of the two bodies."""
+        moves = np.tile(self.base, (len(distances), 1, 1))
+        moves[:, 1] += distances[:, None] * self.direction
+        return Motion(np.arange(len(distances)) / 90.0, moves, np.tile(self.turns, (len(distances), 1, 1, 1)))
+
+
+def _with_faces(bodies: tuple[Body, Body], way: _Way, target: int) -> Motion | None:
+    """The frame in which the number of faces is nearest to the target, if near enough."""
+    distances = np.linspace(0.0, way.reach, LOOKS, endpoint=False)
+    detector = _exact(bodies)
+
+    def counted(some: FloatArray) -> NDArray[np.int64]:
+        detection = detector.detect(way.motion(some), faces=True)
+        return np.array([faces_of_pairs(detection.faces(frame, 0)) for frame in range(len(some))])
+
+    counts = counted(distances)
+    crossing = np.flatnonzero((counts[1:] > target) != (counts[:-1] > target))[:BRACKETS]
+    if len(crossing):
+        between = np.concatenate([np.linspace(distances[k], distances[k + 1], 16)[1:-1] for k in crossing])
+        distances, counts = np.concatenate([distances, between]), np.concatenate([counts, counted(between)])
+    best = int(np.argmin(np.abs(counts - target)))
+    if abs(int(counts[best]) - target) > TOLERANCE * target:
+        return None
+    return way.motion(distances[best : best + 1])
+
+
+@cache
+def _bodies_for(family: str, target: int, seed: int) -> tuple[Body, Body]:
+    """The coarsest tessellation at which half of the best distance's faces are the target, by bisection."""
+    make, low, high = FAMILIES[family]
+    while high - low > max(1, low // 16):
+        middle = (low + high) // 2
+        if _typical_faces(make(middle), family, seed) < target:
+            low = middle
+        else:
+            high = middle
+    return make(high)
+
+
+def _typical_faces(bodies: tuple[Body, Body], family: str, seed: int) -> float:
+    """The largest number of faces along some random ways, three quarters of their median."""
+    rng = random_stream(seed, "table-1/tessellation", family)
+    detector = _exact(bodies)
+    most = []
+    for _ in range(PROBES):
+        way = _Way(rng, bodies)
+        detection = detector.detect(way.motion(np.linspace(0.0, way.reach, 12, endpoint=False)), faces=True)
+        most.append(max(faces_of_pairs(detection.faces(frame, 0)) for frame in range(12)))
+    return 0.75 * float(np.median(most))
+
+
+def middle_of(mesh: TriangleMesh) -> FloatArray:
+    """Middle (3,) of the box about a mesh."""
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    middle: FloatArray = (low + high) / 2
+    return middle
+
+
+def radius_of(mesh: TriangleMesh) -> float:
+    """Distance of the farthest vertex from the middle."""
+    return float(np.linalg.norm(mesh.vertices - middle_of(mesh), axis=1).max())
+
+
+def torus(sections: int, large: float = 0.05, small: float = 0.02) -> TriangleMesh:
+    """A closed torus about +Y of ``sections`` by half as many quads, two faces each; metres."""
+    around, tube = sections, max(3, sections // 2)
+    u = 2 * np.pi * np.arange(around)[:, None] / around
+    v = 2 * np.pi * np.arange(tube)[None] / tube
+    ring = large + small * np.cos(v)
+    points = np.stack(
+        [ring * np.cos(u), np.broadcast_to(small * np.sin(v), (around, tube)), -ring * np.sin(u)], axis=-1
+    )
+    number = np.arange(around * tube).reshape(around, tube)
+    on, up = np.roll(number, -1, axis=0), np.roll(number, -1, axis=1)
+    both = np.roll(on, -1, axis=1)
+    faces = np.concatenate(
+        [np.stack(part, axis=-1).reshape(-1, 3) for part in ((number, on, both), (number, both, up))]
+    )
+    return TriangleMesh(points.reshape(-1, 3), faces)
+
+
+def sphere(sections: int, radius: float = 0.035) -> TriangleMesh:
+    """A closed sphere of ``sections`` round its +Y axis and half as many from pole to pole; metres."""
+    rings = max(3, sections // 2)
+    u = 2 * np.pi * np.arange(sections)[None] / sections
+    v = np.pi * np.arange(1, rings)[:, None] / rings
+    band = np.stack(
+        [np.sin(v) * np.cos(u), np.broadcast_to(np.cos(v), (rings - 1, sections)), -np.sin(v) * np.sin(u)], axis=-1
+    )
+    points = radius * np.concatenate([[[0.0, 1.0, 0.0]], band.reshape(-1, 3), [[0.0, -1.0, 0.0]]])
+    number = 1 + np.arange((rings - 1) * sections).reshape(rings - 1, sections)
+    on = np.roll(number, -1, axis=1)
+    top, bottom = np.zeros(sections, dtype=np.int64), np.full(sections, len(points) - 1)
+    quads = [(number[:-1], number[1:], on[1:]), (number[:-1], on[1:], on[:-1])]
+    caps = [(top, number[0], on[0]), (bottom, on[-1], number[-1])]
+    faces = np.concatenate([np.stack(part, axis=-1).reshape(-1, 3) for part in (*quads, *caps)])
+    return TriangleMesh(points, faces)
+
+
+@cache
+def _torus_and_sphere(sections: int) -> tuple[Body, Body]:
+    return Body("torus", torus(sections)), Body("sphere", sphere(sections))
+
+
+@cache
+def _beaker_and_flask(faces: int) -> tuple[Body, Body]:
+    beaker, flask = (make_instrument(name, faces=faces).mesh for name in ("beaker_250", "erlenmeyer_flask"))
+    first, second = (TriangleMesh(mesh.vertices, mesh.faces) for mesh in (beaker, flask))
+    return Body("beaker", first), Body("flask", second)
+
+
+Maker = Callable[[int], tuple[Body, Body]]
+FAMILIES: Final[dict[str, tuple[Maker, int, int]]] = {
+    "torus-sphere": (_torus_and_sphere, 8, 256),
+    "beaker-flask": (_beaker_and_flask, 500, 50_000),
+}
+"""Family -> how to make it at a tessellation, and the coarsest and finest there is."""
+FAMILY_NAMES: Final = tuple(FAMILIES)

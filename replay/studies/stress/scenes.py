@@ -1,0 +1,169 @@
+"""Hard cases of whole bodies: two of them, their poses, and the verdict that construction or all face pairs give.
+
+Source: section 7.5 of the project's specification; the numbers of the cases are its numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import ArrayLike, NDArray
+
+from cdcore import Body, Motion, TriangleMesh, Verdict
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
+from cdcore.numerics import FloatArray, place_points
+from cdcore.protocol.detection import Covers
+from replay.studies.stress.families import random_rotations
+from replay.studies.stress.solids import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, merged, moved, rod_mesh
+
+LIFTS: Final = (1e-12, 1e-9, 1e-7, 5e-7, 1e-6, 2e-6, 1e-5)
+"""Metres by which a resting glass is lifted or sunk."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Two bodies, a motion, and what is true of it.
+
+    Parameters
+    ----------
+    name : in a few words.
+    bodies : the two.
+    motion : T poses of the two, in ``crossings`` equal parts.
+    truth : of instants (T,) uint8 verdicts, one a frame; of intervals (crossings,), whether each part has a contact.
+    covers : whether the frames are asked about, or all of the time between them too.
+    """
+
+    name: str
+    bodies: tuple[Body, Body]
+    motion: Motion
+    truth: NDArray[np.uint8]
+    covers: Covers = "instants"
+
+
+def two(first: TriangleMesh, second: TriangleMesh) -> tuple[Body, Body]:
+    """The meshes as bodies."""
+    return Body("first", first), Body("second", second)
+
+
+def posed(body: Body, motion: Motion, frame: int, number: int) -> FloatArray:
+    """The triangles (f, 3, 3) of body ``number`` in a frame, as every detector places them."""
+    triangles = body.mesh.triangles.reshape(-1, 3)
+    placed = place_points(triangles, motion.rotations[frame, number], motion.translations[frame, number])
+    return placed.reshape(-1, 3, 3)
+
+
+def meeting(bodies: tuple[Body, Body], motion: Motion, frame: int) -> NDArray[np.int64]:
+    """The face pairs (k, 2) that meet in a frame, from all there are."""
+    return meeting_faces_exhaustive(*(posed(bodies[k], motion, frame, k) for k in range(2)))
+
+
+def in_worlds(rng: Generator, count: int, world: float = 1.0) -> Motion:
+    """Both bodies in the same random pose, ``count`` times; the first time as they stand."""
+    turn, place = random_rotations(rng, count), rng.normal(size=(count, 3)) * world
+    turn[0], place[0] = np.eye(3), 0.0
+    return Motion(np.arange(count) / 90, np.repeat(place[:, None], 2, 1), np.repeat(turn[:, None], 2, 1))
+
+
+def at(places: ArrayLike) -> Motion:
+    """The first body unturned at places (T, 3), the second at the origin."""
+    first = np.asarray(places, dtype=np.float64)
+    both = np.stack([first, np.zeros_like(first)], axis=1)
+    return Motion(np.arange(len(first)) / 90, both, np.tile(np.eye(3), (len(first), 2, 1, 1)))
+
+
+def of_all_pairs(name: str, bodies: tuple[Body, Body], motion: Motion) -> Scene:
+    """A scene whose truth all face pairs tell; nothing is inside anything in it."""
+    meets = [len(meeting(bodies, motion, frame)) > 0 for frame in range(len(motion))]
+    return Scene(name, bodies, motion, np.array(meets, dtype=np.uint8) * np.uint8(Verdict.CONTACT))
+
+
+def containment(rng: Generator) -> Iterator[Scene]:
+    """27: a body wholly inside another."""
+    inside = {"ball in a box": (ball_mesh(0.1), box_mesh()), "ball in a ball": (ball_mesh(0.2), ball_mesh(1.0))}
+    for name, (inner, outer) in inside.items():
+        for order, bodies in (("", two(inner, outer)), (", outer first", two(outer, inner))):
+            motion = in_worlds(rng, 6)
+            yield Scene(name + order, bodies, motion, np.full(6, Verdict.CONTAINED, dtype=np.uint8))
+
+
+def cavity(rng: Generator) -> Iterator[Scene]:
+    """28: a rod in the cavity of an open beaker, which is outside the glass."""
+    rod, beaker = moved(rod_mesh(), [0.01, 0.005, 0.01]), beaker_mesh()
+    for name, bodies in (("rod first", two(rod, beaker)), ("beaker first", two(beaker, rod))):
+        yield Scene(name, bodies, in_worlds(rng, 6), np.full(6, Verdict.CLEAR, dtype=np.uint8))
+
+
+def odd_meshes(_rng: Generator) -> Iterator[Scene]:
+    """37: meshes with every common fault, beside a sound one; clear, in contact, far away."""
+    box = box_mesh()
+    stray = [*box.vertices.tolist(), [50.0, 0, 0]]
+    odd = {
+        "faces without area": TriangleMesh(box.vertices, [*box.faces.tolist(), [0, 0, 1], [3, 3, 3]]),
+        "faces listed twice": TriangleMesh(box.vertices, np.concatenate([box.faces, box.faces])),
+        "vertices not merged": TriangleMesh(box.triangles.reshape(-1, 3), np.arange(36).reshape(-1, 3)),
+        "a far vertex of no face": TriangleMesh(stray, box.faces),
+        "open": TriangleMesh(box.vertices, box.faces[:-1]),
+        "faces turned round": TriangleMesh(box.vertices, box.faces[:, ::-1]),
+        "an edge of three faces": TriangleMesh([*stray[:-1], [-1.0, -1, 0]], [*box.faces.tolist(), [0, 1, 8]]),
+        "no area at all": TriangleMesh(np.zeros((3, 3)) + 0.5, [[0, 1, 2], [0, 0, 0]]),
+    }
+    for name, mesh in odd.items():
+        yield of_all_pairs(name, two(ball_mesh(0.5), mesh), at(np.array([[1.1, 0, 0], [0.9, 0.1, 0.2], [3, 0, 0]])))
+
+
+def far_away(_rng: Generator) -> Iterator[Scene]:
+    """38: thousands of kilometres from the origin, by the poses or in the vertices."""
+    near = np.array([[x, 0.1, 0.2] for x in (0.9, 0.99, 1.0, 1 + 1e-9, 1.01)])
+    for shift in (1e3, 1e5, 1e7):
+        offset = np.array([shift, -shift / 3, shift / 7])
+        ball, box, motion = ball_mesh(0.5), box_mesh(), at(near)
+        there = Motion(motion.times, motion.translations + offset, motion.rotations)
+        yield of_all_pairs(f"{shift:g} m in the pose", two(ball, box), there)
+        yield of_all_pairs(f"{shift:g} m in the vertices", two(moved(ball, offset), moved(box, offset)), motion)
+
+
+def scaled(_rng: Generator) -> Iterator[Scene]:
+    """39: all lengths times a power of two or of ten."""
+    for scale in (2.0**-20, 2.0**-10, 2.0**10, 2.0**20, 1e-6, 1e-3, 1e3, 1e6):
+        sized = (TriangleMesh(mesh.vertices * scale, mesh.faces) for mesh in (ball_mesh(0.5), box_mesh()))
+        motion = at(np.array([[x, 0.1, 0.2] for x in (0.8, 0.9, 1.01, 1.1)]) * scale)
+        yield of_all_pairs(f"times {scale:.3g}", two(*sized), motion)
+
+
+def resting(rng: Generator) -> Iterator[Scene]:
+    """41: a glass on a table, lifted or sunk by a hair."""
+    table = box_mesh((0.3, 0.3, 0.02), (0, 0, -0.01))
+    for lift in (0.0, *LIFTS, *(-lift for lift in LIFTS)):
+        yield of_all_pairs(f"lifted by {lift:g} m", two(moved(beaker_mesh(), [0, 0, lift]), table), in_worlds(rng, 6))
+
+
+def degenerate(rng: Generator) -> Iterator[Scene]:
+    """42: a mesh on itself, kisses in one vertex, a rod on a wall, blocks on one lattice."""
+    beaker, ball, rod = beaker_mesh(sides=10), icosphere_mesh(1), rod_mesh(0.25, 4.0, 8)
+    blocks = merged(*(box_mesh(centre=(x, y, 0)) for x in range(3) for y in range(2)))
+    scenes = {
+        "a mesh on itself": two(beaker, beaker),
+        "icospheres kissing": two(ball, moved(ball, [0, 0, 2])),
+        "a rod on a wall": two(rod, box_mesh((1.0, 6.0, 6.0), (0.75, 0, 2.0))),
+        "blocks on a lattice": two(blocks, moved(blocks, [1, 1, 1])),
+    }
+    for name, bodies in scenes.items():
+        yield of_all_pairs(name, bodies, in_worlds(rng, 6))
+
+
+Maker = Callable[[Generator], Iterator[Scene]]
+
+AT_INSTANTS: Final[dict[int, tuple[str, Maker]]] = {
+    27: ("containment", containment),
+    28: ("cavity", cavity),
+    37: ("malformed meshes", odd_meshes),
+    38: ("far from the origin", far_away),
+    39: ("unit errors", scaled),
+    41: ("resting contact", resting),
+    42: ("mesh degeneracies", degenerate),
+}
+"""Number of a case -> its name, and what makes its scenes."""

@@ -1,0 +1,254 @@
+"""Detectors on the hard cases of whole bodies, 27 to 43: passed, missed, invented or refused, with the reason."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdcore import Detection, Verdict, create_detector
+from cdcore.errors import CollisionCoreError
+from cdcore.protocol import counts_as_contact, is_undecided
+from replay.base.progress import Progress, Silent
+from replay.comparison.tolerance import TAU
+from replay.errors import StressError
+from replay.studies.stress.attempts import ATTEMPTS
+from replay.studies.stress.crossings import OVER_INTERVALS
+from replay.studies.stress.families import FIRST_SEED
+from replay.studies.stress.peers import PEERS
+from replay.studies.stress.scene_files import FailedScene, write_scenes
+from replay.studies.stress.scenes import AT_INSTANTS, Scene, meeting
+
+NOT_ASKED: Final = {40: ("time stamps", "about recordings, not detectors: replay info names what lies")}
+"""Number of a case that asks no detector -> its name, and why."""
+
+CASES: Final = {n: row[0] for n, row in sorted((AT_INSTANTS | OVER_INTERVALS | ATTEMPTS | NOT_ASKED).items())}
+"""Number -> name, 27 to 43."""
+
+AT_FRAMES: Final = "decides at frames: between them it is not asked"
+WORDS: Final = ("missed", "invented", "within", "refused", "unconfirmed")
+NO_BODIES: Final = "is asked about triangle pairs only"
+
+
+@dataclass(frozen=True)
+class CaseTally:
+    """One detector on one case.
+
+    Parameters
+    ----------
+    asked : pair-frames, crossings or attempts.
+    missed, invented : wrong by more than tau; an attempt that went wrong counts as missed.
+    within : wrong about at most tau.
+    refused : not decided.
+    unconfirmed : reported by bounding volumes alone where nothing meets.
+    reason : why it was refused, missed or does not apply.
+    applies : False where the case asks this detector nothing.
+    promised : whether the detector's promise reaches as far as the case: one of instants says nothing of intervals.
+    file : where the failing scenes were written, if they were.
+    """
+
+    detector: str
+    number: int
+    name: str
+    seed: int
+    asked: int = 0
+    missed: int = 0
+    invented: int = 0
+    within: int = 0
+    refused: int = 0
+    unconfirmed: int = 0
+    reason: str = ""
+    applies: bool = True
+    promised: bool = True
+    file: str | None = None
+
+    @property
+    def words(self) -> str:
+        """``passed``, ``does not apply``, or what was counted."""
+        if not self.applies:
+            return "does not apply"
+        counts = {"missed": self.missed, "invented": self.invented, "within tolerance": self.within}
+        counts |= {"refused": self.refused, "unconfirmed": self.unconfirmed}
+        return ", ".join(f"{count:,} {word}" for word, count in counts.items() if count) or "passed"
+
+
+def cases_of(text: str) -> list[int]:
+    """Cases named by ``all``, ``29`` or ``27-28,41``.
+
+    Raises
+    ------
+    StressError
+        Not numbers from 27 to 43.
+    """
+    wanted: set[int] = set()
+    for part in ("27-43" if text == "all" else text).split(","):
+        first, _, last = part.partition("-")
+        if not (first.isdecimal() and (last or first).isdecimal() and 27 <= int(first) <= int(last or first) <= 43):
+            raise StressError(f"there is no case {part!r}; they go from 27 to 43")
+        wanted |= set(range(int(first), int(last or first) + 1))
+    return sorted(wanted)
+
+
+def run_cases(
+    detectors: Sequence[str],
+    cases: Sequence[int] = tuple(CASES),
+    *,
+    seed: int = FIRST_SEED,
+    tau: float = TAU,
+    out: Path | None = None,
+    progress: Progress | None = None,
+) -> tuple[CaseTally, ...]:
+    """Ask each detector each case.
+
+    Parameters
+    ----------
+    detectors : names of detectors, or of peers.
+    cases : numbers from 27 to 43.
+    seed : of the random worlds.
+    tau : metres, see ``TAU``.
+    out : folder for a file per detector and case with failing scenes; ``None``: none are written.
+    progress : told how far the work is.
+
+    Returns
+    -------
+    Case after case, detector after detector.
+
+    Raises
+    ------
+    UnknownDetectorError, OutputError
+    """
+    found = []
+    with (progress or Silent()).stage("cases", len(cases) * len(detectors), "cases") as advance:
+        for number in cases:
+            makers = AT_INSTANTS | OVER_INTERVALS
+            scenes = list(makers[number][1](np.random.default_rng((seed, number)))) if number in makers else []
+            for name in detectors:
+                found.append(case_of(name, number, scenes, seed=seed, tau=tau, out=out))
+                advance(1)
+    return tuple(found)
+
+
+def case_of(
+    detector: str, number: int, scenes: Sequence[Scene], *, seed: int, tau: float, out: Path | None = None
+) -> CaseTally:
+    """Ask one detector one case; ``scenes`` are those of the case, if it has any."""
+    where: dict[str, Any] = {"detector": detector, "number": number, "name": CASES[number], "seed": seed}
+    if number in NOT_ASKED or detector in PEERS:
+        why = NO_BODIES if detector in PEERS else NOT_ASKED[number][1]
+        return CaseTally(**where, reason=why, applies=False)
+    if number in ATTEMPTS:
+        wrong = [f"{name}: {fault}" for name, fault in _attempted(detector, number) if fault]
+        asked = sum(1 for _ in ATTEMPTS[number][1]())
+        return CaseTally(**where, asked=asked, missed=len(wrong), reason=wrong[0] if wrong else "")
+    answers = [answer_of(detector, scene, tau) for scene in scenes]
+    failed = [FailedScene(scene, one.said) for scene, one in zip(scenes, answers, strict=True) if one.failed]
+    file = str(write_scenes(failed, detector, number, seed, out)) if out is not None and failed else None
+    counts: dict[str, Any] = {word: sum(one.counts[word] for one in answers) for word in WORDS}
+    promised = all(one.promised for one in answers)
+    reasons = [one.reason for one in answers if one.reason and one.failed]
+    reason = reasons[0] if reasons else "" if promised or not counts["missed"] else AT_FRAMES
+    asked = sum(len(scene.truth) for scene in scenes)
+    return CaseTally(**where, asked=asked, **counts, reason=reason, promised=promised, file=file)
+
+
+def _attempted(detector: str, number: int) -> list[tuple[str, str]]:
+    found = []
+    for name, attempt in ATTEMPTS[number][1]():
+        try:
+            found.append((name, attempt(detector)))
+        except CollisionCoreError as error:
+            found.append((name, str(error)))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What a detector said of a scene (as long as its truth), and what that is worth."""
+
+    said: NDArray[np.uint8]
+    counts: dict[str, int]
+    reason: str
+    promised: bool
+
+    @property
+    def failed(self) -> bool:
+        """Whether there is anything to write down."""
+        return any(self.counts[word] for word in ("missed", "invented", "refused"))
+
+
+def answer_of(detector: str, scene: Scene, tau: float) -> Answer:
+    """Ask a detector about a scene, and count."""
+    try:
+        detections = _asked(detector, scene)
+    except CollisionCoreError as error:
+        said = np.full(len(scene.truth), Verdict.INVALID, dtype=np.uint8)
+        return Answer(said, dict.fromkeys(WORDS, 0) | {"refused": len(said)}, str(error), True)
+    verdict = np.concatenate([one.verdict[:, 0] for one in detections])
+    reason = next((why for one in detections for why in one.reasons.values()), "")
+    if scene.covers == "intervals":
+        said = _over_crossings(verdict.reshape(len(scene.truth), -1))
+        truth = scene.truth * np.uint8(Verdict.CONTACT)
+        promised = detections[0].covers == "intervals"
+    else:
+        said, truth, promised = verdict, scene.truth, True
+    refused = is_undecided(said)
+    word = (detections[0].containment or ("",))[0]
+    if word.startswith("refused: "):
+        silent = (truth == Verdict.CONTAINED) & ~counts_as_contact(said) & ~refused
+        reason = word.removeprefix("refused: ") if silent.any() else reason
+        refused |= silent
+    unconfirmed = (said == Verdict.CANDIDATE) & (truth != Verdict.CONTACT)
+    answer = np.where(said == Verdict.NOT_FOUND, Verdict.CLEAR, said)
+    answer[(said == Verdict.CANDIDATE) & (truth == Verdict.CONTACT)] = Verdict.CONTACT
+    wrong = (answer != truth) & ~refused & ~unconfirmed
+    within = wrong & _within(scene, wrong, tau)
+    missed = wrong & ~within & (truth != Verdict.CLEAR) & ~((truth == Verdict.CONTAINED) & counts_as_contact(said))
+    counts = {"missed": missed, "invented": wrong & ~within & ~missed, "within": within, "refused": refused}
+    counts["unconfirmed"] = unconfirmed
+    return Answer(said, {name: int(rows.sum()) for name, rows in counts.items()}, reason, promised)
+
+
+def _asked(detector: str, scene: Scene) -> list[Detection]:
+    """One detection, or one a frame where instants are asked of a detector of intervals."""
+    engine = create_detector(detector, scene.bodies)
+    first = engine.detect(scene.motion.take(np.array([0])))
+    if scene.covers == "instants" and first.covers == "intervals":
+        rest = [engine.detect(scene.motion.take(np.array([frame]))) for frame in range(1, len(scene.motion))]
+        return [first, *rest]
+    return [engine.detect(scene.motion)]
+
+
+def _over_crossings(verdict: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """What (crossings, frames) verdicts come to: a contact anywhere, else undecided anywhere, else clear.
+
+    The first frame of a crossing has no interval before it, so that it has no pose there decides nothing.
+    """
+    said = np.full(len(verdict), Verdict.CLEAR, dtype=np.uint8)
+    open_ = is_undecided(verdict)
+    open_[:, 0] &= verdict[:, 0] != Verdict.NO_POSE
+    said[open_.any(axis=1)] = Verdict.UNRESOLVED
+    said[(verdict == Verdict.CANDIDATE).any(axis=1)] = Verdict.CANDIDATE
+    said[(verdict == Verdict.CONTACT).any(axis=1)] = Verdict.CONTACT
+    return said
+
+
+def _within(scene: Scene, wrong: NDArray[np.bool_], tau: float) -> NDArray[np.bool_]:
+    """Which wrong answers about instants are about at most tau."""
+    within = np.zeros(len(wrong), dtype=np.bool_)
+    if scene.covers == "intervals" or tau <= 0 or not wrong.any():
+        return within
+    from cdcore.narrow.ill_posed import MarginStage
+
+    stage = MarginStage(scene.bodies, tau)
+    for frame in np.flatnonzero(wrong & (scene.truth != Verdict.CONTAINED)).tolist():
+        turn, move = scene.motion.rotations[frame], scene.motion.translations[frame]
+        if scene.truth[frame] == Verdict.CONTACT:
+            question = (0, 1), meeting(scene.bodies, scene.motion, frame), turn, move
+            within[frame] = stage.shallow(*question) and stage.loose(*question)
+        else:
+            within[frame] = stage.near((0, 1), turn[None], move[None])[0]
+    return within

@@ -1,0 +1,80 @@
+"""The oracle's answer, and the figures of a detection beside it: counted as the audit counts them."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from cdcore import Detection
+from cdcore.protocol import FaceSets
+from replay.base.wilson import share
+from replay.comparison.compare import compare, face_recall
+from replay.comparison.episodes import episodes
+from replay.comparison.outcome import Comparison, Episode, Outcome
+from replay.comparison.tolerance import Tolerance
+from replay.detection.detector_spec import DetectorSpec
+from replay.detection.run_detector import make_detector
+from replay.errors import TradeoffError
+from replay.prepare.assembly import Assembly
+
+
+class Judge:
+    """What an oracle found in a session, and figures of any other detection of it.
+
+    A disagreement about less than ``tau`` metres is *within tolerance*. Raises ``TradeoffError``: the oracle finds no
+    contact, so nothing can be missed.
+    """
+
+    def __init__(self, assembly: Assembly, spec: DetectorSpec, seed: int, tau: float) -> None:
+        self.spec = spec
+        self._trusted, self._motion = make_detector(spec, assembly, seed), assembly.motion
+        self.truth = self._trusted.detect(assembly.motion)
+        self.contacts: tuple[Episode, ...] = episodes(self.truth)
+        if not self.contacts:
+            raise TradeoffError(f"{spec.name} finds no contact in this session: nothing can be missed; take another")
+        exact = make_detector(DetectorSpec("faces", "exact"), assembly, seed)
+        self._tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), tau)
+
+    @cached_property
+    def _faces(self) -> FaceSets | None:
+        """Every face pair that meets; ``None`` of an oracle that lists none at instants. Asked for once."""
+        return None if self.truth.covers != "instants" else self._trusted.detect(self._motion, faces=True).face_sets
+
+    def figures(self, detection: Detection, *, same_faces: bool = True) -> dict[str, Any]:
+        """Pair-frames, contacts and, where they were listed, face pairs found, missed and invented, with intervals.
+
+        Without ``same_faces`` the detection's meshes are not the oracle's, and faces are not compared.
+        """
+        comparison = compare(detection, self.truth, within=self._tolerance.judge(detection, self.truth))
+        outcome = comparison.outcome
+        count = np.bincount(outcome.ravel(), minlength=len(Outcome))
+        both, missed, invented = (int(count[word]) for word in (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED))
+        lost, true = share(missed, both + missed), share(both, both + invented)
+        found = [set(outcome[one.first : one.last + 1, one.pair].tolist()) for one in self.contacts]
+        whole = sum(Outcome.MISSED in words and Outcome.BOTH not in words for words in found)
+        contacts = share(whole, len(self.contacts))
+        return {
+            "both": both, "missed_pair_frames": missed, "invented_pair_frames": invented,
+            "within_tolerance": int(count[Outcome.WITHIN_TOLERANCE]), "left_out": int(count[Outcome.LEFT_OUT]),
+            "recall": None if lost["share"] is None else both / (both + missed),
+            "recall_low": 1 - lost["high"], "recall_high": 1 - lost["low"],
+            "missed": lost["share"], "missed_low": lost["low"], "missed_high": lost["high"],
+            "precision": true["share"], "precision_low": true["low"], "precision_high": true["high"],
+            "contacts": len(self.contacts), "contacts_missed": whole,
+            "contacts_missed_low": contacts["low"], "contacts_missed_high": contacts["high"],
+            **self._of_faces(detection if same_faces else None, comparison),
+        }  # fmt: skip
+
+    def _of_faces(self, detection: Detection | None, comparison: Comparison) -> dict[str, Any]:
+        """Face pairs of the oracle, how many of them were listed, and how many others."""
+        listed = None if detection is None else detection.face_sets
+        if listed is None or self._faces is None:
+            return dict.fromkeys(("face_recall", "face_pairs", "face_pairs_listed", "face_pairs_invented"))
+        found = face_recall(listed, self._faces, comparison)
+        recall = found.found / found.total if found.total else None
+        return {
+            "face_recall": recall, "face_pairs": found.total, "face_pairs_listed": found.found,
+            "face_pairs_invented": found.invented,
+        }  # fmt: skip

@@ -1,0 +1,114 @@
+"""Polyhedra whose outermost points along the axes are exact: where motion runs along an axis, so is the truth.
+
+Sizes that are sums of few powers of two (1/32 m, 1/256 m) also survive the rounding of a mesh file to float32.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sessions.geometry.rotations import Array
+from sessions.mesh_data import MeshData
+
+
+def box(extents: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0)) -> MeshData:
+    """An axis-parallel box of 12 faces; ``extents`` are its sizes along x, y, z."""
+    half = np.asarray(extents, dtype=np.float64) / 2.0
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half + np.asarray(centre)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return MeshData(corners, [face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))])
+
+
+def pointed_ball(radius: float, splits: int = 3) -> MeshData:
+    """A ball of 8 * 4^splits faces inscribed in its sphere, with one vertex exactly on each half axis."""
+    points = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64)
+    faces = np.array(
+        [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]], dtype=np.int64
+    )
+    for _ in range(splits):
+        points, faces = _split(points, faces)
+    return MeshData(radius * points, faces)
+
+
+def prism(sides: int, radius: float, length: float, *, hole: float = 0.0) -> MeshData:
+    """A regular prism along Y about the origin, or a ring with a hole of inradius ``hole``.
+
+    Without a hole ``radius`` is that of the corners, one of which lies on +X (and on -X when ``sides`` is even). With
+    one, flats face both ways along X: ``hole`` and ``radius`` are distances of flats from the axis.
+
+    Raises
+    ------
+    ValueError
+        Fewer than 4 or an odd number of sides, or a hole not smaller than the radius.
+    """
+    if sides < 4 or sides % 2 or not 0.0 <= hole < radius:
+        raise ValueError(f"a prism of {sides} sides, radius {radius}, hole {hole} is not possible; sides even, >= 4")
+    half = length / 2.0
+    angle = 2.0 * np.pi * np.arange(sides) / sides
+    if hole == 0.0:
+        outline = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
+        outline[0], outline[sides // 2] = (radius, 0.0), (-radius, 0.0)
+        return _capped(outline, half)
+    # A half step turns a flat towards +X; its two corners then get that flat's exact x.
+    outer, inner = (_flat_polygon(sides, size) for size in (radius, hole))
+    return _ring(outer, inner, half)
+
+
+def inscribed_depth(mesh: MeshData) -> float:
+    """How far the flattest face of a convex mesh about the origin lies inside the sphere through its corners."""
+    corners = mesh.triangles
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    distance = np.einsum("ij,ij->i", normal, corners[:, 0])
+    return float(np.linalg.norm(mesh.vertices, axis=1).max() - distance.min())
+
+
+def _split(points: Array, faces: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+    edges = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    unique, place = np.unique(edges, axis=0, return_inverse=True)
+    middle = points[unique].sum(axis=1)
+    middle /= np.linalg.norm(middle, axis=1, keepdims=True)
+    a, b, c = faces.T
+    ab, bc, ca = place.reshape(-1, 3).T + len(points)
+    quarters = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+    return np.concatenate([points, middle]), np.concatenate([np.stack(quarter, axis=1) for quarter in quarters])
+
+
+def _flat_polygon(sides: int, inradius: float) -> Array:
+    angle = 2.0 * np.pi * (np.arange(sides) + 0.5) / sides
+    outline: Array = inradius / np.cos(np.pi / sides) * np.column_stack([np.cos(angle), np.sin(angle)])
+    outline[[0, -1], 0] = inradius
+    outline[[sides // 2 - 1, sides // 2], 0] = -inradius
+    return outline
+
+
+def _level(outline: Array, height: float) -> Array:
+    return np.column_stack([outline[:, 0], np.full(len(outline), height), -outline[:, 1]])
+
+
+def _capped(outline: Array, half: float) -> MeshData:
+    n = len(outline)
+    points = np.concatenate([_level(outline, -half), _level(outline, half), [[0.0, -half, 0.0], [0.0, half, 0.0]]])
+    i = np.arange(n)
+    j = (i + 1) % n
+    low, high = np.full(n, 2 * n), np.full(n, 2 * n + 1)
+    faces = [[i, j, j + n], [i, j + n, i + n], [low, j, i], [high, i + n, j + n]]
+    return MeshData(points, np.concatenate([np.stack(face, axis=1) for face in faces]))
+
+
+def _ring(outer: Array, inner: Array, half: float) -> MeshData:
+    n = len(outer)
+    points = np.concatenate([_level(line, y) for line in (outer, inner) for y in (-half, half)])
+    i = np.arange(n)
+    j = (i + 1) % n
+    out_low, out_high, in_low, in_high = (i + k * n for k in range(4))
+    j_out_low, j_out_high, j_in_low, j_in_high = (j + k * n for k in range(4))
+    quads = [
+        [out_low, j_out_low, j_out_high, out_high],
+        [out_high, j_out_high, j_in_high, in_high],
+        [in_high, j_in_high, j_in_low, in_low],
+        [in_low, j_in_low, j_out_low, out_low],
+    ]
+    faces = [np.stack([a, b, c], axis=1) for p, q, r, s in quads for a, b, c in ((p, q, r), (p, r, s))]
+    return MeshData(points, np.concatenate(faces))

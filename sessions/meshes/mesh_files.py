@@ -1,0 +1,204 @@
+"""Meshes in and out of files, and their unions: a mesh written as GLB and read again is the same mesh bit for bit.
+
+Only this module of `sessions` imports trimesh and manifold3d, and only when a function needs them.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.errors import MeshFileError
+from sessions.mesh_data import MeshData, concatenated, is_closed, least_area
+from sessions.meshes.glb import read_own_glb
+
+if TYPE_CHECKING:
+    import trimesh
+
+FILE_TYPES = ("glb", "obj", "stl", "ply", "off")
+
+# Booleans of float32 coordinates leave crumbs at seams: edges of a few ulps. One micrometre removes them; it is a
+# thousandth of the thinnest glass wall here and half of the distance below which an audit calls a contact undecided
+# (2 um).
+SEAM_TOLERANCE = 1e-6
+SEAM_ATTEMPTS = 8  # up to a quarter of a millimetre, a tenth of the thinnest rod
+LEAST_AREA = 1e-13  # m2; an edge of 1 um times one of 0.2 um: anything less is a crumb of a seam
+
+
+def load_mesh(path: str | Path, scale: float = 1.0) -> MeshData:
+    """Read a mesh file (GLB, OBJ, STL, PLY or OFF) as one mesh; faces keep the order of the file.
+
+    Parts of a GLB scene are placed by their nodes and joined, in file order. Nothing is merged, repaired or dropped,
+    with one exception: corners of an STL, a format without shared vertices, are shared where they are bit-identical.
+
+    Parameters
+    ----------
+    path : the file; its ending says its type.
+    scale : metres per unit of the file (0.01 for a file in centimetres).
+
+    Raises
+    ------
+    MeshFileError
+        When the file is missing, empty, damaged, of an unknown type, or holds no triangle.
+    """
+    place = Path(path)
+    file_type = place.suffix.lower().removeprefix(".")
+    if file_type not in FILE_TYPES:
+        raise MeshFileError(
+            f"mesh file {place} is of no known type; use one of: {', '.join('.' + t for t in FILE_TYPES)}"
+        )
+    try:
+        data = place.read_bytes()
+    except FileNotFoundError:
+        raise MeshFileError(f"mesh file {place} does not exist; check the path") from None
+    except OSError as error:
+        raise MeshFileError(
+            f"mesh file {place} cannot be read ({error.strerror}); check what it is and who may read it"
+        ) from None
+    try:
+        return mesh_from_bytes(data, file_type, scale)
+    except MeshFileError as error:
+        raise MeshFileError(f"mesh file {place}: {error}") from None
+
+
+def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0) -> MeshData:
+    """Read one mesh from the bytes of a file; see `load_mesh`.
+
+    Raises
+    ------
+    MeshFileError
+        When the bytes are empty, damaged, of an unknown type, or hold no triangle.
+    """
+    kind = file_type.lower().removeprefix(".")
+    if kind not in FILE_TYPES:
+        raise MeshFileError(f"no mesh type {file_type!r}; there are: {', '.join(FILE_TYPES)}")
+    if not np.isfinite(scale) or scale <= 0:
+        raise MeshFileError(f"scale is {scale}; give the metres per unit of the file, a positive number")
+    if not data:
+        raise MeshFileError("the mesh file is empty; export it again")
+    try:
+        vertices, faces = _read_obj(data) if kind == "obj" else _read_with_trimesh(data, kind)
+    except MeshFileError:
+        raise
+    except Exception as error:  # a parser of foreign files raises whatever its author met; all of it means: damaged
+        raise MeshFileError(
+            f"this is no readable {kind.upper()} ({error or type(error).__name__}); export it again"
+        ) from error
+    if kind == "stl":
+        vertices, faces = _share_equal_vertices(vertices, faces)
+    return MeshData(vertices * scale, faces)
+
+
+def united(meshes: Sequence[MeshData]) -> MeshData:
+    """Return the closed surface of the union of closed meshes; raises `MeshFileError` when one is not closed."""
+    return _boolean(meshes, lambda a, b: a + b)
+
+
+def subtracted(mesh: MeshData, others: Sequence[MeshData]) -> MeshData:
+    """Return the closed ``mesh`` without the insides of ``others``; raises `MeshFileError` when one is not closed."""
+    return _boolean([mesh, *others], lambda a, b: a - b)
+
+
+def refined(mesh: MeshData, length: float) -> MeshData:
+    """Return the closed mesh with edges split to about ``length`` metres; the surface stays where it is.
+
+    The thinnest triangles of a seam, split and rounded to float32, can lose their area: then the seam is simplified
+    first, by the smallest tolerance that helps.
+    """
+    solid, tolerance = _to_manifold(mesh), SEAM_TOLERANCE
+    fine = _from_manifold(solid.refine_to_length(length))
+    for _ in range(SEAM_ATTEMPTS):
+        if least_area(fine) > LEAST_AREA:
+            break
+        tolerance *= 2.0
+        fine = _from_manifold(solid.simplify(tolerance).refine_to_length(length))
+    return fine
+
+
+def simplified(mesh: MeshData, tolerance: float) -> MeshData:
+    """Return the closed mesh with fewer faces, its surface moved by less than ``tolerance`` metres."""
+    return _from_manifold(_to_manifold(mesh).simplify(tolerance))
+
+
+def _boolean(meshes: Sequence[MeshData], join: Callable[[Any, Any], Any]) -> MeshData:
+    result = _to_manifold(meshes[0])
+    for mesh in meshes[1:]:
+        result = join(result, _to_manifold(mesh))
+    return _from_manifold(result.simplify(SEAM_TOLERANCE))
+
+
+def _to_manifold(mesh: MeshData) -> Any:
+    from manifold3d import Manifold, Mesh
+
+    if not is_closed(mesh):
+        raise MeshFileError("a union needs closed meshes with consistent winding; close the mesh first")
+    return Manifold(Mesh(vert_properties=mesh.vertices.astype(np.float32), tri_verts=mesh.faces.astype(np.uint32)))
+
+
+def _from_manifold(solid: Any) -> MeshData:
+    mesh = solid.to_mesh()
+    return MeshData(mesh.vert_properties[:, :3], mesh.tri_verts.astype(np.int64))
+
+
+def _read_with_trimesh(data: bytes, kind: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    own = read_own_glb(data) if kind == "glb" else None
+    if own is not None:
+        return own
+    import trimesh
+
+    options: dict[str, Any] = {"skip_materials": True} if kind == "glb" else {}
+    scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False, **options)
+    parts = list(_placed_parts(scene))
+    if not parts:
+        raise MeshFileError("the file holds no triangle; export the surface as triangles")
+    whole = concatenated(parts)
+    return whole.vertices, whole.faces
+
+
+def _placed_parts(scene: trimesh.Scene) -> Iterable[MeshData]:
+    """Yield the meshes of a scene where its nodes put them, in an order that depends on the file alone."""
+    import trimesh
+
+    # trimesh gives random names to the nodes of a GLB with several primitives, so names cannot order them: the
+    # place of the geometry in the file does, then the numbers of the pose.
+    rank = {name: place for place, name in enumerate(scene.geometry)}
+    nodes = [scene.graph[node] for node in scene.graph.nodes_geometry]
+    for pose, name in sorted(nodes, key=lambda node: (rank[node[1]], np.asarray(node[0]).tolist())):
+        part = scene.geometry[name]
+        if isinstance(part, trimesh.Trimesh) and len(part.faces):
+            mesh = MeshData(part.vertices, part.faces)
+            yield mesh if np.array_equal(pose, np.eye(4)) else mesh.transformed(pose)
+
+
+def _read_obj(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Read ``v`` and ``f`` lines in file order; polygons become fans."""
+    # trimesh's reader (5.2) groups faces by material and splits vertices at texture seams; face i must stay face i.
+    vertices: list[list[float]] = []
+    faces: list[list[int]] = []
+    text = data.decode("utf-8", errors="replace").replace("\r\n", "\n").replace("\\\n", " ")
+    for line in text.splitlines():
+        words = line.split("#", 1)[0].split()
+        if words[:1] == ["v"]:
+            vertices.append([float(word) for word in words[1:4]])
+        elif words[:1] == ["f"]:
+            corners = [int(word.split("/", 1)[0]) for word in words[1:]]
+            corners = [corner - 1 if corner > 0 else corner + len(vertices) for corner in corners]
+            faces.extend([corners[0], *corners[i : i + 2]] for i in range(1, len(corners) - 1))
+    if not faces:
+        raise MeshFileError("the file holds no triangle; export the surface as triangles")
+    return np.array(vertices, dtype=np.float64), np.array(faces, dtype=np.int64)
+
+
+def _share_equal_vertices(
+    vertices: NDArray[np.float64], faces: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    _, first, inverse = np.unique(vertices, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    new_index = np.empty_like(order)
+    new_index[order] = np.arange(len(order))
+    return vertices[first[order]], new_index[inverse.reshape(-1)[faces]]

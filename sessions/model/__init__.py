@@ -1,0 +1,1 @@
+"""The model of a session: frames, tracks, scene, events, hands, live contacts."""

@@ -1,0 +1,197 @@
+"""A recorded session: poses, meshes, scene and events; in memory or larger than memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sessions.errors import MeshFileError, SessionError
+from sessions.mesh_data import MeshData
+from sessions.model.event import Event, Interval
+from sessions.model.frames import Frames, Status
+from sessions.model.hand import HandTrack
+from sessions.model.live_contact import LiveContact
+from sessions.model.scene import Scene
+from sessions.model.track import Track
+
+if TYPE_CHECKING:
+    MeshLike = MeshData | tuple[ArrayLike, ArrayLike]
+
+
+class FrameSource(Protocol):
+    """Where frames come from: arrays in memory, or a file read block by block."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the tracked bodies, one per column."""
+        ...
+
+    def blocks(self, frames: int) -> Iterator[Frames]:
+        """All frames in file order, in blocks of at most this many."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Session:
+    """One session, canonical frame (right-handed, +Y up, -Z forward), metres, nanoseconds.
+
+    Build one with ``from_arrays`` (one clock), ``from_tracks`` (a clock per body), ``read_session`` (a file) or
+    ``import_session``. Frames are loaded when asked for; ``blocks`` never holds more than one block.
+
+    Parameters
+    ----------
+    source : where the frames are.
+    meshes : body name -> mesh, in the body's own frame.
+    scene : bodies, pairs and effects as declared; ``Scene()`` when nothing was.
+    events, intervals : what happened.
+    facts : metadata ``vrlab.session``: format version, source units, conversions done, VR type, ...
+    origin : the file it was read from, or ``""``.
+    hands : ``participant/side`` -> what the hand pressed.
+    live_contacts : what the engine reported while the session ran.
+    fast_tracks : body name -> samples that come faster than frames.
+    """
+
+    source: FrameSource
+    meshes: Mapping[str, MeshData]
+    scene: Scene = field(default_factory=Scene)
+    events: tuple[Event, ...] = ()
+    intervals: tuple[Interval, ...] = ()
+    facts: Mapping[str, str] = field(default_factory=dict)
+    origin: str = ""
+    hands: Mapping[str, HandTrack] = field(default_factory=dict)
+    live_contacts: Sequence[LiveContact] = ()
+    fast_tracks: Mapping[str, Track] = field(default_factory=dict)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the tracked bodies, in the order of the frames' columns."""
+        return self.source.names
+
+    @cached_property
+    def frames(self) -> Frames:
+        """All frames at once; for a session larger than memory take ``blocks``."""
+        parts = list(self.source.blocks(65536))
+        return Frames.join(parts) if parts else Frames.empty(self.names)
+
+    def blocks(self, frames: int = 4096) -> Iterator[Frames]:
+        """The frames in order, in blocks of at most this many, each loaded when its turn comes."""
+        if "frames" in self.__dict__:
+            yield from self.frames.blocks(frames)
+        else:
+            yield from self.source.blocks(frames)
+
+    @cached_property
+    def tracks(self) -> dict[str, Track]:
+        """The samples of each body on its own clock, its faster track where it has one; repeats are dropped."""
+        slow = {name: _track(self.frames, column) for column, name in enumerate(self.names)}
+        return {**slow, **self.fast_tracks}
+
+    @classmethod
+    def from_arrays(
+        cls,
+        times_ns: ArrayLike,
+        poses: Mapping[str, tuple[ArrayLike, ArrayLike]],
+        meshes: Mapping[str, MeshLike] | None = None,
+        scene: Scene | None = None,
+        *,
+        events: Sequence[Event] = (),
+        intervals: Sequence[Interval] = (),
+        facts: Mapping[str, str] | None = None,
+    ) -> Session:
+        """A session whose bodies share one clock.
+
+        Parameters
+        ----------
+        times_ns : (T,) integers, strictly increasing.
+        poses : body name -> (positions (T, 3), quaternions_xyzw (T, 4)).
+        meshes : body name -> (vertices (v, 3), faces (f, 3)) or ``MeshData``.
+
+        Raises
+        ------
+        SessionError
+            Shapes that do not fit, stamps that do not increase.
+        """
+        tracks = {name: _track_of(name, times_ns, pose) for name, pose in poses.items()}
+        return cls.from_tracks(tracks, meshes=meshes, scene=scene, events=events, intervals=intervals, facts=facts)
+
+    @classmethod
+    def from_tracks(
+        cls,
+        tracks: Mapping[str, Track],
+        meshes: Mapping[str, MeshLike] | None = None,
+        scene: Scene | None = None,
+        *,
+        events: Sequence[Event] = (),
+        intervals: Sequence[Interval] = (),
+        facts: Mapping[str, str] | None = None,
+    ) -> Session:
+        """A session whose bodies have clocks of their own; a frame is made for every stamp that any body has."""
+        given = {name: mesh_of(name, mesh) for name, mesh in (meshes or {}).items()}
+        source = ArraySource(_frames(tracks))
+        return cls(source, given, scene or Scene(), tuple(events), tuple(intervals), dict(facts or {}))
+
+
+@dataclass(frozen=True, eq=False)
+class ArraySource:
+    """Frames that lie in memory."""
+
+    held: Frames
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the bodies."""
+        return self.held.names
+
+    def blocks(self, frames: int) -> Iterator[Frames]:
+        """Views of the frames held."""
+        return self.held.blocks(frames)
+
+
+def _track_of(name: str, times_ns: ArrayLike, pose: tuple[ArrayLike, ArrayLike]) -> Track:
+    try:
+        positions, quaternions = pose
+    except (TypeError, ValueError):
+        raise SessionError(f"body {name!r}: give its poses as (positions (T, 3), quaternions_xyzw (T, 4))") from None
+    try:
+        return Track(times_ns, positions, quaternions)
+    except SessionError as error:
+        raise SessionError(f"body {name!r}: {error}") from None
+
+
+def mesh_of(name: str, mesh: MeshLike) -> MeshData:
+    """A body's mesh as `MeshData`; an error names the body."""
+    try:
+        return mesh if isinstance(mesh, MeshData) else MeshData(*mesh)
+    except MeshFileError as error:
+        raise MeshFileError(f"the mesh of {name!r}: {error}") from None
+
+
+def _frames(tracks: Mapping[str, Track]) -> Frames:
+    names = tuple(tracks)
+    if not names:
+        return Frames.empty(names)
+    stamps = np.unique(np.concatenate([track.times_ns for track in tracks.values()]))
+    shape = (len(stamps), len(names))
+    sample = np.zeros(shape, dtype=np.int64)
+    position, quaternion = np.full((*shape, 3), np.nan), np.full((*shape, 4), np.nan)
+    status = np.zeros(shape, dtype=np.uint8)
+    for column, track in enumerate(tracks.values()):
+        rows = np.searchsorted(stamps, track.times_ns)
+        sample[rows, column] = track.times_ns
+        position[rows, column] = track.positions
+        quaternion[rows, column] = track.quaternions_xyzw
+        status[rows, column] = np.where(track.valid, Status.VALID, Status.LOST)
+    return Frames(names, stamps, stamps.copy(), sample, position, quaternion, status)
+
+
+def _track(frames: Frames, column: int) -> Track:
+    present = np.flatnonzero(frames.status[:, column] != Status.ABSENT)
+    stamps, first = np.unique(frames.sample_ns[present, column], return_index=True)
+    rows = present[first]
+    valid = frames.status[rows, column] != Status.LOST
+    return Track(stamps, frames.position[rows, column], frames.quaternion_xyzw[rows, column], valid)

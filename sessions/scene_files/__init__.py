@@ -1,0 +1,1 @@
+"""Scene files: TOML in, a scene and its meshes out."""

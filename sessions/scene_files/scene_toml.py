@@ -1,0 +1,257 @@
+"""A scene as TOML text; every mistake and every unknown key is named with file and table."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any, cast
+
+from sessions.errors import SceneError, SessionError
+from sessions.geometry.shapes import DEFAULT_FACES, MOST_FACES, SIZES
+from sessions.meshes.conventions import quaternion_from_euler
+from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
+from sessions.scene_files.toml_table import Table, is_number, nearest, parse_toml, read_text
+
+EXTRA_KEYS = ("mass", "cavity", "faces", "options", "properties")
+"""Keys of a body that are kept as written: ``faces`` and ``options`` for its mesh, the others for effects."""
+
+MESH_UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+"""Unit of a mesh file -> metres, a shorter way to write ``scale``. Source: one inch is 25.4 mm (ISO 80000-3)."""
+
+TAG = "tag:"
+
+
+def read_scene(path: str | Path) -> Scene:
+    """The scene of a TOML file; errors as in `parse_scene`."""
+    return parse_scene(read_text(path, "scene", SceneError), Path(path).name)
+
+
+def parse_scene(text: str, file: str = "scene.toml") -> Scene:
+    """The scene of a TOML text; ``file`` is the name used in messages.
+
+    Raises
+    ------
+    SceneError
+        File, table and key, and what to do.
+    """
+    whole = parse_toml(text, file, SceneError)
+    head = whole.table("scene") or Table({}, file, "[scene]", SceneError)
+    name = head.text("name")
+    head.done()
+    bodies = tuple(_body(table) for table in whole.tables("body") or [])
+    _check_bodies(bodies, whole)
+    pairs, ignore = whole.tables("pair"), whole.tables("ignore")
+    effects = whole.tables("effect")
+    scene = Scene(
+        name=name,
+        bodies=bodies,
+        pairs=None if pairs is None else _selected(pairs, bodies),
+        ignore=_selected(ignore or [], bodies),
+        effects=None if effects is None else tuple(_effect(table, bodies) for table in effects),
+        text=text,
+    )
+    whole.done()
+    return scene
+
+
+def selected_bodies(selector: str, bodies: tuple[SceneBody, ...]) -> tuple[str, ...]:
+    """Names of the bodies that an id or ``tag:WORD`` stands for; empty when there is none."""
+    if selector.startswith(TAG):
+        word = selector.removeprefix(TAG)
+        return tuple(body.id for body in bodies if word in body.tags)
+    return tuple(body.id for body in bodies if body.id == selector)
+
+
+def _body(table: Table) -> SceneBody:
+    name = table.text("id", None)
+    table.place = f"{table.place} ({name!r})"
+    shape = table.text("shape", among=SIZES)
+    body = SceneBody(
+        id=name,
+        mesh=table.text("mesh"),
+        shape=shape,
+        instrument=table.text("instrument"),
+        size=_size(table, shape),
+        scale=_scale(table),
+        group=table.text("group"),
+        parent=table.text("parent"),
+        offset=_pose(table.table("offset")) or Pose(),
+        fixed=_pose(table.table("fixed")),
+        tags=table.texts("tags"),
+        proxy=table.flag("proxy"),
+        extra=_extra(table),
+    )
+    sources = [key for key in ("mesh", "shape", "instrument") if getattr(body, key)]
+    if len(sources) > 1:
+        raise table.fail(f"it has {' and '.join(sources)}; give one of them")
+    if body.instrument:
+        from sessions.glassware.catalogue import INSTRUMENTS
+
+        if body.instrument not in INSTRUMENTS:
+            raise table.fail(f"no instrument {body.instrument!r}{nearest(body.instrument, INSTRUMENTS)}")
+    table.done()
+    return body
+
+
+def _scale(table: Table) -> float:
+    if "units" not in table:
+        return table.number("scale", 1.0, above=0.0)
+    if "scale" in table:
+        raise table.fail("it has units and scale; give one of them")
+    return MESH_UNITS[table.text("units", None, MESH_UNITS)]
+
+
+def _size(table: Table, shape: str) -> dict[str, float]:
+    if not shape:
+        return {}
+    if shape == "box":
+        x, y, z = table.vector("size", (0.0, 0.0, 0.0))
+        size = {"x": x, "y": y, "z": z}
+    else:
+        size = {name: table.number(name, 0.0) for name in SIZES[shape]}
+    bad = [name for name, value in size.items() if value <= 0.0]
+    if bad:
+        wanted = "size = [x, y, z]" if shape == "box" else " and ".join(SIZES[shape])
+        raise table.fail(f"a {shape} needs {wanted} in metres, each above 0")
+    return size
+
+
+def _extra(table: Table) -> dict[str, Any]:
+    extra: dict[str, Any] = {}
+    if "mass" in table:
+        extra["mass"] = table.number("mass", 0.0, above=0.0)
+    if "faces" in table:
+        extra["faces"] = table.count("faces", DEFAULT_FACES, 4, MOST_FACES)
+    for key in ("cavity", "options", "properties"):
+        inner = table.table(key)
+        if inner is not None:
+            extra[key] = inner.rest()
+    return extra
+
+
+def _pose(table: Table | None) -> Pose | None:
+    if table is None:
+        return None
+    position = table.vector("position", (0.0, 0.0, 0.0))
+    if "euler_deg" in table:
+        if "quaternion_xyzw" in table:
+            raise table.fail("it has quaternion_xyzw and euler_deg; give one of them")
+        angles = [math.radians(angle) for angle in table.vector("euler_deg", (0.0, 0.0, 0.0))]
+        try:
+            turn = tuple(quaternion_from_euler(angles, table.text("order", "xyz")).tolist())
+        except SessionError as error:
+            raise table.fail(str(error)) from None
+    else:
+        turn = table.vector("quaternion_xyzw", (0.0, 0.0, 0.0, 1.0))
+    norm = math.hypot(*turn)
+    if not abs(norm - 1.0) <= 1e-3:
+        raise table.fail(f"quaternion_xyzw {list(turn)} has norm {norm:.6g}, not 1")
+    table.done()
+    return Pose(cast(tuple[float, float, float], position), cast(tuple[float, float, float, float], turn))
+
+
+def _check_bodies(bodies: tuple[SceneBody, ...], whole: Table) -> None:
+    names = [body.id for body in bodies]
+    parents = {body.id: body.parent for body in bodies}
+    for row, body in enumerate(bodies, start=1):
+        place = f"[[body]] {row} ({body.id!r})"
+        if names.index(body.id) != row - 1:
+            raise whole.fail(f"{place}: the id is taken by [[body]] {names.index(body.id) + 1}; ids must differ")
+        if body.parent and body.parent not in parents:
+            raise whole.fail(f"{place}: no parent {body.parent!r}{nearest(body.parent, names)}")
+        above = body.parent
+        for _ in bodies:  # a chain of parents without a loop is no longer than the bodies
+            above = parents.get(above, "")
+        if above:
+            raise whole.fail(f"{place}: its parents lead back to itself; a joint needs a first body")
+
+
+def _two(table: Table) -> tuple[str, ...]:
+    """The selectors of ``between = [first, second]``, or of ``a = first`` and ``b = second``."""
+    if "a" not in table and "b" not in table:
+        if "between" not in table:
+            table.done()
+        return table.texts("between", 2)
+    if "between" in table:
+        raise table.fail("it has between and a or b; give one of them")
+    return table.text("a", None), table.text("b", None)
+
+
+def _between(table: Table, bodies: tuple[SceneBody, ...]) -> list[tuple[str, ...]]:
+    ends = []
+    for selector in _two(table):
+        found = selected_bodies(selector, bodies)
+        if not found:
+            tags = [TAG + tag for body in bodies for tag in body.tags]
+            raise table.fail(f"no body is {selector!r}{nearest(selector, {*tags, *(body.id for body in bodies)})}")
+        ends.append(found)
+    return ends
+
+
+def _selected(tables: list[Table], bodies: tuple[SceneBody, ...]) -> tuple[tuple[str, str], ...]:
+    chosen: dict[frozenset[str], tuple[str, str]] = {}
+    for table in tables:
+        first, second = _between(table, bodies)
+        found = [(a, b) for a in first for b in second if a != b]
+        if not found:
+            raise table.fail(f"{first[0]!r} is paired with itself; a pair needs two bodies")
+        for pair in found:
+            chosen.setdefault(frozenset(pair), pair)
+        table.done()
+    return tuple(chosen.values())
+
+
+def _effect(table: Table, bodies: tuple[SceneBody, ...]) -> SceneEffect:
+    kind = table.text("kind", None)
+    table.place = f"{table.place} ({kind!r})"
+    settings: dict[str, Any] = {}
+    if "between" in table:
+        settings["between"] = list(table.texts("between", 2))
+        _selected([Table(settings, table.file, table.place, table.error)], bodies)
+    settings.update(table.rest())
+    return SceneEffect(kind, settings)
+
+
+def scene_to_toml(scene: Scene) -> str:
+    """The scene as TOML; read again it is the same scene, and the same scene gives the same text."""
+    lines = [f"{key} = []" for key, value in (("effect", scene.effects), ("pair", scene.pairs)) if value == ()]
+    lines += ["[scene]", f"name = {_value(scene.name)}"] if scene.name else []
+    tables = [("body", _body_keys(body)) for body in scene.bodies]
+    tables += [("pair", {"between": pair}) for pair in scene.pairs or ()]
+    tables += [("ignore", {"between": pair}) for pair in scene.ignore]
+    tables += [("effect", {"kind": effect.kind, **effect.settings}) for effect in scene.effects or ()]
+    for kind, entries in tables:
+        lines += ["", f"[[{kind}]]", *(f"{key} = {_value(value)}" for key, value in entries.items())]
+    return "\n".join(lines).lstrip("\n") + "\n"
+
+
+def _body_keys(body: SceneBody) -> dict[str, Any]:
+    keys: dict[str, Any] = {"id": body.id}
+    plain = SceneBody(id=body.id)
+    for key in ("mesh", "shape", "instrument", "scale", "group", "parent", "tags", "proxy"):
+        if getattr(body, key) != getattr(plain, key):
+            keys[key] = getattr(body, key)
+    keys.update({"size": [body.size[axis] for axis in "xyz"]} if body.shape == "box" else body.size)
+    for key in ("offset", "fixed"):
+        pose = getattr(body, key)
+        if pose != getattr(plain, key):
+            keys[key] = {"position": list(pose.position), "quaternion_xyzw": list(pose.quaternion_xyzw)}
+    return {**keys, **{key: body.extra[key] for key in EXTRA_KEYS if key in body.extra}}
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return '"' + "".join(_escaped(letter) for letter in value) + '"'
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{_value(key)} = {_value(one)}" for key, one in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_value(one) for one in value) + "]"
+    return repr(value) if is_number(value) else str(value)
+
+
+def _escaped(letter: str) -> str:
+    if letter in '"\\':
+        return "\\" + letter
+    return f"\\u{ord(letter):04x}" if ord(letter) < 0x20 or ord(letter) == 0x7F else letter

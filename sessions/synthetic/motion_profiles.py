@@ -1,0 +1,166 @@
+"""One coordinate that moves in time by a formula, and the formula's answer to when it lies between two values."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sessions.geometry.rotations import Array
+from sessions.synthetic.truth import Interval
+
+
+@dataclass(frozen=True)
+class Swing:
+    """middle + amplitude cos(2 pi (t - start) / period), with a positive amplitude."""
+
+    middle: float
+    amplitude: float
+    period: float
+    start: float = 0.0
+
+    def __call__(self, times: Array) -> Array:
+        """Value at each time."""
+        phase = 2.0 * np.pi * (times - self.start) / self.period
+        return self.middle + self.amplitude * np.cos(phase)
+
+    def between(self, low: float, high: float, seconds: float) -> list[Interval]:
+        """Intervals by the arc cosine, period by period."""
+        upper, lower = (high - self.middle) / self.amplitude, (low - self.middle) / self.amplitude
+        if upper < -1.0 or lower > 1.0 or low > high:
+            return []
+        first = math.acos(min(1.0, upper)) / (2.0 * math.pi)
+        last = math.acos(max(-1.0, lower)) / (2.0 * math.pi)
+        periods = range(math.floor(-self.start / self.period) - 1, math.ceil((seconds - self.start) / self.period) + 1)
+        spans = [span for k in periods for span in ((k + first, k + last), (k + 1 - last, k + 1 - first))]
+        return joined([(self.start + a * self.period, self.start + b * self.period) for a, b in spans], seconds)
+
+
+@dataclass(frozen=True)
+class Polyline:
+    """Straight from value to value at the given times, held before the first and after the last."""
+
+    times: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def __call__(self, times: Array) -> Array:
+        """Value at each time."""
+        return np.interp(times, self.times, self.values)
+
+    def between(self, low: float, high: float, seconds: float) -> list[Interval]:
+        """Intervals segment by segment."""
+        ends = ((0.0, self.values[0]), *zip(self.times, self.values, strict=True), (seconds, self.values[-1]))
+        spans = []
+        for (t0, v0), (t1, v1) in itertools.pairwise(ends):
+            if v0 == v1:
+                if low <= v0 <= high and t0 < t1:
+                    spans.append((t0, t1))
+                continue
+            shares = sorted(((low - v0) / (v1 - v0), (high - v0) / (v1 - v0)))
+            start, end = max(0.0, shares[0]), min(1.0, shares[1])
+            if start <= end and low <= high:
+                spans.append((t0 + start * (t1 - t0), t0 + end * (t1 - t0)))
+        return joined(spans, seconds)
+
+
+@dataclass(frozen=True)
+class Dips:
+    """floor_k + steepness (t - time_k)^2 about the nearest of the given times: it comes down, grazes, and leaves."""
+
+    times: tuple[float, ...]
+    floors: tuple[float, ...]
+    steepness: float
+
+    def __call__(self, times: Array) -> Array:
+        """Value at each time."""
+        centre = np.asarray(self.times)
+        nearest = np.abs(np.asarray(times)[..., None] - centre).argmin(axis=-1)
+        value: Array = np.asarray(self.floors)[nearest] + self.steepness * (times - centre[nearest]) ** 2
+        return value
+
+    def between(self, low: float, high: float, seconds: float) -> list[Interval]:
+        """Intervals below ``high`` by the square root; a dip below ``low`` is not foreseen.
+
+        Raises
+        ------
+        ValueError
+            A dip goes below ``low``.
+        """
+        if min(self.floors) < low:
+            raise ValueError(f"a dip reaches {min(self.floors)}, below {low}; lower the bound")
+        spans = []
+        cells = [-math.inf, *((a + b) / 2.0 for a, b in itertools.pairwise(self.times)), math.inf]
+        for time, floor, (first, last) in zip(self.times, self.floors, itertools.pairwise(cells), strict=True):
+            if floor <= high:
+                half = math.sqrt((high - floor) / self.steepness)
+                spans.append((max(first, time - half), min(last, time + half)))
+        return joined(spans, seconds)
+
+
+@dataclass(frozen=True)
+class Turning:
+    """A coordinate that repeats every ``cycle``: speed * (t - start), folded into [-cycle/2, cycle/2)."""
+
+    speed: float
+    cycle: float
+    start: float = 0.0
+
+    def __call__(self, times: Array) -> Array:
+        """Value at each time, not folded: a turn is a turn."""
+        return self.speed * (times - self.start)
+
+    def between(self, low: float, high: float, seconds: float) -> list[Interval]:
+        """Intervals in which the folded value lies between."""
+        if low > high:
+            return []
+        turns = range(
+            math.floor(-self.start * self.speed / self.cycle) - 2,
+            math.ceil((seconds - self.start) * self.speed / self.cycle) + 2,
+        )
+        ends = [(k * self.cycle + low, k * self.cycle + high) for k in turns]
+        return joined([(self.start + a / self.speed, self.start + b / self.speed) for a, b in ends], seconds)
+
+
+Course = Swing | Polyline | Dips | Turning
+"""A coordinate over time: called with times (n,) it gives values (n,).
+
+``between(low, high, seconds)`` gives the maximal intervals within [0, seconds] in which the value lies between.
+"""
+
+
+def joined(spans: Iterable[Interval], seconds: float) -> list[Interval]:
+    """Intervals clipped to [0, seconds], in order, touching ones made one."""
+    result: list[Interval] = []
+    for start, end in sorted(spans):
+        start, end = max(0.0, start), min(seconds, end)
+        if start > end:
+            continue
+        if result and start <= result[-1][1]:
+            result[-1] = (result[-1][0], max(end, result[-1][1]))
+        else:
+            result.append((start, end))
+    return result
+
+
+def outside(course: Course, bound: float, far: float, seconds: float) -> list[Interval]:
+    """Intervals in which the value is between ``bound`` and ``far`` on either side of zero."""
+    return joined(
+        [*course.between(bound, far, seconds), *course.between(-far, -bound, seconds)] if bound <= far else [], seconds
+    )
+
+
+def passes(speeds: Sequence[float], rests: Sequence[float], reach: float) -> Polyline:
+    """Passes from +reach to -reach and back at these speeds, each after a rest of these seconds."""
+    times, values, now, side = [0.0], [reach], 0.0, 1.0
+    for speed, rest in zip(speeds, rests, strict=True):
+        now += rest
+        times.append(now)
+        values.append(side * reach)
+        now += 2.0 * reach / speed
+        side = -side
+        times.append(now)
+        values.append(side * reach)
+    return Polyline(tuple(times), tuple(values))

@@ -1,0 +1,187 @@
+"""Contained is what lies wholly inside a closed mesh, and an open mesh contains nothing."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from support.shapes import (
+    ball_mesh,
+    beaker_mesh,
+    box_mesh,
+    merged,
+    moved,
+    random_rotations,
+    rod_mesh,
+    still,
+    without_faces,
+)
+
+from cdcore import Body, Motion, Verdict
+from cdcore.narrow.containment import containment_stage as containment
+from cdcore.narrow.containment.containment_stage import ContainmentStage, containment_word, may_be_inside, wholly_inside
+from cdcore.numerics import EPS
+
+PAIR = np.array([[0, 1]])
+STILL = (np.eye(3), np.zeros(3))
+
+
+def asked(inner, outer, motion=None):
+    bodies = [Body("inner", inner), Body("outer", outer)]
+    motion = still(bodies, np.zeros((2, 3))) if motion is None else motion
+    frames = np.arange(len(motion))
+    return ContainmentStage(bodies, PAIR).contained(motion, frames, np.zeros(len(frames), dtype=np.int64))
+
+
+@cache
+def shapes():
+    return {
+        "ball in box": (ball_mesh(0.1), box_mesh(), True),
+        "ball in ball": (ball_mesh(0.2), ball_mesh(1.0), True),
+        "box in box, all rays along edges": (box_mesh((0.5, 0.5, 0.5)), box_mesh(), True),
+        "rod in the cavity of a beaker": (moved(rod_mesh(), [0, 0, 0.01]), beaker_mesh(), False),
+        "ball beside a box": (moved(ball_mesh(0.1), [0.7, 0, 0]), box_mesh(), False),
+        "open ball in box": (without_faces(ball_mesh(0.1), 2), box_mesh(), True),
+        "ball in open box": (ball_mesh(0.1), without_faces(box_mesh(), 1), False),
+        "two balls in a box": (merged(ball_mesh(0.1), moved(ball_mesh(0.1), [0.3, 0, 0])), box_mesh(), True),
+        "one ball of two in a box": (merged(ball_mesh(0.1), moved(ball_mesh(0.1), [2, 0, 0])), box_mesh(), False),
+        "ball in the hollow of a shell": (ball_mesh(0.1), merged(ball_mesh(1.0), ball_mesh(0.5)), False),
+        "ball in the core of a shell": (ball_mesh(0.1), merged(ball_mesh(1.0), ball_mesh(0.7), ball_mesh(0.4)), True),
+        "bead in the glass of a beaker": (moved(ball_mesh(0.0005), [0.039, 0, 0.05]), beaker_mesh(), True),
+    }
+
+
+@pytest.mark.parametrize("case", shapes())
+@pytest.mark.parametrize("turned", [False, True], ids=["asked forward", "asked backward"])
+def test_contained_is_wholly_inside_a_closed_mesh(case, turned):
+    inner, outer, expected = shapes()[case]
+    assert asked(*((outer, inner) if turned else (inner, outer))).tolist() == [expected]
+
+
+@pytest.mark.parametrize("case", shapes())
+@pytest.mark.parametrize("world", [0.0, 1.0, 1e3])
+def test_a_pose_shared_by_both_changes_nothing(case, world):
+    inner, outer, expected = shapes()[case]
+    rng = np.random.default_rng(0)
+    turn, place = random_rotations(rng, 25), rng.normal(size=(25, 3)) * world
+    motion = Motion(np.arange(25), np.repeat(place[:, None], 2, 1), np.repeat(turn[:, None], 2, 1))
+    assert (asked(inner, outer, motion) == expected).all()
+
+
+@pytest.mark.parametrize("case", shapes())
+def test_the_slow_exact_answer_is_the_same(case):
+    inner, outer, expected = shapes()[case]
+    if outer.is_closed:
+        assert wholly_inside(inner, STILL, outer, STILL) == expected
+
+
+def test_random_relative_poses_agree_with_the_exact_answer():
+    inner, outer = ball_mesh(0.004, 4, 6), beaker_mesh(0.04, 0.1, 0.01)
+    rng = np.random.default_rng(1)
+    turn, place = random_rotations(rng, 400, 2), np.zeros((400, 2, 3))
+    place[:, 0] = np.einsum("kij,kj->ki", turn[:, 1], rng.uniform([-0.05, -0.05, -0.01], [0.05, 0.05, 0.11], (400, 3)))
+    motion = Motion(np.arange(400), place, turn)
+    answers = asked(inner, outer, motion)
+    exact = [wholly_inside(inner, (turn[k, 0], place[k, 0]), outer, (turn[k, 1], place[k, 1])) for k in range(400)]
+    # Where the surfaces meet the question does not apply: one vertex decides, and which one may differ.
+    agree = answers == np.array(exact)
+    clear = _clearance(inner, outer, motion)
+    assert agree[clear].all()
+    assert answers[clear].any()
+
+
+def _clearance(inner, outer, motion):
+    from cdcore.narrow.fcl_meshes import FclMeshes
+
+    poses = [(motion.rotations[:, k], motion.translations[:, k]) for k in range(2)]
+    return ~FclMeshes([inner, outer]).touch_along(0, 1, *poses)
+
+
+def test_the_exact_answer_is_asked_only_where_the_compiled_one_is_uncertain(monkeypatch):
+    calls = []
+    exact = containment.wholly_inside
+    monkeypatch.setattr(containment, "wholly_inside", lambda *args: calls.append(1) or exact(*args))
+    rng = np.random.default_rng(2)
+    turn = random_rotations(rng, 200, 2)
+    asked(ball_mesh(0.1), box_mesh(), Motion(np.arange(200), np.zeros((200, 2, 3)), turn))
+    assert not calls
+    assert asked(box_mesh((0.5, 0.5, 0.5)), box_mesh()).all()
+    assert calls
+
+
+def test_an_open_mesh_is_named_and_two_are_named_in_order():
+    closed, ajar = box_mesh(), without_faces(box_mesh(), 1)
+    assert containment_word(Body("a", closed), Body("b", closed)) == "decided"
+    assert containment_word(Body("a", closed), Body("b", ajar)) == "refused: b is open"
+    assert containment_word(Body("b", ajar), Body("a", ajar)) == "refused: a and b are open"
+
+
+def test_columns_answer_for_their_own_pair():
+    bodies = [Body("ball", ball_mesh(0.1)), Body("box", box_mesh()), Body("far", moved(box_mesh(), [9, 0, 0]))]
+    stage = ContainmentStage(bodies, np.array([[2, 0], [0, 1]]))
+    motion = still(bodies, np.zeros((3, 3)), frames=3)
+    frames, columns = np.array([0, 1, 2, 0]), np.array([0, 0, 1, 1])
+    assert stage.contained(motion, frames, columns).tolist() == [False, False, True, True]
+
+
+def test_marking_says_which_are_inside_and_how_many_were_asked():
+    bodies = [Body("inner", ball_mesh(0.1)), Body("outer", box_mesh())]
+    motion = still(bodies, np.zeros((2, 3)))
+    frames, columns = np.arange(len(motion)), np.zeros(len(motion), dtype=np.int64)
+    for stage, marked in (
+        (ContainmentStage(bodies, PAIR), Verdict.CONTAINED),
+        (ContainmentStage(bodies, PAIR, asked=False), Verdict.CLEAR),
+    ):
+        verdict = np.zeros((len(motion), 1), dtype=np.uint8)
+        assert stage.mark(motion, frames, columns, verdict) == (len(motion) if marked else 0)
+        assert (verdict == marked).all()
+        assert stage.contained(motion, frames, columns).all() == bool(marked)
+
+
+def test_a_stage_that_is_not_asked_says_why_of_every_pair():
+    bodies = [Body("inner", ball_mesh(0.1)), Body("outer", box_mesh())]
+    assert ContainmentStage(bodies, PAIR).words == ("decided",)
+    assert ContainmentStage(bodies, PAIR, asked=False).words == ("refused: containment=False",)
+    assert ContainmentStage(bodies, PAIR, asked=False, refusal="refused: no").words == ("refused: no",)
+
+
+BOX = np.array([[-1.0, -2.0, -3.0], [1.0, 2.0, 3.0]])
+PAD = 1024 * EPS
+
+
+def test_a_point_is_judged_in_the_frame_of_the_box():
+    rng = np.random.default_rng(0)
+    turns, places, inside = random_rotations(rng, 600).reshape(300, 2, 3, 3), rng.normal(size=(300, 2, 3)), 0
+    may = np.empty(1, dtype=bool)
+    for k in range(300):
+        point = rng.normal(size=(1, 3)) * 2
+        seen = turns[k, 1].T @ (turns[k, 0] @ point[0] + places[k, 0] - places[k, 1])
+        may_be_inside(turns, places, np.array([k]), 0, 1, point, BOX, 8.0, 0.0, may)
+        assert may[0] == ((seen >= BOX[0]).all() and (seen <= BOX[1]).all())
+        inside += int(may[0])
+    assert 30 < inside < 270
+
+
+@pytest.mark.parametrize("world", [0.0, 1.0, 1e6])
+def test_the_corners_of_the_box_itself_are_let_through_wherever_it_stands(world):
+    rng = np.random.default_rng(1)
+    corners = np.array([[x, y, z] for x in (-1.0, 1) for y in (-2.0, 2) for z in (-3.0, 3)])
+    turn, place = random_rotations(rng, 500), rng.normal(size=(500, 3)) * world
+    turns, places = np.repeat(turn[:, None], 2, 1), np.repeat(place[:, None], 2, 1)
+    may = np.empty(500, dtype=bool)
+    may_be_inside(turns, places, np.arange(500), 0, 1, corners, BOX, 8.0, PAD, may)
+    assert may.all()
+    may_be_inside(turns, places, np.arange(500), 0, 1, corners * (1 + 1e-6 + 1e-11 * world), BOX, 8.0, PAD, may)
+    assert not may.any()
+
+
+def test_one_point_outside_is_enough_and_frames_are_those_asked_for():
+    turns, places = np.tile(np.eye(3), (3, 2, 1, 1)), np.zeros((3, 2, 3))
+    places[1, 0, 0] = 5.0
+    may = np.empty(2, dtype=bool)
+    inside, partly = np.array([[0.5, 0, 0], [-0.5, 0, 0]]), np.array([[0.5, 0, 0], [-1.5, 0, 0]])
+    may_be_inside(turns, places, np.array([0, 1]), 0, 1, inside, BOX, 8.0, PAD, may)
+    assert may.tolist() == [True, False]
+    may_be_inside(turns, places, np.array([0, 2]), 0, 1, partly, BOX, 8.0, PAD, may)
+    assert may.tolist() == [False, False]

@@ -1,0 +1,162 @@
+"""Exact parity is right on vertices, edges and axes, where a careless ray counts a crossing twice or not at all."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, random_rotations
+
+from cdcore import TriangleMesh
+from cdcore.narrow.containment.ray_parity import (
+    INSIDE,
+    MOST_POINTS,
+    OUTSIDE,
+    UNCERTAIN,
+    InsideGrid,
+    point_inside,
+    triangles_crossed,
+)
+from cdcore.numerics import place_points
+
+BOX = box_mesh((2, 2, 2))
+grid = st.integers(-6, 6).map(lambda k: k / 4)
+
+
+@given(st.tuples(grid, grid, grid))
+def test_a_box_knows_its_inside_even_on_lines_through_its_corners_and_edges(point):
+    distance = max(abs(value) for value in point)
+    if distance == 1:
+        return
+    assert point_inside(np.array(point), BOX.triangles) == (distance < 1)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_lattice_of_cubes_through_all_permutations_and_signs_agrees(seed):
+    rng = np.random.default_rng(seed)
+    ball = ball_mesh(1.0, 6, 8)
+    order, sign = rng.permutation(3), rng.choice([-1.0, 1.0], 3)
+    turned = (ball.vertices * sign)[:, order]
+    points = np.concatenate([rng.uniform(-1, 1, (40, 3)), ball.vertices * 0.5, ball.vertices * 1.5])
+    for point in points:
+        expected = point_inside(point, ball.triangles)
+        assert point_inside((point * sign)[order], turned[ball.faces]) == expected
+
+
+def test_winding_and_duplicate_pairs_of_faces_do_not_matter():
+    flipped = TriangleMesh(BOX.vertices, BOX.faces[:, ::-1])
+    doubled = TriangleMesh(BOX.vertices, np.concatenate([BOX.faces, BOX.faces[:1], BOX.faces[:1]]))
+    for point in ([0.0, 0, 0], [0.5, 0.5, 0.5], [3, 0, 0]):
+        expected = point_inside(np.array(point), BOX.triangles)
+        assert point_inside(np.array(point), flipped.triangles) == expected
+        assert point_inside(np.array(point), doubled.triangles) == expected
+
+
+def test_a_hollow_is_outside():
+    shell = merged(box_mesh((4, 4, 4)), box_mesh((2, 2, 2)))
+    assert not point_inside(np.zeros(3), shell.triangles)
+    assert point_inside(np.array([1.5, 0, 0]), shell.triangles)
+    glass = beaker_mesh(0.04, 0.1, 0.002)
+    assert not point_inside(np.array([0.0, 0, 0.05]), glass.triangles)
+    assert point_inside(np.array([0.039, 0, 0.05]), glass.triangles)
+    assert point_inside(np.array([0.0, 0, 0.001]), glass.triangles)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=50)
+def test_inside_a_convex_mesh_means_behind_all_its_faces(seed):
+    rng = np.random.default_rng(seed)
+    ball = ball_mesh(1.0, 4, 6)
+    vertices = place_points(ball.vertices, random_rotations(rng), rng.normal(size=3))
+    triangles, centre = vertices[ball.faces], vertices.mean(axis=0)
+    point = centre + rng.normal(size=3) * 0.5
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    side = np.einsum("fk,fk->f", normal, point - triangles[:, 0])
+    middle = np.einsum("fk,fk->f", normal, centre - triangles[:, 0])
+    if np.abs(side).min() > 1e-9:
+        assert point_inside(point, triangles) == bool((side * middle > 0).all())
+
+
+def test_the_smallest_step_over_the_surface_is_seen():
+    assert point_inside(np.array([np.nextafter(1.0, 0), 0.3, 0.2]), BOX.triangles)
+    assert not point_inside(np.array([np.nextafter(1.0, 2), 0.3, 0.2]), BOX.triangles)
+
+
+def test_numbers_far_apart_in_size_are_no_matter():
+    tiny = BOX.triangles * 2.0**-500
+    assert point_inside(np.zeros(3), tiny)
+    assert not point_inside(np.array([1.0, 0, 0]), tiny)
+    assert point_inside(np.array([2.0**-600, 0, 0]), BOX.triangles * 2.0**300)
+
+
+MESHES = {
+    "box": box_mesh(),
+    "ball": ball_mesh(0.5, 12, 20),
+    "beaker": beaker_mesh(0.5, 1.0, 0.05),
+    "shells": merged(ball_mesh(0.5), ball_mesh(0.3), ball_mesh(0.1)),
+}
+
+
+def parity(mesh, points, axis, margin=1e-14):
+    points = np.atleast_2d(points)
+    return InsideGrid(mesh.triangles).parity(points, np.full(len(points), margin), axis)
+
+
+def points_around(mesh, count, seed):
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    return np.random.default_rng(seed).uniform(low, high, (count, 3))
+
+
+@pytest.mark.parametrize("shape", MESHES)
+@pytest.mark.parametrize("axis", range(3))
+def test_a_certain_answer_is_the_exact_answer(shape, axis):
+    mesh = MESHES[shape]
+    points = np.concatenate([points_around(mesh, 150, axis), mesh.vertices[:20] * 0.999, np.zeros((1, 3))])
+    answers = parity(mesh, points, axis)
+    for point, answer in zip(points, answers.tolist(), strict=True):
+        if answer != UNCERTAIN:
+            assert (answer == INSIDE) == point_inside(point, mesh.triangles)
+    assert (answers[:150] == UNCERTAIN).sum() <= 2
+
+
+def test_a_ray_along_an_edge_or_through_a_vertex_is_uncertain():
+    assert parity(box_mesh(), np.zeros(3), 0).tolist() == [UNCERTAIN]
+    assert parity(MESHES["ball"], [0.0, 0, 0.1], 2).tolist() == [UNCERTAIN]
+
+
+def test_a_larger_margin_only_makes_answers_uncertain():
+    mesh = MESHES["beaker"]
+    points = points_around(mesh, 300, 3)
+    sharp, blunt = parity(mesh, points, 0, 1e-14), parity(mesh, points, 0, 3e-4)
+    assert (blunt[blunt != sharp] == UNCERTAIN).all()
+    assert (blunt != sharp).any()
+    assert parity(mesh, [0.47, 0.01, 0.5], 0, 1.0).tolist() == [UNCERTAIN]
+
+
+def test_a_point_beside_the_grid_is_uncertain():
+    assert parity(box_mesh(), [[0.1, 9.0, 0.2], [0.1, 0.2, -9.0]], 0).tolist() == [UNCERTAIN, UNCERTAIN]
+
+
+@pytest.mark.parametrize("margin", [1e-12, 1e-6, 1e-2])
+def test_points_moved_by_the_margin_never_contradict_a_certain_crossing(margin):
+    rng = np.random.default_rng(4)
+    triangles, points = rng.uniform(-1, 1, (2000, 3, 3)), rng.uniform(-1, 1, (2000, 3))
+    answers = triangles_crossed(triangles, points, np.full(2000, margin), 0)
+    certain = answers != UNCERTAIN
+    assert certain.sum() > 1000
+    assert set(answers.tolist()) >= {OUTSIDE, INSIDE}
+    for _ in range(20):
+        shaken = triangles + rng.uniform(-margin, margin, (2000, 3, 3))
+        after = triangles_crossed(shaken, points + rng.uniform(-margin, margin, (2000, 3)), np.zeros(2000), 0)
+        assert ((after == answers) | (after == UNCERTAIN))[certain].all()
+
+
+def test_many_points_at_once_give_the_answers_of_few():
+    mesh = MESHES["shells"]
+    points = points_around(mesh, 2 * MOST_POINTS + 7, 5)
+    together = parity(mesh, points, 1)
+    assert together.shape == (len(points),)
+    for k in (0, MOST_POINTS - 1, MOST_POINTS, 2 * MOST_POINTS + 6):
+        assert parity(mesh, points[k], 1)[0] == together[k]
+    assert parity(mesh, np.zeros((0, 3)), 0).shape == (0,)

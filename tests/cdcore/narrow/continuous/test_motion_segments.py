@@ -1,0 +1,112 @@
+"""A leg gives the recorded poses at its ends bit for bit and the shortest arc between; its bounds hold."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation, Slerp
+
+from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, fill_leg, leg_bounds, leg_pad, pose_at, seen_from
+
+
+def leg_between(turn, place, turn_after, place_after):
+    leg = np.empty(LEG_WIDTH)
+    fill_leg(turn, np.asarray(place, float), turn_after, np.asarray(place_after, float), leg)
+    return leg
+
+
+def pose_of(leg, share):
+    pose = np.empty(12)
+    pose_at(leg, share, pose)
+    return pose[:9].reshape(3, 3), pose[9:]
+
+
+def random_leg(rng, angle=None, size=1.0):
+    first = Rotation.from_rotvec(rng.normal(size=3))
+    axis = rng.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    turn = Rotation.from_rotvec(axis * (rng.uniform(0, 3.1) if angle is None else angle))
+    return leg_between(
+        first.as_matrix(), rng.normal(size=3) * size, (turn * first).as_matrix(), rng.normal(size=3) * size
+    )
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_at_both_ends_a_leg_gives_the_recorded_pose_bit_for_bit(seed):
+    rng = np.random.default_rng(seed)
+    turns, places = Rotation.random(2, random_state=seed).as_matrix(), rng.normal(size=(2, 3))
+    leg = leg_between(turns[0], places[0], turns[1], places[1])
+    for end in (0, 1):
+        turn, place = pose_of(leg, float(end))
+        assert np.array_equal(turn, turns[end])
+        assert np.array_equal(place, places[end])
+
+
+@pytest.mark.parametrize("degrees", [0.0, 1e-13, 1e-6, 0.3, 90.0, 120.0, 179.0, 179.999, 181.0])
+def test_between_them_it_turns_at_a_constant_rate_along_the_shorter_arc(degrees):
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        axis = rng.normal(size=3)
+        first = Rotation.from_rotvec(rng.normal(size=3))
+        second = Rotation.from_rotvec(np.radians(degrees) * axis / np.linalg.norm(axis)) * first
+        leg = leg_between(first.as_matrix(), [0, 1, 2], second.as_matrix(), [1, 1, 1])
+        assert leg[27] == pytest.approx(np.radians(min(degrees, 360 - degrees)), abs=1e-14)
+        slerp = Slerp([0, 1], Rotation.concatenate([first, second]))
+        for share in (0.125, 0.5, 0.9):
+            turn, place = pose_of(leg, share)
+            assert np.abs(turn - slerp(share).as_matrix()).max() < 1e-13
+            assert np.allclose(place, [share, 1, 2 - share], atol=1e-15)
+
+
+def test_a_body_that_does_not_turn_keeps_its_rotation():
+    turn = Rotation.from_rotvec([1, 2, 3]).as_matrix()
+    leg = leg_between(turn, [0, 0, 0], turn, [1, 2, 3])
+    assert leg[27] == 0.0
+    assert np.array_equal(pose_of(leg, 0.3)[0], turn)
+
+
+@settings(max_examples=150, deadline=None)
+@given(seed=st.integers(0, 10**6), start=st.floats(0, 0.9), width=st.floats(0.001, 1.0))
+def test_seen_from_the_other_body_no_point_leaves_its_chord_further_than_the_bound_says(seed, start, width):
+    rng = np.random.default_rng(seed)
+    leg_a, leg_b = random_leg(rng), random_leg(rng, angle=rng.uniform(0, 1.5))
+    reach = rng.uniform(0.01, 2)
+    point = rng.normal(size=3)
+    point *= reach / np.linalg.norm(point)
+    stop = min(1.0, start + width)
+    speed, acceleration = leg_bounds(leg_a, reach, leg_b)
+
+    def seen(share):
+        pose_a, pose_b, relative = np.empty(12), np.empty(12), np.empty(12)
+        pose_at(leg_a, share, pose_a)
+        pose_at(leg_b, share, pose_b)
+        seen_from(pose_a, pose_b, relative)
+        return relative[:9].reshape(3, 3) @ point + relative[9:]
+
+    ends = seen(start), seen(stop)
+    allowed = (stop - start) ** 2 / 8 * acceleration
+    farthest = 0.0
+    for part in np.linspace(0, 1, 23):
+        off = seen(start + part * (stop - start)) - ((1 - part) * ends[0] + part * ends[1])
+        farthest = max(farthest, np.linalg.norm(off))
+    assert farthest <= allowed + 1e-13
+    assert np.linalg.norm(ends[1] - ends[0]) <= (stop - start) * speed + 1e-13
+
+
+def test_bodies_that_move_as_one_have_almost_no_bound():
+    rng = np.random.default_rng(0)
+    leg = random_leg(rng, angle=0.4)
+    leg[9:12] = leg[21:24] = 0.0
+    speed, acceleration = leg_bounds(leg, 1.0, leg.copy())
+    assert speed < 1e-14
+    assert acceleration < 1e-14
+
+
+def test_the_pad_grows_with_size_and_is_infinite_where_nothing_is_known():
+    rng = np.random.default_rng(1)
+    near, far = random_leg(rng), random_leg(rng, size=1e6)
+    assert 1e-14 < leg_pad(near, 0.1, near, 0.1) < 1e-11
+    assert leg_pad(far, 0.1, near, 0.1) > 1e4 * leg_pad(near, 0.1, near, 0.1)
+    assert leg_pad(near, 1e80, near, 0.1) == np.inf
+    near[0] += 1e-3
+    assert leg_pad(near, 0.1, far, 0.1) == np.inf

@@ -1,0 +1,167 @@
+"""On straight ways the search agrees with Sturm's theorem in whole numbers; its seconds are rounded outwards."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from oracles.continuous_sturm import first_meeting
+from scipy.spatial.transform import Rotation
+from support.motions import KINDS
+from support.shapes import box_mesh
+
+from cdcore.narrow.continuous.search import FREE, HIT, TOO_CLOSE, make_room
+from cdcore.narrow.continuous.segment_stage import (
+    DEFAULT_EFFORT,
+    DEFAULT_TOLERANCE,
+    HALF_TURN,
+    SHORTEST,
+    TOO_LARGE,
+    LegStage,
+    decide_legs,
+)
+from cdcore.narrow.spacetime.box_tree import build_box_tree
+from cdcore.narrow.triangles.predicates import triangles_intersect
+
+PAIR = np.array([[0, 1]])
+
+
+def stage_of(a, b, **options):
+    asked = {"tolerance": DEFAULT_TOLERANCE, "effort": DEFAULT_EFFORT} | options
+    return LegStage([build_box_tree(a), build_box_tree(b)], PAIR, **asked)
+
+
+def decide(stage, ways, times=(0.0, 1.0), turned=None):
+    """One leg from (2, 2, 3) places; rotations (2, 3, 3) of both bodies, the same at both ends."""
+    turn = np.tile(np.eye(3) if turned is None else turned, (2, 1, 1, 1) if turned is not None else (2, 2, 1, 1))
+    return stage.decide(np.array(times), turn, np.asarray(ways, float), np.array([1]), np.array([0]))
+
+
+def whole_number_faces(rng, kind):
+    if kind == "lattice":
+        return rng.integers(-3, 4, (3, 3))
+    return (KINDS["degenerate"](rng)[rng.integers(0, 24)] - 2).astype(int)
+
+
+def grid_turn(rng):
+    """A rotation that takes the grid to itself, so that whole numbers stay whole."""
+    turn = np.eye(3)[rng.permutation(3)] * rng.choice([-1.0, 1.0], 3)[:, None]
+    return turn if np.linalg.det(turn) > 0 else -turn
+
+
+@pytest.mark.parametrize("kind", ["lattice", "degenerate"])
+def test_two_faces_on_straight_ways_meet_when_whole_numbers_say_so(kind):
+    rng = np.random.default_rng(11)
+    met = free = grazed = 0
+    for _ in range(80):
+        a, b = whole_number_faces(rng, kind), whole_number_faces(rng, kind)
+        ways = rng.integers(-4, 5, (2, 2, 3))
+        turned = np.array([grid_turn(rng), grid_turn(rng)])
+        body_a, body_b = a @ turned[0], b @ turned[1]
+        if triangles_intersect([[a + ways[0, 0], b + ways[0, 1]]])[0]:
+            continue
+        want = first_meeting(a + ways[0, 0], a + ways[1, 0], b + ways[0, 1], b + ways[1, 1])
+        answer = decide(stage_of(body_a[None], body_b[None]), ways, turned=turned)
+        state = answer.states[0]
+        if want is None:
+            assert state == FREE
+            free += 1
+        elif state == HIT:
+            low, high = (Fraction(x) for x in answer.impact[0].tolist())
+            assert low <= want[1]
+            assert want[0] <= high
+            assert high - low <= Fraction(1, 10**6)
+            met += 1
+        else:
+            # a touch without depth lasts one instant, which no sampled pose need hit
+            assert state == TOO_CLOSE
+            assert answer.impact[0, 0] <= want[1]
+            assert want[0] <= answer.impact[0, 1]
+            grazed += 1
+    assert met > 4
+    assert free > 10
+    assert grazed < met
+
+
+def test_the_oracle_finds_what_is_known_in_closed_form():
+    floor = np.array([[0, 0, 0], [8, 0, 0], [0, 8, 0]])
+    tip = np.array([[1, 1, 3], [1, 2, 5], [2, 1, 5]])
+    down = np.array([0, 0, -7])
+    assert first_meeting(tip, tip + down, floor, floor) == (Fraction(3, 7), Fraction(3, 7)) or (
+        lambda found: found[0] <= Fraction(3, 7) <= found[1]
+    )(first_meeting(tip, tip + down, floor, floor))
+    assert first_meeting(tip, tip - down, floor, floor) is None
+    aside = np.array([9, 9, 0])
+    assert first_meeting(tip + aside, tip + aside + down, floor, floor) is None
+    # an edge over an edge, crosswise, and the same motion backwards
+    bar, cross = np.array([[-4, 0, 1]] * 2 + [[4, 0, 1]]), np.array([[0, -4, 0]] * 2 + [[0, 4, 0]])
+    found = first_meeting(bar, bar + np.array([0, 0, -4]), cross, cross)
+    assert found[0] <= Fraction(1, 4) <= found[1]
+    back = first_meeting(bar + np.array([0, 0, -4]), bar, cross, cross)
+    assert back[0] <= Fraction(3, 4) <= back[1]
+    # in one plane all the time
+    slide = first_meeting(floor + np.array([10, 0, 0]), floor + np.array([0, 0, 0]), floor, floor)
+    assert slide[0] <= Fraction(1, 5) <= slide[1]
+
+
+def test_seconds_enclose_the_shares_and_stay_within_the_leg():
+    ball = KINDS["soup"](np.random.default_rng(0))
+    stage = stage_of(ball, ball + np.array([50.0, 0, 0]))
+    start, stop = 1e6 + 1 / 3, 1e6 + 1 / 3 + 1 / 90
+    answer = decide(stage, [[[0, 0, 0], [0, 0, 0]], [[50, 0, 0], [0, 0, 0]]], (start, stop))
+    low, high = answer.impact[0]
+    assert answer.states[0] == HIT
+    assert start <= low < high <= stop
+    assert high - low <= SHORTEST + 4e-10
+
+
+def test_a_reason_says_what_to_change():
+    stage = stage_of(*[KINDS["soup"](np.random.default_rng(0))] * 2, tolerance=3e-4, effort=17)
+    assert "0.0003 m" in stage.reason(3)
+    assert "17 tests" in stage.reason(3)
+    assert "half a turn" in stage.reason(4)
+
+
+TREES = [build_box_tree(box_mesh((0.1, 0.1, 0.1)).triangles), build_box_tree(box_mesh((0.4, 0.02, 0.02)).triangles)]
+
+
+def decide_one(turn, move, trees=TREES):
+    states, shares, faces = np.zeros(1, np.uint8), np.zeros((1, 2)), np.full((1, 2), -1)
+    decide_legs(
+        trees[0], 0, trees[1], 1, turn, move, np.array([1]), np.array([1.0]), np.array([1e-4, 1e-7]), 10_000,
+        make_room(*trees), states, shares, faces,
+    )  # fmt: skip
+    return int(states[0]), shares[0], faces[0]
+
+
+def poses(degrees=(0.0, 0.0), offset=(0.0, 0.15, 0.0)):
+    turn, move = np.tile(np.eye(3), (2, 2, 1, 1)), np.zeros((2, 2, 3))
+    for body in (0, 1):
+        turn[1, body] = Rotation.from_euler("z", degrees[body], degrees=True).as_matrix()
+    move[:, 0] = offset
+    return turn, move
+
+
+def test_half_a_turn_is_told_and_a_little_less_is_searched():
+    assert decide_one(*poses((0, 180)))[0] == HALF_TURN
+    assert decide_one(*poses((180, 0)))[0] == HALF_TURN
+    assert decide_one(*poses((0, 179.99)))[0] == HIT
+
+
+def test_coordinates_beyond_the_bounds_are_told():
+    assert decide_one(*poses(offset=(1e80, 0, 0)))[0] == TOO_LARGE
+
+
+@pytest.mark.parametrize("degrees", [(30, 0), (0, 30), (0, -30), (25, -25)])
+def test_the_answer_is_that_of_the_swapped_pair(degrees):
+    turn, move = poses(degrees)
+    state, shares, faces = decide_one(turn, move)
+    turned = decide_one(turn[:, ::-1].copy(), move[:, ::-1].copy(), TREES[::-1])
+    assert state == turned[0]
+    assert shares.tolist() == turned[1].tolist()
+    if state == HIT:
+        assert faces.tolist() == turned[2][::-1].tolist()
+
+
+def test_a_bar_that_turns_into_a_block_hits_it_and_one_that_turns_short_of_it_does_not():
+    assert decide_one(*poses((0, 80)))[0] == HIT
+    assert decide_one(*poses((0, 5)))[0] == FREE

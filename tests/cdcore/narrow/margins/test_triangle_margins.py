@@ -1,0 +1,135 @@
+"""Clearance and penetration of triangles and of placed surfaces agree with closed forms down to the last bits."""
+
+from math import sqrt
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import minimize
+
+from cdcore.errors import InvalidTrianglesError
+from cdcore.narrow.margins.triangle_margins import near_faces, triangle_margins
+from replay.studies.stress.families import FAMILIES
+
+FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+
+
+def one(first, second):
+    meets, distance = triangle_margins(np.array([[first, second]], dtype=float))
+    return bool(meets[0]), float(distance[0])
+
+
+def poke(height):
+    return [[0.2, 0.2, height], [0.3, 0.2, 1], [0.2, 0.3, 1]]
+
+
+@pytest.mark.parametrize("height", [1e-15, 2.0**-53, 1e-9, 2e-6, 0.125])
+def test_a_corner_above_or_below_a_face_is_so_far_from_the_other_answer(height):
+    assert one(FLOOR, poke(height)) == (False, height)
+    assert one(FLOOR, poke(-height)) == (True, height)
+    assert one(poke(height), FLOOR) == (False, height)
+
+
+def test_touching_and_coplanar_overlap_have_no_depth():
+    assert one(FLOOR, poke(0.0)) == (True, 0.0)
+    assert one(FLOOR, [[0.1, 0.1, 0], [2, 0, 0], [0, 2, 0]]) == (True, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("second", "distance"),
+    [
+        ([[2, 0, 0], [3, 0, 0], [2, 1, 0]], 1.0),  # corner to corner
+        ([[1, 1, 0], [2, 1, 0], [1, 2, 0]], sqrt(0.5)),  # corner to edge
+        ([[2, 2, 2], [2, 2, 2], [2, 2, 2]], sqrt(4 + 4.5)),  # a point, nearest to an edge
+        ([[0.2, 0.2, 3], [0.2, 0.2, 3], [0.2, 0.2, 4]], 3.0),  # a segment above the face
+        ([[-1, 0.5, 1], [2, 0.5, 1], [-1, 0.5, 1]], 1.0),  # a segment across
+        ([[1.5, -1, -1], [1.5, -1, 1], [1.5, -2, 0]], sqrt(0.25 + 1)),  # corner to an edge in space
+        ([[-1, -0.5, -1], [1, -0.5, 1], [0, -3, 0]], 0.5),  # edge to edge, crossing feet
+    ],
+)
+def test_clearance_is_the_distance_of_the_nearest_features(second, distance):
+    assert one(FLOOR, second) == (False, pytest.approx(distance, rel=1e-15))
+
+
+def test_two_points_apart_are_so_far_apart_and_in_one_place_have_no_depth():
+    a, b = [[0, 0, 0]] * 3, [[3, 4, 0]] * 3
+    assert one(a, b) == (False, 5.0)
+    assert one(a, a) == (True, 0.0)
+
+
+@pytest.mark.parametrize("scale", [2.0**-500, 2.0**-30, 2.0**400])
+def test_scaling_by_a_power_of_two_scales_the_margin_exactly(scale):
+    meets, distance = triangle_margins(FAMILIES[0].pairs(30))
+    scaled_meets, scaled = triangle_margins(FAMILIES[0].pairs(30) * scale)
+    assert np.array_equal(meets, scaled_meets)
+    assert np.array_equal(distance * scale, scaled)
+
+
+@pytest.mark.parametrize("number", [1, 5, 9, 12, 20, 24])
+def test_the_margin_does_not_depend_on_order(number):
+    pairs = FAMILIES[number - 1].pairs(30)
+    for other in (pairs[:, ::-1], pairs[:, :, [2, 0, 1]], pairs[..., [1, 2, 0]]):
+        assert np.array_equal(triangle_margins(pairs)[1], triangle_margins(other)[1])
+
+
+@given(st.integers(0, 10**6))
+def test_no_two_points_of_the_triangles_are_nearer_than_the_clearance(seed):
+    rng = np.random.default_rng(seed)
+    pair = rng.normal(size=(1, 2, 3, 3)) + np.array([0, 1.5])[:, None, None]
+    meets, clearance = triangle_margins(pair)
+    if meets[0]:
+        return
+    weights = rng.dirichlet([1, 1, 1], (2, 400))
+    p, q = (weights[k] @ pair[0, k] for k in range(2))
+    assert np.linalg.norm(p[:, None] - q[None], axis=-1).min() >= clearance[0] * (1 - 1e-12)
+
+
+def test_a_minimiser_comes_as_near_as_the_clearance():
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        pair = rng.normal(size=(1, 2, 3, 3)) + np.array([0, 2.5])[:, None, None]
+        meets, clearance = triangle_margins(pair)
+        if meets[0]:
+            continue
+
+        def apart(w, pair=pair):
+            p, q = (np.array([1 - w[k] - w[k + 1], w[k], w[k + 1]]) @ pair[0, k // 2] for k in (0, 2))
+            return ((p - q) ** 2).sum()
+
+        sums = [{"type": "ineq", "fun": lambda w, k=k: 1 - w[k] - w[k + 1]} for k in (0, 2)]
+        best = minimize(apart, [0.3] * 4, bounds=[(0, 1)] * 4, constraints=sums, tol=1e-14)
+        assert sqrt(best.fun) == pytest.approx(clearance[0], rel=1e-5)
+
+
+def test_moving_by_the_penetration_along_some_axis_separates_and_by_less_does_not():
+    """The overlap along an axis is how far one triangle must go along it to be free."""
+    rng = np.random.default_rng(1)
+    pairs = rng.random((400, 2, 3, 3))
+    meets, depth = triangle_margins(pairs)
+    for pair, deep in zip(pairs[meets], depth[meets], strict=True):
+        a, b = pair
+        edges = [[t[(k + 1) % 3] - t[k] for k in range(3)] for t in (a, b)]
+        axes = [np.cross(e[0], e[1]) for e in edges] + [np.cross(e, f) for e in edges[0] for f in edges[1]]
+        axes = [sign * axis / np.linalg.norm(axis) for axis in axes for sign in (1, -1)]
+        freed = [not one(a, b + axis * deep * 1.001)[0] for axis in axes]
+        held = [one(a, b + axis * deep * 0.999)[0] for axis in axes]
+        assert any(freed)
+        assert all(held)
+
+
+@pytest.mark.parametrize("reach", [0.0, 0.003, 0.05, 2.0])
+def test_no_face_pair_within_reach_is_left_out_of_the_near_ones(reach):
+    rng = np.random.default_rng(3)
+    first, second = rng.random((12, 3, 3)) * 0.1, rng.random((15, 3, 3)) * 0.1 + [0.1, 0, 0]
+    every = np.array([[a, b] for a in first for b in second])
+    meets, distance = triangle_margins(every)
+    within = np.argwhere((meets | (distance <= reach)).reshape(12, 15))
+    near = near_faces(first, second, reach)
+    assert {tuple(row) for row in within} <= {tuple(row) for row in near}
+    assert len(near) < 12 * 15 or reach == 2.0
+
+
+def test_coordinates_that_are_not_finite_are_refused():
+    with pytest.raises(InvalidTrianglesError, match="pair 0 has a coordinate that is not finite"):
+        triangle_margins(np.full((1, 2, 3, 3), np.nan))

@@ -1,0 +1,97 @@
+"""Faces called apart are apart by more than the pad, and faces clearly apart are called so."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize
+
+from cdcore import triangles_intersect
+from cdcore.kernels.compiling import kernel
+from cdcore.narrow.trees.solid import gjk
+
+
+@kernel
+def steps(points, axis, pad):
+    return gjk.steps_to_separate(points, axis, pad, np.empty((14, 3)))
+
+
+def gap_along(points, axis):
+    along = points @ (axis / np.linalg.norm(axis))
+    return along[:3].min() - along[3:].max()
+
+
+@settings(deadline=None, max_examples=300)
+@given(st.integers(0, 2**32), st.sampled_from([1.0, 1e-6, 1e6]), st.sampled_from([0.0, 1e-3]))
+def test_an_axis_that_is_returned_keeps_the_faces_apart_by_more_than_the_pad(seed, scale, pad):
+    rng = np.random.default_rng(seed)
+    points = (rng.normal(size=(6, 3)) + np.repeat(rng.normal(size=(2, 3)), 3, axis=0)) * scale
+    axis = rng.normal(size=3)
+    before = axis.copy()
+    taken = steps(points, axis, pad * scale)
+    if taken == gjk.MEETING:
+        assert np.array_equal(axis, before)
+        return
+    assert gap_along(points, axis) > pad * scale * (1 - 1e-9)
+    assert not triangles_intersect(points.reshape(1, 2, 3, 3))[0]
+    assert (taken == 0) == np.array_equal(axis, before)
+
+
+def test_faces_that_do_not_meet_are_nearly_always_separated():
+    rng = np.random.default_rng(0)
+    points = rng.normal(size=(4000, 6, 3)) + np.repeat(rng.normal(size=(4000, 2, 3)) * 0.6, 3, axis=1)
+    meet = triangles_intersect(points.reshape(-1, 2, 3, 3))
+    found = np.array([steps(one, np.array([1.0, 0, 0]), 1e-12) for one in points])
+    assert (found[meet] == gjk.MEETING).all()
+    assert (found[~meet] != gjk.MEETING).mean() > 0.999
+    assert 0.1 < meet.mean() < 0.9
+
+
+def test_the_axis_of_the_last_search_ends_the_next_at_once():
+    rng = np.random.default_rng(1)
+    points = rng.normal(size=(6, 3)) + np.repeat([[0, 0, 0], [1.0, 2, 3]], 3, axis=0) * 2
+    axis = np.array([-3.0, 1.0, 0.0])
+    assert steps(points, axis, 0.0) > 0
+    assert steps(points + 1e-3 * rng.normal(size=(6, 3)), axis, 0.0) == 0
+
+
+def test_numbers_that_overflow_or_vanish_are_left_to_the_exact_test():
+    points = np.random.default_rng(2).normal(size=(6, 3)) + np.repeat([[0, 0, 0], [9.0, 0, 0]], 3, axis=0)
+    for scale in (1e200, 1e-200):
+        assert steps(points * scale, np.array([0.0, 1.0, 0.0]), 1e-150) in (gjk.MEETING, 0)
+
+
+@kernel
+def nearest(corners):
+    y, v = np.zeros((4, 3)), np.zeros(3)
+    y[: len(corners)] = corners
+    count = gjk.nearest_on_simplex(y, len(corners), v, np.empty((4, 3)), np.empty((4, 3)))
+    return count, v, y
+
+
+def searched(corners):
+    def distance(weights):
+        point = weights @ corners
+        return point @ point
+
+    start = np.full(len(corners), 1 / len(corners))
+    bounds = [(0, 1)] * len(corners)
+    whole = {"type": "eq", "fun": lambda weights: weights.sum() - 1}
+    found = minimize(distance, start, bounds=bounds, constraints=[whole], options={"ftol": 1e-14, "maxiter": 300})
+    return np.sqrt(found.fun)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_the_distance_is_that_of_a_search_over_all_weights(count):
+    rng = np.random.default_rng(count)
+    used = set()
+    for _ in range(40):
+        corners = rng.normal(size=(count, 3)) + rng.normal(size=3) * 0.7
+        left, v, y = nearest(corners)
+        distance = 0.0 if left == 0 else np.linalg.norm(v)
+        assert distance == pytest.approx(searched(corners), abs=1e-5)
+        used.add(left)
+        if left:
+            kept = np.linalg.lstsq(np.vstack([y[:left].T, np.ones(left)]), np.append(v, 1.0), rcond=None)[0]
+            assert np.allclose(kept @ y[:left], v, atol=1e-9) and (kept > -1e-9).all()
+    assert used >= {1, 2, 3, 4, 0} - set(range(count + 1, 5)) - ({0} if count < 4 else {4})

@@ -1,0 +1,225 @@
+"""Each compiled search counts and finds what a plain recursive one does, complete, at the first hit, or cut short."""
+
+import numpy as np
+import pytest
+from support.motions import KINDS, grid_plate
+from support.shapes import rod_mesh
+from support.slow_trees import (
+    SCENES,
+    SlowBoxes,
+    SlowSearch,
+    assert_as_slow,
+    complete_first_hit_or_cut_short,
+    each_scene,
+)
+
+from cdcore.narrow.trees.obb.traverse import LEAF_FACES
+from cdcore.narrow.trees.search import TREE_KINDS, UNLIMITED, TreeSearch
+
+MESHES = {name: make(np.random.default_rng(5)) for name, make in KINDS.items()} | {"rod": rod_mesh().triangles}
+
+each_kind = pytest.mark.parametrize("kind", TREE_KINDS)
+each_mesh = pytest.mark.parametrize("name", MESHES)
+
+
+class SlowAabb(SlowSearch):
+    def __init__(self, trees, *poses, **wanted):
+        super().__init__(trees, *poses, **wanted)
+        self.boxes = {}
+
+    def box(self, tree, world, node):
+        key = id(tree), int(node)
+        if key not in self.boxes:
+            self.boxes[key] = self.fitted(tree, world, node)
+        return self.boxes[key]
+
+    def fitted(self, tree, world, node):
+        if tree.child[node] < 0:
+            return world[tree.leaf[node]].min(axis=0), world[tree.leaf[node]].max(axis=0)
+        (low, high), (other_low, other_high) = (self.box(tree, world, tree.child[node] + k) for k in (0, 1))
+        return np.minimum(low, other_low), np.maximum(high, other_high)
+
+    def both(self, a, b):
+        return self.box(self.trees[0], self.world_a, a), self.box(self.trees[1], self.world_b, b)
+
+    def apart(self, a, b):
+        (low_a, high_a), (low_b, high_b) = self.both(a, b)
+        return (low_a > high_b).any() or (low_b > high_a).any()
+
+    def splits_first(self, a, b):
+        (low_a, high_a), (low_b, high_b) = self.both(a, b)
+        return (high_a - low_a).max() >= (high_b - low_b).max()
+
+
+class SlowObb(SlowBoxes):
+    def children(self, side, node):
+        first = self.trees[side].child[node]
+        return [node] if first < 0 else [first, first + 1]
+
+    def descend(self, a, b):
+        if not self.ask_nodes(a, b):
+            return
+        if self.children(0, a) == [a] and self.children(1, b) == [b]:
+            for i in range(self.trees[0].start[a], self.trees[0].stop[a]):
+                for j in range(self.trees[1].start[b], self.trees[1].stop[b]):
+                    self.ask_faces(i, j)
+            return
+        for first in reversed(self.children(0, a)):
+            for second in reversed(self.children(1, b)):
+                self.descend(first, second)
+
+    def run(self):
+        super().run()
+        numbers = [tree.number for tree in self.trees]
+        self.found = [(int(numbers[0][a]), int(numbers[1][b])) for a, b in self.found]
+        return self
+
+
+class SlowRapid(SlowBoxes):
+    def splits_first(self, a, b):
+        return self.trees[0].half[a].max() > self.trees[1].half[b].max()
+
+
+class SlowSolid(SlowBoxes):
+    edges = False
+
+    def box(self, side, node):
+        return self.trees[side].centre[node], np.eye(3), self.trees[side].half[node]
+
+    def splits_first(self, a, b):
+        return self.trees[0].half[a].max() >= self.trees[1].half[b].max()
+
+
+SLOW = {"aabb": SlowAabb, "obb": SlowObb, "rapid-style": SlowRapid, "solid-style": SlowSolid}
+
+
+@each_kind
+@each_scene
+@complete_first_hit_or_cut_short
+def test_counts_and_faces_are_those_of_a_recursive_search(kind, scene, every, budget):
+    assert_as_slow(scene, kind, SLOW[kind], every, budget)
+
+
+@each_kind
+def test_a_counter_has_a_column_and_an_unlimited_search_is_not_truncated(kind):
+    corners, poses = SCENES["rod and ball"]()
+    search = TreeSearch(kind, corners)
+    searched = search.search(0, 1, poses, every=True, budget=UNLIMITED)
+    assert search.counters[:2] == ("node_tests", "leaf_tests")
+    assert searched.counts.shape == (len(poses.pad), len(search.counters))
+    assert (searched.counts[:, 0] > 0).all() and not searched.truncated.any()
+    assert (np.diff(searched.found[:, 0]) >= 0).all()
+
+
+def test_all_kinds_find_the_same_faces():
+    corners, poses = SCENES["ball and beaker"]()
+    found = [TreeSearch(kind, corners).search(0, 1, poses, every=True, budget=UNLIMITED).found for kind in TREE_KINDS]
+    rows = [sorted(map(tuple, one[:, :3].tolist())) for one in found]
+    assert rows[0] and all(one == rows[0] for one in rows)
+
+
+@each_kind
+def test_the_first_hit_is_the_first_of_all_hits_at_less_work(kind):
+    corners, poses = SCENES["ball and beaker"]()
+    search = TreeSearch(kind, corners)
+    every, first = (search.search(0, 1, poses, every=every, budget=UNLIMITED) for every in (True, False))
+    _, index = np.unique(every.found[:, 0], return_index=True)
+    assert len(index) and np.array_equal(first.found, every.found[index])
+    hit = np.isin(np.arange(len(poses.pad)), every.found[:, 0])
+    work, less = (one.counts[:, :2].sum(axis=1) for one in (every, first))
+    assert (less[hit] < work[hit]).all() and (less[~hit] == work[~hit]).all()
+
+
+def test_each_budget_does_one_test_more_and_never_loses_what_a_smaller_found():
+    """A budget of ``obb`` may end inside a leaf of several faces."""
+    corners, poses = SCENES["rod and ball"]()
+    search = TreeSearch("obb", corners)
+    whole = search.search(0, 1, poses, every=True, budget=UNLIMITED).counts.sum(axis=1)
+    before = set()
+    for budget in range(1, int(whole.max()) + 2, 7):
+        cut = search.search(0, 1, poses, every=True, budget=budget)
+        assert np.array_equal(cut.counts.sum(axis=1), np.minimum(budget, whole))
+        assert np.array_equal(cut.truncated, whole > budget)
+        now = {tuple(row) for row in cut.found.tolist()}
+        assert before <= now
+        before = now
+    assert before
+
+
+def test_a_body_that_stands_still_is_fitted_once():
+    corners, poses = SCENES["rod and ball"]()
+    poses.turn_b[:], poses.move_b[:] = poses.turn_b[0], poses.move_b[0]
+    search = TreeSearch("aabb", corners)
+    fitted = search.search(0, 1, poses, every=True, budget=1).counts[:, 2]
+    sizes = [len(tree.child) for tree in search.trees]
+    assert fitted.tolist() == [sum(sizes)] + [sizes[0]] * (len(poses.pad) - 1)
+
+
+def test_the_kept_axis_of_solid_ends_most_leaf_tests_and_what_gjk_leaves_open_is_asked_exactly():
+    corners, poses = SCENES["ball and beaker"]()
+    searched = TreeSearch("solid-style", corners).search(0, 1, poses, every=True, budget=UNLIMITED)
+    _, leaf, hits, steps, exact = searched.counts.sum(axis=0).tolist()
+    assert hits > 0.3 * leaf > 0
+    assert 0 < len(searched.found) <= exact <= 1.01 * len(searched.found) + 2
+    assert 0 < leaf - hits - exact <= steps
+
+
+def faces_below(tree, node):
+    """Rows of ``tree.corners`` in the leaves below a node."""
+    if hasattr(tree, "start"):
+        return list(range(tree.start[node], tree.stop[node]))
+    first = tree.child[node]
+    return [int(tree.leaf[node])] if first < 0 else faces_below(tree, first) + faces_below(tree, first + 1)
+
+
+@each_kind
+@each_mesh
+@pytest.mark.parametrize("scale", [1.0, 1e-200, 1e70])
+def test_every_face_stands_in_one_leaf_and_every_box_holds_the_faces_below_it(kind, name, scale):
+    corners = MESHES[name] * scale
+    tree, depth = TREE_KINDS[kind].build(corners)
+    leaves = [faces_below(tree, node) for node in np.flatnonzero(tree.child < 0)]
+    most = LEAF_FACES if kind == "obb" else 1
+    assert sorted(np.concatenate(leaves)) == list(range(len(corners))) and max(map(len, leaves)) <= most
+    assert most * 2 ** (depth - 1) >= len(corners) >= depth
+    assert np.array_equal(tree.corners, corners[tree.number] if kind == "obb" else corners)
+    size = np.abs(corners).max()
+    for node in range(len(tree.child)) if kind != "aabb" else ():
+        axes = np.eye(3) if kind == "solid-style" else tree.axes[node]
+        along = (tree.corners[faces_below(tree, node)].reshape(-1, 3) - tree.centre[node]) @ axes.T
+        assert (np.abs(along) <= tree.half[node] + 1e-14 * size).all()
+        assert np.allclose(np.abs(along).max(axis=0), tree.half[node], rtol=1e-9, atol=1e-14 * size)
+        assert kind == "obb" or tree.size[node] == tree.half[node].max()
+
+
+def test_a_slanted_rod_gets_a_slanted_box():
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    tree, _ = TREE_KINDS["obb"].build(rod_mesh(0.003, 0.1).triangles @ turn.T)
+    assert sorted(tree.half[0].tolist())[2] < 0.06
+    assert sorted(tree.half[0].tolist())[1] < 0.004
+
+
+def test_the_axes_of_rapid_do_not_depend_on_how_finely_a_surface_is_cut():
+    """The covariance is of the surface: a plate of 2 faces, and the same plate cut into many, give one box."""
+    coarse = np.array([[[0.0, 0, 0], [6, 0, 0], [6, 6, 0]], [[0, 0, 0], [6, 6, 0], [0, 6, 0]]])
+    stretched = np.array([3.0, 1.0, 1.0])
+    first, second = (TREE_KINDS["rapid-style"].build(plate * stretched)[0] for plate in (coarse, grid_plate(6)))
+    assert np.allclose(np.abs(first.axes[0]), np.abs(second.axes[0]), atol=1e-9)
+    assert np.allclose(first.half[0], [9.0, 3.0, 0.0], atol=1e-9)
+    assert np.allclose(second.half[0], [9.0, 3.0, 0.0], atol=1e-9)
+
+
+def test_a_node_of_solid_is_cut_at_the_middle_of_its_longest_side_not_at_its_median_face():
+    along = np.array([0.0, 0.1, 0.2, 0.3, 10.0])[:, None, None]
+    faces = np.array([[[0.0, 0, 0], [0.01, 0, 0], [0, 0.01, 0]]]) + along * np.array([1.0, 0, 0])
+    tree, _ = TREE_KINDS["solid-style"].build(faces)
+    assert sorted(faces_below(tree, tree.child[0])) == [0, 1, 2, 3]
+
+
+def test_faces_whose_world_boxes_only_touch_are_still_asked_and_meet():
+    floor = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+    _, poses = SCENES["rod and ball"](count=1)
+    poses.turn_a[:], poses.turn_b[:], poses.move_a[:], poses.move_b[:] = np.eye(3), np.eye(3), 0.0, [1.0, 0, 0]
+    searched = TreeSearch("aabb", [floor, floor]).search(0, 1, poses, every=True, budget=100)
+    assert searched.found.tolist() == [[0, 0, 0, 1]]
+    assert searched.counts.tolist() == [[1, 1, 2]]

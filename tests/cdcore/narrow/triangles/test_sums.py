@@ -1,0 +1,95 @@
+"""Exact sums lose nothing: the sign is that of rational arithmetic, whatever cancels."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cdcore.kernels.compiling import kernel
+from cdcore.narrow.triangles import sums as exact_sums
+from cdcore.narrow.triangles.sums import new_digits
+
+
+@kernel
+def add_double(digits, value):
+    exact_sums.add_double(digits, value)
+
+
+@kernel
+def add_product(digits, a, b):
+    exact_sums.add_product(digits, a, b)
+
+
+@kernel
+def sign_of_digits(digits):
+    return exact_sums.sign_of_digits(digits)
+
+
+@kernel
+def two_sum(a, b):
+    return exact_sums.two_sum(a, b)
+
+
+@kernel
+def two_product(a, b):
+    return exact_sums.two_product(a, b)
+
+
+@kernel
+def exponents_are_moderate(points):
+    return exact_sums.exponents_are_moderate(points, len(points))
+
+
+moderate = st.floats(-(2.0**60), 2.0**60, allow_nan=False).filter(lambda x: x == 0 or abs(x) > 2.0**-60)
+
+
+def sign(value):
+    return (value > 0) - (value < 0)
+
+
+@settings(deadline=None)  # the first call compiles
+@given(moderate, moderate)
+def test_two_sum_and_two_product_keep_every_bit(a, b):
+    assert sum(map(Fraction, two_sum(a, b))) == Fraction(a) + Fraction(b)
+    assert sum(map(Fraction, two_product(a, b))) == Fraction(a) * Fraction(b)
+
+
+@settings(deadline=None)  # the first call compiles
+@given(st.lists(moderate, min_size=1, max_size=8))
+def test_the_sign_of_a_sum_is_exact(values):
+    digits = new_digits()
+    for value in values:
+        add_double(digits, value)
+    assert sign_of_digits(digits) == sign(sum(map(Fraction, values)))
+
+
+@settings(deadline=None)  # the first call compiles
+@given(moderate, moderate, moderate)
+def test_a_product_less_its_parts_is_zero_and_the_last_bit_decides(a, b, c):
+    digits = new_digits()
+    add_product(digits, a, b)
+    for part in two_product(a, b):
+        add_double(digits, -part)
+    assert sign_of_digits(digits) == 0
+    digits = new_digits()
+    add_product(digits, a, b)
+    add_product(digits, -b, a)
+    add_double(digits, c * 2.0**-200)
+    assert sign_of_digits(digits) == sign(c)
+
+
+@pytest.mark.parametrize("size", [2.0**-756, 2.0**-252, 1.0, 2.0**604])
+def test_the_digits_reach_from_the_smallest_to_the_largest_that_can_occur(size):
+    for direction in (1.0, -1.0):
+        digits = new_digits()
+        for _ in range(192):
+            add_double(digits, direction * size)
+        assert sign_of_digits(digits) == direction
+
+
+def test_only_zero_and_moderate_sizes_count_as_moderate():
+    assert exponents_are_moderate(np.array([0.0, 1.0, -(2.0**-199)]))
+    assert not exponents_are_moderate(np.array([0.0, 1.0, 2.0**-201]))
+    assert not exponents_are_moderate(np.array([0.0, 1.0, -(2.0**201)]))

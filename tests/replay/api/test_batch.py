@@ -1,0 +1,124 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from support.small_worlds import cubes
+
+from replay.api.batch import batch_digest, run_batch, run_one
+from replay.errors import OutputError
+from sessions import write_session
+
+SETTINGS = {"detectors": "hybrid", "oracle": "none", "picture": False}
+
+
+@pytest.fixture
+def files(tmp_path):
+    folder = tmp_path / "sessions"
+    folder.mkdir()
+    for k in range(3):
+        write_session(cubes({"a": [0.0] * 20, "b": list(np.linspace(3, 0.8 + 0.1 * k, 20))}), folder / f"s{k}.mcap")
+    return sorted(folder.glob("*.mcap"))
+
+
+@pytest.mark.slow
+def test_two_processes_give_the_digest_of_one(files, tmp_path):
+    one = run_batch(files, tmp_path / "one", settings=SETTINGS)
+    two = run_batch(files[::-1], tmp_path / "two", jobs=2, settings=SETTINGS)
+    assert one.digest == two.digest != "" and one.done == two.done == ("s0", "s1", "s2")
+    assert not one.failed and not one.kept
+
+
+def test_a_finished_session_is_kept_and_a_missing_or_half_written_one_is_run(files, tmp_path):
+    out = tmp_path / "runs"
+    first = run_batch(files, out, settings=SETTINGS)
+    when = (out / "s0" / "summary.json").stat().st_mtime_ns
+    (out / "s2" / "summary.json").rename(out / "kept.json")
+    import shutil
+
+    shutil.rmtree(out / "s2")
+    (out / "kept.json").unlink()
+    (out / ".s2.deadbeef.partial").mkdir()
+    told = []
+    again = run_batch(files, out, settings=SETTINGS, told=lambda *one: told.append(one))
+    assert again.digest == first.digest and again.kept == ("s0", "s1")
+    assert told[-1] == ("s2", "done") and ("s0", "kept") in told
+    assert (out / "s0" / "summary.json").stat().st_mtime_ns == when
+    assert not list(out.glob(".*.partial"))
+
+
+def test_a_session_that_changed_is_run_again(files, tmp_path):
+    out = tmp_path / "runs"
+    first = run_batch(files, out, settings=SETTINGS)
+    write_session(cubes({"a": [0.0] * 20, "b": [0.5] * 20}), files[1])
+    again = run_batch(files, out, settings=SETTINGS)
+    assert again.kept == ("s0", "s2") and again.digest != first.digest
+
+
+def test_a_failure_is_told_and_ends_no_other(files, tmp_path):
+    files[1].write_bytes(b"no session")
+    batch = run_batch(files, tmp_path / "runs", settings=SETTINGS)
+    assert set(batch.failed) == {"s1"} and batch.done == ("s0", "s2") and batch.digest == ""
+    assert "s1.mcap" in batch.failed["s1"]
+
+
+def test_a_batch_of_other_settings_is_not_mixed_in(files, tmp_path):
+    run_batch(files[:1], tmp_path / "runs", settings=SETTINGS)
+    with pytest.raises(OutputError, match="other settings"):
+        run_batch(files, tmp_path / "runs", settings={**SETTINGS, "seed": 3})
+
+
+def test_a_folder_of_something_else_and_two_files_of_one_name_are_refused(files, tmp_path):
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "chapter.txt").write_text("x")
+    with pytest.raises(OutputError, match="something else"):
+        run_batch(files, tmp_path / "thesis", settings=SETTINGS)
+    other = tmp_path / "s0.mcap"
+    other.write_bytes(files[0].read_bytes())
+    with pytest.raises(OutputError, match="different names"):
+        run_batch([*files, other], tmp_path / "runs", settings=SETTINGS)
+
+
+def test_the_digest_sees_every_answer(files, tmp_path):
+    run_batch(files[:2], tmp_path / "runs", settings=SETTINGS)
+    before = batch_digest(tmp_path / "runs", ["s0", "s1"])
+    summary = tmp_path / "runs" / "s1" / "summary.json"
+    told = json.loads(summary.read_text())
+    told["detectors"]["hybrid"]["digest"] = "0" * 64
+    summary.write_text(json.dumps(told))
+    assert batch_digest(tmp_path / "runs", ["s0", "s1"]) != before
+
+
+def test_one_session_that_fails_is_a_sentence_and_not_an_exception(tmp_path):
+    (tmp_path / "x.mcap").write_bytes(b"")
+    assert "x.mcap" in run_one(tmp_path / "x.mcap", tmp_path / "out", SETTINGS)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
+def test_processes_of_a_killed_batch_end_with_it(files, tmp_path):
+    """The batch is killed as its workers start; within seconds nobody works for it any more."""
+    import psutil
+
+    code = (
+        "import sys; from pathlib import Path; from replay.api.batch import run_batch\n"
+        "if __name__ == '__main__':\n"
+        "    run_batch(sorted(Path(sys.argv[1]).glob('*.mcap')), Path(sys.argv[2]), jobs=2,"
+        " settings={'detectors': 'hybrid', 'oracle': 'none'})\n"
+    )
+    script = tmp_path / "go.py"
+    script.write_text(code)
+    batch = subprocess.Popen([sys.executable, str(script), str(files[0].parent), str(tmp_path / "runs")])
+    workers = []
+    limit = time.monotonic() + 30
+    while len(workers) < 2 and time.monotonic() < limit:
+        workers = psutil.Process(batch.pid).children(recursive=True)
+        time.sleep(0.05)
+    os.kill(batch.pid, signal.SIGKILL)
+    batch.wait()
+    _, alive = psutil.wait_procs(workers, timeout=30)
+    assert alive == []

@@ -1,0 +1,53 @@
+import json
+import platform
+import subprocess
+
+import pytest
+
+from replay.base import machine as module
+from replay.base.machine import machine, processor, versions
+
+
+def test_versions_name_python_and_what_decides_verdicts():
+    found = versions()
+    assert found["python"] == platform.python_version()
+    assert {"numpy", "numba", "python-fcl", "rerun-sdk", "vrlab-replay"} <= set(found)
+
+
+def test_the_machine_is_named_without_naming_user_or_host():
+    text = json.dumps(machine())
+    assert machine()["cores"] >= 1 and machine()["architecture"] == platform.machine()
+    assert platform.node() == "" or platform.node() not in text
+
+
+@pytest.mark.parametrize(
+    ("listed", "named"),
+    [
+        ("processor\t: 0\nmodel name\t: AMD  EPYC 9\nmodel name\t: other\n", "AMD EPYC 9"),
+        ("processor\t: 0\nBogoMIPS\t: 50\n", platform.machine()),
+    ],
+)
+def test_a_linux_processor_is_named_by_its_model_or_its_architecture(listed, named, tmp_path, monkeypatch):
+    monkeypatch.setattr(platform, "system", lambda: "Linux")
+    monkeypatch.setattr(module, "LINUX_PROCESSORS", tmp_path / "cpuinfo")
+    assert processor() == platform.machine()
+    (tmp_path / "cpuinfo").write_text(listed)
+    assert processor() == named
+
+
+def test_a_mac_is_asked_and_one_that_does_not_answer_is_named_by_its_architecture(monkeypatch):
+    monkeypatch.setattr(platform, "system", lambda: "Darwin")
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: subprocess.CompletedProcess((), 0, "Apple M2\n"))
+    assert processor() == "Apple M2"
+
+    def absent(*_, **__):
+        raise FileNotFoundError
+
+    monkeypatch.setattr(subprocess, "run", absent)
+    assert processor() == platform.machine()
+
+
+def test_windows_names_its_processor_itself(monkeypatch):
+    monkeypatch.setattr(platform, "system", lambda: "Windows")
+    monkeypatch.setattr(platform, "processor", lambda: "Intel64 Family 6")
+    assert processor() == "Intel64 Family 6"

@@ -1,0 +1,152 @@
+"""One planted fault per cause: what was planted is what is reported, and nothing else."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from support.small_worlds import STILL, cube, cubes, verdict_column
+
+from cdcore import Verdict
+from cdcore.protocol import Explanation
+from replay.comparison import causes as module
+from replay.comparison.causes import Cause, Scene, find_causes, first_failed
+from replay.comparison.compare import compare
+from replay.comparison.misses import Stretch
+from replay.pipeline.engine import compute
+from sessions import Session
+from sessions.synthetic import make_analytic
+
+PLANTED = {
+    Cause.SPHERE_STAGE: "support.planted_stages:SmallSpheres",
+    Cause.SAMPLING: "support.planted_stages:EveryThird",
+    Cause.BUDGET: "support.planted_stages:Impatient",
+    Cause.SEARCH: "support.planted_stages:Stubborn",
+    Cause.UNEXPLAINED: "support.planted_stages:Silent",
+    Cause.COLLIDER_SHAPE: "round=collider[shape=sphere]",
+    Cause.BETWEEN_LOOKS: "slow=discrete[rate_hz=20]",
+}
+
+
+def corners_first():
+    """A unit cube comes at another one along the diagonal, corner first, and goes away, six times, a bit turned."""
+    frames = 120
+    depth = 0.72 + 0.3 * np.cos(2 * np.pi * np.arange(frames) / 20)
+    places = np.stack([depth, 0.93 * depth, 1.02 * depth], axis=1)
+    still = np.tile(STILL, (frames, 1))
+    turned = np.array([0.1, 0.05, 0.0, 1.0]) / np.linalg.norm([0.1, 0.05, 0.0, 1.0])
+    poses = {"a": (np.zeros((frames, 3)), still), "b": (places, np.tile(turned, (frames, 1)))}
+    return Session.from_arrays(np.arange(frames) * 10_000_000, poses, {"a": cube(), "b": cube()})
+
+
+def test_the_table_of_planted_and_reported_causes_is_diagonal():
+    result = compute(corners_first(), detectors=list(PLANTED.values()), oracle="exact")
+    labels = dict(zip(PLANTED, [label for label in result.detections if label != "exact"], strict=True))
+    for planted, label in labels.items():
+        told = result.causes[label]
+        assert told.examined > 5, planted
+        assert {cause for cause, count in told.pair_frames.items() if count} == {planted}
+        assert {miss.cause for miss in result.misses[label]} == {planted.value}
+        figures = result.summary["audit"][label]["causes"]
+        assert figures["misses"][planted] == len(result.misses[label]) and set(figures["misses"]) == set(Cause)
+
+
+def test_beside_an_oracle_of_intervals_a_miss_has_the_cause_it_has_at_the_frame_that_shows_it():
+    planted = (Cause.BUDGET, Cause.SAMPLING, Cause.SPHERE_STAGE, Cause.BETWEEN_LOOKS)
+    result = compute(
+        corners_first(), detectors=[PLANTED[cause] for cause in planted], oracle="s=support.planted_stages:Swept"
+    )
+    for cause, label in zip(planted, result.causes, strict=True):
+        assert result.causes[label].examined > 5
+        assert {told for told, count in result.causes[label].pair_frames.items() if count} == {cause}
+
+
+def test_a_contact_that_no_instant_shows_is_lost_between_frames():
+    session = cubes({"a": [0.0] * 8, "b": [3, 3, -3, -3, -3, 0.9, 0.8, 3]})
+    result = compute(session, detectors="exact", oracle="truth=support.planted_stages:Swept")
+    (miss,) = result.misses["exact"]
+    assert (miss.first, miss.last, miss.cause) == (2, 2, "between frames")
+    assert {cause for cause, count in result.causes["exact"].pair_frames.items() if count} == {Cause.BETWEEN_FRAMES}
+
+
+def test_disagreement_within_tolerance_is_counted_as_such_and_is_no_miss():
+    subject, oracle = verdict_column("...C"), verdict_column(".CCC")
+    comparison = compare(subject, oracle, within=np.array([[False], [True], [True], [False]]))
+    told = find_causes((), comparison, Scene(None, subject, oracle, None, None))
+    assert told.pair_frames == {Cause.TOLERANCE: 2} and told.of_misses == ()
+
+
+@pytest.mark.parametrize(
+    ("told", "cause"),
+    [
+        ({}, Cause.UNEXPLAINED),
+        ({"looked": False, "shapes_meet": False}, Cause.BETWEEN_LOOKS),
+        ({"within_clock": True, "shapes_meet": False}, Cause.CLOCK),
+        ({"shapes_meet": False, "spheres_meet": False}, Cause.COLLIDER_SHAPE),
+        ({"spheres_meet": False, "sample_meets": False}, Cause.SPHERE_STAGE),
+        ({"sample_meets": False, "found_with_more": True}, Cause.SAMPLING),
+        ({"sample_meets": True, "found_with_more": True}, Cause.BUDGET),
+        ({"sample_meets": True, "found_with_more": False}, Cause.SEARCH),
+    ],
+)
+def test_the_first_stage_that_failed_is_the_cause(told, cause):
+    assert first_failed(Explanation(**told), Verdict.CLEAR, at_instant=True) == cause
+    assert first_failed(Explanation(**told), Verdict.CLEAR, at_instant=False) == Cause.BETWEEN_FRAMES
+
+
+def test_a_body_inside_another_is_missed_by_whoever_does_not_ask():
+    session, _ = make_analytic("ball-in-box", seconds=3.0)
+    result = compute(session, detectors="hybrid[containment=false],qaco")
+    for label in ("hybrid-false", "qaco"):
+        words = {cause for cause, count in result.causes[label].pair_frames.items() if count}
+        assert words == {Cause.CONTAINMENT}
+
+
+def test_a_colony_without_budget_says_that_it_ran_out_and_an_ample_one_misses_nothing():
+    session, _ = make_analytic("ball-plate", seconds=2.0)
+    poor = "poor=hybrid-qaco[budget=1,variant=random,warm_start=false]"
+    result = compute(session, detectors=[poor, "hybrid-qaco[budget=20000]"])
+    told = result.causes["poor"]
+    words = {cause for cause, count in told.pair_frames.items() if count}
+    assert told.missed > 0 and words <= {Cause.BUDGET, Cause.SEARCH}
+    assert result.summary["audit"]["hybrid-qaco-20000"]["missed"]["count"] == 0
+
+
+def test_a_search_that_says_not_found_and_no_more_is_a_search_that_failed():
+    assert first_failed(Explanation(), Verdict.NOT_FOUND, at_instant=True) == Cause.SEARCH
+
+
+def test_looks_are_bounded_and_misses_without_one_are_not_examined(monkeypatch):
+    monkeypatch.setattr(module, "LOOKS_IN_ALL", 10)
+    monkeypatch.setattr(module, "LOOKS_AT_ONCE", 3)
+    places = [Stretch(0, 40 * k, 40 * k + 20, "interrupted", 1) for k in range(25)]
+    looks = list(module._looks(places))
+    assert [number for number, _, _ in looks] == list(range(0, 25, 3))
+    assert all(frames == [40 * number + 10] for number, _, frames in looks)
+    assert [len(group) for group in module.grouped(looks, lambda look: len(look[2]), 3)] == [3, 3, 3]
+    session = cubes({"a": [0] * 300, "b": [3, 0.9, 0.9] * 100})
+    result = compute(session, detectors="support.planted_detectors:Blind")
+    words = Counter(miss.cause for miss in result.misses["Blind"])
+    assert words[Cause.NOT_EXAMINED] == 90 and words[Cause.UNEXPLAINED] == 10
+
+
+def test_a_long_miss_is_looked_at_with_both_ends():
+    (look,) = module._looks([Stretch(0, 100, 900, "never found", 1)])
+    assert len(look[2]) == 16 and look[2][0] == 100 and look[2][-1] == 900
+
+
+TWO_BUMPS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+
+
+def test_every_numbered_miss_has_a_cause_and_the_causes_are_those_counted():
+    result = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20],hybrid")
+    assert [miss.cause for miss in result.misses["slow"]] == ["between looks", "between looks"]
+    assert result.causes["slow"].missed == result.causes["slow"].examined == 3
+    assert result.misses["hybrid"] == () and result.causes["hybrid"].of_misses == ()
+
+
+def test_misses_beside_an_oracle_without_faces_are_looked_at_with_an_exact_detector():
+    result = compute(
+        cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20]", oracle="support.planted_detectors:Planted"
+    )
+    assert [miss.cause for miss in result.misses["slow"]] == ["between looks"] * 2
+    assert all(miss.face_pairs for miss in result.misses["slow"])

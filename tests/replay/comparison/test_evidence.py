@@ -1,0 +1,151 @@
+import numpy as np
+import pytest
+from support.small_worlds import along_x, cube, cubes
+
+from cdcore import create_detector
+from replay.comparison.evidence import LOOKS_PER_MISS, Evidence, _normal, _point, looks
+from replay.prepare.assemble import assemble
+from sessions import Session
+
+
+def evidence_of(session, places):
+    assembly = assemble(session)
+    detector = create_detector("hybrid", assembly.bodies, pairs=assembly.pairs)
+    asked = []
+
+    def detect(motion):
+        asked.append(len(motion))
+        return detector.detect(motion, faces=True)
+
+    return Evidence(assembly, detect, places), asked
+
+
+def offset_cubes(places):
+    """A unit cube at the origin and a second, turned and shifted so that faces cross in general position."""
+    turn = np.tile(np.array([0.1, 0.2, 0.3, 0.9]) / np.sqrt(0.95), (len(places), 1))
+    moving = along_x(places)[0] + [0, 0.13, 0.21]
+    return Session.from_arrays(
+        np.arange(len(places)) * 10_000_000,
+        {"a": along_x([0] * len(places)), "b": (moving, turn)},
+        {"a": cube(), "b": cube(0.3)},
+    )
+
+
+def test_the_deepest_look_is_where_the_curve_is_longest():
+    session = offset_cubes([0.68, 0.6, 0.5, 0.6, 0.68])
+    evidence, asked = evidence_of(session, [(0, 0, 4), (0, 0, 1)])
+    detection, _ = evidence._detection((0, 0, 4))
+    cuts = {frame: evidence._cut(detection, frame, 0, frame) for frame in range(5)}
+    assert cuts[2].length > cuts[1].length > cuts[0].length >= 0.0
+    assert evidence.deepest(0, 0, 4) == cuts[2]
+    assert evidence.deepest(0, 0, 1) == cuts[1]
+    assert asked == [5]
+
+
+def test_point_lies_on_the_cut_and_normal_points_from_first_to_second():
+    evidence, _ = evidence_of(offset_cubes([0.6, 0.55]), [(0, 0, 1)])
+    cut = evidence.deepest(0, 0, 1)
+    assert cut.face_pairs > 0
+    assert cut.point[0] == pytest.approx(0.5, abs=1e-12)
+    assert cut.normal[0] == pytest.approx(1.0, abs=1e-9)
+
+
+def test_a_contained_body_has_a_point_between_the_middles_and_no_curve():
+    evidence, _ = evidence_of(
+        Session.from_arrays([0, 1], {"a": along_x([0, 0]), "b": along_x([0.2, 0.1])}, {"a": cube(), "b": cube(0.1)}),
+        [(0, 0, 1)],
+    )
+    cut = evidence.deepest(0, 0, 1)
+    assert (cut.frame, cut.length, cut.face_pairs) == (0, 0.0, 0)
+    assert cut.point == pytest.approx((0.1, 0, 0)) and cut.normal == pytest.approx((1, 0, 0))
+
+
+def test_faces_that_are_there_already_are_used_as_they_are():
+    session = offset_cubes([0.68, 0.6, 0.5, 0.6, 0.68])
+    assembly = assemble(session)
+    whole = create_detector("hybrid", assembly.bodies, pairs=assembly.pairs).detect(assembly.motion, faces=True)
+    asked, _ = evidence_of(session, [(0, 1, 4)])
+    assert Evidence(assembly, whole, [(0, 1, 4)]).deepest(0, 1, 4) == asked.deepest(0, 1, 4)
+
+
+def test_many_looks_are_asked_for_in_groups_and_give_the_same_cuts(monkeypatch):
+    places = [(0, first, first + 2) for first in range(0, 30, 3)]
+    session = offset_cubes(np.linspace(0.68, 0.5, 30))
+    whole, asked = evidence_of(session, places)
+    expected = [whole.deepest(*place) for place in places]
+    monkeypatch.setattr("replay.comparison.evidence.LOOKS_AT_ONCE", 7)
+    cut, asked_in_groups = evidence_of(session, places)
+    assert [cut.deepest(*place) for place in places] == expected
+    assert asked == [30] and asked_in_groups == [6] * 5
+    assert cut.deepest(*places[0]) == expected[0]
+
+
+def test_nothing_missed_asks_nobody():
+    _, asked = evidence_of(cubes({"a": [0, 0], "b": [5, 6]}), [])
+    assert asked == []
+
+
+def test_long_misses_are_looked_at_evenly_with_both_ends():
+    assert looks(3, 9, 10).tolist() == list(range(3, 10))
+    many = looks(0, 10_000, LOOKS_PER_MISS)
+    assert len(many) == LOOKS_PER_MISS and many[0] == 0 and many[-1] == 10_000
+    assert np.ptp(np.diff(many)) <= 1
+    assert looks(4, 10, 1).tolist() == [7]
+
+
+def ring(normal=(0.0, 0.0, 1.0), radius=1.0, count=24):
+    angle = np.linspace(0, 2 * np.pi, count + 1)
+    points = radius * np.stack([np.cos(angle), np.sin(angle), np.zeros(count + 1)], axis=-1)
+    if normal[1]:
+        points = points[:, [0, 2, 1]]
+    return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def test_the_point_of_a_ring_is_on_the_ring():
+    segments = ring()
+    way = segments[:, 1] - segments[:, 0]
+    point = _point(segments, np.sqrt((way * way).sum(axis=-1)))
+    assert np.hypot(*point[:2]) == pytest.approx(np.cos(np.pi / 24))
+
+
+def test_the_normal_of_a_flat_curve_is_that_of_its_plane_on_the_second_bodys_side():
+    assert _normal(ring(), np.array([0.6, 0.0, 0.8])) == pytest.approx([0, 0, 1], abs=1e-12)
+    assert _normal(ring(), np.array([0.6, 0.0, -0.8])) == pytest.approx([0, 0, -1], abs=1e-12)
+    assert abs(_normal(ring((0, 1, 0)), np.array([0.0, 1.0, 0.0]))[1]) == pytest.approx(1.0)
+
+
+def test_a_curve_that_is_a_line_or_a_point_has_a_normal_across_it():
+    line = np.array([[[0.0, 0, 0], [1, 0, 0]]])
+    assert _normal(line, np.array([0.6, 0.8, 0.0])) == pytest.approx([0, 1, 0])
+    assert _normal(line, np.array([1.0, 0.0, 0.0])) == pytest.approx([1, 0, 0])
+    assert _normal(np.zeros((1, 2, 3)), np.array([0.0, 1.0, 0.0])) == pytest.approx([0, 1, 0])
+
+
+def between(places, asked=(0, 2, 2)):
+    session = cubes({"a": [0.0] * len(places), "b": places})
+    assembly = assemble(session)
+    exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
+    return Evidence(assembly, lambda motion: exact.detect(motion, faces=True), [asked], between=True).deepest(*asked)
+
+
+def test_a_contact_that_no_frame_shows_has_its_moment_faces_and_point():
+    cut = between([3.0, 3.0, -3.0, -3.0])
+    assert cut.touch.moment == pytest.approx(0.01 + 0.01 * 2 / 6, abs=1e-6)
+    assert (cut.frame, cut.face_pairs, cut.faces.tolist()) == (2, 1, [list(cut.touch.faces)])
+    assert (cut.point, cut.normal) == (cut.touch.point, cut.touch.normal)
+    assert cut.point[0] == pytest.approx(0.5, abs=1e-3)
+
+
+def test_a_contact_that_a_frame_shows_is_looked_at_there_whatever_the_oracle():
+    cut = between([3.0, 3.0, 0.8, 3.0])
+    assert cut.touch is None and cut.face_pairs == len(cut.faces) > 1
+
+
+def test_where_nobody_can_say_when_they_touch_there_is_a_place_and_no_moment():
+    cut = between([3.0, 3.0, 2.0, 3.0])
+    assert (cut.touch, cut.face_pairs, cut.length) == (None, 0, 0.0) and cut.point == pytest.approx((1.0, 0, 0))
+
+
+def test_beyond_the_most_touches_nobody_is_asked(monkeypatch):
+    monkeypatch.setattr("replay.comparison.evidence.TOUCHES_IN_ALL", 0)
+    assert between([3.0, 3.0, -3.0, -3.0]).touch is None

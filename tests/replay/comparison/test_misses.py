@@ -1,0 +1,65 @@
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from support.small_worlds import verdict_column, verdicts
+
+from replay.comparison.compare import compare
+from replay.comparison.episodes import episodes
+from replay.comparison.evidence import Cut
+from replay.comparison.misses import FOUND_LATE, INTERRUPTED, LOST_EARLY, MISS_KINDS, NEVER_FOUND, misses, stretches
+from replay.comparison.outcome import Outcome
+
+
+def found(subject, oracle):
+    subject, oracle = verdict_column(subject), verdict_column(oracle)
+    return [(s.first, s.last, s.kind, s.episode) for s in stretches(compare(subject, oracle), episodes(oracle))]
+
+
+def test_kinds_say_where_in_the_contact_the_miss_lies():
+    assert found("......", ".CCCC.") == [(1, 4, NEVER_FOUND, 1)]
+    assert found("..CCC.", ".CCCC.") == [(1, 1, FOUND_LATE, 1)]
+    assert found(".CC...", ".CCCC.") == [(3, 4, LOST_EARLY, 1)]
+    assert found(".C..C.", ".CCCC.") == [(2, 3, INTERRUPTED, 1)]
+    assert found("..C.C..", ".CCCCC.") == [(1, 1, FOUND_LATE, 1), (3, 3, INTERRUPTED, 1), (5, 5, LOST_EARLY, 1)]
+
+
+def test_frames_left_out_part_a_miss_and_change_no_kind():
+    assert found("..-...", ".CCCC.") == [(1, 1, NEVER_FOUND, 1), (3, 4, NEVER_FOUND, 1)]
+    assert found("..-.C.", ".CCCC.") == [(1, 1, FOUND_LATE, 1), (3, 3, FOUND_LATE, 1)]
+
+
+def test_each_miss_belongs_to_its_own_episode_over_several_pairs():
+    oracle = verdicts(["C.", "CC", ".C", "CC", ".."])
+    subject = verdicts(["..", "..", "..", ".C", ".."])
+    got = stretches(compare(subject, oracle), episodes(oracle))
+    assert [(s.pair, s.first, s.last, s.kind, s.episode) for s in got] == [
+        (0, 0, 1, NEVER_FOUND, 1),
+        (1, 1, 2, FOUND_LATE, 2),
+        (0, 3, 3, NEVER_FOUND, 3),
+    ]
+
+
+@given(st.lists(st.tuples(st.sampled_from(".C"), st.sampled_from(".C-")), min_size=1, max_size=40))
+def test_stretches_are_exactly_the_missed_frames(letters):
+    oracle, subject = (verdict_column([pair[k] for pair in letters]) for k in (0, 1))
+    comparison = compare(subject, oracle)
+    got = stretches(comparison, episodes(oracle))
+    covered = np.zeros(len(letters), dtype=bool)
+    for stretch in got:
+        covered[stretch.first : stretch.last + 1] = True
+        assert stretch.kind in MISS_KINDS
+    assert np.array_equal(covered, comparison.outcome[:, 0] == Outcome.MISSED)
+
+
+class FakeEvidence:
+    def deepest(self, pair, first, last):
+        return Cut(last, (1.0, 2.0, 3.0), (0.0, 1.0, 0.0), 7, 0.25 * pair)
+
+
+def test_misses_are_numbered_in_order_and_carry_time_names_and_geometry():
+    oracle, subject = verdicts(["C.", "CC", ".C"]), verdicts(["..", "..", ".C"])
+    places = stretches(compare(subject, oracle), episodes(oracle))
+    first, second = misses(places, [("rod", "glass"), ("rod", "jar")], oracle.times, FakeEvidence())
+    assert (first.number, first.body_a, first.body_b, first.start, first.end) == (1, "rod", "glass", 0.0, 0.01)
+    assert (second.number, second.pair, second.kind, second.episode) == (2, 1, FOUND_LATE, 2)
+    assert (second.deepest, second.point, second.face_pairs, second.cut_length) == (1, (1.0, 2.0, 3.0), 7, 0.25)

@@ -1,0 +1,92 @@
+"""What was planted is what is counted: contacts known in closed form, detectors with one known fault each."""
+
+import numpy as np
+import pytest
+
+from replay.base.wilson import wilson
+from replay.pipeline.engine import compute
+from sessions.doctor.runs import runs
+from sessions.synthetic import make_analytic
+from sessions.synthetic.truth import OPEN, PRESENT
+
+STEP = 1 / 90
+
+
+@pytest.fixture(scope="module")
+def plate():
+    """A ball on a plate for nine seconds and a half, and in which frames the formula says that they touch."""
+    session, truth = make_analytic("ball-plate", seconds=9.5)
+    expected = truth.expected("ball", "plate", session.frames.stamp_ns)
+    assert not (expected == OPEN).any()
+    spans = [(first, last) for first, last in runs(expected == PRESENT).tolist()]
+    assert len(spans) > 5 and min(last - first for first, last in spans) > 20
+    return session, spans
+
+
+def audited(session, fault):
+    result = compute(session, detectors=f"it=support.planted_detectors:{fault}")
+    return result, result.summary["audit"]["it"]
+
+
+def test_a_detector_without_a_fault_has_none(plate):
+    session, spans = plate
+    result, figures = audited(session, "Planted")
+    assert [(e.first, e.last) for e in result.episodes["exact"]] == spans
+    assert figures["missed"]["count"] == figures["invented"]["count"] == figures["misses"] == 0
+    assert figures["episodes"]["matched"] == figures["episodes"]["truth"] == len(spans)
+    assert figures["episodes"]["onset_error"]["most_off"] == figures["episodes"]["duration_error"]["most_off"] == 0
+
+
+def test_every_seventh_frame_dropped_is_counted_and_splits_every_contact(plate):
+    session, spans = plate
+    _, figures = audited(session, "Dropping")
+    frames = [frame for first, last in spans for frame in range(first, last + 1)]
+    dropped = set(frames[6::7])
+    assert figures["missed"]["count"] == len(dropped) and figures["missed"]["of"] == len(frames)
+    assert (figures["missed"]["low"], figures["missed"]["high"]) == wilson(len(dropped), len(frames))
+    pieces = [_pieces(first, last, dropped) for first, last in spans]
+    assert figures["episodes"]["found"] == sum(map(len, pieces))
+    assert figures["episodes"]["matched"] == len(spans) and figures["episodes"]["missed"] == 0
+    assert figures["episodes"]["split"] == len(spans)
+    assert figures["episodes"]["pieces"] == sum(map(len, pieces)) - len(spans)
+
+
+def test_a_delay_of_three_frames_is_the_onset_error_and_no_duration_error(plate):
+    session, spans = plate
+    result, figures = audited(session, "Late")
+    assert figures["missed"]["count"] == figures["invented"]["count"] == 3 * len(spans)
+    told = figures["episodes"]
+    assert (told["matched"], told["missed"], told["invented"], told["split"]) == (len(spans), 0, 0, 0)
+    for match, (first, last) in zip(result.matches["it"].matched, spans, strict=True):
+        assert match.onset_error == pytest.approx(3 * STEP, abs=1e-7)
+        assert match.duration_error == pytest.approx(0.0, abs=1e-7)
+        assert match.overlap == last - first + 1 - 3
+
+
+def test_invented_contacts_are_counted_and_match_nothing(plate):
+    session, spans = plate
+    _, figures = audited(session, "Inventing")
+    touching = {frame for first, last in spans for frame in range(first, last + 1)}
+    total = len(session.frames.stamp_ns)
+    planted = [f for f in range(100, total - 3, 100) if not touching & set(range(f - 1, f + 3))]
+    assert planted
+    assert figures["invented"]["count"] == 2 * len(planted) and figures["missed"]["count"] == 0
+    told = figures["episodes"]
+    assert (told["matched"], told["invented"], told["found"]) == (len(spans), len(planted), len(spans) + len(planted))
+    part = told["invented_share"]
+    assert (part["low"], part["high"]) == wilson(len(planted), told["found"])
+
+
+def test_a_detector_blind_to_one_pair_misses_all_of_it_and_nothing_else(plate):
+    session, spans = plate
+    result, figures = audited(session, "Blind")
+    assert figures["episodes"]["missed"] == figures["contacts_missed"] == len(spans)
+    assert figures["episodes"]["missed_share"]["share"] == 1.0 and figures["episodes"]["matched"] == 0
+    assert figures["episodes"]["missed_share"]["low"] == wilson(len(spans), len(spans))[0]
+    assert [(m.first, m.last) for m in result.misses["it"]] == spans
+    assert figures["episodes"]["onset_error"] is None
+
+
+def _pieces(first, last, dropped):
+    kept = np.array([frame not in dropped for frame in range(first, last + 1)])
+    return runs(kept)[:, 0].tolist()

@@ -1,0 +1,112 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.small_worlds import STEP_NS, cubes
+
+from cdcore import join
+from replay.detection.recorded import recorded_detector, reported_spans
+from replay.errors import AuditError
+from replay.pipeline.engine import compute
+from replay.prepare.assemble import RESIDUAL_FACT, assemble
+from sessions.model.live_contact import LiveContact
+
+PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+
+
+def reported(*reports, facts=None):
+    """A session in which the engine reported (frame, phase) of the cubes; frames may be fractions."""
+    session = cubes(PLACES, facts=facts or {})
+    contacts = tuple(LiveContact(round(frame * STEP_NS), "b", "a", phase) for frame, phase in reports)
+    return replace(session, live_contacts=contacts)
+
+
+def column(session, **settings):
+    found = compute(session, detectors=[("recorded", settings)], oracle="exact")
+    (label,) = found.comparisons
+    return found, found.detections[label].verdict[:, 0].tolist()
+
+
+def test_a_report_is_contact_from_begin_to_end_both_included():
+    _, verdict = column(reported((4, "enter"), (4, "exit"), (7.5, "enter"), (9.2, "exit")))
+    assert verdict == [0, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0]
+
+
+def test_a_contact_between_two_frames_is_told_at_the_next():
+    _, verdict = column(reported((3.2, "enter"), (3.6, "exit"), (11.5, "enter"), (11.6, "exit")))
+    assert verdict == [0, 0, 0, 0, 1] + [0] * 7
+
+
+def test_it_is_audited_like_any_row():
+    result, _ = column(reported((4, "enter"), (4, "exit"), (9, "enter"), (10, "exit")))
+    figures = result.summary["audit"]["recorded"]
+    assert (figures["missed"]["count"], figures["missed"]["of"], figures["invented"]["count"]) == (1, 4, 0)
+    assert figures["episodes"]["matched"] == 2
+    assert result.matches["recorded"].matched[1].onset_error == pytest.approx(0.01)
+    assert [miss.cause for miss in result.misses["recorded"]] == ["unexplained"]
+
+
+def test_what_the_clock_leaves_open_is_the_cause_of_misses_within_it():
+    late = reported((4, "enter"), (4, "exit"), (9, "enter"), (10, "exit"), facts={RESIDUAL_FACT: "0.011"})
+    assert [miss.cause for miss in column(late)[0].misses["recorded"]] == ["clock"]
+    blind = reported((4, "enter"), (4, "exit"), facts={RESIDUAL_FACT: "0.011"})
+    assert [miss.cause for miss in column(blind)[0].misses["recorded"]] == ["unexplained"]
+
+
+def test_a_known_engine_explains_its_misses_as_its_collider_would():
+    session = reported((8, "enter"), (10, "exit"))
+    result, _ = column(session, rate_hz=25.0)
+    assert {miss.cause for miss in result.misses["recorded-25.0"]} <= {"between looks", "unexplained"}
+
+
+@pytest.mark.parametrize("block", [1, 3, 5])
+def test_blocks_give_the_answer_of_the_whole(block):
+    session = reported((3.2, "enter"), (3.6, "exit"), (4.1, "enter"), (4.2, "exit"), (7.5, "enter"))
+    assembly = assemble(session)
+    make = lambda: recorded_detector(assembly.bodies, assembly.pairs, session.live_contacts, 0, 0.0, {})  # noqa: E731
+    whole = make().detect(assembly.motion)
+    parts = join(make().stream(assembly.motion.blocks(block)))
+    assert np.array_equal(parts.verdict, whole.verdict)
+    assert whole.verdict[:, 0].tolist() == [0, 0, 0, 0, 1, 1, 0, 0, 1, 1, 1, 1]
+
+
+def test_a_part_of_a_session_keeps_the_sessions_clock():
+    session = reported((8, "enter"), (10, "exit"))
+    result = compute(session, detectors="recorded", oracle="exact", start=0.05)
+    assert [(e.start, e.end) for e in result.episodes["recorded"]] == [(pytest.approx(0.08), pytest.approx(0.1))]
+
+
+def test_reports_of_other_bodies_are_counted_and_a_session_without_any_is_refused():
+    session = reported((4, "enter"), (4, "exit"))
+    extra = LiveContact(0, "a", "Floor", "enter")
+    found = compute(replace(session, live_contacts=(*session.live_contacts, extra)), detectors="recorded")
+    assert found.detections["recorded"].work == {"reported": 1, "of_other_pairs": 1}
+    with pytest.raises(AuditError, match="replay import contacts"):
+        compute(cubes(PLACES), detectors="recorded")
+    with pytest.raises(AuditError, match="no setting 'nonsense'"):
+        compute(session, detectors="recorded[nonsense=1]")
+
+
+def spans(*reports):
+    return reported_spans(LiveContact(time, a, b, phase) for time, a, b, phase in reports)
+
+
+def test_a_span_goes_from_a_begin_to_the_next_end_whoever_is_named_first():
+    found = spans((5, "b", "a", "exit"), (1, "a", "b", "enter"), (9, "a", "b", "enter"), (12, "b", "a", "exit"))
+    assert found == {("a", "b"): [(1, 5), (9, 12)]}
+
+
+def test_a_second_begin_or_end_changes_nothing():
+    found = spans((1, "a", "b", "enter"), (2, "a", "b", "enter"), (3, "a", "b", "stay"), (5, "a", "b", "exit"),
+                  (6, "a", "b", "exit"))  # fmt: skip
+    assert found == {("a", "b"): [(1, 5)]}
+
+
+def test_what_was_there_before_or_never_ended_is_open():
+    assert spans((4, "a", "b", "exit")) == {("a", "b"): [(None, 4)]}
+    assert spans((4, "a", "b", "stay"), (6, "a", "b", "exit")) == {("a", "b"): [(None, 6)]}
+    assert spans((4, "a", "b", "enter")) == {("a", "b"): [(4, None)]}
+
+
+def test_pairs_are_kept_apart():
+    assert set(spans((1, "a", "b", "enter"), (1, "c", "a", "enter"))) == {("a", "b"), ("a", "c")}

@@ -1,0 +1,77 @@
+import numpy as np
+import pytest
+from support.small_worlds import cubes
+
+from cdcore.errors import InvalidSettingError, UnknownDetectorError
+from replay.detection import run_detector as detecting
+from replay.detection.detector_spec import parse_detector
+from replay.detection.run_detector import make_detector, run_detector
+from replay.errors import DetectorSpecError
+from replay.prepare.assemble import assemble
+
+
+def assembly(frames=50):
+    return assemble(cubes({"a": [0] * frames, "b": np.abs(np.linspace(-3, 3, frames))}))
+
+
+def test_settings_in_force_are_reported_with_the_answer_and_its_times():
+    told = []
+    run = run_detector(parse_detector("discrete[rate_hz=10]"), assembly(), seed=0, faces=False, advance=told.append)
+    assert run.settings["rate_hz"] == 10 and "sphere" in run.settings
+    assert sum(told) == 50 == len(run.detection.times)
+    assert run.prepare > 0 and run.warm > 0 and run.detect > 0
+    assert run.detection.face_sets is None
+
+
+def test_a_word_for_a_number_is_one_sentence_that_names_it():
+    with pytest.raises(DetectorSpecError, match=r"discrete cannot take rate_hz=fast .*; write a number"):
+        make_detector(parse_detector("discrete[rate_hz=fast]"), assembly(), 0)
+
+
+@pytest.mark.parametrize("spec", ["hybrid", "discrete[rate_hz=30]", "static", "sphere"])
+def test_a_long_motion_in_blocks_has_the_digest_of_the_whole(monkeypatch, spec):
+    whole = run_detector(parse_detector(spec), assembly(), seed=0, faces=True, advance=lambda done: None)
+    monkeypatch.setattr(detecting, "WHOLE_FRAMES", 7)
+    told = []
+    cut = run_detector(parse_detector(spec), assembly(), seed=0, faces=True, advance=told.append)
+    assert told == [7] * 7 + [1]
+    assert cut.detection.digest == whole.detection.digest
+    if whole.detection.face_sets is not None:
+        assert cut.detection.faces_digest == whole.detection.faces_digest
+
+
+def test_warming_up_touches_a_stretch_and_the_whole_within_bounds():
+    for count in (1, 2, 100, 1000, 54_000):
+        frames = detecting.warm_frames(count)
+        assert frames[0] == 0 and frames[-1] == count - 1
+        assert len(frames) <= 2 * detecting.WARM_FRAMES and (np.diff(frames) > 0).all()
+
+
+def test_unknown_detectors_and_settings_are_refused():
+    with pytest.raises(UnknownDetectorError, match="no detector 'hybird'"):
+        make_detector(parse_detector("hybird"), assembly(), 0)
+    with pytest.raises(InvalidSettingError, match="no setting 'speed'"):
+        make_detector(parse_detector("hybrid[speed=3]"), assembly(), 0)
+
+
+class _Seeded:
+    """A detector that draws, reduced to its settings."""
+
+    name, online = "seeded", False
+
+    from dataclasses import dataclass
+
+    @dataclass(frozen=True, kw_only=True)
+    class Settings:
+        seed: int = 0
+
+    def __init__(self, bodies, pairs, settings):
+        self.settings = settings
+
+
+def test_the_runs_seed_goes_to_detectors_that_draw_unless_they_have_their_own(monkeypatch):
+    monkeypatch.setitem(__import__("cdcore.detectors", fromlist=["x"]).DETECTORS, "seeded", "unused")
+    for module in ("replay.detection.run_detector", "cdcore.detectors"):
+        monkeypatch.setattr(f"{module}.load_detector", lambda name: _Seeded)
+    assert make_detector(parse_detector("seeded"), assembly(), 7).settings.seed == 7
+    assert make_detector(parse_detector("seeded[seed=3]"), assembly(), 7).settings.seed == 3

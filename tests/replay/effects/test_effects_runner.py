@@ -1,0 +1,99 @@
+import numpy as np
+import pytest
+from support.small_worlds import cubes
+
+from replay.effects.effect_plan import Plan, Step
+from replay.effects.effects_runner import run_effects
+from replay.effects.output import EffectOutput
+from replay.effects.protocol import EffectSpec
+from replay.errors import EffectError
+from replay.prepare.assemble import assemble
+
+
+def planned(*specs, **inputs):
+    steps = {s.kind: Step(s, (), (), inputs.get(s.kind, ()), ("the scene declares it",)) for s in specs}
+    return Plan(steps, (), detection=False, bodies={"a": ("x",)})
+
+
+def ran(*specs, **inputs):
+    session = cubes({"a": [0, 0, 0, 0], "b": [3, 3, 2, 3]})
+    return run_effects(planned(*specs, **inputs), session, assemble(session), {})
+
+
+def spec(kind, compute, **more):
+    return EffectSpec(kind, "x", compute, **more)
+
+
+def test_an_effect_gets_the_outputs_of_its_inputs_and_no_others():
+    seen = {}
+
+    def second(inputs):
+        seen.update(inputs.outputs)
+        return EffectOutput()
+
+    ran(
+        spec("one", lambda i: EffectOutput(data=1)),
+        spec("two", lambda i: EffectOutput(data=2)),
+        spec("x", second),
+        x=("two",),
+    )
+    assert {kind: output.data for kind, output in seen.items()} == {"two": 2}
+
+
+def test_frames_in_which_the_trigger_was_off_are_counted_and_shown():
+    mask = np.array([False, True, True, False])
+    run = ran(spec("pour", lambda inputs: EffectOutput(ran=mask)))["pour"]
+    assert (run.frames, run.frames_run) == (4, 2)
+    assert [(s.start, s.end, s.word) for s in run.output.lanes["skipped"]] == [
+        (0.0, 0.01, "skipped"),
+        (0.03, 0.03, "skipped"),
+    ]
+
+
+def test_an_effect_that_always_runs_has_no_lane_of_skips():
+    run = ran(spec("mix", lambda inputs: EffectOutput()))["mix"]
+    assert run.frames_run == run.frames and "skipped" not in run.output.lanes and run.events == () and run.series == {}
+
+
+def test_counters_and_time_are_those_of_the_effect():
+    def compute(inputs):
+        inputs.count("drops", 3)
+        return EffectOutput()
+
+    runs = ran(spec("burette", compute), spec("mix", lambda inputs: EffectOutput()))
+    assert runs["burette"].counters == {"drops": 3} and runs["mix"].counters == {}
+    assert runs["burette"].seconds >= 0.0
+
+
+def test_a_mask_of_another_length_is_refused():
+    with pytest.raises(EffectError, match="says it ran in"):
+        ran(spec("pour", lambda inputs: EffectOutput(ran=np.ones(3, dtype=np.bool_))))
+
+
+def test_detections_are_kept_from_effects_that_name_no_detector():
+    with pytest.raises(EffectError, match="name a `detector`"):
+        ran(spec("pour", lambda inputs: inputs.contact(("a", "b"))))
+
+
+def test_effects_of_a_session_of_hours_with_its_poses_on_disk_are_the_same(monkeypatch):
+    import replay.prepare.assemble_stored as stored
+    from replay.detection import run_detector as detecting
+    from replay.pipeline.engine import compute
+    from sessions.model.scene import Scene, SceneBody, SceneEffect
+
+    effects = (
+        SceneEffect("breakage", {"between": ["b", "a"], "speed_m_s": 0.1}),
+        SceneEffect("hazard-proximity", {"of": "b", "hazard": "a", "distance": 0.2}),
+    )
+    scene = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=effects)
+    places = [1.3 - 0.02 * min(k, 17) for k in range(60)]
+    session = cubes({"a": [0.0] * 60, "b": places}, scene=scene)
+    held = compute(session, detectors=()).effects
+    monkeypatch.setattr(stored, "HELD_FRAMES", 10)
+    monkeypatch.setattr(detecting, "WHOLE_FRAMES", 16)
+    on_disk = compute(session, detectors=())
+    assert type(on_disk.assembly.motion).__name__ == "StoredMotion"
+    assert {kind: run.output.digest for kind, run in on_disk.effects.items()} == {
+        kind: run.output.digest for kind, run in held.items()
+    }
+    assert held["breakage"].output.named("broken")

@@ -1,0 +1,56 @@
+import re
+
+import numpy as np
+from support.page_cells import Cells
+
+from replay.comparison.outcome import Outcome
+from replay.outputs.report.audit_parts import BINS, dwell_table, latency_histogram
+from replay.pipeline.engine import compute
+from replay.pipeline.summary import frame_seconds
+
+
+def test_counts_in_the_page_are_those_of_the_summary(run, page):
+    tables = Cells(page).tables
+    figures = run.summary["audit"]["slow"]
+    frames = dict(tables["Pair-frames"])
+    assert int(frames["missed"]) == figures["pair_frames"]["MISSED"] > 0
+    assert frames["between frames"] == "not examined"
+    contacts = dict(tables["Contacts matched one to one"])
+    words = {"truth": "contacts by the oracle", "found": "contacts reported", "missed": "missed whole"}
+    words |= {"matched": "matched", "invented": "invented", "split": "by the oracle, reported in pieces"}
+    for name, told in words.items():
+        assert int(contacts[told]) == figures["episodes"][name]
+    of_oracle = ("matched", "missed whole", "found only as part of a longer one", "by the oracle, nobody's fault")
+    assert sum(int(contacts[told]) for told in of_oracle) == int(contacts["contacts by the oracle"])
+    reported = ("matched", "invented", "further pieces of one contact", "reported, nobody's fault")
+    assert sum(int(contacts[told]) for told in reported) == int(contacts["contacts reported"])
+
+
+def test_the_map_of_pairs_adds_up_to_the_pair_frames(run, page):
+    (rows,) = [rows for caption, rows in Cells(page).tables.items() if caption.startswith("Pair-frames missed of")]
+    missed = sum(int(row[1].split(" of ")[0]) for row in rows)
+    assert missed == run.comparisons["slow"].count(Outcome.MISSED)
+    assert re.search(r'class="heat" style="background:rgba\(255,45,85,0\.\d+\)"', page)
+
+
+def test_causes_in_the_page_are_those_counted(run, page):
+    rows = dict(Cells(page).tables["Causes: misses (pair-frames decided again)"])
+    told = run.causes["slow"]
+    assert rows["between looks"] == f"{len(run.misses['slow'])} ({told.examined})"
+    assert set(rows) == {"between looks", "decided again, of pair-frames missed"}
+
+
+def test_every_frame_is_in_the_histogram(run, page):
+    svg = str(latency_histogram(run))
+    counted = [int(count) for count in re.findall(r"<title>(\d+) frames of", svg)]
+    assert sum(counted) == len(frame_seconds(run.detections["slow"])) and 1 <= len(counted) <= BINS
+    assert svg in page
+    assert not latency_histogram(compute(run.session, detectors="hybrid"))
+
+
+def test_step_rates_in_the_page_are_those_of_the_summary(run, page):
+    rows = dict(next(rows for caption, rows in Cells(page).tables.items() if "look at fixed steps misses" in caption))
+    told = run.summary["dwell"]
+    assert np.allclose(float(rows["90 Hz"]), told["expected_misses"][told["rates_hz"].index(90.0)], atol=0.005)
+    assert rows["none is missed from"] == f"{told['none_missed_from_hz']:.1f} Hz"
+    assert dwell_table(compute(run.session, detectors="hybrid", oracle="none")) is None

@@ -1,0 +1,145 @@
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from importlib.resources import files
+
+import pytest
+from support.page_cells import Cells
+from support.small_worlds import cubes, jumping
+
+from replay.outputs.report.page import _telling, report_html, write_report
+from replay.pipeline.engine import compute
+from replay.pipeline.headline import headline, invented, price
+
+
+def test_the_headline_counts_what_the_result_counts(run, page):
+    never = {miss.episode for miss in run.misses["slow"] if miss.kind == "never found"}
+    assert f"{len(never)} of {len(run.episodes['exact'])} contacts missed by slow" in headline(run, "slow")
+    assert never and headline(run, "slow") in page
+
+
+def test_the_answer_and_its_price_come_before_the_facts(run, page):
+    told = [*invented(run), *price(run)]
+    assert len(told) == 2 and "".join(f'<p class="price">{one}</p>' for one in told) + "</header>" in page.replace(
+        "\n", ""
+    )
+    titles = re.findall("<h2>([^<]*)</h2>", page)
+    assert titles[0] == "When: slow" and titles[-2:] == ["The session", "How to get the same again"]
+
+
+def brightness(colour):
+    """Relative luminance of #rgb or #rrggbb. Source: WCAG 2.2."""
+    digits = colour[1:] if len(colour) == 7 else "".join(2 * one for one in colour[1:])
+    parts = [int(digits[k : k + 2], 16) / 255 for k in (0, 2, 4)]
+    linear = [one / 12.92 if one <= 0.04045 else ((one + 0.055) / 1.055) ** 2.4 for one in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_words_can_be_read_on_light_pages_and_on_dark_ones():
+    style = files("replay.outputs.report").joinpath("style.css").read_text(encoding="utf-8")
+    light, dark = (dict(re.findall(r"--(\w+): (#\w+);", one)) for one in re.findall(r":root \{([^}]*)\}", style))
+    assert light.keys() == dark.keys() and brightness(light["paper"]) > 0.9 and brightness(dark["paper"]) < 0.05
+    for colours in (light, dark):
+        for words in ("ink", "faint"):
+            for behind in ("paper", "code"):
+                low, high = sorted(brightness(colours[one]) for one in (words, behind))
+                assert (high + 0.05) / (low + 0.05) >= 4.5, (words, behind, colours)
+    rules = re.sub(r":root \{[^}]*\}", "", style)
+    assert re.findall("#[0-9a-f]{3,6}", rules) == ["#fff"], "all else follows the scheme"
+
+
+def test_every_miss_is_a_row_with_its_numbers_and_the_command_that_shows_it(run, page):
+    rows = Cells(page).tables["What slow missed"]
+    ordered = sorted(run.misses["slow"], key=lambda miss: (-miss.cut_length, miss.number))
+    assert [row[0] for row in rows] == [str(miss.number) for miss in ordered]
+    for row, miss in zip(rows, ordered, strict=True):
+        assert row[1] == f"{miss.body_a} - {miss.body_b}" and row[2] == miss.kind
+        assert row[3] == miss.cause and row[4].endswith(f"--miss {miss.number}")
+        assert [float(cell) for cell in row[5:]] == pytest.approx(
+            [miss.start, miss.last - miss.first + 1, miss.cut_length * 1e3, miss.face_pairs], abs=0.051
+        )
+
+
+def test_a_miss_between_frames_is_listed_and_drawn_at_the_moment_of_its_touch():
+    session = jumping()
+    text = report_html(compute(session, detectors="exact", oracle="continuous"))
+    tables = Cells(text).tables
+    (caption,) = (one for one in tables if one.startswith("What exact missed"))
+    assert "between frames: no frame shows it" in caption
+    ((number, _, kind, cause, _, at, after, _),) = tables[caption]
+    assert (number, kind, cause, after) == ("1", "never found", "between frames", "1")
+    assert float(at) == pytest.approx(0.01 + 0.01 * 2 / 6, abs=5e-4)
+    assert "red: the faces that touch first, between frames 1 and 2" in text
+
+
+def test_contacts_and_times_are_those_of_the_result(run, page):
+    tables = Cells(page).tables
+    (contacts,) = [rows for caption, rows in tables.items() if caption.startswith("Contacts (exact)")]
+    assert sum(int(row[1]) for row in contacts) == len(run.episodes["exact"])
+    assert sum(int(row[6]) for row in contacts) == int((run.comparisons["slow"].outcome == 2).sum())
+    times = {row[0]: float(row[2]) for row in tables["Time of each detector"]}
+    told = run.summary["detectors"]
+    assert times == pytest.approx({label: told[label]["seconds"]["detect"] for label in told}, abs=5e-4)
+    assert all(run.summary["detectors"][label]["digest"] in page for label in run.detections)
+
+
+def test_the_page_needs_nothing_from_outside(page):
+    places = re.findall(r'(?:src|href)="([^"]*)"', page)
+    assert all(place.startswith(("data:", "#")) for place in places)
+    assert "@import" not in page and "<script" not in page
+
+
+def test_the_same_result_gives_the_same_bytes(run, page, tmp_path):
+    write_report(run, tmp_path / "report.html")
+    assert (tmp_path / "report.html").read_text(encoding="utf-8") == page
+
+
+def test_hostile_names_stay_words():
+    session = cubes({"<script>alert(1)</script>": [0] * 30, 'b"&': [3, 2, 0.9, 2, 3] * 6})
+    text = report_html(compute(session, detectors="slow=discrete[rate_hz=5]"))
+    assert "<script" not in text and "&lt;script&gt;" in text
+
+
+def test_a_run_without_detectors_says_so(run):
+    session = run.session
+    text = report_html(compute(session, detectors=()))
+    assert "No contact was looked for" in text
+
+
+def test_a_run_without_an_oracle_lists_contacts(run):
+    text = report_html(compute(run.session, detectors="hybrid", oracle="none"))
+    assert "Contacts found by hybrid" in text and "contacts found by hybrid</h1>" in text
+
+
+def test_proxies_are_named_as_such(run):
+    text = report_html(replace(run, assembly=replace(run.assembly, proxies=("ball",))))
+    assert "stand in for the real ones of ball" in text
+
+
+@pytest.mark.slow
+def test_a_browser_shows_the_page(page, tmp_path):
+    browser = shutil.which("chromium") or shutil.which("chromium-browser")
+    if browser is None:
+        pytest.skip("Chromium is not installed: install the package chromium to look at the page")
+    (tmp_path / "report.html").write_text(page, encoding="utf-8")
+    words = [
+        browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+        "--disable-background-networking", "--disable-component-update", "--disable-sync", "--enable-logging=stderr",
+        f"--user-data-dir={tmp_path / 'profile'}", f"--screenshot={tmp_path / 'page.png'}", "--window-size=1280,3000",
+        (tmp_path / "report.html").as_uri(),
+    ]  # fmt: skip
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120)
+    from PIL import Image
+
+    with Image.open(tmp_path / "page.png") as picture:
+        colours = {colour for _, colour in picture.convert("RGB").getcolors(1 << 24)}
+    assert (255, 45, 85) in colours and len(colours) > 500, "the red of the missed and the pictures are on the page"
+    assert "CONSOLE" not in done.stderr
+
+
+def test_every_detector_that_missed_something_has_a_picture_before_any_has_a_second_of_a_pair(run):
+    (one, *_), label = run.misses["slow"], "slow"
+    shown = [(label, replace(one, number=k, cut_length=1.0 - 0.1 * k)) for k in range(1, 6)]
+    shown.append(("fast", replace(one, number=1, cut_length=0.01)))
+    assert [(who, miss.number) for who, miss in _telling(shown)][:3] == [("slow", 1), ("fast", 1), ("slow", 2)]

@@ -1,0 +1,67 @@
+import re
+from dataclasses import replace
+
+import pytest
+from support.page_cells import Cells
+from support.small_worlds import cubes
+
+from replay.outputs.report.page import report_html
+from replay.outputs.report.tables import contact_table, fact_table, miss_table, settings_table
+from replay.pipeline.engine import compute
+
+
+def test_facts_name_every_body_and_the_length(run):
+    text = fact_table(run)
+    assert all(f"{body.name} ({len(body.mesh.faces):,} faces)" in text for body in run.assembly.bodies)
+    assert f"{len(run.assembly.motion):,} frames" in text
+
+
+def test_settings_hold_what_it_takes_to_run_again(run):
+    text = settings_table(run)
+    assert "&quot;rate_hz&quot;: 22.5" in text and run.detections["slow"].digest in text and "numpy" in text
+
+
+@pytest.fixture(scope="module")
+def many(run):
+    """The run as if it had missed 1,100 contacts, some of them one after the other."""
+    one = run.misses["slow"][0]
+    made = tuple(
+        replace(
+            one, number=k, start=0.5 * k + 20 * (k // 50), end=0.5 * k + 20 * (k // 50), cut_length=k * 7 % 1103 / 1e3
+        )
+        for k in range(1, 1101)
+    )
+    return replace(run, misses={"slow": made})
+
+
+def test_hundreds_of_misses_are_clusters_first_and_rows_deepest_first_in_a_fold(many):
+    text = miss_table(many, "slow")
+    tables = Cells(text).tables
+    (caption,) = [name for name in tables if "clusters" in name]
+    assert caption == f"1,100 misses of slow in {len(tables[caption])} clusters, deepest first"
+    assert len(tables[caption]) <= 40 and sum(int(row[3]) for row in tables[caption]) == 1100
+    deepest = [float(row[6]) for row in tables[caption]]
+    assert deepest == sorted(deepest, reverse=True)
+    assert text.index(caption) < text.index("<details>") < text.index("What slow missed")
+    cuts = [float(row[7]) for row in tables["What slow missed"]]
+    assert len(cuts) == 1000 and cuts == sorted(cuts, reverse=True)
+    assert "The 1,000 deepest" in text and "the other 100 are in misses.parquet" in text
+
+
+def test_the_page_of_a_thousand_misses_stays_small(many, run):
+    assert len(miss_table(many, "slow")) < 600_000
+    assert len(report_html(many)) < len(report_html(run)) + 700_000
+
+
+def test_a_few_misses_are_rows_and_nothing_else(run):
+    text = miss_table(run, "slow")
+    assert "<details>" not in text and len(Cells(text).tables) == 1
+
+
+def test_the_pair_with_the_most_missed_frames_comes_first():
+    places = {"a": [0] * 12, "b": [0.9, 0.9, 0.9, *[3] * 9], "c": [-3, -3, -3, -3, -0.9, -0.9, -3, -3, -3, -3, -3, -3]}
+    result = compute(cubes(places), detectors="slow=discrete[rate_hz=10]")
+    text = str(contact_table(result))
+    missed = [int(one) for one in re.findall(r'(?:<td class="number">[^<]*</td>){5}<td class="number">(\d+)', text)]
+    assert len(missed) == 2 and missed[0] > missed[1], text
+    assert text.index(">a-c<") < text.index(">a-b<")

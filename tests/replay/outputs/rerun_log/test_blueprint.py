@@ -1,0 +1,201 @@
+"""The embedded layout names only what is in the recording, opens on the audit, and stands still."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rerun.chunk import RrdReader
+
+from replay.outputs.camera import Eye
+from replay.outputs.rerun_log import blueprint
+from replay.outputs.rerun_log.blueprint import LANES_IN_VIEW, Subject, lanes_in_view
+from replay.outputs.rerun_log.effects import EffectViews
+from replay.outputs.rerun_log.focus import read_misses
+from replay.outputs.rerun_log.recording import write_recording
+from replay.pipeline.run_result import RunResult
+
+
+class Layout:
+    """The blueprint as the file holds it: entity -> component -> values."""
+
+    def __init__(self, path: Path) -> None:
+        reader = RrdReader(path)
+        self.stores = reader.blueprints()
+        self.values: dict[str, dict[str, Any]] = {}
+        for chunk in reader.stream(store=self.stores[0]).to_chunks():
+            batch = chunk.to_record_batch()
+            for name in batch.schema.names:
+                if ":" in name:
+                    self.values.setdefault(chunk.entity_path, {})[name] = batch.column(name).to_pylist()[-1]
+
+    def views(self) -> dict[str, list[str]]:
+        """Name of each view -> its query, with ``$origin`` written out."""
+        found = {}
+        for entity, values in self.values.items():
+            if "ViewBlueprint:display_name" in values:
+                origin = values["ViewBlueprint:space_origin"][0]
+                query = self.values[f"{entity}/ViewContents"]["ViewContents:query"]
+                found[values["ViewBlueprint:display_name"][0]] = [line.replace("$origin", origin) for line in query]
+        return found
+
+
+@pytest.fixture(scope="module")
+def layout(recording: Path) -> Layout:
+    return Layout(recording)
+
+
+def selected(query: list[str], entities: list[str]) -> list[str]:
+    """Entities of a query; a later and more exact rule wins, as in the viewer."""
+    chosen = []
+    for entity in entities:
+        rules = [
+            (len(path), line.startswith("-"))
+            for line in query
+            for path in [line.lstrip("+- ")]
+            if entity == path or (path.endswith("/**") and (entity + "/").startswith(path[:-2]))
+        ]
+        if rules and not max(rules)[1]:
+            chosen.append(entity)
+    return chosen
+
+
+def test_there_is_one_layout_and_it_has_a_tab_per_question(layout: Layout) -> None:
+    assert len(layout.stores) == 1
+    names = {
+        v["ContainerBlueprint:display_name"][0]
+        for v in layout.values.values()
+        if "ContainerBlueprint:display_name" in v
+    }
+    assert names == {"Audit", "What accuracy costs", "Detectors"}
+
+
+def test_every_view_shows_something_and_all_of_it_has_rows_where_the_cursor_goes(
+    layout: Layout, recording: Path, read: Any
+) -> None:
+    place = max(read_misses(recording), key=lambda one: one.cut_length)
+    entities = [entity for entity in read.entities if not entity.startswith("/__")]
+    for name, query in layout.views().items():
+        shown = selected(query, entities)
+        assert shown, name
+        for entity in shown:
+            batches = read.entities[entity]
+            starts = [
+                b.column("session").cast("int64").to_pylist() if "session" in b.schema.names else [-1] for b in batches
+            ]
+            assert min(min(rows) for rows in starts) <= place.session_ns, entity
+
+
+def test_exact_paths_of_the_layout_are_in_the_recording(layout: Layout, read: Any) -> None:
+    lines = [
+        line for query in layout.views().values() for line in query if not line.startswith("-") and "*" not in line
+    ]
+    assert len(lines) > 5
+    assert not [line for line in lines if line not in read.entities]
+
+
+def test_the_viewer_opens_paused_slow_and_on_the_session_timeline(layout: Layout) -> None:
+    panel = layout.values["/time_panel"]
+    assert panel["TimePanelBlueprint:timeline"] == ["session"]
+    assert panel["TimePanelBlueprint:playback_speed"] == [0.25]
+    assert panel["TimePanelBlueprint:play_state"] == [1]
+    assert layout.values["/selection_panel"]["PanelBlueprint:state"] == [1]
+    assert layout.values["/blueprint_panel"]["PanelBlueprint:state"] == [1]
+
+
+def test_the_headline_is_the_title_of_the_list(layout: Layout) -> None:
+    assert any("contacts missed by 22.5Hz" in name for name in layout.views())
+
+
+def test_the_close_up_follows_the_camera_in_the_data(layout: Layout, read: Any) -> None:
+    tracked = [
+        v["EyeControls3D:tracking_entity"] for v in layout.values.values() if "EyeControls3D:tracking_entity" in v
+    ]
+    assert tracked == [["/world/missed/eye"]]
+    assert "/world/missed/eye" in read.entities
+
+
+def test_lanes_in_view_fit_the_screen(layout: Layout) -> None:
+    lanes = next(query for name, query in layout.views().items() if name.startswith("When"))
+    assert 2 <= len(lanes) <= LANES_IN_VIEW
+
+
+def test_the_number_lane_is_left_out_of_the_zoomed_view(layout: Layout) -> None:
+    near = next(query for name, query in layout.views().items() if "around the cursor" in name)
+    assert "/lanes/1_missed" not in near
+    assert near
+
+
+@pytest.mark.parametrize(("share", "drawn"), [(0.1, False), (0.9, True), (3.0, True)])
+def test_the_budget_line_is_drawn_where_it_does_not_press_the_curves_down(
+    demo: RunResult, tmp_path: Path, share: float, drawn: bool
+) -> None:
+    slow = demo.detections["22.5Hz"]
+    timed = replace(slow, seconds={"meshes": np.full(270, share / 90.0)})
+    write_recording(replace(demo, detections={**demo.detections, "22.5Hz": timed}), tmp_path / "run.rrd")
+    name, query = next(item for item in Layout(tmp_path / "run.rrd").views().items() if item[0].startswith("Time per"))
+    assert ("/timing/budget" in query) == drawn
+    assert f"{share:.0%} of a frame at 90 Hz" in name
+
+
+def test_hundreds_of_misses_are_listed_by_clusters_first_and_each_in_a_tab_beside(
+    hundreds: tuple[RunResult, Any], layout: Layout
+) -> None:
+    views = Layout(hundreds[1].path).views()
+    (first,) = [query for name, query in views.items() if re.match(r"\d+ of \d+ contacts missed by 22\.5Hz", name)]
+    assert any("/report/clusters" in line for line in first) and any("/report/missed" in line for line in views["All"])
+    assert "All" not in layout.views(), "a dozen misses need no clusters"
+
+
+def built(subjects: tuple[Subject, ...], effects: EffectViews | None, *, tradeoff: bool = False) -> Any:
+    """The tabs of a layout made by hand."""
+    layout = blueprint.Layout(
+        title="room", eye=Eye((1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), subjects=subjects, totals=(), stages={}, arrows=(),
+        detector_lanes=False, finding_lanes=None, slowest_ms=1.0, start=0.0, end=1.0, effects=effects,
+        tradeoff=tradeoff,
+    )  # fmt: skip
+    return blueprint.build_blueprint(layout).root_container
+
+
+@pytest.mark.parametrize(
+    ("tradeoff", "effects", "audited", "opens"),
+    [
+        (True, True, True, "What accuracy costs"), (False, True, True, "Audit"), (False, True, False, "Effects"),
+        (False, False, False, "Session"),
+    ],
+)  # fmt: skip
+def test_the_picture_opens_on_the_tab_that_answers_what_was_asked_for(
+    tradeoff: bool, effects: bool, audited: bool, opens: str
+) -> None:
+    subject = Subject("slow", "1 missed", {"lanes/1_missed": None}, None, *"abcde", "f", (), "")
+    tabs = built((subject,) if audited else (), EffectViews({}, (), ()) if effects else None, tradeoff=tradeoff)
+    names = [str(one.name) for one in tabs.contents]
+    assert names[int(tabs.active_tab)] == opens, names
+
+
+@pytest.mark.parametrize(("lanes", "high"), [(6, 64 + 6 * 40), (30, 980 / 2)])
+def test_lanes_of_effects_have_the_height_they_need_and_plots_share_what_is_left(lanes: int, high: float) -> None:
+    views = EffectViews({unit: (f"effects/{unit}",) for unit in "abc"}, tuple(f"l{k}" for k in range(lanes)), ())
+    tab = next(one for one in built((), views).contents if one.name == "Effects")
+    assert tab.contents[1].row_shares == pytest.approx([high, *[(980 - high) / 3] * 3])
+
+
+LANES = {"lanes/1_missed": None, **{f"lanes/{k}_p": k for k in range(2, 14)}}
+
+
+def subject(longest: int | None) -> Subject:
+    return Subject("slow", "1 of 2 missed", LANES, longest, "", "", "", "", "", "", (), "")
+
+
+@pytest.mark.parametrize("longest", [None, 2, LANES_IN_VIEW])
+def test_the_worst_lanes_are_in_view(longest: int | None) -> None:
+    assert lanes_in_view(subject(longest)) == list(LANES)[:LANES_IN_VIEW]
+
+
+@pytest.mark.parametrize("longest", [LANES_IN_VIEW + 1, 13])
+def test_the_lane_of_the_longest_cut_takes_the_place_of_the_least_bad_one(longest: int) -> None:
+    assert lanes_in_view(subject(longest)) == [*list(LANES)[: LANES_IN_VIEW - 1], f"lanes/{longest}_p"]

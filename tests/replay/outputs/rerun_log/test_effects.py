@@ -1,0 +1,92 @@
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import rerun as rr
+from rerun.chunk import RrdReader
+
+from replay.effects.effects_runner import SKIPPED, EffectRun
+from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
+from replay.effects.protocol import EffectSpec
+from replay.outputs.rerun_log.columns import RecordingWriter
+from replay.outputs.rerun_log.effects import effect_views, log_effects
+
+TIMES = np.array([0.0, 0.5, 1.0])
+OUTPUT = EffectOutput(
+    events=(
+        EffectEvent(0.25, "pours", ("cup",)),
+        EffectEvent(0.5, "spill", ("cup",), message="3 mL beside", level="warning", point=(1.0, 2.0, 3.0)),
+    ),
+    series={"cup/volume": Series(TIMES, np.array([3.0, 2.0, np.nan]), "mL")},
+    lanes={"cup": (LaneSpan(0.0, 0.5, "pours"), LaneSpan(0.5, 1.0, "spills")), SKIPPED: (LaneSpan(0.5, 1.0, SKIPPED),)},
+    liquids={"cup": Liquid(TIMES, np.array([0.05, 0.03, 0.01]), 0.01, 0.02, np.full((3, 4), 200, dtype=np.uint8))},
+)
+RUNS = {"pour": EffectRun(EffectSpec("pour", "x", lambda i: OUTPUT), ("declared",), OUTPUT, 0.1, {}, 3, 2)}
+
+
+@pytest.fixture(scope="module")
+def entities(tmp_path_factory):
+    """Entity path -> rows of the recording."""
+    path = tmp_path_factory.mktemp("picture") / "effects.rrd"
+    stream = rr.RecordingStream("test")
+    stream.save(path)
+    log_effects(RecordingWriter(stream, SimpleNamespace()), RUNS)
+    stream.disconnect()
+    rows: dict[str, list[object]] = {}
+    for chunk in RrdReader(str(path)).stream():
+        rows.setdefault(str(chunk.entity_path), []).append(chunk.to_record_batch())
+    return rows
+
+
+def values(batches, name):
+    for batch in batches:
+        for field in batch.schema.names:
+            if field.endswith(name):
+                return batch.column(field).to_pylist()
+    raise AssertionError(f"no {name} in {[batch.schema.names for batch in batches]}")
+
+
+def test_every_part_of_an_effect_has_an_entity_and_nothing_else_has(entities):
+    told = {path for path in entities if path.startswith(("/effects", "/world"))}
+    assert told == {
+        "/effects/pour/cup/volume", "/effects/pour/lanes/cup", "/effects/pour/lanes/skipped", "/effects/pour/events",
+        "/world/effects/pour/1", "/world/cup/liquid",
+    }  # fmt: skip
+
+
+def test_values_and_words_arrive_as_they_are(entities):
+    scalars = [row[0] for row in values(entities["/effects/pour/cup/volume"], "scalars")]
+    assert scalars[:2] == [3.0, 2.0] and np.isnan(scalars[2])
+    assert values(entities["/effects/pour/events"], ":text") == [["pours cup"], ["3 mL beside"]]
+
+
+def test_only_what_somebody_should_mind_gets_a_marker(entities):
+    assert values(entities["/world/effects/pour/1"], "positions") == [[[1.0, 2.0, 3.0]]]
+
+
+def test_a_liquid_is_a_cylinder_from_the_floor_to_its_level_and_unseen_when_empty(entities):
+    batches = entities["/world/cup/liquid"]
+    assert np.allclose(np.ravel(values(batches, "lengths")), [0.04, 0.02, 1e-6], atol=1e-7)
+    assert np.allclose(np.array(values(batches, "centers")).reshape(-1, 3)[:, 1], [0.03, 0.02, 0.01])
+    assert [colour & 255 for colour in np.ravel(values(batches, "colors"))] == [200, 200, 0]
+
+
+def test_a_lane_goes_from_word_to_word_without_a_gap(entities):
+    states = [row[0] for row in values(entities["/effects/pour/lanes/cup"], "state")]
+    assert [state for state in states if state] == ["pours", "spills"] and states[-1] == ""
+
+
+def test_the_tab_gets_a_plot_per_unit_and_every_lane():
+    views = effect_views(RUNS)
+    assert views.plots == {"mL": ("effects/pour/cup/volume",)} and views.events == ("effects/pour/events",)
+    assert views.lanes == ("effects/pour/lanes/cup", "effects/pour/lanes/skipped")
+
+
+def test_a_vessel_is_drawn_once_as_the_effect_that_ran_last_says():
+    from types import SimpleNamespace
+
+    from replay.outputs.rerun_log.effects import _drawn
+
+    runs = {kind: SimpleNamespace(output=SimpleNamespace(liquids=told)) for kind, told in
+            (("pour", {"a": "clear", "b": "clear"}), ("colour", {"b": "pink"}))}  # fmt: skip
+    assert _drawn(runs) == {"a": "clear", "b": "pink"}

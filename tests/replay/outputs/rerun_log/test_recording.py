@@ -1,0 +1,112 @@
+"""A recording appears whole or not at all, under an application of its own, whatever the run holds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rerun.chunk import RrdReader
+
+from cdcore import Verdict
+from replay.comparison.outcome import Outcome
+from replay.outputs.rerun_log import columns
+from replay.outputs.rerun_log import recording as module
+from replay.outputs.rerun_log.recording import write_recording
+from replay.pipeline.run_result import RunResult
+
+SUBJECT, ORACLE = "22.5Hz", "hybrid"
+
+
+def test_two_recordings_of_one_run_are_two_applications(demo: RunResult, recording: Path, tmp_path: Path) -> None:
+    write_recording(demo, tmp_path / "again.rrd")
+    stores = [RrdReader(path).recordings() for path in (recording, tmp_path / "again.rrd")]
+    assert [len(one) for one in stores] == [1, 1]
+    assert stores[0][0].application_id != stores[1][0].application_id
+    assert stores[0][0].recording_id != stores[1][0].recording_id
+
+
+def test_the_layout_belongs_to_the_application_of_its_recording(recording: Path) -> None:
+    reader = RrdReader(recording)
+    assert reader.blueprints()[0].application_id == reader.recordings()[0].application_id
+
+
+def test_a_failed_write_leaves_the_old_file_and_no_other(
+    demo: RunResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "run.rrd").write_bytes(b"old")
+
+    def fail(*args: object) -> None:
+        raise RuntimeError("disk full")
+
+    monkeypatch.setattr(module, "log_report", fail)
+    with pytest.raises(RuntimeError, match="disk full"):
+        write_recording(demo, tmp_path / "run.rrd")
+    assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("run.rrd", b"old")]
+
+
+def test_an_old_file_is_replaced(demo: RunResult, tmp_path: Path) -> None:
+    (tmp_path / "run.rrd").write_bytes(b"old")
+    write_recording(demo, tmp_path / "run.rrd")
+    assert [path.name for path in tmp_path.iterdir()] == ["run.rrd"]
+    assert len(RrdReader(tmp_path / "run.rrd").recordings()) == 1
+
+
+def test_two_audited_detectors_share_one_recording(demo: RunResult, write: Any) -> None:
+    second = replace(demo.comparisons[SUBJECT], subject="15Hz")
+    seen = write(
+        replace(
+            demo,
+            detections={**demo.detections, "15Hz": demo.detections[SUBJECT]},
+            comparisons={**demo.comparisons, "15Hz": second},
+            episodes={**demo.episodes, "15Hz": demo.episodes[SUBJECT]},
+            misses={**demo.misses, "15Hz": demo.misses[SUBJECT]},
+        )
+    )
+    assert seen.lane("audit/15Hz/lanes/2_beaker-rod") == seen.lane("lanes/2_beaker-rod")
+    for first, other in (
+        ("report/missed", "audit/15Hz/missed"),
+        ("world/missed/pins", "world/missed_by_15Hz/pins"),
+        ("world/beaker/missed_faces", "world/beaker/missed_faces_by_15Hz"),
+    ):
+        assert "/" + first in seen.entities
+        assert "/" + other in seen.entities
+
+
+def test_a_run_without_an_audit_shows_the_session(demo: RunResult, write: Any) -> None:
+    seen = write(
+        replace(demo, detections={ORACLE: demo.detections[ORACLE]}, comparisons={}, misses={}, oracle="", episodes={})
+    )
+    assert "/world/beaker/mesh" in seen.entities
+    assert "/detectors/1_beaker-rod/hybrid" in seen.entities
+    assert not [path for path in seen.entities if path.startswith("/lanes")]
+
+
+def test_a_run_without_detectors_shows_the_bodies(demo: RunResult, write: Any) -> None:
+    seen = write(replace(demo, detections={}, comparisons={}, misses={}, oracle="", episodes={}))
+    assert "/world/rod" in seen.entities
+
+
+def test_bodies_without_a_pose_give_no_pose_lanes_and_no_contact(demo: RunResult, read: Any) -> None:
+    lost = np.flatnonzero(~demo.assembly.motion.valid[:, demo.assembly.names.index("hand")])
+    assert (demo.comparisons[SUBJECT].outcome[lost, 1] == Outcome.LEFT_OUT).all()
+    words = [state for _, state in read.lane("lanes/4_rod-hand_held")]
+    assert "left out" in words
+    path = next(path for path in read.entities if path.startswith("/detectors/") and "rod-hand" in path)
+    assert Verdict.NO_POSE.name in [state for _, state in read.lane(path[1:])]
+
+
+def test_above_an_hour_poses_are_strided_and_lanes_are_not(
+    demo: RunResult, write: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(columns.Clock.of.__func__, "__defaults__", ((), 90))
+    few = replace(demo, misses={SUBJECT: demo.misses[SUBJECT][:1]})
+    seen = write(few)
+    rows = seen.column("world/rod", "Transform3D:translation")
+    assert len(rows) < 200
+    first = demo.misses[SUBJECT][0]
+    assert {row[1] for row in rows} >= set(range(first.first, first.last + 1))
+    changes = int((np.diff(demo.comparisons[SUBJECT].outcome[:, 0].astype(int)) != 0).sum())
+    assert len([state for _, state in seen.lane("lanes/2_beaker-rod")]) >= changes

@@ -1,0 +1,153 @@
+"""A run opens in a viewer of its own, on this machine only, and the picture shows what it says it shows."""
+
+from __future__ import annotations
+
+import io
+import socket
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+from PIL import Image
+from rerun.chunk import RrdReader
+
+from replay.errors import RunFolderError
+from replay.outputs.rerun_log import viewer as module
+from replay.outputs.rerun_log.focus import read_misses
+from replay.outputs.rerun_log.viewer import NO_ADAPTER, OpenViewer, ViewerError, free_port, open_viewer, start_viewer
+
+SUBJECT = "22.5Hz"
+
+
+def test_a_folder_without_a_recording_is_one_sentence(tmp_path: Path) -> None:
+    with pytest.raises(RunFolderError, match=r"holds no run\.rrd; replay a session into it first"):
+        open_viewer(tmp_path)
+
+
+def test_a_miss_that_is_not_there_is_one_sentence_and_starts_nothing(recording: Path) -> None:
+    count = len(read_misses(recording))
+    with pytest.raises(RunFolderError, match=f"there is no miss 999 in .*; its misses are numbered 1 to {count}"):
+        open_viewer(recording.parent, 999)
+
+
+def test_a_missing_binary_is_one_sentence(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(module.rerun_cli, "__path__", [str(tmp_path)])
+    with pytest.raises(ViewerError, match="came without its viewer"):
+        start_viewer()
+
+
+def test_a_viewer_that_ends_at_once_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "LOOPBACK", "not-an-address")
+    monkeypatch.setattr(module, "free_port", lambda: 1)
+    with pytest.raises(ViewerError, match=r"the viewer ended: .*; copy the run folder"):
+        start_viewer(headless=True)
+
+
+def test_a_free_port_can_be_bound() -> None:
+    port = free_port()
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", port))
+
+
+@pytest.fixture(scope="module")
+def opened(recording: Path) -> Iterator[OpenViewer]:
+    try:
+        opened = open_viewer(recording.parent, headless=True)
+    except ViewerError as error:
+        if NO_ADAPTER in str(error):
+            pytest.skip(f"no picture can be drawn: {NO_ADAPTER} (Debian: mesa-vulkan-drivers libvulkan1)")
+        raise
+    with opened:
+        yield opened
+
+
+def settled(opened: OpenViewer, title: str) -> np.ndarray:
+    """Pixels of the view with this title, once two pictures in a row are equal."""
+    view = next(one for one in opened.state().views if one.name.startswith(title))
+    before = b""
+    for _ in range(20):
+        picture = opened.screenshot(view)
+        if picture == before:
+            break
+        before = picture
+        time.sleep(0.2)
+    return np.asarray(Image.open(io.BytesIO(before)).convert("RGB"), dtype=np.int16)
+
+
+@pytest.mark.slow
+def test_no_view_reports_an_error_and_one_recording_is_open(opened: OpenViewer) -> None:
+    settled(opened, "Where")
+    state = opened.state()
+    assert len(state.recordings) == 1
+    assert not [(view.name, report.summary) for view in state.views for report in view.reports]
+    kinds = sorted(view.view_class for view in state.views)
+    assert kinds.count("3D") == 2
+    assert kinds.count("StateTimeline") == 3
+    assert kinds.count("TextLog") == 1
+    assert kinds.count("TimeSeries") >= 2
+
+
+@pytest.mark.slow
+def test_the_cursor_stands_on_the_longest_cut_and_is_paused(opened: OpenViewer, recording: Path) -> None:
+    place = max(read_misses(recording), key=lambda miss: miss.cut_length)
+    time.sleep(0.5)
+    shown = opened.state().recordings[0]
+    assert (shown.current_timeline, shown.current_time) == ("session", place.session_ns)
+
+
+@pytest.mark.slow
+def test_the_viewer_listens_on_the_loopback_interface_alone(opened: OpenViewer) -> None:
+    listening = [
+        one.laddr for one in psutil.Process(opened.process.pid).net_connections() if one.status == psutil.CONN_LISTEN
+    ]
+    assert opened.port in {address.port for address in listening}
+    assert {address.ip for address in listening} <= {"127.0.0.1", "::1"}
+
+
+LEFT_OUT = {
+    "nothing": ([], "Close-up"),
+    "contacts": (["/world/contacts/**"], "Close-up"),
+    "red faces": (["/world/beaker/missed_faces", "/world/rod/missed_faces"], "Close-up"),
+    "pins and flags": (["/world/missed/pins", "/world/missed/flag/**", "/world/missed/numbers"], "Where"),
+    "meshes": ([f"/world/{body}/mesh" for body in ("bench", "beaker", "rod", "hand", "headset")], "Where"),
+    "numbers in lanes": (["/lanes/1_missed"], "When"),
+    "the list": (["/report/missed"], ""),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("what", LEFT_OUT)
+def test_the_picture_changes_when_and_only_when_something_is_left_out(
+    opened: OpenViewer, recording: Path, tmp_path: Path, what: str
+) -> None:
+    entities, title = LEFT_OUT[what]
+    title = title or next(view.name for view in opened.state().views if view.view_class == "TextLog")
+    place = max(read_misses(recording), key=lambda miss: miss.cut_length)
+    store = RrdReader(recording).recordings()[0]
+    pictures = []
+    for number, dropped in enumerate(([], entities)):
+        # The same application id: the viewer shows both in one layout, so that only the data differ.
+        path, stream = tmp_path / f"{number}.rrd", RrdReader(recording).stream()
+        (stream.drop(content=dropped) if dropped else stream).write_rrd(
+            path, application_id=store.application_id, recording_id=f"{what}-{number}".replace(" ", "-")
+        )
+        opened.open(path)
+        opened.seek(place.session_ns)
+        pictures.append(settled(opened, title))
+    assert pictures[0].shape == pictures[1].shape
+    changed = (np.abs(pictures[0] - pictures[1]).max(axis=2) > 24).mean()
+    assert (changed > 2e-4) == bool(entities), f"{changed:.2e} of the pixels"
+
+
+@pytest.mark.slow
+def test_closing_ends_the_process_and_frees_the_port(opened: OpenViewer, recording: Path) -> None:
+    with open_viewer(recording, 1, headless=True) as second:
+        port, process = second.port, second.process
+        assert port != opened.port
+    assert process.poll() is not None
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        probe.bind(("127.0.0.1", port))

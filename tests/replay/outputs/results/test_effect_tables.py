@@ -1,0 +1,42 @@
+import json
+
+import numpy as np
+import pytest
+from support.small_worlds import STEP_NS, cubes
+
+from replay.outputs.results.effect_tables import series_table
+from replay.outputs.results.parquet_tables import event_table
+from replay.pipeline.engine import compute
+from sessions import Event
+from sessions.model.scene import Scene, SceneBody, SceneEffect
+
+SCENE = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(SceneEffect("contact", {"between": ["a", "b"]}),))
+PLACES = {"a": [0] * 8, "b": [3, 3, 0.9, 0.9, 0.9, 3, 3, 3]}
+
+
+@pytest.fixture(scope="module")
+def result():
+    return compute(cubes(PLACES, scene=SCENE, events=[Event(3 * STEP_NS, "buttondown")]), detectors=(), start=0.01)
+
+
+def test_events_of_effects_stand_among_the_recorded_ones_on_the_same_clock(result):
+    rows = event_table(result).to_pylist()
+    assert [row["source"] for row in rows] == ["effect/contact", "event"]
+    contact = rows[0]
+    assert (contact["stamp_ns"], contact["end_stamp_ns"]) == (2 * STEP_NS, 5 * STEP_NS)
+    assert (contact["time"], contact["end_time"]) == (0.02, 0.05) and contact["body"] == "a b"
+    told = json.loads(contact["values"])
+    assert told["frames"] == 3 and len(told["point"]) == 3 and rows[1]["values"] == ""
+
+
+def test_series_keep_every_value_to_the_last_bit(result):
+    table = series_table(result)
+    series = result.effects["contact"].series["a-b/face_pairs"]
+    assert np.array_equal(table["value"].to_numpy(), series.values) and set(table["unit"].to_pylist()) == {"face pairs"}
+    assert np.array_equal(table["time"].to_numpy(), series.times)
+
+
+def test_without_effects_the_tables_are_empty_and_whole():
+    plain = compute(cubes(PLACES), detectors=())
+    assert series_table(plain).num_rows == 0 and series_table(plain).column_names[-1] == "value"
+    assert event_table(plain).num_rows == 0

@@ -1,0 +1,107 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.small_worlds import cubes
+
+from replay.outputs.results import parquet_tables as tables
+from replay.outputs.results.parquet_tables import episode_table, event_table, frame_table, miss_table
+from replay.pipeline.engine import compute
+from sessions import Event, Interval, Scene
+from sessions.model.scene import SceneBody
+
+PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3], "c": [9] * 12}
+
+
+@pytest.fixture(scope="module")
+def result():
+    scene = Scene(bodies=(SceneBody("b", parent=""),))
+    events = [Event(50_000_000, "buttondown", "trigger", "b")]
+    intervals = [Interval(20_000_000, 90_000_000, "task", "stir", {"by": "p1"})]
+    session = cubes(PLACES, scene=scene, events=events, intervals=intervals)
+    # These cubes step metres in 10 ms: each such frame would be flagged as a teleport.
+    return replace(compute(session, detectors="slow=discrete[rate_hz=20]", oracle="hybrid"), flags=None)
+
+
+def rows(table):
+    return table.to_pylist()
+
+
+def test_frame_rows_are_exactly_the_pair_frames_in_which_anything_happened(result):
+    (table,) = frame_table(result)
+    got = [(row["frame"], row["body_a"], row["body_b"]) for row in rows(table)]
+    contact = result.detections["hybrid"].verdict[:, 0] + result.detections["slow"].verdict[:, 0]
+    assert got == [(frame, "a", "b") for frame in np.flatnonzero(contact).tolist()]
+
+
+def test_frame_rows_hold_verdicts_outcomes_misses_and_stamps(result):
+    (table,) = frame_table(result)
+    row = next(row for row in rows(table) if row["frame"] == 4)
+    assert (row["stamp_ns"], row["time"], row["held"]) == (40_000_000, 0.04, False)
+    assert (row["verdict/slow"], row["verdict/hybrid"], row["outcome/slow"]) == ("CLEAR", "CONTACT", "MISSED")
+    assert row["miss/slow"] == 1
+    assert next(row for row in rows(table) if row["frame"] == 10)["miss/slow"] is None
+    assert isinstance(row["frame_seconds/slow"], float) and "frame_seconds/hybrid" not in row
+
+
+def test_work_per_pair_frame_becomes_a_column(result):
+    slow = result.detections["slow"]
+    work = np.arange(slow.verdict.size, dtype=np.uint32).reshape(slow.verdict.shape)
+    counted = replace(slow, work={"tests": work, "total": 3})
+    (table,) = frame_table(replace(result, detections={**result.detections, "slow": counted}))
+    assert {row["frame"]: row["work/slow/tests"] for row in rows(table)}[8] == work[8, 0]
+    assert "work/slow/total" not in table.column_names
+
+
+def test_a_long_frame_table_comes_in_parts_that_join_to_the_whole(result, monkeypatch):
+    (whole,) = frame_table(result)
+    monkeypatch.setattr(tables, "ROWS_PER_PART", 2)
+    parts = list(frame_table(result))
+    assert len(parts) == -(-whole.num_rows // 2)
+    assert [row for part in parts for row in rows(part)] == rows(whole)
+
+
+def test_a_run_in_which_nothing_happened_has_a_table_without_rows():
+    quiet = compute(cubes({"a": [0, 0], "b": [5, 5.01]}), detectors="hybrid", oracle="hybrid")
+    (table,) = frame_table(quiet)
+    assert table.num_rows == 0 and "verdict/hybrid" in table.column_names
+    assert episode_table(quiet).num_rows == miss_table(quiet).num_rows == 0
+
+
+def test_a_pair_frame_in_doubt_has_a_row_whatever_was_said_of_it_and_names_the_doubt():
+    jump = compute(cubes({"a": [0] * 9, "b": [5] * 4 + [5.5] * 5}), detectors="hybrid", oracle="none")
+    (table,) = frame_table(jump)
+    assert [(row["frame"], row["flag"], row["verdict/hybrid"]) for row in rows(table)] == [(4, "teleport", "CLEAR")]
+
+
+def test_episodes_of_the_oracle_say_who_never_found_them(result):
+    found = [row for row in rows(episode_table(result)) if row["detector"] == "hybrid"]
+    assert [(row["number"], row["first"], row["last"], row["frames"], row["missed_by"]) for row in found] == [
+        (1, 4, 4, 1, "slow"),
+        (2, 8, 10, 3, ""),
+    ]
+    assert found[1]["start"] == 0.08 and found[1]["end"] == 0.10
+
+
+def test_miss_rows_repeat_the_numbered_misses(result):
+    got = rows(miss_table(result))
+    assert [row["number"] for row in got] == [miss.number for miss in result.misses["slow"]]
+    first = result.misses["slow"][0]
+    assert (got[0]["kind"], got[0]["episode"], got[0]["deepest"]) == (first.kind, first.episode, first.deepest)
+    assert (got[0]["point_x"], got[0]["normal_z"], got[0]["cut_length"]) == (
+        first.point[0], first.normal[2], first.cut_length,
+    )  # fmt: skip
+
+
+def test_events_and_spans_stand_on_the_sessions_clock(result):
+    span, event = rows(event_table(result))
+    assert (span["source"], span["name"], span["time"], span["end_time"]) == ("task", "stir", 0.02, 0.09)
+    assert (span["message"], span["end_stamp_ns"]) == ("by=p1", 90_000_000)
+    assert (event["source"], event["name"], event["body"], event["time"]) == ("event", "buttondown", "b", 0.05)
+    assert event["end_time"] is None
+
+
+def test_events_keep_the_sessions_clock_in_a_run_that_starts_later():
+    session = cubes(PLACES, events=[Event(50_000_000, "x")])
+    late = compute(session, detectors="hybrid", oracle="none", start=0.03)
+    assert rows(event_table(late))[0]["time"] == pytest.approx(0.05, abs=1e-12)

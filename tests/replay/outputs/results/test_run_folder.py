@@ -1,0 +1,104 @@
+import json
+
+import pyarrow.parquet as pq
+import pytest
+from support.small_worlds import cubes
+
+from replay.errors import OutputError, RunFolderError
+from replay.outputs.results.run_folder import check_target, read_run_folder, write_run_folder
+from replay.pipeline.engine import compute
+
+
+@pytest.fixture(scope="module")
+def result():
+    places = {"a": [0] * 8, "b": [3, 3, 0.9, 3, 3, 3, 0.9, 3]}
+    return compute(cubes(places), detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path):
+    session = tmp_path / "s.mcap"
+    session.write_bytes(b"poses")
+    out = write_run_folder(
+        result,
+        tmp_path / "deep" / "run",
+        picture=lambda got, path: path.write_text("p"),
+        files={"session.mcap": session},
+    )
+    tables = ["episodes.parquet", "events.parquet", "frames.parquet", "metrics.parquet", "misses.parquet"]
+    assert names(out) == [*tables, "report.html", "run.rrd", "session.mcap", "summary.json"]
+    assert json.loads((out / "summary.json").read_text()) == json.loads(json.dumps(result.summary))
+    assert pq.read_table(out / "misses.parquet").num_rows == len(result.misses["slow"])
+    assert names(out.parent) == ["run"]
+
+
+def test_a_failure_leaves_nothing_behind_and_an_earlier_run_untouched(result, tmp_path):
+    def broken(got, path):
+        path.write_text("half")
+        raise ValueError("no ink")
+
+    with pytest.raises(ValueError, match="no ink"):
+        write_run_folder(result, tmp_path / "run", picture=broken)
+    assert names(tmp_path) == []
+    write_run_folder(result, tmp_path / "run")
+    before = (tmp_path / "run" / "summary.json").read_bytes()
+    with pytest.raises(ValueError, match="no ink"):
+        write_run_folder(result, tmp_path / "run", picture=broken, force=True)
+    assert names(tmp_path) == ["run"] and (tmp_path / "run" / "summary.json").read_bytes() == before
+
+
+def test_an_earlier_run_is_replaced_only_when_asked(result, tmp_path):
+    out = write_run_folder(result, tmp_path / "run")
+    (out / "note.txt").write_text("mine")
+    with pytest.raises(OutputError, match="exists; name another folder, or replace it with --force"):
+        write_run_folder(result, out)
+    write_run_folder(result, out, force=True)
+    assert "note.txt" not in names(out) and names(tmp_path) == ["run"]
+
+
+def test_a_folder_that_is_no_run_is_never_replaced(tmp_path):
+    (tmp_path / "thesis.txt").write_text("years")
+    with pytest.raises(OutputError, match="is not a run folder and is not replaced"):
+        check_target(tmp_path, force=True)
+    with pytest.raises(OutputError, match="is a file"):
+        check_target(tmp_path / "thesis.txt", force=True)
+    (tmp_path / "empty").mkdir()
+    check_target(tmp_path / "empty", force=True)
+    check_target(tmp_path / "new")
+
+
+def test_a_place_that_cannot_be_written_is_one_sentence(result, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="cannot be written"):
+        write_run_folder(result, tmp_path / "file" / "run")
+
+
+def test_a_run_folder_reads_back(result, tmp_path):
+    folder = read_run_folder(write_run_folder(result, tmp_path / "run"))
+    assert folder.summary["oracle"] == "hybrid"
+    assert [row["number"] for row in folder.misses()] == [1, 2][: len(result.misses["slow"])]
+    with pytest.raises(RunFolderError, match="holds no picture"):
+        _ = folder.picture
+
+
+def test_a_miss_that_is_not_there_is_refused_with_those_that_are(result, tmp_path):
+    folder = read_run_folder(write_run_folder(result, tmp_path / "run"))
+    most = len(result.misses["slow"])
+    folder.require_miss(most)
+    folder.require_miss(None)
+    with pytest.raises(RunFolderError, match=f"has no miss {most + 1}; its misses are numbered 1 to {most}"):
+        folder.require_miss(most + 1)
+
+
+def test_other_folders_and_other_schemas_are_told_from_runs(tmp_path):
+    with pytest.raises(RunFolderError, match="is not a run folder"):
+        read_run_folder(tmp_path)
+    (tmp_path / "summary.json").write_text('{"schema": "vrlab-replay/run/99"}')
+    with pytest.raises(RunFolderError, match="'vrlab-replay/run/99'"):
+        read_run_folder(tmp_path)
+    (tmp_path / "summary.json").write_text("[1]")
+    with pytest.raises(RunFolderError, match="has schema None"):
+        read_run_folder(tmp_path)

@@ -1,0 +1,179 @@
+import pytest
+from support.small_worlds import cubes
+
+from cdcore import Verdict
+from cdcore.detectors import detector_names
+from replay.comparison.outcome import Outcome
+from replay.errors import DetectorSpecError
+from replay.pipeline import engine
+from replay.pipeline.engine import ORACLES, compute, line_up
+from sessions.synthetic.scenes import make_scene_session
+
+TRUSTED = next(name for name in ORACLES if name in detector_names())
+
+BUMP = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+"""Two contacts: frame 4 alone, and frames 8 to 10."""
+
+
+def test_the_most_trusted_detector_there_is_becomes_the_oracle():
+    lineup = line_up("slow=discrete[rate_hz=5]", None)
+    assert [spec.label for spec in lineup.specs] == ["slow", TRUSTED] and lineup.oracle == TRUSTED
+
+
+def test_an_oracle_can_be_a_label_a_detector_or_none():
+    assert line_up("a=sphere,b=hybrid", "b").oracle == "b"
+    assert line_up("a=sphere,b=hybrid", "hybrid").oracle == "b"
+    assert [spec.label for spec in line_up("sphere", "best=hybrid").specs] == ["sphere", "best"]
+    assert line_up("sphere,hybrid", "none").oracle == ""
+    assert line_up("hybrid", "hybrid").specs == line_up("hybrid", "none").specs
+
+
+def test_asking_for_no_detector_runs_none_not_even_an_oracle():
+    assert line_up((), None).specs == () and line_up((), "hybrid").oracle == ""
+
+
+def test_without_a_wish_the_usual_ones_run():
+    lineup = line_up(None, None)
+    assert lineup.oracle == TRUSTED and lineup.specs
+
+
+def test_an_oracle_whose_name_is_a_label_of_something_else_is_refused():
+    with pytest.raises(DetectorSpecError, match="both called 'hybrid'"):
+        line_up("hybrid=sphere", "hybrid=hybrid[containment=false]")
+
+
+def test_a_run_finds_contacts_names_misses_and_sums_up():
+    result = compute(cubes(BUMP), detectors="slow=discrete[rate_hz=25]", oracle="hybrid")
+    assert [(e.first, e.last) for e in result.episodes["hybrid"]] == [(4, 4), (8, 10)]
+    assert result.detections["hybrid"].face_sets is not None
+    assert result.comparisons["slow"].count(Outcome.MISSED) == len(
+        [frame for miss in result.misses["slow"] for frame in range(miss.first, miss.last + 1)]
+    )
+    audit = result.summary["audit"]["slow"]
+    assert audit["contacts"] == 2 and audit["misses"] == len(result.misses["slow"])
+
+
+def test_a_detector_that_looks_between_the_bumps_misses_them_by_number():
+    # Looks at 0, 40, 80, ... ms fall on frames 0, 4, 8; at 20 Hz on frames 0, 5, 10.
+    result = compute(cubes(BUMP), detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
+    first, second = result.misses["slow"]
+    assert (first.number, first.first, first.last, first.kind) == (1, 4, 4, "never found")
+    assert (second.number, second.first, second.last, second.kind) == (2, 8, 9, "found late")
+    assert second.deepest == 9 or second.cut_length > 0
+
+
+def test_an_oracle_without_faces_of_its_own_still_gets_misses_with_geometry():
+    result = compute(cubes(BUMP), detectors="slow=discrete[rate_hz=20]", oracle="all=discrete")
+    never = result.misses["slow"][0]
+    assert (never.kind, never.deepest) == ("never found", 4) and never.face_pairs > 0 and never.cut_length > 0
+
+
+def test_effects_only_looks_at_no_pair():
+    result = compute(cubes(BUMP), detectors=())
+    assert (dict(result.detections), result.oracle, result.summary["detectors"]) == ({}, "", {})
+
+
+def test_without_an_oracle_nothing_is_compared():
+    result = compute(cubes(BUMP), detectors="sphere,hybrid", oracle="none")
+    assert not result.comparisons and not result.misses and set(result.episodes) == {"sphere", "hybrid"}
+
+
+def test_spheres_invent_and_their_excess_is_called_unconfirmed():
+    result = compute(cubes({"a": [0, 0, 0], "b": [3, 1.2, 0.9]}), detectors="sphere", oracle="hybrid")
+    assert result.detections["sphere"].verdict[1, 0] == Verdict.CANDIDATE
+    audit = result.summary["audit"]["sphere"]
+    assert (audit["pair_frames"]["INVENTED"], audit["unconfirmed"], audit["pair_frames"]["BOTH"]) == (1, 1, 1)
+
+
+def test_progress_is_told_of_every_stage_and_every_frame():
+    from contextlib import contextmanager
+
+    stages = {}
+
+    class Listener:
+        @contextmanager
+        def stage(self, name, total=None, unit="frames"):
+            stages[name] = [total]
+            yield stages[name].append
+
+    compute(cubes(BUMP), detectors="sphere", oracle="hybrid", progress=Listener())
+    assert list(stages) == ["examine", "assemble", "sphere", "hybrid", "audit"]
+    assert stages["hybrid"] == [12, 12]
+
+
+def test_a_session_too_long_for_memory_gives_the_same_answers(monkeypatch):
+    def answers(result):
+        digests = {label: (found.digest, found.face_sets is not None) for label, found in result.detections.items()}
+        return digests, result.misses, result.episodes
+
+    asked = {"detectors": "slow=discrete[rate_hz=20],static", "oracle": "hybrid"}
+    held = answers(compute(cubes(BUMP), **asked))
+    monkeypatch.setattr("replay.prepare.assemble_stored.HELD_FRAMES", 5)
+    monkeypatch.setattr("replay.prepare.assemble_stored.BLOCK_FRAMES", 4)
+    monkeypatch.setattr("replay.detection.run_detector.WHOLE_FRAMES", 3)
+    assert answers(compute(cubes(BUMP), **asked)) == held
+    monkeypatch.setattr("replay.detection.run_detector.FACE_ROWS", 3)
+    poor = compute(cubes(BUMP), **asked)
+    assert poor.detections["hybrid"].face_sets is None
+    assert [miss.number for miss in poor.misses["slow"]] == [miss.number for miss in held[1]["slow"]]
+
+
+def test_the_engine_gives_the_same_digests_again():
+    digests = [
+        {
+            label: found.digest
+            for label, found in compute(cubes(BUMP), detectors="sphere", oracle="hybrid").detections.items()
+        }
+        for _ in range(2)
+    ]
+    assert digests[0] == digests[1] and all(digests[0].values())
+
+
+def test_a_scene_whose_effects_need_no_contact_is_audited_when_detectors_are_asked_for():
+    session, _ = make_scene_session("titration", faces=600)
+    result = compute(session, detectors="slow=discrete[rate_hz=22.5]", end=10.0)
+    assert len(result.assembly.pairs) > 5 and result.oracle
+
+
+@pytest.mark.parametrize(("detectors", "announced"), [("sphere", ["hybrid", "audit"]), ((), [])])
+def test_compiling_is_announced_in_every_stage_that_runs_kernels_and_in_no_other(monkeypatch, detectors, announced):
+    from contextlib import contextmanager
+
+    now, heard = [], []
+
+    class Listener:
+        def say(self, sentence):
+            del sentence
+
+        @contextmanager
+        def stage(self, name, total=None, unit="frames"):
+            now.append(name)
+            yield lambda done: None
+
+    @contextmanager
+    def told(listener):
+        if listener is not None:
+            heard.append(now[-1])
+        yield
+
+    monkeypatch.setattr(engine, "compiling_announced", told)
+    compute(cubes(BUMP), detectors=detectors, oracle="hybrid", progress=Listener())
+    assert heard[-2:] == announced
+
+
+def test_everything_in_a_result_speaks_of_the_same_frames_and_pairs():
+    result = compute(cubes({"a": [0] * 9, "b": [3, 0.9, 3] * 3}), detectors="sphere", oracle="hybrid")
+    shape = (len(result.assembly.motion), len(result.assembly.pairs))
+    assert all(detection.verdict.shape == shape for detection in result.detections.values())
+    assert all(comparison.outcome.shape == shape for comparison in result.comparisons.values())
+    assert set(result.episodes) == set(result.detections) == {"sphere", "hybrid"}
+    assert set(result.misses) == set(result.comparisons) == {"sphere"}
+    assert result.out is None
+
+
+def test_a_result_cannot_be_changed():
+    result = compute(cubes({"a": [0, 0], "b": [3, 0.9]}), detectors="hybrid", oracle="none")
+    with pytest.raises(AttributeError):
+        result.oracle = "mine"
+    with pytest.raises(ValueError, match="read-only"):
+        result.detections["hybrid"].verdict[0, 0] = 1

@@ -1,0 +1,54 @@
+import json
+
+import numpy as np
+import pytest
+from support.small_worlds import cubes, framed, verdicts
+
+from cdcore import Detection
+from replay.pipeline.engine import compute
+from replay.pipeline.summary import SCHEMA, frame_seconds
+from sessions import Status
+
+
+@pytest.fixture(scope="module")
+def summary():
+    session = cubes({"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3]})
+    return compute(session, detectors="slow=discrete[rate_hz=30]", oracle="hybrid", seed=5, start=0.0).summary
+
+
+def test_json_holds_the_whole_summary(summary):
+    assert json.loads(json.dumps(summary, allow_nan=False)) == summary
+    assert summary["schema"] == SCHEMA and summary["seed"] == 5 and summary["window"] == {"start": 0.0, "end": None}
+
+
+def test_settings_digests_and_times_of_every_detector_are_in_it(summary):
+    for detector in summary["detectors"].values():
+        assert len(detector["digest"]) == 64 and detector["settings"] and detector["seconds"]["stages"]
+    slow, hybrid = summary["detectors"]["slow"], summary["detectors"]["hybrid"]
+    assert slow["settings"]["rate_hz"] == 30 and slow["online"] and not hybrid["online"]
+    assert slow["seconds"]["per_frame"]["max"] >= slow["seconds"]["per_frame"]["median"] >= 0
+    assert "per_frame" not in hybrid["seconds"] and len(hybrid["faces_digest"]) == 64
+    assert sum(hybrid["verdicts"].values()) == 6
+
+
+def test_what_was_done_to_the_frames_is_counted():
+    session = framed([0, 10, 10, 5, 30], np.full((5, 2), int(Status.VALID)))
+    told = compute(session, detectors="sphere", oracle="none").summary["session"]
+    assert told["dropped_frames"] == {"repeated": 1, "backwards": 1} and told["frames"] == 3
+    assert len(told["notes"]) == 2
+
+
+def test_seconds_of_a_frame_are_the_sum_of_its_stages_where_known():
+    head = verdicts(["..", ".."])
+    online = Detection(**{**vars(head), "seconds": {"x": np.array([1.0, 2.0]), "y": np.array([0.5, 0.25])}})
+    assert frame_seconds(online).tolist() == [1.5, 2.25]
+    assert frame_seconds(head) is None
+    assert frame_seconds(Detection(**{**vars(head), "seconds": {"x": 1.0}})) is None
+
+
+def test_serials_of_devices_stay_in_the_session_file():
+    session = cubes(
+        {"a": [0] * 6, "b": [3, 3, 0.9, 0.9, 3, 3]}, facts={"devices": "LHR-8F0A0C11 -> left", "clock": "steady"}
+    )
+    told = compute(session, detectors="hybrid", oracle="none").summary["session"]["facts"]
+    assert told["clock"] == "steady" and "LHR" not in str(told)

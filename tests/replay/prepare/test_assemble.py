@@ -1,0 +1,209 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+from support.small_worlds import along_x, cube, cubes, framed
+
+from cdcore import Motion
+from cdcore.errors import InvalidPoseError
+from replay.errors import AssemblyError
+from replay.prepare.assemble import GAP_STEPS, TELEPORT_SPEED, assemble, assemble_blocks, lay_out
+from replay.prepare.assembly import PoseOrigin
+from sessions import Scene, Session, Status, Track
+from sessions.model.scene import Pose, SceneBody
+
+MS = 1_000_000
+
+
+def test_motion_holds_the_recorded_poses_on_seconds_since_the_first_frame():
+    start = 1_709_283_600_000_000_000
+    session = Session.from_arrays(
+        start + np.array([0, 11_111_111, 22_222_222]),
+        {"a": along_x([0, 1, 2]), "b": along_x([5, 5, 5])},
+        {"a": cube(), "b": cube()},
+    )
+    got = assemble(session)
+    assert got.motion.times.tolist() == [0.0, 0.011111111, 0.022222222]
+    assert got.motion.translations[:, 0].tolist() == [[0, 0, 0], [1, 0, 0], [2, 0, 0]]
+    assert (got.motion.rotations == np.eye(3)).all()
+    assert got.stamp_ns.tolist() == [start, start + 11_111_111, start + 22_222_222]
+    assert got.names == ("a", "b") and got.pair_name(0) == "a-b"
+
+
+def test_rotations_are_those_of_motion_from_quaternions_to_the_bit():
+    q = Rotation.random(20, rng=np.random.default_rng(3)).as_quat() * (1 + 4e-4)
+    session = Session.from_arrays(
+        np.arange(20), {"a": (np.zeros((20, 3)), q), "b": along_x(range(20))}, {"a": cube(), "b": cube()}
+    )
+    want = Motion.from_quaternions(np.arange(20), np.zeros((20, 1, 3)), q[:, None])
+    got = assemble(session)
+    assert got.motion.rotations[:, 0].tobytes() == want.rotations[:, 0].tobytes()
+    assert got.notes == ("20 quaternions renormalised; the furthest had norm 1.000400",)
+    assert session.frames.quaternion_xyzw[:, 0].tobytes() == q.tobytes()
+
+
+def test_a_lost_sample_gives_no_pose_and_never_a_clear_one():
+    session = framed([0, 10, 20], [[1, 1], [int(Status.LOST), 1], [1, 1]])
+    got = assemble(session)
+    assert got.motion.valid.tolist() == [[True, True], [False, True], [True, True]]
+    assert got.origin[1, 0] == PoseOrigin.NONE
+
+
+def test_tracks_of_two_clocks_meet_at_every_stamp():
+    tracks = {
+        "a": Track(np.array([0, 20, 40]) * MS, *along_x([0, 2, 4])),
+        "b": Track(np.array([0, 10, 30]) * MS, *along_x([9, 8, 7])),
+    }
+    got = assemble(Session.from_tracks(tracks, {"a": cube(), "b": cube()}))
+    assert got.motion.translations[:, 0, 0].tolist() == [0, 1, 2, 3, 4]
+    assert got.motion.translations[:, 1, 0].tolist() == [9, 8, 7.5, 7, 7]
+    assert got.origin[:, 1].tolist() == [1, 1, 3, 1, 2]
+
+
+def test_frames_that_do_not_move_the_clock_on_are_left_out_and_noted():
+    session = framed([0, 10, 10, 5, 20], np.ones((5, 2)))
+    got = assemble(session)
+    assert got.motion.translations[:, 0, 0].tolist() == [0, 1, 4]
+    assert got.notes == (
+        "1 frame left out: the stamp repeats the one before",
+        "1 frame left out: the stamp lies before one already read",
+    )
+
+
+def test_bodies_without_a_mesh_are_named_and_may_still_be_parents():
+    scene = Scene(bodies=(SceneBody("glass", parent="tracker", offset=Pose((0.0, 1.0, 0.0))),))
+    session = Session.from_arrays(
+        [0, 1],
+        {"tracker": along_x([3, 4]), "glass": along_x([10, 10]), "b": along_x([0, 0])},
+        {"glass": cube(), "b": cube()},
+        scene,
+    )
+    got = assemble(session)
+    assert got.left_out == ("tracker",) and got.names == ("glass", "b")
+    assert got.motion.translations[:, 0].tolist() == [[13, 1, 0], [14, 1, 0]]
+
+
+def test_fixed_bodies_come_last_and_proxies_are_named():
+    scene = Scene(bodies=(SceneBody("bench", fixed=Pose()), SceneBody("a", proxy=True), SceneBody("ghost")))
+    session = Session.from_arrays([0, 1], {"a": along_x([0, 1])}, {"a": cube(), "bench": cube()}, scene)
+    got = assemble(session)
+    assert got.names == ("a", "bench") and got.proxies == ("a",)
+    assert got.origin[:, 1].tolist() == [PoseOrigin.FIXED] * 2
+    assert got.notes == ("body 'ghost' is declared in the scene but was not recorded",)
+
+
+def test_held_pairs_are_tagged():
+    scene = Scene(bodies=(SceneBody("glass", parent="hand"),))
+    session = cubes({"hand": [0, 1], "glass": [1, 1.5]}, scene=scene)
+    assert assemble(session).held.tolist() == [True]
+
+
+def test_a_path_is_known_unless_a_gap_a_teleport_or_a_missing_pose_breaks_it():
+    steps = np.array([10, 10, 10, 30, 31, 10, 10, 10]) * MS
+    stamps = np.concatenate([[0], np.cumsum(steps)])
+    fast, slow = TELEPORT_SPEED * 0.0101, TELEPORT_SPEED * 0.0099
+    place = np.cumsum([0, slow, fast, 0, 0, 0, 0, 0, 0])
+    status = np.ones((9, 2))
+    status[7, 0] = int(Status.LOST)
+    position = np.zeros((9, 2, 3))
+    position[:, 0, 0] = place
+    position[:, 1, 2] = np.arange(9) * 0.01
+    got = assemble(framed(stamps, status, position))
+    assert GAP_STEPS == 3.0
+    assert got.motion.linked[:, 0].tolist() == [False, True, False, True, True, False, True, False, False]
+    assert got.motion.linked[:, 1].tolist() == [False, True, True, True, True, False, True, True, True]
+
+
+def test_start_and_end_cut_frames_and_keep_the_clock():
+    session = cubes({"a": range(11), "b": [50] * 11})
+    got = assemble(session, start=0.02, end=0.05)
+    assert got.motion.times.tolist() == [0.02, 0.03, 0.04, 0.05]
+    assert got.motion.translations[:, 0, 0].tolist() == [2, 3, 4, 5]
+
+
+def test_a_cut_does_not_change_what_is_interpolated_at_its_border():
+    status = np.ones((6, 2))
+    status[2, 0] = int(Status.ABSENT)
+    session = framed(np.arange(6) * 10 * MS, status)
+    whole, cut = assemble(session), assemble(session, start=0.02)
+    assert cut.motion.translations.tolist() == whole.motion.translations[2:].tolist()
+    assert cut.origin[0, 0] == PoseOrigin.INTERPOLATED
+
+
+@pytest.mark.parametrize(("start", "end"), [(0.2, None), (None, -1.0), (0.011, 0.019)])
+def test_an_empty_cut_is_refused_with_the_length_of_the_session(start, end):
+    session = cubes({"a": range(11), "b": [50] * 11})
+    with pytest.raises(AssemblyError, match=r"no frame lies between .* the session runs from 0 to 0.100 s"):
+        assemble(session, start=start, end=end)
+
+
+def test_a_session_that_offers_nothing_to_look_at_is_refused_and_told_why():
+    with pytest.raises(AssemblyError, match="no frames"):
+        assemble(framed(np.zeros(0), np.zeros((0, 1))))
+    with pytest.raises(AssemblyError, match="no body has a mesh; there are tracks of: a"):
+        assemble(Session.from_arrays([0, 1], {"a": along_x([0, 1])}))
+    with pytest.raises(AssemblyError, match="none of a, b moves against another"):
+        assemble(cubes({"a": [0, 0], "b": [1, 1]}))
+
+
+def test_a_pose_that_is_none_is_refused_with_frame_time_and_body_even_far_into_a_file():
+    place, turn = along_x(range(100))
+    place[70] = np.nan
+    session = Session.from_arrays(
+        np.arange(100) * 10 * MS, {"a": (place, turn), "b": along_x([0] * 100)}, {"a": cube(), "b": cube()}
+    )
+    with pytest.raises(InvalidPoseError, match=r"frame 70 \(0.700000 s\), body a: position .* is not finite"):
+        assemble(session)
+    with pytest.raises(InvalidPoseError, match=r"frame 70 \(0.700000 s\), body a"):
+        list(assemble_blocks(session, 8))
+
+
+def messy_session(seed, frames=60, bodies=3):
+    """Missing, lost and held samples, a jittery clock that repeats and steps back, gaps and teleports, a child."""
+    rng = np.random.default_rng(seed)
+    step = rng.choice([-3, 0, 7, 11, 11, 11, 40, 90], size=frames) * MS + rng.integers(0, 3, size=frames)
+    stamps = np.cumsum(step)
+    status = rng.choice([0, 0, 1, 1, 1, 1, 2, 3], size=(frames, bodies))
+    status[0] = 1
+    position = np.cumsum(rng.normal(size=(frames, bodies, 3)) * 0.1, axis=0)
+    quaternion = Rotation.random(frames * bodies, rng=rng).as_quat().reshape(frames, bodies, 4)
+    session = framed(stamps - stamps.min(), status, position, quaternion)
+    scene = Scene(bodies=(SceneBody("b", parent="a", offset=Pose((0.1, 0.2, 0.3))), SceneBody("w", fixed=Pose())))
+    return dataclasses.replace(session, scene=scene, meshes={**session.meshes, "w": cube()})
+
+
+@given(st.integers(0, 10_000), st.integers(1, 13))
+@settings(max_examples=60, deadline=None)
+def test_blocks_joined_equal_the_whole_to_the_last_bit(seed, size):
+    session = messy_session(seed)
+    whole, blocks = assemble(session), list(assemble_blocks(session, size))
+    assert max(len(block.motion) for block in blocks) <= size
+    for name in ("times", "translations", "rotations", "valid", "linked"):
+        joined = np.concatenate([getattr(block.motion, name) for block in blocks])
+        assert joined.tobytes() == getattr(whole.motion, name).tobytes(), name
+    for name in ("stamp_ns", "origin"):
+        joined = np.concatenate([getattr(block, name) for block in blocks])
+        assert joined.tobytes() == getattr(whole, name).tobytes(), name
+    assert all(block.pairs.tolist() == whole.pairs.tolist() for block in blocks)
+    assert all(block.notes == whole.notes for block in blocks)
+
+
+def test_a_layout_made_once_serves_again():
+    session = messy_session(0)
+    layout = lay_out(session, pairs=[("a", "w")])
+    assert assemble(session, layout=layout).pairs.tolist() == layout.pairs.tolist()
+    assert len(layout.pairs) == 1
+
+
+def test_a_pair_is_named_after_its_bodies_in_the_order_of_the_pair():
+    got = assemble(cubes({"b": [0, 1], "a": [5, 5], "c": [9, 9]}), pairs=[("c", "a"), ("a", "b")])
+    assert [got.pair_name(p) for p in range(2)] == ["b-a", "a-c"]
+    assert got.names == ("b", "a", "c")
+
+
+def test_only_an_origin_of_none_means_that_there_is_no_pose():
+    assert [origin for origin in PoseOrigin if not origin] == [PoseOrigin.NONE]
+    assert np.array(list(PoseOrigin), dtype=np.uint8).max() < 256

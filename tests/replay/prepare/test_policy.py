@@ -1,0 +1,47 @@
+import pytest
+
+from replay.errors import PolicyError
+from replay.prepare.policy import KINDS, LIMIT_S, Rule, parse_policy
+from sessions.doctor.codes import CODES
+
+
+def test_every_kind_of_the_table_is_a_code_of_the_doctor_and_its_default_is_allowed():
+    for kind, spec in KINDS.items():
+        assert kind in CODES and spec.default in spec.allowed
+
+
+def test_without_words_every_kind_is_met_with_its_default():
+    policy = parse_policy()
+    assert policy.as_json() == {kind: spec.default for kind, spec in KINDS.items()}
+    assert policy.rule("mesh-open").action == "keep"
+
+
+@pytest.mark.parametrize(
+    "words", [["frozen=interpolate:0.2", "gap=refuse"], {"frozen": "interpolate:0.2", "gap": "refuse"}]
+)
+def test_words_and_mappings_change_what_they_name(words):
+    policy = parse_policy(words)
+    assert policy.rule("frozen") == Rule("interpolate", 0.2) and policy.rule("gap").action == "refuse"
+    assert policy.rule("teleport").action == "keep"
+    assert parse_policy(policy) is policy and parse_policy(policy.as_json()) == policy
+
+
+def test_a_limit_that_is_not_given_is_that_of_pose_filling():
+    assert parse_policy(["tracking-lost=hold"]).rule("tracking-lost").limit == LIMIT_S
+
+
+@pytest.mark.parametrize(
+    ("word", "says"),
+    [
+        ("frozen", "is not KIND=ACTION"),
+        ("melted=drop", "there are: not-finite"),
+        ("not-finite=keep", "it can with: drop, hold, interpolate, refuse"),
+        ("mesh-open=drop", "it can with: keep, refuse"),
+        ("frozen=hold:-1", "positive number of seconds"),
+        ("frozen=hold:soon", "positive number of seconds"),
+        ("frozen=drop:1", "after hold: or interpolate:"),
+    ],
+)
+def test_words_that_mean_nothing_are_refused_with_what_would(word, says):
+    with pytest.raises(PolicyError, match=says):
+        parse_policy([word])

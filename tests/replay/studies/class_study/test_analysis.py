@@ -1,0 +1,150 @@
+import numpy as np
+import pytest
+from support.study_samples import a_class, codebook, metrics, questionnaire
+
+from replay.errors import StudyError
+from replay.studies.class_study.analysis import analyse, associated
+from replay.studies.class_study.refusals import RULES, RefusedError
+from replay.studies.class_study.regression import Coefficient
+
+BEHAVIOUR = (("motivation", "ease of use"), ("motivation", "contacts_per_min"))
+
+
+def test_a_planted_association_is_found_and_an_absent_one_is_not():
+    answers, contacts = a_class(52, seed=3)
+    study = analyse(codebook(BEHAVIOUR), questionnaire(answers), metrics(contacts))
+    ease, moved = (one.coefficients[0] for one in study.regressions)
+    assert associated(ease) and ease.low < ease.beta < ease.high and ease.beta > 0.3
+    assert not associated(moved)
+    assert (study.students, study.rows, study.detector, study.recall) == (52, 52, "exact", 1.0)
+    assert not study.refusals
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_an_association_needs_both_its_p_and_its_interval(sign):
+    def one(low, high, p):
+        return Coefficient(
+            "contacts_per_min", 0.8 * sign, *sorted((low * sign, high * sign)), p, "permutation", p_holm=p
+        )
+
+    assert associated(one(0.1, 1.2, 0.04))
+    assert not associated(one(-0.1, 1.2, 0.04))
+    assert not associated(one(0.1, 1.2, 0.06))
+    assert not associated(one(0.1, 1.2, None))
+
+
+def test_a_conclusion_that_hangs_on_the_detector_is_shown():
+    answers, contacts = a_class(52, seed=1, slope=0.0, contacts=0.6)
+    table = metrics(contacts, detectors=("exact", "blind"), recall=(1.0, 0.4))
+    seen = np.random.default_rng(0).permutation(52)
+    blind = [k for k, name in enumerate(table.columns["detector"]) if name == "blind"]
+    for row, other in zip(blind, seen, strict=True):
+        table.columns["contacts_per_min"][row] = contacts[other]
+    study = analyse(codebook(BEHAVIOUR), questionnaire(answers), table)
+    (row,) = [one for one in study.sensitivity if one.predictor == "contacts_per_min"]
+    assert row.changes and row.detector == "blind" and row.recall == pytest.approx(0.4)
+    assert not any(one.predictor == "ease of use" for one in study.sensitivity)
+
+
+def test_the_detector_that_misses_least_is_chosen_and_another_on_request():
+    answers, contacts = a_class(30)
+    table = metrics(contacts, detectors=("hybrid", "exact"), recall=(0.8, 1.0))
+    assert analyse(codebook(BEHAVIOUR), questionnaire(answers), table).detector == "exact"
+    assert analyse(codebook(BEHAVIOUR), questionnaire(answers), table, detector="hybrid").recall == pytest.approx(0.8)
+    with pytest.raises(StudyError, match="there are: hybrid, exact"):
+        analyse(codebook(BEHAVIOUR), questionnaire(answers), table, detector="exakt")
+
+
+def test_without_a_measured_recall_no_result_about_behaviour_is_given():
+    answers, contacts = a_class(30)
+    study = analyse(codebook(BEHAVIOUR), questionnaire(answers), metrics(contacts, recall=(None,)))
+    assert [one.outcome for one in study.regressions] == ["motivation"]
+    (refused,) = study.refusals
+    assert refused.rule == "provenance" and "contacts_per_min" in refused.what and "audited" in refused.lift
+
+
+def test_nine_students_get_no_p_and_the_rule_is_named():
+    answers, contacts = a_class(9)
+    study = analyse(codebook(), questionnaire(answers))
+    assert study.regressions[0].coefficients[0].p is None
+    assert {one.rule for one in study.refusals} >= {"few-students"}
+    assert study.bartlett is None
+    del contacts
+
+
+def test_four_students_are_no_study():
+    answers, _ = a_class(4)
+    with pytest.raises(RefusedError) as refused:
+        analyse(codebook(), questionnaire(answers))
+    assert refused.value.rule == "small-cell"
+
+
+def test_groups_are_compared_only_when_declared_and_large_enough():
+    answers, _ = a_class(40)
+    book = codebook((("motivation", "arm"),), groups=("arm", ("first", "second")))
+    halves = ["first", "second"] * 20
+    study = analyse(book, questionnaire(answers, halves))
+    assert study.regressions[0].coefficients[0].name == "arm second against first"
+    study = analyse(book, questionnaire(answers, ["first"] * 36 + ["second"] * 4))
+    assert not study.regressions and [one.rule for one in study.refusals] == ["small-cell"]
+    with pytest.raises(StudyError, match=r"'arm'.*no construct"):
+        analyse(codebook((("motivation", "arm"),)), questionnaire(answers))
+
+
+def test_a_group_is_no_outcome():
+    answers, _ = a_class(40)
+    book = codebook((("arm", "ease of use"),), groups=("arm", ("a", "b", "c")))
+    study = analyse(book, questionnaire(answers, (["a", "b", "c"] * 14)[:40]))
+    assert [one.rule for one in study.refusals] == ["undeclared-groups"]
+
+
+def test_a_name_nobody_knows_is_answered_with_the_nearest():
+    answers, contacts = a_class(20)
+    with pytest.raises(StudyError, match="did you mean 'contacts_per_min'"):
+        analyse(codebook((("motivation", "contact_per_min"),)), questionnaire(answers), metrics(contacts))
+
+
+def test_few_students_for_the_items_and_missing_answers_are_warned_of():
+    answers, _ = a_class(20)
+    answers[0, 0] = np.nan
+    study = analyse(codebook(), questionnaire(answers))
+    assert any("3.3 per item" in words for words in study.warnings)
+    assert any("fewer than 5 answers are missing" in words for words in study.warnings)
+    assert study.reliabilities["ease of use"].students == 19
+
+
+def test_a_construct_that_only_four_students_answered_has_no_figure():
+    answers, _ = a_class(20)
+    answers[4:, 0] = np.nan
+    study = analyse(codebook(), questionnaire(answers))
+    assert "ease of use" not in study.reliabilities and "motivation" in study.reliabilities
+    assert study.kmo is None and study.bartlett is None and not study.regressions
+    assert {one.rule for one in study.refusals} == {"small-cell"}
+
+
+def test_several_sessions_of_a_student_count_as_one_student():
+    answers, contacts = a_class(30)
+    study = analyse(codebook(BEHAVIOUR), questionnaire(answers), metrics(contacts, sessions=2))
+    moved = study.regressions[1]
+    assert (moved.rows, moved.students) == (60, 30)
+    assert moved.coefficients[0].p_from == "cluster-robust t"
+
+
+def test_one_seed_gives_one_study():
+    answers, contacts = a_class(25)
+    args = codebook(BEHAVIOUR), questionnaire(answers), metrics(contacts)
+    assert analyse(*args, seed=5) == analyse(*args, seed=5)
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_a_refusal_names_its_rule_its_reason_and_what_lifts_it(rule):
+    refused = RefusedError(rule, "this figure")
+    text = str(refused)
+    assert text.startswith("this figure: ") and rule in text
+    assert RULES[rule].reason in text and RULES[rule].lift in text
+    assert isinstance(refused, StudyError)
+
+
+def test_an_unknown_rule_is_no_refusal():
+    with pytest.raises(KeyError):
+        RefusedError("because", "this figure")

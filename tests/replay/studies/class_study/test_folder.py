@@ -1,0 +1,77 @@
+import csv
+import json
+
+import pytest
+from support.study_samples import a_class, codebook, metrics, questionnaire
+
+from replay.errors import OutputError
+from replay.studies.class_study.analysis import analyse
+from replay.studies.class_study.folder import (
+    SCHEMA,
+    as_json,
+    association_rows,
+    check_study_target,
+    reliability_rows,
+    write_study,
+)
+from replay.studies.class_study.refusals import RefusedError
+
+
+@pytest.fixture(scope="module")
+def study():
+    answers, contacts = a_class(20)
+    book = codebook((("motivation", "ease of use"), ("motivation", "contacts_per_min")))
+    return analyse(book, questionnaire(answers), metrics(contacts, detectors=("exact", "hybrid"), recall=(1.0, 0.8)))
+
+
+def test_page_tables_and_json_tell_the_same_figures(study, tmp_path):
+    out = write_study(study, tmp_path / "study", title="Class", inputs={"seed": "0"})
+    told = json.loads((out / "study.json").read_text("utf-8"))
+    assert told["schema"] == SCHEMA and told["inputs"] == {"seed": "0"}
+    page = (out / "study.html").read_text("utf-8")
+    with (out / "associations.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(told["associations"]) == 2
+    for row, again in zip(rows, told["associations"], strict=True):
+        assert float(row["beta"]) == again["beta"] and f"{again['beta']:+.3f}" in page
+        assert row["students"] == "20" and row["detector"] == "exact" and float(row["recall"]) == 1.0
+    with (out / "reliability.csv").open(newline="") as file:
+        assert [float(row["alpha"]) for row in csv.DictReader(file)] == [r["alpha"] for r in told["reliability"]]
+    with (out / "sensitivity.csv").open(newline="") as file:
+        assert [row["detector"] for row in csv.DictReader(file)] == ["hybrid"]
+
+
+def test_a_folder_is_not_replaced_unless_forced_and_only_if_it_is_a_study(study, tmp_path):
+    out = write_study(study, tmp_path / "study", title="Class", inputs={})
+    with pytest.raises(OutputError, match="--force"):
+        write_study(study, out, title="Class", inputs={})
+    write_study(study, out, title="Again", inputs={}, force=True)
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "chapter.txt").write_text("years of work")
+    with pytest.raises(OutputError, match="is not a study folder"):
+        check_study_target(tmp_path / "thesis", force=True)
+
+
+def test_a_title_that_claims_a_cause_leaves_nothing_behind(study, tmp_path):
+    with pytest.raises(RefusedError):
+        write_study(study, tmp_path / "study", title="The effect of VR", inputs={})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_refusals_are_in_the_json_with_what_lifts_them():
+    answers, contacts = a_class(9)
+    book = codebook((("motivation", "contacts_per_min"),))
+    told = as_json(analyse(book, questionnaire(answers), metrics(contacts, recall=(None,))))
+    assert {row["rule"] for row in told["refused"]} >= {"provenance"} and all(row["lift"] for row in told["refused"])
+    json.dumps(told, allow_nan=False)
+
+
+def test_no_file_holds_a_pseudonym(study, tmp_path):
+    out = write_study(study, tmp_path / "study", title="Class", inputs={})
+    for file in out.iterdir():
+        assert "S07" not in file.read_text("utf-8"), file.name
+
+
+def test_rows_have_one_construct_and_one_coefficient_each(study):
+    assert [row["construct"] for row in reliability_rows(study)] == ["ease of use", "motivation"]
+    assert [row["predictor"] for row in association_rows(study)] == ["ease of use", "contacts_per_min"]

@@ -1,0 +1,122 @@
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from support.study_samples import a_class, codebook, metrics, names, questionnaire, write_answers
+
+from replay.errors import StudyError
+from replay.studies.class_study.joining import check_pseudonyms, read_metrics, read_questionnaire, rows_of_students
+from replay.studies.class_study.refusals import RefusedError
+
+BOOK = codebook()
+
+
+def test_answers_are_read_sorted_by_student_and_turned_where_reversed(tmp_path):
+    answers, _ = a_class(12)
+    file = write_answers(tmp_path / "q.csv", answers[::-1], names(12)[::-1])
+    read = read_questionnaire(file, BOOK)
+    assert list(read.students) == names(12)
+    assert read.answers["m2"] == pytest.approx(answers[:, 4])
+    assert read.answers["e3"] == pytest.approx(6.0 - answers[:, 2])
+    assert read.scores(BOOK.constructs["motivation"]) == pytest.approx(answers[:, 3:].mean(axis=1))
+
+
+def test_an_answer_left_out_is_no_number_and_its_score_is_none(tmp_path):
+    answers, _ = a_class(12)
+    answers[3, 4] = np.nan
+    read = read_questionnaire(write_answers(tmp_path / "q.csv", answers), BOOK)
+    assert np.flatnonzero(np.isnan(read.scores(BOOK.constructs["motivation"]))).tolist() == [3]
+
+
+@pytest.mark.parametrize(
+    "value, words", [(6.0, "data row 3, column m1: 6 is off the scale 1 to 5"), (0.0, "off the scale")]
+)
+def test_an_answer_off_its_scale_is_refused_with_row_and_column(tmp_path, value, words):
+    answers, _ = a_class(12)
+    answers[2, 3] = value
+    with pytest.raises(StudyError, match=words):
+        read_questionnaire(write_answers(tmp_path / "q.csv", answers), BOOK)
+
+
+def test_words_for_an_answer_are_refused(tmp_path):
+    file = tmp_path / "q.csv"
+    file.write_text("who,e1,e2,e3,m1,m2,m3\nS1,1,2,3,often,5,4\n")
+    with pytest.raises(StudyError, match="data row 1, column m1: 'often' is no number"):
+        read_questionnaire(file, BOOK)
+
+
+@pytest.mark.parametrize("text, words", [("", "no rows"), ("who,e1\nS1,2\n", "lacks the column 'e2'")])
+def test_a_file_without_the_columns_is_refused(tmp_path, text, words):
+    file = tmp_path / "q.csv"
+    file.write_text(text)
+    with pytest.raises(StudyError, match=words):
+        read_questionnaire(file, BOOK)
+
+
+@pytest.mark.parametrize("student", ["", "Ada Lovelace", "ada", "ada@school.edu", "S 1", "S" * 40 + "1"])
+def test_what_may_be_a_name_is_refused_and_not_repeated(student):
+    with pytest.raises(RefusedError) as refused:
+        check_pseudonyms(["S1", student], "q.csv")
+    assert refused.value.rule == "ids" and "data row 2" in str(refused.value)
+    assert not student or student not in str(refused.value)
+
+
+def test_a_student_who_answered_twice_is_refused(tmp_path):
+    answers, _ = a_class(3)
+    with pytest.raises(RefusedError, match=r"ids.*") as refused:
+        read_questionnaire(write_answers(tmp_path / "q.csv", answers, ["S1", "S2", "S1"]), BOOK)
+    assert "S1 answered more than once" in str(refused.value)
+
+
+def test_a_group_that_was_not_declared_is_refused(tmp_path):
+    answers, _ = a_class(4)
+    book = codebook(groups=("arm", ("first", "second")))
+    file = write_answers(tmp_path / "q.csv", answers, extra={"arm": ["first", "second", "third", "first"]})
+    with pytest.raises(RefusedError) as refused:
+        read_questionnaire(file, book)
+    assert refused.value.rule == "undeclared-groups"
+
+
+def test_metrics_come_back_by_detector_with_their_recall(tmp_path):
+    table = metrics(np.arange(6.0), detectors=("exact", "hybrid"), recall=(1.0, 0.9))
+    pq.write_table(pa.table(table.columns), tmp_path / "m.parquet")
+    read = read_metrics(tmp_path / "m.parquet")
+    assert read.detectors == ("exact", "hybrid") and len(read) == 12
+    assert read.of("hybrid").recall() == pytest.approx(0.9)
+    assert read.of("hybrid").numbers("contacts_per_min") == pytest.approx(0.9 * np.arange(6.0))
+
+
+def test_recall_of_a_class_counts_every_contact_frame_once_and_students_without_any_not_at_all():
+    table = metrics(np.arange(3.0))
+    table.columns["recall"] = [1.0, 0.5, None]
+    table.columns["contact_frames"] = [30, 10, 0]
+    assert table.recall() == pytest.approx((30 * 1.0 + 10 * 0.5) / 40)
+
+
+@pytest.mark.parametrize("recall, frames", [([1.0, None], [10, 10]), ([1.0, 1.0], [10, None]), ([None, None], [0, 0])])
+def test_a_recall_that_was_not_measured_everywhere_is_none(recall, frames):
+    table = metrics(np.arange(2.0))
+    table.columns["recall"], table.columns["contact_frames"] = recall, frames
+    assert table.recall() is None
+
+
+def test_what_is_no_table_of_metrics_is_refused(tmp_path):
+    (tmp_path / "m.parquet").write_bytes(b"no")
+    with pytest.raises(StudyError, match="cannot be read"):
+        read_metrics(tmp_path / "m.parquet")
+    pq.write_table(pa.table({"student": ["S1"]}), tmp_path / "m.parquet")
+    with pytest.raises(StudyError, match="lacks the column 'detector'"):
+        read_metrics(tmp_path / "m.parquet")
+
+
+def test_students_are_joined_by_pseudonym_and_never_by_place():
+    answers, contacts = a_class(8)
+    table = metrics(contacts)
+    turned = {name: values[::-1] for name, values in table.columns.items()}
+    assert rows_of_students(type(table)(turned), questionnaire(answers)).tolist() == list(range(8))[::-1]
+
+
+def test_a_student_in_one_file_only_is_refused_by_pseudonym():
+    answers, contacts = a_class(8)
+    with pytest.raises(RefusedError, match="S07 in one of the files only"):
+        rows_of_students(metrics(contacts[:7]), questionnaire(answers))

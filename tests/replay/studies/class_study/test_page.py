@@ -1,0 +1,87 @@
+import re
+
+import pytest
+from support.study_samples import a_class, codebook, metrics, questionnaire
+
+from replay.studies.class_study.analysis import analyse
+from replay.studies.class_study.page import CAUSAL, CAVEAT, headlines, study_html
+from replay.studies.class_study.refusals import RefusedError
+
+QUESTIONS = (("motivation", "ease of use"), ("motivation", "contacts_per_min", "grasps"))
+
+
+@pytest.fixture(scope="module")
+def study():
+    answers, contacts = a_class(40, seed=3)
+    table = metrics(contacts, detectors=("exact", "hybrid"), recall=(1.0, 0.9))
+    return analyse(codebook(QUESTIONS), questionnaire(answers), table)
+
+
+@pytest.fixture(scope="module")
+def page(study):
+    return study_html(study, "Class of 2026")
+
+
+def words_of(page):
+    return re.sub(r"<[^>]+>", " ", re.sub(r"<(style|svg)\b.*?</\1>", " ", page, flags=re.S))
+
+
+def test_the_first_sentence_is_the_association_with_its_interval_and_n(study, page):
+    first = headlines(study)[0]
+    assert first.startswith("Ease of use is associated with higher motivation: +") and "n = 40" in first
+    assert first in page
+
+
+def test_every_result_stands_with_its_n_its_detector_and_what_that_misses(study, page):
+    assert "40 students, 40 sessions, contacts as exact sees them, which finds 100.0% of contact frames" in page
+    for one in study.regressions:
+        for c in one.coefficients:
+            assert f">{c.beta:+.3f}<" in page
+    assert "90.0%" in page and "No conclusion changes when hybrid decides" in page
+
+
+def test_nothing_on_the_page_claims_a_cause(page):
+    assert CAVEAT in page
+    assert not CAUSAL.search(words_of(page))
+
+
+@pytest.mark.parametrize("title", ["How VR improves learning", "The effect of contacts", "What leads to motivation"])
+def test_a_title_that_claims_a_cause_is_refused(study, title):
+    with pytest.raises(RefusedError) as refused:
+        study_html(study, title)
+    assert refused.value.rule == "causal-wording"
+
+
+def test_no_association_is_said_as_such():
+    answers, _ = a_class(30, slope=0.0, seed=8)
+    study = analyse(codebook(), questionnaire(answers))
+    assert headlines(study) == ["No association was told from chance in 30 students"]
+    assert "questionnaire alone" in study_html(study, "t")
+
+
+def test_a_refusal_is_on_the_page_with_what_lifts_it():
+    answers, contacts = a_class(9)
+    page = study_html(analyse(codebook(QUESTIONS), questionnaire(answers), metrics(contacts, recall=(None,))), "t")
+    assert "few-students" in page and "at least 10 students" in page and "provenance" in page
+
+
+def test_no_pseudonym_is_on_the_page(page):
+    assert not re.search(r"\bS\d\d\b", words_of(page))
+
+
+def test_one_study_gives_one_page_to_the_byte(study, page):
+    assert study_html(study, "Class of 2026") == page
+
+
+def test_a_page_of_refusals_alone_is_still_a_page():
+    answers, contacts = a_class(9)
+    book = codebook((("motivation", "contacts_per_min"),))
+    assert "Results not given" in study_html(
+        analyse(book, questionnaire(answers), metrics(contacts, recall=(None,))), "t"
+    )
+
+
+def test_a_coefficient_of_several_is_told_from_one_of_a_single_predictor_in_the_plot(page):
+    plot = re.search(r"<svg\b.*?</svg>", page, flags=re.S).group()
+    assert "grasps – motivation, others held equal" in plot
+    assert re.search(r"ease of use – motivation(?!,)", plot)

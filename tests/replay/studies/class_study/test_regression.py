@@ -1,0 +1,109 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from replay.studies.class_study.refusals import RefusedError
+from replay.studies.class_study.regression import holm, inflation, permutation_p, regress
+
+REFERENCE = json.loads(Path(__file__).with_name("reference.json").read_text("utf-8"))
+ANSWERS = np.array(REFERENCE["answers"], dtype=np.float64)
+SCORES = np.column_stack([ANSWERS[:, a:b].mean(axis=1) for a, b in ((0, 5), (5, 10), (10, 15), (15, 19))])
+NAMES = ("a", "b", "c")
+
+
+def fit(y, x, students=None, seed=0):
+    students = np.arange(len(y)) if students is None else np.asarray(students)
+    return regress("y", y, NAMES[: x.shape[1]], x, students, np.random.default_rng(seed))
+
+
+def test_coefficients_fit_and_inflation_equal_the_stored_values_of_pingouin_and_statsmodels():
+    wanted = REFERENCE["multiple"]
+    found = fit(SCORES[:, 3], SCORES[:, :3])
+    assert [c.beta for c in found.coefficients] == pytest.approx(wanted["beta"], abs=1e-10)
+    assert [c.vif for c in found.coefficients] == pytest.approx(wanted["vif"], abs=1e-10)
+    assert found.adjusted_r2 == pytest.approx(wanted["adjusted_r2"], abs=1e-10)
+    simple = fit(SCORES[:, 3], SCORES[:, :1])
+    assert simple.coefficients[0].beta == pytest.approx(REFERENCE["simple"]["beta"], abs=1e-10)
+    assert simple.adjusted_r2 == pytest.approx(REFERENCE["simple"]["adjusted_r2"], abs=1e-10)
+
+
+def test_p_of_students_with_several_sessions_equals_the_stored_cluster_robust_one():
+    found = fit(SCORES[:, 3], SCORES[:, :3], np.arange(52) // 2)
+    assert [c.p for c in found.coefficients] == pytest.approx(REFERENCE["multiple"]["p_cluster"], abs=1e-10)
+    assert (found.rows, found.students) == (52, 26)
+    assert found.coefficients[0].p_from == "cluster-robust t"
+
+
+def test_p_of_a_hundred_students_is_the_textbook_one_and_below_it_is_permuted():
+    y, x = np.tile(SCORES[:, 3], 2), np.tile(SCORES[:, :3], (2, 1))
+    large = fit(y, x)
+    assert large.coefficients[0].p_from == "t"
+    assert fit(y[:99], x[:99]).coefficients[0].p_from == "permutation"
+
+
+def test_permuted_and_textbook_p_agree_where_errors_are_normal():
+    random = np.random.default_rng(3)
+    x = random.normal(size=(60, 2))
+    y = 0.25 * x[:, 0] + random.normal(size=60)
+    import statsmodels.api as sm
+
+    textbook = sm.OLS(y, sm.add_constant(x)).fit().pvalues[1:]
+    for column in range(2):
+        permuted = permutation_p(y - y.mean(), x - x.mean(axis=0), column, random)
+        assert permuted == pytest.approx(textbook[column], abs=4 * np.sqrt(0.25 / 4999) + 0.01)
+
+
+def test_the_words_simple_and_multiple_follow_the_number_of_predictors():
+    one, three = fit(SCORES[:, 3], SCORES[:, :1]), fit(SCORES[:, 3], SCORES[:, :3])
+    assert (one.kind, three.kind) == ("simple", "multiple")
+    assert one.coefficients[0].vif is None and all(c.vif >= 1.0 for c in three.coefficients)
+
+
+def test_nine_students_get_coefficients_and_no_p():
+    found = fit(SCORES[:9, 3], SCORES[:9, :1])
+    assert found.coefficients[0].p is None and "fewer than 10" in found.coefficients[0].p_from
+    assert fit(SCORES[:10, 3], SCORES[:10, :1]).coefficients[0].p is not None
+
+
+@pytest.mark.parametrize(
+    "y, x, rule",
+    [
+        (SCORES[:, 3], np.column_stack([SCORES[:, 0], 2.0 * SCORES[:, 0] + 1.0]), "collinear"),
+        (np.full(52, 2.0), SCORES[:, :1], "no-variance"),
+        (SCORES[:, 3], np.full((52, 1), 2.0), "no-variance"),
+        (SCORES[:3, 3], SCORES[:3, :2], "no-variance"),
+    ],
+)
+def test_what_cannot_be_told_apart_is_refused(y, x, rule):
+    with pytest.raises(RefusedError) as refused:
+        fit(y, x)
+    assert refused.value.rule == rule
+
+
+def test_a_row_with_a_missing_value_is_left_out():
+    y = SCORES[:, 3].copy()
+    y[5] = np.nan
+    assert fit(y, SCORES[:, :2]).rows == 51
+
+
+def test_holm_corrects_across_all_regressions_as_by_hand():
+    first, second = fit(SCORES[:, 3], SCORES[:, :1]), fit(SCORES[:, 2], SCORES[:, :2])
+    raw = [c.p for one in (first, second) for c in one.coefficients]
+    order = np.argsort(raw)
+    by_hand, most = np.empty(3), 0.0
+    for rank, k in enumerate(order):
+        most = max(most, min(1.0, (3 - rank) * raw[k]))
+        by_hand[k] = most
+    corrected = holm([first, second])
+    assert [c.p_holm for one in corrected for c in one.coefficients] == pytest.approx(by_hand, abs=1e-12)
+
+
+def test_one_seed_gives_one_answer():
+    assert fit(SCORES[:, 3], SCORES[:, :2], seed=4) == fit(SCORES[:, 3], SCORES[:, :2], seed=4)
+
+
+def test_inflation_of_unrelated_predictors_is_one():
+    x = np.linalg.qr(np.column_stack([np.ones(30), np.random.default_rng(0).normal(size=(30, 2))]))[0][:, 1:]
+    assert inflation(x) == pytest.approx([1.0, 1.0], abs=1e-12)

@@ -1,0 +1,103 @@
+import json
+from dataclasses import replace
+
+import pytest
+from support.small_worlds import cubes
+
+from replay import run
+from replay.cli.main import main
+from replay.errors import RunFolderError
+from replay.studies.diff.runs import diff_runs
+
+BEFORE = {"a": [0] * 14, "b": [3, 0.9, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 3]}
+AFTER = {"a": [0] * 14, "b": [3, 0.9, 3, 3, 3.0, 3, 3, 0.9, 0.9, 0.8, 3.0, 3, 0.9, 3]}
+"""Beside the first, the second lost the contact at 4, shifted the one at 8 to 10, and gained one at 12."""
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    at = tmp_path_factory.mktemp("runs")
+    more = {"picture": False, "oracle": "none"}
+    run(cubes(BEFORE), detectors="slow=discrete[rate_hz=100],hybrid", out=at / "a", **more)
+    run(cubes(AFTER), detectors="slow=discrete[rate_hz=50],sphere", out=at / "b", seed=3, **more)
+    run(cubes(AFTER), detectors="slow=discrete[rate_hz=100]", out=at / "c", **more)
+    return at
+
+
+def test_contacts_gained_lost_and_shifted_are_those_planted(folders):
+    found = diff_runs(folders / "a", folders / "c").detectors["slow"]
+    assert found.same == 1
+    assert [row["start"] for row in found.lost] == [pytest.approx(0.04)]
+    assert [row["start"] for row in found.gained] == [pytest.approx(0.12)]
+    (shift,) = found.shifted
+    assert (shift.start, shift.end) == (pytest.approx(-0.01), pytest.approx(-0.01))
+    assert found.same_verdicts is False
+
+
+def test_the_ratio_is_that_of_the_seconds_in_the_summaries(folders):
+    seconds = [
+        json.loads((folders / name / "summary.json").read_text())["detectors"]["slow"]["seconds"] for name in "ac"
+    ]
+    found = diff_runs(folders / "a", folders / "c").detectors["slow"]
+    assert found.time_ratio == pytest.approx(seconds[1]["detect"] / seconds[0]["detect"])
+    assert found.p99_ratio == pytest.approx(seconds[1]["per_frame"]["p99"] / seconds[0]["per_frame"]["p99"])
+
+
+def test_every_setting_that_differs_is_named_and_no_other(folders):
+    found = diff_runs(folders / "a", folders / "b")
+    assert found.settings == {"seed": (0, 3), "slow.settings.rate_hz": (100, 50)}
+    assert (found.only_a, found.only_b) == (("hybrid",), ("sphere",))
+
+
+def test_a_run_beside_itself_changed_nothing(folders):
+    found = diff_runs(folders / "a", folders / "a")
+    assert not found.changed and not found.settings
+    assert all(one.same_verdicts and one.time_ratio == 1.0 for one in found.detectors.values())
+
+
+def test_the_command_prints_both_forms(folders, capsys):
+    assert main(["diff", str(folders / "a"), str(folders / "c")]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "lost a - b at 0.040 s, 1 frame" in printed and "begins -10.0 ms, ends -10.0 ms" in printed
+    assert f"only in {folders / 'a'}: hybrid" in printed and "contacts changed" in printed
+    assert main(["diff", str(folders / "a"), str(folders / "b"), "--format", "json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["settings"]["seed"] == [0, 3] and told["changed"] is True
+
+
+def test_what_is_no_run_folder_is_refused(folders, tmp_path):
+    with pytest.raises(RunFolderError, match="not a run folder"):
+        diff_runs(folders / "a", tmp_path)
+
+
+@pytest.fixture(scope="module")
+def audited(tmp_path_factory):
+    """Two audits of one session; only the rate of ``mine`` differs."""
+    at = tmp_path_factory.mktemp("audits")
+    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+    for name, rate in (("a", 20), ("b", 100)):
+        run(cubes(places), detectors=f"mine=discrete[rate_hz={rate}],hybrid", out=at / name, picture=False)
+    return at
+
+
+def test_shares_missed_and_invented_are_those_of_the_audits(audited):
+    found = diff_runs(audited / "a", audited / "b")
+    told = [json.loads((audited / name / "summary.json").read_text())["audit"]["mine"] for name in "ab"]
+    mine = found.detectors["mine"]
+    assert mine.missed == tuple(one["missed"]["share"] for one in told) and mine.missed[0] > mine.missed[1] == 0
+    assert mine.invented == tuple(one["invented"]["share"] for one in told)
+    assert found.detectors["exact"].missed == (None, None) and mine.changed and not found.detectors["hybrid"].changed
+
+
+def test_the_machines_own_ratio_is_that_of_what_did_the_same_and_was_set_the_same(audited):
+    found = diff_runs(audited / "a", audited / "b")
+    alike = [found.detectors[name].time_ratio for name in ("hybrid", "exact")]
+    assert found.machines_own == (min(alike), max(alike))
+    assert replace(found, detectors={"mine": found.detectors["mine"]}).machines_own is None
+
+
+def test_what_was_gained_is_told_with_the_oracles_word_and_how_far_times_are_the_machines(audited, capsys):
+    assert main(["diff", str(audited / "a"), str(audited / "b")]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "gained a - b at 0.040 s, 1 frame, confirmed by the oracle" in printed
+    assert "set differently: mine: rate_hz 20 -> 100" in printed and "so much is the machine's" in printed

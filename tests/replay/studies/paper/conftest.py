@@ -1,0 +1,16 @@
+"""One small experiment, run once for all files here."""
+
+import pytest
+
+from replay.studies.paper.experiment import run_paper
+from replay.studies.paper.pictures import pictures_of
+
+
+@pytest.fixture(scope="session")
+def small():
+    return run_paper(targets=(100,), poses=2, near=40, sessions=1)
+
+
+@pytest.fixture(scope="session")
+def pictures(small):
+    return pictures_of(small.tables)

@@ -1,0 +1,56 @@
+"""Near poses are split truly; every search reports only true contacts; each equation can be switched off."""
+
+import numpy as np
+import pytest
+
+from cdcore import Verdict, create_detector
+from cdcore.search.settings import EQUATIONS
+from replay.studies.paper import colony
+from replay.studies.paper.colony import detected, near_poses
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def poses():
+    return near_poses("torus-sphere", 40)
+
+
+def test_an_independent_hierarchy_agrees_which_poses_collide(poses):
+    detector = create_detector("obb", poses.bodies)
+    assert (detector.detect(poses.colliding).verdict == Verdict.CONTACT).all()
+    assert not (detector.detect(poses.free).verdict == Verdict.CONTACT).any()
+    assert len(poses.colliding) + len(poses.free) == 40 and len(poses.free) > 2
+
+
+def test_the_bracket_closes_on_first_touch_from_both_sides(monkeypatch):
+    for name in ("DEEPER", "FARTHER"):
+        monkeypatch.setattr(colony, name, 0.0)
+    assert len(near_poses("torus-sphere", 20).free) == 0
+    # Beyond the last bracket, reach / 2^16 or 1.5 um, nothing touches any more.
+    monkeypatch.setattr(colony, "DEEPER", -1e-5)
+    monkeypatch.setattr(colony, "FARTHER", 1e-5)
+    assert len(near_poses("torus-sphere", 20).colliding) == 0
+
+
+def test_the_same_seed_gives_the_same_poses_and_another_others(poses):
+    again, other = near_poses("torus-sphere", 40), near_poses("torus-sphere", 40, seed=1)
+    assert np.array_equal(again.colliding.translations, poses.colliding.translations)
+    assert not np.array_equal(other.free.rotations[:2], poses.free.rotations[:2])
+
+
+def test_an_exact_row_detects_all_and_a_search_nothing_that_is_free(poses):
+    assert detected(poses, "exact") == (len(poses.colliding), 0, 0)
+    hits, spent, false = detected(poses, "qaco", variant="random", warm_start=False, budget=100)
+    assert false == 0 and hits < len(poses.colliding) and 0 < spent <= 100 * len(poses.colliding)
+
+
+@pytest.mark.slow
+def test_every_variant_and_equation_has_its_row_with_a_rate_in_its_interval(small):
+    rates = next(one for one in small.tables if one.key == "F7e")
+    assert sum(rates.column("reported though free")) == 0
+    for row in rates.rows:
+        assert row[5] <= row[4] <= row[6] and row[3] == round(row[4] * row[2])
+    ablation = next(one for one in small.tables if one.key == "ablation")
+    assert {row[2] for row in ablation.rows} == {"nothing", *(f"({number})" for number in EQUATIONS)}
+    assert len({row[8] for row in ablation.rows}) > len(EQUATIONS)

@@ -1,0 +1,89 @@
+"""In every fixture the wanted number of faces meets, to 2 %, and the truth is that of the exhaustive test."""
+
+import numpy as np
+import pytest
+
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
+from cdcore.numerics import place_points
+from replay.studies.paper import fixtures
+from replay.studies.paper.fixtures import (
+    FAMILY_NAMES,
+    POSES,
+    TARGETS,
+    TOLERANCE,
+    FixtureError,
+    faces_of_pairs,
+    fixture,
+    sphere,
+    table_fixtures,
+    torus,
+)
+
+FEW = [(100, number) for number in range(4)] + [(300, 0), (300, 1)]
+ALL = [(target, number) for target in TARGETS for number in range(POSES)]
+
+
+def truth_of(one):
+    world = [
+        place_points(body.mesh.triangles, one.motion.rotations[0, k], one.motion.translations[0, k])
+        for k, body in enumerate(one.bodies)
+    ]
+    return meeting_faces_exhaustive(*world)
+
+
+def check(target, number):
+    one = fixture(target, number)
+    assert abs(one.faces - target) <= TOLERANCE * target
+    assert one.family == FAMILY_NAMES[number % 2]
+    assert np.array_equal(one.pairs, truth_of(one))
+
+
+@pytest.mark.parametrize(("target", "number"), FEW)
+def test_the_wanted_number_of_faces_meets_and_exhaustion_agrees(target, number):
+    check(target, number)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("target", "number"), ALL)
+def test_all_200_fixtures_of_table_1_hold(target, number):
+    check(target, number)
+
+
+def test_the_same_key_gives_the_same_fixture_and_another_number_or_seed_another():
+    one, again = fixture(100, 0), fixture.__wrapped__(100, 0)
+    assert one is fixture(100, 0) and again is not one
+    assert one.record == again.record
+    records = [made.record["poses"] for made in (one, fixture(100, 2), fixture(100, 0, seed=1))]
+    assert records[0] != records[1] != records[2] != records[0]
+
+
+def test_a_record_names_meshes_poses_and_truth():
+    record = fixture(100, 1).record
+    assert record["family"] == "beaker-flask" and record["pairs"] == len(fixture(100, 1).pairs)
+    assert np.array(record["poses"]).shape == (2, 4, 4)
+    assert all(len(digest) == 64 for digest in [*record["mesh_sha256"], record["pairs_sha256"]])
+
+
+def test_a_table_lists_targets_in_order_and_families_in_turn():
+    table = table_fixtures((100, 300), poses=2)
+    assert [(one.target, one.number) for one in table] == [(100, 0), (100, 1), (300, 0), (300, 1)]
+    assert [one.family for one in table] == list(FAMILY_NAMES) * 2
+
+
+def test_the_meshes_are_closed_at_any_tessellation():
+    for sections in (8, 9, 25, 60):
+        for mesh in (torus(sections), sphere(sections)):
+            assert mesh.is_closed
+            corners = mesh.triangles
+            assert np.einsum("fi,fi->f", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() > 0
+
+
+def test_faces_are_counted_once_however_many_pairs_they_belong_to():
+    assert faces_of_pairs(np.array([[0, 5], [0, 6], [1, 6]])) == 4
+    assert faces_of_pairs(np.zeros((0, 2), dtype=np.int64)) == 0
+
+
+def test_a_target_that_no_pose_meets_is_refused(monkeypatch):
+    monkeypatch.setattr(fixtures, "ATTEMPTS", 0)
+    with pytest.raises(FixtureError, match="in which 100 faces meet; choose a target from 100 to 1000"):
+        fixture.__wrapped__(100, 0)

@@ -1,0 +1,66 @@
+"""What is written of a failing pair is read back bit for bit; a file that is none is one sentence."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from replay.errors import OutputError, StressError
+from replay.studies.stress.cases import Cases, read_cases, write_cases
+from replay.studies.stress.families import FAMILIES
+
+
+def some(detector="hybrid"):
+    triangles = FAMILIES[14].pairs(3)
+    return Cases(
+        detector,
+        15,
+        100,
+        3,
+        np.arange(3),
+        triangles,
+        np.array([True, False, True]),
+        np.array([0, 1, 6], dtype=np.uint8),
+    )
+
+
+def test_what_is_written_is_read_back_bit_for_bit(tmp_path):
+    cases = some()
+    back = read_cases(write_cases(cases, tmp_path / "new" / "folder"))
+    assert back.triangles.tobytes() == cases.triangles.tobytes()
+    assert (back.detector, back.family, back.seed, back.count) == ("hybrid", 15, 100, 3)
+    for name in ("row", "truth", "verdict"):
+        assert np.array_equal(getattr(back, name), getattr(cases, name))
+
+
+def test_the_family_and_seed_of_a_file_make_its_triangles_again(tmp_path):
+    back = read_cases(write_cases(some(), tmp_path))
+    again = FAMILIES[back.family - 1].pairs(back.count, back.seed)[back.row]
+    assert again.tobytes() == back.triangles.tobytes()
+
+
+def test_the_name_of_a_detector_of_somebody_else_makes_a_file_name(tmp_path):
+    assert write_cases(some("lab.engine:Detector"), tmp_path).name == "family-15-lab-engine-detector-seed-100.npz"
+
+
+def test_nothing_half_written_stays(tmp_path):
+    write_cases(some(), tmp_path)
+    assert [path.suffix for path in tmp_path.iterdir()] == [".npz"]
+
+
+def test_a_folder_that_is_a_file_is_one_sentence(tmp_path):
+    (tmp_path / "taken").write_text("")
+    with pytest.raises(OutputError, match="give another folder with --out"):
+        write_cases(some(), tmp_path / "taken")
+
+
+@pytest.mark.parametrize("content", [b"", b"not a zip", b"PK\x03\x04 torn"])
+def test_a_file_that_is_none_is_refused(tmp_path, content):
+    (tmp_path / "x.npz").write_bytes(content)
+    with pytest.raises(StressError, match="give a file that replay stress wrote"):
+        read_cases(tmp_path / "x.npz")
+
+
+def test_arrays_of_different_lengths_are_refused(tmp_path):
+    with pytest.raises(StressError, match="different lengths"):
+        read_cases(write_cases(replace(some(), truth=np.array([True])), tmp_path))

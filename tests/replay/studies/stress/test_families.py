@@ -1,0 +1,53 @@
+"""The families are what they say: reproducible, of the right shape, and hard in the way their name promises."""
+
+import numpy as np
+import pytest
+from support.predicate_work import left_open
+
+from cdcore.narrow.triangles.predicates import triangles_intersect
+from replay.studies.stress.families import FAMILIES, unit_normal
+
+by_name = pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
+
+
+def test_there_are_twenty_six_families_numbered_from_one():
+    assert [family.number for family in FAMILIES] == list(range(1, 27))
+    assert len({family.name for family in FAMILIES}) == 26
+
+
+@by_name
+def test_a_seed_fixes_every_bit_and_another_seed_changes_them(family):
+    first, again, other = family.pairs(50), family.pairs(50), family.pairs(50, seed=7)
+    assert first.shape == (50, 2, 3, 3)
+    assert np.isfinite(first).all()
+    assert first.tobytes() == again.tobytes()
+    assert first.tobytes() != other.tobytes()
+
+
+@by_name
+def test_where_construction_fixes_the_answer_the_exact_test_gives_it(family):
+    answers = triangles_intersect(family.pairs(400))
+    if family.expected is not None:
+        assert (answers == family.expected).all()
+    else:
+        assert 0 < answers.sum() < 400, "a family without a fixed answer must hold both answers"
+
+
+@pytest.mark.parametrize("number", [3, 4, 5, 6, 7, 8, 10, 18, 24])
+def test_degenerate_families_are_not_decided_by_the_float_filter_alone(number):
+    assert left_open(FAMILIES[number - 1].pairs(400))[0] > 100
+
+
+def test_the_generic_family_needs_no_exact_arithmetic_and_meets_in_about_28_percent():
+    pairs = FAMILIES[0].pairs(20_000)
+    assert left_open(pairs) == (0, 0)
+    assert abs(triangles_intersect(pairs).mean() - 0.28) < 0.02
+
+
+def test_points_off_a_face_stand_on_triangles_that_have_a_normal():
+    _, length = unit_normal(FAMILIES[10].pairs(400)[:, 0])
+    assert (length >= 1e-3).all()
+
+
+def test_only_the_scale_families_are_not_metric():
+    assert [family.number for family in FAMILIES if not family.metric] == [14, 15, 16]

@@ -1,0 +1,81 @@
+"""Cases are counted under the right word, say why, and gate only what the detector promised."""
+
+import numpy as np
+import pytest
+
+from cdcore import Verdict
+from replay.errors import StressError
+from replay.studies.stress import system
+from replay.studies.stress.scene_files import read_scenes
+from replay.studies.stress.stress_runner import StressResult
+from replay.studies.stress.system import CASES, CaseTally, cases_of, run_cases
+
+
+def test_every_case_of_the_list_is_there():
+    assert list(CASES) == list(range(27, 44))
+
+
+@pytest.mark.parametrize("number", [number for number in CASES if number not in (29, 40)])
+def test_exact_passes_or_speaks_of_frames(number):
+    (one,) = run_cases(["exact"], [number])
+    assert one.invented == one.within == one.refused == 0 and one.asked > 0
+    assert (one.missed > 0) == (number in (30, 32, 33))
+    assert one.promised == (number not in (30, 31, 32, 33))
+
+
+def test_a_detector_of_intervals_misses_none_of_them():
+    for one in run_cases(["continuous"], [30, 31, 32, 33, 41]):
+        assert one.words == "passed" and one.promised and one.reason == "", one
+
+
+def test_python_fcl_on_a_lattice_is_within_tolerance_and_without_tau_it_is_not():
+    assert run_cases(["hybrid"], [42])[0].within > 0
+    (strict,) = run_cases(["hybrid"], [42], tau=0.0)
+    assert strict.within == 0 and strict.missed + strict.invented > 0
+
+
+def test_who_cannot_tell_inside_from_outside_refuses_with_the_reason():
+    (one,) = run_cases(["sphere"], [27])
+    assert one.missed == one.invented == 0 and one.asked == 24
+    assert one.refused + one.unconfirmed == 24
+
+
+def test_peers_and_recordings_do_not_apply():
+    assert [one.words for one in run_cases(["coal", "exact"], [40])] == ["does not apply"] * 2
+    assert run_cases(["coal"], [27])[0].reason == "is asked about triangle pairs only"
+
+
+def test_a_liar_is_counted_gated_and_written(tmp_path, monkeypatch):
+    real = system._asked
+
+    def lying(detector, scene):
+        found = real(detector, scene)
+        for one in found:
+            one.verdict.flags.writeable = True
+            one.verdict[:] = Verdict.CLEAR
+        return found
+
+    monkeypatch.setattr(system, "_asked", lying)
+    (one,) = run_cases(["exact"], [27], out=tmp_path)
+    assert one.missed == one.asked == 24
+    (path,) = tmp_path.iterdir()
+    assert one.file == str(path)
+    assert sum(np.sum(back.scene.truth != back.said) for back in read_scenes(path)) == 24
+    (sentence,) = StressResult(100, 1, 0.0, (), (), (one,)).broken
+    assert sentence == "exact claims exactness and failed case 27 containment: 24 missed of 24"
+
+
+def test_what_was_not_promised_breaks_no_gate():
+    between = CaseTally("exact", 29, "thin-wall phases", 100, asked=9, missed=2, promised=False)
+    assert StressResult(100, 1, 0.0, (), (), (between,)).broken == []
+
+
+def test_cases_are_named_by_number_and_range():
+    assert cases_of("all") == list(range(27, 44))
+    assert cases_of("27-28,41") == [27, 28, 41]
+    for text in ("", "26", "44", "30-29", "x", "27-"):
+        if text == "27-":
+            assert cases_of(text) == [27]
+            continue
+        with pytest.raises(StressError, match="they go from 27 to 43"):
+            cases_of(text)

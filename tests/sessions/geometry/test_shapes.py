@@ -1,0 +1,68 @@
+import numpy as np
+import pytest
+
+from sessions.errors import SceneError
+from sessions.geometry.shapes import SIZES, make_shape
+from sessions.mesh_data import is_closed
+
+CASES = {
+    "box": ({"x": 0.2, "y": 0.3, "z": 0.4}, 0.2 * 0.3 * 0.4, (0.1, 0.15, 0.2)),
+    "sphere": ({"radius": 0.1}, 4 / 3 * np.pi * 1e-3, (0.1, 0.1, 0.1)),
+    "capsule": ({"radius": 0.1, "length": 0.5}, np.pi * 1e-2 * 0.3 + 4 / 3 * np.pi * 1e-3, (0.1, 0.25, 0.1)),
+    "cylinder": ({"radius": 0.1, "length": 0.5}, np.pi * 1e-2 * 0.5, (0.1, 0.25, 0.1)),
+}
+
+
+@pytest.mark.parametrize("shape", SIZES)
+@pytest.mark.parametrize("faces", [48, 500, 5000])
+def test_a_shape_is_closed_faces_outwards_and_reaches_its_size_from_within(shape, faces):
+    size, volume, half = CASES[shape]
+    mesh = make_shape(shape, size, faces)
+    assert is_closed(mesh)
+    assert 0 < mesh.volume <= volume * (1 + 1e-12)
+    assert mesh.volume == pytest.approx(
+        volume, rel=30 / faces + (0.1 if faces < 100 else 0) if shape != "box" else 1e-12
+    )
+    assert np.all(np.abs(mesh.vertices) <= np.array(half) * (1 + 1e-12))
+    assert mesh.bounds[1][1] == pytest.approx(half[1], rel=1e-15)
+    if shape != "box":
+        assert 0.6 * faces <= len(mesh.faces) <= 1.4 * faces or faces < 100
+
+
+@pytest.mark.parametrize("shape", ["sphere", "capsule", "cylinder"])
+def test_no_vertex_of_a_round_shape_is_off_its_surface(shape):
+    size, _, (radius, half, _) = CASES[shape]
+    mesh = make_shape(shape, size, 2000)
+    r, y = np.hypot(mesh.vertices[:, 0], mesh.vertices[:, 2]), np.abs(mesh.vertices[:, 1])
+    if shape == "cylinder":
+        on = np.isclose(r, radius) | ((r == 0) & (y == half))
+    else:
+        beyond = np.maximum(y - (half - radius), 0.0)
+        on = np.isclose(np.hypot(r, beyond), radius)
+    assert on.all()
+
+
+def test_the_same_shape_is_the_same_mesh():
+    one, two = (make_shape("capsule", CASES["capsule"][0], 900) for _ in range(2))
+    assert np.array_equal(one.vertices, two.vertices)
+    assert np.array_equal(one.faces, two.faces)
+
+
+def test_more_faces_than_memory_holds_are_refused():
+    with pytest.raises(SceneError, match="at most 1,000,000"):
+        make_shape("sphere", {"radius": 0.1}, 10**12)
+
+
+@pytest.mark.parametrize(
+    ("shape", "size", "message"),
+    [
+        ("cone", {}, "no shape 'cone'; there are: box, sphere"),
+        ("sphere", {}, "a sphere needs radius; missing: radius"),
+        ("box", {"x": 1.0, "y": -1.0, "z": 1.0}, "y of a box is -1.0"),
+        ("capsule", {"radius": 1.0, "length": 1.0}, "shorter than its two round ends"),
+        ("sphere", {"radius": float("nan")}, "radius of a sphere is nan"),
+    ],
+)
+def test_an_impossible_shape_is_refused(shape, size, message):
+    with pytest.raises(SceneError, match=message):
+        make_shape(shape, size)

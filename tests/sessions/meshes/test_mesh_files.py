@@ -1,0 +1,195 @@
+import json
+import struct
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
+from support.shared_data import DATA, needs_data
+
+from sessions.errors import MeshFileError
+from sessions.mesh_data import MeshData, is_closed
+from sessions.meshes.glb import mesh_to_glb
+from sessions.meshes.mesh_files import load_mesh, mesh_from_bytes, refined, simplified, subtracted, united
+
+
+def box(extents=(1, 1, 1), centre=(0, 0, 0)):
+    solid = trimesh.creation.box(extents)
+    return MeshData(solid.vertices + centre, solid.faces)
+
+
+def same(a, b):
+    return a.vertices.tobytes() == b.vertices.tobytes() and a.faces.tobytes() == b.faces.tobytes()
+
+
+def test_parts_of_a_scene_are_placed_by_their_nodes_and_joined_in_file_order():
+    scene = trimesh.Scene()
+    ball, cube = trimesh.creation.icosphere(1), trimesh.creation.box((1, 1, 1))
+    parent = trimesh.transformations.rotation_matrix(np.pi / 2, [0, 1, 0], [1, 0, 0])
+    child = trimesh.transformations.translation_matrix([0, 2, 0])
+    scene.add_geometry(ball, node_name="ball", geom_name="ball", transform=parent)
+    scene.add_geometry(cube, node_name="cube", geom_name="cube", transform=child, parent_node_name="ball")
+    mesh = mesh_from_bytes(scene.export(file_type="glb"), "glb")
+    expected = [(ball, parent), (cube, parent @ child)]
+    corners = [trimesh.transform_points(part.vertices, pose)[part.faces] for part, pose in expected]
+    assert np.allclose(mesh.triangles, np.concatenate(corners), atol=1e-6)
+
+
+def test_a_mirroring_node_still_gives_an_outward_mesh():
+    scene = trimesh.Scene()
+    scene.add_geometry(trimesh.creation.icosphere(1), transform=np.diag([1, 1, -1, 1.0]))
+    mesh = mesh_from_bytes(scene.export(file_type="glb"), "glb")
+    assert is_closed(mesh)
+    assert mesh.volume > 3
+
+
+def test_several_primitives_load_in_the_same_order_every_time():
+    tree_start = mesh_to_glb(box(), "two")
+    length = struct.unpack_from("<I", tree_start, 12)[0]
+    tree = json.loads(tree_start[20 : 20 + length])
+    tree["meshes"][0]["primitives"] *= 2
+    tree["nodes"].append({"mesh": 0, "translation": [3, 0, 0], "name": "copy"})
+    tree["scenes"][0]["nodes"] = [0, 1]
+    text = json.dumps(tree).encode()
+    text += b" " * (-len(text) % 4)
+    rest = tree_start[20 + length :]
+    data = struct.pack("<4sIIII", b"glTF", 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A) + text + rest
+    first = mesh_from_bytes(data, "glb")
+    assert len(first.faces) == 4 * 12
+    assert all(same(first, mesh_from_bytes(data, "glb")) for _ in range(5))
+
+
+def test_obj_keeps_vertices_faces_and_their_order_across_materials_and_polygons():
+    text = """mtllib none.mtl
+v 0 0 0
+v 1 0 0
+v 1 1 0
+v 0 1 0
+vt 0 0
+vt 1 1
+usemtl red
+f 1/1 2/2 3/1
+usemtl blue
+f 1/1/1 3//1 4
+usemtl red
+f -4 -3 -2 -1 # a quad, counted from the end
+v 0 0 1
+f 1 2 \\
+5
+"""
+    mesh = mesh_from_bytes(text.encode(), "obj")
+    assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 2], [0, 2, 3], [0, 1, 4]]
+    assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1]]
+
+
+@pytest.mark.parametrize("ascii_text", [True, False])
+def test_stl_keeps_face_order_and_shares_equal_corners(ascii_text):
+    solid = trimesh.creation.icosphere(2)
+    data = trimesh.exchange.stl.export_stl_ascii(solid).encode() if ascii_text else solid.export(file_type="stl")
+    mesh = mesh_from_bytes(data, "stl")
+    assert np.allclose(mesh.triangles, solid.triangles, atol=1e-6)
+    assert len(mesh.vertices) == len(solid.vertices)
+    assert is_closed(mesh)
+
+
+@pytest.mark.parametrize("kind", ["ply", "off"])
+def test_ply_and_off_keep_vertices_and_faces(kind):
+    solid = trimesh.creation.icosphere(1)
+    data = solid.export(file_type=kind)
+    mesh = mesh_from_bytes(data if isinstance(data, bytes) else data.encode(), kind)
+    assert np.array_equal(mesh.faces, solid.faces)
+    assert np.allclose(mesh.vertices, solid.vertices, atol=1e-6)
+
+
+def test_scale_is_applied_in_float64(tmp_path):
+    path = tmp_path / "cube.OBJ"
+    path.write_text("v 1 2 3\nv 4 5 6\nv 7 8 10\nf 1 2 3\n")
+    expected = np.array([[1, 2, 3], [4, 5, 6], [7, 8, 10]]) * 0.01
+    assert load_mesh(path, scale=0.01).vertices.tolist() == expected.tolist()
+    assert load_mesh(str(path)).vertices[2].tolist() == [7, 8, 10]
+
+
+def test_a_file_error_is_one_sentence_with_the_path(tmp_path):
+    (tmp_path / "empty.glb").write_bytes(b"")
+    (tmp_path / "damaged.glb").write_bytes(mesh_to_glb(box(), "x")[:200])
+    (tmp_path / "words.obj").write_text("v one two three\nf 1 1 1\n")
+    (tmp_path / "points.obj").write_text("v 0 0 0\n")
+    (tmp_path / "far.obj").write_text("v 0 0 0\nf 1 2 3\n")
+    (tmp_path / "noise.stl").write_bytes(b"\x01\x02\x03" * 50)
+    (tmp_path / "model.fbx").write_bytes(b"x")
+    (tmp_path / "folder.glb").mkdir()
+    for name in ["missing.glb", *(entry.name for entry in tmp_path.iterdir())]:
+        with pytest.raises(MeshFileError) as caught:
+            load_mesh(tmp_path / name)
+        assert str(tmp_path / name) in str(caught.value)
+        assert "\n" not in str(caught.value)
+
+
+@given(st.integers(0, 2**32))
+def test_flipped_bytes_load_or_raise_the_named_error(seed):
+    rng = np.random.default_rng(seed)
+    data = bytearray(mesh_to_glb(box(), "x"))
+    for place in rng.integers(0, len(data), rng.integers(1, 6)):
+        data[place] = int(rng.integers(256))
+    try:
+        mesh = mesh_from_bytes(bytes(data), "glb")
+    except MeshFileError:
+        return
+    assert np.isfinite(mesh.vertices).all()
+    assert mesh.faces.max() < len(mesh.vertices)
+
+
+@pytest.mark.parametrize("scale", [0, -1, np.nan, np.inf])
+def test_a_scale_that_is_no_size_is_refused(scale):
+    with pytest.raises(MeshFileError, match="scale"):
+        mesh_from_bytes(mesh_to_glb(box(), "x"), "glb", scale)
+
+
+def test_unions_and_differences_have_the_volume_of_the_solids():
+    plate, bar = box((4, 1, 4)), box((1, 3, 1))
+    assert united([plate, bar]).volume == pytest.approx(16 + 2, rel=1e-6)
+    assert subtracted(plate, [bar]).volume == pytest.approx(16 - 1, rel=1e-6)
+    assert is_closed(united([plate, bar]))
+    assert is_closed(subtracted(plate, [bar]))
+    assert same(united([plate, bar]), united([plate, bar]))
+
+
+def test_a_union_of_an_open_mesh_is_refused():
+    with pytest.raises(MeshFileError, match="closed"):
+        united([box(), MeshData(box().vertices, box().faces[1:])])
+
+
+def test_refined_and_simplified_keep_the_surface():
+    fine = refined(box(), 0.2)
+    assert len(fine.faces) > 200
+    assert fine.volume == pytest.approx(1, rel=1e-6)
+    assert len(simplified(fine, 1e-4).faces) == 12
+
+
+def test_importing_sessions_meshes_does_not_import_trimesh():
+    code = "import sys, sessions.meshes.mesh_files; sys.exit('trimesh' in sys.modules or 'manifold3d' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@needs_data
+@pytest.mark.parametrize(
+    ("name", "faces"),
+    [("webxr-vive-controller/htc-vive-none.glb", 17_344), ("webxr-vive-controller/htc-vive-focus-3-left.glb", 4_619)],
+)
+def test_foreign_controllers_load_with_all_their_triangles(name, faces):
+    mesh = load_mesh(DATA / name)
+    assert len(mesh.faces) == faces
+    assert same(mesh_from_bytes(mesh_to_glb(mesh, "again"), "glb"), mesh)
+    assert 0.05 < np.ptp(mesh.bounds, axis=0).max() < 0.4
+
+
+@needs_data
+def test_every_foreign_mesh_of_a_known_type_loads():
+    paths = [p for kind in ("obj", "stl", "glb") for p in sorted(DATA.rglob(f"*.{kind}"))]
+    assert len(paths) > 20
+    for path in paths:
+        mesh = load_mesh(path)
+        assert same(mesh_from_bytes(mesh_to_glb(mesh, path.stem), "glb"), mesh), path

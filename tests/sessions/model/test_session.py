@@ -1,0 +1,111 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from support.mcap_samples import assert_same_frames, random_frames, session_of, tetrahedron
+
+from sessions.errors import MeshFileError, SessionError
+from sessions.model.event import Event
+from sessions.model.frames import Frames, Status
+from sessions.model.session import Session
+from sessions.model.track import Track
+
+POSES = (np.zeros((2, 3)), np.ones((2, 4)))
+
+
+def track_of(times, seed=0, valid=None):
+    rng = np.random.default_rng(seed)
+    return Track(times, rng.normal(size=(len(times), 3)), rng.normal(size=(len(times), 4)), valid)
+
+
+stamps = st.sets(st.integers(-50, 50), max_size=12).map(sorted)
+
+
+@given(stamps, stamps, st.integers(0, 9))
+def test_tracks_survive_the_frames_they_are_laid_into(first, second, seed):
+    valid = np.random.default_rng(seed).random(len(first)) < 0.5
+    tracks = {"a": track_of(first, 1, valid), "b": track_of(second, 2)}
+    session = Session.from_tracks(tracks)
+    assert session.frames.stamp_ns.tolist() == sorted({*first, *second})
+    for name, track in tracks.items():
+        for field in ("times_ns", "positions", "quaternions_xyzw", "valid"):
+            assert getattr(session.tracks[name], field).tobytes() == getattr(track, field).tobytes()
+
+
+def test_a_body_without_a_sample_in_a_frame_is_absent_there():
+    frames = Session.from_tracks({"a": track_of([1, 3]), "b": track_of([2, 3])}).frames
+    assert frames.status.tolist() == [[1, 0], [0, 1], [1, 1]]
+    gone = frames.status == Status.ABSENT
+    assert np.isnan(frames.position[gone]).all() and (frames.sample_ns[gone] == 0).all()
+
+
+def test_arrays_on_one_clock_become_frames_with_every_body():
+    session = Session.from_arrays(
+        [5, 6], {"a": POSES, "b": POSES}, meshes={"a": ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])}
+    )
+    assert session.names == ("a", "b") and (session.frames.status == Status.VALID).all()
+    assert session.meshes["a"].faces.tolist() == [[0, 1, 2]]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (([6, 5], {"a": POSES}), "'a'.*does not come after"),
+        (([5, 6, 7], {"a": POSES}), r"'a'.*3 stamps need \(3, 3\)"),
+        (([5.5, 6.5], {"a": POSES}), "give nanoseconds"),
+        (([5, 6], {"a": np.zeros((2, 7))}), "'a'"),
+        (([5, 6], {"a": np.zeros((3, 7))}), r"'a': give its poses as \(positions"),
+    ],
+)
+def test_arrays_that_do_not_fit_are_one_sentence_that_names_the_body(arguments, words):
+    with pytest.raises(SessionError, match=words):
+        Session.from_arrays(*arguments)
+
+
+def test_a_bad_mesh_is_named_by_its_body():
+    with pytest.raises(MeshFileError, match=r"'cup'.*face 0"):
+        Session.from_arrays([5, 6], {"cup": POSES}, meshes={"cup": (np.zeros((3, 3)), [[0, 1, 7]])})
+
+
+def test_no_body_is_a_session():
+    session = Session.from_arrays([], {})
+    assert session.names == () and len(session.frames) == 0 and session.tracks == {} and list(session.blocks()) == []
+
+
+def test_frames_are_loaded_once_and_blocks_then_come_from_memory():
+    class Counted:
+        names, asked = ("body 0", "body 1", "body 2"), 0
+
+        def blocks(self, length):
+            Counted.asked += 1
+            yield from random_frames(3).blocks(length)
+
+    session = Session(Counted(), {})
+    assert_same_frames(Frames.join(list(session.blocks(7))), random_frames(3))
+    assert_same_frames(session.frames, random_frames(3))
+    assert_same_frames(Frames.join(list(session.blocks(7))), random_frames(3))
+    assert Counted.asked == 2
+
+
+def test_a_repeated_device_stamp_gives_one_sample_the_first():
+    frames = random_frames(3, 4, 1)
+    twice = Frames(frames.names, frames.stamp_ns, frames.log_ns, np.array([[10], [10], [30], [20]]), frames.position,
+                   frames.quaternion_xyzw, np.array([[1], [2], [1], [3]], dtype=np.uint8))  # fmt: skip
+    track = session_of(twice).tracks["body 0"]
+    assert track.times_ns.tolist() == [10, 20, 30] and track.valid.tolist() == [True, True, True]
+    assert np.array_equal(track.positions, frames.position[[0, 3, 2], 0])
+
+
+def test_a_faster_track_stands_for_the_samples_in_the_frames():
+    fast = track_of(range(100))
+    session = session_of(random_frames(3), fast_tracks={"body 1": fast})
+    assert session.tracks["body 1"] is fast and len(session.tracks["body 0"]) == 50
+
+
+def test_parts_are_kept_as_given():
+    event = Event(1, "x")
+    session = Session.from_tracks(
+        {"a": track_of([1])}, events=[event], facts={"vr_type": "desktop"}, meshes={"a": tetrahedron()}
+    )
+    assert session.events == (event,) and session.facts == {"vr_type": "desktop"} and session.origin == ""
+    assert session.hands == {} and session.live_contacts == ()

@@ -1,0 +1,150 @@
+"""What it takes to prove that undeclared effects cost nothing: declarations of every kind, counts of calls, mutants."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from support.small_worlds import cubes
+
+import cdcore.detectors
+from replay.effects import EFFECTS
+from replay.effects.protocol import EffectOutput, EffectSpec
+from replay.pipeline.engine import compute
+from sessions import Session
+from sessions.model.hand import HandTrack
+from sessions.model.scene import Scene, SceneBody, SceneEffect
+from sessions.synthetic.experiments.acid_dilution import ACID_DILUTION
+from sessions.synthetic.experiments.copper_sulfate import COPPER_SULFATE
+from sessions.synthetic.experiments.flame_test import FLAME_TEST
+from sessions.synthetic.experiments.gas_collection import GAS_COLLECTION
+from sessions.synthetic.experiments.silver_chloride import SILVER_CHLORIDE_EXPERIMENT
+from sessions.synthetic.experiments.titration import TITRATION
+
+ROOT = Path(__file__).resolve().parents[2]
+EXPERIMENTS = (ACID_DILUTION, COPPER_SULFATE, FLAME_TEST, GAS_COLLECTION, SILVER_CHLORIDE_EXPERIMENT, TITRATION)
+
+ELSE = {
+    "sweep": {"between": ["tag:hand", "tag:glass"]},
+    "placement": {"between": ["tag:glass", "bench"], "tilt_deg": 30.0},
+    "dropper": {"body": "tube", "into": ["flask"]},
+}
+"""Declarations of kinds that no experiment calls for."""
+
+PEOPLE = {"hand-left": ("hand", "left"), "hand-right": ("hand", "right"), "headset": ("headset",), "bench": ("bench",)}
+
+
+def declarations() -> dict[str, SceneEffect]:
+    """A declaration of every kind there is in the scenes of the experiments, the first one met."""
+    found: dict[str, SceneEffect] = {}
+    for experiment in EXPERIMENTS:
+        for effect in experiment.effects:
+            found.setdefault(effect.kind, effect)
+    return {**{kind: SceneEffect(kind, settings) for kind, settings in ELSE.items()}, **found}
+
+
+def bodies() -> tuple[SceneBody, ...]:
+    """All bodies of all experiments, each once, with all tags that any of them has there."""
+    tags: dict[str, set[str]] = {name: set(words) for name, words in PEOPLE.items()}
+    for experiment in EXPERIMENTS:
+        for name, placed in experiment.placed.items():
+            made = {"glass", "vessel", "open"} if "bench" not in placed.instrument else set()
+            tags.setdefault(name, set()).update(made, placed.tags)
+    return tuple(SceneBody(name, tags=tuple(sorted(words))) for name, words in tags.items())
+
+
+def scene_of(kinds: Iterable[str]) -> Scene:
+    """A scene that declares these kinds, one table each."""
+    there = declarations()
+    return Scene(bodies=bodies(), effects=tuple(there[kind] for kind in kinds))
+
+
+LAMP = {"of": ["hand-left"], "hazard": "lamp", "distance": 0.3}
+TWO = (SceneBody("hand-left", tags=("hand", "left")), SceneBody("lamp", extra={"mass": 0.1}))
+
+
+def small_session(*effects: SceneEffect) -> Session:
+    """A hand that passes by a lamp, and what it pressed."""
+    places = [3.0 - 0.1 * k for k in range(22)] + [1.2] * 10
+    session = cubes({"hand-left": places, "lamp": [0.0] * len(places)}, scene=Scene("passing", TWO, effects=effects))
+    object.__setattr__(session, "hands", {"ann/left": HandTrack(session.frames.stamp_ns)})
+    return session
+
+
+NEAR = SceneEffect("hazard-proximity", LAMP)
+MEET = SceneEffect("contact", {"between": ["hand-left", "lamp"]})
+
+
+def calls(run: Callable[[], object], *below: str) -> Counter[str]:
+    """How often functions of files below these folders or files of the repository are entered while ``run`` runs."""
+    places = tuple(str(ROOT / part) for part in below)
+    found: Counter[str] = Counter()
+
+    def note(frame: object, event: str, _argument: object) -> None:
+        code = frame.f_code  # type: ignore[attr-defined]
+        if event == "call" and code.co_name != "<module>" and code.co_filename.startswith(places):
+            found[f"{Path(code.co_filename).name}:{code.co_name}"] += 1
+
+    sys.setprofile(note)
+    try:
+        run()
+    finally:
+        sys.setprofile(None)
+    return found
+
+
+QUERIES = ("cdcore/narrow", "cdcore/broad", "cdcore/bounding")
+"""Files that are entered by whoever asks a detector anything."""
+
+
+def detectors_made(run: Callable[[], object], monkeypatch: object) -> list[str]:
+    """Names of the detectors that are made while ``run`` runs, by whomever."""
+    made: list[str] = []
+    load = cdcore.detectors.load_detector
+
+    def counted(name: str) -> type:
+        made.append(name)
+        return load(name)
+
+    monkeypatch.setattr(cdcore.detectors, "load_detector", counted)  # type: ignore[attr-defined]
+    run()
+    return made
+
+
+def run_small(*effects: SceneEffect) -> object:
+    """The result of a run that is asked for nothing but what the scene calls for."""
+    return compute(small_session(*effects))
+
+
+def modules_after(code: str) -> set[str]:
+    """Modules in memory after a program ran in an interpreter of its own."""
+    program = f"import sys\nsys.path.insert(0, {str(ROOT / 'tests')!r})\n{code}\nprint('\\n'.join(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT)
+    return set(done.stdout.split())
+
+
+def files_of(kinds: Iterable[str]) -> tuple[str, ...]:
+    """Files of effects."""
+    return tuple(EFFECTS[kind].partition(":")[0].replace(".", "/") + ".py" for kind in kinds)
+
+
+def asks_secretly(inputs: object) -> EffectOutput:
+    """A mutant: it was given no detector and makes one."""
+    from cdcore import create_detector
+
+    assembly = inputs.assembly  # type: ignore[attr-defined]
+    create_detector("static", assembly.bodies).detect(assembly.motion.take([0, 1]))
+    return EffectOutput()
+
+
+def looks_around(inputs: object) -> EffectOutput:
+    """A mutant: what it says depends on which other effects are installed."""
+    inputs.count("known", len(EFFECTS))  # type: ignore[attr-defined]
+    return EffectOutput(data=len(EFFECTS), ran=None, lanes={str(len(EFFECTS)): ()})
+
+
+ASKS = EffectSpec("hazard-proximity", "A mutant.", asks_secretly, fields={})
+LOOKS = EffectSpec("hazard-proximity", "A mutant.", looks_around, fields={})

@@ -1,0 +1,107 @@
+"""Sessions and MCAP files for the tests of the session file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from mcap.writer import CompressionType, Writer
+
+from sessions.mcap_format.schemas import channel_spec
+from sessions.mesh_data import MeshData
+from sessions.model.frames import Frames, Status
+from sessions.model.session import ArraySource, Session
+
+COLUMNS = ("stamp_ns", "log_ns", "sample_ns", "position", "quaternion_xyzw", "status")
+SECOND = 1_000_000_000
+
+
+def assert_same_frames(a: Frames, b: Frames) -> None:
+    """Every array equal bit for bit, NaN and negative zero included."""
+    assert a.names == b.names
+    for name in COLUMNS:
+        left, right = getattr(a, name), getattr(b, name)
+        assert left.dtype == right.dtype and left.shape == right.shape, name
+        assert left.tobytes() == right.tobytes(), name
+
+
+def random_frames(seed: int, count: int = 50, bodies: int = 3, *, absent: float = 0.0, odd: float = 0.0) -> Frames:
+    """Frames at about 90 Hz with own device stamps; ``absent`` and ``odd`` are the shares of those statuses."""
+    rng = np.random.default_rng(seed)
+    stamp = 1_700_000_000 * SECOND + np.cumsum(rng.integers(2_300_000, 20_000_000, count))
+    shape = (count, bodies)
+    status = np.full(shape, Status.VALID, dtype=np.uint8)
+    strange = rng.random(shape) < odd
+    status[strange] = rng.integers(Status.LOST, Status.INTERPOLATED + 1, strange.sum())
+    status[rng.random(shape) < absent] = Status.ABSENT
+    gone = status == Status.ABSENT
+    sample = np.where(gone, 0, stamp[:, None] - rng.integers(0, 22_000_000, shape))
+    position, quaternion = rng.normal(size=(*shape, 3)), rng.normal(size=(*shape, 4))
+    position[gone], quaternion[gone] = np.nan, np.nan
+    names = tuple(f"body {column}" for column in range(bodies))
+    return Frames(names, stamp, stamp + 700, sample, position, quaternion, status)
+
+
+def session_of(frames: Frames, **parts) -> Session:
+    return Session(ArraySource(frames), parts.pop("meshes", {}), **parts)
+
+
+def tetrahedron(size: float = 0.1) -> MeshData:
+    return MeshData(np.vstack([np.zeros(3), np.eye(3)]) * size, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+
+
+doubles = st.floats(width=64, allow_nan=True, allow_infinity=True) | st.sampled_from([0.0, -0.0, 1.0, 5e-324])
+stamps = st.integers(0, 2**62) | st.integers(0, 300 * SECOND) | st.just(0)
+
+
+@st.composite
+def any_frames(draw) -> Frames:
+    """Any layout: bodies missing, lost, held, NaN and zeros anywhere, stamps in any order, devices before zero."""
+    names = tuple(draw(st.lists(st.text(min_size=0, max_size=6), max_size=4, unique=True)))
+    count = draw(st.integers(0, 6))
+    shape = (count, len(names))
+    status = draw(hnp.arrays(np.uint8, shape, elements=st.integers(0, 4)))
+    gone = status == Status.ABSENT
+    sample = draw(hnp.arrays(np.int64, shape, elements=stamps | st.integers(-(2**62), -1)))
+    position = draw(hnp.arrays(np.float64, (*shape, 3), elements=doubles))
+    quaternion = draw(hnp.arrays(np.float64, (*shape, 4), elements=doubles))
+    sample[gone], position[gone], quaternion[gone] = 0, np.nan, np.nan
+    stamp = draw(hnp.arrays(np.int64, count, elements=stamps))
+    log_ns = draw(hnp.arrays(np.int64, count, elements=stamps))
+    return Frames(names, stamp, log_ns, sample, position, quaternion, status)
+
+
+def protobuf_messages(frames: Frames, parent: str = "world") -> list[tuple[int, int, bytes]]:
+    """(publish, log, payload) of each frame as the protobuf library writes it: zeros left out, shortest varints."""
+    found = []
+    for row in range(len(frames)):
+        message = FrameTransforms()
+        for column in np.flatnonzero(frames.status[row] != Status.ABSENT):
+            one = message.transforms.add(parent_frame_id=parent, child_frame_id=frames.names[column])
+            one.timestamp.seconds, one.timestamp.nanos = divmod(int(frames.sample_ns[row, column]), SECOND)
+            p, q = frames.position[row, column].tolist(), frames.quaternion_xyzw[row, column].tolist()
+            one.translation.x, one.translation.y, one.translation.z = p
+            one.rotation.x, one.rotation.y, one.rotation.z, one.rotation.w = q
+        found.append((int(frames.stamp_ns[row]), int(frames.log_ns[row]), message.SerializeToString()))
+    return found
+
+
+def write_foreign(
+    path: Path, messages, *, topic="/tf", schema=None, encoding="protobuf", profile="", **options
+) -> Path:
+    """An MCAP as another program writes it, with the `mcap` library."""
+    with path.open("wb") as stream:
+        writer = Writer(stream, compression=options.pop("compression", CompressionType.ZSTD), **options)
+        writer.start(profile=profile, library="another program")
+        spec = channel_spec("/tf")
+        number = writer.register_schema(schema or spec.schema, "protobuf", spec.descriptor_set)
+        channel = writer.register_channel(topic, encoding, number)
+        other = writer.register_channel("/speech", "json", 0)
+        writer.add_message(other, 1, b'{"word": "hello"}', 1)
+        for publish, log, payload in messages:
+            writer.add_message(channel, log, payload, publish)
+        writer.finish()
+    return path

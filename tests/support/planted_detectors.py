@@ -1,0 +1,96 @@
+"""Detectors with one planted fault each, so that an audit can be held against what was planted.
+
+They are named on a command line as ``support.planted_detectors:Dropping``, as a user's own detector would be.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import ClassVar
+
+import numpy as np
+
+from cdcore import Motion, Verdict, create_detector, join
+from cdcore.protocol import counts_as_contact
+from cdcore.protocol.frame_detector import NoSettings
+
+
+class Planted:
+    """The exact detector, its verdicts then spoilt by ``spoil``; reports no faces."""
+
+    name: ClassVar[str] = "planted"
+    online: ClassVar[bool] = False
+    Settings: ClassVar[type] = NoSettings
+
+    def __init__(self, bodies, pairs, settings):
+        self.settings = settings
+        self._exact = create_detector("exact", bodies, pairs=pairs)
+
+    def detect(self, motion, *, faces=False):
+        detection = self._exact.detect(motion)
+        contact = counts_as_contact(detection.verdict)
+        verdict = np.where(self.spoil(contact.copy()), np.uint8(Verdict.CONTACT), np.uint8(Verdict.CLEAR))
+        verdict[detection.verdict == Verdict.NO_POSE] = Verdict.NO_POSE
+        return replace(detection, detector=self.name, verdict=verdict)
+
+    def stream(self, motions, *, faces=False):
+        parts = list(motions)
+        whole = join([self._exact.detect(part) for part in parts])
+        verdict = self.spoil(counts_as_contact(whole.verdict))
+        yield replace(whole, verdict=np.where(verdict, np.uint8(Verdict.CONTACT), np.uint8(Verdict.CLEAR)))
+
+    def spoil(self, contact):
+        """Takes and gives (T, P) bool."""
+        return contact
+
+
+class Dropping(Planted):
+    """Loses every 7th frame of contact of each pair."""
+
+    def spoil(self, contact):
+        for column in contact.T:
+            column[np.flatnonzero(column)[6::7]] = False
+        return contact
+
+
+class Late(Planted):
+    """Says everything three frames late."""
+
+    def spoil(self, contact):
+        late = np.zeros_like(contact)
+        late[3:] = contact[:-3]
+        return late
+
+
+class Inventing(Planted):
+    """Adds a contact of two frames at frames 100, 200, ... of the first pair, where there is none within a frame."""
+
+    def spoil(self, contact):
+        near = contact[:, 0].copy()
+        for frame in range(100, len(contact) - 3, 100):
+            if not near[frame - 1 : frame + 3].any():
+                contact[frame : frame + 2, 0] = True
+        return contact
+
+
+class Blind(Planted):
+    """Never looks at the last pair."""
+
+    def spoil(self, contact):
+        contact[:, -1] = False
+        return contact
+
+
+class Rounding(Planted):
+    """Decides with every place rounded up to whole steps of 3 micrometres, as a format of few digits would."""
+
+    STEP = 3e-6
+
+    def detect(self, motion, *, faces=False):
+        places = np.ceil(motion.translations / self.STEP) * self.STEP
+        rounded = Motion(motion.times, places, motion.rotations, motion.valid, linked=motion.linked)
+        return super().detect(rounded)
+
+    def stream(self, motions, *, faces=False):
+        for motion in motions:
+            yield self.detect(motion)

@@ -1,0 +1,74 @@
+"""Meshes of thousands of faces in contact, and what the exact predicate says of them, for the tests of the search."""
+
+from __future__ import annotations
+
+import numpy as np
+from support.shapes import ball_mesh, random_rotations
+
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces
+from cdcore.search.features import features_of
+from cdcore.search.pair_search import PairSearch
+from cdcore.search.settings import SearchSettings
+
+I3 = np.eye(3)
+NO_SEEDS = np.zeros((0, 2), dtype=np.int64)
+
+
+def torus_mesh(major=1.0, minor=0.3, around=40, across=20) -> TriangleMesh:
+    """A closed torus about z of 2 x around x across faces."""
+    u, v = (2 * np.pi * np.arange(n) / n for n in (around, across))
+    ring = major + minor * np.cos(v)
+    points = np.stack(
+        [np.cos(u)[:, None] * ring, np.sin(u)[:, None] * ring, np.tile(minor * np.sin(v), (around, 1))], axis=-1
+    )
+    k, m = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")
+    corner = [((k + a) % around) * across + (m + b) % across for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    faces = [np.stack([corner[0], corner[x], corner[x + 1]], axis=-1).reshape(-1, 3) for x in (1, 2)]
+    return TriangleMesh(points.reshape(-1, 3), np.concatenate(faces))
+
+
+def ball_of(faces: int, radius=1.0) -> TriangleMesh:
+    """A ball of roughly this many faces."""
+    rings = round((faces / 4) ** 0.5) + 1
+    return ball_mesh(radius, rings, 2 * rings)
+
+
+def search_of(mesh_a, mesh_b, names=("a", "b"), **settings) -> PairSearch:
+    """A search over two meshes."""
+    return PairSearch(features_of(mesh_a), features_of(mesh_b), names, SearchSettings(**settings))
+
+
+def matrix(pose) -> np.ndarray:
+    """A pose of rotation and translation as 4x4."""
+    out = np.eye(4)
+    out[:3, :3], out[:3, 3] = pose
+    return out
+
+
+def exact_pairs(search: PairSearch, mesh_a, mesh_b, pose_a, pose_b) -> set[tuple[int, int]]:
+    """Face pairs that meet, as places in the order of the search."""
+    faces = intersecting_faces(mesh_a, mesh_b, matrix(pose_a), matrix(pose_b))
+    places = []
+    for features, column in ((search.first, faces[:, 0]), (search.second, faces[:, 1])):
+        place = np.empty(len(features), dtype=np.int64)
+        place[features.face] = np.arange(len(features))
+        places.append(place[column].tolist())
+    return set(zip(*places, strict=True))
+
+
+def colliding_poses(mesh_a, mesh_b, count: int, seed: int) -> list[tuple]:
+    """Random poses of A around B, which stands at the origin: the first so many at which the surfaces meet."""
+    rng = np.random.default_rng(seed)
+    bodies = [Body("a", mesh_a), Body("b", mesh_b)]
+    detector = create_detector("exact", bodies, containment=False)
+    size = np.linalg.norm(mesh_a.vertices, axis=1).max() + np.linalg.norm(mesh_b.vertices, axis=1).max()
+    found: list[tuple] = []
+    tried = 8 * count
+    while len(found) < count:
+        turn, way = random_rotations(rng, tried), rng.normal(size=(tried, 3))
+        move = way / np.linalg.norm(way, axis=1)[:, None] * (size * rng.uniform(0.3, 1.0, (tried, 1)))
+        rotations = np.stack([turn, np.broadcast_to(I3, turn.shape)], axis=1)
+        motion = Motion(np.arange(tried), np.stack([move, np.zeros_like(move)], axis=1), rotations)
+        meet = detector.detect(motion).verdict[:, 0] == Verdict.CONTACT
+        found += list(zip(turn[meet], move[meet], strict=True))
+    return found[:count]

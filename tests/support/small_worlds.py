@@ -1,0 +1,81 @@
+"""Worlds of two or three cubes, small enough to work out every contact by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cdcore import Detection, Verdict
+from sessions import Frames, MeshData, Session
+from sessions.model.session import ArraySource
+
+STEP_NS = 10_000_000
+"""One frame every 10 ms."""
+
+STILL = (0.0, 0.0, 0.0, 1.0)
+
+
+def cube(edge: float = 1.0) -> MeshData:
+    """A closed cube about the origin, 12 faces."""
+    half = edge / 2
+    corners = [[x, y, z] for x in (-half, half) for y in (-half, half) for z in (-half, half)]
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))]
+    return MeshData(corners, faces)
+
+
+def along_x(places, quaternion=STILL):
+    """Positions (T, 3) on the X axis and one quaternion for all."""
+    positions = np.zeros((len(places), 3))
+    positions[:, 0] = places
+    return positions, np.tile(quaternion, (len(places), 1))
+
+
+def cubes(places, *, step_ns=STEP_NS, scene=None, **more) -> Session:
+    """Unit cubes on the X axis: name -> where in each frame."""
+    count = len(next(iter(places.values())))
+    poses = {name: along_x(where) for name, where in places.items()}
+    return Session.from_arrays(np.arange(count) * step_ns, poses, {name: cube() for name in places}, scene, **more)
+
+
+def jumping(places=(3, 3, -3, -3, -3, 0.9, 0.8, 3)) -> Session:
+    """A cube of 2 cm and one on its X axis, ``places`` in edges: it jumps through the first between the frames 1 and 2.
+
+    Slow enough, at 12 m/s, to be believed: a metre from frame to frame would be taken for lost tracking.
+    """
+    poses = {"a": along_x([0.0] * len(places)), "b": along_x(0.02 * np.array(places))}
+    return Session.from_arrays(np.arange(len(places)) * STEP_NS, poses, {"a": cube(0.02), "b": cube(0.02)})
+
+
+def framed(stamps, status, position=None, quaternion=None, names=None) -> Session:
+    """A session of frames exactly as given: status (T, N), positions (T, N, 3)."""
+    stamps, status = np.asarray(stamps, dtype=np.int64), np.asarray(status, dtype=np.uint8)
+    frames, bodies = status.shape
+    if position is None:
+        position = np.zeros((frames, bodies, 3))
+        position[:, :, 0] = np.arange(frames)[:, None] + 10 * np.arange(bodies)
+    if quaternion is None:
+        quaternion = np.tile(STILL, (frames, bodies, 1))
+    position, quaternion = np.array(position, dtype=np.float64), np.array(quaternion, dtype=np.float64)
+    sample = np.where(status == 0, 0, stamps[:, None])
+    position[status == 0], quaternion[status == 0] = np.nan, np.nan
+    names = tuple(names or "abcdefgh"[:bodies])
+    source = ArraySource(Frames(names, stamps, stamps.copy(), sample, position, quaternion, status))
+    return Session(source, {name: cube() for name in names})
+
+
+def verdicts(rows, *, name="fake", covers="instants", step=0.01, **more) -> Detection:
+    """A detection that says exactly this: rows (T, P) of verdicts, or strings with a letter per pair.
+
+    ``.`` CLEAR, ``C`` CONTACT, ``I`` CONTAINED, ``?`` CANDIDATE, ``n`` NOT_FOUND, ``u`` UNRESOLVED, ``-`` NO_POSE.
+    """
+    letters = {".": Verdict.CLEAR, "C": Verdict.CONTACT, "I": Verdict.CONTAINED, "?": Verdict.CANDIDATE}
+    letters |= {"n": Verdict.NOT_FOUND, "u": Verdict.UNRESOLVED, "-": Verdict.NO_POSE}
+    table = np.array([[letters[letter] for letter in row] for row in rows], dtype=np.uint8)
+    pairs = np.array([(0, k + 1) for k in range(table.shape[1])], dtype=np.int64)
+    bodies = tuple("abcdefgh"[: table.shape[1] + 1])
+    return Detection(name, bodies, pairs, np.arange(len(table)) * step, table, covers, **more)
+
+
+def verdict_column(letters, **more) -> Detection:
+    """A detection of one pair, a letter per frame."""
+    return verdicts(list(letters), **more)
