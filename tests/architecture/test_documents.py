@@ -22,8 +22,6 @@ PLAQUES = [path for package in ("cdcore", "sessions", "replay") for path in (ROO
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 OPENS_A_WINDOW = {"view"}
 
-NAMED_ALIKE = pytest.mark.xfail(strict=False, reason="the package replay.stress hides the function; it moves")
-
 
 def blocks(text, language):
     return [body for name, body in BLOCK.findall(text) if name == language]
@@ -91,7 +89,7 @@ def run_command(words, promised, made, capsys):
 def pages():
     for name, text in DOCUMENTS.items():
         if any(list(commands(block)) for block in blocks(text, "bash")):
-            marks = [pytest.mark.slow] + [NAMED_ALIKE] * ("replay.stress(" in text)
+            marks = [pytest.mark.slow]
             yield pytest.param(name, marks=marks)
         elif blocks(text, "python"):
             yield name
@@ -188,7 +186,6 @@ def test_every_link_leads_to_a_file():
     assert [(str(path), target) for path, target in links() if not (path.parent / target).exists()] == []
 
 
-@pytest.mark.xfail(strict=False, reason="the pages name the rooms that the code moves into")
 def test_every_path_that_the_architecture_names_is_there():
     spans = re.findall(r"`((?:cdcore|sessions|replay|tests)/[\w/.]*)`", page("architecture"))
     assert len(spans) > 20 and [path for path in spans if not (ROOT / path).exists()] == []

@@ -47,7 +47,6 @@ def test_a_package_says_that_it_is_typed(package):
     assert (ROOT / package / "py.typed").is_file()
 
 
-@pytest.mark.xfail(strict=False, reason="packages and modules still bear names of functions; they move to other rooms")
 @pytest.mark.parametrize("package", PACKAGES)
 def test_no_submodule_bears_the_name_of_a_public_function(package):
     facade = import_module(package)
@@ -75,7 +74,6 @@ for _ in range(2):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=False, reason="packages and modules still bear names of functions; they move to other rooms")
 def test_every_verb_can_be_called_twice_after_all_submodules_were_imported():
     done = subprocess.run([sys.executable, "-c", TWICE], capture_output=True, text=True, cwd=ROOT)
     assert done.returncode == 0, done.stderr[-3000:]
