@@ -199,10 +199,9 @@ class PairJob:
         """Every face against every face: coordinates too large for the bounds of the kernels."""
         begin, found = perf_counter(), []
         for row in range(start, stop):
-            frame, bodies = self._asked[row], (self._a, self._b)
-            origins = (self._poses.translations[frame, body][None] for body in bodies)
-            if certainly_apart(*origins, sum(tree.reach for tree in self._trees)).all():
-                found.append(NO_FACES)
+            origins, reach = self._poses.translations[[self._asked[row]]], sum(tree.reach for tree in self._trees)
+            if certainly_apart(origins[:, self._a], origins[:, self._b], reach).all():
+                found.append(NO_FACES.astype(np.int64))
                 continue
             first, second = self._placed(row)
             found.append(meeting_faces_exhaustive(*((second, first) if self._turned else (first, second))))
