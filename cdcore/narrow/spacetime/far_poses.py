@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.narrow.spacetime.bounds import ROUNDOFF
+from cdcore.narrow.spacetime.bounds import ROUNDOFF, SMALLEST_SIZE
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 FAR: Final = 2.0**20
@@ -55,12 +55,13 @@ def without(values: FloatArray, far: BoolArray, valid: BoolArray) -> FloatArray:
 def certainly_apart(first: FloatArray, second: FloatArray, reach: float) -> BoolArray:
     """For origins (K, 3) of two bodies that together reach so far: whether no placed corner can meet the other body.
 
-    Rotations may be off orthonormal by 1e-3; the reach counts twice.
+    Rotations may be off orthonormal by 1e-3, and the reach of a very small body may have underflowed to 0: it counts
+    twice, and with the smallest size of the kernels.
     """
     with np.errstate(over="ignore"):
         between = np.abs(first - second).max(axis=1)
         rounding = ROUNDING_ULPS * ROUNDOFF * (np.abs(first).max(axis=1) + np.abs(second).max(axis=1) + reach)
-    apart: BoolArray = between > 2.0 * reach + rounding
+    apart: BoolArray = between > 2.0 * (reach + SMALLEST_SIZE) + rounding
     return apart
 
 

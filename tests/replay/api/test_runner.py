@@ -36,5 +36,5 @@ def test_a_folder_in_the_way_is_refused_before_any_work(tmp_path):
 
 def test_the_package_says_what_it_has():
     assert {"run", "plan", "RunResult"} <= set(dir(replay))
-    with pytest.raises(AttributeError, match="it has: run"):
+    with pytest.raises(AttributeError, match=r"it has: .*run"):
         _ = replay.rum

@@ -126,6 +126,11 @@ def test_touching_bodies_are_never_certainly_apart():
     assert certainly_apart(far, far + 1e6 * beside, 1.0).all()
 
 
+def test_a_body_so_small_that_squares_of_its_size_vanish_is_not_called_apart():
+    small = np.array([[2.0**-600, 0.0, 0.0]])
+    assert not certainly_apart(small, 0.0 * small, 0.0).any()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [1e13, 1e15, 1e200])
 def test_a_far_pose_costs_the_other_frames_nothing(size):
