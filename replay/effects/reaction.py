@@ -22,22 +22,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Reacted:
-    """One equation in one vessel.
+    """One equation in one vessel."""
 
-    Parameters
-    ----------
-    vessel, equation : where, and what.
-    history : of the vessel, as brought.
-    times, extent : (n,) seconds and mol of reaction; every frame from the begin on where it has a rate.
-    rate_per_s : 0: at once.
-    """
-
+    # vessel, equation: where, and what
     vessel: str
     equation: Equation
-    history: History
+    history: History  # of the vessel, as brought
+    # times, extent: (n,) seconds and mol of reaction; every frame from the begin on where it has a rate
     times: FloatArray
     extent: FloatArray
-    rate_per_s: float
+    rate_per_s: float  # 0: at once
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:

@@ -132,9 +132,7 @@ def landing(
     """Where liquid goes that is let go at a frame: the vessel it falls into and where it started, or ``""`` and where
     it lands.
 
-    Parameters
-    ----------
-    held : vessels that may receive, each with the last pose there was.
+    ``held``: vessels that may receive, each with the last pose there was.
     """
     there = {name: poses for name, poses in held.items() if poses.valid[frame]}
     discs = [vessels[name].opening(poses, frame) for name, poses in there.items()]

@@ -32,19 +32,13 @@ HAND_WORDS: Final = ("hand", "controller", "wand")
 
 @dataclass(frozen=True)
 class Grasp:
-    """A press of the trigger.
+    """A press of the trigger."""
 
-    Parameters
-    ----------
-    hand : number of the hand's body.
-    start, end : seconds.
-    thing : number of the body that moved along, or -1: nothing was taken.
-    """
-
-    hand: int
+    hand: int  # number of the hand's body
+    # start, end: seconds
     start: float
     end: float
-    thing: int
+    thing: int  # number of the body that moved along, or -1: nothing was taken
 
 
 def hand_bodies(assembly: Assembly, session: Session) -> dict[int, str]:

@@ -22,20 +22,12 @@ LONGEST_STEP_S: Final = 0.25
 
 @dataclass(frozen=True)
 class Moving:
-    """How the hands of a session moved.
+    """How the hands of a session moved."""
 
-    Parameters
-    ----------
-    valid_minutes : time in which every hand has a pose; with no hand, every tracked body.
-    path_m : way of all hands together, metres.
-    idle_share : share of the valid time in which every hand rests.
-    flagged_share : share of the poses of tracked bodies that were not recorded but lost, held or interpolated.
-    """
-
-    valid_minutes: float
-    path_m: float
-    idle_share: float
-    flagged_share: float
+    valid_minutes: float  # time in which every hand has a pose; with no hand, every tracked body
+    path_m: float  # way of all hands together, metres
+    idle_share: float  # share of the valid time in which every hand rests
+    flagged_share: float  # share of the poses of tracked bodies that were not recorded but lost, held or interpolated
 
 
 def moving(assembly: Assembly, hands: list[int]) -> Moving:

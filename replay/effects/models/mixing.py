@@ -15,18 +15,12 @@ Array = NDArray[np.float64]
 
 @dataclass
 class Contents:
-    """What is in a vessel.
+    """What is in a vessel."""
 
-    Parameters
-    ----------
-    volume_ml : of the liquid.
-    amounts : formula -> mol dissolved, as brought: what has become of them is a reaction's affair.
-    solids : formula -> mol that stay when liquid is poured off.
-    """
-
-    volume_ml: float = 0.0
+    volume_ml: float = 0.0  # of the liquid
+    # formula -> mol dissolved, as brought: what has become of them is a reaction's affair
     amounts: dict[str, float] = field(default_factory=dict)
-    solids: dict[str, float] = field(default_factory=dict)
+    solids: dict[str, float] = field(default_factory=dict)  # formula -> mol that stay when liquid is poured off
 
     def taken(self, volume_ml: float) -> dict[str, float]:
         """Take a part out; formula -> mol that go with it. Taking all leaves exactly nothing."""
@@ -49,20 +43,15 @@ class Contents:
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """One vessel, a row wherever it changed, and at the first and last time.
+    """One vessel, a row wherever it changed, and at the first and last time."""
 
-    Parameters
-    ----------
-    times, frames : (n,).
-    volume_ml, added_ml : (n,) what is in it, and all that ever came in.
-    amounts : formula -> (n,) mol, as brought.
-    """
-
+    # times, frames: (n,)
     times: Array
     frames: NDArray[np.int64]
+    # volume_ml, added_ml: (n,) what is in it, and all that ever came in
     volume_ml: Array
     added_ml: Array
-    amounts: Mapping[str, Array]
+    amounts: Mapping[str, Array]  # formula -> (n,) mol, as brought
 
     def amount(self, formula: str) -> Array:
         """(n,) mol; zeros for what never was in it."""
@@ -71,31 +60,21 @@ class History:
 
 @dataclass(frozen=True)
 class Load:
-    """A transfer, what it carried, and what the target was like just before.
-
-    Parameters
-    ----------
-    before_ml, before : volume and amounts of the target.
-    """
+    """A transfer, what it carried, and what the target was like just before."""
 
     transfer: Transfer
     amounts: Mapping[str, float]
+    # before_ml, before: volume and amounts of the target
     before_ml: float
     before: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
 class Mixture:
-    """What became of all vessels.
+    """What became of all vessels."""
 
-    Parameters
-    ----------
-    histories : vessel -> history.
-    loads : in order of time.
-    """
-
-    histories: Mapping[str, History]
-    loads: tuple[Load, ...]
+    histories: Mapping[str, History]  # vessel -> history
+    loads: tuple[Load, ...]  # in order of time
 
 
 def mixture(initial: Mapping[str, Contents], transfers: Iterable[Transfer], times: Array) -> Mixture:

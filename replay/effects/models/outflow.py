@@ -17,13 +17,11 @@ def volume_run_out(
 
     Torricelli: dV/dt = c A sqrt(2 g h) with dV = -S dh, so sqrt(h) falls by sqrt(g / 2) c / S times the integral of A.
 
-    Parameters
-    ----------
-    times : (n,) seconds, not decreasing.
-    area : (n,) open area, m2, linear between the times.
-    discharge : c, without unit.
-    section, head : S of the column, m2, and the level above the outlet at the first time, metres.
-    available : what may run out, m3.
+    ``times``: (n,) seconds, not decreasing.
+    ``area``: (n,) open area, m2, linear between the times.
+    ``discharge``: c, without unit.
+    ``section``, ``head``: S of the column, m2, and the level above the outlet at the first time, metres.
+    ``available``: what may run out, m3.
     """
     if not len(times):
         return np.zeros(0)

@@ -18,10 +18,8 @@ LEAST = 1e-300
 def amount_fallen(amounts: Mapping[str, Array], exponents: Mapping[str, float], litres: Array, product: float) -> Array:
     """Mol (n,) of solid from mol (n,) of each ion brought into ``litres`` (n,).
 
-    Parameters
-    ----------
-    exponents : ion -> how often it is in one formula of the solid; same names as ``amounts``.
-    product : solubility product in mol/L to the sum of the exponents, above 0.
+    ``exponents``: ion -> how often it is in one formula of the solid; same names as ``amounts``.
+    ``product``: solubility product in mol/L to the sum of the exponents, above 0.
     """
     ions = list(exponents)
     powers = np.array([exponents[ion] for ion in ions])[:, None]

@@ -15,36 +15,24 @@ the hand. With 0.3 s one pour of twelve came out as two."""
 
 @dataclass(frozen=True)
 class Transfer:
-    """Liquid that left a vessel by one frame.
+    """Liquid that left a vessel by one frame."""
 
-    Parameters
-    ----------
-    frame, time : when, ``time`` in seconds since the session's first frame.
-    source, target : vessels; target ``""``: it was spilled.
-    volume_ml : above 0.
-    point : world metres, where it left the source, or where it landed if it was spilled.
-    """
-
+    # frame, time: when, ``time`` in seconds since the session's first frame
     frame: int
     time: float
+    # source, target: vessels; target ``""``: it was spilled
     source: str
     target: str
-    volume_ml: float
-    point: Vector
+    volume_ml: float  # above 0
+    point: Vector  # world metres, where it left the source, or where it landed if it was spilled
 
 
 @dataclass(frozen=True)
 class Liquids:
-    """What one effect moved, for those that need it.
+    """What one effect moved, for those that need it."""
 
-    Parameters
-    ----------
-    initial_ml : vessel -> volume at the first frame, of every vessel it speaks of.
-    transfers : in order of time.
-    """
-
-    initial_ml: Mapping[str, float]
-    transfers: tuple[Transfer, ...]
+    initial_ml: Mapping[str, float]  # vessel -> volume at the first frame, of every vessel it speaks of
+    transfers: tuple[Transfer, ...]  # in order of time
 
 
 @dataclass

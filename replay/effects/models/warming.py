@@ -17,9 +17,7 @@ CALORIE_J: Final = 4.184
 def cooled(celsius: float, seconds: float, *, power_w: float, capacity: float, loss: float, ambient: float) -> float:
     """Temperature after some seconds of m c dT/dt = P - k (T - Ta).
 
-    Parameters
-    ----------
-    capacity : m c in J/K, above 0; ``loss`` k in W/K, at least 0: without loss it rises evenly.
+    ``capacity``: m c in J/K, above 0; ``loss`` k in W/K, at least 0: without loss it rises evenly.
     """
     exponent = loss * seconds / capacity
     # (1 - exp(-x)) / x by expm1, which is 1 at 0: no loss and short steps cost no digits.

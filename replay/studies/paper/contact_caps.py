@@ -30,10 +30,8 @@ Capped = Mapping[tuple[str, int], list[tuple[int, Answer]]]
 def ask_capped(group: Group, engines: Mapping[str, Engine], whole: Mapping[str, list[int]]) -> Capped:
     """What each row of ``CAPPED`` finds in every pose of a group before it stops.
 
-    Parameters
-    ----------
-    engines : of the trees.
-    whole : row -> operations of each pose when nothing stops it.
+    ``engines``: of the trees.
+    ``whole``: row -> operations of each pose when nothing stops it.
     """
     found: dict[tuple[str, int], list[tuple[int, Answer]]] = {(name, cap): [] for name in CAPPED for cap in CAPS}
     meshes = FclMeshes([body.mesh for body in group.bodies])
@@ -52,9 +50,7 @@ def ask_capped(group: Group, engines: Mapping[str, Engine], whole: Mapping[str, 
 def first_contacts(engine: Engine, frame: Motion, cap: int, whole: int) -> tuple[NDArray[np.int64], int]:
     """The first ``cap`` face pairs that a traversal comes to, and its operations until then.
 
-    Parameters
-    ----------
-    whole : operations that find every pair.
+    ``whole``: operations that find every pair.
     """
     least = bisect_left(range(1, whole), cap, key=lambda budget: len(engine.ask(frame, budget)[0]))
     return engine.ask(frame, 1 + least)

@@ -60,10 +60,8 @@ class TreeEngine:
 class SearchEngine:
     """A sampled search over features; every hit brings the pairs of its curve.
 
-    Parameters
-    ----------
-    bodies, features : of both.
-    settings : who searches, with which constants and seed.
+    ``bodies``, ``features``: of both.
+    ``settings``: who searches, with which constants and seed.
     """
 
     def __init__(self, bodies: Sequence[Body], features: Sequence[Features], settings: SearchSettings) -> None:

@@ -48,26 +48,18 @@ class FixtureError(ReplayError):
 
 @dataclass(frozen=True, eq=False)
 class Fixture:
-    """Two placed bodies and the truth about them.
+    """Two placed bodies and the truth about them."""
 
-    Parameters
-    ----------
-    family : which two meshes.
-    target : faces that were to meet.
-    number, seed : of the pose.
-    bodies, motion : for a detector; one frame.
-    pairs : (k, 2) face pairs that meet, exactly.
-    hard : whether FCL lists other pairs, as happens away from general position; such a pose is kept and reported.
-    """
-
-    family: str
-    target: int
+    family: str  # which two meshes
+    target: int  # faces that were to meet
+    # number, seed: of the pose
     number: int
     seed: int
+    # bodies, motion: for a detector; one frame
     bodies: tuple[Body, Body]
     motion: Motion
-    pairs: NDArray[np.int64]
-    hard: bool
+    pairs: NDArray[np.int64]  # (k, 2) face pairs that meet, exactly
+    hard: bool  # whether FCL lists other pairs, as happens away from general position; such a pose is kept and reported
 
     @property
     def faces(self) -> int:
@@ -101,10 +93,7 @@ def table_fixtures(targets: tuple[int, ...] = TARGETS, poses: int = POSES, seed:
 def fixture(target: int, number: int, seed: int = 0) -> Fixture:
     """One fixture.
 
-    Raises
-    ------
-    FixtureError
-        No pose meets the target; names it.
+    Raises FixtureError: no pose meets the target; names it.
     """
     family = FAMILY_NAMES[number % len(FAMILY_NAMES)]
     bodies = _bodies_for(family, target, seed)

@@ -22,26 +22,18 @@ NUMBERS = ("family", "seed", "count")
 
 @dataclass(frozen=True, eq=False)
 class Cases:
-    """Pairs of one family that one detector answered wrongly or refused.
+    """Pairs of one family that one detector answered wrongly or refused."""
 
-    Parameters
-    ----------
-    detector, family, seed, count : where they come from; ``count`` pairs of the family were made with ``seed``.
-    row : (k,) which of them these are.
-    triangles : (k, 2, 3, 3).
-    truth : (k,) bool, whether they meet.
-    verdict : (k,) uint8, what the detector said.
-    relation : of which a pair and the same pair moved follow each other, answered differently; empty: of none.
-    """
-
+    # detector, family, seed, count: where they come from; ``count`` pairs of the family were made with ``seed``
     detector: str
     family: int
     seed: int
     count: int
-    row: NDArray[np.int64]
-    triangles: FloatArray
-    truth: NDArray[np.bool_]
-    verdict: NDArray[np.uint8]
+    row: NDArray[np.int64]  # (k,) which of them these are
+    triangles: FloatArray  # (k, 2, 3, 3)
+    truth: NDArray[np.bool_]  # (k,) bool, whether they meet
+    verdict: NDArray[np.uint8]  # (k,) uint8, what the detector said
+    # of which a pair and the same pair moved follow each other, answered differently; empty: of none
     relation: str = ""
 
     @property
@@ -60,10 +52,7 @@ def write_cases(cases: Cases, folder: Path) -> Path:
 def write_arrays(values: Mapping[str, NDArray[Any]], target: Path) -> Path:
     """Write named arrays as one compressed file, under a temporary name first; returns its path.
 
-    Raises
-    ------
-    OutputError
-        The folder cannot be written.
+    Raises OutputError: the folder cannot be written.
     """
     partial = target.with_suffix(".partial")
     try:

@@ -29,11 +29,9 @@ REACH: Final = 0.003
 def crossing(speed: float, phases: int = PHASES, aside: ArrayLike = 0.0) -> Motion:
     """A cube through a plate at 90 Hz, ``phases`` times one after another, each a share of a step later.
 
-    Parameters
-    ----------
-    speed : metres a second, downward.
-    phases : how many; the k-th is (k + 1/2) / phases of a step late.
-    aside : metres from the middle of the plate, one number or (phases,).
+    ``speed``: metres a second, downward.
+    ``phases``: how many; the k-th is (k + 1/2) / phases of a step late.
+    ``aside``: metres from the middle of the plate, one number or (phases,).
     """
     step = speed / 90
     before = int(np.ceil(0.012 / step)) + 1

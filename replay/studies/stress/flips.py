@@ -26,31 +26,24 @@ PAIRS = 200
 
 @dataclass(frozen=True)
 class Flips:
-    """One detector on one family under one relation.
-
-    Parameters
-    ----------
-    pairs : asked twice.
-    flips : pairs of answers that differ, both decided and neither of them a volume's candidate.
-    refused : pairs that it did not decide before or after.
-    file : where the flipped pairs were written, if they were.
-    """
+    """One detector on one family under one relation."""
 
     detector: str
     relation: str
     number: int
     name: str
     seed: int
-    pairs: int
-    flips: int
-    refused: int
-    file: str | None = None
+    pairs: int  # asked twice
+    flips: int  # pairs of answers that differ, both decided and neither of them a volume's candidate
+    refused: int  # pairs that it did not decide before or after
+    file: str | None = None  # where the flipped pairs were written, if they were
 
 
 def count_flips(
-    detectors: Sequence[str],
-    relations: Mapping[str, Relation] = RELATIONS,
+    detectors: Sequence[str],  # names of detectors, or of peers that are installed
+    relations: Mapping[str, Relation] = RELATIONS,  # name -> relation
     *,
+    # families, pairs, seed, out, progress: as for ``replay.studies.stress.stress_runner.stress``
     families: Sequence[Family] = FAMILIES,
     pairs: int = PAIRS,
     seed: int = FIRST_SEED,
@@ -59,19 +52,8 @@ def count_flips(
 ) -> tuple[Flips, ...]:
     """Ask each detector about the pairs of each family, and about each relation of them.
 
-    Parameters
-    ----------
-    detectors : names of detectors, or of peers that are installed.
-    relations : name -> relation.
-    families, pairs, seed, out, progress : as for ``replay.studies.stress.stress_runner.stress``.
-
-    Returns
-    -------
-    Detector after detector, relation after relation, family after family.
-
-    Raises
-    ------
-    UnknownDetectorError, StressError, OutputError
+    Returns detector after detector, relation after relation, family after family.
+    Raises UnknownDetectorError, StressError, OutputError.
     """
     if pairs < 1 or seed < 0:
         raise StressError(f"{pairs} pairs, seed {seed}: give 1 pair or more, and no seed below 0")

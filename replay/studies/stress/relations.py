@@ -63,10 +63,7 @@ RELATIONS: Final[dict[str, Relation]] = {
 def relations_of(text: str) -> dict[str, Relation]:
     """Relations named by ``all`` or ``swap,axes``.
 
-    Raises
-    ------
-    StressError
-        A name that is none of them.
+    Raises StressError: a name that is none of them.
     """
     names = list(RELATIONS) if text == "all" else text.split(",")
     for name in names:

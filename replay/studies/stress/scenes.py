@@ -26,22 +26,14 @@ LIFTS: Final = (1e-12, 1e-9, 1e-7, 5e-7, 1e-6, 2e-6, 1e-5)
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Two bodies, a motion, and what is true of it.
-
-    Parameters
-    ----------
-    name : in a few words.
-    bodies : the two.
-    motion : T poses of the two, in ``crossings`` equal parts.
-    truth : of instants (T,) uint8 verdicts, one a frame; of intervals (crossings,), whether each part has a contact.
-    covers : whether the frames are asked about, or all of the time between them too.
-    """
+    """Two bodies, a motion, and what is true of it."""
 
     name: str
     bodies: tuple[Body, Body]
-    motion: Motion
+    motion: Motion  # T poses of the two, in ``crossings`` equal parts
+    # of instants (T,) uint8 verdicts, one a frame; of intervals (crossings,), whether each part has a contact
     truth: NDArray[np.uint8]
-    covers: Covers = "instants"
+    covers: Covers = "instants"  # whether the frames are asked about, or all of the time between them too
 
 
 def two(first: TriangleMesh, second: TriangleMesh) -> tuple[Body, Body]:
