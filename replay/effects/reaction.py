@@ -17,7 +17,7 @@ from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import is_number
 
 if TYPE_CHECKING:
-    from replay.effects.models.mixing import History, Mixture
+    from replay.effects.models.transfers import History, Mixture
 
 
 @dataclass(frozen=True, eq=False)

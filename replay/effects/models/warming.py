@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-
-CALORIE_J: Final = 4.184
-"""Thermochemical calorie. Source: NIST SP 811, appendix B."""
 
 
 def cooled(celsius: float, seconds: float, *, power_w: float, capacity: float, loss: float, ambient: float) -> float:

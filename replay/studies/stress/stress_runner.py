@@ -21,8 +21,8 @@ from replay.comparison.tolerance import TAU
 from replay.errors import StressError
 from replay.studies.stress.cases import Cases, write_cases
 from replay.studies.stress.families import FAMILIES, FIRST_SEED, Family
-from replay.studies.stress.flips import Flips
 from replay.studies.stress.peers import PEERS, answers_of, installed_peers
+from replay.studies.stress.relations import Flips
 from replay.studies.stress.system import CaseTally
 
 ALL: Final = "all"

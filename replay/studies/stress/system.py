@@ -17,11 +17,10 @@ from replay.base.progress import Progress, Silent
 from replay.comparison.tolerance import TAU
 from replay.errors import StressError
 from replay.studies.stress.attempts import ATTEMPTS
-from replay.studies.stress.crossings import OVER_INTERVALS
+from replay.studies.stress.cases import FailedScene, write_scenes
 from replay.studies.stress.families import FIRST_SEED
 from replay.studies.stress.peers import PEERS
-from replay.studies.stress.scene_files import FailedScene, write_scenes
-from replay.studies.stress.scenes import AT_INSTANTS, Scene, meeting
+from replay.studies.stress.scenes import AT_INSTANTS, OVER_INTERVALS, Scene, meeting
 
 NOT_ASKED: Final = {40: ("time stamps", "about recordings, not detectors: replay info names what lies")}
 """Number of a case that asks no detector -> its name, and why."""
