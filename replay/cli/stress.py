@@ -17,7 +17,7 @@ from replay.outputs.tables import Cell, Table, table
 if TYPE_CHECKING:
     from rich.console import Group
 
-    from replay.studies.stress.flips import Flips
+    from replay.studies.stress.relations import Flips
     from replay.studies.stress.stress_runner import StressResult, Tally
     from replay.studies.stress.system import CaseTally
 
@@ -83,9 +83,8 @@ def command(
     replay stress --detector discrete --case 29,41
     """
     from replay.cli.main import GATE_FAILED, OK
-    from replay.studies.stress.flips import count_flips
     from replay.studies.stress.peers import PEERS, installed_peers
-    from replay.studies.stress.relations import relations_of
+    from replay.studies.stress.relations import count_flips, relations_of
     from replay.studies.stress.stress_runner import ALL, StressResult, detectors_of, families_of, stress
     from replay.studies.stress.system import cases_of, run_cases
 

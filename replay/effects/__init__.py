@@ -58,10 +58,7 @@ def _outside(path: tuple[str, ...]) -> Mapping[str, str]:
 def load_effect(kind: str, table: Mapping[str, str] = EFFECTS) -> EffectSpec:
     """The spec of a kind; this imports the effect's file.
 
-    Raises
-    ------
-    EffectError
-        There is no such kind, or its file cannot be loaded.
+    Raises EffectError: there is no such kind, or its file cannot be loaded.
     """
     entry = table.get(kind) or _outside(tuple(sys.path)).get(kind)
     if entry is None:

@@ -27,19 +27,12 @@ THRESHOLDS: Final = ("speed_m_s", "energy_j", "scale_m_s")
 
 @dataclass(frozen=True)
 class Impact:
-    """How fast two bodies met.
+    """How fast two bodies met."""
 
-    Parameters
-    ----------
-    time : of impact, seconds; between the last clear frame and the first in contact.
-    speed : across the surfaces where their normal is known, else in all, m/s.
-    across : whether the normal was known.
-    samples, misfit : of the parabola behind it.
-    """
-
-    time: float
-    speed: float
-    across: bool
+    time: float  # of impact, seconds; between the last clear frame and the first in contact
+    speed: float  # across the surfaces where their normal is known, else in all, m/s
+    across: bool  # whether the normal was known
+    # samples, misfit: of the parabola behind it
     samples: int
     misfit: float
 

@@ -5,16 +5,50 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from replay.effects.declaring import Declaration, bodies, body, number, vector
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.outflow import twist, volume_run_out
+from replay.effects.models.ballistic import GRAVITY
 from replay.effects.models.transfers import Liquids, Transfer, flows
 from replay.effects.output import EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import BoolArray, spans_of
 from replay.effects.vessels import ML, Vessel, flow_event, landing, vessels_of
 from sessions.model.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+def volume_run_out(
+    times: Array, area: Array, *, discharge: float, section: float, head: float, available: float
+) -> Array:
+    """Volume (n,) in m3 that has run out by each time; it never falls and never exceeds what is there.
+
+    Torricelli: dV/dt = c A sqrt(2 g h) with dV = -S dh, so sqrt(h) falls by sqrt(g / 2) c / S times the integral of A.
+
+    ``times``: (n,) seconds, not decreasing.
+    ``area``: (n,) open area, m2, linear between the times.
+    ``discharge``: c, without unit.
+    ``section``, ``head``: S of the column, m2, and the level above the outlet at the first time, metres.
+    ``available``: what may run out, m3.
+    """
+    if not len(times):
+        return np.zeros(0)
+    opened = np.concatenate([[0.0], np.cumsum(0.5 * (area[1:] + area[:-1]) * np.diff(times))])
+    top = float(np.sqrt(max(0.0, head)))
+    fall = np.minimum(np.sqrt(0.5 * GRAVITY) * discharge / section * opened, top)
+    # S (h0 - (sqrt(h0) - fall)^2) without the difference of two nearly equal numbers.
+    return np.asarray(np.minimum(section * fall * (2.0 * top - fall), max(0.0, available)))
+
+
+def twist(rotation: Array, axis: Array) -> Array:
+    """Angle (T,) in radians, -pi to pi, by which rotations (T, 3, 3) about the unit ``axis`` (3,) turn."""
+    vee = np.stack(
+        [rotation[:, 2, 1] - rotation[:, 1, 2], rotation[:, 0, 2] - rotation[:, 2, 0],
+         rotation[:, 1, 0] - rotation[:, 0, 1]], axis=1,
+    )  # fmt: skip
+    return np.asarray(np.arctan2(vee @ axis, np.trace(rotation, axis1=1, axis2=2) - 1.0))
 
 
 @dataclass(frozen=True, eq=False)

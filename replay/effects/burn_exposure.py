@@ -40,10 +40,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 def surface(inputs: EffectInputs, declared: Declaration, part: str, touch: Touch) -> FloatArray:
     """Temperature (n,) of the part during a contact: declared, else what ``heat`` says of it.
 
-    Raises
-    ------
-    EffectError
-        Nobody says how hot it is.
+    Raises EffectError: nobody says how hot it is.
     """
     times = inputs.times[touch.first : touch.stop]
     if declared.values["surface_c"] is not None:

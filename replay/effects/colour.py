@@ -9,10 +9,10 @@ import numpy as np
 
 from replay.effects.declaring import Declaration, body, number, text
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.colours import COLOURS, blended
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of
+from replay.effects.vessels import COLOURS, blended
 from sessions.model.scene import Scene
 
 WORDS: Final = ("acid_colour", "base_colour")

@@ -26,22 +26,15 @@ FLAT: Final = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Touch:
-    """One contact of a pair, for the effects that build on it.
+    """One contact of a pair, for the effects that build on it."""
 
-    Parameters
-    ----------
-    pair : names as declared.
-    first, stop : first frame in contact, and the first frame clear of it (T where the recording ends before).
-    before : last frame before ``first`` known to be clear; -1 where there is none.
-    point : where the surfaces met in the first frame, world metres, or ``None`` without faces.
-    normal : unit vector across the curve in which they met there, either way, or ``None`` where it spans no plane.
-    """
-
-    pair: Pair
+    pair: Pair  # names as declared
+    # first, stop: first frame in contact, and the first frame clear of it (T where the recording ends before)
     first: int
     stop: int
-    before: int
-    point: Vector | None
+    before: int  # last frame before ``first`` known to be clear; -1 where there is none
+    point: Vector | None  # where the surfaces met in the first frame, world metres, or ``None`` without faces
+    # unit vector across the curve in which they met there, either way, or ``None`` where it spans no plane
     normal: Vector | None
 
 

@@ -19,28 +19,19 @@ REQUIRED: Final = object()
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """One key of an ``[[effect]]`` table.
+    """One key of an ``[[effect]]`` table."""
 
-    Parameters
-    ----------
-    kind : ``pairs``, ``bodies``, ``body``, ``number``, ``text``, ``flag``, ``vector`` or ``mapping``.
-    about : its meaning, for the plan and the documentation.
-    unit : of a number or vector.
-    default : value when absent; ``REQUIRED``: must be given; ``None``: may be absent, and is then ``None``.
-    above, least, most : bounds of a number; ``above`` is excluded, the others are not.
-    among : the words a text may be.
-    source : where the default comes from.
-    """
-
-    kind: str
-    about: str
-    unit: str = ""
+    kind: str  # ``pairs``, ``bodies``, ``body``, ``number``, ``text``, ``flag``, ``vector`` or ``mapping``
+    about: str  # its meaning, for the plan and the documentation
+    unit: str = ""  # of a number or vector
+    # value when absent; ``REQUIRED``: must be given; ``None``: may be absent, and is then ``None``
     default: Any = REQUIRED
+    # above, least, most: bounds of a number; ``above`` is excluded, the others are not
     above: float | None = None
     least: float | None = None
     most: float | None = None
-    among: tuple[str, ...] = ()
-    source: str = ""
+    among: tuple[str, ...] = ()  # the words a text may be
+    source: str = ""  # where the default comes from
 
 
 def pairs(about: str, *, required: bool = True) -> Field:
@@ -75,18 +66,13 @@ mapping = partial(Field, "mapping")
 
 @dataclass(frozen=True, eq=False)
 class Declaration:
-    """One ``[[effect]]`` table, checked.
+    """One ``[[effect]]`` table, checked."""
 
-    Parameters
-    ----------
-    kind : the effect.
-    file, place : where it stands: ``scene.toml``, ``[[effect]] 3 ('pour')``.
-    values : every field of the spec; absent ones have their default. Bodies are tuples of names, pairs tuples of pairs.
-    """
-
-    kind: str
+    kind: str  # the effect
+    # file, place: where it stands: ``scene.toml``, ``[[effect]] 3 ('pour')``
     file: str
     place: str
+    # every field of the spec; absent ones have their default. Bodies are tuples of names, pairs tuples of pairs.
     values: Mapping[str, Any]
 
     def fail(self, message: str) -> PlanError:
@@ -129,10 +115,7 @@ class Declaration:
 def declare(effect: SceneEffect, row: int, fields: Mapping[str, Field], scene: Scene, file: str) -> Declaration:
     """Check one declared effect against the fields of its spec.
 
-    Raises
-    ------
-    PlanError
-        A key that is missing, unknown or wrong, a body or tag there is not.
+    Raises PlanError: a key that is missing, unknown or wrong, a body or tag there is not.
     """
     place = f"[[effect]] {row} ({effect.kind!r})"
     reading = _Reading(scene, f"{file}: {place}: ")

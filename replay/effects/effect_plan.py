@@ -25,48 +25,29 @@ DECLARED: Final = "the scene declares it"
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """One effect of a plan.
-
-    Parameters
-    ----------
-    spec : what it is.
-    declared : its tables in the scene, none where it is there only because another needs it.
-    pairs : its own pairs and those of the effects that need it.
-    inputs : kinds whose outputs it gets.
-    because : why it is in the plan.
-    """
+    """One effect of a plan."""
 
     spec: EffectSpec
-    declared: tuple[Declaration, ...]
-    pairs: tuple[Pair, ...]
-    inputs: tuple[str, ...]
-    because: tuple[str, ...]
+    declared: tuple[Declaration, ...]  # its tables in the scene, none where it is there only because another needs it
+    pairs: tuple[Pair, ...]  # its own pairs and those of the effects that need it
+    inputs: tuple[str, ...]  # kinds whose outputs it gets
+    because: tuple[str, ...]  # why it is in the plan
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What a run has to do for a scene.
+    """What a run has to do for a scene."""
 
-    Parameters
-    ----------
-    steps : kind -> step, in running order: an effect comes after what it needs.
-    pairs : pairs of body names to look at; ``None``: all with relative motion.
-    detection : whether any contact is looked for: not by a scene that declares effects and none that needs them.
-    bodies, topics, detectors : name -> why it is needed.
-    pair_reasons : pair -> effects that ask about it.
-    not_built : declared kinds that this version does not compute.
-    not_run : kinds there are that this plan leaves out.
-    """
-
-    steps: Mapping[str, Step]
-    pairs: tuple[Pair, ...] | None
-    detection: bool
+    steps: Mapping[str, Step]  # kind -> step, in running order: an effect comes after what it needs
+    pairs: tuple[Pair, ...] | None  # pairs of body names to look at; ``None``: all with relative motion
+    detection: bool  # whether any contact is looked for: not by a scene that declares effects and none that needs them
+    # bodies, topics, detectors: name -> why it is needed
     bodies: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     topics: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     detectors: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    pair_reasons: Mapping[Pair, tuple[str, ...]] = field(default_factory=dict)
-    not_built: tuple[str, ...] = ()
-    not_run: tuple[str, ...] = ()
+    pair_reasons: Mapping[Pair, tuple[str, ...]] = field(default_factory=dict)  # pair -> effects that ask about it
+    not_built: tuple[str, ...] = ()  # declared kinds that this version does not compute
+    not_run: tuple[str, ...] = ()  # kinds there are that this plan leaves out
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -80,17 +61,11 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
     A scene without an effects table is audited: the plan asks for contacts. A scene that declares effects gets what
     they need and no more: a titration makes no collision query.
 
-    Parameters
-    ----------
-    file : name of the scene in messages.
-    table : the effects there are.
-
-    Raises
-    ------
-    PlanError
-        An unknown effect, field, body or tag; the message has file, table, key and the nearest known name.
-    EffectError
-        A declared effect whose file cannot be loaded.
+    ``file``: name of the scene in messages.
+    ``table``: the effects there are.
+    Raises PlanError: an unknown effect, field, body or tag; the message has file, table, key and the nearest known
+    name.
+    Raises EffectError: a declared effect whose file cannot be loaded.
     """
     if scene.effects is None:
         return Plan({}, scene.pairs, detection=True, not_run=effect_kinds(table))

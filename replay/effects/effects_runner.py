@@ -23,23 +23,14 @@ SKIPPED = "skipped"
 
 @dataclass(frozen=True, eq=False)
 class EffectRun:
-    """What one effect found and what it took.
-
-    Parameters
-    ----------
-    spec : the effect.
-    because : why it was in the plan.
-    output : events, series, lanes, liquids.
-    seconds : its time.
-    counters : its work.
-    frames, frames_run : frames of the run, and those in which its trigger was on.
-    """
+    """What one effect found and what it took."""
 
     spec: EffectSpec
-    because: tuple[str, ...]
-    output: EffectOutput
+    because: tuple[str, ...]  # why it was in the plan
+    output: EffectOutput  # events, series, lanes, liquids
     seconds: float
-    counters: Mapping[str, int]
+    counters: Mapping[str, int]  # its work
+    # frames, frames_run: frames of the run, and those in which its trigger was on
     frames: int
     frames_run: int
 
@@ -59,14 +50,8 @@ def run_effects(
 ) -> dict[str, EffectRun]:
     """Run every effect of a plan; kind -> outcome, in running order.
 
-    Parameters
-    ----------
-    detections : name of a detector that a spec names -> the answer its effect reads.
-
-    Raises
-    ------
-    EffectError
-        The recording does not hold what a declared effect needs.
+    ``detections``: name of a detector that a spec names -> the answer its effect reads.
+    Raises EffectError: the recording does not hold what a declared effect needs.
     """
     done: dict[str, EffectRun] = {}
     for kind, step in planned.steps.items():

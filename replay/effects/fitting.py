@@ -27,18 +27,11 @@ SETTLE_S: Final = 0.3
 
 @dataclass(frozen=True, eq=False)
 class Parabola:
-    """A fit ``place(t) = c0 + c1 (t - at) + c2 (t - at)^2`` in k dimensions.
+    """A fit ``place(t) = c0 + c1 (t - at) + c2 (t - at)^2`` in k dimensions."""
 
-    Parameters
-    ----------
-    at : seconds.
-    coefficients : (3, k).
-    misfit : root mean square distance of the samples from it.
-    """
-
-    at: float
-    coefficients: FloatArray
-    misfit: float
+    at: float  # seconds
+    coefficients: FloatArray  # (3, k)
+    misfit: float  # root mean square distance of the samples from it
 
     def place(self, time: float) -> FloatArray:
         """(k,)."""

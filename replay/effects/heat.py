@@ -2,13 +2,224 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
 from replay.effects.declaring import Declaration, body, number, text, vector
-from replay.effects.dilution import diluted
-from replay.effects.flame_heating import heated
 from replay.effects.inputs import EffectInputs
-from replay.effects.output import EffectOutput, Findings
+from replay.effects.models.transfers import flows, total_ml
+from replay.effects.models.warming import cooled, heat_given_off, warmed
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec, Need
+from replay.effects.spans import BoolArray, Span, steadied
+from replay.errors import EffectError
 from sessions.model.scene import Scene
+from sessions.scene_files.toml_table import is_number
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from replay.effects.models.transfers import Load, Mixture
+
+
+LEAST_ML = 0.05
+"""What is less in one go, about a drop, is no mistake of order; chosen by us."""
+
+WATER = "H2O"
+
+
+def diluted(inputs: EffectInputs, declared: Declaration) -> EffectOutput:
+    """Events ``wrong-order`` and ``boil``; the temperature of every vessel from its first change on."""
+    mixed: Mixture = inputs.output("mixing").data
+    warmth: dict[str, _Warmth] = {
+        name: _Warmth(declared, float(history.volume_ml[0])) for name, history in mixed.histories.items() if len(inputs)
+    }
+    for load in mixed.loads:
+        _receive(declared, warmth, load)
+    inputs.count("mixtures heated", len(mixed.loads))
+    found = Findings(len(inputs))
+    found.events = _wrong_orders(declared, mixed.loads)
+    for event in found.events:
+        found.lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
+    for name, one in warmth.items():
+        if one.rows:
+            first = one.rows[0][0]
+            found.ran[first:] = True
+            times = inputs.times[first:]
+            celsius = one.over(times)
+            found.series[f"{name}/temperature"] = Series(times, celsius, "degC")
+            found.events += boiling(declared, name, times, celsius)
+    return found.output()
+
+
+@dataclass
+class _Warmth:
+    """One vessel: how warm it was when something last changed, and a row of each change: frame, time, degC, mL."""
+
+    declared: Declaration
+    volume_ml: float
+    celsius: float = field(init=False)
+    time: float = 0.0
+    rows: list[tuple[int, float, float, float]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.celsius = self.declared.number("ambient_c")
+
+    def at(self, time: float) -> float:
+        """Temperature by then; an empty vessel has that of the room."""
+        return self._after(self.celsius, self.volume_ml, time - self.time)
+
+    def note(self, frame: int, time: float, celsius: float, volume_ml: float) -> None:
+        self.time, self.celsius, self.volume_ml = time, celsius, volume_ml
+        self.rows.append((frame, time, celsius, volume_ml))
+
+    def over(self, times: FloatArray) -> FloatArray:
+        """(n,) at times from the first change on."""
+        last = np.searchsorted([row[1] for row in self.rows], times, side="right") - 1
+        return np.array(
+            [
+                self._after(self.rows[k][2], self.rows[k][3], float(time) - self.rows[k][1])
+                for k, time in zip(last.tolist(), times, strict=True)
+            ]
+        )
+
+    def _after(self, celsius: float, volume_ml: float, seconds: float) -> float:
+        ambient = self.declared.number("ambient_c")
+        capacity = self.declared.number("heat_capacity_j_per_ml_k") * volume_ml
+        if capacity <= 0.0:
+            return ambient
+        loss = self.declared.number("loss_w_per_k")
+        return cooled(celsius, seconds, power_w=0.0, capacity=capacity, loss=loss, ambient=ambient)
+
+
+def _receive(declared: Declaration, warmth: Mapping[str, _Warmth], load: Load) -> None:
+    one = load.transfer
+    source = warmth[one.source]
+    incoming = source.at(one.time)
+    left = source.volume_ml - one.volume_ml
+    if source.rows:
+        source.note(one.frame, one.time, incoming, max(0.0, left))
+    else:
+        source.volume_ml = max(0.0, left)
+    if not one.target:
+        return
+    target = warmth[one.target]
+    per_ml = declared.number("heat_capacity_j_per_ml_k")
+    there, more = per_ml * load.before_ml, per_ml * one.volume_ml
+    given = _given(declared, _sum(load)) - _given(declared, load.before) - _given(declared, load.amounts)
+    total = there + more
+    # Energy above 0 degC is shared; what the acid gives off is added. Nothing into nothing keeps the room's warmth.
+    celsius = (there * target.at(one.time) + more * incoming + given) / total if total > 0.0 else incoming
+    target.note(one.frame, one.time, celsius, load.before_ml + one.volume_ml)
+
+
+def _sum(load: Load) -> dict[str, float]:
+    return {key: load.before.get(key, 0.0) + load.amounts.get(key, 0.0) for key in {**load.before, **load.amounts}}
+
+
+def _given(declared: Declaration, amounts: Mapping[str, float]) -> float:
+    acid = amounts.get(declared.text("solute"), 0.0)
+    if acid > 0.0 and WATER not in amounts:
+        raise declared.unmet(
+            f"nothing says how much water is with the {declared.text('solute')}; "
+            "give liquid.water_molar, mol of water per litre of the solution"
+        )
+    return heat_given_off(acid, amounts.get(WATER, 0.0), declared.number("heat_j_mol"), declared.number("half_water"))
+
+
+def _wrong_orders(declared: Declaration, loads: tuple[Load, ...]) -> list[EffectEvent]:
+    """Where a weaker solution of the solute, or none, was poured into a stronger one."""
+    solute = declared.text("solute")
+    wrong = [
+        load.transfer
+        for load in loads
+        if load.transfer.target
+        and load.before.get(solute, 0.0) * load.transfer.volume_ml > load.amounts.get(solute, 0.0) * load.before_ml
+    ]
+    events = []
+    for flow in flows(wrong, LEAST_ML):
+        first, volume = flow[0], total_ml(flow)
+        words = f"{volume:.1f} mL from {first.source} poured into {solute} in {first.target}: acid goes into water"
+        bodies = (first.source, first.target)
+        events.append(
+            EffectEvent(
+                first.time, "wrong-order", bodies, flow[-1].time, {"volume_ml": volume}, words, "error", first.point
+            )
+        )
+    return events
+
+
+FRAMES = 2
+"""Frames in a row that begin or end being over the flame: one alone is noise."""
+
+
+def heated(inputs: EffectInputs, declared: Declaration) -> EffectOutput:
+    """Events ``heated`` and ``boil``, the temperature from the first heat on."""
+    name, lamp = declared.body("heats"), declared.body("source")
+    over = _over(inputs, declared)
+    spans = steadied(over, np.ones(len(inputs), dtype=np.bool_), FRAMES, FRAMES)
+    inputs.count("frames over a flame", int(over.sum()))
+    ran = np.zeros(len(inputs), dtype=np.bool_)
+    ambient = declared.number("ambient_c")
+    times = inputs.times
+    if not spans:
+        ends = times[[0, -1]] if len(times) else times
+        return EffectOutput(series={f"{name}/temperature": Series(ends, np.full(len(ends), ambient), "degC")}, ran=ran)
+    first = spans[0][0]
+    ran[first:] = True
+    power = np.zeros(len(inputs))
+    for begin, stop in spans:
+        power[begin:stop] = declared.number("power_w")
+    celsius = warmed(
+        times[first:], power[first:], capacity=_capacity(inputs, name), loss=declared.number("loss_w_per_k"),
+        ambient=ambient,
+    )  # fmt: skip
+    whole = np.concatenate([np.full(first, ambient), celsius])
+    shown = np.arange(len(times)) >= max(0, first - 1)
+    shown[0] = True
+    events = [_event(inputs, name, lamp, span, whole) for span in spans]
+    events += boiling(declared, name, times, whole)
+    lane = tuple(inputs.shown(spans, "over the flame"))
+    series = {f"{name}/temperature": Series(times[shown], whole[shown], "degC")}
+    return EffectOutput(tuple(events), series, {name: lane}, ran)
+
+
+def boiling(declared: Declaration, name: str, times: FloatArray, celsius: FloatArray) -> list[EffectEvent]:
+    """An event when a temperature first reaches the declared boiling point."""
+    if declared.values["boils_c"] is None:
+        return []
+    rows = np.flatnonzero(celsius >= declared.number("boils_c"))
+    if not len(rows):
+        return []
+    words = f"{name} reaches {declared.number('boils_c'):g} degC and would boil"
+    return [EffectEvent(float(times[rows[0]]), "boil", (name,), None, {}, words, "warning")]
+
+
+def _over(inputs: EffectInputs, declared: Declaration) -> BoolArray:
+    """(T,) whether the body's origin is above the flame's foot and near its axis; where not seen, as last seen."""
+    lamp, dish = (inputs.poses(declared.body(key)).held() for key in ("source", "heats"))
+    local = lamp.local(dish.translation) - np.array(declared.vector("base"))
+    near = np.hypot(local[:, 0], local[:, 2]) < declared.number("within")
+    return np.asarray(near & (local[:, 1] > 0.0) & lamp.valid & dish.valid)
+
+
+def _capacity(inputs: EffectInputs, name: str) -> float:
+    properties = inputs.body(name).extra.get("properties") or {}
+    value: Any = properties.get("heat_capacity_j_per_k")
+    if not is_number(value) or not value > 0.0:
+        raise EffectError(f"scene: body {name!r} has heat_capacity_j_per_k = {value!r}; give its m c in J/K")
+    return float(value)
+
+
+def _event(inputs: EffectInputs, name: str, lamp: str, span: Span, celsius: FloatArray) -> EffectEvent:
+    start, end = inputs.ends(span)
+    reached = float(celsius[min(span[1], len(celsius) - 1)])
+    words = f"{lamp} heats {name} to {reached:.0f} degC in {end - start:.1f} s"
+    values = {"to_c": reached, "seconds": end - start}
+    return EffectEvent(start, "heated", (name, lamp), inputs.end(span[1]), values, words)
+
 
 WANTED = {
     "flame": ("source", "heats", "within", "power_w", "base"),

@@ -84,19 +84,12 @@ class BodyPoses:
 
 @dataclass(frozen=True, eq=False)
 class PairContact:
-    """What the detector said of one pair.
+    """What the detector said of one pair."""
 
-    Parameters
-    ----------
-    pair : names as asked for.
-    touching : (T,) bool.
-    known : (T,) bool; elsewhere undecided or without a pose, and ``touching`` is False.
-    detection, column : whose answer it is.
-    """
-
-    pair: Pair
-    touching: BoolArray
-    known: BoolArray
+    pair: Pair  # names as asked for
+    touching: BoolArray  # (T,) bool
+    known: BoolArray  # (T,) bool; elsewhere undecided or without a pose, and ``touching`` is False
+    # detection, column: whose answer it is
     detection: Detection
     column: int
 
@@ -109,26 +102,17 @@ class PairContact:
 
 @dataclass(frozen=True, eq=False)
 class EffectInputs:
-    """What the function of one effect gets; ``replay.effects.protocol`` describes it.
+    """What the function of one effect gets; ``replay.effects.protocol`` describes it."""
 
-    Parameters
-    ----------
-    kind : the effect; ``declared`` its checked declarations, empty where it runs only because another needs it.
-    pairs : its own pairs and those of the effects that need it.
-    known_bodies : bodies that some effect of the plan names.
-    reads : topics its spec names; ``detector`` likewise.
-    outputs : of the effects it needs or uses.
-    """
-
-    kind: str
+    kind: str  # the effect; ``declared`` its checked declarations, empty where it runs only because another needs it
     declared: tuple[Declaration, ...]
-    pairs: tuple[Pair, ...]
+    pairs: tuple[Pair, ...]  # its own pairs and those of the effects that need it
     session: Session
     assembly: Assembly
-    known_bodies: frozenset[str]
-    reads: tuple[str, ...] = ()
+    known_bodies: frozenset[str]  # bodies that some effect of the plan names
+    reads: tuple[str, ...] = ()  # topics its spec names; ``detector`` likewise
     detection: Detection | None = None
-    outputs: Mapping[str, EffectOutput] = field(default_factory=dict)
+    outputs: Mapping[str, EffectOutput] = field(default_factory=dict)  # of the effects it needs or uses
     counters: Counter[str] = field(default_factory=Counter)
 
     @property
@@ -174,10 +158,7 @@ class EffectInputs:
     def poses(self, name: str) -> BodyPoses:
         """Where a body's mesh is in every frame.
 
-        Raises
-        ------
-        EffectError
-            No effect of the plan names it, or it has no mesh or no track.
+        Raises EffectError: no effect of the plan names it, or it has no mesh or no track.
         """
         names = self.assembly.names
         if self._named(name) not in names:
@@ -197,10 +178,7 @@ class EffectInputs:
     def output(self, kind: str) -> EffectOutput:
         """The output of an effect this one needs or uses.
 
-        Raises
-        ------
-        EffectError
-            Its spec names no such effect, or the plan does not hold it.
+        Raises EffectError: its spec names no such effect, or the plan does not hold it.
         """
         if kind not in self.outputs:
             raise EffectError(f"effect {self.kind!r} asks for {kind!r}, which is not there; name it in `needs`")
@@ -212,10 +190,7 @@ class EffectInputs:
         A body goes with ``participant/side`` by its tags, else by its name: it holds the side, and where several
         participants have that side, the participant too.
 
-        Raises
-        ------
-        EffectError
-            The effect's spec does not read hands.
+        Raises EffectError: the effect's spec does not read hands.
         """
         if HANDS not in self.reads:
             raise EffectError(f"effect {self.kind!r} reads a hand; name {HANDS!r} in `reads`")
@@ -230,10 +205,7 @@ class EffectInputs:
     def contact(self, pair: Pair) -> PairContact:
         """What the detector said of a pair.
 
-        Raises
-        ------
-        EffectError
-            The spec names no detector, or the pair is not the effect's.
+        Raises EffectError: the spec names no detector, or the pair is not the effect's.
         """
         if self.detection is None:
             raise EffectError(f"effect {self.kind!r} asks for contacts; name a `detector`")

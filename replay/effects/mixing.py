@@ -8,7 +8,7 @@ import numpy as np
 
 from replay.effects.declaring import bodies
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.mixing import Contents, mixture
+from replay.effects.models.transfers import Contents, mixture
 from replay.effects.output import EffectOutput, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.vessels import Vessel, vessels_of

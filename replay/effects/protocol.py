@@ -81,18 +81,11 @@ POSES: Final = "/tf"
 
 @dataclass(frozen=True)
 class Need:
-    """A kind that is needed only where a field of the declaration has one of some values.
+    """A kind that is needed only where a field of the declaration has one of some values."""
 
-    Parameters
-    ----------
-    kind : the effect needed.
-    when : field that decides, ``""``: always.
-    equals : values of the field with which it is needed.
-    """
-
-    kind: str
-    when: str = ""
-    equals: tuple[object, ...] = ()
+    kind: str  # the effect needed
+    when: str = ""  # field that decides, ``""``: always
+    equals: tuple[object, ...] = ()  # values of the field with which it is needed
 
     def holds(self, declared: Declaration) -> bool:
         """Whether this declaration needs it."""

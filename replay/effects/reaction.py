@@ -17,27 +17,21 @@ from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import is_number
 
 if TYPE_CHECKING:
-    from replay.effects.models.mixing import History, Mixture
+    from replay.effects.models.transfers import History, Mixture
 
 
 @dataclass(frozen=True, eq=False)
 class Reacted:
-    """One equation in one vessel.
+    """One equation in one vessel."""
 
-    Parameters
-    ----------
-    vessel, equation : where, and what.
-    history : of the vessel, as brought.
-    times, extent : (n,) seconds and mol of reaction; every frame from the begin on where it has a rate.
-    rate_per_s : 0: at once.
-    """
-
+    # vessel, equation: where, and what
     vessel: str
     equation: Equation
-    history: History
+    history: History  # of the vessel, as brought
+    # times, extent: (n,) seconds and mol of reaction; every frame from the begin on where it has a rate
     times: FloatArray
     extent: FloatArray
-    rate_per_s: float
+    rate_per_s: float  # 0: at once
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:

@@ -24,10 +24,8 @@ def steadied(flag: BoolArray, known: BoolArray, frames_in: int, frames_out: int)
     A span begins at the first of the frames that opened it and stops at the first of those that closed it. Frames that
     are not known neither open nor close: they are passed over, and a span stays as it is across them.
 
-    Parameters
-    ----------
-    flag, known : (T,) bool.
-    frames_in, frames_out : at least 1.
+    ``flag``, ``known``: (T,) bool.
+    ``frames_in``, ``frames_out``: at least 1.
     """
     rows = np.flatnonzero(known)
     found: list[Span] = []

@@ -5,20 +5,40 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.models.ballistic import Disc, disc_entered, place_at_height
-from replay.effects.models.colours import WATERY
 from replay.effects.models.transfers import Transfer, total_ml
 from replay.effects.output import EffectEvent, FloatArray, Liquid, Series, Vector, vector_of
 from replay.effects.spans import BoolArray
 from replay.errors import EffectError
 from sessions.model.scene import SceneBody
 from sessions.scene_files.toml_table import is_number
+
+Rgba = tuple[int, int, int, int]
+
+WATERY: Final[Rgba] = (120, 170, 220, 150)
+"""A liquid that no effect gives a colour."""
+
+COLOURS: Final[Mapping[str, Rgba]] = {
+    "colourless": WATERY, "white": (245, 245, 245, 235), "black": (25, 25, 25, 235), "red": (215, 40, 40, 200),
+    "orange": (240, 140, 30, 200), "yellow": (245, 215, 50, 200), "green": (50, 165, 80, 200),
+    "blue": (40, 90, 215, 200), "violet": (140, 70, 190, 200), "pink": (235, 90, 165, 200),
+    "brown": (130, 80, 40, 220),
+}  # fmt: skip
+"""Word -> red, green, blue, alpha; drawn, not measured."""
+
+
+def blended(first: Rgba, second: Rgba, share: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """(n, 4) from the first colour (share 0) to the second (share 1)."""
+    part = np.clip(share, 0.0, 1.0)[:, None]
+    mixed = (1.0 - part) * np.array(first, dtype=np.float64) + part * np.array(second, dtype=np.float64)
+    return np.round(mixed).astype(np.uint8)
+
 
 ML = 1e-6
 """Cubic metres in a millilitre."""
@@ -132,9 +152,7 @@ def landing(
     """Where liquid goes that is let go at a frame: the vessel it falls into and where it started, or ``""`` and where
     it lands.
 
-    Parameters
-    ----------
-    held : vessels that may receive, each with the last pose there was.
+    ``held``: vessels that may receive, each with the last pose there was.
     """
     there = {name: poses for name, poses in held.items() if poses.valid[frame]}
     discs = [vessels[name].opening(poses, frame) for name, poses in there.items()]

@@ -45,11 +45,8 @@ class NearMiss:
 def close_stretches(assembly: Assembly, pairs: NDArray[np.int64], close: float = CLOSE_M) -> tuple[NearMiss, ...]:
     """Stretches in which a pair came closer than ``close``, touching or not, in order of time.
 
-    Parameters
-    ----------
-    assembly : bodies and motion.
-    pairs : columns of ``assembly.pairs`` to look at.
-    close : metres.
+    ``pairs``: columns of ``assembly.pairs`` to look at.
+    ``close``: metres.
     """
     clouds: dict[int, _Cloud] = {}
     rows = _looks(assembly.motion.times)
@@ -64,10 +61,8 @@ def close_stretches(assembly: Assembly, pairs: NDArray[np.int64], close: float =
 def without_contact(found: Sequence[NearMiss], touching: NDArray[np.float64]) -> tuple[NearMiss, ...]:
     """Those with no contact of their pair within half a second.
 
-    Parameters
-    ----------
-    found : stretches in which a pair was close.
-    touching : (k, 3) column, start and end in seconds of every contact.
+    ``found``: stretches in which a pair was close.
+    ``touching``: (k, 3) column, start and end in seconds of every contact.
     """
     return tuple(
         one

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from cdcore.protocol import counts_as_contact
 from replay.comparison.outcome import Episode, Outcome
-from replay.metrics.hands import Grasp, grasps, hand_bodies
-from replay.metrics.moving import fixed_bodies, moving, task_seconds
+from replay.metrics.hands import Grasp, fixed_bodies, grasps, hand_bodies, moving, task_seconds
 from replay.metrics.near import NearMiss, close_stretches, without_contact
 from replay.pipeline.run_result import RunResult
 from sessions.mcap_format.metadata import NOT_STATED

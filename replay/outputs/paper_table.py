@@ -10,21 +10,14 @@ Cell = str | int | float | None
 
 @dataclass(frozen=True)
 class PaperTable:
-    """One table.
+    """One table."""
 
-    Parameters
-    ----------
-    key : of section 6.3, such as ``T1a``.
-    title : what it shows, in one sentence.
-    head, rows : headings and cells; ``None`` is shown as a dash.
-    note : what a reader must know.
-    """
-
-    key: str
-    title: str
+    key: str  # of section 6.3, such as ``T1a``
+    title: str  # what it shows, in one sentence
+    # head, rows: headings and cells; ``None`` is shown as a dash
     head: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
-    note: str = ""
+    note: str = ""  # what a reader must know
 
     def as_json(self) -> dict[str, Any]:
         """The same as plain data."""

@@ -29,18 +29,11 @@ HALVINGS: Final = 60
 
 @dataclass(frozen=True)
 class AcidBase:
-    """Which formulas are acids and bases.
+    """Which formulas are acids and bases."""
 
-    Parameters
-    ----------
-    acids : weak acid -> its pKa, one per proton, rising.
-    bases : weak base -> pKa of its conjugate acid.
-    pkw : of water.
-    """
-
-    acids: Mapping[str, Sequence[float]] = field(default_factory=dict)
-    bases: Mapping[str, float] = field(default_factory=dict)
-    pkw: float = 13.995
+    acids: Mapping[str, Sequence[float]] = field(default_factory=dict)  # weak acid -> its pKa, one per proton, rising
+    bases: Mapping[str, float] = field(default_factory=dict)  # weak base -> pKa of its conjugate acid
+    pkw: float = 13.995  # of water
 
     def is_acid(self, formula: str) -> bool:
         """Whether it gives protons."""

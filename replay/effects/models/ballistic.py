@@ -18,19 +18,13 @@ GRAVITY: Final = 9.80665
 
 @dataclass(frozen=True, eq=False)
 class Disc:
-    """An opening in the room.
+    """An opening in the room."""
 
-    Parameters
-    ----------
-    name : whose it is.
-    centre, normal : (3,) world metres, and the unit direction out of the vessel.
-    radius : metres.
-    """
-
-    name: str
+    name: str  # whose it is
+    # centre, normal: (3,) world metres, and the unit direction out of the vessel
     centre: Array
     normal: Array
-    radius: float
+    radius: float  # metres
 
 
 def disc_entered(start: Array, velocity: Array, discs: Iterable[Disc]) -> str:

@@ -18,13 +18,9 @@ _PART = re.compile(r"([A-Z][a-z]?|\(|\))(\d*)")
 
 @dataclass(frozen=True)
 class Equation:
-    """``2 A + B -> C``.
+    """``2 A + B -> C``."""
 
-    Parameters
-    ----------
-    reagents, products : formula -> coefficient.
-    """
-
+    # reagents, products: formula -> coefficient
     reagents: Mapping[str, int]
     products: Mapping[str, int]
 
@@ -37,10 +33,7 @@ class Equation:
 def equation_of(text: str) -> Equation:
     """Read an equation.
 
-    Raises
-    ------
-    ValueError
-        It cannot be read, or its two sides do not have the same atoms.
+    Raises ValueError: it cannot be read, or its two sides do not have the same atoms.
     """
     left, arrow, right = text.partition("->")
     if not arrow:
@@ -57,10 +50,7 @@ def equation_of(text: str) -> Equation:
 def atoms(formula: str) -> Counter[str]:
     """Atoms of a formula such as ``Ca(OH)2`` or ``CuSO4.5H2O``.
 
-    Raises
-    ------
-    ValueError
-        It is no formula.
+    Raises ValueError: it is no formula.
     """
     total: Counter[str] = Counter()
     for part in formula.split("."):

@@ -16,10 +16,7 @@ MMHG_PA: Final = 133.322
 def vapour_pressure_pa(celsius: float, antoine: tuple[float, float, float]) -> float:
     """Pressure of saturated vapour: log10(P / mmHg) = A - B / (C + T / degC).
 
-    Raises
-    ------
-    ValueError
-        The temperature is at or below the pole of the formula, -C.
+    Raises ValueError: the temperature is at or below the pole of the formula, -C.
     """
     a, b, c = antoine
     if c + celsius <= 0.0:
@@ -30,10 +27,7 @@ def vapour_pressure_pa(celsius: float, antoine: tuple[float, float, float]) -> f
 def gas_ml_per_mol(celsius: float, pressure_pa: float, vapour_pa: float = 0.0) -> float:
     """Millilitres of one mol of an ideal gas at a pressure of which vapour takes a part.
 
-    Raises
-    ------
-    ValueError
-        The vapour's pressure reaches the whole, or it is colder than absolute zero.
+    Raises ValueError: the vapour's pressure reaches the whole, or it is colder than absolute zero.
     """
     if celsius <= -KELVIN or pressure_pa <= vapour_pa:
         raise ValueError(

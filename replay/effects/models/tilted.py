@@ -17,10 +17,8 @@ TERMS: Final = 8
 def volume_kept(tilt: float, radius: float, height: float) -> float:
     """Volume that an overfull cylinder keeps when it is tilted slowly; the unit is that of the sizes, cubed.
 
-    Parameters
-    ----------
-    tilt : radians from upright, 0 to pi; from a right angle on nothing is kept.
-    radius, height : inner sizes, from the floor to the lip; above 0.
+    ``tilt``: radians from upright, 0 to pi; from a right angle on nothing is kept.
+    ``radius``, ``height``: inner sizes, from the floor to the lip; above 0.
 
     Source: a cylinder cut by a horizontal plane through its lip. While the plane does not meet the floor the volume is
     pi R^2 (H - R tan); beyond, with phi = 2 asin sqrt(H / (2 R tan)) the half angle of the wetted part of the floor,

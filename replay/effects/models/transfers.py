@@ -6,6 +6,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from replay.effects.output import Vector
 
 GAP_S: Final = 0.5
@@ -15,36 +18,24 @@ the hand. With 0.3 s one pour of twelve came out as two."""
 
 @dataclass(frozen=True)
 class Transfer:
-    """Liquid that left a vessel by one frame.
+    """Liquid that left a vessel by one frame."""
 
-    Parameters
-    ----------
-    frame, time : when, ``time`` in seconds since the session's first frame.
-    source, target : vessels; target ``""``: it was spilled.
-    volume_ml : above 0.
-    point : world metres, where it left the source, or where it landed if it was spilled.
-    """
-
+    # frame, time: when, ``time`` in seconds since the session's first frame
     frame: int
     time: float
+    # source, target: vessels; target ``""``: it was spilled
     source: str
     target: str
-    volume_ml: float
-    point: Vector
+    volume_ml: float  # above 0
+    point: Vector  # world metres, where it left the source, or where it landed if it was spilled
 
 
 @dataclass(frozen=True)
 class Liquids:
-    """What one effect moved, for those that need it.
+    """What one effect moved, for those that need it."""
 
-    Parameters
-    ----------
-    initial_ml : vessel -> volume at the first frame, of every vessel it speaks of.
-    transfers : in order of time.
-    """
-
-    initial_ml: Mapping[str, float]
-    transfers: tuple[Transfer, ...]
+    initial_ml: Mapping[str, float]  # vessel -> volume at the first frame, of every vessel it speaks of
+    transfers: tuple[Transfer, ...]  # in order of time
 
 
 @dataclass
@@ -81,3 +72,109 @@ def flows(transfers: Iterable[Transfer], least_ml: float, gap_s: float = GAP_S) 
 def total_ml(transfers: Iterable[Transfer]) -> float:
     """Their volumes together."""
     return sum(one.volume_ml for one in transfers)
+
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Contents:
+    """What is in a vessel."""
+
+    volume_ml: float = 0.0  # of the liquid
+    # formula -> mol dissolved, as brought: what has become of them is a reaction's affair
+    amounts: dict[str, float] = field(default_factory=dict)
+    solids: dict[str, float] = field(default_factory=dict)  # formula -> mol that stay when liquid is poured off
+
+    def taken(self, volume_ml: float) -> dict[str, float]:
+        """Take a part out; formula -> mol that go with it. Taking all leaves exactly nothing."""
+        if volume_ml >= self.volume_ml:
+            parts, self.volume_ml, self.amounts = self.amounts, 0.0, dict.fromkeys(self.amounts, 0.0)
+            return parts
+        share = volume_ml / self.volume_ml
+        parts = {formula: share * amount for formula, amount in self.amounts.items()}
+        for formula, part in parts.items():
+            self.amounts[formula] -= part
+        self.volume_ml -= volume_ml
+        return parts
+
+    def add(self, volume_ml: float, parts: Mapping[str, float]) -> None:
+        """Mix something in; volumes add."""
+        self.volume_ml += volume_ml
+        for formula, part in parts.items():
+            self.amounts[formula] = self.amounts.get(formula, 0.0) + part
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """One vessel, a row wherever it changed, and at the first and last time."""
+
+    # times, frames: (n,)
+    times: Array
+    frames: NDArray[np.int64]
+    # volume_ml, added_ml: (n,) what is in it, and all that ever came in
+    volume_ml: Array
+    added_ml: Array
+    amounts: Mapping[str, Array]  # formula -> (n,) mol, as brought
+
+    def amount(self, formula: str) -> Array:
+        """(n,) mol; zeros for what never was in it."""
+        return self.amounts.get(formula, np.zeros(len(self.times)))
+
+
+@dataclass(frozen=True)
+class Load:
+    """A transfer, what it carried, and what the target was like just before."""
+
+    transfer: Transfer
+    amounts: Mapping[str, float]
+    # before_ml, before: volume and amounts of the target
+    before_ml: float
+    before: Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Mixture:
+    """What became of all vessels."""
+
+    histories: Mapping[str, History]  # vessel -> history
+    loads: tuple[Load, ...]  # in order of time
+
+
+def mixture(initial: Mapping[str, Contents], transfers: Iterable[Transfer], times: Array) -> Mixture:
+    """Follow transfers in order of time; ``times`` (T,) are those of the frames."""
+    there = {name: Contents(one.volume_ml, dict(one.amounts), dict(one.solids)) for name, one in initial.items()}
+    logs = {name: _Log(contents) for name, contents in there.items()}
+    loads: list[Load] = []
+    for name, log in logs.items():
+        if len(times):
+            log.note(0, float(times[0]), there[name])
+    for one in sorted(transfers, key=lambda transfer: transfer.frame):
+        parts = there[one.source].taken(one.volume_ml)
+        target = there[one.target] if one.target else Contents()
+        loads.append(Load(one, parts, target.volume_ml, dict(target.amounts)))
+        target.add(one.volume_ml, parts)
+        logs[one.source].note(one.frame, one.time, there[one.source])
+        if one.target:
+            logs[one.target].added_ml += one.volume_ml
+            logs[one.target].note(one.frame, one.time, target)
+    for name, log in logs.items():
+        if len(times):
+            log.note(len(times) - 1, float(times[-1]), there[name])
+    return Mixture({name: log.history() for name, log in logs.items()}, tuple(loads))
+
+
+class _Log:
+    def __init__(self, contents: Contents) -> None:
+        self.rows: dict[int, tuple[float, float, float, dict[str, float]]] = {}
+        self.solids, self.added_ml = contents.solids, 0.0
+
+    def note(self, frame: int, time: float, contents: Contents) -> None:
+        self.rows[frame] = (time, contents.volume_ml, self.added_ml, {**contents.amounts, **self.solids})
+
+    def history(self) -> History:
+        rows = list(self.rows.values())
+        formulas = dict.fromkeys(formula for row in rows for formula in row[3])
+        amounts = {formula: np.array([row[3].get(formula, 0.0) for row in rows]) for formula in formulas}
+        columns = [np.array([row[k] for row in rows], dtype=np.float64) for k in range(3)]
+        return History(columns[0], np.array(list(self.rows), dtype=np.int64), columns[1], columns[2], amounts)

@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-CALORIE_J: Final = 4.184
-"""Thermochemical calorie. Source: NIST SP 811, appendix B."""
-
 
 def cooled(celsius: float, seconds: float, *, power_w: float, capacity: float, loss: float, ambient: float) -> float:
     """Temperature after some seconds of m c dT/dt = P - k (T - Ta).
 
-    Parameters
-    ----------
-    capacity : m c in J/K, above 0; ``loss`` k in W/K, at least 0: without loss it rises evenly.
+    ``capacity``: m c in J/K, above 0; ``loss`` k in W/K, at least 0: without loss it rises evenly.
     """
     exponent = loss * seconds / capacity
     # (1 - exp(-x)) / x by expm1, which is 1 at 0: no loss and short steps cost no digits.

@@ -23,9 +23,7 @@ TIMELINE: Final = "faces_that_intersect"
 def record(result: PaperResult, pictures: Mapping[str, tuple[str, bytes]], path: Path) -> None:
     """Write the recording.
 
-    Parameters
-    ----------
-    pictures : key of a table -> file name and PNG.
+    ``pictures``: key of a table -> file name and PNG.
     """
     recording = rr.RecordingStream("vrlab-replay paper")
     recording.save(path, default_blueprint=_blueprint(result))

@@ -23,20 +23,14 @@ class CalibrationError(ReplayError, ValueError):
 
 @dataclass(frozen=True)
 class Calibration:
-    """What was measured once.
+    """What was measured once."""
 
-    Parameters
-    ----------
-    experiment : targets, poses and seed the times belong to.
-    machine : where it was measured.
-    seconds, operations : row -> target, as text -> one value per pose; operations of rows without a budget are 0.
-    pace : family -> searcher -> faces sampled, as text -> seconds of an evaluation.
-    """
-
-    experiment: Mapping[str, Any]
-    machine: Mapping[str, Any]
+    experiment: Mapping[str, Any]  # targets, poses and seed the times belong to
+    machine: Mapping[str, Any]  # where it was measured
+    # seconds, operations: row -> target, as text -> one value per pose; operations of rows without a budget are 0
     seconds: Mapping[str, Mapping[str, list[float]]]
     operations: Mapping[str, Mapping[str, list[int]]]
+    # family -> searcher -> faces sampled, as text -> seconds of an evaluation
     pace: Mapping[str, Mapping[str, Mapping[str, float]]] = field(default_factory=dict)
 
     def budget(self, name: str, target: int, share: float) -> int:
@@ -68,10 +62,7 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
 def read_calibration(path: Path, experiment: Mapping[str, Any], names: tuple[str, ...]) -> Calibration:
     """Read the file of the same experiment.
 
-    Raises
-    ------
-    CalibrationError
-        No such file, no calibration, or of other targets, poses, seed or rows.
+    Raises CalibrationError: no such file, no calibration, or of other targets, poses, seed or rows.
     """
     try:
         told = json.loads(path.read_text(encoding="utf-8"))

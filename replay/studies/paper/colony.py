@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore import Body, Motion, Verdict, create_detector
+from cdcore.bounding.sphere import sphere_by_box_centre
 from cdcore.search.settings import EQUATIONS
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.base.wilson import wilson
 from replay.outputs.paper_table import Cell, PaperTable
-from replay.studies.paper.fixtures import FAMILY_NAMES, fixture, middle_of, radius_of
+from replay.studies.paper.fixtures import FAMILY_NAMES, fixture
 from sessions.synthetic.rng import random_stream
 
 TARGET: Final = 500
@@ -46,12 +47,12 @@ def near_poses(family: str, count: int, seed: int = 0) -> NearPoses:
     turns = rotation_from_quaternion(rng.normal(size=(2 * count, 4))).reshape(count, 2, 3, 3)
     way = rng.normal(size=(count, 3))
     way /= np.linalg.norm(way, axis=1)[:, None]
-    middles = [middle_of(body.mesh) for body in bodies]
-    reach = sum(radius_of(body.mesh) for body in bodies)
+    spheres = [sphere_by_box_centre(body.mesh) for body in bodies]
+    reach = sum(ball.radius for ball in spheres)
     exact = create_detector("exact", bodies, containment=False)
 
     def motion(distance: NDArray[np.float64]) -> Motion:
-        moves = np.stack([-np.einsum("tij,j->ti", turns[:, k], middles[k]) for k in range(2)], axis=1)
+        moves = np.stack([-np.einsum("tij,j->ti", turns[:, k], spheres[k].centre) for k in range(2)], axis=1)
         moves[:, 1] += distance[:, None] * way
         return Motion(np.arange(count) / 90.0, moves, turns)
 

@@ -20,19 +20,13 @@ SEARCH: Final = {"stop_first": False, "warm_start": False, "budget": 10_000}
 
 @dataclass(frozen=True)
 class Contestant:
-    """One row.
+    """One row."""
 
-    Parameters
-    ----------
-    detector, settings : what is created.
-    counters : work that ``budget`` limits; empty: the row has no budget.
-    complete : whether it claims to find every face.
-    """
-
+    # detector, settings: what is created
     detector: str
     settings: Mapping[str, Any] = field(default_factory=dict)
-    counters: tuple[str, ...] = ()
-    complete: bool = True
+    counters: tuple[str, ...] = ()  # work that ``budget`` limits; empty: the row has no budget
+    complete: bool = True  # whether it claims to find every face
 
 
 BARE: Final = {"containment": False}

@@ -6,6 +6,7 @@ its time on building. An engine is the same search without the stages before it;
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Final, Protocol
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from cdcore import Body, Motion
 from cdcore.detectors import load_detector
+from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 from cdcore.narrow.trees.search import TREE_KINDS, TreeSearch
 from cdcore.search.features import Features, features_of
@@ -22,7 +24,7 @@ from cdcore.search.pair_search import PairSearch
 from cdcore.search.result import Look
 from cdcore.search.samples import Sample, sample_of
 from cdcore.search.settings import SearchSettings
-from replay.studies.paper.contestants import CONTESTANTS, TREE
+from replay.studies.paper.contestants import CONTESTANTS, TREE, Answer, Group, answer_of
 
 TREES: Final = tuple(TREE_KINDS)
 """Rows that search two trees."""
@@ -60,10 +62,8 @@ class TreeEngine:
 class SearchEngine:
     """A sampled search over features; every hit brings the pairs of its curve.
 
-    Parameters
-    ----------
-    bodies, features : of both.
-    settings : who searches, with which constants and seed.
+    ``bodies``, ``features``: of both.
+    ``settings``: who searches, with which constants and seed.
     """
 
     def __init__(self, bodies: Sequence[Body], features: Sequence[Features], settings: SearchSettings) -> None:
@@ -125,3 +125,41 @@ def engines_of(bodies: Sequence[Body], names: Sequence[str]) -> Mapping[str, Eng
         settings: SearchSettings = load_detector(row.detector).Settings(**row.settings)
         made[name] = SearchEngine(bodies, features, settings)
     return made
+
+
+CAPS: Final = (1, 10, 100)
+"""Contacts after which an engine stops; 1 is the first-contact mode of RAPID and SOLID, and FCL's default."""
+FCL: Final = "python-fcl"
+CAPPED: Final = (*TREES, FCL)
+
+Capped = Mapping[tuple[str, int], list[tuple[int, Answer]]]
+"""Row and cap -> target and answer, a pose each."""
+
+
+def ask_capped(group: Group, engines: Mapping[str, Engine], whole: Mapping[str, list[int]]) -> Capped:
+    """What each row of ``CAPPED`` finds in every pose of a group before it stops.
+
+    ``engines``: of the trees.
+    ``whole``: row -> operations of each pose when nothing stops it.
+    """
+    found: dict[tuple[str, int], list[tuple[int, Answer]]] = {(name, cap): [] for name in CAPPED for cap in CAPS}
+    meshes = FclMeshes([body.mesh for body in group.bodies])
+    for pose, truth in enumerate(group.truth):
+        frame = group.motion.frames(pose, pose + 1)
+        for body in range(2):
+            meshes.place(body, frame.rotations[0, body], frame.translations[0, body])
+        for cap in CAPS:
+            for name in TREES:
+                pairs, operations = first_contacts(engines[name], frame, cap, whole[name][pose])
+                found[name, cap].append((group.target, answer_of(pairs, truth, operations)))
+            found[FCL, cap].append((group.target, answer_of(meshes.faces(0, 1, most=cap), truth, 0)))
+    return found
+
+
+def first_contacts(engine: Engine, frame: Motion, cap: int, whole: int) -> tuple[NDArray[np.int64], int]:
+    """The first ``cap`` face pairs that a traversal comes to, and its operations until then.
+
+    ``whole``: operations that find every pair.
+    """
+    least = bisect_left(range(1, whole), cap, key=lambda budget: len(engine.ask(frame, budget)[0]))
+    return engine.ask(frame, 1 + least)

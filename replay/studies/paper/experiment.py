@@ -52,28 +52,19 @@ class PaperResult:
 
 def run_paper(
     *,
+    # targets, poses: columns of Table I, and poses of each
     targets: Sequence[int] = TARGETS,
     poses: int = POSES,
-    near: int = 1000,
-    sessions: int = 3,
+    near: int = 1000,  # random poses about first touch, per family
+    sessions: int = 3,  # made-up sessions whose frames are sampled
     seed: int = 0,
-    calibration: Path | None = None,
-    jobs: int = 1,
+    calibration: Path | None = None,  # a file to read times from; ``None``: measure
+    jobs: int = 1,  # processes; the tables are the same for any number
     progress: Progress | None = None,
 ) -> PaperResult:
     """Run it.
 
-    Parameters
-    ----------
-    targets, poses : columns of Table I, and poses of each.
-    near : random poses about first touch, per family.
-    sessions : made-up sessions whose frames are sampled.
-    calibration : a file to read times from; ``None``: measure.
-    jobs : processes; the tables are the same for any number.
-
-    Raises
-    ------
-    CalibrationError, FixtureError, WorkerError
+    Raises CalibrationError, FixtureError, WorkerError.
     """
     told = progress or Silent()
     experiment = {"targets": list(targets), "poses": poses, "seed": seed}

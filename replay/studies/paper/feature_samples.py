@@ -45,20 +45,14 @@ Pace = Mapping[str, Mapping[str, Mapping[str, float]]]
 
 @dataclass(frozen=True)
 class Drawn:
-    """Some poses of a family searched within one draw of every size.
-
-    Parameters
-    ----------
-    meeting : size -> how many pairs that meet are in the sample, a pose each.
-    pairs : size -> how many pairs of faces there are in the sample.
-    spent : searcher and size -> evaluations until the first hit, ``None``: none within ``LIMIT``; covered poses only.
-    pace : searcher and size -> seconds of an evaluation; ``None``: nothing was evaluated.
-    """
+    """Some poses of a family searched within one draw of every size."""
 
     family: str
-    meeting: Mapping[int | None, list[int]]
-    pairs: Mapping[int | None, int]
+    meeting: Mapping[int | None, list[int]]  # size -> how many pairs that meet are in the sample, a pose each
+    pairs: Mapping[int | None, int]  # size -> how many pairs of faces there are in the sample
+    # searcher and size -> evaluations until the first hit, ``None``: none within ``LIMIT``; covered poses only
     spent: Mapping[tuple[str, int | None], list[int | None]]
+    # searcher and size -> seconds of an evaluation; ``None``: nothing was evaluated
     pace: Mapping[tuple[str, int | None], float | None]
 
 
@@ -120,9 +114,7 @@ def least_evaluations(spent: Sequence[int | None], of: int) -> int | None:
 def expected_evaluations(chances: Sequence[float]) -> int | None:
     """The least number of random pairs that detects ``RATE`` of the poses on average.
 
-    Parameters
-    ----------
-    chances : of a random pair to meet, a pose each; ``None`` is the answer to none, or one of 0.
+    ``chances``: of a random pair to meet, a pose each; ``None`` is the answer to none, or one of 0.
     """
     if not len(chances) or min(chances) <= 0.0:
         return None

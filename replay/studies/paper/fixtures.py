@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore import Body, Detector, Motion, TriangleMesh, create_detector
+from cdcore.bounding.sphere import sphere_by_box_centre
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.errors import ReplayError
 from sessions.glassware.catalogue import make_instrument
@@ -48,26 +49,18 @@ class FixtureError(ReplayError):
 
 @dataclass(frozen=True, eq=False)
 class Fixture:
-    """Two placed bodies and the truth about them.
+    """Two placed bodies and the truth about them."""
 
-    Parameters
-    ----------
-    family : which two meshes.
-    target : faces that were to meet.
-    number, seed : of the pose.
-    bodies, motion : for a detector; one frame.
-    pairs : (k, 2) face pairs that meet, exactly.
-    hard : whether FCL lists other pairs, as happens away from general position; such a pose is kept and reported.
-    """
-
-    family: str
-    target: int
+    family: str  # which two meshes
+    target: int  # faces that were to meet
+    # number, seed: of the pose
     number: int
     seed: int
+    # bodies, motion: for a detector; one frame
     bodies: tuple[Body, Body]
     motion: Motion
-    pairs: NDArray[np.int64]
-    hard: bool
+    pairs: NDArray[np.int64]  # (k, 2) face pairs that meet, exactly
+    hard: bool  # whether FCL lists other pairs, as happens away from general position; such a pose is kept and reported
 
     @property
     def faces(self) -> int:
@@ -101,10 +94,7 @@ def table_fixtures(targets: tuple[int, ...] = TARGETS, poses: int = POSES, seed:
 def fixture(target: int, number: int, seed: int = 0) -> Fixture:
     """One fixture.
 
-    Raises
-    ------
-    FixtureError
-        No pose meets the target; names it.
+    Raises FixtureError: no pose meets the target; names it.
     """
     family = FAMILY_NAMES[number % len(FAMILY_NAMES)]
     bodies = _bodies_for(family, target, seed)
@@ -140,10 +130,10 @@ class _Way:
         self.turns = rotation_from_quaternion(rng.normal(size=(2, 4)))
         direction = rng.normal(size=3)
         self.direction = direction / np.linalg.norm(direction)
-        self.reach = sum(radius_of(body.mesh) for body in bodies)
-        middles = [middle_of(body.mesh) for body in bodies]
-        self.start = rng.normal(size=3) * 0.1
-        self.base = np.array([self.start - turn @ middle for turn, middle in zip(self.turns, middles, strict=True)])
+        spheres = [sphere_by_box_centre(body.mesh) for body in bodies]
+        self.reach = sum(ball.radius for ball in spheres)
+        start = rng.normal(size=3) * 0.1
+        self.base = np.array([start - turn @ ball.centre for turn, ball in zip(self.turns, spheres, strict=True)])
 
     def motion(self, distances: FloatArray) -> Motion:
         """One frame for each distance between the middles of the two bodies."""
@@ -195,18 +185,6 @@ def _typical_faces(bodies: tuple[Body, Body], family: str, seed: int) -> float:
         detection = detector.detect(way.motion(np.linspace(0.0, way.reach, 12, endpoint=False)), faces=True)
         most.append(max(faces_of_pairs(detection.faces(frame, 0)) for frame in range(12)))
     return 0.75 * float(np.median(most))
-
-
-def middle_of(mesh: TriangleMesh) -> FloatArray:
-    """Middle (3,) of the box about a mesh."""
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    middle: FloatArray = (low + high) / 2
-    return middle
-
-
-def radius_of(mesh: TriangleMesh) -> float:
-    """Distance of the farthest vertex from the middle."""
-    return float(np.linalg.norm(mesh.vertices - middle_of(mesh), axis=1).max())
 
 
 def torus(sections: int, large: float = 0.05, small: float = 0.02) -> TriangleMesh:

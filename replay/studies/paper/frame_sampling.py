@@ -37,20 +37,14 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Sampled:
-    """What looks at every ``step``-th frame saw of one session.
-
-    Parameters
-    ----------
-    contacts, seconds : that there are.
-    missed : contacts that no look saw, one number for every phase of the looks.
-    missed_seconds : of contact, in which no contact was believed in, one number for every phase.
-    """
+    """What looks at every ``step``-th frame saw of one session."""
 
     step: int
+    # contacts, seconds: that there are
     contacts: int
     seconds: float
-    missed: list[int]
-    missed_seconds: list[float]
+    missed: list[int]  # contacts that no look saw, one number for every phase of the looks
+    missed_seconds: list[float]  # of contact, in which no contact was believed in, one number for every phase
 
 
 def sample_frames(seed: int) -> list[Sampled]:
@@ -78,12 +72,10 @@ def held_to(
 ) -> tuple[int, float]:  # fmt: skip
     """Contacts that no look sees, and seconds of contact in which what the last look saw was none.
 
-    Parameters
-    ----------
-    touching : (T, P) what a look at a frame would see.
-    times : (T,) seconds.
-    looks : frames from look to look, and the first that is looked at.
-    pairs, begin, end : (E,) column, and seconds, of every contact.
+    ``touching``: (T, P) what a look at a frame would see.
+    ``times``: (T,) seconds.
+    ``looks``: frames from look to look, and the first that is looked at.
+    ``pairs``, ``begin``, ``end``: (E,) column, and seconds, of every contact.
     """
     step, phase = looks
     frames = np.arange(len(times))

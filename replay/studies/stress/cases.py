@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,8 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cdcore import Body, Motion, TriangleMesh
 from cdcore.numerics import FloatArray
+from cdcore.protocol.detection import Covers
 from replay.errors import OutputError, StressError
+from replay.studies.stress.scenes import Scene
 
 ARRAYS = ("row", "triangles", "truth", "verdict")
 NUMBERS = ("family", "seed", "count")
@@ -22,26 +25,18 @@ NUMBERS = ("family", "seed", "count")
 
 @dataclass(frozen=True, eq=False)
 class Cases:
-    """Pairs of one family that one detector answered wrongly or refused.
+    """Pairs of one family that one detector answered wrongly or refused."""
 
-    Parameters
-    ----------
-    detector, family, seed, count : where they come from; ``count`` pairs of the family were made with ``seed``.
-    row : (k,) which of them these are.
-    triangles : (k, 2, 3, 3).
-    truth : (k,) bool, whether they meet.
-    verdict : (k,) uint8, what the detector said.
-    relation : of which a pair and the same pair moved follow each other, answered differently; empty: of none.
-    """
-
+    # detector, family, seed, count: where they come from; ``count`` pairs of the family were made with ``seed``
     detector: str
     family: int
     seed: int
     count: int
-    row: NDArray[np.int64]
-    triangles: FloatArray
-    truth: NDArray[np.bool_]
-    verdict: NDArray[np.uint8]
+    row: NDArray[np.int64]  # (k,) which of them these are
+    triangles: FloatArray  # (k, 2, 3, 3)
+    truth: NDArray[np.bool_]  # (k,) bool, whether they meet
+    verdict: NDArray[np.uint8]  # (k,) uint8, what the detector said
+    # of which a pair and the same pair moved follow each other, answered differently; empty: of none
     relation: str = ""
 
     @property
@@ -60,10 +55,7 @@ def write_cases(cases: Cases, folder: Path) -> Path:
 def write_arrays(values: Mapping[str, NDArray[Any]], target: Path) -> Path:
     """Write named arrays as one compressed file, under a temporary name first; returns its path.
 
-    Raises
-    ------
-    OutputError
-        The folder cannot be written.
+    Raises OutputError: the folder cannot be written.
     """
     partial = target.with_suffix(".partial")
     try:
@@ -97,3 +89,57 @@ def read_cases(path: Path) -> Cases:
     if triangles.shape != (*rows, 2, 3, 3) or truth.shape != rows or verdict.shape != rows:
         raise StressError(f"{path} holds arrays of different lengths; give a file that replay stress wrote")
     return Cases(detector, family, seed, count, row, triangles, truth, verdict, relation)
+
+
+@dataclass(frozen=True, eq=False)
+class FailedScene:
+    """A scene, and what a detector said of it: as long as the scene's truth."""
+
+    scene: Scene
+    said: NDArray[np.uint8]
+
+
+def write_scenes(failed: Sequence[FailedScene], detector: str, number: int, seed: int, folder: Path) -> Path:
+    """Write ``case-41-hybrid-seed-100.npz`` as ``write_arrays`` does; returns its path."""
+    word = re.sub("[^a-z0-9]+", "-", detector.lower())
+    target = folder / f"case-{number:02d}-{word}-seed-{seed}.npz"
+    values: dict[str, NDArray[np.generic]] = {"detector": np.array(detector), "case": np.array(number)}
+    for k, one in enumerate(failed):
+        values |= {f"{k}/{name}": array for name, array in _arrays(one).items()}
+    return write_arrays(values, target)
+
+
+def read_scenes(path: Path) -> tuple[FailedScene, ...]:
+    """Read a file of ``write_scenes``; `StressError` where it is no such file."""
+    with stored_arrays(path, "scenes") as file:
+        count = len({name.split("/")[0] for name in file.files if "/" in name})
+        return tuple(_scene({name: file[f"{k}/{name}"] for name in _NAMES}) for k in range(count))
+
+
+_NAMES = (
+    "name", "covers", "truth", "said", "vertices 0", "faces 0", "vertices 1", "faces 1",
+    "times", "translations", "rotations", "valid", "linked",
+)  # fmt: skip
+
+
+def _arrays(one: FailedScene) -> dict[str, NDArray[np.generic]]:
+    scene, motion = one.scene, one.scene.motion
+    meshes = [body.mesh for body in scene.bodies]
+    values = (
+        np.array(scene.name), np.array(scene.covers), scene.truth, one.said, meshes[0].vertices, meshes[0].faces,
+        meshes[1].vertices, meshes[1].faces, motion.times, motion.translations, motion.rotations, motion.valid,
+        motion.linked,
+    )  # fmt: skip
+    return dict(zip(_NAMES, values, strict=True))
+
+
+def _scene(values: dict[str, NDArray[np.generic]]) -> FailedScene:
+    bodies = [
+        Body(name, TriangleMesh(values[f"vertices {k}"], values[f"faces {k}"]))
+        for k, name in enumerate(("first", "second"))
+    ]
+    poses = (values[name] for name in ("times", "translations", "rotations", "valid"))
+    motion = Motion(*poses, linked=values["linked"])
+    covers: Covers = "intervals" if str(values["covers"]) == "intervals" else "instants"
+    truth, said = (values[name].astype(np.uint8) for name in ("truth", "said"))
+    return FailedScene(Scene(str(values["name"]), (bodies[0], bodies[1]), motion, truth, covers), said)

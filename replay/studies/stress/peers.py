@@ -97,19 +97,9 @@ def verdict_each(pairs: FloatArray, meets: Callable[[FloatArray], bool]) -> NDAr
 def verdicts_of(detector: str, pairs: FloatArray) -> NDArray[np.uint8]:
     """What a detector says of each triangle pair.
 
-    Parameters
-    ----------
-    detector : its name.
-    pairs : (n, 2, 3, 3).
-
-    Returns
-    -------
-    (n,) uint8, values of ``Verdict``; INVALID where it refused the pair with an error of its own.
-
-    Raises
-    ------
-    UnknownDetectorError
-        Lists the names there are.
+    ``pairs``: (n, 2, 3, 3).
+    Returns (n,) uint8, values of ``Verdict``; INVALID where it refused the pair with an error of its own.
+    Raises UnknownDetectorError: lists the names there are.
     """
     settings = _settings(detector)
     parts = [_batch(detector, pairs[start : start + BATCH], settings) for start in range(0, len(pairs), BATCH)]

@@ -21,8 +21,8 @@ from replay.comparison.tolerance import TAU
 from replay.errors import StressError
 from replay.studies.stress.cases import Cases, write_cases
 from replay.studies.stress.families import FAMILIES, FIRST_SEED, Family
-from replay.studies.stress.flips import Flips
 from replay.studies.stress.peers import PEERS, answers_of, installed_peers
+from replay.studies.stress.relations import Flips
 from replay.studies.stress.system import CaseTally
 
 ALL: Final = "all"
@@ -41,28 +41,20 @@ CLAIM_EXACTNESS: Final = frozenset({"exact", "continuous", "aabb", "obb", "rapid
 
 @dataclass(frozen=True)
 class Tally:
-    """One detector on one family.
-
-    Parameters
-    ----------
-    missed, invented : disagreements with the exact answer by more than tau.
-    within : disagreements about at most tau (none in families whose coordinates are not metres).
-    refused : pairs it did not decide.
-    unconfirmed : reported by bounding volumes alone where nothing meets; never counted as invented.
-    file : where the failing pairs were written, if they were.
-    """
+    """One detector on one family."""
 
     detector: str
     number: int
     name: str
     seed: int
     pairs: int
+    # missed, invented: disagreements with the exact answer by more than tau
     missed: int
     invented: int
-    within: int
-    refused: int
-    unconfirmed: int
-    file: str | None = None
+    within: int  # disagreements about at most tau (none in families whose coordinates are not metres)
+    refused: int  # pairs it did not decide
+    unconfirmed: int  # reported by bounding volumes alone where nothing meets; never counted as invented
+    file: str | None = None  # where the failing pairs were written, if they were
 
     @property
     def failed(self) -> int:
@@ -115,12 +107,8 @@ class StressResult:
 def detectors_of(name: str) -> list[str]:
     """The rows that a ``--detector`` means.
 
-    Raises
-    ------
-    StressError
-        A peer that is not installed.
-    UnknownDetectorError
-        Lists the names there are.
+    Raises StressError: a peer that is not installed.
+    Raises UnknownDetectorError: lists the names there are.
     """
     if name == ALL:
         return [row for row in detector_names() if row not in NOT_IN_ALL] + installed_peers()
@@ -158,32 +146,20 @@ def families_of(text: str) -> list[Family]:
 
 
 def stress(
-    detector: str = ALL,
+    detector: str = ALL,  # a detector's name, a peer's, or ``"all"``
     *,
     families: Sequence[Family] = FAMILIES,
-    pairs: int = 4000,
-    seed: int = FIRST_SEED,
-    tau: float = TAU,
-    out: Path | None = None,
-    progress: Progress | None = None,
+    pairs: int = 4000,  # how many pairs of each
+    seed: int = FIRST_SEED,  # of the first family; family k takes this plus k - 1
+    tau: float = TAU,  # metres, see ``TAU``
+    out: Path | None = None,  # folder for a file per detector and family that failed; ``None``: none are written
+    progress: Progress | None = None,  # told how far the work is
 ) -> StressResult:
     """Ask a detector, or all, about hard triangle pairs whose answer is known exactly.
 
     The truth is the integer test, which shares no step with the filter and the sums that ``exact`` decides by.
 
-    Parameters
-    ----------
-    detector : a detector's name, a peer's, or ``"all"``.
-    families : which families.
-    pairs : how many pairs of each.
-    seed : of the first family; family k takes this plus k - 1.
-    tau : metres, see ``TAU``.
-    out : folder for a file per detector and family that failed; ``None``: none are written.
-    progress : told how far the work is.
-
-    Raises
-    ------
-    UnknownDetectorError, StressError, OutputError
+    Raises UnknownDetectorError, StressError, OutputError.
     """
     if pairs < 1 or seed < 0 or not 0 <= tau < float("inf"):
         raise StressError(

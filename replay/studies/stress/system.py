@@ -17,11 +17,10 @@ from replay.base.progress import Progress, Silent
 from replay.comparison.tolerance import TAU
 from replay.errors import StressError
 from replay.studies.stress.attempts import ATTEMPTS
-from replay.studies.stress.crossings import OVER_INTERVALS
+from replay.studies.stress.cases import FailedScene, write_scenes
 from replay.studies.stress.families import FIRST_SEED
 from replay.studies.stress.peers import PEERS
-from replay.studies.stress.scene_files import FailedScene, write_scenes
-from replay.studies.stress.scenes import AT_INSTANTS, Scene, meeting
+from replay.studies.stress.scenes import AT_INSTANTS, OVER_INTERVALS, Scene, meeting
 
 NOT_ASKED: Final = {40: ("time stamps", "about recordings, not detectors: replay info names what lies")}
 """Number of a case that asks no detector -> its name, and why."""
@@ -36,35 +35,24 @@ NO_BODIES: Final = "is asked about triangle pairs only"
 
 @dataclass(frozen=True)
 class CaseTally:
-    """One detector on one case.
-
-    Parameters
-    ----------
-    asked : pair-frames, crossings or attempts.
-    missed, invented : wrong by more than tau; an attempt that went wrong counts as missed.
-    within : wrong about at most tau.
-    refused : not decided.
-    unconfirmed : reported by bounding volumes alone where nothing meets.
-    reason : why it was refused, missed or does not apply.
-    applies : False where the case asks this detector nothing.
-    promised : whether the detector's promise reaches as far as the case: one of instants says nothing of intervals.
-    file : where the failing scenes were written, if they were.
-    """
+    """One detector on one case."""
 
     detector: str
     number: int
     name: str
     seed: int
-    asked: int = 0
+    asked: int = 0  # pair-frames, crossings or attempts
+    # missed, invented: wrong by more than tau; an attempt that went wrong counts as missed
     missed: int = 0
     invented: int = 0
-    within: int = 0
-    refused: int = 0
-    unconfirmed: int = 0
-    reason: str = ""
-    applies: bool = True
+    within: int = 0  # wrong about at most tau
+    refused: int = 0  # not decided
+    unconfirmed: int = 0  # reported by bounding volumes alone where nothing meets
+    reason: str = ""  # why it was refused, missed or does not apply
+    applies: bool = True  # False where the case asks this detector nothing
+    # whether the detector's promise reaches as far as the case: one of instants says nothing of intervals
     promised: bool = True
-    file: str | None = None
+    file: str | None = None  # where the failing scenes were written, if they were
 
     @property
     def words(self) -> str:
@@ -79,10 +67,7 @@ class CaseTally:
 def cases_of(text: str) -> list[int]:
     """Cases named by ``all``, ``29`` or ``27-28,41``.
 
-    Raises
-    ------
-    StressError
-        Not numbers from 27 to 43.
+    Raises StressError: not numbers from 27 to 43.
     """
     wanted: set[int] = set()
     for part in ("27-43" if text == "all" else text).split(","):
@@ -94,32 +79,18 @@ def cases_of(text: str) -> list[int]:
 
 
 def run_cases(
-    detectors: Sequence[str],
-    cases: Sequence[int] = tuple(CASES),
+    detectors: Sequence[str],  # names of detectors, or of peers
+    cases: Sequence[int] = tuple(CASES),  # numbers from 27 to 43
     *,
-    seed: int = FIRST_SEED,
-    tau: float = TAU,
-    out: Path | None = None,
-    progress: Progress | None = None,
+    seed: int = FIRST_SEED,  # of the random worlds
+    tau: float = TAU,  # metres, see ``TAU``
+    out: Path | None = None,  # folder for a file per detector and case with failing scenes; ``None``: none are written
+    progress: Progress | None = None,  # told how far the work is
 ) -> tuple[CaseTally, ...]:
     """Ask each detector each case.
 
-    Parameters
-    ----------
-    detectors : names of detectors, or of peers.
-    cases : numbers from 27 to 43.
-    seed : of the random worlds.
-    tau : metres, see ``TAU``.
-    out : folder for a file per detector and case with failing scenes; ``None``: none are written.
-    progress : told how far the work is.
-
-    Returns
-    -------
-    Case after case, detector after detector.
-
-    Raises
-    ------
-    UnknownDetectorError, OutputError
+    Returns case after case, detector after detector.
+    Raises UnknownDetectorError, OutputError.
     """
     found = []
     with (progress or Silent()).stage("cases", len(cases) * len(detectors), "cases") as advance:

@@ -11,7 +11,7 @@ from replay.cli.stress import stress_tables
 from replay.studies.stress import peers
 from replay.studies.stress import stress_runner as runner
 from replay.studies.stress.cases import read_cases
-from replay.studies.stress.flips import Flips
+from replay.studies.stress.relations import Flips
 from replay.studies.stress.stress_runner import StressResult, Tally
 from replay.studies.stress.system import CaseTally
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from support.liquid_worlds import MIX, NEUTRAL, glass, run_in
 
-from replay.effects.models.colours import COLOURS
+from replay.effects.vessels import COLOURS
 from replay.errors import EffectError, PlanError
 
 PINK = {

@@ -1,8 +1,10 @@
+import numpy as np
 import pytest
 from support.liquid_worlds import glass, poured, still, tilted, world
 
 from replay.effects.effect_plan import plan
-from replay.errors import PlanError
+from replay.effects.mixing import WATER_MOLAR
+from replay.errors import EffectError, PlanError
 from replay.pipeline.engine import compute
 from sessions.model.scene import SceneBody
 
@@ -51,3 +53,105 @@ def test_what_a_kind_of_heat_needs_is_asked_for(settings, words):
 
 def test_without_a_pour_nothing_is_diluted():
     assert poured([0.0, 0.0], None, ("heat", DILUTION))["heat"].events == ()
+
+
+def run(xs, height=0.2, capacity=60.0, **more):
+    places = np.zeros((len(xs), 3))
+    places[:, 0], places[:, 1] = xs, height
+    poses = {"lamp": still(len(xs)), "dish": (places, still(len(xs))[1])}
+    dish = SceneBody("dish", extra={"properties": {"heat_capacity_j_per_k": capacity}})
+    session = world(poses, (SceneBody("lamp"), dish), ("heat", {**FLAME, **more}), step_ns=100_000_000)
+    return compute(session).effects["heat"]
+
+
+XS = [1.0] * 5 + [0.01] * 100 + [1.0] * 100
+
+
+def test_over_the_flame_it_warms_and_beside_it_it_cools():
+    run_ = run(XS)
+    (event,) = run_.events
+    peak = 20.0 + 400.0 * -np.expm1(-10.0 * 0.4 / 60.0)
+    assert event.name == "heated" and (event.time, event.end) == pytest.approx((0.5, 10.5))
+    assert event.values["to_c"] == pytest.approx(peak, rel=1e-9)
+    told = run_.series["dish/temperature"]
+    assert told.values.max() == pytest.approx(peak, rel=1e-9) and told.values[0] == 20.0
+    after = 20.0 + (peak - 20.0) * np.exp(-(told.times[-1] - 10.5) * 0.4 / 60.0)
+    assert told.values[-1] == pytest.approx(after, rel=1e-9) and run_.frames_run == 200
+
+
+@pytest.mark.parametrize("where", [{"xs": [0.021] * 20}, {"xs": [0.0] * 20, "height": 0.1}, {"xs": [1.0, 0.0, 1.0]}])
+def test_beside_below_or_for_one_frame_it_is_not_heated(where):
+    run_ = run(**where)
+    assert run_.events == () and run_.frames_run == 0 and set(run_.series["dish/temperature"].values) == {20.0}
+
+
+def test_reaching_the_boiling_point_is_an_event_and_short_of_it_none():
+    assert [event.name for event in run(XS, boils_c=40.0).events] == ["heated", "boil"]
+    assert [event.name for event in run(XS, boils_c=80.0).events] == ["heated"]
+
+
+@pytest.mark.parametrize("capacity", [0.0, -1.0, None, "small"])
+def test_a_heat_capacity_that_cannot_be_is_named(capacity):
+    with pytest.raises(EffectError, match="'dish' has heat_capacity_j_per_k"):
+        run(XS, capacity=capacity)
+
+
+MIX = ("mixing", {"in": ["b"]})
+TILT = [0.0, 60.0, 60.0, 0.0]
+
+
+def acid(name, volume):
+    return glass(name, volume, solute="H2SO4", molar=18.0, water_molar=4.1)
+
+
+def mixed(bodies, degrees=TILT, **more):
+    return poured(degrees, bodies, MIX, ("heat", {**DILUTION, **more}))
+
+
+def test_acid_into_water_gives_off_what_the_formula_says_and_is_the_right_order():
+    effects = mixed((acid("a", 60.0), glass("b", 60.0)))
+    moved = effects["pour"].events[0].values["volume_ml"]
+    h2so4, water = 0.018 * moved, 0.0041 * moved + 0.060 * WATER_MOLAR
+    given = 74000.0 * h2so4 * (water / (water + 1.8 * h2so4) - 4.1 / (4.1 + 1.8 * 18.0))
+    told = effects["heat"].series["b/temperature"].values
+    assert told[-1] == pytest.approx(20.0 + given / (4.0 * (60.0 + moved)), rel=1e-9)
+    assert effects["heat"].events == () and effects["heat"].frames_run == 3
+
+
+def test_water_into_acid_is_the_wrong_order_and_just_as_warm():
+    effects = mixed((glass("a", 60.0), acid("b", 60.0)))
+    (event,) = effects["heat"].events
+    assert event.name == "wrong-order" and event.level == "error" and event.bodies == ("a", "b")
+    assert event.time == pytest.approx(0.01)
+    assert event.values["volume_ml"] == pytest.approx(effects["pour"].events[0].values["volume_ml"], rel=1e-9)
+    assert effects["heat"].series["b/temperature"].values[-1] > 25.0
+
+
+def test_water_into_water_and_acid_into_the_same_acid_stay_as_warm_as_the_room():
+    for bodies in ((glass("a", 60.0), glass("b", 60.0)), (acid("a", 60.0), acid("b", 60.0))):
+        effects = mixed(bodies)
+        assert effects["heat"].series["b/temperature"].values == pytest.approx(20.0, abs=1e-9)
+        assert effects["heat"].events == ()
+
+
+def test_into_an_empty_glass_it_brings_its_own_warmth_and_loses_it_to_the_room():
+    effects = mixed((acid("a", 60.0), glass("b", 0.0)), loss_w_per_k=0.2)
+    assert effects["heat"].series["b/temperature"].values == pytest.approx(20.0, abs=1e-9)
+    warm = mixed((acid("a", 60.0), glass("b", 60.0)), [0.0, 60.0, *([0.0] * 500)], loss_w_per_k=20.0)
+    told = warm["heat"].series["b/temperature"].values
+    assert told[0] == told.max() and told[-1] < 0.8 * (told[0] - 20.0) + 20.0
+
+
+def test_upright_nothing_is_computed():
+    effects = mixed((acid("a", 60.0), glass("b", 60.0)), [0.0, 0.0])
+    assert effects["heat"].frames_run == 0 and effects["heat"].series == {}
+
+
+def test_boiling_is_named():
+    events = mixed((glass("a", 60.0), acid("b", 60.0)), boils_c=25.0)["heat"].events
+    assert sorted(event.name for event in events) == ["boil", "wrong-order"]
+
+
+def test_an_acid_whose_water_nobody_tells_is_refused():
+    with pytest.raises(EffectError, match="how much water is with the H2SO4"):
+        mixed((glass("a", 60.0, solute="H2SO4", molar=18.0), glass("b", 0.0, solute="H2SO4", molar=1.0)))

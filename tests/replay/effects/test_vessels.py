@@ -5,7 +5,7 @@ import pytest
 from support.liquid_worlds import HEIGHT, RADIUS, glass
 
 from replay.effects.models.transfers import Transfer
-from replay.effects.vessels import Vessel, volumes
+from replay.effects.vessels import COLOURS, WATERY, Vessel, blended, volumes
 from replay.errors import EffectError
 from sessions.model.scene import SceneBody
 
@@ -39,3 +39,15 @@ def test_volumes_begin_and_end_with_the_recording_and_change_with_each_transfer(
     assert told["a"].times.tolist() == [0.0, 0.1, 0.2, 0.3] and told["a"].values.tolist() == [5.0, 3.0, 2.0, 2.0]
     assert told["b"].times.tolist() == [0.0, 0.1, 0.3] and told["b"].values.tolist() == [0.0, 2.0, 2.0]
     assert volumes(np.zeros(0), {"a": 5.0}, ())["a"].values.tolist() == []
+
+
+def test_a_blend_begins_and_ends_at_its_colours_and_stays_between():
+    shades = blended(COLOURS["red"], COLOURS["blue"], np.array([-1.0, 0.0, 0.5, 1.0, 9.0]))
+    assert tuple(shades[0]) == tuple(shades[1]) == COLOURS["red"] and tuple(shades[3]) == tuple(shades[4])
+    assert tuple(shades[4]) == COLOURS["blue"] and shades.dtype == np.uint8
+    assert COLOURS["blue"][0] < shades[2][0] < COLOURS["red"][0]
+
+
+def test_every_colour_can_be_seen():
+    assert all(len(one) == 4 and one[3] > 100 and max(one) <= 255 for one in COLOURS.values())
+    assert COLOURS["colourless"] == WATERY

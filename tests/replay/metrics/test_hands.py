@@ -2,12 +2,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import cubes, framed
 
-from replay.metrics.hands import grasps, hand_bodies
+from replay.metrics.hands import fixed_bodies, grasps, hand_bodies, moving, task_seconds
 from replay.prepare.assemble import assemble
+from sessions.model.event import Interval
 from sessions.model.hand import HandTrack
-from sessions.model.scene import Scene, SceneBody
+from sessions.model.scene import Pose, Scene, SceneBody
 
 STEP = 10_000_000
 FRAMES = 300
@@ -67,3 +68,48 @@ def test_hands_are_those_tagged_so_and_else_those_named_so():
     scene = Scene(bodies=(SceneBody("far", tags=("hand",)), SceneBody("hand-right"), SceneBody("cube")))
     assembly, session = world(places, trigger, scene=scene)
     assert [assembly.names[k] for k in hand_bodies(assembly, session)] == ["far"]
+
+
+T = np.arange(6001) * 0.01
+
+
+def test_path_and_idle_time_of_a_hand_that_moves_half_of_the_minute():
+    hand = np.where(T < 30.0, 0.1 * T, 3.0)
+    assembly = assemble(cubes({"hand": hand, "cube": np.full(len(T), 9.0)}))
+    found = moving(assembly, [0])
+    assert found.path_m == pytest.approx(3.0, rel=1e-9)
+    assert found.idle_share == pytest.approx(0.5, abs=0.005)
+    assert found.valid_minutes == pytest.approx(1.0, rel=1e-9)
+    assert found.flagged_share == 0.0
+
+
+def test_a_lost_tracker_adds_no_path_and_no_valid_time():
+    status = np.ones((300, 2), dtype=np.uint8)
+    status[100:200, 0] = 0
+    assembly = assemble(framed(np.arange(300) * 10_000_000, status, names=("hand", "cube")))
+    found = moving(assembly, [0])
+    assert found.valid_minutes * 60 < 2.1
+    assert found.flagged_share == pytest.approx((100 - 0) / 600, abs=0.01)
+
+
+def test_a_trackers_noise_adds_little_to_the_path():
+    noise = np.random.default_rng(0).normal(0.0, 0.0003, len(T))
+    assembly = assemble(cubes({"hand": noise, "cube": np.full(len(T), 9.0)}))
+    found = moving(assembly, [0])
+    assert found.path_m < 0.3 and found.idle_share > 0.99
+    assert np.abs(np.diff(noise)).sum() > 1.5
+
+
+def test_fixed_bodies_are_those_the_scene_fixes():
+    scene = Scene(bodies=(SceneBody("hand"), SceneBody("bench", fixed=Pose())))
+    session = cubes({"hand": np.linspace(0, 1, 50), "cube": np.full(50, 5.0)}, scene=scene)
+    assert fixed_bodies(assemble(session)) == set()
+
+
+def test_spans_of_one_task_add_up():
+    session = cubes(
+        {"a": np.zeros(4), "b": np.full(4, 3.0)},
+        intervals=[Interval(0, 2_000_000_000, "task", "stir"), Interval(3_000_000_000, 4_000_000_000, "task", "stir"),
+                   Interval(0, 9_000_000_000, "stage", "virtual reality")],
+    )  # fmt: skip
+    assert task_seconds(session) == {"stir": pytest.approx(3.0)}

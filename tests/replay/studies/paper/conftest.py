@@ -2,13 +2,20 @@
 
 import pytest
 
+from replay.studies.paper.contestants import groups_of
 from replay.studies.paper.experiment import run_paper
+from replay.studies.paper.fixtures import table_fixtures
 from replay.studies.paper.pictures import pictures_of
 
 
 @pytest.fixture(scope="session")
 def small():
     return run_paper(targets=(100,), poses=2, near=40, sessions=1)
+
+
+@pytest.fixture(scope="session")
+def groups():
+    return list(groups_of(table_fixtures((100,), poses=4)))
 
 
 @pytest.fixture(scope="session")

@@ -2,13 +2,7 @@
 
 import pytest
 
-from replay.studies.paper.contestants import CONTESTANTS, ask, groups_of, make
-from replay.studies.paper.fixtures import table_fixtures
-
-
-@pytest.fixture(scope="module")
-def groups():
-    return list(groups_of(table_fixtures((100,), poses=4)))
+from replay.studies.paper.contestants import CONTESTANTS, ask, make
 
 
 def test_poses_of_the_same_meshes_are_together_each_with_a_stamp_of_its_own(groups):

@@ -7,16 +7,10 @@ from cdcore import Verdict, create_detector
 from cdcore.search.features import features_of
 from cdcore.search.samples import sample_of
 from cdcore.search.settings import SearchSettings
-from replay.studies.paper.contestants import CONTESTANTS, groups_of, make
-from replay.studies.paper.engines import SearchEngine, engines_of
-from replay.studies.paper.fixtures import table_fixtures
+from replay.studies.paper.contestants import CONTESTANTS, ask, make
+from replay.studies.paper.engines import CAPPED, CAPS, FCL, TREES, SearchEngine, ask_capped, engines_of, first_contacts
 
 BUDGETED = tuple(name for name, row in CONTESTANTS.items() if row.counters)
-
-
-@pytest.fixture(scope="module")
-def groups():
-    return list(groups_of(table_fixtures((100,), poses=4)))
 
 
 @pytest.fixture(scope="module")
@@ -61,3 +55,46 @@ def test_sampled_faces_are_those_of_each_body_whatever_the_order_of_names(groups
     drawn = SearchEngine(group.bodies, features, SearchSettings()).sampled_faces(30, 7)
     for body, some, faces in zip(group.bodies, features, drawn, strict=True):
         assert np.array_equal(faces, some.face[sample_of(some, 30, 7, body.name).pick]) and len(faces) == 30
+
+
+@pytest.fixture(scope="module")
+def group(groups):
+    return groups[1]
+
+
+@pytest.fixture(scope="module")
+def trees(engines):
+    return engines[1]
+
+
+@pytest.fixture(scope="module")
+def whole(group):
+    return {name: [ask(name, make(name, group.bodies), group, pose).operations for pose in range(2)] for name in TREES}
+
+
+def test_each_row_lists_as_many_pairs_as_its_cap_allows_and_none_is_invented(group, trees, whole):
+    found = ask_capped(group, trees, whole)
+    assert set(found) == {(name, cap) for name in CAPPED for cap in CAPS}
+    for (name, cap), answers in found.items():
+        assert [target for target, _ in answers] == [100, 100]
+        for (_, answer), truth in zip(answers, group.truth, strict=True):
+            assert answer.pairs == answer.right_pairs == min(cap, len(truth))
+            assert (answer.operations > 0) == (name != FCL)
+
+
+@pytest.mark.parametrize("name", TREES)
+def test_a_cap_of_one_finds_the_pair_of_the_first_contact_mode(name, group, trees, whole):
+    frame = group.motion.frames(0, 1)
+    pairs, operations = first_contacts(trees[name], frame, 1, whole[name][0])
+    first = make(name, group.bodies, mode="first").detect(frame, faces=True)
+    assert np.array_equal(pairs, first.faces(0, 0)) and len(pairs) == 1
+    assert operations == int(first.work["node_tests"]) + int(first.work["leaf_tests"])
+
+
+@pytest.mark.parametrize("name", TREES)
+def test_more_contacts_hold_fewer_and_cost_more(name, group, trees, whole):
+    frame = group.motion.frames(1, 2)
+    found = [first_contacts(trees[name], frame, cap, whole[name][1]) for cap in (3, 30, 10**6)]
+    sets = [set(map(tuple, pairs.tolist())) for pairs, _ in found]
+    assert [len(one) for one in sets] == [3, 30, len(group.truth[1])] and sets[0] < sets[1] < sets[2]
+    assert found[0][1] < found[1][1] < found[2][1] <= whole[name][1]

@@ -6,7 +6,7 @@ import pytest
 from cdcore import Verdict
 from replay.errors import StressError
 from replay.studies.stress import system
-from replay.studies.stress.scene_files import read_scenes
+from replay.studies.stress.cases import read_scenes
 from replay.studies.stress.stress_runner import StressResult
 from replay.studies.stress.system import CASES, CaseTally, cases_of, run_cases
 
