@@ -15,8 +15,6 @@ from pathlib import Path
 from typing import Any, Final
 from uuid import uuid4
 
-import pyarrow.parquet as pq
-
 from replay.base.machine import versions
 from replay.base.processes import Told, in_processes
 from replay.errors import OutputError
@@ -85,10 +83,9 @@ def batch_digest(out: Path, names: Sequence[str]) -> str:
     """SHA-256 over the digests of all detections and all rows of metrics, in order of name."""
     digest = hashlib.sha256()
     for name in sorted(names):
-        summary = read_run_folder(out / name).summary
-        answers = {label: one["digest"] for label, one in summary["detectors"].items()}
-        rows = pq.read_table(out / name / METRICS).to_pylist()
-        digest.update(json.dumps([name, answers, rows], sort_keys=True).encode())
+        run = read_run_folder(out / name)
+        answers = {label: one["digest"] for label, one in run.summary["detectors"].items()}
+        digest.update(json.dumps([name, answers, run.rows(METRICS)], sort_keys=True).encode())
     return digest.hexdigest()
 
 

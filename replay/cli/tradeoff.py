@@ -79,10 +79,10 @@ def _write(held: Session, done: Tradeoff, out: Path, people: People, *, force: b
     """A run folder of the usual audit, with the tradeoff in its tables, report and picture."""
     from dataclasses import replace
 
+    from replay.outputs.report.tradeoff import tradeoff_files
     from replay.outputs.rerun_log.recording import write_recording
     from replay.outputs.results.run_folder import write_run_folder
     from replay.pipeline.engine import compute
-    from replay.tradeoffs.output import tradeoff_files
 
     progress = TerminalProgress(people)
     run = compute(held, progress=progress, **asked)

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
 
 from cdcore.protocol import counts_as_contact
@@ -25,14 +24,12 @@ FLICKER_S: Final = 0.1
 REACH_S: Final = 0.5
 """A hand touching what it takes this long before or after the press means to."""
 
-_TEXT, _WHOLE, _REAL = pa.string(), pa.int64(), pa.float64()
-
-METRICS: Final[dict[str, Any]] = {
-    "student": _TEXT, "session": _TEXT, "scene": _TEXT, "tool": _TEXT, "settings": _TEXT, "detector": _TEXT,
-    "recall": _REAL, "contact_frames": _WHOLE, "valid_minutes": _REAL, "flagged_share": _REAL,
-    "contacts_per_min": _REAL, "unintended_contacts_per_min": _REAL, "near_misses": _WHOLE, "grasp_attempts": _WHOLE,
-    "grasps": _WHOLE, "breakages": _WHOLE, "spilled_ml": _REAL, "hazard_seconds": _REAL, "path_m": _REAL,
-    "idle_share": _REAL, "task_seconds": _REAL,
+METRICS: Final[dict[str, type]] = {
+    "student": str, "session": str, "scene": str, "tool": str, "settings": str, "detector": str,
+    "recall": float, "contact_frames": int, "valid_minutes": float, "flagged_share": float,
+    "contacts_per_min": float, "unintended_contacts_per_min": float, "near_misses": int, "grasp_attempts": int,
+    "grasps": int, "breakages": int, "spilled_ml": float, "hazard_seconds": float, "path_m": float,
+    "idle_share": float, "task_seconds": float,
 }  # fmt: skip
 """Column -> type. ``settings`` is a digest of all that decides a row; a value nobody measured is null. ``recall`` is
 the share of the oracle's ``contact_frames`` (pair-frames) that the detector reports, 1 for the oracle itself; null
@@ -58,14 +55,6 @@ class _Seen:
     grasps: tuple[Grasp, ...] | None
     fixed: set[int]
     close: tuple[NearMiss, ...]
-
-
-def metrics_table(result: RunResult) -> pa.Table:
-    """The rows of a run as a table, columns of ``METRICS`` and one per task."""
-    rows = metric_rows(result)
-    tasks = sorted(name for name in (rows[0] if rows else {}) if name.startswith(TASK))
-    kinds = {**METRICS, **dict.fromkeys(tasks, pa.float64())}
-    return pa.table({name: pa.array([row[name] for row in rows], kind) for name, kind in kinds.items()})
 
 
 def metric_rows(result: RunResult) -> list[dict[str, Any]]:

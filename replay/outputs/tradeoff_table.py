@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 from replay.outputs.tables import Table, table
-from replay.tradeoffs.pareto import Row
+from replay.pipeline.run_result import Tradeoff
+from replay.tradeoffs.pareto import Row, front_of
 
 HEAD: Final = (
     "#", "setting", "front", "ms per frame", "slowest", "p99 ms (over 11.1)", "s per minute", "missed, % [95 %]",
@@ -22,6 +23,26 @@ def quickest_first(rows: Iterable[Row]) -> list[Row]:
     return sorted(rows, key=lambda row: float(row["ms_per_frame"]))
 
 
+def front_rows(rows: Sequence[Row]) -> list[Row]:
+    """The rows on the front, quickest first."""
+    by_label = {row["label"]: row for row in rows}
+    return [by_label[label] for label in front_of(rows)]
+
+
+def lines_of(rows: Iterable[Row]) -> dict[str, list[Row]]:
+    """Name of a line of the picture -> its rows, quickest first."""
+    lines: dict[str, list[Row]] = {row["line"]: [] for row in rows}
+    for row in quickest_first(rows):
+        lines[row["line"]].append(row)
+    return lines
+
+
+def measured_on(done: Tradeoff) -> str:
+    """The machine behind the milliseconds."""
+    made = done.about["machine"]
+    return f"{made['system']} {made['processor']}, {made['cores']} cores"
+
+
 def tradeoff_table(title: str, rows: Iterable[Row]) -> Table:
     """These rows, in the order given and numbered in it."""
     return table(title, HEAD, (_cells(number, row) for number, row in enumerate(rows, 1)), words=HEAD[1:3])
@@ -30,18 +51,14 @@ def tradeoff_table(title: str, rows: Iterable[Row]) -> Table:
 def _cells(number: int, row: Row) -> tuple[str, ...]:
     marks = ["oracle"] * row["oracle"] + ["front"] * row["front"] + ["live front"] * row["front_online"]
     return (
-        str(number),
-        row["label"],
-        ", ".join(marks),
-        f"{row['ms_per_frame']:.4f}",
-        f"{row['ms_high']:.4f}",
+        str(number), row["label"], ", ".join(marks), f"{row['ms_per_frame']:.4f}", f"{row['ms_high']:.4f}",
         "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f} ({100 * row['over_share']:.2f} %)",
         f"{row['seconds_per_minute']:.2f}",
         f"{100 * row['missed']:.1f} [{100 * row['missed_low']:.1f}, {100 * row['missed_high']:.1f}]",
         "" if row["precision"] is None else f"{100 * (1 - row['precision']):.1f}",
         "" if row["face_recall"] is None else f"{100 * row['face_recall']:.1f}",
         _most_work(row["work"]),
-    )
+    )  # fmt: skip
 
 
 def _most_work(work: Mapping[str, int]) -> str:

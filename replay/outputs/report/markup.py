@@ -5,8 +5,10 @@ from __future__ import annotations
 from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from html import escape
-from typing import Final
+from importlib.resources import files
+from typing import Any, Final
 
+from replay.outputs import tables
 from replay.outputs.tables import CODE, STRONG, Cell, Marked, Table
 
 
@@ -32,27 +34,40 @@ def joined(parts: Iterable[object]) -> Markup:
     return Markup("\n".join(safe(part) for part in parts))
 
 
-def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[object]], *, words: int = 1) -> Markup:
+def page_html(title: str, top: Iterable[object], sections: Iterable[object], caveat: str, style: str = "") -> str:
+    """A self-contained page: ``top`` is its header, ``caveat`` its footer, ``style`` goes before the common one."""
+    common = files("replay.outputs.report").joinpath("style.css").read_text(encoding="utf-8")
+    head = [
+        Markup('<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'),
+        element("title", title),
+        Markup(f"<style>{style}{common}</style>"),
+    ]
+    body = [element("header", *top), element("main", joined(sections)), element("footer", element("p", caveat))]
+    return f'<!doctype html>\n<html lang="en"><head>{joined(head)}</head><body>{joined(body)}</body></html>\n'
+
+
+def section(title: str, *content: object) -> Markup:
+    """A part of a page below its heading."""
+    return element("section", element("h2", title), *content)
+
+
+def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Any]], *, words: int = 1) -> Markup:
     """A table whose first ``words`` columns hold words and whose others hold numbers."""
-    return _table(caption, head, rows, ["word" if k < words else "number" for k in range(len(head))])
+    return page_table(tables.table(caption, head, rows, words=words))
 
 
 def page_table(made: Table) -> Markup:
-    """A table of ``replay.outputs`` as HTML, its notes below it."""
+    """A table as HTML, its notes below it."""
     kinds = ["word" if column.words else "number" for column in made.columns]
-    rows = ([_cell(cell) for cell in row] for row in made.rows)
-    shown = _table(made.title, [column.name for column in made.columns], rows, kinds)
-    return joined([shown, *(element("p", note) for note in made.notes)])
-
-
-def _table(caption: str, head: Sequence[str], rows: Iterable[Sequence[object]], kinds: Sequence[str]) -> Markup:
-    header = element("tr", *(element("th", name, scope="col", class_=kinds[k]) for k, name in enumerate(head)))
+    names = zip(made.columns, kinds, strict=True)
+    header = element("tr", *(element("th", column.name, scope="col", class_=kind) for column, kind in names))
     body = [
-        element("tr", *(element("td", cell, class_=kind) for kind, cell in zip(kinds, row, strict=True)))
-        for row in rows
+        element("tr", *(element("td", _cell(cell), class_=kind) for kind, cell in zip(kinds, row, strict=True)))
+        for row in made.rows
     ]
-    whole = element("table", element("caption", caption), element("thead", header), element("tbody", *body))
-    return element("div", whole, class_="wide", tabindex="0", role="region", aria_label=caption)
+    whole = element("table", element("caption", made.title), element("thead", header), element("tbody", *body))
+    shown = element("div", whole, class_="wide", tabindex="0", role="region", aria_label=made.title)
+    return joined([shown, *(element("p", note) for note in made.notes)])
 
 
 MARKS: Final = {STRONG: "b", CODE: "code"}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,7 @@ from replay.outputs.palette import MISSED, hex_of
 from replay.outputs.report.audit_parts import cause_table, count_tables, dwell_table, heat_map, latency_histogram
 from replay.outputs.report.bench_picture import bench_picture
 from replay.outputs.report.charts import timeline, timing
-from replay.outputs.report.markup import Markup, element, joined, page_table, picture
+from replay.outputs.report.markup import Markup, element, joined, page_html, page_table, picture, section
 from replay.outputs.report.tables import (
     contact_table,
     effect_section,
@@ -49,17 +48,10 @@ def write_report(result: RunResult, path: Path) -> None:
 def report_html(result: RunResult) -> str:
     """The page as text."""
     name = result.session.scene.name or Path(result.session.origin).stem or "session"
-    style = Markup(files("replay.outputs.report").joinpath("style.css").read_text(encoding="utf-8"))
-    head = [
-        Markup('<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'),
-        element("title", f"{name}: {_headlines(result)[0]}"),
-        Markup(f"<style>:root {{ --missed: {hex_of(MISSED)}; }}\n{style}</style>"),
-    ]
     lines = [element("p", f"Replay of {name}"), *(element("h1", line) for line in _headlines(result))]
     lines += [element("p", line, class_="price") for line in _beside(result)]
-    body = [element("header", *lines)]
-    body += [element("main", joined(_sections(result))), element("footer", element("p", CAVEAT))]
-    return f'<!doctype html>\n<html lang="en"><head>{joined(head)}</head><body>{joined(body)}</body></html>\n'
+    red = f":root {{ --missed: {hex_of(MISSED)}; }}\n"
+    return page_html(f"{name}: {_headlines(result)[0]}", lines, _sections(result), CAVEAT, red)
 
 
 def _headlines(result: RunResult) -> list[str]:
@@ -88,34 +80,30 @@ def _sections(result: RunResult) -> list[Markup]:
     if result.tradeoff is not None:
         from replay.outputs.report.tradeoff import tradeoff_section
 
-        parts.append(_section("What accuracy costs", tradeoff_section(result.tradeoff)))
-    parts += [_section(f"When: {label}", timeline(result, label)) for label in result.comparisons]
-    parts.append(_section("The bench", joined(_pictures(result))))
+        parts.append(section("What accuracy costs", tradeoff_section(result.tradeoff)))
+    parts += [section(f"When: {label}", timeline(result, label)) for label in result.comparisons]
+    parts.append(section("The bench", joined(_pictures(result))))
     if result.detections:
-        parts.append(_section("Contacts", contact_table(result)))
+        parts.append(section("Contacts", contact_table(result)))
     if result.comparisons:
         causes = [cause_table(result)] if result.causes else []
-        parts.append(_section("What was missed, and why", count_tables(result), heat_map(result), *causes))
+        parts.append(section("What was missed, and why", count_tables(result), heat_map(result), *causes))
     parts += [
-        _section(f"Every miss of {label}", miss_table(result, label))
+        section(f"Every miss of {label}", miss_table(result, label))
         for label in result.comparisons
         if result.misses[label]
     ]
     if result.detections:
         costs = page_table(cost_table(result).only(*COST_HEAD))
-        parts.append(_section("What it cost in time", timing(result), latency_histogram(result), costs))
+        parts.append(section("What it cost in time", timing(result), latency_histogram(result), costs))
     if result.comparisons and (steps := dwell_table(result)) is not None:
-        parts.append(_section("Which step rate would have missed it", steps))
+        parts.append(section("Which step rate would have missed it", steps))
     if result.effects or result.summary["plan"]["not_built"]:
-        parts.append(_section("Effects that the scene calls for", effect_section(result)))
-    parts.append(_section("Can the recording be trusted?", finding_tables(result)))
-    parts.append(_section("The session", fact_table(result)))
-    parts.append(_section("How to get the same again", settings_table(result)))
+        parts.append(section("Effects that the scene calls for", effect_section(result)))
+    parts.append(section("Can the recording be trusted?", finding_tables(result)))
+    parts.append(section("The session", fact_table(result)))
+    parts.append(section("How to get the same again", settings_table(result)))
     return parts
-
-
-def _section(title: str, *content: object) -> Markup:
-    return element("section", element("h2", title), *content)
 
 
 def _pictures(result: RunResult) -> list[Markup]:
@@ -126,20 +114,14 @@ def _pictures(result: RunResult) -> list[Markup]:
     eye = overview(assembly, scene, points, frame)
     words = f"The bench at {assembly.motion.times[frame]:.2f} s"
     pictures = [picture(bench_picture(assembly, scene, frame, _from_farther(eye)), words)]
-    obstacles = Obstacles(assembly, scene) if shown else None
+    obstacles = Obstacles(assembly, scene)
     for label, miss in _telling(shown)[:CLOSE_UPS]:
-        assert obstacles is not None
         there, row = standing(assembly, miss)
         side = towards_user(there, scene, row, miss.point)
         near = _from_farther(obstacles.close_up(row, miss.point, side, there.motion))
         png = bench_picture(there, scene, row, near, _marked(result, miss))
-        pictures.append(
-            picture(
-                png,
-                f"Miss {miss.number} of {label}: {miss.body_a} and {miss.body_b} at "
-                f"{there.motion.times[row]:.3f} s, {miss.kind}; red: {_red(miss)}",
-            )
-        )
+        what = f"{miss.body_a} and {miss.body_b} at {there.motion.times[row]:.3f} s, {miss.kind}; red: {_red(miss)}"
+        pictures.append(picture(png, f"Miss {miss.number} of {label}: {what}"))
     return [element("div", *pictures, class_="pictures")]
 
 

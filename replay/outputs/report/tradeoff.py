@@ -1,14 +1,50 @@
-"""The report's curve: recall against time, the advice, and a row per setting."""
+"""A tradeoff in page and folder: recall against time as a picture, the advice, and a row per setting."""
 
 from __future__ import annotations
 
 import base64
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
 
 from replay.outputs.report.markup import Markup, element, joined, page_table
-from replay.outputs.tradeoff_table import HEAD, quickest_first, tradeoff_table
+from replay.outputs.report.tradeoff_picture import DARK, LIGHT, Theme, picture
+from replay.outputs.results.parquet import write_rows
+from replay.outputs.tradeoff_table import HEAD, measured_on, quickest_first, tradeoff_table
 from replay.pipeline.run_result import Tradeoff
-from replay.tradeoffs.output import title_of
-from replay.tradeoffs.picture import DARK, LIGHT, Theme, picture
+
+TABLE: Final = "tradeoff.parquet"
+JSON: Final = "tradeoff.json"
+PICTURES: Final = {
+    "tradeoff.png": ("png", LIGHT), "tradeoff.svg": ("svg", LIGHT), "tradeoff-dark.png": ("png", DARK),
+}  # fmt: skip
+
+
+def title_of(done: Tradeoff) -> str:
+    """What the picture is called."""
+    about = done.about
+    counts = f"{about['contacts']} contacts, {about['frames']:,} frames"
+    return f"What accuracy costs: {about['session']}, {counts}, beside {about['oracle']}"
+
+
+def write_tradeoff(done: Tradeoff, folder: Path) -> None:
+    """Write table and pictures into a folder; counters as a JSON text: every algorithm counts something else."""
+    write_rows(({**row, "work": json.dumps(row["work"], sort_keys=True)} for row in done.rows), folder / TABLE)
+    text = json.dumps(done.as_json(), indent=1, allow_nan=False)
+    (folder / JSON).write_text(text + "\n", encoding="utf-8", newline="\n")
+    for name, (kind, theme) in PICTURES.items():
+        (folder / name).write_bytes(picture(done.rows, title_of(done), kind, theme))
+
+
+@contextmanager
+def tradeoff_files(done: Tradeoff) -> Iterator[dict[str, Path]]:
+    """Name -> file, as ``write_run_folder`` takes further files; they are gone when the block ends."""
+    with TemporaryDirectory() as folder:
+        write_tradeoff(done, Path(folder))
+        yield {path.name: path for path in sorted(Path(folder).iterdir())}
 
 
 def tradeoff_section(done: Tradeoff) -> Markup:
@@ -21,12 +57,10 @@ def tradeoff_section(done: Tradeoff) -> Markup:
     if done.cut:
         count = f"{len(done.cut)} settings were not tried, for want of time"
         cut = [element("details", element("summary", count), element("p", f"{', '.join(done.cut)}."))]
-    made = done.about["machine"]
     measured = (
-        f"Measured on {made['system']} {made['processor']}, {made['cores']} cores, of which this process had "
-        f"{min(1.0, done.about['processor_share']):.0%} of its time; compare ratios, not milliseconds. "
-        "Milliseconds per frame are the quickest pass, then the slowest; work is counted beside the clock, and is "
-        "the same everywhere."
+        f"Measured on {measured_on(done)}, of which this process had {min(1.0, done.about['processor_share']):.0%} of "
+        "its time; compare ratios, not milliseconds. Milliseconds per frame are the quickest pass, then the slowest; "
+        "work is counted beside the clock, and is the same everywhere."
     )
     whole = tradeoff_table("Every setting that was tried", quickest_first(done.rows)).only(*HEAD[1:])
     return joined([advice, element("figure", image), *cut, element("p", measured), page_table(whole)])

@@ -16,12 +16,12 @@ import rerun.blueprint as rrb
 
 from replay.base.constants import BUDGET_MS
 from replay.outputs.palette import BACKGROUND, GRID, TICKS, WHITE, Rgba
+from replay.outputs.report.tradeoff_picture import DARK, apart, stretched
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.markdown import markdown
-from replay.outputs.tradeoff_table import quickest_first, tradeoff_table
+from replay.outputs.tradeoff_table import front_rows, lines_of, measured_on, quickest_first, tradeoff_table
 from replay.pipeline.run_result import Tradeoff
 from replay.tradeoffs.pareto import Row, counts
-from replay.tradeoffs.picture import DARK, apart, lines_of, stretched
 
 ROOT: Final = "tradeoff/plot"
 ADVICE: Final = "tradeoff/advice"
@@ -50,12 +50,7 @@ LEGEND: Final = 46.0
 
 @dataclass(frozen=True)
 class Plane:
-    """Where milliseconds and recall are in the plane.
-
-    Parameters
-    ----------
-    low, high : powers of ten at the ends of the time axis.
-    """
+    """Where milliseconds and recall are in the plane; ``low`` and ``high`` are powers of ten at the ends of the axis."""
 
     low: int
     high: int
@@ -104,10 +99,8 @@ def _axes(writer: RecordingWriter, plane: Plane) -> None:
     strips = [[(plane.x(10.0**k), 0.0), (plane.x(10.0**k), HEIGHT)] for k in decades]
     strips += [[(0.0, plane.y(level)), (WIDTH, plane.y(level))] for level in RECALLS]
     writer.static(_at("grid"), rr.LineStrips2D(strips, colors=packed([GRID]), radii=0.8))
-    budget = rr.LineStrips2D(
-        [[(plane.x(BUDGET_MS), -10.0), (plane.x(BUDGET_MS), HEIGHT)]], colors=packed([WHITE]), radii=1.2
-    )
-    writer.static(_at("budget"), budget)
+    budget = [[(plane.x(BUDGET_MS), -10.0), (plane.x(BUDGET_MS), HEIGHT)]]
+    writer.static(_at("budget"), rr.LineStrips2D(budget, colors=packed([WHITE]), radii=1.2))
     words: list[tuple[str, float, float]] = [(f"{10.0**k:g} ms", plane.x(10.0**k), HEIGHT + 14) for k in decades]
     words += [(f"{level:.0%}", -52.0, plane.y(level) - 16) for level in RECALLS]
     words += [
@@ -127,35 +120,26 @@ def _words(writer: RecordingWriter, name: str, words: Sequence[tuple[str, float,
 def _line(writer: RecordingWriter, plane: Plane, name: str, points: Sequence[Row], colour: Rgba) -> None:
     places = [plane.point(row) for row in points]
     shades = [colour if counts(row) or row["oracle"] else (*colour[:3], PALE) for row in points]
-    spans = [
-        [(plane.x(row["ms_per_frame"]), plane.y(row[end])) for end in ("recall_low", "recall_high")] for row in points
-    ]
+    ends = ("recall_low", "recall_high")
+    spans = [[(plane.x(row["ms_per_frame"]), plane.y(row[end])) for end in ends] for row in points]
     writer.static(_at("lines", name, "interval"), rr.LineStrips2D(spans, colors=packed(shades), radii=0.7))
     if len(places) > 1:
         writer.static(_at("lines", name, "line"), rr.LineStrips2D([places], colors=packed([shades[-1]]), radii=1.3))
     sizes = [7.0 if row["online"] else 4.5 for row in points]
-    marks = rr.Points2D(
-        places, colors=packed(shades), radii=sizes, labels=[row["label"] for row in points], show_labels=False
-    )
+    labels = [row["label"] for row in points]
+    marks = rr.Points2D(places, colors=packed(shades), radii=sizes, labels=labels, show_labels=False)
     writer.static(_at("lines", name, "marks"), marks)
 
 
 def _front(writer: RecordingWriter, plane: Plane, done: Tradeoff) -> None:
-    by_label = {row["label"]: row for row in done.rows}
-    rows = [by_label[label] for label in done.front]
-    if not rows:
+    places = [plane.point(row) for row in front_rows(done.rows)]
+    if not places:
         return
-    corners: list[tuple[float, float]] = []
-    for row in rows:
-        x, y = plane.point(row)
-        corners += [(x, corners[-1][1])] if corners else []
-        corners.append((x, y))
-    corners.append((WIDTH, corners[-1][1]))
+    ends = [*(x for x, _ in places[1:]), WIDTH]
+    corners = [corner for (x, y), end in zip(places, ends, strict=True) for corner in ((x, y), (end, y))]
     white = packed([WHITE])
     writer.static(_at("front", "steps"), rr.LineStrips2D([corners], colors=white, radii=2.4))
-    rings = rr.Points2D([plane.point(row) for row in rows], colors=white, radii=5.5, draw_order=40.0)
-    writer.static(_at("front", "marks"), rings)
-    places = [plane.point(row) for row in rows]
+    writer.static(_at("front", "marks"), rr.Points2D(places, colors=white, radii=5.5, draw_order=40.0))
     numbers = apart(places, NUMBER, NUMBERS_APART, -2.0)
     poles = [[place, (x, y + 14.0)] for place, (x, y) in zip(places, numbers, strict=True)]
     writer.static(_at("front", "poles"), rr.LineStrips2D(poles, colors=packed([GRID]), radii=0.8))
@@ -176,12 +160,8 @@ def curve_tab() -> Any:
 
 def advice_text(done: Tradeoff) -> str:
     """Advice and the table of the front in Markdown, then every row in order of time."""
-    by_label = {row["label"]: row for row in done.rows}
-    front = tradeoff_table("The front", [by_label[label] for label in done.front]).only("#", *SHOWN)
-    made = done.about["machine"]
-    where = (
-        f"Measured on {made['system']} {made['processor']}, {made['cores']} cores; compare ratios, not milliseconds."
-    )
+    front = tradeoff_table("The front", front_rows(done.rows)).only("#", *SHOWN)
+    where = f"Measured on {measured_on(done)}; compare ratios, not milliseconds."
     cut = [f"Not tried, for want of time: {', '.join(done.cut)}."] if done.cut else []
     whole = tradeoff_table("Every setting", quickest_first(done.rows)).only(*SHOWN).titled("Every setting", where, *cut)
     advice = "\n\n".join(["## What to take", *(f"- {sentence}" for sentence in done.advice)])

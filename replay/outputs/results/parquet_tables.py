@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
@@ -13,7 +14,8 @@ from cdcore import Verdict
 from cdcore.protocol import counts_as_contact
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Episode, Outcome
-from replay.outputs.results.effect_tables import EventRow, effect_event_rows
+from replay.metrics.row import METRICS, TASK, metric_rows
+from replay.outputs.results.parquet import columns_of, table_of
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import frame_seconds
 from replay.prepare.flags import POSE_DOUBT, flag_words
@@ -61,50 +63,34 @@ def episode_table(result: RunResult) -> pa.Table:
     was in doubt about a pose in it (null: nothing).
     """
     never = _never_found(result)
-    rows = [
-        (label, number, episode, ",".join(never.get((label, number), ())))
-        for label, found in result.episodes.items()
-        for number, episode in enumerate(found, 1)
-    ]
-    found = [row[2] for row in rows]
-    columns = {
-        "first": [one.first for one in found],
-        "last": [one.last for one in found],
-        "frames": [one.last - one.first + 1 for one in found],
-        "start": [one.start for one in found],
-        "end": [one.end for one in found],
-        "missed_by": [row[3] for row in rows],
-        "flag": [_doubt(result, one) for one in found],
-    }
-    kinds = (*[pa.int64()] * 3, *[pa.float64()] * 2, *[pa.string()] * 2)
-    return pa.table(
-        {
-            **_heads(result, [(label, number, one.pair) for label, number, one, _ in rows]),
-            **{name: pa.array(columns[name], kind) for name, kind in zip(columns, kinds, strict=True)},
-            **_match_columns(result, [(label, number) for label, number, _, _ in rows]),
-        }
-    )
+    status = {label: matches.status() for label, matches in result.matches.items()}
+    match = {(label, one.found): one for label, matches in result.matches.items() for one in matches.matched}
+    rows = [(label, number, one) for label, found in result.episodes.items() for number, one in enumerate(found, 1)]
+    values = [
+        (
+            one.first, one.last, one.last - one.first + 1, one.start, one.end, ",".join(never.get((label, number), ())),
+            _doubt(result, one), status.get(label, {}).get(number, ""),
+            *(getattr(match.get((label, number)), name, None) for name in MATCH),
+        )
+        for label, number, one in rows
+    ]  # fmt: skip
+    heads = _heads(result, [(label, number, one.pair) for label, number, one in rows])
+    return pa.table(heads | columns_of(values, EPISODE_COLUMNS))
+
+
+MATCH: Final = ("truth", "overlap", "onset_error", "duration_error")
+"""Attributes of a match; ``overlap`` is written as ``overlap_frames``."""
+
+EPISODE_COLUMNS: Final[dict[str, type]] = {
+    "first": int, "last": int, "frames": int, "start": float, "end": float, "missed_by": str, "flag": str,
+    "status": str, "truth": int, "overlap_frames": int, "onset_error": float, "duration_error": float,
+}  # fmt: skip
 
 
 def _heads(result: RunResult, rows: list[tuple[str, int, int]]) -> Columns:
     """Detector, number and pair of each row."""
-    return {
-        "detector": pa.array([label for label, _, _ in rows], pa.string()),
-        "number": pa.array([number for _, number, _ in rows], pa.int64()),
-        **_pair_columns(result, np.array([pair for _, _, pair in rows], dtype=np.int64)),
-    }
-
-
-def _match_columns(result: RunResult, rows: list[tuple[str, int]]) -> Columns:
-    status = {label: matches.status() for label, matches in result.matches.items()}
-    match = {(label, one.found): one for label, matches in result.matches.items() for one in matches.matched}
-    words = [status.get(label, {}).get(number, "") for label, number in rows]
-    table: Columns = {"status": pa.array(words, pa.string())}
-    kinds = {"truth": pa.int64(), "overlap": pa.int64(), "onset_error": pa.float64(), "duration_error": pa.float64()}
-    for name, kind in kinds.items():
-        values = [getattr(match.get(row), name, None) for row in rows]
-        table["overlap_frames" if name == "overlap" else name] = pa.array(values, kind)
-    return table
+    pairs = np.array([pair for _, _, pair in rows], dtype=np.int64)
+    return columns_of(rows, {"detector": str, "number": int}) | _pair_columns(result, pairs)
 
 
 def miss_table(result: RunResult) -> pa.Table:
@@ -114,19 +100,21 @@ def miss_table(result: RunResult) -> pa.Table:
     ``first``, and ``face_a`` and ``face_b`` which faces touch first; point and normal are those of that moment.
     """
     rows = [(label, miss) for label, found in result.misses.items() for miss in found]
-    table = _heads(result, [(label, miss.number, miss.pair) for label, miss in rows])
-    kinds = dict.fromkeys(("first", "last"), pa.int64()) | dict.fromkeys(("start", "end"), pa.float64())
-    kinds |= {"kind": pa.string()} | dict.fromkeys(("episode", "deepest", "face_pairs"), pa.int64())
-    kinds |= {"cut_length": pa.float64(), "cause": pa.string()}
-    table |= {name: pa.array([getattr(miss, name) for _, miss in rows], kind) for name, kind in kinds.items()}
-    for name in ("point", "normal"):
-        for axis, letter in enumerate("xyz"):
-            table[f"{name}_{letter}"] = pa.array([getattr(miss, name)[axis] for _, miss in rows], pa.float64())
-    touches = [miss.touch for _, miss in rows]
-    table["touch"] = pa.array([touch and touch.moment for touch in touches], pa.float64())
-    for side, letter in enumerate("ab"):
-        table[f"face_{letter}"] = pa.array([touch and touch.faces[side] for touch in touches], pa.int64())
-    return pa.table(table)
+    values = []
+    for _, miss in rows:
+        touch = (None,) * 3 if miss.touch is None else (miss.touch.moment, *miss.touch.faces)
+        values.append([*(getattr(miss, name) for name in MISS_COLUMNS), *miss.point, *miss.normal, *touch])
+    places = dict.fromkeys([f"{name}_{axis}" for name in ("point", "normal") for axis in "xyz"], float)
+    kinds = MISS_COLUMNS | places | {"touch": float, "face_a": int, "face_b": int}
+    heads = _heads(result, [(label, miss.number, miss.pair) for label, miss in rows])
+    return pa.table(heads | columns_of(values, kinds))
+
+
+MISS_COLUMNS: Final[dict[str, type]] = {
+    "first": int, "last": int, "start": float, "end": float, "kind": str, "episode": int, "deepest": int,
+    "face_pairs": int, "cut_length": float, "cause": str,
+}  # fmt: skip
+"""Columns that are attributes of a miss."""
 
 
 def event_table(result: RunResult) -> pa.Table:
@@ -143,14 +131,56 @@ def event_table(result: RunResult) -> pa.Table:
         (i.start_ns, i.end_ns, i.kind, i.name, "", "info", "; ".join(f"{k}={v}" for k, v in i.data.items()), "")
         for i in result.session.intervals
     ]
-    rows += effect_event_rows(result, zero)
+    rows += _effect_events(result, zero)
     rows.sort(key=lambda row: row[0])
-    names = ("stamp_ns", "end_stamp_ns", "source", "name", "body", "level", "message", "values")
-    kinds = (pa.int64(), pa.int64(), *[pa.string()] * 6)
-    table = {name: pa.array([row[k] for row in rows], kinds[k]) for k, name in enumerate(names)}
-    table["time"] = pa.array([(row[0] - zero) / 1e9 for row in rows], pa.float64())
-    table["end_time"] = pa.array([None if row[1] is None else (row[1] - zero) / 1e9 for row in rows], pa.float64())
-    return pa.table(table)
+    seconds = [(row[0] - zero, None if row[1] is None else row[1] - zero) for row in rows]
+    values = [(*row, a / 1e9, None if b is None else b / 1e9) for row, (a, b) in zip(rows, seconds, strict=True)]
+    words = ("source", "name", "body", "level", "message", "values")
+    kinds = dict.fromkeys(("stamp_ns", "end_stamp_ns"), int) | dict.fromkeys(words, str)
+    return pa.table(columns_of(values, kinds | {"time": float, "end_time": float}))
+
+
+EFFECT: Final = "effect/"
+"""``source`` of an event that an effect found: this and its kind."""
+
+EventRow = tuple[int, int | None, str, str, str, str, str, str]
+"""stamp_ns, end_stamp_ns, source, name, body, level, message, values as JSON."""
+
+
+def _effect_events(result: RunResult, zero: int) -> Iterator[EventRow]:
+    """A row per event of every effect; ``zero`` is the stamp of second 0."""
+    for kind, run in result.effects.items():
+        for event in run.events:
+            end = None if event.end is None else zero + round(event.end * 1e9)
+            values = dict(event.values) | ({} if event.point is None else {"point": list(event.point)})
+            text = json.dumps(values, sort_keys=True, default=plain)
+            yield (
+                zero + round(event.time * 1e9), end, EFFECT + kind, event.name, " ".join(event.bodies), event.level,
+                event.text, text,
+            )  # fmt: skip
+
+
+def series_table(result: RunResult) -> pa.Table:
+    """Every value of every series of the effects: ``effect series unit time value``."""
+    parts = [(kind, name, one) for kind, run in result.effects.items() for name, one in run.series.items()]
+    rows = np.repeat(np.arange(len(parts)), [len(one.times) for _, _, one in parts])
+    words = ([kind for kind, _, _ in parts], [name for _, name, _ in parts], [one.unit for _, _, one in parts])
+    columns: Columns = {name: _words(rows, one) for name, one in zip(("effect", "series", "unit"), words, strict=True)}
+    for name, some in {"time": "times", "value": "values"}.items():
+        columns[name] = pa.array(np.concatenate([np.zeros(0), *(getattr(one, some) for _, _, one in parts)]))
+    return pa.table(columns)
+
+
+def metrics_table(result: RunResult) -> pa.Table:
+    """The metrics of a run, columns of ``METRICS`` and one per task."""
+    rows = metric_rows(result)
+    tasks = sorted(name for name in (rows[0] if rows else {}) if name.startswith(TASK))
+    return table_of(rows, METRICS | dict.fromkeys(tasks, float))
+
+
+def plain(value: Any) -> Any:
+    """Numbers of numpy as numbers of JSON."""
+    return value.tolist() if hasattr(value, "tolist") else str(value)
 
 
 def _happened(result: RunResult) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

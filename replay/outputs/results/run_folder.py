@@ -14,10 +14,17 @@ from uuid import uuid4
 import pyarrow.parquet as pq
 
 from replay.errors import OutputError, RunFolderError
-from replay.metrics.row import metrics_table
 from replay.outputs.report.page import write_report
-from replay.outputs.results.effect_tables import plain, series_table
-from replay.outputs.results.parquet_tables import episode_table, event_table, frame_table, miss_table
+from replay.outputs.results.parquet import read_rows
+from replay.outputs.results.parquet_tables import (
+    episode_table,
+    event_table,
+    frame_table,
+    metrics_table,
+    miss_table,
+    plain,
+    series_table,
+)
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA
 
@@ -38,12 +45,7 @@ def check_target(out: Path, *, force: bool = False, mark: str = SUMMARY, what: s
     """Refuse a folder that cannot become a run folder, before the work is done and not after.
 
     With ``force``, an earlier run folder or an empty folder may be replaced; any other folder never is. Folders of
-    another kind are recognised by the file ``mark``.
-
-    Raises
-    ------
-    OutputError
-        Says what is in the way.
+    another kind are recognised by the file ``mark``. Raises ``OutputError``, which says what is in the way.
     """
     if not out.exists():
         return
@@ -56,26 +58,14 @@ def check_target(out: Path, *, force: bool = False, mark: str = SUMMARY, what: s
 
 
 def write_run_folder(
-    result: RunResult,
-    out: Path,
-    *,
-    force: bool = False,
-    picture: Picture | None = None,
+    result: RunResult, out: Path, *, force: bool = False, picture: Picture | None = None,
     files: Mapping[str, Path] | None = None,
-) -> Path:
-    """Write tables, summary, report and picture of a run.
+) -> Path:  # fmt: skip
+    """Write tables, summary, report and picture of a run to the folder ``out``; folders above it are made too.
 
-    Parameters
-    ----------
-    out : the folder to make; the folders above it are made too.
-    force : replace an earlier run folder of that name.
-    picture : writes the recording; ``None``: no picture.
-    files : further files to put in, name -> where they are.
-
-    Raises
-    ------
-    OutputError
-        The folder exists, or cannot be written.
+    ``force`` replaces an earlier run folder of that name; ``picture`` writes the recording, ``None``: no picture;
+    ``files`` are further files to put in, name -> where they are. Raises ``OutputError``: the folder exists, or cannot
+    be written.
     """
     check_target(out, force=force)
     with replaced(out) as folder:
@@ -95,64 +85,38 @@ def write_run_folder(
 
 @dataclass(frozen=True)
 class RunFolder:
-    """A run folder that was found to be one.
-
-    Parameters
-    ----------
-    path : the folder.
-    summary : what ``summary.json`` holds.
-    """
+    """A run folder that was found to be one; ``summary`` is what ``summary.json`` holds."""
 
     path: Path
     summary: dict[str, Any]
 
     @property
     def picture(self) -> Path:
-        """The recording.
-
-        Raises
-        ------
-        RunFolderError
-            The run was made without one.
-        """
+        """The recording; ``RunFolderError`` where the run was made without one."""
         path = self.path / PICTURE
         if not path.is_file():
             raise RunFolderError(f"{self.path} holds no picture ({PICTURE}); run again without --no-picture")
         return path
 
     def require_miss(self, number: int | None) -> None:
-        """Refuse the number of a miss that is not in the run.
-
-        Raises
-        ------
-        RunFolderError
-            Says which numbers there are.
-        """
-        most = max((row["number"] for row in self.misses()), default=0)
+        """Refuse the number of a miss that is not in the run; the ``RunFolderError`` says which there are."""
+        most = max((row["number"] for row in self.rows(MISSES)), default=0)
         if number is not None and number > most:
             there = f"its misses are numbered 1 to {most}" if most else "nothing was missed in it"
             raise RunFolderError(f"{self.path} has no miss {number}; {there}")
 
-    def misses(self) -> list[dict[str, Any]]:
-        """Every numbered miss as a row."""
-        rows: list[dict[str, Any]] = pq.read_table(self.path / MISSES).to_pylist()
-        return rows
+    def rows(self, name: str) -> list[dict[str, Any]]:
+        """The rows of one of its tables, by the name of the file."""
+        return read_rows(self.path / name)
 
 
 def read_run_folder(path: Path) -> RunFolder:
-    """Open a run folder.
-
-    Raises
-    ------
-    RunFolderError
-        It holds no summary, or one of another schema.
-    """
+    """Open a run folder; ``RunFolderError`` where it holds no summary, or one of another schema."""
     try:
         summary = json.loads((path / SUMMARY).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise RunFolderError(
-            f"{path} is not a run folder: it has no readable {SUMMARY}; make one with `replay run`"
-        ) from error
+        why = f"it has no readable {SUMMARY}; make one with `replay run`"
+        raise RunFolderError(f"{path} is not a run folder: {why}") from error
     schema = summary.get("schema") if isinstance(summary, dict) else None
     if schema != SCHEMA:
         raise RunFolderError(f"{path / SUMMARY} has schema {schema!r}, this version reads {SCHEMA!r}; run again")

@@ -18,11 +18,10 @@ from numpy.typing import NDArray
 
 from replay.errors import StudyError
 from replay.studies.class_study.codebook import Codebook, Item, Question
-from replay.studies.class_study.factorability import Bartlett, bartlett, kmo
 from replay.studies.class_study.joining import DETECTOR, RECALL, STUDENT, Metrics, Questionnaire, rows_of_students
 from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, RefusedError
 from replay.studies.class_study.regression import Coefficient, Regression, holm, regress
-from replay.studies.class_study.reliability import Reliability, reliability
+from replay.studies.class_study.reliability import Bartlett, Reliability, bartlett, kmo, reliability
 from sessions.synthetic.rng import random_stream
 
 Floats = NDArray[np.float64]

@@ -5,18 +5,16 @@ It is written before the data are seen: what is not declared here is not analyse
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from replay.errors import StudyError
+from sessions.scene_files.toml_table import Table
 
-TOP = ("student", "scale", "items", "regressions", "groups")
-ITEM = ("construct", "scale", "reversed")
-REGRESSION = ("outcome", "predictors")
-GROUPS = ("column", "names")
+SCALE: Final = (1.0, 5.0)
+"""Ends of the scale where the codebook names none."""
 
 
 @dataclass(frozen=True)
@@ -41,12 +39,8 @@ class Question:
 class Codebook:
     """What a questionnaire means and what is asked of it.
 
-    Parameters
-    ----------
-    student : column with the student's pseudonym.
-    items : every question, in the order declared.
-    questions : regressions asked.
-    groups : column of the declared groups and their names; ``None``: none are compared.
+    ``student`` is the column with the student's pseudonym; ``groups`` the column of the declared groups and their
+    names, ``None`` where none are compared. Items and questions stand in the order declared.
     """
 
     student: str
@@ -65,86 +59,73 @@ class Codebook:
 def read_codebook(path: Path) -> Codebook:
     """Read a codebook.
 
-    Raises ``StudyError``: not YAML, or a field that is unknown, missing or of the wrong kind; it names the place and
+    Raises ``StudyError``: not YAML, or a key that is unknown, missing or of the wrong kind; it names the place and
     the nearest known name.
     """
     import yaml
 
     try:
-        loaded = yaml.safe_load(path.read_text(encoding="utf-8"))
+        loaded = _with_words(yaml.safe_load(path.read_text(encoding="utf-8")))
     except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
         raise StudyError(f"{path} cannot be read as YAML: {' '.join(str(error).split())}") from error
-    where = path.name
-    table = _table(loaded, TOP, where)
-    scale = _scale(table.get("scale", [1, 5]), f"{where}: scale")
-    declared = _mapping(table.get("items"), f"{where}: items")
-    items = tuple(_item(str(name), value, scale, f"{where}: items: {name}") for name, value in declared.items())
+    if not isinstance(loaded, dict):
+        raise StudyError(f"{path.name}: must be a table of names and values, not {loaded!r:.60}")
+    for key, kind, what in (("items", dict, "a table of tables"), ("regressions", list, "a list of tables")):
+        held = loaded.get(key, kind())
+        if not isinstance(held, kind) or not all(isinstance(one, dict) for one in _entries(held)):
+            raise StudyError(f"{path.name}: {key} must be {what}, not {held!r:.60}")
+    failure: Any = StudyError
+    table = Table(loaded, path.name, "", failure)
+    student, scale = table.text("student", "student"), _scale(table, SCALE)
+    items = tuple(_item(name, one, scale) for name, one in table.named_tables("items").items())
+    questions = tuple(_question(one) for one in table.tables("regressions") or ())
+    declared = table.table("groups")
+    groups = None if declared is None else _groups(declared)
+    table.done()
     if not items:
-        raise StudyError(f"{where}: items is empty; declare at least one item, as `peu1: {{construct: ease of use}}`")
-    asked = table.get("regressions", [])
-    if not isinstance(asked, list):
-        raise StudyError(f"{where}: regressions must be a list of outcome and predictors")
-    questions = tuple(_question(value, f"{where}: regressions: {k + 1}") for k, value in enumerate(asked))
-    groups = _groups(table["groups"], f"{where}: groups") if "groups" in table else None
-    return Codebook(_word(table.get("student", "student"), f"{where}: student"), items, questions, groups, path)
+        raise table.fail("items is empty; declare at least one item, as `peu1: {construct: ease of use}`")
+    return Codebook(student, items, questions, groups, path)
 
 
-def _item(name: str, value: object, scale: tuple[float, float], where: str) -> Item:
-    table = _table(value, ITEM, where)
-    turned = table.get("reversed", False)
-    if not isinstance(turned, bool):
-        raise StudyError(f"{where}: reversed must be true or false, not {turned!r}")
-    own = _scale(table["scale"], f"{where}: scale") if "scale" in table else scale
-    return Item(name, _word(table.get("construct"), f"{where}: construct"), own, turned)
+def _entries(held: Any) -> Iterable[Any]:
+    return held.values() if isinstance(held, dict) else held
 
 
-def _question(value: object, where: str) -> Question:
-    table = _table(value, REGRESSION, where)
-    predictors = table.get("predictors")
-    if not isinstance(predictors, list) or not predictors:
-        raise StudyError(f"{where}: predictors must be a list of names")
-    names = tuple(_word(name, f"{where}: predictors") for name in predictors)
-    outcome = _word(table.get("outcome"), f"{where}: outcome")
-    if len({outcome, *names}) < len(names) + 1:
-        raise StudyError(f"{where}: {outcome} and its predictors must differ from each other")
-    return Question(outcome, names)
+def _with_words(value: Any) -> Any:
+    """The same tables with texts as keys: YAML reads ``1:`` as a number."""
+    if isinstance(value, dict):
+        return {str(key): _with_words(one) for key, one in value.items()}
+    return [_with_words(one) for one in value] if isinstance(value, list) else value
 
 
-def _groups(value: object, where: str) -> tuple[str, tuple[str, ...]]:
-    table = _table(value, GROUPS, where)
-    names = table.get("names")
-    if not isinstance(names, list) or len(names) < 2:
-        raise StudyError(f"{where}: names must list at least two groups")
-    return _word(table.get("column"), f"{where}: column"), tuple(str(name) for name in names)
-
-
-def _table(value: object, known: tuple[str, ...], where: str) -> Mapping[str, Any]:
-    table = _mapping(value, where)
-    for key in table:
-        if key not in known:
-            near = get_close_matches(str(key), known, n=1)
-            hint = f"did you mean {near[0]!r}?" if near else f"there are: {', '.join(known)}"
-            raise StudyError(f"{where}: unknown field {key!r}; {hint}")
-    return table
-
-
-def _mapping(value: object, where: str) -> Mapping[Any, Any]:
-    if not isinstance(value, Mapping):
-        raise StudyError(f"{where}: must be a table of names and values, not {value!r:.60}")
-    return value
-
-
-def _scale(value: object, where: str) -> tuple[float, float]:
-    whole = isinstance(value, list) and len(value) == 2
-    if not whole or not all(isinstance(end, int | float) and not isinstance(end, bool) for end in value):  # type: ignore[attr-defined]
-        raise StudyError(f"{where}: must be two numbers as [1, 5], not {value!r:.60}")
-    low, high = (float(end) for end in value)  # type: ignore[attr-defined]
+def _scale(table: Table, default: tuple[float, float]) -> tuple[float, float]:
+    low, high = table.vector("scale", default)
     if not low < high:
-        raise StudyError(f"{where}: must rise, not {value!r}")
+        raise table.fail(f"scale must rise, not [{low:g}, {high:g}]")
     return low, high
 
 
-def _word(value: object, where: str) -> str:
-    if not isinstance(value, str) or not value.strip():
-        raise StudyError(f"{where}: must be a word, not {value!r:.60}")
-    return value
+def _item(name: str, table: Table, scale: tuple[float, float]) -> Item:
+    item = Item(name, table.text("construct", None), _scale(table, scale), table.flag("reversed"))
+    table.done()
+    return item
+
+
+def _question(table: Table) -> Question:
+    question = Question(table.text("outcome", None), table.texts("predictors"))
+    if not question.predictors:
+        raise table.fail("predictors is empty; name one or more")
+    if len({question.outcome, *question.predictors}) <= len(question.predictors):
+        raise table.fail(f"{question.outcome} and its predictors must differ from each other")
+    table.done()
+    return question
+
+
+def _groups(table: Table) -> tuple[str, tuple[str, ...]]:
+    column, left = table.text("column", None), table.rest()
+    names = left.pop("names", None)
+    if left:
+        raise table.fail(f"unknown key {next(iter(left))!r}; there are: column, names")
+    if not isinstance(names, list) or len(names) < 2:
+        raise table.fail("names must list at least two groups")
+    return column, tuple(map(str, names))

@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from replay.errors import OutputError, RunFolderError, StudyError
+from replay.outputs.results.parquet import UNREADABLE
 from replay.outputs.results.run_folder import METRICS
 from replay.studies.class_study.joining import check_pseudonyms, read_rows
 from replay.studies.class_study.refusals import RefusedError
@@ -20,22 +21,11 @@ ORDER: Final = [("student", "ascending"), ("session", "ascending"), ("detector",
 
 
 def collect(runs: Sequence[Path], students: Path | None = None) -> pa.Table:
-    """Join the metrics of runs.
+    """Join the metrics of run folders, or of folders of run folders.
 
-    Parameters
-    ----------
-    runs : run folders, or folders of run folders.
-    students : CSV with the columns ``session`` (its digest, as metrics have it) and ``student``, for recordings that
-        carry no pseudonym.
-
-    Raises
-    ------
-    RunFolderError
-        A folder holds no metrics.
-    RefusedError
-        ``ids``: a row without a pseudonym, or one session of two students.
-    StudyError
-        The file of students cannot be read.
+    ``students`` is a CSV with the columns ``session`` (its digest, as metrics have it) and ``student``, for recordings
+    that carry no pseudonym. Raises ``RunFolderError``: a folder holds no metrics; ``RefusedError`` ``ids``: a row
+    without a pseudonym, or one session of two students; ``StudyError``: the file of students cannot be read.
     """
     files = [file for run in runs for file in metric_files(run)]
     if not files:
@@ -51,10 +41,7 @@ def collect(runs: Sequence[Path], students: Path | None = None) -> pa.Table:
 
 
 def metric_files(run: Path) -> list[Path]:
-    """The table of a run folder, or those of the run folders in a folder, in order of name.
-
-    Raises ``RunFolderError``: there is none.
-    """
+    """The table of a run folder, or those of the run folders in it by name; ``RunFolderError`` where there is none."""
     if (run / METRICS).is_file():
         return [run / METRICS]
     found = sorted(file for file in run.glob(f"*/{METRICS}") if not file.parent.name.startswith("."))
@@ -64,10 +51,7 @@ def metric_files(run: Path) -> list[Path]:
 
 
 def write_table(table: pa.Table, out: Path, *, force: bool = False) -> Path:
-    """Write a table under its name when it is whole.
-
-    Raises ``OutputError``: the file exists or cannot be written.
-    """
+    """Write a table under its name when it is whole; ``OutputError``: the file exists or cannot be written."""
     if out.exists() and not force:
         raise OutputError(f"{out} exists; name another file, or replace it with --force")
     partial = out.with_name(f".{out.name}.{uuid4().hex[:8]}.partial")
@@ -83,10 +67,7 @@ def write_table(table: pa.Table, out: Path, *, force: bool = False) -> Path:
 
 
 def read_students(path: Path) -> dict[str, str]:
-    """Session digest -> pseudonym.
-
-    Raises ``StudyError``: no CSV with these columns; ``RefusedError``: ``ids``, one session of two students.
-    """
+    """Session digest -> pseudonym; refused as ``ids``: one session of two students."""
     rows = read_rows(path)
     if not rows or not {"session", "student"} <= set(rows[0]):
         raise StudyError(f"{path.name} needs the columns session and student")
@@ -101,7 +82,7 @@ def read_students(path: Path) -> dict[str, str]:
 def _read(file: Path) -> pa.Table:
     try:
         return pq.read_table(file)
-    except (OSError, pa.ArrowException) as error:
+    except UNREADABLE as error:
         raise RunFolderError(f"{file} cannot be read as a table of metrics ({error}); run its session again") from error
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay.errors import StudyError
+from replay.outputs.results.parquet import UNREADABLE, read_columns
 from replay.studies.class_study.codebook import Codebook, Item
 from replay.studies.class_study.refusals import RefusedError
 
@@ -153,12 +154,9 @@ class Metrics:
 
 def read_metrics(path: Path) -> Metrics:
     """Read ``metrics.parquet``; raises ``StudyError`` for another table and ``RefusedError`` ``ids``."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     try:
-        columns = pq.read_table(path).to_pydict()
-    except (OSError, pa.ArrowException) as error:
+        columns = read_columns(path)
+    except UNREADABLE as error:
         raise StudyError(f"{path} cannot be read as a table of metrics: {error}") from error
     for name in (STUDENT, DETECTOR, RECALL, CONTACT_FRAMES):
         if name not in columns:

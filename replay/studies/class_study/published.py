@@ -16,8 +16,8 @@ from typing import Any, Final
 import numpy as np
 
 from replay.errors import StudyError
-from replay.studies.class_study.factorability import chi_square_tail, kaiser_word
 from replay.studies.class_study.refusals import PERSONS_PER_ITEM
+from replay.studies.class_study.reliability import chi_square_tail, kaiser_word
 
 FIT_TOLERANCE: Final = 0.0035
 """An adjusted fit printed to three places may differ by this much from what its coefficient gives (measured on the

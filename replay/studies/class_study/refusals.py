@@ -6,8 +6,7 @@ where the list is kept.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 from replay.errors import StudyError
 
@@ -21,8 +20,7 @@ PERSONS_PER_ITEM: Final = 5
 """Below this many students per questionnaire item, factor statistics carry a warning (usual advice: 5 to 10)."""
 
 
-@dataclass(frozen=True)
-class Rule:
+class Rule(NamedTuple):
     """Why a result would mislead, and what would make it possible."""
 
     reason: str
@@ -40,9 +38,7 @@ RULES: Final[dict[str, Rule]] = {
         "the items' correlation matrix has no inverse: an item repeats others, or there are fewer students than items",
         "drop the repeated item or study more students",
     ),
-    "collinear": Rule(
-        "the predictors determine each other, so their shares cannot be told apart", "leave one of them out"
-    ),
+    "collinear": Rule("the predictors determine each other; their shares are not known", "leave one of them out"),
     "ids": Rule(
         "rows whose student is missing or named twice cannot be joined without guessing",
         "give every row one pseudonym, the same in both files",
@@ -52,17 +48,15 @@ RULES: Final[dict[str, Rule]] = {
         "merge groups or study more students",
     ),
     "undeclared-groups": Rule(
-        "a comparison invented after seeing the data finds too much", "declare the groups in the codebook"
+        "a comparison chosen after the data were seen finds too much", "declare the groups in the codebook"
     ),
-    "causal-wording": Rule(
-        "these are associations; nothing here was assigned at random", "write 'is associated with'"
-    ),
+    "causal-wording": Rule("these are associations; nothing here was assigned at random", "write 'is associated with'"),
     "provenance": Rule(
         "a figure without its n, its detector and what that detector misses cannot be judged",
         "collect metrics from runs that were audited",
     ),
 }  # fmt: skip
-"""Rule -> why and what lifts it; the refusal rules of the specification's section on statistics, and what they need."""
+"""Rule -> why and what lifts it."""
 
 
 class RefusedError(StudyError):

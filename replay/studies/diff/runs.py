@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-import pyarrow.parquet as pq
-
 from replay.comparison.matching import partners
 from replay.comparison.outcome import Episode
-from replay.outputs.results.run_folder import EPISODES, read_run_folder
+from replay.outputs.results.run_folder import EPISODES, RunFolder, read_run_folder
 
 TICKS: Final = 1_000_000
 """Episodes are compared in microseconds: seconds of a session are whole nanoseconds rounded to float64."""
@@ -36,15 +34,11 @@ class Shift:
 class DetectorDiff:
     """One detector in two runs.
 
-    Parameters
-    ----------
-    same : contacts that begin and end at the same time in both.
-    gained, lost : rows of contacts that only the second, or only the first, run has.
-    shifted : contacts of both that moved.
-    time_ratio, p99_ratio : seconds of the second over those of the first; ``None`` where one was not measured.
-    same_verdicts : whether the digests are equal; ``None`` where one has none.
-    missed, invented : shares in the first and in the second, of the pair-frames in contact and of those reported;
-        ``None`` where the detector was not audited.
+    ``same`` counts contacts that begin and end at the same time in both, ``shifted`` are those that moved, ``gained``
+    and ``lost`` rows of contacts that only the second, or only the first, run has. Ratios are seconds of the second
+    over those of the first, ``None`` where one was not measured. ``same_verdicts``: whether the digests are equal,
+    ``None`` where one has none. ``missed`` and ``invented`` are shares in the first and in the second, of the
+    pair-frames in contact and of those reported; ``None`` where the detector was not audited.
     """
 
     same: int
@@ -99,7 +93,7 @@ def diff_runs(a: str | Path, b: str | Path) -> RunDiff:
     """Compare two run folders; raises ``RunFolderError`` for a folder that is none, or of another version."""
     first, second = read_run_folder(Path(a)), read_run_folder(Path(b))
     labels = [list(run.summary["detectors"]) for run in (first, second)]
-    rows = [_rows(run.path) for run in (first, second)]
+    rows = [_rows(run) for run in (first, second)]
     common = [label for label in labels[0] if label in labels[1]]
     return RunDiff(
         {
@@ -116,9 +110,9 @@ def diff_runs(a: str | Path, b: str | Path) -> RunDiff:
     )
 
 
-def _rows(folder: Path) -> dict[str, list[Row]]:
+def _rows(run: RunFolder) -> dict[str, list[Row]]:
     found: dict[str, list[Row]] = {}
-    for row in pq.read_table(folder / EPISODES).to_pylist():
+    for row in run.rows(EPISODES):
         found.setdefault(row["detector"], []).append(row)
     return found
 
@@ -128,16 +122,7 @@ def _detector(
 ) -> DetectorDiff:
     names = {_pair(row): None for row in (*before, *after)}
     number = {name: k for k, name in enumerate(names)}
-    sides = [
-        [
-            Episode(
-                number[_pair(row)], round(row["start"] * TICKS), round(row["end"] * TICKS), row["start"], row["end"]
-            )
-            for row in rows
-        ]
-        for rows in (before, after)
-    ]
-    matched = partners(*sides)
+    matched = partners(*([_episode(number[_pair(row)], row) for row in rows] for rows in (before, after)))
     both = [(before[i - 1], after[j - 1]) for i, j in matched]
     shifts = [Shift(one, other, other["start"] - one["start"], other["end"] - one["end"]) for one, other in both]
     moved = tuple(one for one in shifts if round(one.start * TICKS) or round(one.end * TICKS))
@@ -151,6 +136,11 @@ def _detector(
         same_verdicts=None if None in digests else digests[0] == digests[1],
         missed=_shares("missed", audit, audit_after), invented=_shares("invented", audit, audit_after),
     )  # fmt: skip
+
+
+def _episode(pair: int, row: Row) -> Episode:
+    start, end = row["start"], row["end"]
+    return Episode(pair, round(start * TICKS), round(end * TICKS), start, end)
 
 
 def _shares(name: str, before: Row, after: Row) -> tuple[float | None, float | None]:

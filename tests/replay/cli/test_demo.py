@@ -18,7 +18,7 @@ def test_a_small_demo_records_replays_and_names_what_was_missed(tmp_path, monkey
     told = json.loads(printed)
     folder = read_run_folder(tmp_path / "replay-demo")
     assert said.startswith("making up") and "replay view replay-demo" in said
-    assert told["audit"]["22.5Hz"]["misses"] == len(folder.misses()) > 0
+    assert told["audit"]["22.5Hz"]["misses"] == len(folder.rows("misses.parquet")) > 0
     assert folder.picture.is_file()
     assert len(read_session(tmp_path / "replay-demo" / "session.mcap").frames) == told["session"]["frames"]
 

@@ -16,9 +16,10 @@ from replay.metrics.row import (
     intended,
     joined,
     metric_rows,
-    metrics_table,
     recall,
 )
+from replay.outputs.results.parquet import TYPES
+from replay.outputs.results.parquet_tables import metrics_table
 from sessions.synthetic.scenes import make_scene_session
 
 PAIRS = np.array([[0, 1], [1, 2], [0, 2]])
@@ -71,7 +72,7 @@ def test_the_table_of_a_run_folder_has_every_column_in_its_type(tmp_path):
     read = pq.read_table(write_run_folder(result, tmp_path / "run") / "metrics.parquet")
     assert read == metrics_table(result)
     for name, kind in METRICS.items():
-        assert read.schema.field(name).type == kind
+        assert read.schema.field(name).type == TYPES[kind]
 
 
 def test_another_session_has_another_digest_and_the_same_one_the_same():

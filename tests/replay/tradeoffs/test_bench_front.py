@@ -6,7 +6,7 @@ from time import process_time
 import pyarrow.parquet as pq
 import pytest
 
-from replay.tradeoffs.output import write_tradeoff
+from replay.outputs.report.tradeoff import write_tradeoff
 from replay.tradeoffs.settings import settings_list
 from replay.tradeoffs.sweep import TIME_LIMIT, tradeoff
 from sessions.synthetic.bench_bumps import make_bench_bumps

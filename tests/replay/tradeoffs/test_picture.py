@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from replay.tradeoffs.picture import (
+from replay.outputs.report.tradeoff_picture import (
     APART,
     DARK,
     LIGHT,

@@ -13,8 +13,8 @@ from cdcore.kernels import compiling
 from replay.api.runner import run
 from replay.base.machine import processor
 from replay.errors import TradeoffError
+from replay.outputs.report.tradeoff import title_of, tradeoff_files, write_tradeoff
 from replay.tradeoffs import sweep as trading
-from replay.tradeoffs.output import title_of, tradeoff_files, write_tradeoff
 from replay.tradeoffs.settings import ASKED, Setting
 from replay.tradeoffs.sweep import tradeoff
 from replay.tradeoffs.timing import timed

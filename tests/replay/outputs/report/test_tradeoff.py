@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from replay.outputs.report.page import report_html
 from replay.outputs.report.tradeoff import tradeoff_section
-from replay.tradeoffs.picture import DARK, LIGHT
+from replay.outputs.report.tradeoff_picture import DARK, LIGHT
 from replay.tradeoffs.settings import Setting
 from replay.tradeoffs.sweep import tradeoff
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from support.small_worlds import STEP_NS, cubes
 
-from replay.outputs.results.effect_tables import series_table
-from replay.outputs.results.parquet_tables import event_table
+from replay.outputs.results.parquet_tables import event_table, series_table
 from replay.pipeline.engine import compute
 from sessions import Event
 from sessions.model.scene import Scene, SceneBody, SceneEffect

@@ -79,7 +79,7 @@ def test_a_place_that_cannot_be_written_is_one_sentence(result, tmp_path):
 def test_a_run_folder_reads_back(result, tmp_path):
     folder = read_run_folder(write_run_folder(result, tmp_path / "run"))
     assert folder.summary["oracle"] == "hybrid"
-    assert [row["number"] for row in folder.misses()] == [1, 2][: len(result.misses["slow"])]
+    assert [row["number"] for row in folder.rows("misses.parquet")] == [1, 2][: len(result.misses["slow"])]
     with pytest.raises(RunFolderError, match="holds no picture"):
         _ = folder.picture
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import scipy.stats
 
-from replay.studies.class_study.bootstrap import interval
+from replay.studies.class_study.reliability import interval
 
 
 def means(values, random, draws=4000):

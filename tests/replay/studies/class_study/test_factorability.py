@@ -4,8 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from replay.studies.class_study.factorability import bartlett, chi_square_tail, kaiser_word, kmo
 from replay.studies.class_study.refusals import RefusedError
+from replay.studies.class_study.reliability import bartlett, chi_square_tail, kaiser_word, kmo
 
 REFERENCE = json.loads(Path(__file__).with_name("reference.json").read_text("utf-8"))
 ANSWERS = np.array(REFERENCE["answers"], dtype=np.float64)

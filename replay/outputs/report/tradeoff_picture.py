@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from replay.base.constants import BUDGET_MS
-from replay.tradeoffs.pareto import PRECISION, Row, counts, front_of
+from replay.outputs.tradeoff_table import front_rows, lines_of
+from replay.tradeoffs.pareto import PRECISION, Row, counts
 from replay.tradeoffs.settings import AS_IT_COMES
 
 if TYPE_CHECKING:
@@ -117,8 +118,7 @@ def _line(axes: Axes, points: Sequence[Row], colour: str, marker: str, theme: Th
 
 def _front(axes: Axes, rows: Sequence[Row], theme: Theme) -> float:
     """Draw the front, number its points and list them beside the picture; return the height where the list ends."""
-    by_label = {row["label"]: row for row in rows}
-    front = [by_label[label] for label in front_of(rows)]
+    front = front_rows(rows)
     heads = ("", "the front, quickest first", "ms/frame", "misses", "invents")
     height = _row_beside(axes, 1.0, heads, theme.front, bold=True)
     if not front:
@@ -216,14 +216,6 @@ def stretched(recall: ArrayLike) -> NDArray[np.float64]:
 def unstretched(place: ArrayLike) -> NDArray[np.float64]:
     """The recall in % at this height."""
     return 100.0 * (1.0 + TOP - 10.0 ** -np.asarray(place, dtype=np.float64))
-
-
-def lines_of(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    """Name of a line -> its rows, quickest first."""
-    lines: dict[str, list[Row]] = {}
-    for row in rows:
-        lines.setdefault(row["line"], []).append(row)
-    return {name: sorted(points, key=lambda row: float(row["ms_per_frame"])) for name, points in lines.items()}
 
 
 def apart(

@@ -1,0 +1,43 @@
+"""The one door to Parquet: plain rows in and out, with a type for every column."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+TYPES: Final = {str: pa.string(), int: pa.int64(), float: pa.float64()}
+"""Type of Python -> type of a column; every column may hold null."""
+
+UNREADABLE: Final = (OSError, pa.ArrowException)
+"""What reading a file raises that is no Parquet."""
+
+
+def columns_of(rows: Sequence[Sequence[Any]], kinds: Mapping[str, type]) -> dict[str, pa.Array]:
+    """Rows as columns: the k-th values of all rows below the k-th name."""
+    return {name: pa.array([row[k] for row in rows], TYPES[kind]) for k, (name, kind) in enumerate(kinds.items())}
+
+
+def table_of(rows: Sequence[Mapping[str, Any]], kinds: Mapping[str, type]) -> pa.Table:
+    """Rows with named values as a table of these columns."""
+    return pa.table(columns_of([[row[name] for name in kinds] for row in rows], kinds))
+
+
+def read_rows(path: Path) -> list[dict[str, Any]]:
+    """Every row of a file, column -> value."""
+    rows: list[dict[str, Any]] = pq.read_table(path).to_pylist()
+    return rows
+
+
+def read_columns(path: Path) -> dict[str, list[Any]]:
+    """A file column by column."""
+    columns: dict[str, list[Any]] = pq.read_table(path).to_pydict()
+    return columns
+
+
+def write_rows(rows: Iterable[Mapping[str, Any]], path: Path) -> None:
+    """Write rows whose types follow from their values."""
+    pq.write_table(pa.Table.from_pylist([dict(row) for row in rows]), path)
