@@ -91,7 +91,8 @@ def run_detector(spec: DetectorSpec, assembly: Assembly, *, seed: int, faces: bo
     detector.detect(motion.take(warm_frames(len(motion))), faces=faces)
     clock.append(perf_counter())
     if len(motion) <= WHOLE_FRAMES:
-        detection = detector.detect(motion, faces=faces)
+        # Frames of a motion are in memory, wherever the motion itself lies; kernels take nothing else.
+        detection = detector.detect(motion.frames(0, len(motion)), faces=faces)
         advance(len(motion))
     else:
         parts = _streamed(detector, motion, faces, advance)

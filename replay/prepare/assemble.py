@@ -193,6 +193,12 @@ def _linked_blocks(
             return
 
 
+def window_frames(seen: Survey, start: float | None, end: float | None) -> int:
+    """How many frames lie between ``start`` and ``end``; ``AssemblyError`` where none does."""
+    low, high = _window(seen, start, end)
+    return int(((seen.stamp_ns >= low) & (seen.stamp_ns <= high)).sum())
+
+
 def _window(seen: Survey, start: float | None, end: float | None) -> tuple[int, int]:
     """First and last stamp asked for."""
     zero, last = int(seen.stamp_ns[0]), int(seen.stamp_ns[-1])

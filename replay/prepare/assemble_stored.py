@@ -9,7 +9,7 @@ import numpy as np
 
 from cdcore import Motion
 from replay.base.constants import BLOCK_FRAMES, HELD_FRAMES
-from replay.prepare.assemble import Layout, assemble, assemble_blocks
+from replay.prepare.assemble import Layout, assemble, assemble_blocks, window_frames
 from replay.prepare.assembly import Assembly
 from replay.prepare.stored_motion import StoredMotion
 from sessions import Frames, Session
@@ -50,8 +50,8 @@ def decoded_once(session: Session) -> Session:
 
 
 def assemble_bounded(session: Session, layout: Layout, *, start: float | None, end: float | None) -> Assembly:
-    """The assembly of a session of any length; its motion is a ``StoredMotion`` when it is longer than an hour."""
-    if len(layout.survey.stamp_ns) <= HELD_FRAMES:
+    """The assembly of a window of any length; its motion is a ``StoredMotion`` when that is longer than an hour."""
+    if window_frames(layout.survey, start, end) <= HELD_FRAMES:
         return assemble(session, start=start, end=end, layout=layout)
     seen: list[Assembly] = []
 

@@ -24,8 +24,7 @@ ROWS_AT_ONCE: Final = BLOCK_FRAMES
 class StoredRows:
     """A float64 array on disk that grows by rows of one shape; the file is deleted with the object.
 
-    These give copies: ``rows[t]``, ``rows[t, body]``, ``rows[start:stop]``, ``rows[frames]``, ``rows[frames, body]``,
-    ``rows[mask]``.
+    Every key of numpy gives the copy that numpy would give; a key that names rows reads only those.
     """
 
     dtype = np.dtype(np.float64)
@@ -73,8 +72,11 @@ class StoredRows:
         if rows.dtype == np.bool_:
             rows = np.flatnonzero(rows)
         rows = np.where(rows < 0, rows + self._count, rows).astype(np.int64)
-        paired = any(isinstance(part, list | np.ndarray) for part in rest)
-        return self._rows(rows)[(np.arange(len(rows)), *rest)] if paired else self._picked(rows, rest)
+        if rows.ndim == 1 and not any(isinstance(part, list | np.ndarray) for part in rest):
+            return self._picked(rows, rest)
+        # Row numbers of any shape, paired with other numbers or not: numpy answers on the rows that are named.
+        named, place = np.unique(rows, return_inverse=True)
+        return self._rows(named)[(place.reshape(rows.shape), *rest)]
 
     def _picked(self, rows: NDArray[np.int64], rest: tuple[Any, ...]) -> NDArray[np.float64]:
         """Some rows, each cut down by the rest of the key; never more than ``ROWS_AT_ONCE`` whole rows in memory."""

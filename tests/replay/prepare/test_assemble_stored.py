@@ -16,7 +16,7 @@ def test_a_long_session_is_assembled_like_a_short_one_but_on_disk(monkeypatch):
     session = cubes(PLACES)
     layout = lay_out(session)
     held = assemble_bounded(session, layout, start=0.02, end=0.4)
-    monkeypatch.setattr(assemble_stored, "HELD_FRAMES", 49)
+    monkeypatch.setattr(assemble_stored, "HELD_FRAMES", 38)
     monkeypatch.setattr(assemble_stored, "BLOCK_FRAMES", 7)
     stored = assemble_bounded(session, layout, start=0.02, end=0.4)
     assert isinstance(stored.motion, StoredMotion) and not isinstance(held.motion, StoredMotion)
