@@ -70,7 +70,9 @@ def _outcome(subject: Detection, oracle: Detection, rows: slice) -> NDArray[np.u
     outcome[truth & found] = Outcome.BOTH
     outcome[truth & ~found] = Outcome.MISSED
     outcome[reports & ~truth] = Outcome.BETWEEN_FRAMES if covers == ("intervals", "instants") else Outcome.INVENTED
-    outcome[is_undecided(subject.verdict[rows]) | is_undecided(oracle.verdict[rows])] = Outcome.LEFT_OUT
+    undecided = is_undecided(subject.verdict[rows]) | is_undecided(oracle.verdict[rows])
+    # An interval found at its first end stays found, whatever the subject says at its second.
+    outcome[undecided & ~(truth & found)] = Outcome.LEFT_OUT
     return outcome
 
 

@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from replay.comparison.contact_counts import count_contacts
 from replay.comparison.outcome import Comparison, Episode, Outcome
 
 
@@ -86,16 +87,15 @@ def match_episodes(
     overlaps, chosen = _matched(truth, found, reach)
     of_truth, of_found = Counter(one.truth for one in overlaps), Counter(one.found for one in overlaps)
     taken, used = {one.truth for one in chosen}, {one.found for one in chosen}
-    alone = [(number, episode) for number, episode in enumerate(truth, 1) if number not in of_truth]
     extra = [(number, episode) for number, episode in enumerate(found, 1) if number not in of_found]
-    missed = [number for number, episode in alone if _any(comparison, episode, Outcome.MISSED)]
+    missed = count_contacts(comparison, truth).missed_numbers
     invented = [number for number, episode in extra if _any(comparison, episode, Outcome.INVENTED)]
     return EpisodeMatches(
         matched=tuple(_match(one, truth[one.truth - 1], found[one.found - 1]) for one in chosen), missed=tuple(missed),
         invented=tuple(invented), split=tuple(sorted(number for number, count in of_truth.items() if count > 1)),
         merged=tuple(sorted(number for number, count in of_found.items() if count > 1)),
         absorbed=tuple(sorted(set(of_truth) - taken)), pieces=tuple(sorted(set(of_found) - used)),
-        excused_truth=tuple(sorted({number for number, _ in alone} - set(missed))),
+        excused_truth=tuple(sorted({*range(1, len(truth) + 1)} - set(of_truth) - set(missed))),
         excused_found=tuple(sorted({number for number, _ in extra} - set(invented))),
     )  # fmt: skip
 

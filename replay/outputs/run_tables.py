@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from replay.comparison.clusters import clusters
-from replay.comparison.misses import NEVER_FOUND
+from replay.comparison.contact_counts import contact_counts
 from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.outputs.tables import CODE, FAINT, FOUND, INVENTED, MISSED, PARTLY, STRONG, Cell, Marked, Table, table
 from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, depth_words, span_words
@@ -61,13 +61,10 @@ def pair_table(result: RunResult, label: str) -> Table:
     truth = result.episodes[result.oracle]
     said = set(np.flatnonzero(np.array(wrong) + np.array(excused)).tolist())
     pairs = sorted({one.pair for one in truth} | said, key=lambda pair: (-missed[pair], -wrong[pair], pair))
-    rows = []
+    rows, became = [], contact_counts(result, label)
     for pair in pairs:
-        misses = [miss for miss in result.misses[label] if miss.pair == pair]
-        whole = len({miss.episode for miss in misses if miss.kind == NEVER_FOUND})
-        part = sum(miss.kind != NEVER_FOUND for miss in misses)
-        counts = (frames[Outcome.BOTH][pair], missed[pair], wrong[pair], excused[pair])
-        rows.append((*_contacts(result, truth, pair), whole, part, *counts))
+        own, counts = became.of_pair(pair), (frames[Outcome.BOTH][pair], missed[pair], wrong[pair], excused[pair])
+        rows.append((*_contacts(result, truth, pair), own.missed, own.in_part, *counts))
     head = ("pair", "contacts", "seconds", "longest s", *AUDIT_MARKS)
     made = table(f"Contacts ({result.oracle}) and what {label} made of them", head, rows, marks=AUDIT_MARKS)
     return made if any(excused) else made.only(*head[:-1])

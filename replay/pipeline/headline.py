@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
-from replay.comparison.misses import NEVER_FOUND
+from replay.comparison.contact_counts import ContactCounts, contact_counts
 from replay.comparison.outcome import Outcome
 from replay.detection.recorded import RECORDED
 from replay.pipeline.gates import figure
@@ -11,23 +11,46 @@ from replay.pipeline.run_result import RunResult
 
 
 def headline(result: RunResult, label: str) -> str:
-    """Contacts of the oracle that the subject never found, and those it found only in part; fit for a title.
+    """Contacts of the oracle that the subject did not decide, then those it missed; fit for a title."""
+    counts = contact_counts(result, label)
+    if counts.contacts:
+        return contact_words(counts, f" by {label}")
+    outcome = result.comparisons[label].outcome
+    if (outcome == Outcome.LEFT_OUT).all():
+        return f"Nothing compared: {result.oracle} and {label} both decided none of {outcome.size:,} pair-frames"
+    return f"No contact found by {result.oracle}, so none for {label} to miss"
 
-    Counts contacts, not numbers: a contact that was lost twice is one contact missed in part.
-    """
-    contacts = len(result.episodes.get(result.oracle, ()))
-    if not contacts:
-        return f"No contact found by {result.oracle}, so none for {label} to miss"
-    misses = result.misses.get(label, ())
-    touched = {miss.episode for miss in misses}
-    whole = {miss.episode for miss in misses if miss.kind == NEVER_FOUND}
-    part = len(touched - whole)
-    things = f"{contacts} contact" + "s" * (contacts != 1)
-    if not touched:
-        return f"None of {things} missed by {label}"
+
+def contact_words(counts: ContactCounts, by: str = "") -> str:
+    """What became of the oracle's contacts, of which there is one at least; the undecided come first."""
+    things = f"{counts.contacts} contact" + "s" * (counts.contacts != 1)
+    undecided = _some(counts.undecided, counts.undecided_in_part, f"{things} undecided", by)
+    missed = _some(counts.missed, counts.in_part, f"{things} missed", by)
+    if not undecided:
+        return missed or f"None of {things} missed{by}"
+    if counts.undecided == counts.contacts:
+        return undecided
+    return f"{undecided}; {missed or 'none missed where it decided'}"
+
+
+def _some(whole: int, part: int, what: str, by: str) -> str:
+    """``2 of 5 contacts missed by slow, 1 more in part``; nothing where there are none."""
     if not whole:
-        return f"{part} of {things} missed in part by {label}"
-    return f"{len(whole)} of {things} missed by {label}" + (f", {part} more in part" if part else "")
+        return f"{part} of {what} in part{by}" if part else ""
+    return f"{whole} of {what}{by}" + (f", {part} more in part" if part else "")
+
+
+def undecided(result: RunResult) -> list[str]:
+    """A line per detector that was not compared in every pair-frame that has a pose."""
+    lines = []
+    for label, figures in result.summary["audit"].items():
+        part = figures["undecided"]
+        if part["count"]:
+            lines.append(
+                f"{part['count']:,} of {part['of']:,} pair-frames with a pose are undecided by {result.oracle} or "
+                f"{label}: nothing is known of them."
+            )
+    return lines
 
 
 def invented(result: RunResult) -> list[str]:

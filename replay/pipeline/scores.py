@@ -10,8 +10,9 @@ import numpy as np
 from cdcore import Verdict
 from replay.base.wilson import share
 from replay.comparison.compare import FaceRecall
+from replay.comparison.contact_counts import contact_counts
 from replay.comparison.matching import EpisodeMatches
-from replay.comparison.misses import MISS_KINDS, NEVER_FOUND
+from replay.comparison.misses import MISS_KINDS
 from replay.comparison.outcome import Outcome
 from replay.pipeline.run_result import Measured
 
@@ -24,15 +25,18 @@ SPREADS: Final = ("onset_error", "duration_error")
 
 def score(result: Measured, label: str) -> dict[str, Any]:
     """Everything counted about one audited detector."""
-    comparison, missed = result.comparisons[label], result.misses[label]
+    comparison, missed, contacts = result.comparisons[label], result.misses[label], contact_counts(result, label)
     frames = {outcome.name: comparison.count(outcome) for outcome in Outcome}
     contact, reported = frames["BOTH"] + frames["MISSED"], frames["BOTH"] + frames["INVENTED"]
     unconfirmed = (result.detections[label].verdict == Verdict.CANDIDATE) & (comparison.outcome == Outcome.INVENTED)
     figures: dict[str, Any] = {
         "pair_frames": frames, "missed": share(frames["MISSED"], contact),
-        "invented": share(frames["INVENTED"], reported), "between_frames": _between(result, label),
-        "unconfirmed": int(unconfirmed.sum()), "contacts": len(result.episodes[result.oracle]),
-        "contacts_missed": len({miss.episode for miss in missed if miss.kind == NEVER_FOUND}), "misses": len(missed),
+        "invented": share(frames["INVENTED"], reported), "undecided": _undecided(result, label),
+        "between_frames": _between(result, label),
+        "unconfirmed": int(unconfirmed.sum()), "contacts": contacts.contacts,
+        "contacts_missed": contacts.missed, "contacts_in_part": contacts.in_part,
+        "contacts_undecided": contacts.undecided, "contact_frames_undecided": contacts.frames_undecided,
+        "misses": len(missed),
         "by_kind": {kind: sum(miss.kind == kind for miss in missed) for kind in MISS_KINDS},
         "faces": _faces(result.face_recall.get(label)),
     }  # fmt: skip
@@ -63,6 +67,12 @@ def _between(result: Measured, label: str) -> int | str:
     if "intervals" not in (result.detections[label].covers, result.detections[result.oracle].covers):
         return NOT_EXAMINED
     return result.comparisons[label].count(Outcome.BETWEEN_FRAMES)
+
+
+def _undecided(result: Measured, label: str) -> dict[str, Any]:
+    """Pair-frames with a pose in which one of the two did not decide: left out, though there was something to see."""
+    posed = result.detections[result.oracle].verdict != Verdict.NO_POSE
+    return share(int((posed & (result.comparisons[label].outcome == Outcome.LEFT_OUT)).sum()), int(posed.sum()))
 
 
 def _faces(recall: FaceRecall | None) -> dict[str, Any] | None:

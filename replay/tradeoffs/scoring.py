@@ -11,6 +11,7 @@ from cdcore import Detection
 from cdcore.protocol import FaceSets
 from replay.base.wilson import share
 from replay.comparison.compare import compare, face_recall
+from replay.comparison.contact_counts import count_contacts
 from replay.comparison.episodes import episodes
 from replay.comparison.outcome import Comparison, Episode, Outcome
 from replay.comparison.tolerance import Tolerance
@@ -48,13 +49,11 @@ class Judge:
         Without ``same_faces`` the detection's meshes are not the oracle's, and faces are not compared.
         """
         comparison = compare(detection, self.truth, within=self._tolerance.judge(detection, self.truth))
-        outcome = comparison.outcome
-        count = np.bincount(outcome.ravel(), minlength=len(Outcome))
+        count = np.bincount(comparison.outcome.ravel(), minlength=len(Outcome))
         both, missed, invented = (int(count[word]) for word in (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED))
         lost, true = share(missed, both + missed), share(both, both + invented)
-        found = [set(outcome[one.first : one.last + 1, one.pair].tolist()) for one in self.contacts]
-        whole = sum(Outcome.MISSED in words and Outcome.BOTH not in words for words in found)
-        contacts = share(whole, len(self.contacts))
+        whole = count_contacts(comparison, self.contacts)
+        contacts = share(whole.missed, whole.contacts)
         return {
             "both": both, "missed_pair_frames": missed, "invented_pair_frames": invented,
             "within_tolerance": int(count[Outcome.WITHIN_TOLERANCE]), "left_out": int(count[Outcome.LEFT_OUT]),
@@ -62,7 +61,7 @@ class Judge:
             "recall_low": 1 - lost["high"], "recall_high": 1 - lost["low"],
             "missed": lost["share"], "missed_low": lost["low"], "missed_high": lost["high"],
             "precision": true["share"], "precision_low": true["low"], "precision_high": true["high"],
-            "contacts": len(self.contacts), "contacts_missed": whole,
+            "contacts": whole.contacts, "contacts_missed": whole.missed, "contacts_undecided": whole.undecided,
             "contacts_missed_low": contacts["low"], "contacts_missed_high": contacts["high"],
             **self._of_faces(detection if same_faces else None, comparison),
         }  # fmt: skip

@@ -13,6 +13,7 @@ import rerun as rr
 from cdcore.numerics import FloatArray
 from cdcore.protocol import counts_as_contact
 from replay.comparison.clusters import MANY, by_depth
+from replay.comparison.contact_counts import contact_counts
 from replay.outputs.camera import Eye, overview
 from replay.outputs.lanes import number_boxes, ranked_pairs
 from replay.outputs.materials import is_ghost, tags_of
@@ -28,7 +29,7 @@ from replay.outputs.rerun_log.report import log_cluster_list, log_missed_list, l
 from replay.outputs.rerun_log.timing import TOTAL, cost_of, cost_text, log_timing, stage_path
 from replay.outputs.rerun_log.tradeoff import log_tradeoff
 from replay.outputs.rerun_log.world import body_path, log_touches, log_world
-from replay.pipeline.headline import headline
+from replay.pipeline.headline import contact_words, headline
 from replay.pipeline.run_result import RunResult
 
 APPLICATION: Final = "vrlab-replay"
@@ -116,7 +117,8 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
     for subject in subjects:
         _log_subject(writer, result, subject, reach)
     log_detector_lanes(writer, "detectors", assembly, result.detections, _spoken_of(result))
-    remarks = {subject.label: _remark(result, subject.label) for subject in subjects}
+    counts = {subject.label: contact_counts(result, subject.label) for subject in subjects}
+    remarks = {label: contact_words(one) if one.contacts else "" for label, one in counts.items()}
     log_timing(writer, result.detections, remarks)
     writer.markdown(TABLE, cost_text(result.detections, remarks))
     if result.tradeoff is not None:
@@ -145,12 +147,6 @@ def _log_subject(writer: RecordingWriter, result: RunResult, subject: Subject, r
 def _first(result: RunResult) -> str:
     """The first audited detector: the one whose misses the contacts of the oracle are coloured by."""
     return next(iter(result.comparisons), "")
-
-
-def _remark(result: RunResult, label: str) -> str:
-    misses = result.misses.get(label, ())
-    contacts = len(result.episodes.get(result.oracle, ()))
-    return f"misses in {len({miss.episode for miss in misses})} of {contacts} contacts"
 
 
 def _spoken_of(result: RunResult) -> list[int]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cdcore import Verdict
 from cdcore.protocol import counts_as_contact
-from replay.comparison.misses import NEVER_FOUND
+from replay.comparison.contact_counts import contact_counts
 from replay.comparison.outcome import Episode, Outcome
 from replay.metrics.row import METRICS, TASK, metric_rows
 from replay.outputs.results.parquet import columns_of, table_of
@@ -270,7 +270,7 @@ def _miss_numbers(
 
 def _never_found(result: RunResult) -> dict[tuple[str, int], list[str]]:
     never: dict[tuple[str, int], list[str]] = {}
-    for label, found in result.misses.items():
-        for episode in dict.fromkeys(miss.episode for miss in found if miss.kind == NEVER_FOUND):
+    for label in result.comparisons:
+        for episode in contact_counts(result, label).missed_numbers:
             never.setdefault((result.oracle, episode), []).append(label)
     return never

@@ -3,28 +3,48 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from replay.comparison.outcome import Comparison
+from replay.comparison.outcome import Comparison, Episode, Outcome
 from replay.pipeline.headline import headline, invented, price
 
 
-def told(contacts, kinds):
-    misses = tuple(SimpleNamespace(episode=episode, kind=kind) for episode, kind in kinds)
-    return SimpleNamespace(oracle="exact", episodes={"exact": (None,) * contacts}, misses={"slow": misses})
+def told(*contacts):
+    """A run whose oracle has contacts of one frame a letter: b(oth), m(issed), u(ndecided), w(ithin tolerance)."""
+    letters = {"b": Outcome.BOTH, "m": Outcome.MISSED, "u": Outcome.LEFT_OUT, "w": Outcome.WITHIN_TOLERANCE}
+    outcome, found = [[Outcome.NEITHER]], []
+    for contact in contacts:
+        found.append(Episode(0, len(outcome), len(outcome) + len(contact) - 1, 0.0, 0.0))
+        outcome += [*([letters[letter]] for letter in contact), [Outcome.NEITHER]]
+    comparison = Comparison("slow", "exact", np.array(outcome, dtype=np.uint8))
+    return SimpleNamespace(oracle="exact", episodes={"exact": tuple(found)}, comparisons={"slow": comparison})
 
 
 @pytest.mark.parametrize(
-    ("contacts", "kinds", "words"),
+    ("contacts", "words"),
     [
-        (18, [(k, "never found") for k in range(1, 10)], "9 of 18 contacts missed by slow"),
-        (9, [(1, "never found"), (2, "found late")], "1 of 9 contacts missed by slow, 1 more in part"),
-        (5, [(1, "interrupted"), (1, "found late")], "1 of 5 contacts missed in part by slow"),
-        (5, [], "None of 5 contacts missed by slow"),
-        (1, [(1, "never found")], "1 of 1 contact missed by slow"),
-        (0, [], "No contact found by exact, so none for slow to miss"),
+        (["m"] * 9 + ["b"] * 9, "9 of 18 contacts missed by slow"),
+        (["mm", "mb", *["b"] * 7], "1 of 9 contacts missed by slow, 1 more in part"),
+        (["mbmbm", *["b"] * 4], "1 of 5 contacts missed in part by slow"),
+        (["b", "bb", "w"], "None of 3 contacts missed by slow"),
+        (["m"], "1 of 1 contact missed by slow"),
+        ([], "No contact found by exact, so none for slow to miss"),
+        (["uu"] * 8, "8 of 8 contacts undecided by slow"),
+        (["u", "b", "b"], "1 of 3 contacts undecided by slow; none missed where it decided"),
+        (["ub", "b"], "1 of 2 contacts undecided in part by slow; none missed where it decided"),
+        (
+            ["u", "ub", "m", "bm"],
+            "1 of 4 contacts undecided by slow, 1 more in part; 1 of 4 contacts missed by slow, 1 more in part",
+        ),
     ],
 )
-def test_the_headline_counts_contacts_and_not_numbers(contacts, kinds, words):
-    assert headline(told(contacts, kinds), "slow") == words
+def test_the_headline_counts_contacts_and_says_first_what_was_not_decided(contacts, words):
+    assert headline(told(*contacts), "slow") == words
+
+
+def test_the_headline_of_two_that_decided_nothing_says_that_nothing_was_compared():
+    run = told()
+    nothing = Comparison("slow", "exact", np.full((5, 2), Outcome.LEFT_OUT, dtype=np.uint8))
+    run.comparisons = {"slow": nothing}
+    assert headline(run, "slow") == "Nothing compared: exact and slow both decided none of 10 pair-frames"
 
 
 def took(seconds, *, online=True, name="discrete"):

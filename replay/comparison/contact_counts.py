@@ -1,0 +1,112 @@
+"""What became of the oracle's contacts, counted once: whoever says how many were missed asks here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from replay.comparison.outcome import Comparison, Episode, Outcome
+
+
+@dataclass(frozen=True, eq=False)
+class ContactCounts:
+    """The oracle's contacts, each in one class: found, missed in part, missed, undecided, or within tolerance.
+
+    Contacts are counted, not the stretches in which they were lost: a contact that was lost twice is one contact
+    missed in part.
+
+    Parameters
+    ----------
+    pairs : (C,) column of the pair of each contact.
+    frames : (C, outcomes) frames of each contact by ``Outcome``.
+    """
+
+    pairs: NDArray[np.int64]
+    frames: NDArray[np.int64]
+
+    @property
+    def contacts(self) -> int:
+        """Contacts of the oracle."""
+        return len(self.pairs)
+
+    @property
+    def found(self) -> int:
+        """Contacts reported in every frame that was decided; those within tolerance elsewhere count."""
+        return int((self._any(Outcome.BOTH) & ~self._any(Outcome.MISSED)).sum())
+
+    @property
+    def in_part(self) -> int:
+        """Contacts reported in some frames and missed in others."""
+        return int((self._any(Outcome.BOTH) & self._any(Outcome.MISSED)).sum())
+
+    @property
+    def missed(self) -> int:
+        """Contacts never reported, and missed in at least one frame."""
+        return len(self.missed_numbers)
+
+    @property
+    def missed_numbers(self) -> list[int]:
+        """Numbers, from 1, of the contacts that were never found."""
+        return (np.flatnonzero(self._any(Outcome.MISSED) & ~self._any(Outcome.BOTH)) + 1).tolist()
+
+    @property
+    def undecided(self) -> int:
+        """Contacts that were neither reported nor missed in any frame, because frames were left out."""
+        return int((self._any(Outcome.LEFT_OUT) & ~self._decided).sum())
+
+    @property
+    def undecided_in_part(self) -> int:
+        """Contacts of which some frames were left out and others decided; they count in their other class too."""
+        return int((self._any(Outcome.LEFT_OUT) & self._decided).sum())
+
+    @property
+    def frames_undecided(self) -> int:
+        """Pair-frames of the oracle's contacts that were left out."""
+        return int(self.frames[:, Outcome.LEFT_OUT].sum())
+
+    def of_pair(self, pair: int) -> ContactCounts:
+        """The contacts of one pair."""
+        return ContactCounts(self.pairs[self.pairs == pair], self.frames[self.pairs == pair])
+
+    def _any(self, outcome: Outcome) -> NDArray[np.bool_]:
+        return self.frames[:, outcome] > 0
+
+    @property
+    def _decided(self) -> NDArray[np.bool_]:
+        return self._any(Outcome.BOTH) | self._any(Outcome.MISSED)
+
+
+class Audited(Protocol):
+    """What a run says of its contacts."""
+
+    @property
+    def oracle(self) -> str:
+        """Label of the oracle."""
+        ...
+
+    @property
+    def comparisons(self) -> Mapping[str, Comparison]:
+        """Label -> comparison with the oracle."""
+        ...
+
+    @property
+    def episodes(self) -> Mapping[str, Sequence[Episode]]:
+        """Label -> contacts, in order."""
+        ...
+
+
+def contact_counts(result: Audited, label: str) -> ContactCounts:
+    """What an audited detector of a run made of the oracle's contacts."""
+    return count_contacts(result.comparisons[label], result.episodes[result.oracle])
+
+
+def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> ContactCounts:
+    """What a detector made of ``contacts``, the oracle's, by their outcomes frame by frame."""
+    frames = np.zeros((len(contacts), len(Outcome)), dtype=np.int64)
+    for row, one in zip(frames, contacts, strict=True):
+        row[:] = np.bincount(comparison.outcome[one.first : one.last + 1, one.pair], minlength=len(Outcome))
+    return ContactCounts(np.array([one.pair for one in contacts], dtype=np.int64), frames)

@@ -1,0 +1,124 @@
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from support.small_worlds import cubes, verdict_column, verdicts
+
+from replay.comparison.compare import compare
+from replay.comparison.contact_counts import contact_counts, count_contacts
+from replay.comparison.episodes import episodes
+from replay.comparison.matching import match_episodes
+from replay.comparison.misses import NEVER_FOUND, stretches
+from replay.comparison.tolerance import TAU
+from replay.detection.detector_spec import parse_detector
+from replay.outputs.results.parquet_tables import episode_table
+from replay.outputs.run_tables import pair_table
+from replay.pipeline.engine import compute
+from replay.pipeline.headline import headline
+from replay.tradeoffs.scoring import Judge
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def counted(subject, oracle):
+    subject, oracle = verdict_column(subject), verdict_column(oracle)
+    return count_contacts(compare(subject, oracle), episodes(oracle))
+
+
+@pytest.mark.parametrize(
+    ("subject", "figures"),
+    [
+        (".CCCC.", (1, 0, 0, 0, 0)),
+        ("......", (0, 0, 1, 0, 0)),
+        (".C.C..", (0, 1, 0, 0, 0)),
+        (".uuuu.", (0, 0, 0, 1, 0)),
+        (".uuuC.", (1, 0, 0, 0, 1)),
+        (".uu...", (0, 0, 1, 0, 1)),
+        (".uC...", (0, 1, 0, 0, 1)),
+    ],
+)
+def test_each_contact_is_in_one_class(subject, figures):
+    one = counted(subject, ".CCCC.")
+    assert (one.found, one.in_part, one.missed, one.undecided, one.undecided_in_part) == figures
+    assert one.frames_undecided == subject.count("u")
+
+
+def test_an_interval_found_at_its_first_end_is_found_whatever_is_said_at_its_second():
+    subject, oracle = verdict_column(".Cu.."), verdict_column("..C..", covers="intervals")
+    assert count_contacts(compare(subject, oracle), episodes(oracle)).found == 1
+
+
+def by_hand(oracle, subject):
+    """(found, in part, missed, undecided) of one pair of instants, by a walk over letters."""
+    classes = {"found": 0, "in part": 0, "missed": 0, "undecided": 0}
+    for contact in re.finditer("C+", "".join(oracle)):
+        said = set(subject[contact.start() : contact.end()])
+        words = ("in part" if "." in said else "found") if "C" in said else ("missed" if "." in said else "undecided")
+        classes[words] += 1
+    return tuple(classes.values())
+
+
+LETTERS = st.lists(st.tuples(st.sampled_from(".CCu"), st.sampled_from(".Cu")), min_size=1, max_size=40)
+
+
+@given(LETTERS, LETTERS)
+def test_counts_matches_and_misses_say_the_same_of_every_contact(first, second):
+    size = min(len(first), len(second))
+    rows = [["".join(two[k] for two in pair) for pair in zip(first[:size], second[:size], strict=True)] for k in (0, 1)]
+    oracle, subject = (verdicts(side) for side in rows)
+    comparison, truth, found = compare(subject, oracle), episodes(oracle), episodes(subject)
+    one = count_contacts(comparison, truth)
+    hand = np.add(
+        *(by_hand([o for o, _ in column[:size]], [s for _, s in column[:size]]) for column in (first, second))
+    )
+    assert (one.found, one.in_part, one.missed, one.undecided) == tuple(hand)
+    assert one.missed_numbers == list(match_episodes(comparison, truth, found).missed)
+    lost = stretches(comparison, truth)
+    assert one.missed_numbers == sorted({miss.episode for miss in lost if miss.kind == NEVER_FOUND})
+    assert one.in_part == len({miss.episode for miss in lost}) - one.missed
+
+
+@given(LETTERS)
+def test_a_detector_of_instants_beside_one_of_intervals_has_as_many_missed_as_unmatched(letters):
+    oracle = verdict_column([o for o, _ in letters], covers="intervals")
+    subject = verdict_column([s for _, s in letters])
+    comparison, truth = compare(subject, oracle), episodes(oracle)
+    matches = match_episodes(comparison, truth, episodes(subject), reach=1)
+    assert count_contacts(comparison, truth).missed_numbers == list(matches.missed)
+
+
+@pytest.fixture(scope="module")
+def run():
+    """Two contacts, of 36 frames and of one; `drop` loses the first five times, `slow` the second whole."""
+    b = [3, 3, *[0.9] * 36, 3, 3, 3, 0.9, 3, 3]
+    detectors = "drop=support.planted_detectors:Dropping,slow=discrete[rate_hz=20]"
+    return compute(cubes({"a": [0] * len(b), "b": b}), detectors=detectors)
+
+
+@pytest.mark.parametrize(("label", "figures"), [("drop", (2, 0, 1)), ("slow", (2, 1, 1))])
+def test_all_who_count_contacts_say_the_same(run, label, figures):
+    one, told = contact_counts(run, label), run.summary["audit"][label]
+    contacts, missed, part = figures
+    assert (one.contacts, one.missed, one.in_part) == figures
+    assert (told["contacts"], told["contacts_missed"], told["contacts_in_part"]) == figures
+    assert told["episodes"]["missed"] == missed and told["contacts_undecided"] == 0
+    assert [tuple(row) for row in pair_table(run, label).only("missed", "in part").rows] == [(missed, part)]
+    assert headline(run, label).startswith(f"{missed or part} of {contacts} contacts missed")
+    rows = episode_table(run).to_pylist()
+    assert sum(label in row["missed_by"].split(",") for row in rows) == missed
+    judged = Judge(run.assembly, parse_detector("exact"), 0, TAU).figures(run.detections[label])
+    assert judged["contacts_missed"] == missed
+    assert label != "drop" or len(run.misses[label]) == 5
+
+
+def test_nobody_else_counts_contacts_from_misses():
+    """Outside its home no module makes a set of the episodes of misses, as all seven did that counted."""
+    guilty = [
+        str(path.relative_to(ROOT))
+        for path in (ROOT / "replay").rglob("*.py")
+        if re.search(r"\bmiss\.episode for miss in", path.read_text("utf-8"))
+    ]
+    assert guilty == []
