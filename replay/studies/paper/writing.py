@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
-from replay.outputs.paper_table import shown
-from replay.outputs.report.markup import Markup, element, joined, picture, table
+from replay.outputs.report.markup import Markup, element, joined, page_table, picture
 from replay.outputs.rerun_log.paper_recording import record
-from replay.studies.paper.calibration import write_calibration
+from replay.studies.paper.calibration import put, write_calibration
 from replay.studies.paper.experiment import PaperResult
 from replay.studies.paper.pictures import pictures_of
 from replay.studies.paper.printed import PRINTED
@@ -25,12 +25,11 @@ def write_paper(result: PaperResult, out: Path) -> list[Path]:
     out.mkdir(parents=True, exist_ok=True)
     written = [out / "calibration.json", out / "paper.json"]
     write_calibration(result.calibration, written[0])
-    text = json.dumps(as_json(result), indent=1, allow_nan=False) + "\n"
-    _put(written[1], text.encode())
+    put(written[1], json.dumps(as_json(result), indent=1, allow_nan=False) + "\n")
     drawn = pictures_of(result.tables)
     for name, png in drawn.values():
-        _put(out / name, png)
-    _put(out / "paper.html", page(result, drawn).encode())
+        put(out / name, png)
+    put(out / "paper.html", page(result, drawn))
     partial = out / "paper.rrd.part"
     record(result, drawn, partial)
     partial.replace(out / "paper.rrd")
@@ -55,12 +54,8 @@ def page(result: PaperResult, drawn: Mapping[str, tuple[str, bytes]]) -> str:
     said = element("ul", *(element("li", sentence) for sentence in verdict_of(result.tables)))
     parts = [element("section", element("h2", "What the tables say"), said)]
     for one in result.tables:
-        rows = [[shown(cell) for cell in row] for row in one.rows]
         shape = [picture(drawn[one.key][1], one.title)] if one.key in drawn else []
-        words = 1 + max(
-            place for row in one.rows for place, cell in enumerate(row) if place == 0 or isinstance(cell, str)
-        )
-        cells = table(one.note, one.head, rows, words=words)
+        cells = page_table(replace(one.plain, title=one.note, notes=()))
         parts.append(element("section", element("h2", f"{one.key}: {one.title}"), *shape, cells))
     head = joined(
         [
@@ -84,9 +79,3 @@ def _told(result: PaperResult) -> str:
         f"poses of each family, {size['sessions']} sessions, seed {size['seed']}; times of {where}, "
         f"{machine.get('cores')} cores. What the paper printed stands only below: {PRINTED}."
     )
-
-
-def _put(path: Path, content: bytes) -> None:
-    partial = path.with_name(path.name + ".part")
-    partial.write_bytes(content)
-    partial.replace(path)

@@ -4,7 +4,8 @@ import pytest
 from rerun.chunk import RrdReader
 
 from replay.outputs.paper_table import PaperTable
-from replay.outputs.rerun_log.paper_recording import as_markdown, entity_of, record
+from replay.outputs.rerun_log.markdown import markdown
+from replay.outputs.rerun_log.paper_recording import entity_of, record
 
 
 @pytest.mark.slow
@@ -19,6 +20,6 @@ def test_fixtures_accuracies_tables_and_pictures_are_there(small, pictures, tmp_
 
 
 def test_markdown_has_every_cell_in_its_column():
-    text = as_markdown(PaperTable("T 1", "title", ("who", "n"), (("x", 1234), ("y", None)), "a note"))
-    assert text.splitlines()[0] == "# T 1: title" and "a note" in text
-    assert text.splitlines()[-4:] == ["| who | n |", "| --- | --- |", "| x | 1,234 |", "| y | - |"]
+    text = markdown(PaperTable("T 1", "title", ("who", "n"), (("x", 1234), ("y", None)), "a note").plain, level=1)
+    assert text.splitlines()[0] == "# T 1: title" and text.endswith("a note")
+    assert text.splitlines()[2:6] == ["| who | n |", "|---|---|", "| x | 1,234 |", "| y | - |"]
