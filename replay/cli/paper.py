@@ -52,9 +52,8 @@ def command(
     """
     from replay.cli.main import OK
     from replay.studies.paper.experiment import FULL, QUICK, run_paper
-    from replay.studies.paper.verdict import verdict_of
     from replay.studies.paper.writing import as_json as plain
-    from replay.studies.paper.writing import write_paper
+    from replay.studies.paper.writing import verdict_of, write_paper
 
     size = QUICK if quick else FULL
     result = run_paper(

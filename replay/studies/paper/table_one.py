@@ -14,8 +14,18 @@ from replay.base.machine import machine
 from replay.base.progress import Progress, Silent
 from replay.outputs.paper_table import Cell, PaperTable
 from replay.studies.paper.calibration import SHARES, Calibration
-from replay.studies.paper.contestants import CONTESTANTS, Answer, Group, answer_of, ask, make
-from replay.studies.paper.engines import TREES, Capped, ask_capped, engines_of
+from replay.studies.paper.contestants import (
+    CONTESTANTS,
+    TREES,
+    Answer,
+    Capped,
+    Group,
+    answer_of,
+    ask,
+    ask_capped,
+    engines_of,
+    make,
+)
 from replay.studies.paper.printed import ACCURACY, OURS, PRINTED, TABLE_1, TIME_TO_RAPID, VARIANCE
 from sessions.synthetic.rng import random_stream
 
