@@ -12,7 +12,6 @@ import click
 
 from replay.cli.console import People, TerminalProgress, stdout_console
 from replay.cli.options import ANY_PATH, common, json_flag, output_format
-from replay.outputs.tables import table
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -53,9 +52,8 @@ def command(
     """
     from replay.cli.main import OK
     from replay.studies.paper.experiment import FULL, QUICK, run_paper
-    from replay.studies.paper.verdict import verdict_of
     from replay.studies.paper.writing import as_json as plain
-    from replay.studies.paper.writing import write_paper
+    from replay.studies.paper.writing import verdict_of, write_paper
 
     size = QUICK if quick else FULL
     result = run_paper(
@@ -84,11 +82,5 @@ def command(
 def paper_tables(tables: Sequence[PaperTable]) -> Group:
     """All tables with the same cells as in the files, each with its note below it."""
     from replay.cli.terminal import terminal
-    from replay.outputs.paper_table import shown
 
-    made = []
-    for one in tables:
-        words = [name for k, name in enumerate(one.head) if any(isinstance(row[k], str) for row in one.rows)]
-        rows = [[shown(cell) for cell in row] for row in one.rows]
-        made.append(table(f"{one.key}: {one.title}", one.head, rows, words=words, whole=(), notes=[one.note]))
-    return terminal(*made)
+    return terminal(*(one.plain for one in tables))

@@ -139,9 +139,13 @@ class _Reading:
             raise self.fail(f"{key} is missing: {field.about}{unit}")
         if key not in effect.settings:
             return value
+        fits, wanted = SIMPLE.get(field.kind, (None, ""))
+        if fits and not fits(value):
+            raise self.fail(f"{key} is {value!r}; give {wanted}")
         readers: dict[str, Callable[[str, Any, Field], Any]] = {
             "pairs": self._pairs, "bodies": self._bodies, "body": self._body, "number": self._number,
-            "text": self._text, "flag": self._flag, "vector": self._vector, "mapping": self._mapping,
+            "text": self._text, "flag": lambda *_: value, "vector": lambda *_: tuple(map(float, value)),
+            "mapping": lambda *_: dict(value),
         }  # fmt: skip
         return readers[field.kind](key, value, field)
 
@@ -191,23 +195,16 @@ class _Reading:
         return float(value)
 
     def _text(self, key: str, value: Any, field: Field) -> str:
-        if not isinstance(value, str) or not value:
-            raise self.fail(f"{key} is {value!r}; give text")
         if field.among and value not in field.among:
             raise self.fail(f"{key} is {value!r}{nearest(value, field.among)}")
-        return value
+        return str(value)
 
-    def _flag(self, key: str, value: Any, _field: Field) -> bool:
-        if not isinstance(value, bool):
-            raise self.fail(f"{key} is {value!r}; give true or false")
-        return value
 
-    def _vector(self, key: str, value: Any, _field: Field) -> tuple[float, ...]:
-        if not isinstance(value, list | tuple) or len(value) != 3 or not all(is_number(one) for one in value):
-            raise self.fail(f"{key} is {value!r}; give three finite numbers")
-        return tuple(float(one) for one in value)
-
-    def _mapping(self, key: str, value: Any, _field: Field) -> Mapping[str, Any]:
-        if not isinstance(value, Mapping):
-            raise self.fail(f"{key} is {value!r}; give a table")
-        return dict(value)
+SIMPLE: Final[dict[str, tuple[Callable[[Any], bool], str]]] = {
+    "text": (lambda value: isinstance(value, str) and bool(value), "text"),
+    "flag": (lambda value: isinstance(value, bool), "true or false"),
+    "vector": (lambda value: isinstance(value, list | tuple) and len(value) == 3 and all(map(is_number, value)),
+               "three finite numbers"),
+    "mapping": (lambda value: isinstance(value, Mapping), "a table"),
+}  # fmt: skip
+"""Kind of a field -> whether a value is of it, and what is asked for."""

@@ -105,18 +105,14 @@ def _declared(
     return found, tuple(not_built)
 
 
-def _lacks(kind: str, declared: tuple[Declaration, ...], known: tuple[str, ...], table: Mapping[str, str]) -> bool:
+def _lacks(
+    kind: str, declared: tuple[Declaration, ...], known: tuple[str, ...], table: Mapping[str, str], *seen: str
+) -> bool:
     """Whether an effect needs, at any remove, one of the catalogue that this version does not compute."""
-    seen = {kind}
-    waiting = list(load_effect(kind, table).needed(declared))
-    while waiting:
-        one = waiting.pop()
-        if one in NOT_BUILT and one not in known:
-            return True
-        if one not in seen:
-            seen.add(one)
-            waiting += load_effect(one, table).needed(())
-    return False
+    return any(
+        (one in NOT_BUILT and one not in known) or (one not in seen and _lacks(one, (), known, table, kind, *seen))
+        for one in load_effect(kind, table).needed(declared)
+    )
 
 
 def _closure(

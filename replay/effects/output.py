@@ -107,24 +107,15 @@ class Liquid:
 
 @dataclass(frozen=True, eq=False)
 class EffectOutput:
-    """The outcome of one effect.
+    """The outcome of one effect."""
 
-    Parameters
-    ----------
-    events : in order of time.
-    series : name (``flask/volume``) -> quantity over time.
-    lanes : name -> spans in order.
-    ran : (T,) bool, frames in which it computed; ``None``: all. The rest were skipped because its trigger was off.
-    liquids : body -> what stands in it.
-    data : for the effects that need this one.
-    """
-
-    events: tuple[EffectEvent, ...] = ()
-    series: Mapping[str, Series] = field(default_factory=dict)
-    lanes: Mapping[str, tuple[LaneSpan, ...]] = field(default_factory=dict)
+    events: tuple[EffectEvent, ...] = ()  # in order of time
+    series: Mapping[str, Series] = field(default_factory=dict)  # name (``flask/volume``) -> quantity over time
+    lanes: Mapping[str, tuple[LaneSpan, ...]] = field(default_factory=dict)  # name -> spans in order
+    # (T,) bool, frames in which it computed; ``None``: all. The rest were skipped because its trigger was off.
     ran: NDArray[np.bool_] | None = None
-    liquids: Mapping[str, Liquid] = field(default_factory=dict)
-    data: Any = None
+    liquids: Mapping[str, Liquid] = field(default_factory=dict)  # body -> what stands in it
+    data: Any = None  # for the effects that need this one
 
     def named(self, name: str) -> tuple[EffectEvent, ...]:
         """The events of one name."""

@@ -94,33 +94,20 @@ class Need:
 
 @dataclass(frozen=True, eq=False)
 class EffectSpec:
-    """All that is known of an effect without running it; the module's docstring says how to write one.
+    """All that is known of an effect without running it; the module's docstring says how to write one."""
 
-    Parameters
-    ----------
-    kind : the word in a scene; lower case, hyphens.
-    about : one line for the plan and the report.
-    compute : from inputs to output.
-    fields : keys of its ``[[effect]]`` table.
-    needs, uses : kinds it cannot do without, and kinds it builds on when they are in the plan anyway.
-    reads : topics beyond the poses.
-    detector : row of the table of detectors that looks at its pairs, ``""``: none.
-    trigger : what gates it, in words; ``""``: it runs in every frame.
-    sources : citations.
-    check : refuses a combination of fields.
-    """
-
-    kind: str
-    about: str
-    compute: Callable[[EffectInputs], EffectOutput]
-    fields: Mapping[str, Field] = field(default_factory=dict)
+    kind: str  # the word in a scene; lower case, hyphens
+    about: str  # one line for the plan and the report
+    compute: Callable[[EffectInputs], EffectOutput]  # from inputs to output
+    fields: Mapping[str, Field] = field(default_factory=dict)  # keys of its ``[[effect]]`` table
+    # needs, uses: kinds it cannot do without, and kinds it builds on when they are in the plan anyway
     needs: tuple[str | Need, ...] = ()
     uses: tuple[str, ...] = ()
-    reads: tuple[str, ...] = ()
-    detector: str = ""
-    trigger: str = ""
-    sources: tuple[str, ...] = ()
-    check: Callable[[Declaration, Scene], None] | None = None
+    reads: tuple[str, ...] = ()  # topics beyond the poses
+    detector: str = ""  # row of the table of detectors that looks at its pairs, ``""``: none
+    trigger: str = ""  # what gates it, in words; ``""``: it runs in every frame
+    sources: tuple[str, ...] = ()  # citations
+    check: Callable[[Declaration, Scene], None] | None = None  # refuses a combination of fields
 
     def needed(self, declared: tuple[Declaration, ...]) -> tuple[str, ...]:
         """Kinds needed by these declarations; without any, those needed always."""

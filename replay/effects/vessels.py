@@ -125,9 +125,9 @@ class Vessel:
         centre = poses.translation[frame] + turn @ self.place("opening")
         return Disc(self.body.id, centre, turn[:, 1], self.size("opening_radius"))
 
-    def drawn(self, times: FloatArray, volume_ml: FloatArray, rgba: NDArray[np.uint8] | None = None) -> Liquid:
+    def drawn(self, times: FloatArray, volume_ml: FloatArray) -> Liquid:
         """What stands in it, as a cylinder of its mean cross-section."""
-        colour = np.tile(np.array(WATERY, dtype=np.uint8), (len(times), 1)) if rgba is None else rgba
+        colour = np.tile(np.array(WATERY, dtype=np.uint8), (len(times), 1))
         level = self.floor + volume_ml * ML / self.section_m2
         return Liquid(times, level, self.floor, math.sqrt(self.section_m2 / math.pi), colour)
 

@@ -1,9 +1,11 @@
-"""A table as plain data: what computes fills it, and terminal, page and file show the same cells."""
+"""A table of the paper: numbers with a key and a note; `plain` is the table that terminal, page and picture show."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any
+
+from replay.outputs.tables import Table, table
 
 Cell = str | int | float | None
 
@@ -14,9 +16,8 @@ class PaperTable:
 
     key: str  # of section 6.3, such as ``T1a``
     title: str  # what it shows, in one sentence
-    # head, rows: headings and cells; ``None`` is shown as a dash
     head: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    rows: tuple[tuple[Cell, ...], ...]  # ``None`` is shown as a dash
     note: str = ""  # what a reader must know
 
     def as_json(self) -> dict[str, Any]:
@@ -27,6 +28,13 @@ class PaperTable:
         """The cells below a heading."""
         place = self.head.index(heading)
         return [row[place] for row in self.rows]
+
+    @property
+    def plain(self) -> Table:
+        """The cells as a reader sees them, below key and title; the note at the end."""
+        words = [name for name in self.head if any(isinstance(cell, str) for cell in self.column(name))]
+        rows = [[shown(cell) for cell in row] for row in self.rows]
+        return table(f"{self.key}: {self.title}", self.head, rows, words=words, whole=(), notes=[self.note])
 
 
 def shown(cell: Cell) -> str:

@@ -31,10 +31,7 @@ class Equation:
 
 
 def equation_of(text: str) -> Equation:
-    """Read an equation.
-
-    Raises ValueError: it cannot be read, or its two sides do not have the same atoms.
-    """
+    """Read an equation. Raises ValueError: it cannot be read, or its two sides do not have the same atoms."""
     left, arrow, right = text.partition("->")
     if not arrow:
         raise ValueError(f"{text!r} has no ->; write it as HCl + NaOH -> NaCl + H2O")
@@ -48,10 +45,7 @@ def equation_of(text: str) -> Equation:
 
 
 def atoms(formula: str) -> Counter[str]:
-    """Atoms of a formula such as ``Ca(OH)2`` or ``CuSO4.5H2O``.
-
-    Raises ValueError: it is no formula.
-    """
+    """Atoms of a formula such as ``Ca(OH)2`` or ``CuSO4.5H2O``. Raises ValueError: it is no formula."""
     total: Counter[str] = Counter()
     for part in formula.split("."):
         factor = re.match(r"\d*", part)

@@ -11,7 +11,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from cdcore.numerics import place_points
-from replay.outputs.paper_table import PaperTable, shown
+from replay.outputs.rerun_log.markdown import markdown
 
 if TYPE_CHECKING:
     from replay.studies.paper.experiment import PaperResult
@@ -21,17 +21,14 @@ TIMELINE: Final = "faces_that_intersect"
 
 
 def record(result: PaperResult, pictures: Mapping[str, tuple[str, bytes]], path: Path) -> None:
-    """Write the recording.
-
-    ``pictures``: key of a table -> file name and PNG.
-    """
+    """Write the recording. ``pictures``: key of a table -> file name and PNG."""
     recording = rr.RecordingStream("vrlab-replay paper")
     recording.save(path, default_blueprint=_blueprint(result))
     _log_fixtures(recording, result)
     _log_accuracy(recording, result)
     for one in result.tables:
         name = entity_of(one.key)
-        words = rr.TextDocument(as_markdown(one), media_type=rr.MediaType.MARKDOWN)
+        words = rr.TextDocument(markdown(one.plain, level=1), media_type=rr.MediaType.MARKDOWN)
         recording.log(["tables", name], words, static=True)
         if one.key in pictures:
             image = rr.EncodedImage(contents=pictures[one.key][1], media_type="image/png")
@@ -42,18 +39,6 @@ def record(result: PaperResult, pictures: Mapping[str, tuple[str, bytes]], path:
 def entity_of(key: str) -> str:
     """The key of a table as part of an entity path."""
     return key.lower().replace(" ", "_")
-
-
-def as_markdown(table: PaperTable) -> str:
-    """Title, note and cells."""
-    lines = [f"# {table.key}: {table.title}", "", table.note, ""]
-    lines += [_row(table.head), _row(["---"] * len(table.head))]
-    lines += [_row([shown(cell) for cell in row]) for row in table.rows]
-    return "\n".join(lines) + "\n"
-
-
-def _row(cells: Any) -> str:
-    return "| " + " | ".join(cells) + " |"
 
 
 def _blueprint(result: PaperResult) -> Any:

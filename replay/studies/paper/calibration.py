@@ -53,9 +53,13 @@ class Calibration:
 def write_calibration(calibration: Calibration, path: Path) -> None:
     """Write the file; floats come back as they were."""
     path.parent.mkdir(parents=True, exist_ok=True)
+    put(path, json.dumps({"version": VERSION} | asdict(calibration), indent=1, allow_nan=False) + "\n")
+
+
+def put(path: Path, content: str | bytes) -> None:
+    """Write a file, under a temporary name first."""
     partial = path.with_name(path.name + ".part")
-    text = json.dumps({"version": VERSION} | asdict(calibration), indent=1, allow_nan=False)
-    partial.write_text(text + "\n", encoding="utf-8", newline="\n")
+    partial.write_bytes(content.encode() if isinstance(content, str) else content)
     partial.replace(path)
 
 

@@ -62,10 +62,7 @@ def run_paper(
     jobs: int = 1,  # processes; the tables are the same for any number
     progress: Progress | None = None,
 ) -> PaperResult:
-    """Run it.
-
-    Raises CalibrationError, FixtureError, WorkerError.
-    """
+    """Run it. Raises CalibrationError, FixtureError, WorkerError."""
     told = progress or Silent()
     experiment = {"targets": list(targets), "poses": poses, "seed": seed}
     known = read_calibration(calibration, experiment, tuple(CONTESTANTS)) if calibration else None

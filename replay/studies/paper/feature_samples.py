@@ -23,7 +23,7 @@ from cdcore.search.settings import SearchSettings
 from replay.base.wilson import wilson
 from replay.outputs.paper_table import Cell, PaperTable
 from replay.studies.paper.colony import BUDGET, near_poses
-from replay.studies.paper.engines import SearchEngine
+from replay.studies.paper.contestants import SearchEngine
 from replay.studies.paper.fixtures import FAMILY_NAMES
 
 SIZES: Final[tuple[int | None, ...]] = (50, 100, 200, 400, 800, 1600, None)

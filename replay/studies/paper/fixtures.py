@@ -92,10 +92,7 @@ def table_fixtures(targets: tuple[int, ...] = TARGETS, poses: int = POSES, seed:
 
 @cache
 def fixture(target: int, number: int, seed: int = 0) -> Fixture:
-    """One fixture.
-
-    Raises FixtureError: no pose meets the target; names it.
-    """
+    """One fixture. Raises FixtureError: no pose meets the target; names it."""
     family = FAMILY_NAMES[number % len(FAMILY_NAMES)]
     bodies = _bodies_for(family, target, seed)
     rng = random_stream(seed, f"table-1/{target}/{number}", family)

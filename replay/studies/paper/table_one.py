@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from statistics import mean
+from statistics import mean, median
 from typing import Final
 
 import numpy as np
@@ -14,8 +14,18 @@ from replay.base.machine import machine
 from replay.base.progress import Progress, Silent
 from replay.outputs.paper_table import Cell, PaperTable
 from replay.studies.paper.calibration import SHARES, Calibration
-from replay.studies.paper.contestants import CONTESTANTS, Answer, Group, answer_of, ask, make
-from replay.studies.paper.engines import TREES, Capped, ask_capped, engines_of
+from replay.studies.paper.contestants import (
+    CONTESTANTS,
+    TREES,
+    Answer,
+    Capped,
+    Group,
+    answer_of,
+    ask,
+    ask_capped,
+    engines_of,
+    make,
+)
 from replay.studies.paper.printed import ACCURACY, OURS, PRINTED, TABLE_1, TIME_TO_RAPID, VARIANCE
 from sessions.synthetic.rng import random_stream
 
@@ -186,11 +196,8 @@ def accuracy(found: TableOne) -> PaperTable:
     rows = []
     for name in BUDGETED:
         for share in SHARES:
-            one = spread([answer.face_recall for _, answer in found.equal[share][name]])
-            rows.append(
-                (name, share, one.n, one.mean, one.low, one.high, one.sd, one.variance,
-                 ACCURACY.get(name), VARIANCE.get(name))
-            )  # fmt: skip
+            recalls = [answer.face_recall for _, answer in found.equal[share][name]]
+            rows.append((name, share, *spread(recalls), ACCURACY.get(name), VARIANCE.get(name)))
     head = (
         "algorithm", "B", "n", "mean", "mean, low", "mean, high", "standard deviation", "variance",
         f"mean: {PRINTED}", f'"variance": {PRINTED}',
@@ -201,10 +208,10 @@ def accuracy(found: TableOne) -> PaperTable:
 
 def times(calibration: Calibration) -> PaperTable:
     """Fig. 7 c: all of it read from the calibration."""
-    to = quartiles(calibration.all_seconds("rapid-style"))[1]
+    to = median(calibration.all_seconds("rapid-style"))
     rows = []
     for name in CONTESTANTS:
-        low, middle, high = (1e3 * one for one in quartiles(calibration.all_seconds(name)))
+        low, middle, high = (1e3 * np.quantile(calibration.all_seconds(name), [0.25, 0.5, 0.75])).tolist()
         rows.append((name, middle, low, high, middle / (1e3 * to), TIME_TO_RAPID.get(name)))
     head = ("algorithm", "median, ms", "lower quartile, ms", "upper quartile, ms", "to rapid-style", PRINTED)
     where = ", ".join(f"{key} {value}" for key, value in calibration.machine.items())
@@ -212,29 +219,14 @@ def times(calibration: Calibration) -> PaperTable:
     return PaperTable("F7c", "Wall time of a pose", head, tuple(rows), note)
 
 
-@dataclass(frozen=True)
-class Spread:
-    """What n values are like: ``sd`` and ``variance`` divide by n - 1; ``low`` to ``high`` holds the mean at 95 %."""
+def spread(values: Sequence[float], seed: int = 0) -> tuple[int, float, float, float, float, float]:
+    """Number, mean, interval of the mean at 95 %, standard deviation and variance (by n - 1) of one value or more.
 
-    n: int
-    mean: float
-    low: float
-    high: float
-    sd: float
-    variance: float
-
-
-def spread(values: Sequence[float], seed: int = 0) -> Spread:
-    """The spread of one value or more; the interval is a percentile bootstrap of ``RESAMPLES`` draws.
-
-    Raises
-    ------
-    ValueError
-        There is no value.
+    The interval is a percentile bootstrap of ``RESAMPLES`` draws. Raises ValueError: there is no value.
 
     Examples
     --------
-    >>> spread([1.0, 3.0]).variance
+    >>> spread([1.0, 3.0])[-1]
     2.0
     """
     if not len(values):
@@ -243,10 +235,4 @@ def spread(values: Sequence[float], seed: int = 0) -> Spread:
     draws = random_stream(seed, "paper/bootstrap").integers(0, len(given), size=(RESAMPLES, len(given)))
     low, high = np.quantile(given[draws].mean(axis=1), [0.025, 0.975])
     variance = float(given.var(ddof=1)) if len(given) > 1 else 0.0
-    return Spread(len(given), float(given.mean()), float(low), float(high), variance**0.5, variance)
-
-
-def quartiles(values: Sequence[float]) -> tuple[float, float, float]:
-    """Lower quartile, median, upper quartile."""
-    low, middle, high = np.quantile(np.asarray(values, dtype=np.float64), [0.25, 0.5, 0.75])
-    return float(low), float(middle), float(high)
+    return len(given), float(given.mean()), float(low), float(high), variance**0.5, variance

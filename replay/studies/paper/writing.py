@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
-from replay.outputs.paper_table import shown
-from replay.outputs.report.markup import Markup, element, joined, picture, table
+from replay.outputs.paper_table import Cell, PaperTable
+from replay.outputs.report.markup import Markup, element, joined, page_table, picture
 from replay.outputs.rerun_log.paper_recording import record
-from replay.studies.paper.calibration import write_calibration
+from replay.studies.paper.calibration import put, write_calibration
 from replay.studies.paper.experiment import PaperResult
+from replay.studies.paper.feature_samples import ALL, SEARCHERS
 from replay.studies.paper.pictures import pictures_of
 from replay.studies.paper.printed import PRINTED
-from replay.studies.paper.verdict import verdict_of
 
 TITLE: Final = "The paper's tables, regenerated"
 
@@ -25,12 +26,11 @@ def write_paper(result: PaperResult, out: Path) -> list[Path]:
     out.mkdir(parents=True, exist_ok=True)
     written = [out / "calibration.json", out / "paper.json"]
     write_calibration(result.calibration, written[0])
-    text = json.dumps(as_json(result), indent=1, allow_nan=False) + "\n"
-    _put(written[1], text.encode())
+    put(written[1], json.dumps(as_json(result), indent=1, allow_nan=False) + "\n")
     drawn = pictures_of(result.tables)
     for name, png in drawn.values():
-        _put(out / name, png)
-    _put(out / "paper.html", page(result, drawn).encode())
+        put(out / name, png)
+    put(out / "paper.html", page(result, drawn))
     partial = out / "paper.rrd.part"
     record(result, drawn, partial)
     partial.replace(out / "paper.rrd")
@@ -55,12 +55,8 @@ def page(result: PaperResult, drawn: Mapping[str, tuple[str, bytes]]) -> str:
     said = element("ul", *(element("li", sentence) for sentence in verdict_of(result.tables)))
     parts = [element("section", element("h2", "What the tables say"), said)]
     for one in result.tables:
-        rows = [[shown(cell) for cell in row] for row in one.rows]
         shape = [picture(drawn[one.key][1], one.title)] if one.key in drawn else []
-        words = 1 + max(
-            place for row in one.rows for place, cell in enumerate(row) if place == 0 or isinstance(cell, str)
-        )
-        cells = table(one.note, one.head, rows, words=words)
+        cells = page_table(replace(one.plain, title=one.note, notes=()))
         parts.append(element("section", element("h2", f"{one.key}: {one.title}"), *shape, cells))
     head = joined(
         [
@@ -86,7 +82,98 @@ def _told(result: PaperResult) -> str:
     )
 
 
-def _put(path: Path, content: bytes) -> None:
-    partial = path.with_name(path.name + ".part")
-    partial.write_bytes(content)
-    partial.replace(path)
+def verdict_of(tables: Sequence[PaperTable]) -> list[str]:
+    """Sentences on completeness, caps, frames, the colony and samples of faces."""
+    by_key = {one.key: one for one in tables}
+    families = list(dict.fromkeys(str(cell) for cell in by_key["F7e"].column("family")))
+    return [
+        _completion(by_key["T1a"]),
+        _caps(by_key["T1c"]),
+        _frames(by_key["T1d"]),
+        *(_colony(by_key["F7e"], family) for family in families),
+        *(_ablation(by_key["ablation"], family) for family in families),
+        *(_samples(by_key["F8 coverage"], by_key["F8 search"], family) for family in families),
+    ]
+
+
+def _cells(table: PaperTable, heading: str, **wanted: Cell) -> list[Cell]:
+    """Cells below a heading of the rows whose cells are as wanted; ``_`` stands for a space in a heading."""
+    places = {table.head.index(name.replace("_", " ")): cell for name, cell in wanted.items()}
+    found = table.column(heading)
+    return [
+        cell
+        for cell, row in zip(found, table.rows, strict=True)
+        if all(row[place] == value for place, value in places.items())
+    ]
+
+
+def _percent(cell: Cell) -> str:
+    return "-" if cell is None or isinstance(cell, str) else f"{100 * cell:.1f} %"
+
+
+def _completion(table: PaperTable) -> str:
+    whole = [
+        str(name)
+        for name, poses, every in zip(
+            *(table.column(h) for h in ("algorithm", "poses", "poses with every pair")), strict=True
+        )
+        if poses == every
+    ]
+    least = min(float(cell) for cell in table.column("precision") if isinstance(cell, float | int))
+    return (
+        f"T1a: every face pair of all {table.rows[0][1]} poses is found by {', '.join(whole)}; "
+        f"the least precision of all rows is {least:g}."
+    )
+
+
+def _caps(table: PaperTable) -> str:
+    parts = []
+    for cap in dict.fromkeys(table.column("contacts")):
+        recalls = [float(cell) for cell in _cells(table, "face recall", contacts=cap) if isinstance(cell, float)]
+        ends = dict.fromkeys((_percent(min(recalls)), _percent(max(recalls))))
+        parts.append(f"{' to '.join(ends)} after {cap}")
+    return f"T1c: an engine that stops after some contacts lists so much of the faces that meet: {', '.join(parts)}."
+
+
+def _frames(table: PaperTable) -> str:
+    heads = ("looks a second", "missed, mean", "missed seconds, share")
+    parts = [
+        f"{missed:.1f} ({_percent(share)} of the seconds) at {rate:g} looks a second"
+        for rate, missed, share in zip(*(table.column(head) for head in heads), strict=True)
+    ]
+    return f"T1d: of {table.rows[0][1]} contacts these are missed, mean of all phases: {', '.join(parts)}."
+
+
+def _colony(table: PaperTable, family: str) -> str:
+    of = _cells(table, "colliding", family=family)[0]
+    parts = [
+        f"{name} {_cells(table, 'detected', family=family, algorithm=name)[0]}"
+        for name in ("exact", "qaco memetic", "qaco local", "qaco corrected", "qaco random", "qaco printed")
+    ]
+    false = sum(int(cell) for cell in _cells(table, "reported though free", family=family) if isinstance(cell, int))
+    return f"F7e, {family}: of {of} contacts about first touch: {', '.join(parts)}; reported though free: {false}."
+
+
+def _ablation(table: PaperTable, family: str) -> str:
+    parts = []
+    for variant in dict.fromkeys(table.column("variant")):
+        words = _cells(table, "without", family=family, variant=variant)
+        found = _cells(table, "detected", family=family, variant=variant)
+        parts.append(f"{variant} " + ", ".join(f"without {w} {f}" for w, f in zip(words, found, strict=True)))
+    return f"Ablation, {family}: {'; '.join(parts)}."
+
+
+def _samples(coverage: PaperTable, search: PaperTable, family: str) -> str:
+    """The coverage of each sample, and of each search the sample with which it detects most of all poses."""
+    sizes = _cells(coverage, "faces sampled", family=family)
+    rates = _cells(coverage, "rate", family=family)
+    covered = ", ".join(f"{size}: {_percent(rate)}" for size, rate in zip(sizes, rates, strict=True) if size != ALL)
+    best = []
+    for name in SEARCHERS:
+        found = _cells(search, "detected of all poses", family=family, search=name)
+        most = max(range(len(found)), key=lambda k: float(found[k] or 0.0))
+        best.append(f"{name} {_percent(found[most])} with {sizes[most]} ({_percent(found[-1])} with all)")
+    return (
+        f"F8, {family}: a sample of so many faces holds no pair of a contact in {covered}; at the same evaluations "
+        f"most contacts are detected by {', '.join(best)}."
+    )

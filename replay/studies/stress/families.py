@@ -109,10 +109,6 @@ def _oblique(t: FloatArray) -> FloatArray:
     return t
 
 
-def _coplanar_oblique(rng: Generator, n: int) -> FloatArray:
-    return _oblique(grid(rng, n, 16, 1.0))
-
-
 def _coplanar_touching(rng: Generator, n: int) -> FloatArray:
     t = grid(rng, n, 16, 1.0)
     t[:, 3] = (t[:, 0] + t[:, 1]) / 2
@@ -159,18 +155,6 @@ def _far(rng: Generator, n: int) -> FloatArray:
     direction = rng.normal(0, 1, (n, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     return uniform(rng, n) * 1e-2 + (direction * log_uniform(rng, 5, 8, (n, 1)))[:, None]
-
-
-def _tiny(rng: Generator, n: int) -> FloatArray:
-    return (uniform(rng, n) - 0.5) * log_uniform(rng, -9, -5, (n, 1, 1))
-
-
-def _underflow(rng: Generator, n: int) -> FloatArray:
-    return (uniform(rng, n) - 0.5) * 2.0**-500
-
-
-def _overflow(rng: Generator, n: int) -> FloatArray:
-    return (uniform(rng, n) - 0.5) * 2.0**400
 
 
 def _edges_cross(rng: Generator, n: int) -> FloatArray:
@@ -265,16 +249,16 @@ _TABLE: tuple[tuple[str, Maker, bool | None], ...] = (
     ("shared edge, folded", _shared_edge, True),
     ("identical, permuted", _identical, True),
     ("coplanar, axis plane", _coplanar_axis, None),
-    ("coplanar oblique", _coplanar_oblique, None),
+    ("coplanar oblique", lambda rng, n: _oblique(grid(rng, n, 16, 1.0)), None),
     ("coplanar touching", _coplanar_touching, True),
     ("collinear against proper", _collinear, None),
     ("point on a face", _point_on_face, True),
     ("point off a face", _point_off_face, False),
     ("needles", _needles, None),
     ("far from the origin", _far, None),
-    ("tiny", _tiny, None),
-    ("products underflow", _underflow, None),
-    ("products overflow", _overflow, None),
+    ("tiny", lambda rng, n: (uniform(rng, n) - 0.5) * log_uniform(rng, -9, -5, (n, 1, 1)), None),
+    ("products underflow", lambda rng, n: (uniform(rng, n) - 0.5) * 2.0**-500, None),
+    ("products overflow", lambda rng, n: (uniform(rng, n) - 0.5) * 2.0**400, None),
     ("edges cross in one point", _edges_cross, True),
     ("vertex exactly on a face", _vertex_on_face, True),
     ("parallel planes, small gap", _parallel_gap, False),

@@ -71,10 +71,7 @@ RELATIONS: Final[dict[str, Relation]] = {
 
 
 def relations_of(text: str) -> dict[str, Relation]:
-    """Relations named by ``all`` or ``swap,axes``.
-
-    Raises StressError: a name that is none of them.
-    """
+    """Relations named by ``all`` or ``swap,axes``. Raises StressError: a name that is none of them."""
     names = list(RELATIONS) if text == "all" else text.split(",")
     for name in names:
         if name not in RELATIONS:

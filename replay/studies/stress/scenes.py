@@ -148,20 +148,6 @@ def degenerate(rng: Generator) -> Iterator[Scene]:
         yield of_all_pairs(name, bodies, in_worlds(rng, 6))
 
 
-Maker = Callable[[Generator], Iterator[Scene]]
-
-AT_INSTANTS: Final[dict[int, tuple[str, Maker]]] = {
-    27: ("containment", containment),
-    28: ("cavity", cavity),
-    37: ("malformed meshes", odd_meshes),
-    38: ("far from the origin", far_away),
-    39: ("unit errors", scaled),
-    41: ("resting contact", resting),
-    42: ("mesh degeneracies", degenerate),
-}
-"""Number of a case -> its name, and what makes its scenes."""
-
-
 SPEEDS: Final = (0.4, 0.6, 1.0, 2.0, 4.0)
 """Metres a second of a 5 mm cube through a 1 mm plate."""
 
@@ -255,11 +241,20 @@ def reversed_and_split(rng: Generator) -> Iterator[Scene]:
                 yield one(name, meshes, at(places + shift), meets)
 
 
-OVER_INTERVALS: Final[dict[int, tuple[str, Maker]]] = {
+Maker = Callable[[Generator], Iterator[Scene]]
+
+SCENES: Final[dict[int, tuple[str, Maker]]] = {
+    27: ("containment", containment),
+    28: ("cavity", cavity),
     29: ("thin-wall phases", thin_wall),
     30: ("rotation only", rotation_only),
     31: ("start, end, no motion", ends),
     32: ("grazing", grazing),
     33: ("time reversal and splitting", reversed_and_split),
+    37: ("malformed meshes", odd_meshes),
+    38: ("far from the origin", far_away),
+    39: ("unit errors", scaled),
+    41: ("resting contact", resting),
+    42: ("mesh degeneracies", degenerate),
 }
-"""Number of a case -> its name, and what makes its scenes."""
+"""Number of a case -> its name, and what makes its scenes: 29 to 33 ask about the time between frames."""

@@ -23,7 +23,7 @@ from replay.studies.stress.cases import Cases, write_cases
 from replay.studies.stress.families import FAMILIES, FIRST_SEED, Family
 from replay.studies.stress.peers import PEERS, answers_of, installed_peers
 from replay.studies.stress.relations import Flips
-from replay.studies.stress.system import CaseTally
+from replay.studies.stress.system import CaseTally, numbers_of
 
 ALL: Final = "all"
 
@@ -122,27 +122,14 @@ def detectors_of(name: str) -> list[str]:
 def families_of(text: str) -> list[Family]:
     """Families named by ``01-26``, ``9`` or ``3-5,12``.
 
-    Raises
-    ------
-    StressError
-        Not numbers from 1 to 26.
+    Raises StressError: not numbers from 1 to 26.
 
     Examples
     --------
     >>> [family.number for family in families_of("3-5,12")]
     [3, 4, 5, 12]
     """
-    wanted: set[int] = set()
-    for part in text.split(","):
-        first, _, last = part.partition("-")
-        try:
-            low, high = int(first), int(last or first)
-        except ValueError:
-            raise StressError(f"families {text!r} are no numbers; write 01-26, 9 or 3-5,12") from None
-        if not 1 <= low <= high <= len(FAMILIES):
-            raise StressError(f"there is no family {part!r}; they go from 1 to {len(FAMILIES)}")
-        wanted |= set(range(low, high + 1))
-    return [family for family in FAMILIES if family.number in wanted]
+    return [FAMILIES[number - 1] for number in numbers_of(text, "family", 1, len(FAMILIES))]
 
 
 def stress(

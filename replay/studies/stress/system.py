@@ -20,12 +20,12 @@ from replay.studies.stress.attempts import ATTEMPTS
 from replay.studies.stress.cases import FailedScene, write_scenes
 from replay.studies.stress.families import FIRST_SEED
 from replay.studies.stress.peers import PEERS
-from replay.studies.stress.scenes import AT_INSTANTS, OVER_INTERVALS, Scene, meeting
+from replay.studies.stress.scenes import SCENES, Scene, meeting
 
 NOT_ASKED: Final = {40: ("time stamps", "about recordings, not detectors: replay info names what lies")}
 """Number of a case that asks no detector -> its name, and why."""
 
-CASES: Final = {n: row[0] for n, row in sorted((AT_INSTANTS | OVER_INTERVALS | ATTEMPTS | NOT_ASKED).items())}
+CASES: Final = {n: row[0] for n, row in sorted((SCENES | ATTEMPTS | NOT_ASKED).items())}
 """Number -> name, 27 to 43."""
 
 AT_FRAMES: Final = "decides at frames: between them it is not asked"
@@ -65,16 +65,19 @@ class CaseTally:
 
 
 def cases_of(text: str) -> list[int]:
-    """Cases named by ``all``, ``29`` or ``27-28,41``.
+    """Cases named by ``all``, ``29`` or ``27-28,41``. Raises StressError: not numbers from 27 to 43."""
+    return numbers_of("27-43" if text == "all" else text, "case", 27, 43)
 
-    Raises StressError: not numbers from 27 to 43.
-    """
+
+def numbers_of(text: str, what: str, least: int, most: int) -> list[int]:
+    """Numbers named by ``9`` or ``3-5,12``. Raises StressError: one is none from ``least`` to ``most``."""
     wanted: set[int] = set()
-    for part in ("27-43" if text == "all" else text).split(","):
-        first, _, last = part.partition("-")
-        if not (first.isdecimal() and (last or first).isdecimal() and 27 <= int(first) <= int(last or first) <= 43):
-            raise StressError(f"there is no case {part!r}; they go from 27 to 43")
-        wanted |= set(range(int(first), int(last or first) + 1))
+    for part in text.split(","):
+        first, _, last = (word.strip() for word in part.partition("-"))
+        ends = first, last or first
+        if not (all(map(str.isdecimal, ends)) and least <= int(ends[0]) <= int(ends[1]) <= most):
+            raise StressError(f"there is no {what} {part!r}; they go from {least} to {most}, written as 9 or 3-5,12")
+        wanted |= set(range(int(ends[0]), int(ends[1]) + 1))
     return sorted(wanted)
 
 
@@ -95,8 +98,7 @@ def run_cases(
     found = []
     with (progress or Silent()).stage("cases", len(cases) * len(detectors), "cases") as advance:
         for number in cases:
-            makers = AT_INSTANTS | OVER_INTERVALS
-            scenes = list(makers[number][1](np.random.default_rng((seed, number)))) if number in makers else []
+            scenes = list(SCENES[number][1](np.random.default_rng((seed, number)))) if number in SCENES else []
             for name in detectors:
                 found.append(case_of(name, number, scenes, seed=seed, tau=tau, out=out))
                 advance(1)
