@@ -102,13 +102,7 @@ SPOKEN: Final = (
 
 
 def lane_bars(outcome: NDArray[np.uint8], times: NDArray[np.float64], y: int) -> list[Markup]:
-    """The bars of one pair: each stretch of an outcome where it is, or shares where there are too many to tell apart.
-
-    Parameters
-    ----------
-    outcome : (T,) values of ``Outcome``.
-    y : the lane's upper edge.
-    """
+    """The bars of one pair with its outcome (T,) below the edge ``y``: stretches, or shares where they are too many."""
     changes = int((np.diff(outcome.astype(np.int16)) != 0).sum())
     if changes > MOST_BARS:
         return _shares(outcome, times, y)
