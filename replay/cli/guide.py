@@ -17,7 +17,7 @@ WIDEST: Final = 100
 @click.argument("topic", required=False, metavar="[TOPIC]")
 @common
 @click.pass_context
-def command(context: click.Context, topic: str | None, **_: bool) -> int:
+def command(context: click.Context, /, topic: str | None, **_: bool) -> int:
     """Print the page of the guide about TOPIC, or the list of all pages.
 
     Where the output is no terminal, it is the page's Markdown.
