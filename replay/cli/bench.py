@@ -63,7 +63,7 @@ def command(quick: bool, frames: int | None, seed: int, out: Path | None, as_jso
         growth = _growth(progress, quick, seed)
     figures: dict[str, Any] = {"seed": seed, "frames": many, "machine": machine(), "versions": versions()}
     figures |= {"race": [vars(row) for row in rows], "stages": [vars(one) for one in spent]}
-    figures |= {"growth": [one.as_json() for one in growth]}
+    figures |= {"growth": [vars(one) for one in growth]}
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
         out.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")

@@ -59,17 +59,13 @@ class TerminalProgress:
     def stage(self, name: str, total: int | None = None, unit: str = "frames") -> Iterator[Advance]:
         """Show a bar while the stage lasts; a line with its time stays."""
         if not self._shown:
-            yield _unshown
+            yield lambda _: None
             return
         with _bars(unit) as bars:
             task = bars.add_task(name, total=total)
             yield lambda done: bars.advance(task, done)
             if total is None:
                 bars.update(task, total=1, completed=1)
-
-
-def _unshown(done: int) -> None:
-    del done
 
 
 def _bars(unit: str) -> Progress:
