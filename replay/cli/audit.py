@@ -2,39 +2,32 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import click
 
-from replay.cli.console import People, TerminalProgress, stdout_console
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, lineup, output_format, window
+from replay.cli.console import OK, People, TerminalProgress, answer
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, lineup, no_picture, output_format, tau, window
 
 
 @click.command()
 @click.argument("sessions", type=SESSION_FILE, metavar="SESSION...", nargs=-1, required=True)
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder; of several sessions a folder of them.")
-@click.option("--force", is_flag=True, help="Replace earlier run folders of that name.")
+@force
 @lineup
 @window
-@click.option("--tau", type=click.FloatRange(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
+@tau
 @click.option("--no-faces", is_flag=True, help="Leave out face recall, and the second pass it takes.")
-@click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
+@no_picture
 @click.option("--max-missed", type=float, metavar="SHARE", help="Exit 4 when more contacts or pair-frames are missed.")
 @click.option("--max-p99-ms", type=float, metavar="MS", help="Exit 4 when the slowest 1 % of the frames take longer.")
 @output_format
 @common
 def command(
-    sessions: tuple[Path, ...],
-    no_faces: bool,
-    no_picture: bool,
-    max_missed: float | None,
-    max_p99_ms: float | None,
-    as_json: bool,
-    people: People,
-    **asked: Any,
-) -> int:
+    sessions: tuple[Path, ...], no_faces: bool, no_picture: bool, max_missed: float | None, max_p99_ms: float | None,
+    as_json: bool, people: People, **asked: Any,
+) -> int:  # fmt: skip
     """Replay each SESSION through detectors and say what each missed beside the oracle.
 
     \b
@@ -42,24 +35,18 @@ def command(
     replay audit recordings/*.mcap --detector lab.engine:Detector --max-missed 0.01 --max-p99-ms 11.1
     """
     from replay.api.auditor import audit
-    from replay.cli.main import GATE_FAILED, OK
     from replay.cli.run_report import close_run, where_to_look
+    from replay.cli.run_tables import answers, audit_tables
+    from replay.cli.terminal import terminal
     from replay.pipeline.gates import Gates
 
     shown: dict[str, Any] = {"faces": not no_faces, "picture": not no_picture}
     result = audit(list(sessions), **asked, **shown, progress=TerminalProgress(people))
     summaries = [one.summary for one in result.results]
     broken = Gates(max_missed, max_p99_ms).broken(result.summary, summaries)
-    if as_json:
-        click.echo(json.dumps({"audit": result.summary, "runs": summaries, "broken": broken}, allow_nan=False))
-    else:
-        from replay.cli.run_tables import answers, audit_tables
-
-        stdout_console().print(answers(result.results), audit_tables(result.summary))
+    plain = {"audit": result.summary, "runs": summaries, "broken": broken}
+    answer(as_json, plain, lambda: terminal(answers(result.results), audit_tables(result.summary)))
     codes = [close_run(one, people) for one in result.results]
     for one in result.results:
-        for sentence in where_to_look(one, picture=not no_picture):
-            people.say(sentence)
-    for sentence in broken:
-        people.say(f"gate: {sentence}")
-    return GATE_FAILED if broken else max(codes, default=OK)
+        people.say(*where_to_look(one, picture=not no_picture))
+    return people.gate(broken, max(codes, default=OK))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from replay.cli.console import People, TerminalProgress, stdout_console
+from replay.cli.console import People, TerminalProgress, answer
 from replay.cli.options import ANY_PATH, common
 from replay.outputs.tables import Table, table
 
@@ -33,9 +34,7 @@ REPEATS: Final = 5
 
 @click.command()
 @click.option("--quick/--full", default=True, show_default=True, help="Small sizes, or all of them.")
-@click.option(
-    "--frames", type=click.IntRange(min=1), help=f"Of the race; otherwise {QUICK_FRAMES:,} quick, {FULL_FRAMES:,} full."
-)
+@click.option("--frames", type=click.IntRange(min=1), help=f"Of the race; {QUICK_FRAMES:,} or {FULL_FRAMES:,} unasked.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the made-up session.")
 @click.option("--out", "-o", type=ANY_PATH, metavar="FILE", help="Write all figures here as JSON.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
@@ -51,7 +50,6 @@ def command(quick: bool, frames: int | None, seed: int, out: Path | None, as_jso
     replay bench --full --out bench.json
     """
     from replay.base.machine import machine, versions
-    from replay.cli.main import GATE_FAILED, OK
     from replay.detection.compile_notice import compiling_announced
     from replay.studies.bench.engines import OPTIONAL, installed_engines
 
@@ -65,42 +63,37 @@ def command(quick: bool, frames: int | None, seed: int, out: Path | None, as_jso
         growth = _growth(progress, quick, seed)
     figures: dict[str, Any] = {"seed": seed, "frames": many, "machine": machine(), "versions": versions()}
     figures |= {"race": [vars(row) for row in rows], "stages": [vars(one) for one in spent]}
-    figures |= {"growth": [one.as_json() for one in growth]}
+    figures |= {"growth": [vars(one) for one in growth]}
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
         out.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    if as_json:
-        click.echo(json.dumps(figures, indent=1))
-    else:
-        stdout_console().print(bench_tables(rows, spent, growth, figures))
+    answer(as_json, figures, lambda: bench_tables(rows, spent, growth, figures))
     wrong = [row for row in rows if row.wrong and row.engine == "exact"]
-    for row in wrong:
-        people.say(f"gate: {row.engine} differs from python-fcl in {row.wrong:,} pair-frames at {row.faces:,} faces")
-    return GATE_FAILED if wrong else OK
+    words = "exact differs from python-fcl in {:,} pair-frames at {:,} faces"
+    return people.gate([words.format(row.wrong, row.faces) for row in wrong])
 
 
 def _race(progress: TerminalProgress, quick: bool, frames: int, seed: int) -> list[Row]:
     from replay.studies.bench.race import race
 
-    asked = [(n, what) for n in (QUICK_FACES if quick else FULL_FACES) for what in ("bool", "faces")]
+    one = partial(race, frames=frames, repeats=REPEATS, seed=seed)
+    return [row for rows in _counted(progress, "race", "races", _questions(quick), one) for row in rows]
 
-    def one(faces: int, what: str) -> list[Row]:
-        return race(faces, what, frames=frames, repeats=REPEATS, seed=seed)
 
-    return [row for rows in _counted(progress, "race", "races", asked, one) for row in rows]
+def _questions(quick: bool) -> list[tuple[int, str]]:
+    return [(n, what) for n in (QUICK_FACES if quick else FULL_FACES) for what in ("bool", "faces")]
 
 
 def _stages(progress: TerminalProgress, quick: bool, frames: int, seed: int) -> list[Stages]:
     from replay.studies.bench.stages import stages
     from replay.studies.bench.workload import make_resting, make_workload
 
-    sizes = [("bench", n, what) for n in (QUICK_FACES if quick else FULL_FACES) for what in ("bool", "faces")]
-
     def one(name: str, faces: int, what: str) -> Stages:
         load = make_resting(faces, RESTING_FRAMES) if name == "resting" else make_workload(faces, frames, seed=seed)
         return stages(name, load, what)
 
-    return _counted(progress, "stages", "workloads", [*sizes, ("resting", RESTING_FACES, "faces")], one)
+    asked = [*(("bench", *question) for question in _questions(quick)), ("resting", RESTING_FACES, "faces")]
+    return _counted(progress, "stages", "workloads", asked, one)
 
 
 def _growth(progress: TerminalProgress, quick: bool, seed: int) -> list[Growth]:

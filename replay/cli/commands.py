@@ -1,59 +1,41 @@
-"""The table of verbs: each is a module, imported when the verb is used and not before."""
+"""The table of verbs: each is a module of this folder, imported when the verb is used and not before."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 GROUPS: Final = ("Record", "Check", "Replay", "Audit", "Study", "Learn")
 """Headings of the help text, in the order of a day's work."""
 
 
-@dataclass(frozen=True)
-class CommandSpec:
-    """One verb.
+class CommandSpec(NamedTuple):
+    """One verb: its heading, its line of help, and the module of its ``command``."""
 
-    Parameters
-    ----------
-    entry : ``module:command``.
-    group : one of ``GROUPS``.
-    help : one line.
-    """
-
-    entry: str
     group: str
     help: str
+    module: str
+
+    @property
+    def entry(self) -> str:
+        """``module:command``."""
+        return f"replay.cli.{self.module}:command"
 
 
 COMMANDS: Final[dict[str, CommandSpec]] = {
-    "import": CommandSpec("replay.cli.import_file:command", "Record", "Turn a recording of another program into MCAP."),
-    "info": CommandSpec(
-        "replay.cli.info:command", "Check", "Say what a session file holds: bodies, clock, gaps, tasks."
-    ),
-    "doctor": CommandSpec(
-        "replay.cli.doctor:command", "Check", "Say whether a recording can be trusted, and what is wrong with it."
-    ),
-    "recover": CommandSpec(
-        "replay.cli.recover:command", "Check", "Save what is left of a torn or damaged session file."
-    ),
-    "demo": CommandSpec(
-        "replay.cli.demo:command", "Replay", "Record a made-up lab session, replay it, show the misses."
-    ),
-    "plan": CommandSpec("replay.cli.plan:command", "Replay", "Say what a scene calls for, and why."),
-    "run": CommandSpec(
-        "replay.cli.run:command", "Replay", "Replay a session through detectors and write a run folder."
-    ),
-    "audit": CommandSpec("replay.cli.audit:command", "Audit", "Count what detectors missed beside an oracle; gates."),
-    "tradeoff": CommandSpec(
-        "replay.cli.tradeoff:command", "Audit", "Measure what accuracy costs in time, and which setting to take."
-    ),
-    "diff": CommandSpec("replay.cli.diff:command", "Audit", "Say which contacts two runs disagree about, and why."),
-    "view": CommandSpec("replay.cli.view:command", "Replay", "Open the picture of a run, at a miss if you like."),
-    "study": CommandSpec(
-        "replay.cli.study:command", "Study", "Join what students did with what they answered; check printed tables."
-    ),
-    "stress": CommandSpec("replay.cli.stress:command", "Audit", "Ask detectors hard questions with known answers."),
-    "paper": CommandSpec("replay.cli.paper:command", "Study", "Regenerate the paper's tables beside what it printed."),
-    "bench": CommandSpec("replay.cli.bench:command", "Audit", "Time the exact detector beside python-fcl; its growth."),
-    "guide": CommandSpec("replay.cli.guide:command", "Learn", "Print a page of the guide; without a topic, the list."),
+    "import": CommandSpec("Record", "Turn a recording of another program into MCAP.", "import_file"),
+    "info": CommandSpec("Check", "Say what a session file holds: bodies, clock, gaps, tasks.", "info"),
+    "doctor": CommandSpec("Check", "Say whether a recording can be trusted, and what is wrong with it.", "doctor"),
+    "recover": CommandSpec("Check", "Save what is left of a torn or damaged session file.", "recover"),
+    "demo": CommandSpec("Replay", "Record a made-up lab session, replay it, show the misses.", "demo"),
+    "plan": CommandSpec("Replay", "Say what a scene calls for, and why.", "plan"),
+    "run": CommandSpec("Replay", "Replay a session through detectors and write a run folder.", "run"),
+    "audit": CommandSpec("Audit", "Count what detectors missed beside an oracle; gates.", "audit"),
+    "tradeoff": CommandSpec("Audit", "Measure what accuracy costs in time, and which setting to take.", "tradeoff"),
+    "diff": CommandSpec("Audit", "Say which contacts two runs disagree about, and why.", "diff"),
+    "view": CommandSpec("Replay", "Open the picture of a run, at a miss if you like.", "view"),
+    "study": CommandSpec("Study", "Join what students did with what they answered; check printed tables.", "study"),
+    "stress": CommandSpec("Audit", "Ask detectors hard questions with known answers.", "stress"),
+    "paper": CommandSpec("Study", "Regenerate the paper's tables beside what it printed.", "paper"),
+    "bench": CommandSpec("Audit", "Time the exact detector beside python-fcl; its growth.", "bench"),
+    "guide": CommandSpec("Learn", "Print a page of the guide; without a topic, the list.", "guide"),
 }

@@ -1,44 +1,51 @@
-"""Sentences and progress on stderr, and the console on stdout. Progress is shown on a terminal only."""
+"""Answers on stdout, sentences and progress on stderr, and exit codes. Progress is shown on a terminal only."""
 
 from __future__ import annotations
 
+import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from replay.base.progress import Advance
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from rich.console import Console, RenderableType
     from rich.progress import Progress
 
+OK: Final = 0
+FAILURE: Final = 1
+DATA_LOSS: Final = 3
+GATE_FAILED: Final = 4
+INTERRUPTED: Final = 130
+"""Exit codes; 2 is click's, for a wrong call or a missing path."""
 
 WIDE: Final = 160
 """Columns where there is no terminal: the widest table, of ``replay paper``, needs 136 to break no word."""
 
 
 class People:
-    """Speaks to whoever started the command.
-
-    Parameters
-    ----------
-    quiet : say nothing.
-    verbose : say more.
-    """
+    """Speaks to whoever started the command; where asked for not at all (``quiet``), or more (``verbose``)."""
 
     def __init__(self, *, quiet: bool = False, verbose: bool = False) -> None:
         self.quiet, self.verbose = quiet, verbose
 
-    def say(self, sentence: str) -> None:
-        """One sentence, at once."""
+    def say(self, *sentences: str) -> None:
+        """Sentences, each on a line, at once."""
         if not self.quiet:
-            print(sentence, file=sys.stderr, flush=True)
+            for sentence in sentences:
+                print(sentence, file=sys.stderr, flush=True)
 
     def detail(self, sentence: str) -> None:
         """One sentence for those who asked for more."""
         if self.verbose:
             self.say(sentence)
+
+    def gate(self, broken: Sequence[str], otherwise: int = OK) -> int:
+        """Say which gates failed; the exit code."""
+        self.say(*(f"gate: {sentence}" for sentence in broken))
+        return GATE_FAILED if broken else otherwise
 
 
 class TerminalProgress:
@@ -52,17 +59,13 @@ class TerminalProgress:
     def stage(self, name: str, total: int | None = None, unit: str = "frames") -> Iterator[Advance]:
         """Show a bar while the stage lasts; a line with its time stays."""
         if not self._shown:
-            yield _unshown
+            yield lambda _: None
             return
         with _bars(unit) as bars:
             task = bars.add_task(name, total=total)
             yield lambda done: bars.advance(task, done)
             if total is None:
                 bars.update(task, total=1, completed=1)
-
-
-def _unshown(done: int) -> None:
-    del done
 
 
 def _bars(unit: str) -> Progress:
@@ -91,6 +94,15 @@ def pace(speed: float | None, left: float | None, elapsed: float | None, finishe
     if finished or speed is None or left is None:
         return "" if elapsed is None else f"{elapsed:.1f} s"
     return f"{speed:,.0f} {unit}/s, {left:.0f} s left"
+
+
+def answer(as_json: bool, plain: Any, shown: Callable[[], RenderableType]) -> None:
+    """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal; a ``str`` as it is."""
+    made = json.dumps(plain, indent=1, allow_nan=False) if as_json else shown()
+    if isinstance(made, str):
+        print(made)
+    else:
+        stdout_console().print(made)
 
 
 def stdout_console() -> Console:

@@ -1,16 +1,16 @@
-"""``replay demo``: everything once, on a made-up session whose contacts are known."""
+"""``replay demo``: everything once, on a synthetic session whose contacts are known."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, common, output_format
+from replay.cli.options import ANY_PATH, common, force, output_format
 
 if TYPE_CHECKING:
     from replay.pipeline.run_result import RunResult
@@ -18,85 +18,70 @@ if TYPE_CHECKING:
 SLOW: Final = "22.5Hz=discrete[rate_hz=22.5]"
 """A quarter of the headset's rate: what a laboratory gets that looks for contacts in every fourth frame."""
 
-SCENE: Final = "bench-bumps"
 FOLDER: Final = Path("replay-demo")
 SESSION: Final = "session.mcap"
 
 
 @click.command()
-@click.option("--scene", default=SCENE, show_default=True, help="Which made-up session.")
+@click.option("--scene", default="bench-bumps", show_default=True, help="Which made-up session.")
 @click.option("--session-only", is_flag=True, help="Record the session file and stop.")
 @click.option("-o", "--out", type=ANY_PATH, help=f"Run folder, or with --session-only the file.  [default: {FOLDER}]")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the made-up session.")
 @click.option("--noise", type=click.Choice(["vive", "off"]), help="Of the made-up tracker.  [default: vive at a bench]")
-@click.option("--force", is_flag=True, help="Replace an earlier run folder of that name.")
+@force
 @output_format
 @common
-def command(
-    scene: str,
-    session_only: bool,
-    out: Path | None,
-    seed: int,
-    noise: str | None,
-    force: bool,
-    as_json: bool,
-    people: People,
-) -> int:
+def command(session_only: bool, out: Path | None, force: bool, as_json: bool, people: People, **made: Any) -> int:
     """Record a made-up lab session to MCAP, replay it at full rate and at 22.5 Hz, show what the slow one missed."""
+    from replay.cli.run_report import report_run, where_to_look
+    from sessions.synthetic.truth import truth_path
+
+    doing = f"making up a session in a laboratory ({made['scene']})"
     if session_only:
-        file = out or Path(f"{scene}.mcap")
-        people.say(f"making up a session in a laboratory ({scene}) and recording it ...")
-        _record(scene, seed, noise, file)
-        people.say(f"what was planted in it: {_truth_path(file)}")
+        file = out or Path(f"{made['scene']}.mcap")
+        people.say(f"{doing} and recording it ...")
+        _record(file, **made)
+        people.say(f"what was planted in it: {truth_path(file)}")
         click.echo(file)
         return 0
-    people.say(f"making up a session in a laboratory ({scene}), recording it, replaying it ...")
+    people.say(f"{doing}, recording it, replaying it ...")
     folder = out or FOLDER
-    result = _demo(scene, seed, noise, folder, force or out is None, people)
-    from replay.cli.run_report import report_run, where_to_look
-
+    result = _demo(folder, force or out is None, people, **made)
     code = report_run(result, people, as_json=as_json)
-    people.say(f"\nthe recorded session is {folder / SESSION}")
-    for sentence in where_to_look(result):
-        people.say(sentence)
+    people.say(f"\nthe recorded session is {folder / SESSION}", *where_to_look(result))
     return code
 
 
-def _record(scene: str, seed: int, noise: str | None, file: Path) -> None:
+def _record(file: Path, *, scene: str, seed: int, noise: str | None) -> Path:
     """Write the session and, beside it, what was planted in it: for people and tests, never read by the tool."""
     from replay.studies.synthetic_sessions import made_up_session
     from sessions import write_session
     from sessions.synthetic import write_truth
+    from sessions.synthetic.truth import truth_path
 
     session, truth = made_up_session(scene, seed, noise)
     write_session(session, file)
-    write_truth(truth, _truth_path(file))
-
-
-def _truth_path(file: Path) -> Path:
-    from sessions.synthetic.truth import truth_path
-
+    write_truth(truth, truth_path(file))
     return truth_path(file)
 
 
-def _demo(scene: str, seed: int, noise: str | None, out: Path, force: bool, people: People) -> RunResult:
+def _demo(out: Path, force: bool, people: People, **made: Any) -> RunResult:
+    from replay.effects.effect_plan import plan
+    from replay.outputs.rerun_log.recording import write_recording
     from replay.outputs.results.run_folder import check_target, write_run_folder
+    from replay.pipeline.engine import compute
+    from sessions import read_session
 
     check_target(out, force=force)
     progress = TerminalProgress(people)
     with TemporaryDirectory(prefix="replay-demo-") as folder:
         file = Path(folder) / SESSION
         with progress.stage("record"):
-            _record(scene, seed, noise, file)
-        from replay.effects.effect_plan import plan
-        from replay.outputs.rerun_log.recording import write_recording
-        from replay.pipeline.engine import compute
-        from sessions import read_session
-
+            truth = _record(file, **made)
         session = replace(read_session(file), origin=str(out / SESSION))
         subjects = SLOW if plan(session.scene).detection else ()
-        result = compute(session, detectors=subjects, seed=seed, progress=progress)
+        result = compute(session, detectors=subjects, seed=made["seed"], progress=progress)
         with progress.stage("write"):
-            files = {SESSION: file, _truth_path(file).name: _truth_path(file)}
+            files = {SESSION: file, truth.name: truth}
             write_run_folder(result, out, force=force, picture=write_recording, files=files)
     return replace(result, out=out)

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from replay.cli.console import People, stdout_console
+from replay.cli.console import People, answer
 from replay.cli.options import ANY_PATH, common, output_format
 from replay.outputs.tables import Table, table
+from replay.outputs.words import counted
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from replay.studies.diff.runs import DetectorDiff, RunDiff
 
 MOST_ROWS = 20
@@ -28,7 +26,7 @@ TRUTH: Final[Mapping[str, str]] = {
     "excused": ", undecided beside the oracle",
     "invented": ", invented",
 }
-"""How ``status`` of an episode is said."""
+"""How ``status`` of an episode is said, where the run was audited."""
 
 
 @click.command()
@@ -42,39 +40,31 @@ def command(run_a: Path, run_b: Path, as_json: bool, people: People) -> int:
     \b
     replay diff runs/before runs/after
     """
+    from replay.cli.terminal import terminal
     from replay.studies.diff.runs import diff_runs
 
     found = diff_runs(run_a, run_b)
-    if as_json:
-        click.echo(json.dumps(asdict(found) | {"changed": found.changed}, indent=1, allow_nan=False))
-    else:
-        _print(found, run_a, run_b)
+    plain = asdict(found) | {"changed": found.changed}
+    answer(as_json, plain, lambda: terminal(*_shown(found, run_a, run_b)))
     if "machine" in {name.partition(".")[0] for name in found.settings}:
         people.say("note: the runs are of different machines; their times do not compare")
     return 0
 
 
-def _print(found: RunDiff, run_a: Path, run_b: Path) -> None:
-    from replay.cli.terminal import terminal
-
-    console = stdout_console()
-    console.print(f"{run_b} beside {run_a}: " + ("contacts changed" if found.changed else "no contact changed"))
-    for name, (a, b) in found.settings.items():
-        console.print(f" set differently: {name.replace('.settings.', ': ')} {_told(a)} -> {_told(b)}")
+def _shown(found: RunDiff, run_a: Path, run_b: Path) -> Iterator[str | Table]:
+    yield f"{run_b} beside {run_a}: " + ("contacts changed" if found.changed else "no contact changed")
+    for name, pair in found.settings.items():
+        values = " -> ".join("not set" if value is None else str(value) for value in pair)
+        yield f" set differently: {name.replace('.settings.', ': ')} {values}"
     for side, labels in ((run_a, found.only_a), (run_b, found.only_b)):
         if labels:
-            console.print(f" only in {side}: {', '.join(labels)}")
-    console.print(terminal(_table(found)))
+            yield f" only in {side}: {', '.join(labels)}"
+    yield _table(found)
     for label, one in found.detectors.items():
         lines = list(_lines(one))
-        for line in lines[:MOST_ROWS]:
-            console.print(f" {label}: {line}")
+        yield from (f" {label}: {line}" for line in lines[:MOST_ROWS])
         if len(lines) > MOST_ROWS:
-            console.print(f" {label}: … and {len(lines) - MOST_ROWS} more with --format json")
-
-
-def _told(value: object) -> str:
-    return "not set" if value is None else str(value)
+            yield f" {label}: … and {len(lines) - MOST_ROWS} more with --format json"
 
 
 def _table(found: RunDiff) -> Table:
@@ -112,7 +102,7 @@ def _lines(one: DetectorDiff) -> Iterator[str]:
     """A line per contact that was gained, lost or shifted, the largest shifts first."""
     for word, rows in (("gained", one.gained), ("lost", one.lost)):
         for row in rows:
-            yield f"{word:<7} {_where(row)}, {_frames(row)}{_truth(row)}"
+            yield f"{word:<7} {_where(row)}, {counted(row['frames'], 'frame')}{TRUTH.get(str(row.get('status')), '')}"
     for shift in sorted(one.shifted, key=lambda each: -max(abs(each.start), abs(each.end))):
         moved = (f"{word} {_moved(by)}" for word, by in (("begins", shift.start), ("ends", shift.end)))
         yield f"shifted {_where(shift.before)}: {', '.join(moved)}"
@@ -120,15 +110,6 @@ def _lines(one: DetectorDiff) -> Iterator[str]:
 
 def _where(row: Mapping[str, Any]) -> str:
     return f"{row['body_a']} - {row['body_b']} at {row['start']:.3f} s"
-
-
-def _frames(row: Mapping[str, Any]) -> str:
-    return "1 frame" if row["frames"] == 1 else f"{row['frames']} frames"
-
-
-def _truth(row: Mapping[str, Any]) -> str:
-    """What the oracle says of it, where the run was audited."""
-    return TRUTH.get(str(row.get("status")), "")
 
 
 def _moved(seconds: float) -> str:

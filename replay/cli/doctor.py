@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import click
 
-from replay.cli.console import People, stdout_console
-from replay.cli.main import GATE_FAILED, OK
+from replay.cli.console import GATE_FAILED, OK, People, answer
 from replay.cli.options import SESSION_FILE, common, json_flag, output_format
-from replay.outputs.tables import ERROR, FAINT, WARNING
+from replay.outputs.tables import ERROR, FAINT, WARNING, Table
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from rich.console import RenderableType
 
     from sessions.doctor.finding import Finding
 
@@ -27,12 +25,7 @@ MARKS: Final = (FAINT, WARNING, ERROR)
 @click.command()
 @click.argument("files", type=SESSION_FILE, nargs=-1, required=True, metavar="FILE...")
 @json_flag
-@click.option(
-    "--fail-on",
-    type=click.Choice(WORDS),
-    metavar="SEVERITY",
-    help="Exit with 4 if anything is this bad: note, warning, error.",
-)
+@click.option("--fail-on", type=click.Choice(WORDS), metavar="SEVERITY", help=f"Exit with 4 from: {', '.join(WORDS)}.")
 @output_format
 @common
 def command(files: tuple[Path, ...], fail_on: str | None, as_json: bool, people: People) -> int:
@@ -42,36 +35,32 @@ def command(files: tuple[Path, ...], fail_on: str | None, as_json: bool, people:
     replay doctor session.mcap
     replay doctor *.mcap --json --fail-on warning
     """
+    from replay.cli.terminal import terminal
+    from replay.outputs.words import counted
     from sessions import examine
 
     found = {file: examine(file) for file in files}
-    if as_json:
-        rows = [{"file": str(file), "findings": [one.as_json() for one in some]} for file, some in found.items()]
-        click.echo(json.dumps(rows, indent=1, allow_nan=False))
-    else:
-        for file, some in found.items():
-            _print(stdout_console(), file, some, people.verbose)
-    worst = max((one.severity for some in found.values() for one in some), default=-1)
-    if fail_on is not None and worst >= WORDS.index(fail_on):
-        count = sum(one.severity >= WORDS.index(fail_on) for some in found.values() for one in some)
-        people.say(f"{count} finding{'s' * (count > 1)} of severity {fail_on} or worse")
-        return GATE_FAILED
-    return OK
+    plain = [{"file": str(file), "findings": [one.as_json() for one in some]} for file, some in found.items()]
+    shown = (part for file, some in found.items() for part in _shown(file, some, people.verbose))
+    answer(as_json, plain, lambda: terminal(*shown))
+    bad = sum(one.severity >= WORDS.index(fail_on) for some in found.values() for one in some) if fail_on else 0
+    if bad:
+        people.say(f"{counted(bad, 'finding')} of severity {fail_on} or worse")
+    return GATE_FAILED if bad else OK
 
 
-def _print(console: Console, file: Path, findings: Sequence[Finding], verbose: bool) -> None:
-    from replay.cli.terminal import terminal
+def _shown(file: Path, findings: Sequence[Finding], verbose: bool) -> Iterator[Table | RenderableType]:
     from replay.outputs.run_tables import finding_table
 
-    console.print(f"[bold]{file.name}[/bold]  {headline(findings)}")
+    yield f"[bold]{file.name}[/bold]  {headline(findings)}"
     notes = Counter(one.code for one in findings if WORDS[one.severity] == "note")
-    shown = [one for one in findings if verbose or WORDS[one.severity] != "note"]
-    if shown:
-        made = finding_table(sorted(shown, key=lambda one: -one.severity), "", marks=MARKS)
-        console.print(terminal(made.only("severity", "code", "body", "seconds", "what")))
+    listed = [one for one in findings if verbose or WORDS[one.severity] != "note"]
+    if listed:
+        made = finding_table(sorted(listed, key=lambda one: -one.severity), "", marks=MARKS)
+        yield made.only("severity", "code", "body", "seconds", "what")
     if notes and not verbose:
         codes = ", ".join(f"{code} ({count})" if count > 1 else code for code, count in notes.items())
-        console.print(f"[dim]  notes (-v lists them): {codes}[/dim]")
+        yield f"[dim]  notes (-v lists them): {codes}[/dim]"
 
 
 def headline(findings: Sequence[Finding]) -> str:

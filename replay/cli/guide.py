@@ -7,7 +7,6 @@ from typing import Final
 
 import click
 
-from replay.cli.console import People
 from replay.cli.options import common
 
 WIDEST: Final = 100
@@ -18,7 +17,7 @@ WIDEST: Final = 100
 @click.argument("topic", required=False, metavar="[TOPIC]")
 @common
 @click.pass_context
-def command(context: click.Context, topic: str | None, people: People) -> int:
+def command(context: click.Context, /, topic: str | None, **_: bool) -> int:
     """Print the page of the guide about TOPIC, or the list of all pages.
 
     Where the output is no terminal, it is the page's Markdown.
@@ -28,7 +27,6 @@ def command(context: click.Context, topic: str | None, people: People) -> int:
     replay guide audit
     replay guide audit > audit.md
     """
-    del people
     from replay.guide.pages import INDEX, find_topic, page, topics
 
     known = topics()

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from replay.cli.console import People
-from replay.cli.options import ANY_PATH, SESSION_FILE, common
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, force
+
+if TYPE_CHECKING:
+    from sessions import Session
 
 
 @click.command()
 @click.argument("format_", metavar="FORMAT")
 @click.argument("source", type=SESSION_FILE, metavar="SOURCE")
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.mcap", help="Session file to write.")
-@click.option("--force", is_flag=True, help="Replace a file of that name.")
+@force
 @click.option("--mesh", "meshes", multiple=True, metavar="BODY=FILE", help="Mesh of a body: left=wand.glb. Repeatable.")
 @click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help="Bodies, pairs, effects.")
 @click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv: which column is what.")
@@ -27,17 +31,9 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, common
 )
 @common
 def command(
-    format_: str,
-    source: Path,
-    out: Path,
-    force: bool,
-    meshes: tuple[str, ...],
-    scene: Path | None,
-    session: Path | None,
-    offset: float | None,
-    people: People,
-    **options: Any,
-) -> int:
+    format_: str, source: Path, out: Path, force: bool, meshes: tuple[str, ...], scene: Path | None,
+    session: Path | None, offset: float | None, people: People, **options: Any,
+) -> int:  # fmt: skip
     """Read SOURCE, a recording of another program in FORMAT (aframe, csv, contacts), and write it as a session file.
 
     \b
@@ -54,32 +50,30 @@ def command(
     if out.exists() and not force:
         raise OutputError(f"{out} exists; name another file, or replace it with --force")
     if format_ == "contacts":
-        return _contacts(source, session, offset, out, people)
-    if scene is not None:
-        from sessions.scene_files.scene_toml import read_scene
+        imported, said = _contacts(source, session, offset)
+    else:
+        if scene is not None:
+            from sessions.scene_files.scene_toml import read_scene
 
-        given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
-    imported = import_session(format_, source, **given)
+            given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
+        imported = import_session(format_, source, **given)
+        said = list(_what(imported))
     out.parent.mkdir(parents=True, exist_ok=True)
     write_session(imported, out)
-    _say_what(imported, people)
+    people.say(*said)
     click.echo(out)
     return 0
 
 
-def _contacts(source: Path, session: Path | None, offset: float | None, out: Path, people: People) -> int:
-    """Put reported contacts into a session, and say how well their clock fits."""
+def _contacts(source: Path, session: Path | None, offset: float | None) -> tuple[Session, list[str]]:
+    """A session with the reported contacts in it, and how well their clock fits."""
     if session is None:
         raise click.UsageError("contacts belong to a session; name it with --session FILE.mcap")
     from replay.contact_import import import_contacts
-    from sessions import read_session, write_session
+    from sessions import read_session
 
     joined, fit = import_contacts(source, read_session(session), offset=offset)
-    out.parent.mkdir(parents=True, exist_ok=True)
-    write_session(joined, out)
-    people.say(f"{len(joined.live_contacts):,} reports of {source}; {fit}")
-    click.echo(out)
-    return 0
+    return joined, [f"{len(joined.live_contacts):,} reports of {source}; {fit}"]
 
 
 def _meshes(given: tuple[str, ...]) -> dict[str, Path]:
@@ -94,11 +88,11 @@ def _meshes(given: tuple[str, ...]) -> dict[str, Path]:
     return meshes
 
 
-def _say_what(session: Any, people: People) -> None:
-    people.say(f"{len(session.frames):,} frames of {', '.join(session.names)}")
+def _what(session: Session) -> Iterator[str]:
+    yield f"{len(session.frames):,} frames of {', '.join(session.names)}"
     conversions = session.facts.get("conversions", "none")
     if conversions != "none":
-        people.say(f"converted: {conversions}")
+        yield f"converted: {conversions}"
     proxies = [body.id for body in session.scene.bodies if body.proxy]
     if proxies:
-        people.say(f"proxy meshes stand in for: {', '.join(proxies)}; give the real ones with --mesh")
+        yield f"proxy meshes stand in for: {', '.join(proxies)}; give the real ones with --mesh"

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-import json
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from replay.cli.console import People, stdout_console
+from replay.cli.console import People, answer
 from replay.cli.options import SESSION_FILE, common, output_format
 from replay.outputs.tables import Cell, Table, table
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
 
 
 @click.command()
@@ -19,38 +22,29 @@ from replay.outputs.tables import Cell, Table, table
 @common
 def command(session: Path, as_json: bool, people: People) -> int:
     """Say what FILE.mcap holds: bodies with rates and gaps, duration, tasks, stages, events."""
+    from replay.cli.terminal import terminal
     from replay.session_info import session_info
     from sessions import read_session
 
     info = session_info(read_session(session))
-    if as_json:
-        click.echo(json.dumps(info, indent=1, allow_nan=False))
-    else:
-        _print_text(info, session, people.verbose)
+    answer(as_json, info, lambda: terminal(*_shown(info, session, people.verbose)))
     return 0
 
 
-def _print_text(info: dict[str, Any], file: Path, verbose: bool) -> None:
-    from replay.cli.terminal import terminal
-
-    console = stdout_console()
+def _shown(info: dict[str, Any], file: Path, verbose: bool) -> Iterator[Table | RenderableType]:
     clock = info["frames"]
-    title = f"{file.name}" + (f"  ({info['scene']})" if info["scene"] else "")
-    console.print(f"[bold]{title}[/bold]")
-    console.print(
-        f"{_clock_time(clock['duration'])}, {clock['count']:,} frames at {clock['rate_hz']:.1f} Hz, "
-        f"{clock['gaps']:,} gaps" + (f" (longest {1e3 * clock['longest_gap']:.0f} ms)" if clock["gaps"] else "")
-    )
+    scene = f"  ({info['scene']})" if info["scene"] else ""
+    yield f"[bold]{file.name}{scene}[/bold]"
+    gaps = f"{clock['gaps']:,} gaps" + (f" (longest {1e3 * clock['longest_gap']:.0f} ms)" if clock["gaps"] else "")
+    yield f"{_clock_time(clock['duration'])}, {clock['count']:,} frames at {clock['rate_hz']:.1f} Hz, {gaps}"
     if clock["not_forward"]:
-        console.print(f"{clock['not_forward']:,} stamps do not go forward; a run leaves those frames out")
-    console.print(terminal(_bodies(info["bodies"])))
+        yield f"{clock['not_forward']:,} stamps do not go forward; a run leaves those frames out"
+    yield _bodies(info["bodies"])
     for interval in info["intervals"]:
-        console.print(f"  {interval['start']:8.2f} - {interval['end']:8.2f} s  {interval['kind']}  {interval['name']}")
+        yield f"  {interval['start']:8.2f} - {interval['end']:8.2f} s  {interval['kind']}  {interval['name']}"
     if info["events"]:
-        console.print("events: " + ", ".join(f"{name} {count}" for name, count in info["events"].items()))
-    shown = info["facts"] if verbose else {key: info["facts"][key] for key in info["facts"] if key in SHORT_FACTS}
-    for key, value in shown.items():
-        console.print(f"[dim]{key}: {value}[/dim]")
+        yield "events: " + ", ".join(f"{name} {count}" for name, count in info["events"].items())
+    yield from (f"[dim]{key}: {value}[/dim]" for key, value in info["facts"].items() if verbose or key in SHORT_FACTS)
 
 
 SHORT_FACTS = ("format", "vr_type", "source_file", "conversions", "missing")

@@ -14,13 +14,7 @@ from typing import Final
 import click
 
 from replay.cli.commands import COMMANDS, GROUPS
-
-OK: Final = 0
-FAILURE: Final = 1
-USAGE: Final = 2
-DATA_LOSS: Final = 3
-GATE_FAILED: Final = 4
-INTERRUPTED: Final = 130
+from replay.cli.console import FAILURE, INTERRUPTED, OK
 
 DEBUG: Final = "--debug"
 
@@ -65,22 +59,12 @@ class LazyGroup(click.Group):
         return super().resolve_command(ctx, args)
 
 
-def _print_version(ctx: click.Context, _parameter: click.Parameter, asked: bool) -> None:
-    if asked:
-        from importlib.metadata import version
-
-        click.echo(f"replay {version('vrlab-replay')}")
-        ctx.exit()
-
-
 @click.group(
     cls=LazyGroup,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="`replay VERB --help` says more. First time here? `replay demo`.",
 )
-@click.option(
-    "--version", is_flag=True, is_eager=True, expose_value=False, callback=_print_version, help="Say the version."
-)
+@click.version_option(package_name="vrlab-replay", message="replay %(version)s", help="Say the version.")
 def cli() -> None:
     """Replay recorded VR laboratory sessions: see what collision detection missed, and what catching it costs."""
 
@@ -105,16 +89,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _usage(error: click.ClickException) -> int:
-    from click import UsageError
-    from click.exceptions import NoArgsIsHelpError
-
-    if isinstance(error, NoArgsIsHelpError):
+    if isinstance(error, click.exceptions.NoArgsIsHelpError):
         click.echo(error.format_message(), err=True)
         return error.exit_code
     click.echo(f"error: {_sentence(error.format_message())}", err=True)
-    context = error.ctx if isinstance(error, UsageError) else None
-    if context is not None:
-        click.echo(f"       {context.command_path} --help says how it is used", err=True)
+    if isinstance(error, click.UsageError) and error.ctx is not None:
+        click.echo(f"       {error.ctx.command_path} --help says how it is used", err=True)
     return error.exit_code
 
 
@@ -129,9 +109,8 @@ def _failure(error: Exception, *, debug: bool) -> int:
         what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
         click.echo(f"error: this should not have happened ({_sentence(what)}); please report it", err=True)
         if not debug:
-            click.echo(
-                f"       with {DEBUG} the same command prints where it happened; add that to the report", err=True
-            )
+            hint = f"with {DEBUG} the same command prints where it happened; add that to the report"
+            click.echo(f"       {hint}", err=True)
     return FAILURE
 
 

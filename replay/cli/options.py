@@ -61,15 +61,14 @@ def output_format(command: Callable[..., int]) -> Callable[..., int]:
     def chosen(*, format_: str, as_json: bool = False, **given: Any) -> int:
         return command(as_json=as_json or format_ == "json", **given)
 
-    choice = click.Choice(["text", "json"])
-    return _with(
-        chosen,
-        click.option(
-            "--format", "format_", type=choice, default="text", show_default=True, help="What to print on stdout."
-        ),
-    )
+    choice, words = click.Choice(["text", "json"]), "What to print on stdout."
+    return click.option("--format", "format_", type=choice, default="text", show_default=True, help=words)(chosen)
 
 
+force = click.option("--force", is_flag=True, help="Replace an earlier file or folder of that name.")
+seed = click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
+tau = click.option("--tau", type=click.FloatRange(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
+no_picture = click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
 json_flag = click.option("--json", "as_json", is_flag=True, help="The same as --format json.")
 
 
@@ -87,7 +86,7 @@ def lineup(command: Callable[..., int]) -> Callable[..., int]:
         named,
         click.option("--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", help=detectors),
         click.option("--oracle", metavar="SPEC", help=oracle),
-        click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream."),
+        seed,
     )
 
 
@@ -100,8 +99,11 @@ def _with(command: Command, *options: Callable[[Command], Command]) -> Command:
 
 def window(command: Command) -> Command:
     """``--start --end``: which part of the session."""
-    command = click.option("--end", type=float, metavar="SECONDS", help="Leave out what comes after.")(command)
-    return click.option("--start", type=float, metavar="SECONDS", help="Leave out what comes before.")(command)
+    return _with(
+        command,
+        click.option("--start", type=float, metavar="SECONDS", help="Leave out what comes before."),
+        click.option("--end", type=float, metavar="SECONDS", help="Leave out what comes after."),
+    )
 
 
 def let_modules_here_be_found(specs: Iterable[str]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from replay.cli.console import People, TerminalProgress, stdout_console
+from replay.cli.console import OK, People, TerminalProgress, answer
 from replay.cli.options import ANY_PATH, common, json_flag, output_format
 
 if TYPE_CHECKING:
@@ -33,16 +32,9 @@ if TYPE_CHECKING:
 @json_flag
 @common
 def command(
-    quick: bool,
-    poses: int | None,
-    near: int | None,
-    jobs: int | None,
-    seed: int,
-    calibration: Path | None,
-    out: Path | None,
-    as_json: bool,
-    people: People,
-) -> int:
+    quick: bool, poses: int | None, near: int | None, jobs: int | None, seed: int, calibration: Path | None,
+    out: Path | None, as_json: bool, people: People,
+) -> int:  # fmt: skip
     """Regenerate Table I, Fig. 7 and Fig. 8 with exact truth; printed values stand in a column of their own.
 
     \b
@@ -50,32 +42,21 @@ def command(
     replay paper --out paper
     replay paper --calibration paper/calibration.json --json
     """
-    from replay.cli.main import OK
     from replay.studies.paper.experiment import FULL, QUICK, run_paper
     from replay.studies.paper.writing import as_json as plain
     from replay.studies.paper.writing import verdict_of, write_paper
 
     size = QUICK if quick else FULL
     result = run_paper(
-        targets=size.targets,
-        poses=poses or size.poses,
-        near=near or size.near,
-        sessions=size.sessions,
-        seed=seed,
-        calibration=calibration,
-        jobs=jobs or os.cpu_count() or 1,
-        progress=TerminalProgress(people),
-    )
-    if as_json:
-        click.echo(json.dumps(plain(result), indent=1, allow_nan=False))
-    else:
-        stdout_console().print(paper_tables(result.tables))
-        for sentence in verdict_of(result.tables):
-            click.echo(f"- {sentence}")
+        targets=size.targets, poses=poses or size.poses, near=near or size.near, sessions=size.sessions, seed=seed,
+        calibration=calibration, jobs=jobs or os.cpu_count() or 1, progress=TerminalProgress(people),
+    )  # fmt: skip
+    answer(as_json, plain(result), lambda: paper_tables(result.tables))
+    for sentence in () if as_json else verdict_of(result.tables):
+        click.echo(f"- {sentence}")
     if result.hard:
         people.say(f"FCL lists other pairs than there are in {result.hard} of {len(result.fixtures)} fixtures")
-    for path in write_paper(result, out) if out else ():
-        people.say(f"wrote {path}")
+    people.say(*(f"wrote {path}" for path in (write_paper(result, out) if out else ())))
     return OK
 
 

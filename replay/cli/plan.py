@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from replay.cli.console import People, stdout_console
+from replay.cli.console import People, answer
 from replay.cli.options import SESSION_FILE, common, json_flag, output_format
 
 if TYPE_CHECKING:
@@ -36,10 +35,7 @@ def command(scene: Path, as_json: bool, people: People) -> int:
 
     declared = _scene(scene)
     planned = plan_summary(plan(declared, scene.name))
-    if as_json:
-        click.echo(json.dumps({"scene": declared.name, **planned}, indent=1))
-    else:
-        stdout_console().print(plan_tree(declared.name, planned))
+    answer(as_json, {"scene": declared.name, **planned}, lambda: plan_tree(declared.name, planned))
     return 0
 
 
@@ -60,21 +56,26 @@ def plan_tree(name: str, planned: Mapping[str, Any]) -> Tree:
     from rich.tree import Tree
 
     tree = Tree(Text(name or "scene", style="bold"))
-    _branch(tree, "effects, in running order", planned["effects"], "no effect is declared")
-    if planned["pairs"] is None:
-        tree.add(Text("pairs: all with relative motion, because the scene declares neither effects nor pairs"))
-    else:
-        _branch(tree, "pairs", planned["pairs"], "no collision query is made")
-    _branch(tree, "detectors", planned["detectors"], "none is needed")
-    _branch(tree, "bodies", planned["bodies"], "no effect names one")
-    _branch(tree, "topics read", planned["topics"], "none for effects")
-    if planned["not_run"]:
-        tree.add(Text("not run: ", style="dim").append(", ".join(planned["not_run"])))
-    if planned["not_built"]:
-        tree.add(
-            Text("declared, not computed by this version: ", style="yellow").append(", ".join(planned["not_built"]))
-        )
+    for key, title, none in BRANCHES:
+        if planned[key] is None:
+            tree.add("pairs: all with relative motion, because the scene declares neither effects nor pairs")
+        else:
+            _branch(tree, title, planned[key], none)
+    left = (("not_run", "not run: ", "dim"), ("not_built", "declared, not computed by this version: ", "yellow"))
+    for key, title, style in left:
+        if planned[key]:
+            tree.add(Text(title, style=style).append(", ".join(planned[key])))
     return tree
+
+
+BRANCHES = (
+    ("effects", "effects, in running order", "no effect is declared"),
+    ("pairs", "pairs", "no collision query is made"),
+    ("detectors", "detectors", "none is needed"),
+    ("bodies", "bodies", "no effect names one"),
+    ("topics", "topics read", "none for effects"),
+)
+"""Key of a plan's summary, its title, and what is said where it is empty."""
 
 
 def _branch(tree: Tree, title: str, items: Mapping[str, list[str]], none: str) -> None:

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 
 import click
 
-from replay.cli.console import People
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, output_format
+from replay.cli.console import DATA_LOSS, OK, People, answer
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, output_format
 
 
 @click.command()
 @click.argument("torn", type=SESSION_FILE, metavar="TORN.mcap")
 @click.argument("out", type=ANY_PATH, metavar="OUT.mcap")
-@click.option("--force", is_flag=True, help="Replace a file of that name.")
+@force
 @output_format
 @common
 def command(torn: Path, out: Path, force: bool, as_json: bool, people: People) -> int:
@@ -26,18 +25,11 @@ def command(torn: Path, out: Path, force: bool, as_json: bool, people: People) -
     \b
     replay recover session.mcap.partial session.mcap
     """
-    from replay.cli.main import DATA_LOSS, OK
     from sessions.recovery.recover import recover
 
     people.say(f"reading {torn}")
     result = recover(torn, out, overwrite=force)
-    if as_json:
-        answer = {**asdict(result), "out": str(result.out), "whole": result.whole, "source": str(torn)}
-        click.echo(json.dumps(answer, indent=1))
-    else:
-        for sentence in result.sentences():
-            click.echo(sentence)
-        if result.whole:
-            click.echo("nothing was lost")
+    plain = {**asdict(result), "out": str(result.out), "whole": result.whole, "source": str(torn)}
+    answer(as_json, plain, lambda: "\n".join([*result.sentences(), *["nothing was lost"] * result.whole]))
     people.say(f"wrote {out}\nlook at it:  replay doctor {out}")
     return OK if result.whole else DATA_LOSS

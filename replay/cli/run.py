@@ -8,23 +8,23 @@ from typing import Any
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, lineup, output_format, window
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, lineup, no_picture, output_format, tau, window
 
 
 @click.command()
 @click.argument("session", type=SESSION_FILE, metavar="FILE.mcap")
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Run folder to make.")
-@click.option("--force", is_flag=True, help="Replace an earlier run folder of that name.")
+@force
 @lineup
 @window
-@click.option("--tau", type=click.FloatRange(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
+@tau
 @click.option(
     "--policy",
     multiple=True,
     metavar="KIND=ACTION",
     help="What to do with a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it.",
 )
-@click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
+@no_picture
 @click.option("--cite", is_flag=True, help="Print the sources behind the detectors and effects of this run.")
 @output_format
 @common
@@ -41,7 +41,5 @@ def command(session: Path, no_picture: bool, cite: bool, as_json: bool, people: 
 
     result = run(session, **asked, picture=not no_picture, progress=TerminalProgress(people))
     code = report_run(result, people, as_json=as_json, cite=cite)
-    people.say("")
-    for sentence in where_to_look(result, picture=not no_picture):
-        people.say(sentence)
+    people.say("", *where_to_look(result, picture=not no_picture))
     return code

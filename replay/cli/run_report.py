@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -10,8 +9,7 @@ from typing import Any
 
 import click
 
-from replay.cli.console import People, stdout_console
-from replay.cli.main import DATA_LOSS, OK
+from replay.cli.console import DATA_LOSS, OK, People, answer
 from replay.comparison.clusters import by_depth
 from replay.pipeline.run_result import RunResult
 from replay.prepare.repair import DAMAGE
@@ -19,18 +17,13 @@ from replay.prepare.repair import DAMAGE
 
 def report_run(result: RunResult, people: People, *, as_json: bool = False, cite: bool = False) -> int:
     """Print a run, with the sources behind it if asked, and return the exit code: 3 when frames could not be used."""
+    from replay.cli.run_tables import run_tables
     from replay.pipeline.citations import citations, sources_behind
 
     behind = sources_behind(result) if cite else {}
-    if as_json:
-        figures = run_json(result) | ({"sources": behind} if cite else {})
-        click.echo(json.dumps(figures, indent=1, allow_nan=False))
-    else:
-        from replay.cli.run_tables import run_tables
-
-        stdout_console().print(run_tables(result))
-        if cite:
-            click.echo("\n" + citations(behind))
+    answer(as_json, run_json(result) | ({"sources": behind} if cite else {}), lambda: run_tables(result))
+    if cite and not as_json:
+        click.echo("\n" + citations(behind))
     return close_run(result, people)
 
 
@@ -39,14 +32,13 @@ def close_run(result: RunResult, people: People) -> int:
     for label, detector in result.summary["detectors"].items():
         settings = ", ".join(f"{name}={value}" for name, value in detector["settings"].items())
         people.detail(f"{label}: {detector['name']}[{settings}], verdicts {detector['digest'] or 'not reproducible'}")
-    for note in result.assembly.notes:
-        people.say(f"note: {note}")
-    for sentence in treated(result.summary):
-        people.say(f"note: {sentence}")
-    if result.summary["plan"]["not_built"]:
-        people.say(f"note: declared, not computed by this version: {', '.join(result.summary['plan']['not_built'])}")
-    if result.assembly.left_out:
-        people.say(f"note: no mesh, so not looked at: {', '.join(result.assembly.left_out)}")
+    notes = [*result.assembly.notes, *treated(result.summary)]
+    lists = {
+        "declared, not computed by this version": result.summary["plan"]["not_built"],
+        "no mesh, so not looked at": result.assembly.left_out,
+    }
+    notes += [f"{why}: {', '.join(names)}" for why, names in lists.items() if names]
+    people.say(*(f"note: {note}" for note in notes))
     return DATA_LOSS if lost_frames(result.summary) or lost_poses(result.summary) else OK
 
 

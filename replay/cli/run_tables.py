@@ -31,6 +31,7 @@ MISS_ROWS: Final = 20
 
 PAIR_ROWS: Final = 20
 
+MISS_HEAD: Final = ("miss", "at s", "pair", "frames", "what", "cut mm", "face pairs")
 COST_HEAD: Final = ("detector", "how", "whole s", "mean ms", "worst ms", "longest stage")
 
 
@@ -76,26 +77,18 @@ def no_detection(result: RunResult) -> str:
 def misses_of(result: RunResult, label: str) -> Table:
     """The numbered misses: never found ones first, then in order of time."""
     misses = sorted(result.misses[label], key=lambda miss: (miss.kind != NEVER_FOUND, miss.number))
-    made = miss_table(f"missed by {label}", misses).only(
-        "miss", "at s", "pair", "frames", "what", "cut mm", "face pairs"
-    )
+    made = miss_table(f"missed by {label}", misses).only(*MISS_HEAD)
     return made.first(MISS_ROWS, "… and {} more in misses.parquet")
 
 
 def contact_table(result: RunResult) -> Table:
     """Contacts per pair and detector, where nobody is audited."""
     touched = sorted({episode.pair for found in result.episodes.values() for episode in found})
-    rows = [
-        (
-            result.assembly.pair_name(pair),
-            *(sum(one.pair == pair for one in found) for found in result.episodes.values()),
-        )
-        for pair in touched
-    ]
+    found = result.episodes.values()
+    rows = [(result.assembly.pair_name(k), *(sum(one.pair == k for one in some) for some in found)) for k in touched]
     head = ("pair", *result.detections)
-    return table(
-        "contacts", head, rows or [("none", *[""] * len(result.detections))], marks=dict.fromkeys(head[1:], FOUND)
-    )
+    nothing = [("none", *[""] * len(result.detections))]
+    return table("contacts", head, rows or nothing, marks=dict.fromkeys(head[1:], FOUND))
 
 
 def answers(results: Sequence[RunResult]) -> Group:

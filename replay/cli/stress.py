@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -10,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from replay.cli.console import People, TerminalProgress, stdout_console
-from replay.cli.options import ANY_PATH, common, json_flag, output_format
+from replay.cli.console import People, TerminalProgress, answer
+from replay.cli.options import ANY_PATH, common, json_flag, output_format, tau
 from replay.outputs.tables import Cell, Table, table
 
 if TYPE_CHECKING:
@@ -23,11 +22,9 @@ if TYPE_CHECKING:
 
 QUICK_PAIRS: Final = 200
 
-COLUMNS: Final = {
-    "missed": "missed", "invented": "invented", "within": "within tolerance", "refused": "refused",
-    "unconfirmed": "unconfirmed",
-}  # fmt: skip
-"""Field of a tally -> heading."""
+FIELDS: Final = ("missed", "invented", "within", "refused", "unconfirmed")
+COLUMNS: Final = ("missed", "invented", "within tolerance", "refused", "unconfirmed")
+"""Fields of a tally, and their headings."""
 
 
 @click.command()
@@ -47,7 +44,7 @@ COLUMNS: Final = {
     "--quick", is_flag=True, help=f"Only {QUICK_PAIRS} pairs of each family, {QUICK_PAIRS // 10} under relations."
 )
 @click.option("--seed", type=click.IntRange(min=0), default=100, show_default=True, help="Of the first family.")
-@click.option("--tau", type=click.FloatRange(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
+@tau
 @click.option(
     "--out", "-o", type=ANY_PATH, metavar="DIR", help="Write failing pairs here, a file a detector and family."
 )
@@ -56,20 +53,9 @@ COLUMNS: Final = {
 @json_flag
 @common
 def command(
-    detector: str,
-    family: str | None,
-    relation: str | None,
-    case: str | None,
-    pairs: int,
-    relation_pairs: int,
-    quick: bool,
-    seed: int,
-    tau: float,
-    out: Path | None,
-    max_missed: int | None,
-    as_json: bool,
-    people: People,
-) -> int:
+    detector: str, family: str | None, relation: str | None, case: str | None, pairs: int, relation_pairs: int,
+    quick: bool, seed: int, tau: float, out: Path | None, max_missed: int | None, as_json: bool, people: People,
+) -> int:  # fmt: skip
     """Ask detectors about triangle pairs made to be hard, and count where they are wrong.
 
     What is named of --family, --relation and --case is asked; if nothing is, everything. Relations are asked of the
@@ -82,15 +68,12 @@ def command(
     replay stress --detector hybrid --relation axes,shift
     replay stress --detector discrete --case 29,41
     """
-    from replay.cli.main import GATE_FAILED, OK
     from replay.studies.stress.peers import PEERS, installed_peers
     from replay.studies.stress.relations import count_flips, relations_of
     from replay.studies.stress.stress_runner import ALL, StressResult, detectors_of, families_of, stress
     from replay.studies.stress.system import cases_of, run_cases
 
-    chosen = families_of(family or "01-26")
-    relations = relations_of(relation or "all")
-    cases = cases_of(case or "all")
+    chosen, relations, cases = families_of(family or "01-26"), relations_of(relation or "all"), cases_of(case or "all")
     everything = family is None and relation is None and case is None
     at_most = QUICK_PAIRS if quick else pairs
     absent = [name for name in PEERS if name not in installed_peers()]
@@ -110,13 +93,8 @@ def command(
     missed = sum(tally.missed for tally in result.tallies)
     if max_missed is not None and missed > max_missed:
         broken.append(f"{missed:,} missed, more than --max-missed {max_missed:,}")
-    if as_json:
-        click.echo(json.dumps(result.as_json() | {"broken": broken}, indent=1, allow_nan=False))
-    else:
-        stdout_console().print(stress_tables(result))
-    for sentence in broken:
-        people.say(f"gate: {sentence}")
-    return GATE_FAILED if broken else OK
+    answer(as_json, result.as_json() | {"broken": broken}, lambda: stress_tables(result))
+    return people.gate(broken)
 
 
 NONE: Final = "·"
@@ -142,14 +120,14 @@ def stress_tables(result: StressResult) -> Group:
 def sum_table(rows: dict[str, list[Tally]]) -> Table:
     """A row per detector, summed over the families."""
     cells = [(name, sum(one.pairs for one in tallies), *_sums(tallies)) for name, tallies in rows.items()]
-    return table("all families", ("detector", "pairs", *COLUMNS.values()), cells)
+    return table("all families", ("detector", "pairs", *COLUMNS), cells)
 
 
 def family_table(tallies: Sequence[Tally]) -> Table:
     """A row per family of one detector, and the sums."""
     rows = [(_label(tally), *_sums([tally])) for tally in tallies]
     foot = ("all", *_sums(tallies)) if len(tallies) > 1 else ()
-    return table(tallies[0].detector, ("family", *COLUMNS.values()), rows, foot=foot)
+    return table(tallies[0].detector, ("family", *COLUMNS), rows, foot=foot)
 
 
 def cross_table(rows: dict[str, list[Tally]]) -> Table:
@@ -160,9 +138,8 @@ def cross_table(rows: dict[str, list[Tally]]) -> Table:
         for tallies in zip(*failing.values(), strict=True)
         if any(one.failed for one in tallies)
     ]
-    return table(
-        "missed + invented, ~ within tolerance, ! refused; nobody else failed anywhere", ("family", *failing), cells
-    )
+    title = "missed + invented, ~ within tolerance, ! refused; nobody else failed anywhere"
+    return table(title, ("family", *failing), cells)
 
 
 def flip_table(flips: Sequence[Flips]) -> Table:
@@ -213,4 +190,4 @@ def _label(tally: Tally) -> str:
 
 
 def _sums(tallies: Sequence[Tally]) -> list[int]:
-    return [sum(getattr(tally, field) for tally in tallies) for field in COLUMNS]
+    return [sum(getattr(tally, field) for tally in tallies) for field in FIELDS]

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import click
 
-from replay.cli.console import People, stdout_console
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, output_format
+from replay.cli.console import GATE_FAILED, OK, People, answer
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, output_format
 from replay.cli.study_runs import collect_runs, demo_class, require_extra, run_sessions
 
 
@@ -33,7 +32,7 @@ for _name, _verb in {"run": run_sessions, "collect": collect_runs, "demo": demo_
 @click.option("--detector", metavar="NAME", help="Whose contacts count. Default: the one that misses least.")
 @click.option("--title", default="Study", show_default=True, help="Heading of the page.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of bootstrap and permutations.")
-@click.option("--force", is_flag=True, help="Replace an earlier study folder of that name.")
+@force
 @output_format
 @common
 def analyse(metrics: Path, questionnaire: Path, codebook: Path, people: People, **asked: Any) -> int:
@@ -42,23 +41,16 @@ def analyse(metrics: Path, questionnaire: Path, codebook: Path, people: People, 
     \b
     replay study analyse metrics.parquet answers.csv --codebook codebook.yaml --out study1
     """
-    inputs = {"metrics": metrics, "questionnaire": questionnaire, "codebook": codebook}
-    return analyse_files(inputs, people, **asked)
+    return analyse_files({"metrics": metrics, "questionnaire": questionnaire, "codebook": codebook}, people, **asked)
 
 
 def analyse_files(
-    inputs: dict[str, Path],
-    people: People,
-    *,
-    title: str,
-    seed: int,
-    force: bool,
-    out: Path | None = None,
-    detector: str | None = None,
-    as_json: bool = False,
-) -> int:
+    inputs: dict[str, Path], people: People, *, title: str, seed: int, force: bool, out: Path | None = None,
+    detector: str | None = None, as_json: bool = False,
+) -> int:  # fmt: skip
     """Analyse metrics, questionnaire and codebook; write the study folder ``out`` if there is one, print the tables."""
     require_extra()
+    from replay.cli.study_tables import study_tables
     from replay.studies.class_study import folder
     from replay.studies.class_study.analysis import analyse as work
     from replay.studies.class_study.codebook import read_codebook
@@ -72,15 +64,10 @@ def analyse_files(
     study = work(book, answers, metrics, detector=detector, seed=seed)
     if out is not None:
         folder.write_study(study, out, title=title, inputs=_digests(inputs, seed), force=force)
-    if as_json:
-        click.echo(json.dumps(folder.as_json(study), indent=1, allow_nan=False))
-    else:
-        from replay.cli.study_tables import study_tables
-
-        stdout_console().print(study_tables(study))
+    answer(as_json, folder.as_json(study), lambda: study_tables(study))
     if out is not None:
         people.say(f"\nwrote {out}\nread it:  {out / 'study.html'}")
-    return 0
+    return OK
 
 
 def _digests(inputs: dict[str, Path], seed: int) -> dict[str, str]:
@@ -106,19 +93,12 @@ def check(tables: Path | None, strict: bool, as_json: bool, people: People) -> i
     from dataclasses import asdict
     from importlib.resources import as_file, files
 
-    from replay.cli.main import GATE_FAILED, OK
+    from replay.cli.study_tables import check_table
     from replay.studies.class_study.published import INCONSISTENT, check_published
 
     if tables is None:
-        with as_file(files("replay.studies.class_study").joinpath("published_example.toml")) as example:
-            people.say("checking the printed tables that come with the tool")
-            remarks = check_published(example)
-    else:
-        remarks = check_published(tables)
-    if as_json:
-        click.echo(json.dumps([asdict(one) for one in remarks], indent=1))
-    else:
-        from replay.cli.study_tables import check_table
-
-        stdout_console().print(check_table(remarks))
+        people.say("checking the printed tables that come with the tool")
+    with as_file(files("replay.studies.class_study").joinpath("published_example.toml")) as example:
+        remarks = check_published(tables or example)
+    answer(as_json, [asdict(one) for one in remarks], lambda: check_table(remarks))
     return GATE_FAILED if strict and any(one.kind == INCONSISTENT for one in remarks) else OK

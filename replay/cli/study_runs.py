@@ -1,8 +1,7 @@
-"""``replay study run|collect|demo``: from many recordings to one table of metrics, and a whole class made up."""
+"""``replay study run|collect|demo``: from many recordings to one table of metrics, and a whole synthetic class."""
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,23 +9,19 @@ from typing import Any
 
 import click
 
-from replay.cli.console import People
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, lineup, output_format
+from replay.cli.console import DATA_LOSS, OK, People, answer
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, lineup, output_format
 
 SLOW = "22.5Hz=discrete[rate_hz=22.5]"
-"""The detector whose misses the made-up class is analysed with besides the oracle."""
+"""The detector whose misses the synthetic class is analysed with besides the oracle."""
 
 jobs_option = click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
+FILES_OR_FOLDERS = click.Path(exists=True, path_type=Path)
+FOLDERS = click.Path(exists=True, file_okay=False, path_type=Path)
 
 
 def require_extra() -> None:
-    """Say what to install where the extra `study` is not.
-
-    Raises
-    ------
-    StudyError
-        Names the package.
-    """
+    """Raise ``StudyError`` with what to install where the extra `study` is not."""
     from replay.errors import StudyError
 
     try:
@@ -37,9 +32,7 @@ def require_extra() -> None:
 
 
 @click.command()
-@click.argument(
-    "sessions", type=click.Path(exists=True, path_type=Path), nargs=-1, required=True, metavar="FILE|DIR..."
-)
+@click.argument("sessions", type=FILES_OR_FOLDERS, nargs=-1, required=True, metavar="FILE|DIR...")
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Folder with a run folder per session.")
 @lineup
 @click.option("--pictures", is_flag=True, help="A recording for Rerun in each run folder too.")
@@ -47,46 +40,28 @@ def require_extra() -> None:
 @output_format
 @common
 def run_sessions(
-    sessions: tuple[Path, ...],
-    out: Path,
-    detectors: list[str] | None,
-    oracle: str | None,
-    seed: int,
-    pictures: bool,
-    jobs: int,
-    as_json: bool,
-    people: People,
-) -> int:
+    sessions: tuple[Path, ...], out: Path, pictures: bool, jobs: int, as_json: bool, people: People, **asked: Any
+) -> int:  # fmt: skip
     """Replay many sessions, each into a run folder of its own; killed, the same command goes on where it stopped.
 
     \b
     replay study run class/sessions --out class/runs --jobs 2
     """
-    settings = {"detectors": detectors, "oracle": oracle, "seed": seed, "picture": pictures}
     files = session_files(sessions)
-    batch = _run(files, out, jobs, settings, people)
-    if as_json:
-        answer = {
-            "out": str(out),
-            "done": batch.done,
-            "kept": batch.kept,
-            "failed": batch.failed,
-            "digest": batch.digest,
-        }
-        click.echo(json.dumps(answer, indent=1))
-    else:
-        click.echo(f"{len(batch.done)} of {len(files)} sessions are in {out}")
-        for name, why in batch.failed.items():
-            click.echo(f"failed: {name}: {why}")
-        click.echo(f"digest: {batch.digest or 'none, sessions failed'}")
-    return _code(batch.failed)
+    batch = _run(files, out, jobs, {**asked, "picture": pictures}, people)
+    plain = {"out": str(out), **{name: getattr(batch, name) for name in ("done", "kept", "failed", "digest")}}
+    lines = [f"{len(batch.done)} of {len(files)} sessions are in {out}"]
+    lines += [f"failed: {name}: {why}" for name, why in batch.failed.items()]
+    lines.append(f"digest: {batch.digest or 'none, sessions failed'}")
+    answer(as_json, plain, lambda: "\n".join(lines))
+    return DATA_LOSS if batch.failed else OK
 
 
 @click.command()
-@click.argument("runs", type=click.Path(exists=True, file_okay=False, path_type=Path), nargs=-1, required=True)
+@click.argument("runs", type=FOLDERS, nargs=-1, required=True)
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.parquet", help="Table to write.")
 @click.option("--students", type=SESSION_FILE, metavar="FILE.csv", help="session,student for those without pseudonym.")
-@click.option("--force", is_flag=True, help="Replace a file of that name.")
+@force
 @common
 def collect_runs(runs: tuple[Path, ...], out: Path, students: Path | None, force: bool, people: People) -> int:
     """Join the metrics of run folders, or of folders of them, into one table.
@@ -100,7 +75,7 @@ def collect_runs(runs: tuple[Path, ...], out: Path, students: Path | None, force
     write_table(table, out, force=force)
     people.say(f"{len(table)} rows of {len(set(table['student'].to_pylist()))} students")
     click.echo(out)
-    return 0
+    return OK
 
 
 @click.command()
@@ -116,6 +91,8 @@ def demo_class(out: Path, students: int, seed: int, jobs: int, people: People) -
     replay study demo --jobs 2
     """
     require_extra()
+    from replay.cli.study import analyse_files
+    from replay.studies.class_study.collecting import collect, write_table
     from replay.studies.class_study.synthetic_class import ANSWERS, CODEBOOK, SESSIONS, make_class
 
     people.say(f"making up {students} students and recording their sessions ...")
@@ -124,23 +101,14 @@ def demo_class(out: Path, students: int, seed: int, jobs: int, people: People) -
     people.say(f"replaying {len(files)} sessions ...")
     settings = {"detectors": SLOW, "oracle": None, "seed": 0, "picture": False}
     batch = _run(files, out / "runs", jobs, settings, people)
-    from replay.cli.study import analyse_files
-    from replay.studies.class_study.collecting import collect, write_table
-
     write_table(collect([out / "runs"]), out / "metrics.parquet", force=True)
     inputs = {"metrics": out / "metrics.parquet", "questionnaire": out / ANSWERS, "codebook": out / CODEBOOK}
     analyse_files(inputs, people, out=out / "study", title="A class that was made up", seed=seed, force=True)
-    return _code({**failed, **batch.failed})
+    return DATA_LOSS if failed or batch.failed else OK
 
 
 def session_files(given: Sequence[Path]) -> list[Path]:
-    """The files given, and the session files in the folders given.
-
-    Raises
-    ------
-    StudyError
-        A folder without any.
-    """
+    """The files given, and the session files in the folders given; ``StudyError`` for a folder without any."""
     from replay.errors import StudyError
 
     files: list[Path] = []
@@ -169,9 +137,3 @@ def _counting(people: People, total: int) -> Any:
         people.say(f"{count[0]:>4} of {total}  {name}: {became}{rest}")
 
     return tell
-
-
-def _code(failed: dict[str, str]) -> int:
-    from replay.cli.main import DATA_LOSS, OK
-
-    return DATA_LOSS if failed else OK

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from replay.cli.console import People, TerminalProgress, stdout_console
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, output_format, window
+from replay.cli.console import People, TerminalProgress, answer
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, output_format, seed, window
 
 if TYPE_CHECKING:
     from replay.pipeline.run_result import Tradeoff
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("session", type=SESSION_FILE, metavar="SESSION")
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder with table, curve and picture.")
-@click.option("--force", is_flag=True, help="Replace an earlier folder of that name.")
+@force
 @click.option("--oracle", metavar="SPEC", default="exact", show_default=True, help="The detector to trust.")
 @window
-@click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
+@seed
 @click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="Timed passes of each.")
 @click.option(
     "--time-limit", type=click.FloatRange(min=0), metavar="SECONDS", default=150.0, show_default=True,
@@ -31,15 +31,9 @@ if TYPE_CHECKING:
 @output_format
 @common
 def command(
-    session: Path,
-    out: Path | None,
-    force: bool,
-    repeats: int,
-    time_limit: float,
-    as_json: bool,
-    people: People,
+    session: Path, out: Path | None, force: bool, repeats: int, time_limit: float, as_json: bool, people: People,
     **asked: Any,
-) -> int:
+) -> int:  # fmt: skip
     """Run every detector with every setting of a fixed list over SESSION: recall against time, front, advice.
 
     \b
@@ -61,12 +55,9 @@ def command(
     if out is not None:
         people.say("outside the time limit: one audit of the session, for the report and the picture ...")
         _write(held, done, out, people, force=force, **asked)
-    if as_json:
-        click.echo(json.dumps(done.as_json(), allow_nan=False))
-    else:
-        stdout_console().print(terminal(front_table(done, everything=people.verbose)))
-        for sentence in done.advice:
-            click.echo(sentence)
+    answer(as_json, done.as_json(), lambda: terminal(front_table(done, everything=people.verbose)))
+    for sentence in () if as_json else done.advice:
+        click.echo(sentence)
     if done.cut:
         people.say(f"time limit: {len(done.cut)} of {len(done.cut) + len(done.rows)} settings were not tried:")
         people.say(f"  {', '.join(done.cut)}")
@@ -77,8 +68,6 @@ def command(
 
 def _write(held: Session, done: Tradeoff, out: Path, people: People, *, force: bool, **asked: Any) -> None:
     """A run folder of the usual audit, with the tradeoff in its tables, report and picture."""
-    from dataclasses import replace
-
     from replay.outputs.report.tradeoff import tradeoff_files
     from replay.outputs.rerun_log.recording import write_recording
     from replay.outputs.results.run_folder import write_run_folder

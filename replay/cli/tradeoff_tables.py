@@ -27,11 +27,11 @@ HEAD: Final = (
 
 def front_table(done: Tradeoff, *, everything: bool = False) -> Table:
     """The front, quickest first; or every row in order of time."""
-    from replay.outputs.tradeoff_table import quickest_first, tradeoff_table
+    from replay.outputs.tradeoff_table import measured_on, quickest_first, tradeoff_table
 
-    about, made = done.about, done.about["machine"]
+    about = done.about
     counts = f"{len(done.rows)} settings, {len(done.front)} on the front; {about['contacts']} contacts"
-    title = f"{counts}, beside {about['oracle']}; {made['system']} {made['processor']}, {made['cores']} cores"
+    title = f"{counts}, beside {about['oracle']}; {measured_on(done)}"
     at_work = about["processor_share"]
     busy = f"; the machine was busy with other work for {1 - at_work:.0%} of the time" if at_work <= BUSY else ""
     note = (
@@ -45,10 +45,9 @@ def front_table(done: Tradeoff, *, everything: bool = False) -> Table:
 
 def front_words(rows: Sequence[dict[str, Any]]) -> str:
     """The front so far in one line: ``0.003 ms 17 %, 0.007 ms 0 %``."""
-    from replay.tradeoffs.pareto import front_of
+    from replay.outputs.tradeoff_table import front_rows
 
-    by_label = {row["label"]: row for row in rows}
-    front = [by_label[label] for label in front_of(rows)]
+    front = front_rows(rows)
     words = [f"{row['ms_per_frame']:.3g} ms {100 * row['missed']:.0f} %" for row in front[-SHOWN:]]
     return ("... " if len(front) > SHOWN else "") + ", ".join(words)
 

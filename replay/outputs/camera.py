@@ -41,7 +41,6 @@ GHOST: Final = 0.25
 FIELD_OF_VIEW: Final = np.radians(55.0)
 """Vertical opening of Rerun's eye."""
 
-
 ASPECT: Final = 1.5
 """Width of the overview over its height; a wider one shows more to the sides."""
 
@@ -84,9 +83,7 @@ class Obstacles:
     ) -> Eye:
         """The eye from which fewest surfaces hide a point, on the user's side where that costs nothing.
 
-        Parameters
-        ----------
-        frame : of ``motion``; ``None``: of the assembly's.
+        ``frame`` is of ``motion``, else of the assembly's.
         """
         motion = self._motion if motion is None else motion
         place, choices = np.asarray(point, dtype=np.float64), directions()
@@ -116,9 +113,8 @@ class _Surface:
         near = np.flatnonzero(distance - self._radii <= length)
         along = away[near] @ rays.T
         aside = (distance[near] ** 2)[:, None] - along**2
-        face, ray = np.nonzero(
-            (aside <= (self._radii[near] ** 2)[:, None] * 1.001) & (along > -self._radii[near, None])
-        )
+        radii = self._radii[near, None]
+        face, ray = np.nonzero((aside <= radii**2 * 1.001) & (along > -radii))
         hit = _crossed(self._triangles[near[face]], point, rays[ray], length)
         return np.bincount(ray[hit], minlength=len(rays))
 
@@ -176,9 +172,8 @@ def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int) -
     side = towards_user(assembly, scene, min(frame, len(assembly.motion) - 1), points.mean(axis=0).tolist())
     # A turn aside shows depth: straight from the user's eye, hands and rims line up.
     turn, rise = np.radians(TURNED_DEG), np.radians(RAISED_DEG)
-    aside = np.array(
-        [side[0] * np.cos(turn) + side[2] * np.sin(turn), 0.0, side[2] * np.cos(turn) - side[0] * np.sin(turn)]
-    )
+    cos, sin = np.cos(turn), np.sin(turn)
+    aside = np.array([side[0] * cos + side[2] * sin, 0.0, side[2] * cos - side[0] * sin])
     back = aside * np.cos(rise) + np.array([0.0, np.sin(rise), 0.0])
     axes = look_rotation(Eye(_tuple(back), (0.0, 0.0, 0.0)))
     local = points @ axes

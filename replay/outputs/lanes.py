@@ -33,9 +33,7 @@ def number_boxes(
 ) -> list[tuple[str, int, int]]:
     """Boxes ``(label, start, end)`` in nanoseconds that never overlap and are wide enough for their labels.
 
-    Parameters
-    ----------
-    base, digit : shares of ``session_ns`` that a box takes, and each character in it.
+    ``base`` and ``digit`` are shares of ``session_ns`` that a box takes, and each character in it.
     """
     boxes: list[tuple[str, int, int]] = []
     first = start = reach = 0

@@ -44,13 +44,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """Title, columns, rows and notes.
-
-    Parameters
-    ----------
-    notes : what a reader must know, a sentence each, shown below the table.
-    foot : a last row of sums, or nothing.
-    """
+    """Title, columns, rows; ``notes`` below them, a sentence each; ``foot`` is a last row of sums, or nothing."""
 
     title: str
     columns: tuple[Column, ...]
@@ -96,11 +90,8 @@ def table(
 ) -> Table:
     """A table.
 
-    Parameters
-    ----------
-    words : names of the columns of words, or how many come first.
-    whole : names of the columns that are never broken over lines; the first one if nothing is said.
-    marks : column -> mark.
+    ``words`` are names of the columns of words, or how many come first; ``whole`` names the columns that are never
+    broken over lines, the first one if nothing is said; ``marks`` is column -> mark.
     """
     worded = set(head[:words] if isinstance(words, int) else words)
     unbroken = set(head[:1] if whole is None else whole)

@@ -14,18 +14,10 @@ from replay.detection.detector_spec import DetectorSpec
 
 @dataclass(frozen=True)
 class Setting:
-    """One point of the picture.
+    """One point of the picture: a detector, what is turned (``axis``, such as ``step rate``) and how far (``value``).
 
-    Parameters
-    ----------
-    detector : row of the table of detectors.
-    axis : what is turned: ``as it comes``, ``step rate``, ``shape``, ``mesh resolution``, ``tolerance``,
-        ``samples``, ``budget``, ``decide``, ``booleans or faces``, ``resolution``, or ``boxes``.
-    value : how far, as people write it.
-    settings : fields of the detector's settings.
-    cell : metres of the grid that makes the meshes coarser; 0: as recorded.
-    faces : whether every face pair is listed, not only the yes or no.
-    tail : tried once, when all others have had their repeats.
+    ``settings`` are the detector's; ``cell`` metres of the grid that makes meshes coarser, 0: as recorded; ``faces``
+    says whether every face pair is listed; ``tail`` is tried once, when all others have had their repeats.
     """
 
     detector: str

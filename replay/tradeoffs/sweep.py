@@ -72,21 +72,13 @@ def tradeoff(
     Parameters
     ----------
     settings : what to try; ``None``: the fixed list.
-    oracle : the detector to trust.
-    pairs, start, end : as ``assemble``.
-    seed : of every random stream.
     tau : metres; a disagreement about less is *within tolerance* and counts neither way.
     repeats : timed passes of each setting that takes under ``ONCE_SECONDS``.
     time_limit : seconds; a setting that cannot end within them is not begun and is in ``cut``; ``None``: no limit.
         Compiling, once per machine, does not count.
     watch : called after every step.
 
-    Raises
-    ------
-    TradeoffError
-        The oracle finds no contact: nothing can be missed.
-    ReplayError, CollisionCoreError, SessionError
-        One sentence that says what to do.
+    Raises ``TradeoffError``: the oracle finds no contact, so nothing can be missed; and as ``replay.run``.
     """
     from cdcore.kernels.compiling import told_of_compiling  # loads the compiler: not for those who only write tables
 

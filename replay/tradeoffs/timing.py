@@ -25,13 +25,9 @@ OF_FRAMES: Final = (
 
 @dataclass(frozen=True, eq=False)
 class Pass:
-    """One pass of a detector over a motion.
+    """Wall clock of one pass over a motion, and seconds that this process was at work meanwhile.
 
-    Parameters
-    ----------
-    seconds : wall clock of the whole pass; of an online detector the sum over its frames.
-    frames : (T,) seconds of every frame of an online detector; ``None`` of one that sees the whole motion at once.
-    processor : seconds that this process was at work meanwhile; less than the wall clock where others were.
+    ``frames`` (T,) are seconds of every frame of an online detector; ``None`` of one that sees all at once.
     """
 
     seconds: float

@@ -36,50 +36,41 @@ def count_tables(result: RunResult) -> Markup:
     audit = result.summary["audit"]
     frames = pair_frame_table("Pair-frames", audit)
     contacts = matched_table("Contacts matched one to one", audit, CONTACT_WORDS)
-    parts = (element("p", FRAME_WORDS), page_table(frames), element("p", CONTACT_NOTE), page_table(contacts))
-    return joined(parts)
+    return joined([element("p", FRAME_WORDS), page_table(frames), element("p", CONTACT_NOTE), page_table(contacts)])
 
 
 def cause_table(result: RunResult) -> Markup:
     """Why contacts were missed: misses, and pair-frames decided again, by the stage that lost them."""
     audit = result.summary["audit"]
     causes_of = {label: audit[label]["causes"] for label in audit if "causes" in audit[label]}
-    words = list(dict.fromkeys(word for causes in causes_of.values() for word in causes["misses"]))
+    found = causes_of.values()
     rows = [
-        (word, *(f"{causes['misses'][word]} ({causes['pair_frames'][word]})" for causes in causes_of.values()))
-        for word in words
-        if any(causes["misses"][word] or causes["pair_frames"][word] for causes in causes_of.values())
+        (word, *(f"{one['misses'][word]} ({one['pair_frames'][word]})" for one in found))
+        for word in dict.fromkeys(word for one in found for word in one["misses"])
+        if any(one["misses"][word] or one["pair_frames"][word] for one in found)
     ]
-    rows.append(
-        ("decided again, of pair-frames missed", *(f"{c['examined']} of {c['missed']}" for c in causes_of.values()))
-    )
+    rows.append(("decided again, of pair-frames missed", *(f"{one['examined']} of {one['missed']}" for one in found)))
     return table("Causes: misses (pair-frames decided again)", ("cause", *causes_of), rows)
 
 
 def heat_map(result: RunResult) -> Markup:
     """A row per pair and a column per detector: the share of contact that was missed, the redder the more."""
-    labels = list(result.comparisons)
-    counts = {label: _per_pair(result.comparisons[label].outcome) for label in labels}
-    touched = sorted(
-        {pair for table_ in counts.values() for pair in np.flatnonzero(table_.sum(axis=1)).tolist()},
-        key=lambda pair: (-max(int(counts[label][pair, 0]) for label in labels), pair),
-    )
+    outcomes = [one.outcome for one in result.comparisons.values()]
+    missed = np.array([(one == Outcome.MISSED).sum(axis=0) for one in outcomes])
+    of = missed + np.array([(one == Outcome.BOTH).sum(axis=0) for one in outcomes])
+    touched = [pair for pair in np.argsort(-missed.max(axis=0), kind="stable").tolist() if of[:, pair].any()]
     rows = [
-        (result.assembly.pair_name(pair), *(_heat(*counts[label][pair].tolist()) for label in labels))
+        (result.assembly.pair_name(pair), *map(_heat, missed[:, pair].tolist(), of[:, pair].tolist()))
         for pair in touched[:MOST_PAIRS]
     ]
     more = f" ({len(touched) - MOST_PAIRS} more in frames.parquet)" if len(touched) > MOST_PAIRS else ""
-    return table(f"Pair-frames missed of those in contact, by pair{more}", ("pair", *labels), rows)
+    return table(f"Pair-frames missed of those in contact, by pair{more}", ("pair", *result.comparisons), rows)
 
 
 def latency_histogram(result: RunResult) -> Markup:
     """How many frames took how long, on a log axis, of every detector that decides frame by frame, if there is one."""
-    timed = {label: frame_seconds(found) for label, found in result.detections.items()}
-    shown = {
-        label: np.maximum(seconds * 1e3, 1e-4)
-        for label, seconds in timed.items()
-        if seconds is not None and len(seconds)
-    }
+    timed = ((label, frame_seconds(found)) for label, found in result.detections.items())
+    shown = {label: np.maximum(one * 1e3, 1e-4) for label, one in timed if one is not None and len(one)}
     if not shown:
         return Markup()
     low = min(float(values.min()) for values in shown.values())
@@ -110,20 +101,11 @@ def dwell_table(result: RunResult) -> Markup | None:
     ]
     safe = steps["none_missed_from_hz"]
     rows.append(("none is missed from", "no rate" if safe is None else f"{safe:.1f} Hz"))
-    return table(
-        f"Contacts of {steps['contacts']} that a look at fixed steps misses, on average", ("step rate", "missed"), rows
-    )
+    title = f"Contacts of {steps['contacts']} that a look at fixed steps misses, on average"
+    return table(title, ("step rate", "missed"), rows)
 
 
-def _per_pair(outcome: NDArray[np.uint8]) -> NDArray[np.int64]:
-    """(P, 2): pair-frames missed, and pair-frames found."""
-    missed, both = (outcome == Outcome.MISSED).sum(axis=0), (outcome == Outcome.BOTH).sum(axis=0)
-    counts: NDArray[np.int64] = np.stack([missed, both], axis=1).astype(np.int64)
-    return counts
-
-
-def _heat(missed: int, both: int) -> Markup:
-    of = missed + both
+def _heat(missed: int, of: int) -> Markup:
     share = missed / of if of else 0.0
     red = ",".join(map(str, MISSED[:3]))
     return element("span", f"{missed} of {of}", class_="heat", style=f"background:rgba({red},{0.85 * share:.3f})")

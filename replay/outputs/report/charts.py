@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from replay.base.constants import BUDGET_MS
 from replay.comparison.outcome import Outcome
-from replay.outputs.lanes import number_boxes
+from replay.outputs.lanes import number_boxes, ranked_pairs
 from replay.outputs.palette import OUTCOMES, SERIES, hex_of
 from replay.outputs.report.drawing import INK, svg_in_page
 from replay.outputs.report.markup import Markup, bar, element
+from replay.outputs.words import counted
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import frame_seconds
 
@@ -40,11 +41,8 @@ BINS: Final = 800
 def timeline(result: RunResult, label: str) -> Markup:
     """A lane per pair in the words of the audit, worst first; numbers of misses above."""
     outcome = result.comparisons[label].outcome
-    touched = np.isin(outcome, SPOKEN).any(axis=0)
-    missed = (outcome == Outcome.MISSED).sum(axis=0)
-    pairs = sorted(np.flatnonzero(touched).tolist(), key=lambda pair: (-int(missed[pair]), pair))
-    rest = len(pairs) - MOST_LANES
-    pairs = pairs[:MOST_LANES]
+    ranked = ranked_pairs(result.comparisons[label], result.assembly.held)
+    pairs, rest = ranked[:MOST_LANES], len(ranked) - MOST_LANES
     height = TOP + LANE * (len(pairs) + 1) + 20
     times = result.assembly.motion.times
     parts = [_ruler(times, height), *_numbers(result, label)]
@@ -52,8 +50,8 @@ def timeline(result: RunResult, label: str) -> Markup:
         y = TOP + LANE * row
         parts.append(element("text", result.assembly.pair_name(pair), x=0, y=y + 15, class_="lane"))
         parts += lane_bars(outcome[:, pair], times, y + 3)
-    count = f"{len(pairs)} pair" + "s" * (len(pairs) != 1)
-    words = f"{count} over {float(times[-1] - times[0]):.0f} seconds, as {label} compares with {result.oracle}"
+    span = f"{counted(len(pairs), 'pair')} over {float(times[-1] - times[0]):.0f} seconds"
+    words = f"{span}, as {label} compares with {result.oracle}"
     more = f" {rest} more pairs are in the tables." if rest > 0 else ""
     if any(int((np.diff(outcome[:, pair].astype(np.int16)) != 0).sum()) > MOST_BARS for pair in pairs):
         more += " Where stretches are too many to tell apart, height is their share of the frames."
@@ -102,13 +100,7 @@ SPOKEN: Final = (
 
 
 def lane_bars(outcome: NDArray[np.uint8], times: NDArray[np.float64], y: int) -> list[Markup]:
-    """The bars of one pair: each stretch of an outcome where it is, or shares where there are too many to tell apart.
-
-    Parameters
-    ----------
-    outcome : (T,) values of ``Outcome``.
-    y : the lane's upper edge.
-    """
+    """The bars of one pair with its outcome (T,) below the edge ``y``: stretches, or shares where they are too many."""
     changes = int((np.diff(outcome.astype(np.int16)) != 0).sum())
     if changes > MOST_BARS:
         return _shares(outcome, times, y)

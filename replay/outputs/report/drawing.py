@@ -23,22 +23,17 @@ INKED: Final = (
 
 
 def svg_in_page(width: float, height: float, words: str, draw: Callable[[Axes], None]) -> Markup:
-    """One plot without a background of its own; the same drawing gives the same bytes.
+    """One plot without a background of its own, in inches of 72 points; the same drawing gives the same bytes.
 
-    Parameters
-    ----------
-    width, height : inches of 72 points.
-    words : what it shows, for those who cannot see it.
-    draw : called with the axes to draw on.
+    ``words`` say what it shows, for those who cannot see it; ``draw`` is called with the axes to draw on.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    how: dict[Any, Any] = {"svg.hashsalt": "vrlab-replay", "svg.fonttype": "none", "font.size": 10} | dict.fromkeys(
-        INKED, INK
-    )
+    how: dict[Any, Any] = {"svg.hashsalt": "vrlab-replay", "svg.fonttype": "none", "font.size": 10}
+    how |= dict.fromkeys(INKED, INK) | {"axes.facecolor": "none", "legend.facecolor": PAPER}
     buffer = io.StringIO()
-    with mpl.rc_context({**how, "axes.facecolor": "none", "legend.facecolor": PAPER}):
+    with mpl.rc_context(how):
         figure = Figure(figsize=(width, height), layout="constrained")
         draw(figure.add_subplot())
         figure.savefig(buffer, format="svg", transparent=True, metadata={"Date": None, "Creator": None})

@@ -15,7 +15,7 @@ from replay.outputs.camera import Eye
 from replay.outputs.palette import BACKGROUND
 from replay.outputs.rerun_log.columns import FRAME, SESSION
 from replay.outputs.rerun_log.effects import EffectViews
-from replay.outputs.rerun_log.findings import finding_tab
+from replay.outputs.rerun_log.findings import finding_tab, state_view
 from replay.outputs.rerun_log.tradeoff import curve_tab
 from replay.outputs.words import LANE_LEGEND
 
@@ -43,33 +43,36 @@ LANES_IN_VIEW: Final = 7
 """Lanes beside the picture, the numbers included: at 40 points each, more would be cut off. All are in the next tab."""
 
 
+PLAIN: Final = rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor)
+
+
 @dataclass(frozen=True)
 class Subject:
-    """Entities and words of one audited detector.
+    """Entities and words of one audited detector; ``headline`` says what it missed.
 
     Parameters
     ----------
-    label : its name; ``headline`` says what it missed.
     lanes : paths of its lanes and the pair's column each speaks of, numbers (``None``) first.
     longest : column of the pair of the longest cut that was missed, ``None`` without a miss.
-    listing, worst, note : list of misses, table of the worst, words on the current one.
-    clusters : list of clusters, ``""`` where the misses are few enough to be read one by one.
-    missed : root of pins and flags; ``faces`` names its red faces below each body, ``face_entities`` are their paths.
-    camera : entity whose pose is the close-up of the current miss, ``""`` when nothing was missed.
+    words : root of its lists: of misses, of clusters where they are ``many``, of the worst, words on the current one.
+    missed : root of pins and flags, and of the eye of the close-up.
+    faces : its red faces below each body; ``face_entities`` are their paths.
     """
 
     label: str
     headline: str
     lanes: Mapping[str, int | None]
     longest: int | None
-    listing: str
-    clusters: str
-    worst: str
-    note: str
+    words: str
+    many: bool
     missed: str
     faces: str
     face_entities: tuple[str, ...]
-    camera: str
+
+    @property
+    def camera(self) -> str:
+        """Entity whose pose is the close-up of the current miss, ``""`` when nothing was missed."""
+        return "" if self.longest is None else f"{self.missed}/eye"
 
 
 def lanes_in_view(subject: Subject) -> list[str]:
@@ -82,28 +85,32 @@ def lanes_in_view(subject: Subject) -> list[str]:
 
 @dataclass(frozen=True)
 class Layout:
-    """What the layout needs to know of a recording."""
+    """What the layout needs to know of a recording.
+
+    Parameters
+    ----------
+    totals : timing entities of the totals of detectors that were timed frame by frame.
+    stages : label -> timing entities of its stages.
+    arrows : entities of the contact normals: not in the views, where they would hide what they stand on.
+    finding_lanes : of poses in doubt; without any the findings are a list only; ``None``: the session was not examined.
+    slowest_ms : milliseconds of the slowest look of all detectors.
+    start, end : seconds of the time axes; left alone, the viewer shows one minute around the cursor.
+    tradeoff : whether the curve is in the recording.
+    """
 
     title: str
     eye: Eye
     subjects: tuple[Subject, ...]
     totals: tuple[str, ...]
-    """Timing entities of the totals of detectors that were timed frame by frame."""
     stages: Mapping[str, tuple[str, ...]]
-    """Label -> timing entities of its stages."""
     arrows: tuple[str, ...]
-    """Entities of the contact normals: in the recording, but not in the views, where they hide what they stand on."""
     detector_lanes: bool
     finding_lanes: tuple[str, ...] | None
-    """Lanes of poses in doubt; without any the findings are a list only; ``None``: the session was not examined."""
     slowest_ms: float
-    """Milliseconds of the slowest look of all detectors."""
     start: float
     end: float
-    """Seconds at which the time axes start and end; left alone, the viewer shows one minute around the cursor."""
     effects: EffectViews | None = None
     tradeoff: bool = False
-    """Whether the curve is in the recording."""
 
 
 def build_blueprint(layout: Layout) -> rrb.Blueprint:
@@ -122,14 +129,9 @@ def build_blueprint(layout: Layout) -> rrb.Blueprint:
         tabs.append(_detectors(layout))
     if layout.finding_lanes is not None:
         tabs.append(finding_tab(layout.finding_lanes, _whole(layout)))
-    return rrb.Blueprint(
-        rrb.Tabs(*tabs, active_tab=first),
-        rrb.TimePanel(timeline=SESSION, state="collapsed", playback_speed=0.25, play_state="paused"),
-        rrb.SelectionPanel(state="hidden"),
-        rrb.BlueprintPanel(state="hidden"),
-        auto_views=False,
-        auto_layout=False,
-    )
+    times = rrb.TimePanel(timeline=SESSION, state="collapsed", playback_speed=0.25, play_state="paused")
+    hidden = rrb.SelectionPanel(state="hidden"), rrb.BlueprintPanel(state="hidden")
+    return rrb.Blueprint(rrb.Tabs(*tabs, active_tab=first), times, *hidden, auto_views=False, auto_layout=False)
 
 
 def _audit(layout: Layout, subject: Subject, name: str) -> Any:
@@ -140,7 +142,7 @@ def _audit(layout: Layout, subject: Subject, name: str) -> Any:
     widths = [0.42, 0.26, 0.32] if beside else [0.66, 0.34]
     pictures = rrb.Horizontal(_space(layout, subject), *beside, _words(subject), column_shares=widths)
     rows = [pictures, _lanes(layout, subject, lanes)]
-    note = rrb.TextDocumentView(origin=f"/{subject.note}", name="The miss in the close-up")
+    note = rrb.TextDocumentView(origin=f"/{subject.words}/nearest_miss", name="The miss in the close-up")
     bottom = [*([_timing(layout)] if layout.totals else []), *([note] if subject.camera else [])]
     if bottom:
         rows.append(rrb.Horizontal(*bottom, column_shares=[0.7, 0.3][: len(bottom)]))
@@ -148,11 +150,10 @@ def _audit(layout: Layout, subject: Subject, name: str) -> Any:
 
 
 def _words(subject: Subject) -> Any:
-    lists = [_list(subject.listing, "All" if subject.clusters else subject.headline)]
-    if subject.clusters:
-        lists.insert(0, _list(subject.clusters, subject.headline))
-    worst = rrb.TextDocumentView(origin=f"/{subject.worst}", name="Longest cuts")
-    return rrb.Tabs(*lists, worst, _report(), active_tab=0)
+    clusters = [_list(f"{subject.words}/clusters", subject.headline)] if subject.many else []
+    listed = _list(f"{subject.words}/missed", "All" if subject.many else subject.headline)
+    worst = rrb.TextDocumentView(origin=f"/{subject.words}/longest_cuts", name="Longest cuts")
+    return rrb.Tabs(*clusters, listed, worst, _report(), active_tab=0)
 
 
 def _report() -> Any:
@@ -160,15 +161,10 @@ def _report() -> Any:
 
 
 def _list(path: str, name: str) -> Any:
-    return rrb.TextLogView(
-        origin=f"/{path}",
-        name=name,
-        columns=rrb.TextLogColumns(
-            timeline_columns=[TimelineColumn(SESSION), TimelineColumn(FRAME, visible=False)],
-            text_log_columns=[TextLogColumn("body")],
-        ),
-        format_options=rrb.TextLogFormat(monospace_body=True),
-    )
+    times = [TimelineColumn(SESSION), TimelineColumn(FRAME, visible=False)]
+    columns = rrb.TextLogColumns(timeline_columns=times, text_log_columns=[TextLogColumn("body")])
+    one_width = rrb.TextLogFormat(monospace_body=True)
+    return rrb.TextLogView(origin=f"/{path}", name=name, columns=columns, format_options=one_width)
 
 
 def _contents(layout: Layout, subject: Subject, *hidden: str) -> list[str]:
@@ -192,13 +188,9 @@ def _close_up(layout: Layout, subject: Subject) -> Any:
 
 def _spatial(name: str, contents: list[str], controls: rrb.EyeControls3D) -> Any:
     return rrb.Spatial3DView(
-        origin="/world",
-        contents=contents,
-        name=name,
-        eye_controls=controls,
-        background=rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor),
+        origin="/world", contents=contents, name=name, eye_controls=controls, background=PLAIN,
         line_grid=rrb.LineGrid3D(visible=False),
-    )
+    )  # fmt: skip
 
 
 def _eye_controls(eye: Eye) -> rrb.EyeControls3D:
@@ -208,20 +200,14 @@ def _eye_controls(eye: Eye) -> rrb.EyeControls3D:
 
 
 def _lanes(layout: Layout, subject: Subject, lanes: Sequence[str]) -> Any:
-    root = lanes[0].rpartition("/")[0]
     name = f"When and which pair    {LANE_LEGEND.format(subject.label)}"
-    whole = rrb.StateTimelineView(
-        origin=f"/{root}", contents=[f"/{lane}" for lane in lanes], name=name, time_view=_whole(layout)
-    )
+    root = lanes[0].rpartition("/")[0]
+    whole = state_view(root, name, _whole(layout), lanes)
     if len(lanes) < 2:
         return whole
     start, end = (rr.TimeRangeBoundary.cursor_relative(seconds=sign * AROUND) for sign in (-1, 1))
-    near = rrb.StateTimelineView(
-        origin=f"/{root}",
-        contents=[f"/{lane}" for lane in lanes[1:]],
-        name=f"{AROUND} s around the cursor",
-        time_view=rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end)),
-    )
+    around = rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
+    near = state_view(root, f"{AROUND} s around the cursor", around, lanes[1:])
     return rrb.Horizontal(whole, near, column_shares=[0.7, 0.3])
 
 
@@ -253,22 +239,15 @@ def _room(layout: Layout) -> Any:
 
 def _plot(layout: Layout, origin: str, name: str, paths: Iterable[str], **more: Any) -> Any:
     return rrb.TimeSeriesView(
-        origin=origin,
-        contents=[f"/{path}" for path in paths],
-        name=name,
-        axis_x=_whole(layout),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
-        **more,
-    )
+        origin=origin, contents=[f"/{path}" for path in paths], name=name, axis_x=_whole(layout),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop), **more,
+    )  # fmt: skip
 
 
 def _costs(layout: Layout, name: str) -> Any:
     table = rrb.TextDocumentView(origin="/tradeoff/table", name="What each detector costs")
-    plots = [
-        _plot(layout, "/timing", f"{label}: ms per frame by stage", paths)
-        for label, paths in layout.stages.items()
-        if paths
-    ]
+    stages = {f"{label}: ms per frame by stage": paths for label, paths in layout.stages.items() if paths}
+    plots = [_plot(layout, "/timing", title, paths) for title, paths in stages.items()]
     beside = [rrb.Vertical(*plots)] if plots else []
     return rrb.Horizontal(*beside, table, column_shares=[0.62, 0.38] if plots else [1.0], name=name)
 
@@ -282,8 +261,7 @@ def _effects(layout: Layout, views: EffectViews) -> Any:
         # As high as its lanes, or the lower ones would be cut off; what is left is for the plots.
         high = min(RULER_POINTS + LANE_POINTS * len(views.lanes), SCREEN_POINTS // 2)
         shares = [high, *((SCREEN_POINTS - high) / len(plots) for _ in plots)]
-        lanes = [f"/{path}" for path in views.lanes]
-        rows.append(rrb.StateTimelineView(origin="/effects", contents=lanes, name="When", time_view=_whole(layout)))
+        rows.append(state_view("effects", "When", _whole(layout), views.lanes))
     rows += [_plot(layout, "/effects", unit or "numbers", paths) for unit, paths in plots]
     words = rrb.TextLogView(origin="/effects", contents=[f"/{path}" for path in views.events], name="What happened")
     left = rrb.Vertical(_room(layout), words, row_shares=[0.68, 0.32])
@@ -292,5 +270,4 @@ def _effects(layout: Layout, views: EffectViews) -> Any:
 
 def _detectors(layout: Layout) -> Any:
     words = "What each detector said of each pair (no colour: CLEAR)"
-    lanes = rrb.StateTimelineView(origin="/detectors", name=words, time_view=_whole(layout))
-    return rrb.Horizontal(lanes, name="Detectors")
+    return rrb.Horizontal(state_view("detectors", words, _whole(layout)), name="Detectors")

@@ -32,10 +32,8 @@ KEPT_AROUND: Final = 1.0
 class Clock:
     """Stamps of the frames, and which frames are drawn.
 
-    Parameters
-    ----------
-    ns : (T,) int64 nanoseconds since the first frame of the session.
-    kept : (K,) int64 increasing frame numbers that are drawn; all of them up to an hour.
+    ``ns`` (T,) are nanoseconds since the first frame of the session, ``kept`` (K,) the increasing numbers of the frames
+    that are drawn: all of them up to an hour.
     """
 
     ns: NDArray[np.int64]
@@ -112,10 +110,7 @@ def entity(*parts: str) -> str:
 def ragged(columns: rr.ComponentColumnList, counts: ArrayLike) -> rr.ComponentColumnList:
     """Give ``counts[k]`` consecutive values to row k.
 
-    Raises
-    ------
-    AssertionError
-        The counts do not add up to the values there are: Rerun would shift every row after the error without a word.
+    ``AssertionError`` where the counts do not add up to the values there are: Rerun would shift every later row.
     """
     lengths = np.asarray(counts, dtype=np.int64)
     for column in columns:
@@ -149,14 +144,13 @@ class RecordingWriter:
     def rows_later(
         self,
         path: str,
-        frames: ArrayLike,
-        later: ArrayLike,
+        moments: Iterable[tuple[int, int]],
         columns: rr.ComponentColumnList,
         counts: ArrayLike | None = None,
     ) -> None:
-        """Send one row per frame, ``later`` nanoseconds after it on the session timeline."""
-        rows = np.asarray(frames, dtype=np.int64)
-        ns = self.clock.ns[rows] + np.asarray(later, dtype=np.int64)
+        """Send one row per moment: a frame, and nanoseconds after it on the session timeline."""
+        rows, later = np.array(list(moments), dtype=np.int64).reshape(-1, 2).T
+        ns = self.clock.ns[rows] + later
         self._send(path, [on_session(ns), rr.TimeColumn(FRAME, sequence=rows)], columns, counts)
 
     def session_rows(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cdcore import Detection, FaceSets
 from cdcore.numerics import FloatArray, place_points
 from replay.comparison.outcome import Comparison, Outcome
-from replay.outputs.palette import FOUND, INVENTED, MISSED, WITHIN_TOLERANCE, Rgba
+from replay.outputs.palette import FOUND, OUTCOMES
 from replay.outputs.rerun_log.columns import Clock, RecordingWriter, entity, packed
 from replay.outputs.rerun_log.world import face_normals
 from replay.prepare.assembly import Assembly
@@ -29,24 +29,14 @@ NORMAL_LENGTH: Final = 0.012
 CANCELLED: Final = 0.05
 """A sum of unit normals shorter than this share of their number has no direction worth an arrow."""
 
-_COLOURS: Final[dict[int, Rgba]] = {
-    Outcome.BOTH: FOUND,
-    Outcome.MISSED: MISSED,
-    Outcome.INVENTED: INVENTED,
-    Outcome.WITHIN_TOLERANCE: WITHIN_TOLERANCE,
-}
-
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """Contacts of one detection that are drawn.
+    """Contacts of one detection that are drawn, sorted by frame.
 
-    Parameters
-    ----------
-    frames : (F,) int64 frames that get a row, increasing; a frame without contact clears what stood before.
-    frame, pair : (E,) int64 of each contact, sorted by frame.
-    point, normal : (E, 3) world metres, and unit direction from the pair's first body to its second (0 if it has none).
-    segments : (S, 2, 3) world metres; ``counts`` (E,) says how many belong to each contact.
+    ``frames`` (F,) get a row, increasing; a frame without contact clears what stood before. ``frame`` and ``pair`` (E,)
+    are of each contact, as ``point`` (E, 3) in world metres and ``normal``, the unit direction from the pair's first
+    body to its second (0 if it has none); ``counts`` (E,) says how many ``segments`` (S, 2, 3) belong to each.
     """
 
     frames: NDArray[np.int64]
@@ -58,20 +48,19 @@ class Contacts:
     counts: NDArray[np.int64]
 
 
+COLOURED: Final = (Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
+"""Outcomes with a colour of their own; all other contacts have that of what is found."""
+
+
 def contacts_path(label: str) -> str:
     """Entity of the contacts of one detector."""
     return entity("world", "contacts", label)
 
 
 def log_contacts(
-    writer: RecordingWriter,
-    label: str,
-    assembly: Assembly,
-    detection: Detection,
-    comparison: Comparison | None,
-    *,
+    writer: RecordingWriter, label: str, assembly: Assembly, detection: Detection, comparison: Comparison | None, *,
     curves: bool,
-) -> None:
+) -> None:  # fmt: skip
     """Send ``world/contacts/<label>``: points and normals, and with ``curves`` the sections below it.
 
     Colours are the audit's: what ``comparison`` calls missed is red, invented yellow, the rest blue.
@@ -80,38 +69,25 @@ def log_contacts(
     contacts = collect_contacts(writer.clock, assembly, detection, comparison)
     rows = np.searchsorted(contacts.frames, contacts.frame)
     per_row = np.bincount(rows, minlength=len(contacts.frames))
-    colours = _colours(contacts, comparison)
-    points = rr.Points3D.columns(positions=contacts.point.astype(np.float32), colors=colours)
-    writer.rows(path, contacts.frames, points, per_row)
-    arrows = rr.Arrows3D.columns(
-        origins=contacts.point.astype(np.float32),
-        vectors=(NORMAL_LENGTH * contacts.normal).astype(np.float32),
-        colors=colours,
-    )
-    writer.rows(f"{path}/normals", contacts.frames, arrows, per_row)
+    colours, points = _colours(contacts, comparison), contacts.point.astype(np.float32)
+    arrows = (NORMAL_LENGTH * contacts.normal).astype(np.float32)
+    writer.rows(path, contacts.frames, rr.Points3D.columns(positions=points, colors=colours), per_row)
+    columns = rr.Arrows3D.columns(origins=points, vectors=arrows, colors=colours)
+    writer.rows(f"{path}/normals", contacts.frames, columns, per_row)
     writer.static(path, rr.Points3D.from_fields(radii=rr.Radius.ui_points(2.5)))
     writer.static(f"{path}/normals", rr.Arrows3D.from_fields(radii=rr.Radius.ui_points(1.0)))
     if curves:
-        _log_sections(writer, f"{path}/section", contacts, rows, colours)
-
-
-def _log_sections(
-    writer: RecordingWriter, path: str, contacts: Contacts, rows: NDArray[np.int64], colours: NDArray[np.uint32]
-) -> None:
-    per_row = np.bincount(rows, weights=contacts.counts, minlength=len(contacts.frames)).astype(np.int64)
-    strips = rr.LineStrips3D.columns(
-        strips=contacts.segments.astype(np.float32), colors=np.repeat(colours, contacts.counts)
-    )
-    writer.rows(path, contacts.frames, strips, per_row)
-    writer.static(path, rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(1.6)))
+        per_row = np.bincount(rows, weights=contacts.counts, minlength=len(contacts.frames)).astype(np.int64)
+        segments, colours = contacts.segments.astype(np.float32), np.repeat(colours, contacts.counts)
+        strips = rr.LineStrips3D.columns(strips=segments, colors=colours)
+        writer.rows(f"{path}/section", contacts.frames, strips, per_row)
+        writer.static(f"{path}/section", rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(1.6)))
 
 
 def _colours(contacts: Contacts, comparison: Comparison | None) -> NDArray[np.uint32]:
-    table = np.full(256, packed([FOUND])[0], dtype=np.uint32)
-    for outcome, colour in _COLOURS.items():
-        table[outcome] = packed([colour])[0]
+    table = packed([OUTCOMES[word][1] if word in COLOURED else FOUND for word in range(256)])
     if comparison is None:
-        return np.full(len(contacts.frame), table[Outcome.BOTH], dtype=np.uint32)
+        return np.full(len(contacts.frame), packed([FOUND])[0], dtype=np.uint32)
     return table[comparison.outcome[contacts.frame, contacts.pair]]
 
 

@@ -33,14 +33,7 @@ UPRIGHT_XYZW: Final = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
 
 @dataclass(frozen=True)
 class EffectViews:
-    """Entities of the effects' tab.
-
-    Parameters
-    ----------
-    plots : unit -> entities of its series.
-    lanes : entities of lanes.
-    events : entities of words.
-    """
+    """Entities of the effects' tab: unit -> series of it, lanes, and words."""
 
     plots: Mapping[str, tuple[str, ...]]
     lanes: tuple[str, ...]
@@ -109,9 +102,8 @@ def _log_lane(writer: RecordingWriter, path: str, spans: Sequence[LaneSpan]) -> 
 
 def _log_events(writer: RecordingWriter, path: str, events: Sequence[EffectEvent]) -> None:
     if events:
-        columns = rr.TextLog.columns(
-            text=[event.text for event in events], level=[LEVEL_WORDS[event.level] for event in events]
-        )
+        levels = [LEVEL_WORDS[event.level] for event in events]
+        columns = rr.TextLog.columns(text=[event.text for event in events], level=levels)
         writer.session_rows(path, _ns(np.array([event.time for event in events])), columns)
 
 

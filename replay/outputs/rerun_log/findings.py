@@ -68,10 +68,11 @@ def finding_tab(paths: Sequence[str], whole: rrb.TimeAxis) -> Any:
     listing = rrb.TextDocumentView(origin="/findings/list", name="Can the recording be trusted?")
     if not paths:
         return rrb.Horizontal(listing, name="Findings")
-    lanes = rrb.StateTimelineView(
-        origin="/findings/lanes",
-        contents=[f"/{lane}" for lane in paths],
-        name="Poses in doubt, body by body",
-        time_view=whole,
-    )
+    lanes = state_view("findings/lanes", "Poses in doubt, body by body", whole, paths)
     return rrb.Vertical(lanes, listing, row_shares=[0.45, 0.55], name="Findings")
+
+
+def state_view(root: str, name: str, times: rrb.TimeAxis, lanes: Sequence[str] = ("**",)) -> Any:
+    """A view of lanes below a root, of all there are if none is named."""
+    contents = [f"/{root}/**" if lane == "**" else f"/{lane}" for lane in lanes]
+    return rrb.StateTimelineView(origin=f"/{root}", contents=contents, name=name, time_view=times)

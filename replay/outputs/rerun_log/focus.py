@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import rerun as rr
@@ -89,23 +89,16 @@ def log_eye(writer: RecordingWriter, path: str, shown: Sequence[Focus], eye_of: 
     eyes = [eye_of[one.miss.number] for one in shown]
     rotations = np.array([look_rotation(eye) for eye in eyes]).reshape(-1, 3, 3)
     columns = pose_columns(np.array([eye.position for eye in eyes]), rotations)
-    writer.rows_later(path, [one.frame for one in shown], [one.later for one in shown], columns)
-    lens = rr.Pinhole(
-        fov_y=0.9, aspect_ratio=1.3, camera_xyz=rr.ViewCoordinates.RUB, image_plane_distance=0.001, line_width=0.0
-    )
-    writer.static(path, lens)
+    writer.rows_later(path, [(one.frame, one.later) for one in shown], columns)
+    shape: dict[str, Any] = {"fov_y": 0.9, "aspect_ratio": 1.3, "image_plane_distance": 0.001, "line_width": 0.0}
+    writer.static(path, rr.Pinhole(**shape, camera_xyz=rr.ViewCoordinates.RUB))
 
 
 @dataclass(frozen=True)
 class MissPlace:
-    """Where and when to look for a miss.
+    """Where the cursor meets a miss, in nanoseconds on the session timeline (see ``moments``).
 
-    Parameters
-    ----------
-    number : the miss's number.
-    session_ns : where the cursor meets it, in nanoseconds on the session timeline: its deepest frame, or where between
-        frames it touches first (see ``moments``).
-    cut_length : metres of intersection curve there.
+    ``cut_length`` is in metres of intersection curve there.
     """
 
     number: int
@@ -119,34 +112,23 @@ def log_miss_table(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -
         return
     at = moments(misses)
     frames, later = np.array([at[miss.number] for miss in misses], dtype=np.int64).T
-    writer.static(
-        path,
-        rr.AnyValues(
-            number=np.array([miss.number for miss in misses], dtype=np.int64),
-            deepest_ns=writer.clock.ns[frames] + later,
-            cut_length=np.array([miss.cut_length for miss in misses], dtype=np.float64),
-        ),
-    )
+    columns = {
+        "number": np.array([miss.number for miss in misses], dtype=np.int64),
+        "deepest_ns": writer.clock.ns[frames] + later,
+        "cut_length": np.array([miss.cut_length for miss in misses], dtype=np.float64),
+    }
+    writer.static(path, rr.AnyValues(**columns))
 
 
 def read_misses(recording: Path, path: str = "world/missed/table") -> list[MissPlace]:
-    """Misses of the first audited detector, as the recording has them.
-
-    Raises
-    ------
-    RunFolderError
-        The file cannot be read as a recording.
-    """
+    """Misses of the first audited detector, as the recording has them; ``RunFolderError`` where it cannot be read."""
     try:
         chunks = RrdReader(recording).stream().filter(content=f"/{path}").to_chunks()
     except (OSError, ValueError, RuntimeError) as error:
-        raise RunFolderError(
-            f"{recording} cannot be read as a recording ({error}); replay the session again"
-        ) from error
+        why = f"{recording} cannot be read as a recording ({error})"
+        raise RunFolderError(f"{why}; replay the session again") from error
     columns: dict[str, list[float]] = {}
-    for chunk in chunks:
-        batch = chunk.to_record_batch()
-        for name in batch.schema.names:
-            columns[name.rpartition(":")[2]] = batch.column(name).to_pylist()[0]
-    rows = zip(columns.get("number", []), columns.get("deepest_ns", []), columns.get("cut_length", []), strict=True)
+    for batch in (chunk.to_record_batch() for chunk in chunks):
+        columns |= {name.rpartition(":")[2]: batch.column(name).to_pylist()[0] for name in batch.schema.names}
+    rows = zip(*(columns.get(name, []) for name in ("number", "deepest_ns", "cut_length")), strict=True)
     return [MissPlace(int(number), int(ns), float(cut)) for number, ns, cut in rows]

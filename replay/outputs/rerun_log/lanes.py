@@ -78,17 +78,12 @@ def log_number_lane(writer: RecordingWriter, path: str, misses: Sequence[Miss]) 
 
 
 def send_lane(
-    writer: RecordingWriter,
-    path: str,
-    stamps: NDArray[np.int64],
-    states: Sequence[str],
+    writer: RecordingWriter, path: str, stamps: NDArray[np.int64], states: Sequence[str],
     words: Sequence[tuple[str, Rgba]],
-) -> None:
+) -> None:  # fmt: skip
     """Send states at these nanoseconds, ``""`` for none, and the colours of the words."""
-    writer.static(
-        path,
-        rr.StateConfiguration(values=[word for word, _ in words], colors=packed(colour for _, colour in words)),
-    )
+    names, colours = [word for word, _ in words], packed(colour for _, colour in words)
+    writer.static(path, rr.StateConfiguration(values=names, colors=colours))
     before = ["", *states[:-1]]
     resets = [k for k, state in enumerate(states) if before[k] and state]
     # A first, empty row at zero gives every lane a row wherever the cursor is; a state that begins there replaces it.

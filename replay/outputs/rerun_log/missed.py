@@ -55,10 +55,15 @@ def log_missed_faces(
     room = dict.fromkeys(range(len(assembly.bodies)), DRAWN_MISSED_FACES)
     for miss in by_depth(misses):
         for moment, faces in _moments_with_faces(oracle, miss):
-            _collect_faces(per_body, room, assembly, miss.pair, moment, faces)
+            for body, mine in _red_faces(assembly, miss.pair, faces):
+                if 0 < len(mine) <= room[body]:
+                    room[body] -= len(mine)
+                    per_body.setdefault(body, {}).setdefault(moment, []).append(mine)
     for body in sorted({int(k) for miss in misses for k in assembly.pairs[miss.pair]}):
         _log_faces_of(writer, root, assembly, body, per_body.get(body, {}))
 
+
+Point = tuple[float, float, float]
 
 Moment = tuple[int, int]
 """A frame, and nanoseconds after it."""
@@ -71,28 +76,13 @@ def _moments_with_faces(oracle: Detection, miss: Miss) -> Iterator[tuple[Moment,
         yield miss.shown, miss.faces
 
 
-def _collect_faces(
-    per_body: dict[int, dict[Moment, list[NDArray[np.int64]]]],
-    room: dict[int, int],
-    assembly: Assembly,
-    pair: int,
-    moment: Moment,
-    faces: NDArray[np.int64],
-) -> None:
-    for body, mine in _red_faces(assembly, pair, faces):
-        if len(mine) and len(mine) <= room[body]:
-            room[body] -= len(mine)
-            per_body.setdefault(body, {}).setdefault(moment, []).append(mine)
-
-
 def _red_faces(assembly: Assembly, pair: int, faces: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
     """Both bodies and their faces to paint: large ones only where nothing smaller shows the place."""
     bodies = assembly.pairs[pair].tolist()
     mine = [np.unique(faces[:, side]) for side in range(2)]
-    small = [
-        one[face_areas(assembly.bodies[body].mesh, one) <= LARGE_FACE] for body, one in zip(bodies, mine, strict=True)
-    ]
-    yield from zip(bodies, small if any(len(one) for one in small) else mine, strict=True)
+    areas = [face_areas(assembly.bodies[body].mesh, one) for body, one in zip(bodies, mine, strict=True)]
+    small = [one[area <= LARGE_FACE] for one, area in zip(mine, areas, strict=True)]
+    yield from zip(bodies, small if any(map(len, small)) else mine, strict=True)
 
 
 def face_areas(mesh: TriangleMesh, faces: NDArray[np.int64]) -> FloatArray:
@@ -112,8 +102,7 @@ def _log_faces_of(
     per_row = [np.unique(np.concatenate(found[row])) if row in found else NO_FACES for row in rows]
     corners = triangles[np.concatenate(per_row)].reshape(-1, 3).astype(np.float32)
     counts = [3 * len(faces) for faces in per_row]
-    frames, later = np.array(rows).T
-    writer.rows_later(path, frames, later, rr.Mesh3D.columns(vertex_positions=corners), counts)
+    writer.rows_later(path, rows, rr.Mesh3D.columns(vertex_positions=corners), counts)
     writer.static(path, rr.Mesh3D.from_fields(albedo_factor=MISSED_FACES))
 
 
@@ -154,16 +143,15 @@ def current_misses(clock: Clock, misses: Sequence[Miss]) -> tuple[list[int], lis
         if after < len(clock.ns):
             changes.setdefault(after, []).append((False, miss))
     now: dict[int, Miss] = {}
-    frames, current = [], []
+    current = []
     for frame in sorted(changes):
         for begins, miss in changes[frame]:
             if begins:
                 now[miss.number] = miss
             else:
                 del now[miss.number]
-        frames.append(frame)
         current.append(by_depth(now.values()))
-    return frames, current
+    return sorted(changes), current
 
 
 def _begin(miss: Miss) -> int:
@@ -199,30 +187,21 @@ def _log_numbers(
     positions = np.array(tops * shown, dtype=np.float32).reshape(-1, 3)
     columns = rr.Points3D.columns(positions=positions, labels=words * shown)
     writer.rows(path, [frames[k] for k in rows], columns, counts)
-    writer.static(
-        path, rr.Points3D.from_fields(colors=packed([PARTLY_MISSED]), radii=rr.Radius.ui_points(0.01), show_labels=True)
-    )
+    colour, radius = packed([PARTLY_MISSED]), rr.Radius.ui_points(0.01)
+    writer.static(path, rr.Points3D.from_fields(colors=colour, radii=radius, show_labels=True))
 
 
 def clustered(misses: Sequence[Miss], reach: float) -> list[list[Miss]]:
     """Misses within ``reach`` metres of the first of their cluster, largest cluster first."""
-    clusters: list[list[Miss]] = []
+    clusters: dict[Point, list[Miss]] = {}
     for miss in misses:
-        near = (one for one in clusters if np.linalg.norm(np.subtract(miss.point, one[0].point)) <= reach)
-        cluster = next(near, None)
-        if cluster is None:
-            clusters.append([miss])
-        else:
-            cluster.append(miss)
-    return sorted(clusters, key=lambda one: -len(one))
+        near = (one for one in clusters if np.linalg.norm(np.subtract(miss.point, one)) <= reach)
+        clusters.setdefault(next(near, miss.point), []).append(miss)
+    return sorted(clusters.values(), key=lambda one: -len(one))
 
 
 def number_ranges(numbers: Iterable[int]) -> str:
     """Numbers in words: ``1-3, 5, 8``."""
-    runs: list[list[int]] = []
-    for number in sorted(numbers):
-        if runs and number == runs[-1][1] + 1:
-            runs[-1][1] = number
-        else:
-            runs.append([number, number])
-    return ", ".join(str(a) if a == b else f"{a}-{b}" for a, b in runs)
+    ordered = np.array(sorted(numbers), dtype=np.int64)
+    runs = np.split(ordered, np.flatnonzero(np.diff(ordered) > 1) + 1)
+    return ", ".join(f"{run[0]}" if len(run) == 1 else f"{run[0]}-{run[-1]}" for run in runs)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 from typing import Final
 from uuid import uuid4
@@ -25,7 +26,7 @@ from replay.outputs.rerun_log.findings import finding_lanes, log_findings
 from replay.outputs.rerun_log.focus import eyes_of, focus, log_eye, log_miss_table
 from replay.outputs.rerun_log.lanes import audit_lanes, log_audit_lanes, log_detector_lanes
 from replay.outputs.rerun_log.missed import log_missed_faces, log_pins
-from replay.outputs.rerun_log.report import log_cluster_list, log_missed_list, log_notes, log_report, log_worst
+from replay.outputs.rerun_log.report import log_cluster_list, log_missed_list, log_notes, log_worst, report_text
 from replay.outputs.rerun_log.timing import TOTAL, cost_of, cost_text, log_timing, stage_path
 from replay.outputs.rerun_log.tradeoff import log_tradeoff
 from replay.outputs.rerun_log.world import body_path, log_touches, log_world
@@ -50,18 +51,9 @@ def write_recording(result: RunResult, path: Path) -> None:
     """Write the picture of a run.
 
     The application id is new for every recording, because a viewer keeps the first layout it meets per application.
-    The file appears under its name when it is complete. Above one hour at 90 Hz poses, contacts and timings are
-    strided except near misses (see ``columns.KEPT_FRAMES``); lanes and misses never are.
-
-    Parameters
-    ----------
-    result : the run; ``comparisons`` may be empty.
-    path : the ``.rrd`` to write; its folder exists.
-
-    Raises
-    ------
-    OSError
-        The file cannot be written.
+    The file appears under its name when it is complete; ``OSError`` where it cannot be written. Above one hour at 90 Hz
+    poses, contacts and timings are strided except near misses (see ``columns.KEPT_FRAMES``); lanes and misses never
+    are.
     """
     spans = [(miss.start, miss.end) for misses in result.misses.values() for miss in misses]
     clock = Clock.of(result.assembly, spans)
@@ -83,8 +75,7 @@ def write_recording(result: RunResult, path: Path) -> None:
 
 def _subject(result: RunResult, label: str, number: int) -> Subject:
     """Entities of the n-th audited detector: the first one's are those of the format, others have their own folder."""
-    words, space = (entity("report"), entity("world", "missed"))
-    lanes, faces = "lanes", "missed_faces"
+    words, space, lanes, faces = "report", "world/missed", "lanes", "missed_faces"
     if number:
         words, space = entity("audit", label), entity("world", f"missed_by_{label}")
         lanes, faces = entity("audit", label, "lanes"), entity(f"missed_faces_by_{label}")
@@ -94,14 +85,11 @@ def _subject(result: RunResult, label: str, number: int) -> Subject:
         headline=headline(result, label),
         lanes=audit_lanes(lanes, result.assembly, result.comparisons[label]),
         longest=misses[0].pair if misses else None,
-        listing=f"{words}/missed",
-        clusters=f"{words}/clusters" if len(misses) > MANY else "",
-        worst=f"{words}/longest_cuts",
-        note=f"{words}/nearest_miss",
+        words=words,
+        many=len(misses) > MANY,
         missed=space,
         faces=faces,
         face_entities=tuple(f"{body_path(body.name)}/{faces}" for body in result.assembly.bodies),
-        camera=f"{space}/eye" if misses else "",
     )
 
 
@@ -109,8 +97,9 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
     assembly, scene = result.assembly, result.session.scene
     log_world(writer, assembly, scene)
     log_touches(writer, assembly, [miss for misses in result.misses.values() for miss in misses])
+    first = next(iter(result.comparisons), "")  # the contacts of the oracle are coloured by its misses
     for label, detection in result.detections.items():
-        against = result.comparisons.get(label if label != result.oracle else _first(result))
+        against = result.comparisons.get(label if label != result.oracle else first)
         log_contacts(writer, label, assembly, detection, against, curves=label == result.oracle or not result.oracle)
     eye = _eye(result)
     reach = CLUSTER_ANGLE * float(np.linalg.norm(np.subtract(eye.position, eye.target)))
@@ -124,7 +113,7 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
     if result.tradeoff is not None:
         log_tradeoff(writer, result.tradeoff)
     log_effects(writer, result.effects)
-    log_report(writer, "report", result)
+    writer.markdown("report", report_text(result))
     log_findings(writer, result)
 
 
@@ -134,19 +123,14 @@ def _log_subject(writer: RecordingWriter, result: RunResult, subject: Subject, r
     log_audit_lanes(writer, subject.lanes, result.comparisons[subject.label], misses)
     log_missed_faces(writer, subject.faces, assembly, oracle, misses)
     log_pins(writer, subject.missed, misses, reach)
-    log_missed_list(writer, subject.listing, misses, f"nothing missed by {subject.label}")
-    log_cluster_list(writer, subject.clusters, misses)
-    log_worst(writer, subject.worst, subject.label, misses)
+    log_missed_list(writer, f"{subject.words}/missed", misses, f"nothing missed by {subject.label}")
+    log_cluster_list(writer, f"{subject.words}/clusters", misses)
+    log_worst(writer, f"{subject.words}/longest_cuts", subject.label, misses)
     log_miss_table(writer, f"{subject.missed}/table", misses)
     if misses:
         shown = focus(misses)
         log_eye(writer, subject.camera, shown, eyes_of(assembly, result.session.scene, misses))
-        log_notes(writer, subject.note, shown, result, subject.label)
-
-
-def _first(result: RunResult) -> str:
-    """The first audited detector: the one whose misses the contacts of the oracle are coloured by."""
-    return next(iter(result.comparisons), "")
+        log_notes(writer, f"{subject.words}/nearest_miss", shown, result, subject.label)
 
 
 def _spoken_of(result: RunResult) -> list[int]:
@@ -190,9 +174,9 @@ def _end(result: RunResult) -> float:
 
 def _eye(result: RunResult) -> Eye:
     """The overview: misses where there are any, else places where bodies in contact were."""
-    points = [miss.point for misses in result.misses.values() for miss in misses]
-    frame = next((miss.deepest for misses in result.misses.values() for miss in misses), 0)
-    return overview(result.assembly, result.session.scene, _places(result, points), frame)
+    misses = [miss for found in result.misses.values() for miss in found]
+    points = _places(result, [miss.point for miss in misses])
+    return overview(result.assembly, result.session.scene, points, misses[0].deepest if misses else 0)
 
 
 def _places(result: RunResult, misses: Sequence[tuple[float, float, float]]) -> FloatArray:
@@ -216,7 +200,5 @@ def _places(result: RunResult, misses: Sequence[tuple[float, float, float]]) -> 
 
 def _corners(vertices: FloatArray) -> FloatArray:
     """The eight corners of the box around vertices."""
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
-    grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-    corners: FloatArray = np.where(grid == 1, high, low)
-    return corners
+    ends = zip(vertices.min(axis=0), vertices.max(axis=0), strict=True)
+    return np.array(list(product(*ends)), dtype=np.float64)

@@ -30,8 +30,7 @@ WORST: Final = MANY
 def log_missed_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], empty: str) -> None:
     """Send one line per miss at its deepest frame: a click on it moves the cursor to where there is most to see."""
     if not misses:
-        line = rr.TextLog.columns(text=[empty], level=["none"], color=packed([WHITE]))
-        writer.rows(path, [0], line)
+        writer.rows(path, [0], rr.TextLog.columns(text=[empty], level=["none"], color=packed([WHITE])))
         return
     width = max(len(f"{miss.body_a}-{miss.body_b}") for miss in misses)
     digits = len(str(max(miss.number for miss in misses)))
@@ -48,15 +47,13 @@ def _log_lines(
     texts, levels, whole = zip(*(lines[number] for number in numbers), strict=True)
     colours = packed(MISSED if one else PARTLY_MISSED for one in whole)
     columns = rr.TextLog.columns(text=texts, level=[level.replace(" ", "_") for level in levels], color=colours)
-    frames, later = np.array([at[number] for number in numbers]).T
-    writer.rows_later(path, frames, later, columns)
+    writer.rows_later(path, [at[number] for number in numbers], columns)
 
 
 def _line(miss: Miss, width: int, digits: int) -> str:
-    name = f"{miss.body_a}-{miss.body_b}"
-    frames = miss.last - miss.first + 1
-    depth = depth_words(miss, " mm", 5)
-    return f"{miss.number:>{digits}}  {miss.seconds:7.2f} s {frames:4} fr  {name:<{width}}  {miss.kind:<11}  {depth}"
+    when = f"{miss.seconds:7.2f} s {miss.last - miss.first + 1:4} fr"
+    name, depth = f"{miss.body_a}-{miss.body_b}", depth_words(miss, " mm", 5)
+    return f"{miss.number:>{digits}}  {when}  {name:<{width}}  {miss.kind:<11}  {depth}"
 
 
 def log_notes(writer: RecordingWriter, path: str, shown: Sequence[Focus], result: RunResult, label: str) -> None:
@@ -64,7 +61,7 @@ def log_notes(writer: RecordingWriter, path: str, shown: Sequence[Focus], result
     count, contacts = len(result.misses[label]), len(result.episodes[result.oracle])
     texts = [_note(one.miss, count, contacts, label, result.oracle) for one in shown]
     columns = rr.TextDocument.columns(text=texts, media_type=["text/markdown"] * len(texts))
-    writer.rows_later(path, [one.frame for one in shown], [one.later for one in shown], columns)
+    writer.rows_later(path, [(one.frame, one.later) for one in shown], columns)
 
 
 def _note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:
@@ -86,18 +83,12 @@ def _note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str
     )
 
 
-def log_report(writer: RecordingWriter, path: str, result: RunResult) -> None:
-    """Send the report: what was replayed, what each detector missed and took."""
-    writer.markdown(path, report_text(result))
-
-
 def report_text(result: RunResult) -> str:
-    """The report in Markdown."""
-    assembly, scene = result.assembly, result.session.scene
-    times = assembly.motion.times
+    """The report in Markdown: what was replayed, what each detector missed and took."""
+    assembly, times = result.assembly, result.assembly.motion.times
     span = float(times[-1] - times[0]) if len(times) else 0.0
     parts = [
-        f"# {scene.name or 'Session'}",
+        f"# {result.session.scene.name or 'Session'}",
         f"{span:.1f} s, {len(times):,} frames, {len(assembly.bodies)} bodies, {len(assembly.pairs)} pairs.",
     ]
     parts += [f"**{headline(result, label)}.**" for label in result.comparisons]
@@ -157,6 +148,5 @@ def log_cluster_list(writer: RecordingWriter, path: str, misses: Sequence[Miss])
 
 def _cluster_line(cluster: Cluster, width: int) -> str:
     one, (start, end) = cluster.deepest, cluster.span
-    name = f"{one.body_a}-{one.body_b}"
-    depth = depth_words(one, " mm", 5)
+    name, depth = f"{one.body_a}-{one.body_b}", depth_words(one, " mm", 5)
     return f"{len(cluster.misses):>4} x {name:<{width}}  {start:6.1f} to {end:6.1f} s  {depth}  (miss {one.number})"

@@ -23,12 +23,9 @@ TOTAL: Final = "1_total"
 
 @dataclass(frozen=True)
 class Cost:
-    """What a detector took.
+    """What a detector took: stage -> milliseconds per frame, mean over all frames.
 
-    Parameters
-    ----------
-    stages : stage -> milliseconds per frame, mean over all frames.
-    per_frame : (L,) milliseconds of the frames it looked at, or ``None`` if it took the whole motion at once.
+    ``per_frame`` (L,) are milliseconds of the frames it looked at, ``None`` if it took the whole motion at once.
     """
 
     stages: Mapping[str, float]
@@ -77,19 +74,17 @@ def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], rem
 
 def _log_seconds(writer: RecordingWriter, label: str, detection: Detection, colour: Rgba, remark: str) -> None:
     cost = cost_of(detection)
-    words = ", ".join(part for part in (f"{label}: {remark}" if remark else label, cost.words()) if part)
-    path = stage_path(label, TOTAL)
+    words = f"{label}: {remark}, {cost.words()}" if remark else f"{label}, {cost.words()}"
     rows = {name: value for name, value in detection.seconds.items() if isinstance(value, np.ndarray)}
     if rows:
         total = np.sum(list(rows.values()), axis=0)
         looks = writer.clock.kept[total[writer.clock.kept] > 0]
         for name, value in {TOTAL: total, **rows}.items():
-            columns = rr.Scalars.columns(scalars=value[looks] * 1e3)
-            writer.rows(stage_path(label, name), looks, columns)
+            writer.rows(stage_path(label, name), looks, rr.Scalars.columns(scalars=value[looks] * 1e3))
     else:
         for name, mean in {TOTAL: cost.mean_ms, **cost.stages}.items():
             _log_constant(writer, stage_path(label, name), mean)
-    _style(writer, path, words, colour, 1.5)
+    _style(writer, stage_path(label, TOTAL), words, colour, 1.5)
     for number, name in enumerate(detection.seconds):
         _style(writer, stage_path(label, name), f"{label} {name}", colour_of(number), 1.2)
 
@@ -117,9 +112,8 @@ def _log_constant(writer: RecordingWriter, path: str, value: float) -> None:
 
 def _style(writer: RecordingWriter, path: str, name: str, colour: Rgba, width: float) -> None:
     # Peaks are what a budget is about; the default policy averages them away when zoomed out.
-    line = rr.SeriesLines.from_fields(
-        names=[name], colors=packed([colour]), widths=[width], aggregation_policy=rr.components.AggregationPolicy.Max
-    )
+    peaks, colours = rr.components.AggregationPolicy.Max, packed([colour])
+    line = rr.SeriesLines.from_fields(names=[name], colors=colours, widths=[width], aggregation_policy=peaks)
     writer.static(path, line)
 
 

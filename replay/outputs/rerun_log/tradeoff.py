@@ -50,7 +50,7 @@ LEGEND: Final = 46.0
 
 @dataclass(frozen=True)
 class Plane:
-    """Where milliseconds and recall are in the plane; ``low`` and ``high`` are powers of ten at the ends of the axis."""
+    """Where milliseconds and recall are in the plane; ``low`` and ``high`` are powers of ten."""
 
     low: int
     high: int

@@ -13,7 +13,6 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Final
 
 import numpy as np
@@ -35,7 +34,6 @@ START_SECONDS: Final = 40.0
 LOAD_SECONDS: Final = 60.0
 PAUSE_SECONDS: Final = 0.05
 
-
 NO_ADAPTER: Final = "there is no graphics driver here"
 
 _KNOWN_ENDS: Final = {
@@ -51,12 +49,9 @@ class ViewerError(ReplayError, RuntimeError):
 
 
 class OpenViewer:
-    """A viewer process and the line to it; ends with ``close``, or by itself when its window is closed.
+    """A viewer process (ended by this handle and no other) and the line to it, on a port of the loopback interface.
 
-    Parameters
-    ----------
-    process : the viewer; ended by this handle and no other.
-    port : its port on the loopback interface.
+    It ends with ``close``, or by itself when its window is closed.
     """
 
     def __init__(self, process: subprocess.Popen[bytes], port: int, client: ViewerClient, words: IO[bytes]) -> None:
@@ -68,19 +63,11 @@ class OpenViewer:
     def __enter__(self) -> OpenViewer:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *problem: object) -> None:
         self.close()
 
     def open(self, recording: Path) -> None:
-        """Load a recording and wait until all of it has arrived.
-
-        Raises
-        ------
-        ViewerError
-            It did not arrive in a minute, or the viewer ended.
-        """
+        """Load a recording and wait until all of it is there; ``ViewerError``: not in a minute, or the viewer ended."""
         try:
             self._open(recording)
         except ConnectionError as error:
@@ -95,9 +82,8 @@ class OpenViewer:
             if not state.loading and len(state.recordings) > before and state.recordings[-1].timelines:
                 return
             if time.monotonic() > deadline:
-                raise ViewerError(
-                    f"the viewer did not load {recording} in {LOAD_SECONDS:.0f} s; try `rerun {recording}`"
-                )
+                late = f"the viewer did not load {recording} in {LOAD_SECONDS:.0f} s"
+                raise ViewerError(f"{late}; try `rerun {recording}`")
             time.sleep(PAUSE_SECONDS)
 
     def seek(self, session_ns: int) -> None:
@@ -131,20 +117,9 @@ class OpenViewer:
 def open_viewer(run_folder: Path, miss: int | None = None, *, headless: bool = False) -> OpenViewer:
     """Show a run: with ``miss`` at its deepest frame, else at the miss with the longest cut.
 
-    The close-up needs no command: its camera is in the recording and follows the cursor.
-
-    Parameters
-    ----------
-    run_folder : a run folder, or a recording.
-    miss : the number that list, lane, flag and tables give it.
-    headless : without a window, for pictures made by programs.
-
-    Raises
-    ------
-    RunFolderError
-        There is no recording, or no such miss in it.
-    ViewerError
-        The viewer cannot be started or does not load the recording.
+    ``run_folder`` may be a recording too; ``headless`` is without a window, for pictures made by programs. The close-up
+    needs no command: its camera is in the recording and follows the cursor. Raises ``RunFolderError``: there is no
+    recording, or no such miss in it; ``ViewerError``: the viewer cannot be started or does not load the recording.
     """
     recording = run_folder / RECORDING if run_folder.is_dir() else run_folder
     if not recording.is_file():
@@ -173,10 +148,7 @@ def _target(misses: list[MissPlace], number: int | None, recording: Path) -> Mis
 def start_viewer(*, headless: bool = False, size: tuple[int, int] = (1920, 1080)) -> OpenViewer:
     """Start a viewer of our own on a free port of the loopback interface.
 
-    Raises
-    ------
-    ViewerError
-        The binary is missing, or ended at once; the message carries its last words.
+    Raises ``ViewerError``: the binary is missing, or ended at once; the message carries its last words.
     """
     port = free_port()
     command = [str(viewer_binary()), "--bind", LOOPBACK, "--port", str(port), "--hide-welcome-screen"]
@@ -214,27 +186,19 @@ def _ended(words: IO[bytes]) -> str:
     words.seek(0)
     text = words.read().decode("utf-8", "replace")
     lines = [line.strip() for line in text.splitlines() if line.strip()]
-    why = next(
-        (reason for sign, reason in _KNOWN_ENDS.items() if sign in text), lines[-1] if lines else "it said nothing"
-    )
+    last = lines[-1] if lines else "it said nothing"
+    why = next((reason for sign, reason in _KNOWN_ENDS.items() if sign in text), last)
     return f"the viewer ended: {why}; copy the run folder to a desktop machine and view it there"
 
 
 def viewer_binary() -> Path:
-    """The viewer that came with rerun-sdk.
-
-    Raises
-    ------
-    ViewerError
-        The installed wheel has none.
-    """
+    """The viewer that came with rerun-sdk; ``ViewerError`` where the installed wheel has none."""
     home = Path(next(iter(rerun_cli.__path__)))
     names = {"win32": ["rerun.exe"], "darwin": ["Rerun.app/Contents/MacOS/Rerun", "rerun"]}.get(sys.platform, ["rerun"])
     found = next((home / name for name in names if (home / name).is_file()), None)
     if found is None:
-        raise ViewerError(
-            f"rerun-sdk came without its viewer ({home}); reinstall it: pip install --force-reinstall rerun-sdk"
-        )
+        how = "reinstall it: pip install --force-reinstall rerun-sdk"
+        raise ViewerError(f"rerun-sdk came without its viewer ({home}); {how}")
     return found
 
 

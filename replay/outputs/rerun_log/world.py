@@ -43,10 +43,8 @@ def _log_mesh(
     writer: RecordingWriter, path: str, mesh: TriangleMesh, colour: tuple[int, ...], valid: NDArray[np.bool_]
 ) -> None:
     vertices, normals, faces = shaded(mesh)
-    writer.static(
-        f"{path}/mesh",
-        rr.Mesh3D.from_fields(vertex_positions=vertices, vertex_normals=normals, triangle_indices=faces),
-    )
+    shape = rr.Mesh3D.from_fields(vertex_positions=vertices, vertex_normals=normals, triangle_indices=faces)
+    writer.static(f"{path}/mesh", shape)
     if valid.all():
         writer.static(f"{path}/mesh", rr.Mesh3D.from_fields(albedo_factor=colour))
         return
@@ -78,10 +76,9 @@ def log_touches(writer: RecordingWriter, assembly: Assembly, misses: Iterable[Mi
                 ns = int(writer.clock.ns[miss.touch.frame]) + miss.touch.later_ns
                 moments.setdefault(body, {})[ns] = there
     for body, at in moments.items():
-        ordered = [(ns, at[ns]) for ns in sorted(at)]
-        places = np.array([there.translations[0, body] for _, there in ordered])
-        turns = np.array([there.rotations[0, body] for _, there in ordered])
-        stamps = np.array([ns for ns, _ in ordered])
+        stamps = np.array(sorted(at))
+        places = np.array([at[ns].translations[0, body] for ns in stamps])
+        turns = np.array([at[ns].rotations[0, body] for ns in stamps])
         writer.session_rows(body_path(assembly.bodies[body].name), stamps, pose_columns(places, turns))
 
 
@@ -92,12 +89,7 @@ def _moves(motion: Motion, frame: int, body: int) -> bool:
 
 
 def shaded(mesh: TriangleMesh) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint32]]:
-    """Vertices, normals and faces to draw: smooth over gentle edges, flat across sharp ones.
-
-    Returns
-    -------
-    (v, 3) float32, (v, 3) float32 unit, (f, 3) uint32, face for face as in the mesh.
-    """
+    """Vertices, unit normals (v, 3) and faces (f, 3) to draw: smooth over gentle edges, flat across sharp ones."""
     normals = _corner_normals(mesh).reshape(-1, 3)
     corner = mesh.faces.reshape(-1).astype(np.int64)
     # Corners of one vertex whose normals agree to 1/100 become one vertex again: a third of the size.

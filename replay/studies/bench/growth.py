@@ -6,9 +6,9 @@ test a pair where frames grow eightfold.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -48,10 +48,6 @@ class Growth:
     def tests(self) -> int:
         """All tests of the search: spans, gaps along paths, boxes, faces."""
         return sum(self.work.get(name, 0) for name in ("span_tests", "gap_tests", "node_tests", "face_tests"))
-
-    def as_json(self) -> dict[str, Any]:
-        """Every figure."""
-        return asdict(self)
 
 
 def grow(where: str, grows: str, size: int, *, seed: int = 0) -> Growth:

@@ -86,15 +86,10 @@ class BenchWorkload:
 def make_workload(
     faces: int, frames: int = 5400, *, bodies: int = 7, seed: int = 0, distant: bool = False
 ) -> BenchWorkload:
-    """Lay the bench.
+    """Lay the bench: a tray, then stations of six ``bodies`` with nearly so many ``faces`` each.
 
-    Parameters
-    ----------
-    faces : triangles a body, nearly.
-    frames : at 90 Hz; a longer session repeats the motion at the same speed.
-    bodies : 3 or more: a tray, then stations of six.
-    seed : of tremor, times and places.
-    distant : every body 5 m from the next, and each moves as it does on the bench.
+    A session longer than 30 s repeats the motion; ``seed`` is of tremor, times and places. ``distant``: every body is
+    5 m from the next, and each moves as it does on the bench.
     """
     if bodies < 3:
         raise ValueError(f"a bench has 3 bodies or more, not {bodies}; ask for a tray, a cup and a rod")

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import partial
 from typing import Final, TypeVar
 
@@ -22,6 +21,7 @@ from replay.studies.class_study.joining import DETECTOR, RECALL, STUDENT, Metric
 from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, RefusedError
 from replay.studies.class_study.regression import Coefficient, Regression, holm, regress
 from replay.studies.class_study.reliability import Bartlett, Reliability, bartlett, kmo, reliability
+from sessions.scene_files.toml_table import nearest
 from sessions.synthetic.rng import random_stream
 
 Floats = NDArray[np.float64]
@@ -29,9 +29,7 @@ Ints = NDArray[np.int64]
 Result = TypeVar("Result")
 
 LEVEL: Final = 0.05
-"""A coefficient counts as associated when its p after Holm's correction is below this, and its interval leaves out
-zero.
-"""
+"""Associated: p after Holm's correction is below this, and the interval leaves out zero."""
 
 
 @dataclass(frozen=True)
@@ -55,16 +53,10 @@ class Sensitivity:
 class Study:
     """The results of a study: everything that a page or a table needs.
 
-    Parameters
-    ----------
-    students, rows : how many of each.
-    detector, recall : behind every behaviour; ``""`` and ``None`` for a questionnaire alone.
-    reliabilities : construct -> alpha and its company.
-    kmo, bartlett : of all items together; ``None`` when refused.
-    regressions : in the order asked, p corrected across all of them.
-    sensitivity : the same regressions with each other detector.
-    refusals : results that a rule forbids.
-    warnings : results that carry little.
+    ``detector`` and ``recall`` stand behind every behaviour (``""`` and ``None`` for a questionnaire alone).
+    ``reliabilities`` are by construct, KMO and Bartlett's test of all items together. ``regressions`` stand in the
+    order asked, p corrected across all of them; ``sensitivity`` are the same with each other detector. ``refusals``
+    are results that a rule forbids, ``warnings`` speak of those that carry little.
     """
 
     students: int
@@ -84,20 +76,11 @@ def analyse(
     codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None = None, *, detector: str | None = None,
     seed: int = 0,
 ) -> Study:  # fmt: skip
-    """Analyse a class.
+    """Analyse a class; without metrics, the questionnaire alone.
 
-    Parameters
-    ----------
-    codebook, questionnaire, metrics : as read by their readers; without metrics, the questionnaire alone.
-    detector : whose contacts stand for behaviour; ``None``: of those there are, the one that misses least.
-    seed : of bootstrap and permutations.
-
-    Raises
-    ------
-    StudyError
-        A regression names what is neither construct nor metric; no such detector.
-    RefusedError
-        ``ids`` or ``small-cell``: there is no study at all.
+    ``detector`` says whose contacts stand for behaviour; ``None``: of those there are, the one that misses least.
+    Raises ``StudyError``: a regression names no construct or metric, or there is no such detector;
+    ``RefusedError`` ``ids`` or ``small-cell``: there is no study at all.
     """
     if len(questionnaire.students) < LEAST_IN_CELL:
         raise RefusedError("small-cell", f"a study of {len(questionnaire.students)} students")
@@ -182,9 +165,8 @@ def _check_names(codebook: Codebook, metrics: Metrics | None) -> None:
     for question in codebook.questions:
         for name in (question.outcome, *question.predictors):
             if name not in known:
-                near = get_close_matches(name, known, n=1)
-                hint = f"did you mean {near[0]!r}?" if near else f"there are: {', '.join(sorted(known))}"
-                raise StudyError(f"the codebook's regressions name {name!r}, which is no construct or metric; {hint}")
+                what = f"the codebook's regressions name {name!r}, which is no construct or metric"
+                raise StudyError(f"{what}{nearest(name, known)}")
 
 
 def _regressions(

@@ -31,13 +31,9 @@ CONTACT_FRAMES: Final = "contact_frames"
 
 @dataclass(frozen=True)
 class Questionnaire:
-    """Answers of each student.
+    """Answers of each student, by pseudonym, sorted: item -> (students,), turned where the item is reverse-coded.
 
-    Parameters
-    ----------
-    students : pseudonyms, sorted.
-    answers : item -> (students,), turned where the item is reverse-coded; nan: not answered.
-    group : (students,) name of the declared group of each, or ``()``.
+    nan: not answered; ``group`` is the declared group of each student, or ``()``.
     """
 
     students: tuple[str, ...]
@@ -50,10 +46,7 @@ class Questionnaire:
 
 
 def check_pseudonyms(students: Sequence[str], where: str) -> None:
-    """Refuse what is missing or looks like a name, an address or a serial with signs.
-
-    Raises ``RefusedError`` ``ids``: it names the rows and never repeats the words.
-    """
+    """Refuse, as ``ids``, what is missing or looks like a name or an address; rows are named, never the words."""
     wrong = [k + 1 for k, student in enumerate(students) if not PSEUDONYM.fullmatch(student)]
     if wrong:
         rows = ", ".join(map(str, wrong[:5])) + (", ..." if len(wrong) > 5 else "")

@@ -31,17 +31,10 @@ LEAST_SPREAD: Final = 1e-10
 
 @dataclass(frozen=True)
 class Coefficient:
-    """One predictor of one regression.
+    """One predictor of one regression: its standardised coefficient with a 95 % bootstrap interval over students.
 
-    Parameters
-    ----------
-    name : the predictor.
-    beta : standardised coefficient.
-    low, high : 95 % bootstrap interval over students (``bootstrap.interval``).
-    p : two-sided p, or ``None`` where the rules give none.
-    p_from : ``permutation``, ``t`` or ``cluster-robust t``.
-    p_holm : p after Holm's correction across the family; ``None`` until ``holm`` was applied.
-    vif : variance inflation factor; ``None`` in a simple regression.
+    ``p`` is two-sided, ``None`` where the rules give none, from ``permutation``, ``t`` or ``cluster-robust t``;
+    ``p_holm`` is that after ``holm``; ``vif`` is the variance inflation factor, ``None`` in a simple regression.
     """
 
     name: str
@@ -56,15 +49,9 @@ class Coefficient:
 
 @dataclass(frozen=True)
 class Regression:
-    """One fitted regression.
+    """One fitted regression, ``simple`` or ``multiple``, with a coefficient per predictor.
 
-    Parameters
-    ----------
-    outcome : what is explained.
-    kind : ``simple`` or ``multiple``.
-    rows, students : rows used and students among them; more rows than students: clustered.
-    adjusted_r2 : share of variance explained, adjusted for the number of predictors.
-    coefficients : one per predictor.
+    ``rows`` and ``students`` are those used; more rows than students: clustered.
     """
 
     outcome: str
@@ -80,14 +67,8 @@ def regress(
 ) -> Regression:
     """Fit one regression by ordinary least squares on standardised variables.
 
-    Parameters
-    ----------
-    outcome, names : words for the outcome and the predictors.
-    y, x : (n,) and (n, k); rows with a nan are left out.
-    students : (n,) number of the student of each row; repeats make the covariance cluster-robust.
-    random : draws bootstrap resamples and permutations.
-
-    Raises ``RefusedError``: ``no-variance``; ``collinear``.
+    Rows of ``y`` (n,) and ``x`` (n, k) with a nan are left out; ``students`` (n,) is the number of each row's student:
+    repeats make the covariance cluster-robust. Refused as ``no-variance`` or ``collinear``.
 
     Source: Freedman and Lane (1983), J. Bus. Econ. Stat. 1, 292-298, for the permutations.
     """

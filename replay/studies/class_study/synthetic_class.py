@@ -32,15 +32,9 @@ ITEMS_EACH: Final = 4
 
 @dataclass(frozen=True)
 class Model:
-    """The truth behind a class: how latent traits (mean 0, deviation 1) go together.
+    """The truth behind a class: how latent traits (mean 0, deviation 1) go together, and how answers scatter.
 
-    Parameters
-    ----------
-    ease_motivation, immersion_motivation : share of each in motivation.
-    ease_touches : of ease in the number of accidental touches.
-    item_noise : deviation of an answer about its trait.
-    mean_touches, touch_spread : of the number of touches in a session.
-    mean_near : near misses in a session.
+    The first two are shares in motivation, ``ease_touches`` that of ease in the number of accidental touches.
     """
 
     ease_motivation: float = 0.6
@@ -73,8 +67,7 @@ def make_class(
 ) -> dict[str, str]:
     """Write sessions, questionnaire, codebook and truth to a folder; what is there already is kept.
 
-    Returns student -> why the session could not be made; empty when all is well. Raises ``OutputError``: the folder
-    holds something else, or another class.
+    Returns student -> why the session could not be made; ``OutputError`` where the folder holds something else.
     """
     drawn = draw_class(students, seed)
     truth = json.dumps({"seed": seed, "students": students, "model": asdict(Model())}, indent=1) + "\n"
@@ -82,13 +75,13 @@ def make_class(
     (out / SESSIONS).mkdir(parents=True, exist_ok=True)
     _write(out / TRUTH, truth)
     _write(out / ANSWERS, _answers(drawn))
-    _write(
-        out / CODEBOOK, files("replay.studies.class_study").joinpath("class_codebook.yaml").read_text(encoding="utf-8")
-    )
+    book = files("replay.studies.class_study").joinpath("class_codebook.yaml")
+    _write(out / CODEBOOK, book.read_text(encoding="utf-8"))
+    paths = [out / SESSIONS / f"{one.pseudonym}.mcap" for one in drawn]
     tasks = {
-        one.pseudonym: (one, out / SESSIONS / f"{one.pseudonym}.mcap", seed + 1000 * (k + 1))
-        for k, one in enumerate(drawn)
-        if not (out / SESSIONS / f"{one.pseudonym}.mcap").is_file()
+        one.pseudonym: (one, path, seed + 1000 * (k + 1))
+        for k, (one, path) in enumerate(zip(drawn, paths, strict=True))
+        if not path.is_file()
     }
     return in_processes(record_student, tasks, jobs, told)
 

@@ -171,7 +171,7 @@ def built(subjects: tuple[Subject, ...], effects: EffectViews | None, *, tradeof
 def test_the_picture_opens_on_the_tab_that_answers_what_was_asked_for(
     tradeoff: bool, effects: bool, audited: bool, opens: str
 ) -> None:
-    subject = Subject("slow", "1 missed", {"lanes/1_missed": None}, None, *"abcde", "f", (), "")
+    subject = Subject("slow", "1 missed", {"lanes/1_missed": None}, None, "a", False, "b", "c", ())
     tabs = built((subject,) if audited else (), EffectViews({}, (), ()) if effects else None, tradeoff=tradeoff)
     names = [str(one.name) for one in tabs.contents]
     assert names[int(tabs.active_tab)] == opens, names
@@ -188,7 +188,7 @@ LANES = {"lanes/1_missed": None, **{f"lanes/{k}_p": k for k in range(2, 14)}}
 
 
 def subject(longest: int | None) -> Subject:
-    return Subject("slow", "1 of 2 missed", LANES, longest, "", "", "", "", "", "", (), "")
+    return Subject("slow", "1 of 2 missed", LANES, longest, "", False, "", "", ())
 
 
 @pytest.mark.parametrize("longest", [None, 2, LANES_IN_VIEW])

@@ -41,7 +41,7 @@ def test_a_failed_write_leaves_the_old_file_and_no_other(
     def fail(*args: object) -> None:
         raise RuntimeError("disk full")
 
-    monkeypatch.setattr(module, "log_report", fail)
+    monkeypatch.setattr(module, "report_text", fail)
     with pytest.raises(RuntimeError, match="disk full"):
         write_recording(demo, tmp_path / "run.rrd")
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("run.rrd", b"old")]

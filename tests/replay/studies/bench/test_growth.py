@@ -27,4 +27,4 @@ def test_growth_says_how_much_was_asked_and_where_time_went():
     one = grow("near", "bodies", 5)
     assert one.pair_frames == 5400 * len(make_workload(10, 1, bodies=5).pairs)
     assert 0 < one.reading + one.search < one.seconds
-    assert one.as_json()["stages"].keys() >= {"check", "poses", "search", "exact"}
+    assert one.stages.keys() >= {"check", "poses", "search", "exact"}

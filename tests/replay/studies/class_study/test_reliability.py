@@ -3,12 +3,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from replay.studies.class_study.refusals import RefusedError
-from replay.studies.class_study.reliability import cronbach_alpha, item_total, reliability
+from replay.studies.class_study.reliability import (
+    bartlett,
+    chi_square_tail,
+    cronbach_alpha,
+    interval,
+    item_total,
+    kaiser_word,
+    kmo,
+    reliability,
+)
 
 REFERENCE = json.loads(Path(__file__).with_name("reference.json").read_text("utf-8"))
 ANSWERS = np.array(REFERENCE["answers"], dtype=np.float64)
@@ -59,3 +69,88 @@ def test_item_total_correlations_leave_the_item_itself_out():
     answers = answers.copy()
     answers[:, 2] = 3.0
     assert np.isnan(item_total(answers)[2])
+
+
+def means(values, random, draws=4000):
+    drawn = values[random.integers(0, len(values), (draws, len(values)))].mean(axis=1)
+    left_out = np.array([np.delete(values, k).mean() for k in range(len(values))])
+    return drawn, float(values.mean()), left_out
+
+
+def test_the_interval_of_a_mean_is_students_own():
+    values = np.random.default_rng(2).normal(size=52)
+    values -= values.mean()
+    low, high = interval(*means(np.concatenate([values, -values]), np.random.default_rng(0), 20_000))
+    both = np.concatenate([values, -values])
+    half = scipy.stats.t.ppf(0.975, 103) * both.std(ddof=1) / np.sqrt(104)
+    assert (low, high) == pytest.approx((-half, half), rel=0.05)
+
+
+def test_without_the_widening_it_is_what_scipy_gives():
+    """Large samples: the t quantile is the normal one, and scipy's BCa is an independent implementation."""
+    values = np.random.default_rng(5).exponential(size=400)
+    low, high = interval(*means(values, np.random.default_rng(1), 20_000))
+    other = scipy.stats.bootstrap((values,), np.mean, n_resamples=20_000, method="BCa", rng=np.random.default_rng(2))
+    assert (low, high) == pytest.approx(tuple(other.confidence_interval), abs=0.06 * (high - low))
+
+
+def test_a_skewed_statistic_gets_a_skewed_interval():
+    drawn, found, left_out = means(np.random.default_rng(5).exponential(size=40), np.random.default_rng(1))
+    low, high = interval(drawn, found, left_out)
+    assert high - found > 1.1 * (found - low)
+
+
+def test_what_does_not_vary_has_a_point_and_what_is_not_there_has_none():
+    assert interval(np.full(50, 2.0), 2.0, np.full(9, 2.0)) == (2.0, 2.0)
+    assert np.isnan(interval(np.full(50, np.nan), 2.0, np.full(9, 2.0))).all()
+    assert np.isnan(interval(np.ones(50), 1.0, np.ones(2))).all()
+
+
+def test_kmo_and_bartlett_equal_the_stored_values_of_factor_analyzer():
+    assert kmo(ANSWERS) == pytest.approx(REFERENCE["kmo"], abs=1e-10)
+    found = bartlett(ANSWERS)
+    assert found.chi_square == pytest.approx(REFERENCE["bartlett"][0], rel=1e-10)
+    assert found.p == pytest.approx(REFERENCE["bartlett"][1], rel=1e-9, abs=1e-10)
+    assert found.degrees == 171
+
+
+def test_kmo_of_items_with_one_common_correlation_is_the_closed_form():
+    """Partial correlations of an equicorrelated matrix are r / (1 + (k - 2) r), so KMO follows by hand."""
+    k, r = 5, 0.5
+    root = np.linalg.cholesky((1 - r) * np.eye(k) + r)
+    raw = np.random.default_rng(0).normal(size=(40, k))
+    raw -= raw.mean(axis=0)
+    white = np.linalg.qr(raw)[0]
+    partial = r / (1 + (k - 2) * r)
+    assert kmo(white @ root.T) == pytest.approx(r * r / (r * r + partial * partial), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "answers, rule",
+    [
+        (ANSWERS[:, :1], "one-item"),
+        (np.column_stack([ANSWERS[:, :3], ANSWERS[:, :1]]), "singular"),
+        (ANSWERS[:19], "singular"),
+        (np.column_stack([ANSWERS[:, :3], np.full(52, 3.0)]), "no-variance"),
+    ],
+)
+def test_what_has_no_inverse_has_no_kmo(answers, rule):
+    with pytest.raises(RefusedError) as refused:
+        kmo(answers)
+    assert refused.value.rule == rule
+
+
+def test_bartlett_gives_no_p_for_nine_students():
+    assert bartlett(ANSWERS[:10, :3]).p <= 1.0
+    with pytest.raises(RefusedError, match=r"few-students.*at least 10 students"):
+        bartlett(ANSWERS[:9, :3])
+
+
+def test_kaisers_words_change_at_his_limits():
+    assert [kaiser_word(value) for value in (0.9, 0.89, 0.652, 0.5, 0.49)] == [
+        "marvellous", "meritorious", "mediocre", "miserable", "unacceptable",
+    ]  # fmt: skip
+
+
+def test_the_tail_of_a_chi_square_with_two_degrees_is_exponential():
+    assert chi_square_tail(7.0, 2) == pytest.approx(np.exp(-3.5), rel=1e-12)
