@@ -74,6 +74,13 @@ class TriangleMesh:
         return bool(len(proper) > 0 and (counts % 2 == 0).all())
 
     @cached_property
+    def has_doubled_faces(self) -> bool:
+        """Whether two faces have the same three corners, in any order: parity then calls the inside outside."""
+        a, b, c = self.merged_faces.T
+        proper = np.sort(self.merged_faces[(a != b) & (b != c) & (c != a)], axis=1)
+        return len(np.unique(proper, axis=0)) < len(proper)
+
+    @cached_property
     def merged_faces(self) -> IntArray:
         """Faces over vertices merged where bitwise equal, (f, 3); -0.0 and 0.0 are one."""
         _, inverse = np.unique(self.vertices + 0.0, axis=0, return_inverse=True)

@@ -129,8 +129,7 @@ def moving(assembly: Assembly, hands: list[int]) -> Moving:
     tracked = sorted(set(range(len(assembly.bodies))) - fixed_bodies(assembly))
     flagged = float(np.mean(origin[:, tracked] != PoseOrigin.RECORDED)) if tracked else 0.0
     watched = hands or tracked
-    ticks = np.arange(float(motion.times[0]), float(motion.times[-1]) + 0.5 * STEP_S, STEP_S)
-    rows = np.unique(np.minimum(np.searchsorted(motion.times, ticks), len(motion.times) - 1))
+    rows = frames_at(motion.times, STEP_S, float(motion.times[-1]) + 0.5 * STEP_S)
     seconds = np.diff(motion.times[rows])
     known = motion.valid[rows][:, watched].all(axis=1)
     usable = known[1:] & known[:-1] & (seconds <= LONGEST_STEP_S)
@@ -139,6 +138,18 @@ def moving(assembly: Assembly, hands: list[int]) -> Moving:
     resting = (steps < IDLE_M_S * seconds[usable, None]).all(axis=1)
     idle = float(seconds[usable][resting].sum())
     return Moving(valid / 60.0, float(steps.sum()), idle / valid if valid else 0.0, flagged)
+
+
+def frames_at(times: NDArray[np.float64], step: float, end: float) -> NDArray[np.int64]:
+    """The first frame at or after each tick; ticks come every ``step`` seconds from the first frame until ``end``.
+
+    Only ticks next to a frame are made: one stamp in Unix time makes the span half a century, 18 billion ticks.
+    """
+    first = float(times[0])
+    near = np.unique(np.floor((times - first) / step))
+    ticks = first + step * np.unique(np.concatenate([near - 1.0, near, near + 1.0]))
+    ticks = ticks[(ticks >= first) & (ticks < end)]
+    return np.unique(np.minimum(np.searchsorted(times, ticks), len(times) - 1))
 
 
 def fixed_bodies(assembly: Assembly) -> set[int]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from cdcore import Body
 from cdcore.bounding.sphere import sphere_by_box_centre
+from replay.metrics.hands import frames_at
 from replay.prepare.assembly import Assembly
 
 CLOSE_M: Final = 0.010
@@ -49,7 +50,7 @@ def close_stretches(assembly: Assembly, pairs: NDArray[np.int64], close: float =
     ``close``: metres.
     """
     clouds: dict[int, _Cloud] = {}
-    rows = _looks(assembly.motion.times)
+    rows = frames_at(assembly.motion.times, 1.0 / LOOKS_HZ, float(assembly.motion.times[-1]))
     found = []
     for pair in pairs.tolist():
         a, b = assembly.pairs[pair].tolist()
@@ -113,11 +114,6 @@ def spread_points(body: Body, spacing: float = SPACING_M) -> NDArray[np.float64]
         weights = np.stack([1.0 - u - v, u, v], axis=1)
         points.append(np.einsum("kc,fcx->fkx", weights, corners[parts == count]).reshape(-1, 3))
     return np.unique(np.concatenate(points), axis=0)
-
-
-def _looks(times: NDArray[np.float64]) -> NDArray[np.int64]:
-    ticks = np.arange(float(times[0]), float(times[-1]), 1.0 / LOOKS_HZ)
-    return np.unique(np.minimum(np.searchsorted(times, ticks), len(times) - 1))
 
 
 def _distances(

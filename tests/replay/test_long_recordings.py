@@ -1,4 +1,4 @@
-"""Recordings on both sides of the limit up to which poses are held in memory: every verb, every detector, one answer."""
+"""Recordings on both sides of the limit up to which poses are held in memory: every verb and detector, one answer."""
 
 import json
 from dataclasses import replace

@@ -49,7 +49,7 @@ class ContainmentStage:
         self._solids = [_Solid(body.mesh) for body in bodies] if asked else []
         self._pairs = pairs.tolist()
         self.words = tuple(containment_word(bodies[i], bodies[j]) if asked else refusal for i, j in self._pairs)
-        """Per pair ``decided`` or ``refused: <name> is open``; what lies inside a closed one is found all the same."""
+        """As ``containment_word``, per pair; what lies inside a closed body is found all the same."""
 
     def mark(self, motion: Motion, frames: IntArray, columns: IntArray, verdict: ByteArray) -> int:
         """Mark as CONTAINED in ``verdict`` (T, P) which of K pair-frames are; returns how many were asked about."""
@@ -126,9 +126,16 @@ class _Relative:
 def containment_word(a: Body, b: Body) -> str:
     """Whether containment of a pair is decided, as ``Detection.containment`` says it."""
     opened = [body.name for body in (a, b) if not body.mesh.is_closed]
-    if not opened:
-        return DECIDED
-    return f"refused: {opened[0]} is open" if len(opened) == 1 else f"refused: {' and '.join(sorted(opened))} are open"
+    if opened:
+        return f"refused: {_are(opened, 'is open', 'are open')}"
+    # Doubled, a surface is crossed twice at once: parity says outside all through the body.
+    doubled = [body.name for body in (a, b) if body.mesh.has_doubled_faces]
+    what = "doubled or overlapping faces"
+    return f"refused: {_are(doubled, f'has {what}', f'have {what}')}" if doubled else DECIDED
+
+
+def _are(names: Sequence[str], one: str, several: str) -> str:
+    return f"{names[0]} {one}" if len(names) == 1 else f"{' and '.join(sorted(names))} {several}"
 
 
 def wholly_inside(inner: TriangleMesh, inner_pose: Pose, outer: TriangleMesh, outer_pose: Pose) -> bool:

@@ -12,6 +12,7 @@ import rerun.blueprint as rrb
 
 from cdcore.numerics import place_points
 from replay.outputs.rerun_log.markdown import markdown
+from replay.outputs.rerun_log.recording_file import recording_file
 
 if TYPE_CHECKING:
     from replay.studies.paper.experiment import PaperResult
@@ -22,18 +23,16 @@ TIMELINE: Final = "faces_that_intersect"
 
 def record(result: PaperResult, pictures: Mapping[str, tuple[str, bytes]], path: Path) -> None:
     """Write the recording. ``pictures``: key of a table -> file name and PNG."""
-    recording = rr.RecordingStream("vrlab-replay paper")
-    recording.save(path, default_blueprint=_blueprint(result))
-    _log_fixtures(recording, result)
-    _log_accuracy(recording, result)
-    for one in result.tables:
-        name = entity_of(one.key)
-        words = rr.TextDocument(markdown(one.plain, level=1), media_type=rr.MediaType.MARKDOWN)
-        recording.log(["tables", name], words, static=True)
-        if one.key in pictures:
-            image = rr.EncodedImage(contents=pictures[one.key][1], media_type="image/png")
-            recording.log(["pictures", name], image, static=True)
-    recording.disconnect()
+    with recording_file("vrlab-replay paper", path, _blueprint(result)) as recording:
+        _log_fixtures(recording, result)
+        _log_accuracy(recording, result)
+        for one in result.tables:
+            name = entity_of(one.key)
+            words = rr.TextDocument(markdown(one.plain, level=1), media_type=rr.MediaType.MARKDOWN)
+            recording.log(["tables", name], words, static=True)
+            if one.key in pictures:
+                image = rr.EncodedImage(contents=pictures[one.key][1], media_type="image/png")
+                recording.log(["pictures", name], image, static=True)
 
 
 def entity_of(key: str) -> str:

@@ -9,7 +9,6 @@ from typing import Final
 from uuid import uuid4
 
 import numpy as np
-import rerun as rr
 
 from cdcore.numerics import FloatArray
 from cdcore.protocol import counts_as_contact
@@ -26,6 +25,7 @@ from replay.outputs.rerun_log.findings import finding_lanes, log_findings
 from replay.outputs.rerun_log.focus import eyes_of, focus, log_eye, log_miss_table
 from replay.outputs.rerun_log.lanes import audit_lanes, log_audit_lanes, log_detector_lanes
 from replay.outputs.rerun_log.missed import log_missed_faces, log_pins
+from replay.outputs.rerun_log.recording_file import recording_file
 from replay.outputs.rerun_log.report import log_cluster_list, log_missed_list, log_notes, log_worst, report_text
 from replay.outputs.rerun_log.timing import TOTAL, cost_of, cost_text, log_timing, stage_path
 from replay.outputs.rerun_log.tradeoff import log_tradeoff
@@ -60,14 +60,10 @@ def write_recording(result: RunResult, path: Path) -> None:
     subjects = [_subject(result, label, k) for k, label in enumerate(result.comparisons)]
     partial = path.with_name(f"{path.stem}.{uuid4().hex[:8]}.partial.rrd")
     try:
-        stream = rr.RecordingStream(f"{APPLICATION}-{uuid4().hex}", recording_id=uuid4())
-        try:
-            writer = RecordingWriter(stream, clock)
-            stream.save(partial, default_blueprint=build_blueprint(_layout(result, subjects)))
+        layout = build_blueprint(_layout(result, subjects))
+        with recording_file(f"{APPLICATION}-{uuid4().hex}", partial, layout) as stream:
             stream.send_recording_name(result.session.scene.name or "Session")
-            _log_all(writer, result, subjects)
-        finally:
-            stream.disconnect()
+            _log_all(RecordingWriter(stream, clock), result, subjects)
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)

@@ -2,9 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from support.small_worlds import cubes, framed
 
-from replay.metrics.hands import fixed_bodies, grasps, hand_bodies, moving, task_seconds
+from replay.metrics.hands import fixed_bodies, frames_at, grasps, hand_bodies, moving, task_seconds
+from replay.metrics.near import close_stretches
 from replay.prepare.assemble import assemble
 from sessions.model.event import Interval
 from sessions.model.hand import HandTrack
@@ -113,3 +116,22 @@ def test_spans_of_one_task_add_up():
                    Interval(0, 9_000_000_000, "stage", "virtual reality")],
     )  # fmt: skip
     assert task_seconds(session) == {"stir": pytest.approx(3.0)}
+
+
+@given(st.lists(st.floats(0.0, 60.0), min_size=1, unique=True).map(sorted), st.sampled_from([0.1, 0.25, 1 / 90]))
+def test_frames_at_ticks_are_those_of_the_whole_clock(times, step):
+    times = np.array(times)
+    end = times[-1] + step / 2
+    ticks = times[0] + step * np.arange(np.ceil((end - times[0]) / step) + 1)
+    want = np.unique(np.minimum(np.searchsorted(times, ticks[ticks < end]), len(times) - 1))
+    assert frames_at(times, step, end).tolist() == want.tolist()
+
+
+@pytest.mark.parametrize("unix", [slice(-1, None), slice(1, None)], ids=["last", "all but the first"])
+def test_stamps_in_unix_time_are_measured_without_making_half_a_century_of_ticks(unix):
+    stamps = np.arange(300) * 10_000_000
+    stamps[unix] += 1_780_000_000 * 10**9
+    assembly = assemble(framed(stamps, np.ones((300, 2))))
+    found = moving(assembly, [0, 1])
+    assert 2.5 <= found.valid_minutes * 60 <= 3.0
+    assert close_stretches(assembly, np.array([0])) == ()

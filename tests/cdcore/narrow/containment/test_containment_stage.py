@@ -18,7 +18,7 @@ from support.shapes import (
     without_faces,
 )
 
-from cdcore import Body, Motion, Verdict
+from cdcore import Body, Motion, TriangleMesh, Verdict
 from cdcore.narrow.containment import containment_stage as containment
 from cdcore.narrow.containment.containment_stage import ContainmentStage, containment_word, may_be_inside, wholly_inside
 from cdcore.numerics import EPS
@@ -115,6 +115,29 @@ def test_an_open_mesh_is_named_and_two_are_named_in_order():
     assert containment_word(Body("a", closed), Body("b", closed)) == "decided"
     assert containment_word(Body("a", closed), Body("b", ajar)) == "refused: b is open"
     assert containment_word(Body("b", ajar), Body("a", ajar)) == "refused: a and b are open"
+
+
+@pytest.mark.parametrize("turned", [False, True], ids=["doubled", "double-sided"])
+@pytest.mark.parametrize("count", [1, 12])
+def test_containment_is_refused_where_faces_are_doubled(turned, count):
+    box, ball = box_mesh(), Body("ball", ball_mesh(0.1))
+    again = box.faces[:count, ::-1] if turned else box.faces[:count]
+    own = TriangleMesh(
+        np.concatenate([box.vertices, box.vertices]), np.concatenate([box.faces, again + len(box.vertices)])
+    )
+    twice = Body("box", own)
+    if own.is_closed:  # every face doubled: parity finds the ball outside, and must not call that decided
+        assert not asked(ball.mesh, own).any()
+        word = "refused: box has doubled or overlapping faces"
+        assert containment_word(ball, twice) == containment_word(twice, ball) == word
+        assert containment_word(twice, Body("b", own)) == "refused: b and box have doubled or overlapping faces"
+    else:
+        assert containment_word(ball, twice) == "refused: box is open"
+
+
+def test_two_boxes_side_by_side_as_one_body_have_no_doubled_faces():
+    pair = merged(box_mesh(), moved(box_mesh(), [9, 0, 0]))
+    assert containment_word(Body("ball", ball_mesh(0.1)), Body("boxes", pair)) == "decided"
 
 
 def test_columns_answer_for_their_own_pair():
