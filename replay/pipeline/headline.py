@@ -8,6 +8,7 @@ from replay.comparison.outcome import Outcome
 from replay.detection.recorded import RECORDED
 from replay.pipeline.gates import figure
 from replay.pipeline.run_result import RunResult
+from replay.pipeline.scores import undecided_share
 
 
 def headline(result: RunResult, label: str) -> str:
@@ -43,13 +44,11 @@ def _some(whole: int, part: int, what: str, by: str) -> str:
 def undecided(result: RunResult) -> list[str]:
     """A line per detector that was not compared in every pair-frame that has a pose."""
     lines = []
-    for label, figures in result.summary["audit"].items():
-        part = figures["undecided"]
+    for label in result.comparisons:
+        part = undecided_share(result, label)
         if part["count"]:
-            lines.append(
-                f"{part['count']:,} of {part['of']:,} pair-frames with a pose are undecided by {result.oracle} or "
-                f"{label}: nothing is known of them."
-            )
+            what = f"{part['count']:,} of {part['of']:,} pair-frames with a pose"
+            lines.append(f"{what} are undecided by {result.oracle} or {label}: nothing is known of them.")
     return lines
 
 
@@ -74,7 +73,8 @@ def price(result: RunResult) -> list[str]:
     }
     took = {label: f"{1e3 * one['seconds']['per_frame_mean']:.3g} ms" for label, one in figures.items()}
     trusted = result.oracle
-    parts = [f"Every contact counted here was found by {trusted} in {took[trusted]} a frame, {ways[trusted]}"]
+    did = "Every contact counted here was found by" if result.episodes[trusted] else "No contact was found by"
+    parts = [f"{did} {trusted} in {took[trusted]} a frame, {ways[trusted]}"]
     for label in result.comparisons:
         if figures[label]["name"] != RECORDED:
             verb = " took" if len(parts) == 1 else ""

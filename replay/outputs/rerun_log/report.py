@@ -20,7 +20,7 @@ from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.run_tables import cluster_table, miss_table
 from replay.outputs.tables import table
 from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, depth_words
-from replay.pipeline.headline import headline, invented
+from replay.pipeline.headline import headline, invented, undecided
 from replay.pipeline.run_result import RunResult
 
 WORST: Final = MANY
@@ -101,7 +101,7 @@ def report_text(result: RunResult) -> str:
         f"{span:.1f} s, {len(times):,} frames, {len(assembly.bodies)} bodies, {len(assembly.pairs)} pairs.",
     ]
     parts += [f"**{headline(result, label)}.**" for label in result.comparisons]
-    parts += invented(result)
+    parts += [*undecided(result), *invented(result)]
     if not result.detections:
         parts += [f"- {line}" for line in happened_words(result.effects, WORST)]
     parts.append(_outcome_table(result))
