@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from replay.cli.console import People, TerminalProgress, stdout_console
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, lineup, output_format, window
+from replay.cli.options import ANY_PATH, SESSION_FILE, Number, common, gates, lineup, output_format, window
+
+if TYPE_CHECKING:
+    from replay.pipeline.gates import Gates
 
 
 @click.command()
@@ -18,19 +21,17 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, common, lineup, output_fo
 @click.option("--force", is_flag=True, help="Replace earlier run folders of that name.")
 @lineup
 @window
-@click.option("--tau", type=click.FloatRange(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
+@click.option("--tau", type=Number(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
 @click.option("--no-faces", is_flag=True, help="Leave out face recall, and the second pass it takes.")
 @click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
-@click.option("--max-missed", type=float, metavar="SHARE", help="Exit 4 when more contacts or pair-frames are missed.")
-@click.option("--max-p99-ms", type=float, metavar="MS", help="Exit 4 when the slowest 1 % of the frames take longer.")
+@gates
 @output_format
 @common
 def command(
     sessions: tuple[Path, ...],
     no_faces: bool,
     no_picture: bool,
-    max_missed: float | None,
-    max_p99_ms: float | None,
+    limits: Gates,
     as_json: bool,
     people: People,
     **asked: Any,
@@ -44,12 +45,11 @@ def command(
     from replay.api.auditor import audit
     from replay.cli.main import GATE_FAILED, OK
     from replay.cli.run_report import close_run, where_to_look
-    from replay.pipeline.gates import Gates
 
     shown: dict[str, Any] = {"faces": not no_faces, "picture": not no_picture}
     result = audit(list(sessions), **asked, **shown, progress=TerminalProgress(people))
     summaries = [one.summary for one in result.results]
-    broken = Gates(max_missed, max_p99_ms).broken(result.summary, summaries)
+    broken = limits.broken(result.summary, summaries)
     if as_json:
         click.echo(json.dumps({"audit": result.summary, "runs": summaries, "broken": broken}, allow_nan=False))
     else:

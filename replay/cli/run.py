@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, lineup, output_format, window
+from replay.cli.options import ANY_PATH, SESSION_FILE, Number, common, gates, lineup, output_format, window
+
+if TYPE_CHECKING:
+    from replay.pipeline.gates import Gates
 
 
 @click.command()
@@ -17,7 +20,7 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, common, lineup, output_fo
 @click.option("--force", is_flag=True, help="Replace an earlier run folder of that name.")
 @lineup
 @window
-@click.option("--tau", type=click.FloatRange(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
+@click.option("--tau", type=Number(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
 @click.option(
     "--policy",
     multiple=True,
@@ -26,9 +29,12 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, common, lineup, output_fo
 )
 @click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
 @click.option("--cite", is_flag=True, help="Print the sources behind the detectors and effects of this run.")
+@gates
 @output_format
 @common
-def command(session: Path, no_picture: bool, cite: bool, as_json: bool, people: People, **asked: Any) -> int:
+def command(
+    session: Path, no_picture: bool, limits: Gates, cite: bool, as_json: bool, people: People, **asked: Any
+) -> int:
     """Replay FILE.mcap through detectors and write what came of it to a run folder.
 
     \b
@@ -37,6 +43,7 @@ def command(session: Path, no_picture: bool, cite: bool, as_json: bool, people: 
     """
     people.say(f"replaying {session}")
     from replay.api.runner import run
+    from replay.cli.main import GATE_FAILED
     from replay.cli.run_report import report_run, where_to_look
 
     result = run(session, **asked, picture=not no_picture, progress=TerminalProgress(people))
@@ -44,4 +51,7 @@ def command(session: Path, no_picture: bool, cite: bool, as_json: bool, people: 
     people.say("")
     for sentence in where_to_look(result, picture=not no_picture):
         people.say(sentence)
-    return code
+    broken = limits.broken(result.summary["audit"], [result.summary])
+    for sentence in broken:
+        people.say(f"gate: {sentence}")
+    return GATE_FAILED if broken else code

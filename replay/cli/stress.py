@@ -51,7 +51,13 @@ COLUMNS: Final = {
 @click.option(
     "--out", "-o", type=ANY_PATH, metavar="DIR", help="Write failing pairs here, a file a detector and family."
 )
-@click.option("--max-missed", type=click.IntRange(min=0), metavar="N", help="Exit with 4 if more are missed.")
+@click.option(
+    "--max-wrong",
+    "--max-missed",
+    type=click.IntRange(min=0),
+    metavar="N",
+    help="Exit with 4 if more are missed or refused.",
+)
 @output_format
 @json_flag
 @common
@@ -66,7 +72,7 @@ def command(
     seed: int,
     tau: float,
     out: Path | None,
-    max_missed: int | None,
+    max_wrong: int | None,
     as_json: bool,
     people: People,
 ) -> int:
@@ -108,9 +114,8 @@ def command(
         whole = {name: shared[name] for name in ("seed", "out", "progress")}
         result = replace(result, cases=run_cases(detectors_of(detector), cases, tau=tau, **whole))
     broken = result.broken
-    missed = sum(tally.missed for tally in result.tallies)
-    if max_missed is not None and missed > max_missed:
-        broken.append(f"{missed:,} missed, more than --max-missed {max_missed:,}")
+    if max_wrong is not None:
+        broken += _too_many(result.tallies, max_wrong)
     if as_json:
         click.echo(json.dumps(result.as_json() | {"broken": broken}, indent=1, allow_nan=False))
     else:
@@ -118,6 +123,15 @@ def command(
     for sentence in broken:
         people.say(f"gate: {sentence}")
     return GATE_FAILED if broken else OK
+
+
+def _too_many(tallies: Sequence[Tally], most: int) -> list[str]:
+    """What breaks ``--max-wrong``: what was not decided is not right, and what was not asked neither."""
+    if not tallies:
+        return ["--max-wrong cannot be checked: no family was asked"]
+    missed, refused = sum(one.missed for one in tallies), sum(one.refused for one in tallies)
+    words = f"{missed:,} missed" + (f" and {refused:,} refused" if refused else "")
+    return [f"{words}, more than --max-wrong {most:,}"] if missed + refused > most else []
 
 
 NONE: Final = "·"
