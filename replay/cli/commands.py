@@ -31,7 +31,7 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
         "replay.cli.info:command", "Check", "Say what a session file holds: bodies, clock, gaps, tasks."
     ),
     "doctor": CommandSpec(
-        "replay.cli.doctor:command", "Check", "Say whether a recording can be trusted, and what is wrong with it."
+        "replay.cli.doctor:command", "Check", "Say what is suspicious about a recording, and what to do about it."
     ),
     "recover": CommandSpec(
         "replay.cli.recover:command", "Check", "Save what is left of a torn or damaged session file."

@@ -9,6 +9,8 @@ from replay.detection.recorded import RECORDED
 from replay.pipeline.gates import figure
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import undecided_share
+from sessions import Finding, Severity
+from sessions.doctor.codes import CODES
 
 
 def headline(result: RunResult, label: str) -> str:
@@ -20,6 +22,23 @@ def headline(result: RunResult, label: str) -> str:
     if (outcome == Outcome.LEFT_OUT).all():
         return f"Nothing compared: {result.oracle} and {label} both decided none of {outcome.size:,} pair-frames"
     return f"No contact found by {result.oracle}, so none for {label} to miss"
+
+
+def doubts(result: RunResult) -> list[str]:
+    """What a reader must know before the answer: each kind of error, and each finding of unit, axes or handedness.
+
+    With positions in millimetres nothing meets, and "none missed" would be true and worth nothing.
+    """
+    grouped: dict[tuple[Severity, str], list[Finding]] = {}
+    for one in () if result.treatment is None else result.treatment.findings:
+        if one.severity == Severity.ERROR or CODES[one.code].group == "scale" or one.code == "mesh-units":
+            grouped.setdefault((one.severity, one.code), []).append(one)
+    lines = []
+    for (severity, code), (one, *more) in grouped.items():
+        where = f"{one.body}: {one.message}" if one.body else one.message
+        rest = f"; {len(more)} more like it" if more else ""
+        lines.append(f"{severity.name.capitalize()}, {code}: {one.meaning} ({where}{rest}). To do: {one.fix}.")
+    return lines
 
 
 def contact_words(counts: ContactCounts, by: str = "") -> str:

@@ -28,7 +28,7 @@ from replay.outputs.report.tables import (
 )
 from replay.outputs.run_tables import cost_table
 from replay.outputs.words import NOT_LOOKED_FOR
-from replay.pipeline.headline import headline, invented, price, undecided
+from replay.pipeline.headline import doubts, headline, invented, price, undecided
 from replay.pipeline.run_result import RunResult
 
 CLOSE_UPS = 4
@@ -55,7 +55,8 @@ def report_html(result: RunResult) -> str:
         element("title", f"{name}: {_headlines(result)[0]}"),
         Markup(f"<style>:root {{ --missed: {hex_of(MISSED)}; }}\n{style}</style>"),
     ]
-    lines = [element("p", f"Replay of {name}"), *(element("h1", line) for line in _headlines(result))]
+    lines = [element("p", f"Replay of {name}"), *(element("p", line, class_="doubt") for line in doubts(result))]
+    lines += [element("h1", line) for line in _headlines(result)]
     lines += [element("p", line, class_="price") for line in _beside(result)]
     body = [element("header", *lines)]
     body += [element("main", joined(_sections(result))), element("footer", element("p", CAVEAT))]
@@ -108,7 +109,7 @@ def _sections(result: RunResult) -> list[Markup]:
         parts.append(_section("Which step rate would have missed it", steps))
     if result.effects or result.summary["plan"]["not_built"]:
         parts.append(_section("Effects that the scene calls for", effect_section(result)))
-    parts.append(_section("Can the recording be trusted?", finding_tables(result)))
+    parts.append(_section("What is suspicious about the recording", finding_tables(result)))
     parts.append(_section("The session", fact_table(result)))
     parts.append(_section("How to get the same again", settings_table(result)))
     return parts

@@ -20,7 +20,7 @@ from replay.outputs.run_tables import (
 )
 from replay.outputs.run_tables import contact_table as contacts_found
 from replay.outputs.run_tables import miss_table as every_miss
-from replay.outputs.words import counted
+from replay.outputs.words import NOTHING_SUSPICIOUS, counted
 from replay.pipeline.run_result import RunResult
 from sessions import Finding, Severity
 
@@ -144,11 +144,11 @@ def finding_tables(result: RunResult) -> Markup:
 
 
 def trust(findings: tuple[Finding, ...]) -> str:
-    """One sentence: how far the recording can be trusted."""
+    """One sentence: how much was found; that nothing was proves nothing."""
     count = Counter(finding.severity for finding in findings)
     bad = [counted(count[one], one.name.lower()) for one in (Severity.ERROR, Severity.WARNING) if count[one]]
     if not bad:
-        return "Nothing was found that makes an answer less sure than it looks."
+        return f"{NOTHING_SUSPICIOUS}."
     return f"{' and '.join(bad)}: verdicts on these spans carry a flag."
 
 

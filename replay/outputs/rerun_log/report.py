@@ -20,7 +20,7 @@ from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.run_tables import cluster_table, miss_table
 from replay.outputs.tables import table
 from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, depth_words
-from replay.pipeline.headline import headline, invented, undecided
+from replay.pipeline.headline import doubts, headline, invented, undecided
 from replay.pipeline.run_result import RunResult
 
 WORST: Final = MANY
@@ -100,6 +100,7 @@ def report_text(result: RunResult) -> str:
         f"# {scene.name or 'Session'}",
         f"{span:.1f} s, {len(times):,} frames, {len(assembly.bodies)} bodies, {len(assembly.pairs)} pairs.",
     ]
+    parts += doubts(result)
     parts += [f"**{headline(result, label)}.**" for label in result.comparisons]
     parts += [*undecided(result), *invented(result)]
     if not result.detections:
