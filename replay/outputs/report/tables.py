@@ -81,7 +81,7 @@ def contact_table(result: RunResult) -> Markup:
 
 
 def miss_table(result: RunResult, label: str) -> Markup:
-    """A row per miss, deepest first, with the command that shows it; where there are many, clusters above them.
+    """A row per miss, the longest cut first, with the command that shows it; where there are many, clusters above them.
 
     Misses that no frame shows have a table of their own, in order of time.
     """
@@ -97,8 +97,8 @@ def miss_table(result: RunResult, label: str) -> Markup:
     words = f"All {count:,}, each with the command that shows it"
     if count < len(misses):
         rest = f"the other {len(misses) - count:,} are in misses.parquet"
-        words = f"The {count:,} deepest, each with the command that shows it; {rest}"
-    heads = ("pair", "cause", "look at the deepest", "misses", "frames", "s", "deepest cut mm")
+        words = f"The {count:,} with the longest cuts, each with the command that shows it; {rest}"
+    heads = ("pair", "cause", "look at the longest cut", "misses", "frames", "s", "longest cut mm")
     found = page_table(cluster_table(label, misses, run).only(*heads))
     return joined([found, element("details", element("summary", words), *parts)])
 

@@ -126,7 +126,7 @@ def _outcome_table(result: RunResult) -> str:
 
 
 def log_worst(writer: RecordingWriter, path: str, label: str, misses: Sequence[Miss]) -> None:
-    """Send the misses with the longest cuts, deepest first, then those that no frame shows, in order of time."""
+    """Send the misses with the longest cuts, the longest first, then those that no frame shows, in order of time."""
     seen, between = seen_and_between(misses)
     tables = [cluster_table(label, misses).only(*CLUSTER_HEAD)] if len(misses) > MANY else []
     if seen:
@@ -140,7 +140,7 @@ def log_worst(writer: RecordingWriter, path: str, label: str, misses: Sequence[M
 
 
 MISS_HEAD: Final = ("miss", "at s", "pair", "what")
-CLUSTER_HEAD: Final = ("pair", "misses", "frames", "s", "miss", "deepest cut mm")
+CLUSTER_HEAD: Final = ("pair", "misses", "frames", "s", "miss", "longest cut mm")
 
 
 def log_cluster_list(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
