@@ -3,12 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from replay.cli.console import OK, People, TerminalProgress, answer
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, lineup, no_picture, output_format, tau, window
+from replay.cli.options import (
+    ANY_PATH,
+    SESSION_FILE,
+    common,
+    force,
+    gates,
+    lineup,
+    no_picture,
+    output_format,
+    tau,
+    window,
+)  # fmt: skip
+
+if TYPE_CHECKING:
+    from replay.pipeline.gates import Gates
 
 
 @click.command()
@@ -20,13 +34,12 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, lineup, no
 @tau
 @click.option("--no-faces", is_flag=True, help="Leave out face recall, and the second pass it takes.")
 @no_picture
-@click.option("--max-missed", type=float, metavar="SHARE", help="Exit 4 when more contacts or pair-frames are missed.")
-@click.option("--max-p99-ms", type=float, metavar="MS", help="Exit 4 when the slowest 1 % of the frames take longer.")
+@gates
 @output_format
 @common
 def command(
-    sessions: tuple[Path, ...], no_faces: bool, no_picture: bool, max_missed: float | None, max_p99_ms: float | None,
-    as_json: bool, people: People, **asked: Any,
+    sessions: tuple[Path, ...], no_faces: bool, no_picture: bool, limits: Gates, as_json: bool, people: People,
+    **asked: Any,
 ) -> int:  # fmt: skip
     """Replay each SESSION through detectors and say what each missed beside the oracle.
 
@@ -38,12 +51,11 @@ def command(
     from replay.cli.run_report import close_run, where_to_look
     from replay.cli.run_tables import answers, audit_tables
     from replay.cli.terminal import terminal
-    from replay.pipeline.gates import Gates
 
     shown: dict[str, Any] = {"faces": not no_faces, "picture": not no_picture}
     result = audit(list(sessions), **asked, **shown, progress=TerminalProgress(people))
     summaries = [one.summary for one in result.results]
-    broken = Gates(max_missed, max_p99_ms).broken(result.summary, summaries)
+    broken = limits.broken(result.summary, summaries)
     plain = {"audit": result.summary, "runs": summaries, "broken": broken}
     answer(as_json, plain, lambda: terminal(answers(result.results), audit_tables(result.summary)))
     codes = [close_run(one, people) for one in result.results]

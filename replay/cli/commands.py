@@ -24,7 +24,7 @@ class CommandSpec(NamedTuple):
 COMMANDS: Final[dict[str, CommandSpec]] = {
     "import": CommandSpec("Record", "Turn a recording of another program into MCAP.", "import_file"),
     "info": CommandSpec("Check", "Say what a session file holds: bodies, clock, gaps, tasks.", "info"),
-    "doctor": CommandSpec("Check", "Say whether a recording can be trusted, and what is wrong with it.", "doctor"),
+    "doctor": CommandSpec("Check", "Say what is suspicious about a recording, and what to do about it.", "doctor"),
     "recover": CommandSpec("Check", "Save what is left of a torn or damaged session file.", "recover"),
     "demo": CommandSpec("Replay", "Record a made-up lab session, replay it, show the misses.", "demo"),
     "plan": CommandSpec("Replay", "Say what a scene calls for, and why.", "plan"),

@@ -29,7 +29,7 @@ MARKS: Final = (FAINT, WARNING, ERROR)
 @output_format
 @common
 def command(files: tuple[Path, ...], fail_on: str | None, as_json: bool, people: People) -> int:
-    """Say whether a recording can be trusted: FILE is a session (MCAP), a mesh, or a scene (TOML).
+    """Say what is suspicious about a recording: FILE is a session (MCAP), a mesh, or a scene (TOML).
 
     \b
     replay doctor session.mcap
@@ -65,9 +65,9 @@ def _shown(file: Path, findings: Sequence[Finding], verbose: bool) -> Iterator[T
 
 def headline(findings: Sequence[Finding]) -> str:
     """One clause: how bad it is."""
-    from replay.outputs.words import counted
+    from replay.outputs.words import NOTHING_SUSPICIOUS, counted
 
     count = Counter(WORDS[one.severity] for one in findings)
     bad = {"error": "bold magenta", "warning": "yellow"}  # not red: that is for misses
     parts = [f"[{colour}]{counted(count[word], word)}[/]" for word, colour in bad.items() if count[word]]
-    return ", ".join(parts) or "[green]can be trusted[/green]"
+    return ", ".join(parts) or f"[green]{NOTHING_SUSPICIOUS.lower()}[/green]"

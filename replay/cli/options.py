@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable
 from functools import wraps
+from math import isfinite
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -33,6 +34,18 @@ class Existing(click.Path):
         return super().convert(value, param, ctx)
 
 
+class Number(click.FloatRange):
+    """A number within limits; nan, which is within any, is refused."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The number."""
+        number = super().convert(value, param, ctx)
+        if not isfinite(number):
+            self.fail(f"{value} is no number", param, ctx)
+        return number
+
+
+SHARE = Number(min=0.0, max=1.0)
 SESSION_FILE = Existing(folder=False)
 RUN_FOLDER = Existing(folder=True)
 ANY_PATH = click.Path(path_type=Path)
@@ -95,6 +108,29 @@ def _with(command: Command, *options: Callable[[Command], Command]) -> Command:
     for option in reversed(options):
         command = option(command)
     return command
+
+
+def gates(command: Callable[..., int]) -> Callable[..., int]:
+    """``--max-missed --max-invented --max-p99-ms``: the verb gets ``limits``, the ``Gates`` to hold its result to."""
+
+    @wraps(command)
+    def held(*, max_missed: float | None, max_invented: float | None, max_p99_ms: float | None, **given: Any) -> int:
+        from replay.pipeline.gates import Gates
+
+        return command(limits=Gates(max_missed, max_p99_ms, max_invented), **given)
+
+    missed, invented = "more contacts or pair-frames are missed", "more of the contact it reports is invented"
+    return _with(
+        held,
+        click.option("--max-missed", type=SHARE, metavar="SHARE", help=f"Exit 4 when {missed}."),
+        click.option("--max-invented", type=SHARE, metavar="SHARE", help=f"Exit 4 when {invented}."),
+        click.option(
+            "--max-p99-ms",
+            type=Number(min=0),
+            metavar="MS",
+            help="Exit 4 when the slowest 1 % of the looks take longer.",
+        ),
+    )
 
 
 def window(command: Command) -> Command:

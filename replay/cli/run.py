@@ -3,12 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, lineup, no_picture, output_format, tau, window
+from replay.cli.options import (
+    ANY_PATH,
+    SESSION_FILE,
+    common,
+    force,
+    gates,
+    lineup,
+    no_picture,
+    output_format,
+    tau,
+    window,
+)  # fmt: skip
+
+if TYPE_CHECKING:
+    from replay.pipeline.gates import Gates
 
 
 @click.command()
@@ -26,9 +40,12 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, lineup, no
 )
 @no_picture
 @click.option("--cite", is_flag=True, help="Print the sources behind the detectors and effects of this run.")
+@gates
 @output_format
 @common
-def command(session: Path, no_picture: bool, cite: bool, as_json: bool, people: People, **asked: Any) -> int:
+def command(
+    session: Path, no_picture: bool, limits: Gates, cite: bool, as_json: bool, people: People, **asked: Any
+) -> int:
     """Replay FILE.mcap through detectors and write what came of it to a run folder.
 
     \b
@@ -42,4 +59,4 @@ def command(session: Path, no_picture: bool, cite: bool, as_json: bool, people: 
     result = run(session, **asked, picture=not no_picture, progress=TerminalProgress(people))
     code = report_run(result, people, as_json=as_json, cite=cite)
     people.say("", *where_to_look(result, picture=not no_picture))
-    return code
+    return people.gate(limits.broken(result.summary["audit"], [result.summary]), code)

@@ -43,7 +43,7 @@ def close_run(result: RunResult, people: People) -> int:
 
 
 def where_to_look(result: RunResult, *, picture: bool = True) -> list[str]:
-    """What was written, and the commands that show it: the page, the picture, and the deepest miss of the first."""
+    """What was written, and the commands that show it: the page, the picture, and the longest cut that was missed."""
     if result.out is None:
         return ["nothing was written; with --out DIR there are a report, tables and a picture of every miss"]
     lines = [f"wrote {result.out}; read {result.out / 'report.html'}"]
@@ -52,7 +52,7 @@ def where_to_look(result: RunResult, *, picture: bool = True) -> list[str]:
     lines.append(f"open the picture:       replay view {result.out}")
     first = next(iter(result.misses.values()), ())
     if first:
-        lines.append(f"or at the deepest miss: replay view {result.out} --miss {by_depth(first)[0].number}")
+        lines.append(f"or at the longest cut: replay view {result.out} --miss {by_depth(first)[0].number}")
     return lines
 
 

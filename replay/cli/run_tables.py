@@ -10,6 +10,7 @@ from rich.text import Text
 
 from replay.base.constants import CAVEAT
 from replay.cli.terminal import STYLES, line, terminal
+from replay.comparison.contact_counts import contact_counts
 from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effect_summary import happened_words
 from replay.outputs.run_tables import (
@@ -23,7 +24,7 @@ from replay.outputs.run_tables import (
 )
 from replay.outputs.tables import FAINT, FOUND, GOOD, INVENTED, MISSED, Table, table
 from replay.outputs.words import CONTACT_WORDS_SHORT
-from replay.pipeline.headline import headline, invented, price
+from replay.pipeline.headline import doubts, headline, invented, price, undecided
 from replay.pipeline.run_result import RunResult
 
 MISS_ROWS: Final = 20
@@ -37,7 +38,8 @@ COST_HEAD: Final = ("detector", "how", "whole s", "mean ms", "worst ms", "longes
 
 def run_tables(result: RunResult) -> Group:
     """Everything a terminal shows of a run."""
-    parts: list[Table | RenderableType] = [Text(), *headlines(result)] if result.comparisons else []
+    first = [*headlines(result)]
+    parts: list[Table | RenderableType] = [Text(), *first] if first else []
     for label in result.comparisons:
         pairs = pair_table(result, label).only("pair", "contacts", *AUDIT_MARKS)
         parts.append(pairs.first(PAIR_ROWS, "… and {} more").titled(f"contacts, and what {label} made of them"))
@@ -60,12 +62,21 @@ def run_tables(result: RunResult) -> Group:
 
 
 def headlines(result: RunResult) -> Iterator[RenderableType]:
-    """The answer before any table: what each detector missed and invented, and what that took."""
+    """Before any table: what is suspicious, what each detector missed and invented, and what that took."""
+    yield from (line(words, INVENTED) for words in doubts(result))
     for label in result.comparisons:
-        text = Text(" ").append(headline(result, label), style=STYLES[MISSED if result.misses[label] else GOOD])
+        text = Text(" ").append(headline(result, label), style=STYLES[_mark(result, label)])
         yield text.append(f"   oracle: {result.oracle}", style="dim")
-    yield from (line(words, INVENTED) for words in invented(result))
+    yield from (line(words, INVENTED) for words in (*undecided(result), *invented(result)))
     yield from (line(words, FAINT) for words in price(result))
+
+
+def _mark(result: RunResult, label: str) -> str:
+    """Green is for contacts that were all decided, and found."""
+    counts = contact_counts(result, label)
+    if counts.missed or counts.in_part:
+        return MISSED
+    return GOOD if counts.contacts and not counts.frames_undecided else INVENTED
 
 
 def no_detection(result: RunResult) -> str:

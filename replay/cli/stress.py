@@ -48,13 +48,19 @@ COLUMNS: Final = ("missed", "invented", "within tolerance", "refused", "unconfir
 @click.option(
     "--out", "-o", type=ANY_PATH, metavar="DIR", help="Write failing pairs here, a file a detector and family."
 )
-@click.option("--max-missed", type=click.IntRange(min=0), metavar="N", help="Exit with 4 if more are missed.")
+@click.option(
+    "--max-wrong",
+    "--max-missed",
+    type=click.IntRange(min=0),
+    metavar="N",
+    help="Exit with 4 if more are missed or refused.",
+)
 @output_format
 @json_flag
 @common
 def command(
     detector: str, family: str | None, relation: str | None, case: str | None, pairs: int, relation_pairs: int,
-    quick: bool, seed: int, tau: float, out: Path | None, max_missed: int | None, as_json: bool, people: People,
+    quick: bool, seed: int, tau: float, out: Path | None, max_wrong: int | None, as_json: bool, people: People,
 ) -> int:  # fmt: skip
     """Ask detectors about triangle pairs made to be hard, and count where they are wrong.
 
@@ -90,11 +96,19 @@ def command(
         whole = {name: shared[name] for name in ("seed", "out", "progress")}
         result = replace(result, cases=run_cases(detectors_of(detector), cases, tau=tau, **whole))
     broken = result.broken
-    missed = sum(tally.missed for tally in result.tallies)
-    if max_missed is not None and missed > max_missed:
-        broken.append(f"{missed:,} missed, more than --max-missed {max_missed:,}")
+    if max_wrong is not None:
+        broken += _too_many(result.tallies, max_wrong)
     answer(as_json, result.as_json() | {"broken": broken}, lambda: stress_tables(result))
     return people.gate(broken)
+
+
+def _too_many(tallies: Sequence[Tally], most: int) -> list[str]:
+    """What breaks ``--max-wrong``: what was not decided is not right, and what was not asked neither."""
+    if not tallies:
+        return ["--max-wrong cannot be checked: no family was asked"]
+    missed, refused = sum(one.missed for one in tallies), sum(one.refused for one in tallies)
+    words = f"{missed:,} missed" + (f" and {refused:,} refused" if refused else "")
+    return [f"{words}, more than --max-wrong {most:,}"] if missed + refused > most else []
 
 
 NONE: Final = "·"

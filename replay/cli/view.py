@@ -12,7 +12,7 @@ from replay.cli.options import RUN_FOLDER, common
 
 @click.command()
 @click.argument("run", type=RUN_FOLDER, metavar="RUN")
-@click.option("--miss", type=click.IntRange(min=1), metavar="N", help="Open at this miss; else at the deepest one.")
+@click.option("--miss", type=click.IntRange(min=1), metavar="N", help="Open at this miss; else at the longest cut.")
 @common
 def command(run: Path, miss: int | None, people: People) -> int:
     """Open the picture of the run folder RUN in a viewer of its own, on this machine only.

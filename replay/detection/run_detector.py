@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, fields, replace
 from time import perf_counter
 from typing import Any, Final
@@ -10,14 +11,15 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Detection, Detector, Motion, create_detector, join
-from cdcore.detectors import load_detector
+from cdcore.detectors import DETECTORS, load_detector
+from cdcore.errors import CollisionCoreError, OwnDetectorError
 from cdcore.narrow.sections.section_source import sections_of
-from cdcore.protocol import FaceSets
+from cdcore.protocol import FaceSets, own_failure
 from replay.base.constants import BLOCK_FRAMES
 from replay.base.progress import Advance
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.recorded import RECORDED, recorded_detector
-from replay.errors import DetectorSpecError
+from replay.errors import DetectorSpecError, ReplayError
 from replay.prepare.assembly import Assembly
 from replay.prepare.stored_motion import StoredMotion
 
@@ -70,16 +72,30 @@ def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector
             assembly.bodies, assembly.pairs, assembly.live_contacts, assembly.first_ns, assembly.live_residual,
             spec.settings,
         )  # fmt: skip
-    settings = dict(spec.settings)
-    if "seed" in {item.name for item in fields(load_detector(spec.name).Settings)}:
+    settings, kind = dict(spec.settings), load_detector(spec.name)
+    if "seed" in {item.name for item in fields(kind.Settings)}:
         settings.setdefault("seed", seed)
     try:
-        return create_detector(spec.name, assembly.bodies, pairs=assembly.pairs, **settings)
+        with blamed(spec, kind, "to be made"):
+            return create_detector(spec.name, assembly.bodies, pairs=assembly.pairs, **settings)
     except TypeError as error:
         words = [f"{key}={value}" for key, value in spec.settings.items() if isinstance(value, str)]
         if not words:
             raise
         raise DetectorSpecError(f"{spec.name} cannot take {', '.join(words)} ({error}); write a number") from error
+
+
+@contextmanager
+def blamed(spec: DetectorSpec, kind: type, doing: str) -> Iterator[None]:
+    """An exception in a detector that is not of our table is a fault of its code, and says where."""
+    try:
+        yield
+    except (CollisionCoreError, ReplayError):
+        raise
+    except Exception as error:
+        if spec.name in DETECTORS or spec.name == RECORDED:
+            raise
+        raise own_failure(doing, kind, error) from error
 
 
 def run_detector(spec: DetectorSpec, assembly: Assembly, *, seed: int, faces: bool, advance: Advance) -> Run:
@@ -88,15 +104,18 @@ def run_detector(spec: DetectorSpec, assembly: Assembly, *, seed: int, faces: bo
     detector = make_detector(spec, assembly, seed)
     clock.append(perf_counter())
     motion = assembly.motion
-    detector.detect(motion.take(warm_frames(len(motion))), faces=faces)
-    clock.append(perf_counter())
-    if len(motion) <= WHOLE_FRAMES:
-        # Frames of a motion are in memory, wherever the motion itself lies; kernels take nothing else.
-        detection = detector.detect(motion.frames(0, len(motion)), faces=faces)
-        advance(len(motion))
-    else:
-        parts = _streamed(detector, motion, faces, advance)
-        detection = _joined(parts, detector, assembly) if isinstance(motion, StoredMotion) else join(parts)
+    with blamed(spec, type(detector), "to detect"):
+        # What fails on the sample fails below too, under the number that the frame has in the recording.
+        with suppress(OwnDetectorError):
+            detector.detect(motion.take(warm_frames(len(motion))), faces=faces)
+        clock.append(perf_counter())
+        if len(motion) <= WHOLE_FRAMES:
+            # Frames of a motion are in memory, wherever the motion itself lies; kernels take nothing else.
+            detection = detector.detect(motion.frames(0, len(motion)), faces=faces)
+            advance(len(motion))
+        else:
+            parts = _streamed(detector, motion, faces, advance)
+            detection = _joined(parts, detector, assembly) if isinstance(motion, StoredMotion) else join(parts)
     clock.append(perf_counter())
     return Run(spec, detector, asdict(detector.settings), detection, *np.diff(clock).tolist())
 

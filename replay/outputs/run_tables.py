@@ -114,8 +114,8 @@ def cluster_table(label: str, misses: Sequence[Miss], run: object = "RUN") -> Ta
         )
         for cluster, one in ((cluster, cluster.deepest) for cluster in clusters(misses))
     ]  # fmt: skip
-    head = ("pair", "cause", "look at the deepest", "miss", "misses", "frames", "s", "deepest cut mm")
-    return table(f"{len(misses):,} misses of {label} in {len(rows)} clusters, deepest first", head, rows, words=3)
+    head = ("pair", "cause", "look at the longest cut", "miss", "misses", "frames", "s", "longest cut mm")
+    return table(f"{len(misses):,} misses of {label} in {len(rows)} clusters, longest cut first", head, rows, words=3)
 
 
 def cost_table(result: RunResult) -> Table:

@@ -48,7 +48,13 @@ BETWEEN: Final = OUTCOME_WORDS[Outcome.BETWEEN_FRAMES]
 
 NOT_LOOKED_FOR: Final = "No contact was looked for: the scene's effects call for none"
 
-LANE_LEGEND: Final = "red: missed by {}    yellow: invented    blue: both    grey: within 2 micrometres"
+NOTHING_SUSPICIOUS: Final = "Nothing suspicious found"
+"""What is said of a recording without warning or error: not that it can be trusted, for not every fault shows."""
+
+LANE_LEGEND: Final = (
+    "red: missed by {}    yellow: invented    blue: both    violet: between frames    grey: within tolerance    "
+    "dark: left out"
+)
 """What the colours of audit lanes mean; the detector's label goes into the braces."""
 
 

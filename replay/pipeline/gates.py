@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import floor, log10
+from sys import float_info
 from typing import Any
 
 from replay.base.wilson import share
+from replay.errors import AuditError
 
 
 @dataclass(frozen=True)
@@ -17,53 +19,81 @@ class Gates:
     Parameters
     ----------
     max_missed : share of the oracle's contacts never found, and of its pair-frames in contact not reported.
-    max_p99_ms : milliseconds within which 99 of 100 frames are decided, of detectors that decide frame by frame.
+    max_p99_ms : milliseconds within which 99 of 100 looks are decided, of detectors that decide frame by frame.
+    max_invented : share of the pair-frames that a detector reports as contact which are none.
+
+    Raises ``AuditError``: a share beyond 0 to 1, or a limit that is no number.
     """
 
     max_missed: float | None = None
     max_p99_ms: float | None = None
+    max_invented: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, most in (("max_missed", 1.0), ("max_p99_ms", float_info.max), ("max_invented", 1.0)):
+            limit = getattr(self, name)
+            if limit is not None and not 0.0 <= limit <= most:
+                what = "milliseconds" if name == "max_p99_ms" else "a share from 0 to 1"
+                raise AuditError(f"{name} is {limit}; give {what}")
 
     def broken(self, audit: Mapping[str, Any], summaries: Sequence[Mapping[str, Any]]) -> list[str]:
         """A sentence for each limit that was exceeded or could not be checked.
 
         ``audit`` has the figures over all sessions by label; ``summaries`` of the runs hold the times.
         """
-        found = [] if self.max_missed is None else _missed(audit, self.max_missed)
+        rows = (("--max-missed", self.max_missed, _missed), ("--max-invented", self.max_invented, _invented))
+        found = []
+        for name, most, check in rows:
+            if most is not None:
+                found += [] if audit else [f"{name} cannot be checked: nothing was audited"]
+                found += [words for label, figures in audit.items() for words in check(name, label, figures, most)]
         return found + ([] if self.max_p99_ms is None else _late(audit, summaries, self.max_p99_ms))
 
 
-def _missed(audit: Mapping[str, Any], most: float) -> list[str]:
-    if not audit:
-        return ["--max-missed cannot be checked: nothing was audited"]
-    found = []
-    for label, figures in audit.items():
-        contacts = share(figures["contacts_missed"], figures["contacts"])
-        if not contacts["of"] and not figures["missed"]["of"]:
-            found.append(f"--max-missed cannot be checked: there is no contact for {label} to miss")
-        for what, part in (("contacts", contacts), ("pair-frames in contact", figures["missed"])):
-            if part["of"] and part["share"] > most:
-                found.append(
-                    f"{label} missed {part['count']} of {part['of']} {what} ({percent(part)}), "
-                    f"more than --max-missed {most:g}"
-                )
-    return found
+def _missed(name: str, label: str, figures: Mapping[str, Any], most: float) -> Iterator[str]:
+    contacts, frames = share(figures["contacts_missed"], figures["contacts"]), figures["missed"]
+    undecided = figures["contact_frames_undecided"]
+    if undecided:
+        whole = f"{figures['contacts_undecided']} of {contacts['of']} contacts"
+        yield f"{name} cannot be checked: {label} left {undecided} pair-frames in contact undecided, {whole} whole"
+    elif not contacts["of"]:
+        yield f"{name} cannot be checked: there is no contact for {label} to miss"
+    yield from _undecided_oracle(name, figures)
+    for what, part in (("contacts", contacts), ("pair-frames in contact", frames)):
+        if part["of"] and part["share"] > most:
+            yield f"{label} missed {part['count']} of {part['of']} {what} ({percent(part)}), more than {name} {most:g}"
+
+
+def _invented(name: str, label: str, figures: Mapping[str, Any], most: float) -> Iterator[str]:
+    part, frames = figures["invented"], figures["pair_frames"]
+    if sum(frames.values()) == frames["LEFT_OUT"]:
+        yield f"{name} cannot be checked: {label} was compared in no pair-frame"
+    yield from _undecided_oracle(name, figures)
+    if part["of"] and part["share"] > most:
+        what = f"{part['count']} of the {part['of']} pair-frames in contact that it reports"
+        yield f"{label} invented {what} ({percent(part)}), more than {name} {most:g}"
+
+
+def _undecided_oracle(name: str, figures: Mapping[str, Any]) -> Iterator[str]:
+    if figures["oracle_undecided"]:
+        yield f"{name} cannot be checked: the oracle left {figures['oracle_undecided']} pair-frames undecided"
 
 
 def _late(audit: Mapping[str, Any], summaries: Sequence[Mapping[str, Any]], most: float) -> list[str]:
-    found, timed = [], False
+    found = [] if audit else ["--max-p99-ms cannot be checked: nothing was audited"]
     for summary in summaries:
+        where = summary["session"]["origin"] or "the session"
         for label in audit:
-            per_frame = summary["detectors"].get(label, {}).get("seconds", {}).get("per_frame")
-            if per_frame is None:
+            if label not in summary["detectors"]:
                 continue
-            timed = True
-            if per_frame["p99"] * 1e3 > most:
+            per_frame = summary["detectors"][label]["seconds"].get("per_frame")
+            if per_frame is None:
+                found.append(f"--max-p99-ms cannot be checked: {label} was not timed frame by frame in {where}")
+            elif per_frame["p99"] * 1e3 > most:
                 found.append(
-                    f"{label} takes {per_frame['p99'] * 1e3:.3g} ms at the 99th percentile of the frames of "
-                    f"{summary['session']['origin'] or 'the session'}, more than --max-p99-ms {most:g}"
+                    f"{label} takes {per_frame['p99'] * 1e3:.3g} ms at the 99th percentile of its looks in {where}, "
+                    f"more than --max-p99-ms {most:g}"
                 )
-    if not timed:
-        found.append("--max-p99-ms cannot be checked: no audited detector decides frame by frame")
     return found
 
 

@@ -8,6 +8,9 @@ from replay.comparison.outcome import Outcome
 from replay.detection.recorded import RECORDED
 from replay.pipeline.gates import figure
 from replay.pipeline.run_result import RunResult
+from replay.pipeline.scores import undecided_share
+from sessions import Finding, Severity
+from sessions.doctor.codes import CODES
 
 
 def headline(result: RunResult, label: str) -> str:
@@ -19,6 +22,23 @@ def headline(result: RunResult, label: str) -> str:
     if (outcome == Outcome.LEFT_OUT).all():
         return f"Nothing compared: {result.oracle} and {label} both decided none of {outcome.size:,} pair-frames"
     return f"No contact found by {result.oracle}, so none for {label} to miss"
+
+
+def doubts(result: RunResult) -> list[str]:
+    """What a reader must know before the answer: each kind of error, and each finding of unit, axes or handedness.
+
+    With positions in millimetres nothing meets, and "none missed" would be true and worth nothing.
+    """
+    grouped: dict[tuple[Severity, str], list[Finding]] = {}
+    for one in () if result.treatment is None else result.treatment.findings:
+        if one.severity == Severity.ERROR or CODES[one.code].group == "scale" or one.code == "mesh-units":
+            grouped.setdefault((one.severity, one.code), []).append(one)
+    lines = []
+    for (severity, code), (one, *more) in grouped.items():
+        where = f"{one.body}: {one.message}" if one.body else one.message
+        rest = f"; {len(more)} more like it" if more else ""
+        lines.append(f"{severity.name.capitalize()}, {code}: {one.meaning} ({where}{rest}). To do: {one.fix}.")
+    return lines
 
 
 def contact_words(counts: ContactCounts, by: str = "") -> str:
@@ -43,13 +63,11 @@ def _some(whole: int, part: int, what: str, by: str) -> str:
 def undecided(result: RunResult) -> list[str]:
     """A line per detector that was not compared in every pair-frame that has a pose."""
     lines = []
-    for label, figures in result.summary["audit"].items():
-        part = figures["undecided"]
+    for label in result.comparisons:
+        part = undecided_share(result, label)
         if part["count"]:
-            lines.append(
-                f"{part['count']:,} of {part['of']:,} pair-frames with a pose are undecided by {result.oracle} or "
-                f"{label}: nothing is known of them."
-            )
+            what = f"{part['count']:,} of {part['of']:,} pair-frames with a pose"
+            lines.append(f"{what} are undecided by {result.oracle} or {label}: nothing is known of them.")
     return lines
 
 
@@ -74,7 +92,8 @@ def price(result: RunResult) -> list[str]:
     }
     took = {label: f"{1e3 * one['seconds']['per_frame_mean']:.3g} ms" for label, one in figures.items()}
     trusted = result.oracle
-    parts = [f"Every contact counted here was found by {trusted} in {took[trusted]} a frame, {ways[trusted]}"]
+    did = "Every contact counted here was found by" if result.episodes[trusted] else "No contact was found by"
+    parts = [f"{did} {trusted} in {took[trusted]} a frame, {ways[trusted]}"]
     for label in result.comparisons:
         if figures[label]["name"] != RECORDED:
             verb = " took" if len(parts) == 1 else ""

@@ -29,9 +29,11 @@ def score(result: Measured, label: str) -> dict[str, Any]:
     frames = {outcome.name: comparison.count(outcome) for outcome in Outcome}
     contact, reported = frames["BOTH"] + frames["MISSED"], frames["BOTH"] + frames["INVENTED"]
     unconfirmed = (result.detections[label].verdict == Verdict.CANDIDATE) & (comparison.outcome == Outcome.INVENTED)
+    truth = result.detections[result.oracle].verdict
     figures: dict[str, Any] = {
         "pair_frames": frames, "missed": share(frames["MISSED"], contact),
-        "invented": share(frames["INVENTED"], reported), "undecided": _undecided(result, label),
+        "invented": share(frames["INVENTED"], reported), "undecided": undecided_share(result, label),
+        "oracle_undecided": int(np.isin(truth, (Verdict.UNRESOLVED, Verdict.INVALID)).sum()),
         "between_frames": _between(result, label),
         "unconfirmed": int(unconfirmed.sum()), "contacts": contacts.contacts,
         "contacts_missed": contacts.missed, "contacts_in_part": contacts.in_part,
@@ -69,7 +71,7 @@ def _between(result: Measured, label: str) -> int | str:
     return result.comparisons[label].count(Outcome.BETWEEN_FRAMES)
 
 
-def _undecided(result: Measured, label: str) -> dict[str, Any]:
+def undecided_share(result: Measured, label: str) -> dict[str, Any]:
     """Pair-frames with a pose in which one of the two did not decide: left out, though there was something to see."""
     posed = result.detections[result.oracle].verdict != Verdict.NO_POSE
     return share(int((posed & (result.comparisons[label].outcome == Outcome.LEFT_OUT)).sum()), int(posed.sum()))

@@ -1,9 +1,10 @@
 """The Pareto front and the advice, from the table alone.
 
 A row is on the front when no other is at least as quick and misses no more. These rows do not count: the oracle and
-rows with its algorithm, and rows of whose reported pair-frames fewer than ``PRECISION`` are true (a detector that
-always reports contact misses nothing). A row that invents contacts is advised with the share of its reports that is
-invented, beside a row that invents less for the same price, and it never dominates one that invents less.
+rows with its algorithm, rows that left contact undecided, and rows of whose reported pair-frames fewer than
+``PRECISION`` are true (a detector that always reports contact misses nothing). A row that invents contacts is advised
+with the share of its reports that is invented, beside a row that invents less for the same price, and it never
+dominates one that invents less.
 """
 
 from __future__ import annotations
@@ -21,8 +22,9 @@ ONLINE_BUDGETS_MS: Final = (0.1, 0.3, 1.0, 3.0, 11.1)
 
 
 def counts(row: Row) -> bool:
-    """Whether a row may be on the front."""
-    return not row["oracle"] and row["precision"] is not None and bool(row["precision"] >= PRECISION)
+    """Whether a row may be on the front: of one that left contact undecided nobody knows what it misses."""
+    decided = row["precision"] is not None and not row.get("contact_frames_undecided")
+    return not row["oracle"] and decided and bool(row["precision"] >= PRECISION)
 
 
 def front_of(rows: Sequence[Row], *, time: str = "ms_per_frame", online: bool = False) -> list[str]:

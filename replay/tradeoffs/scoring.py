@@ -61,7 +61,8 @@ class Judge:
             "recall_low": 1 - lost["high"], "recall_high": 1 - lost["low"],
             "missed": lost["share"], "missed_low": lost["low"], "missed_high": lost["high"],
             "precision": true["share"], "precision_low": true["low"], "precision_high": true["high"],
-            "contacts": whole.contacts, "contacts_missed": whole.missed, "contacts_undecided": whole.undecided,
+            "contacts": whole.contacts, "contacts_missed": whole.missed,
+            "contacts_undecided": whole.undecided, "contact_frames_undecided": whole.frames_undecided,
             "contacts_missed_low": contacts["low"], "contacts_missed_high": contacts["high"],
             **self._of_faces(detection if same_faces else None, comparison),
         }  # fmt: skip

@@ -11,6 +11,7 @@ from typing import Final
 from sessions.doctor.finding import Finding, Severity, Span, in_order
 from sessions.doctor.meshes import all_mesh_findings, mesh_findings
 from sessions.doctor.pose_pass import Looked, look_through
+from sessions.doctor.scale import table_findings
 from sessions.doctor.session_findings import examine_session, frame_findings, scene_findings
 from sessions.doctor.structure import is_mcap, structure_findings
 from sessions.doctor.tolerant_frames import Noted, TolerantFrames
@@ -117,7 +118,7 @@ def _session_file(path: Path) -> Iterator[Finding]:
     meshes = []
     for name, expected in hashes.items():
         meshes.append(name)
-        yield from _attached_mesh(file, name, expected)
+        yield from _attached_mesh(file, name, expected, scene)
     yield from scene_findings(scene, looked.names, meshes)
 
 
@@ -131,7 +132,7 @@ def _scene(file: McapFile) -> tuple[Scene, list[Finding]]:
         return Scene(), [Finding("bad-scene", Severity.ERROR, str(error))]
 
 
-def _attached_mesh(file: McapFile, name: str, expected: str) -> Iterator[Finding]:
+def _attached_mesh(file: McapFile, name: str, expected: str, scene: Scene) -> Iterator[Finding]:
     from sessions.meshes.mesh_files import mesh_from_bytes
 
     try:
@@ -149,6 +150,7 @@ def _attached_mesh(file: McapFile, name: str, expected: str) -> Iterator[Finding
         yield Finding(code, Severity.ERROR, str(error), name)
         return
     yield from mesh_findings(name, mesh)
+    yield from table_findings({name: mesh}, scene)
 
 
 def _noted(noted: Noted, looked: Looked, listed: tuple[str, ...], file: McapFile) -> Iterator[Finding]:

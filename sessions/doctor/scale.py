@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.pose_pass import Looked
+from sessions.errors import SessionError
+from sessions.mesh_data import MeshData
 from sessions.model.scene import Scene
 
 FAR_M: Final = 25.0  # Metres from the origin in the median: no tracked room is that large (VIVE: 10 m by 10 m)
@@ -25,6 +27,10 @@ MOST: Final = 0.8  # A share of the session that is no accident
 LEAST_LOOKS: Final = 20
 APART_M: Final = 0.05  # Hands closer to each other sideways than this do not tell left from right
 
+LEVEL_M: Final = 0.5  # Metres that a head moves up and down, 10th to 90th percentile; it walks farther
+TOP: Final = 0.5  # Share of the surface of a table that its top and underside have, legs and edges included
+
+_TABLES = frozenset({"table", "bench", "desk", "tabletop", "benchtop", "floor"})
 _HEADS = frozenset({"head", "hmd", "headset", "camera"})
 _HAND_WORDS = frozenset({"hand", "controller", "left", "right", "vive", "wand", "index", "palm", "glove"})
 FloatArray = NDArray[np.float64]
@@ -107,6 +113,8 @@ def _up(looked: Looked, roles: Roles) -> Iterator[Finding]:
             sign = "+" if up[axis] > 0 else "-"
             message = f"the crown points along {sign}{'XYZ'[axis]} and is at a height of {height:.2f} m"
             yield Finding("up-axis", Severity.WARNING, message, name)
+        else:
+            yield from _head_height_elsewhere(_there(looked.position[:, roles.head]), name)
     hands = [column for column in (roles.left, roles.right) if column is not None]
     if hands:
         height = looked.position[:, hands, 1].max(axis=1) - looked.position[:, roles.head, 1]
@@ -115,6 +123,34 @@ def _up(looked: Looked, roles: Roles) -> Iterator[Finding]:
         if share > MOST:
             message = f"a hand is above the head {100 * share:.0f} % of the time, by {np.median(height):.2f} m"
             yield Finding("head-below-hands", Severity.WARNING, message, name)
+
+
+def _head_height_elsewhere(place: FloatArray, name: str) -> Iterator[Finding]:
+    """A head that keeps the height of a head along another axis than Y, whatever its own axes are."""
+    middle, spread = np.median(place, axis=0), np.ptp(np.quantile(place, [0.1, 0.9], axis=0), axis=0)
+    kept = (middle >= LEAST_HEAD_M) & (middle <= MOST_HEAD_M) & (spread <= LEVEL_M)
+    for axis in (2, 0):
+        if kept[axis] and not kept[1] and spread.argmin() == axis:
+            message = f"it keeps to {middle[axis]:.2f} m along {'XYZ'[axis]}, and its height is {middle[1]:.2f} m"
+            yield Finding("up-axis", Severity.WARNING, message, name)
+
+
+def table_findings(meshes: Mapping[str, MeshData], scene: Scene) -> Iterator[Finding]:
+    """A table that stands on its edge: most of its surface faces along another axis than Y."""
+    for body in scene.bodies:
+        words = set(re.findall(r"[a-z]+", body.id.lower())) | set(body.tags)
+        if not words & _TABLES or body.parent or body.fixed is None:
+            continue
+        try:
+            corners = meshes[body.id].triangles
+        except (KeyError, SessionError):
+            continue
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        faces = np.abs(_turned(np.tile(body.fixed.quaternion_xyzw, (len(normal), 1)), normal)).sum(axis=0)
+        axis, share = int(faces.argmax()), float(faces.max() / (faces.sum() or 1.0))
+        if axis != 1 and share > TOP:
+            message = f"{100 * share:.0f} % of its surface faces along {'XYZ'[axis]}: it stands on its edge"
+            yield Finding("up-axis", Severity.WARNING, message, body.id)
 
 
 def _sides(looked: Looked, roles: Roles) -> Iterator[Finding]:

@@ -9,7 +9,7 @@ from sessions.doctor.finding import Finding, Severity
 from sessions.doctor.meshes import all_mesh_findings
 from sessions.doctor.pose_pass import Looked, look_through
 from sessions.doctor.poses import pose_findings
-from sessions.doctor.scale import scale_findings
+from sessions.doctor.scale import scale_findings, table_findings
 from sessions.doctor.timing import time_findings
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.scene_pairs import absent_bodies
@@ -23,6 +23,7 @@ def examine_session(session: Session, looked: Looked | None = None) -> Iterator[
     looked = looked or look_through(session.blocks(BLOCK_FRAMES))
     yield from frame_findings(looked, session.scene, dict(session.facts))
     yield from all_mesh_findings(session.meshes)
+    yield from table_findings(session.meshes, session.scene)
     yield from scene_findings(session.scene, session.names, [*session.meshes])
 
 

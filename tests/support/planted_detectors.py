@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from cdcore import Motion, Verdict, create_detector, join
+from cdcore import FrameDetector, Motion, Verdict, create_detector, join
 from cdcore.protocol import counts_as_contact
 from cdcore.protocol.frame_detector import NoSettings
 
@@ -94,3 +94,25 @@ class Rounding(Planted):
     def stream(self, motions, *, faces=False):
         for motion in motions:
             yield self.detect(motion)
+
+
+class Undecided(FrameDetector):
+    """Decides nothing."""
+
+    def look(self, rotations, translations):
+        return [Verdict.UNRESOLVED] * len(self.pairs)
+
+
+class Raising(FrameDetector):
+    """Fails in the frame in which anything is nearer than 1.0 m."""
+
+    def look(self, rotations, translations):
+        a, b = self.pairs.T
+        return [1.0 / (abs(x) > 1.0) < 0 for x in (translations[a] - translations[b])[:, 0].tolist()]
+
+
+class Unmade(Undecided):
+    """Fails when it is made."""
+
+    def __init__(self, bodies, pairs, settings):
+        raise KeyError("radius")

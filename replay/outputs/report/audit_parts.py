@@ -14,7 +14,7 @@ from replay.outputs.report.markup import Markup, bar, element, joined, page_tabl
 from replay.outputs.run_tables import matched_table, pair_frame_table
 from replay.outputs.words import CONTACT_WORDS
 from replay.pipeline.run_result import RunResult
-from replay.pipeline.summary import frame_seconds
+from replay.pipeline.summary import look_seconds
 
 BINS: Final = 40
 WIDTH, HEIGHT, LEFT, BOTTOM = 1100, 150, 190, 20
@@ -69,7 +69,7 @@ def heat_map(result: RunResult) -> Markup:
 
 def latency_histogram(result: RunResult) -> Markup:
     """How many frames took how long, on a log axis, of every detector that decides frame by frame, if there is one."""
-    timed = ((label, frame_seconds(found)) for label, found in result.detections.items())
+    timed = ((label, look_seconds(found)) for label, found in result.detections.items())
     shown = {label: np.maximum(one * 1e3, 1e-4) for label, one in timed if one is not None and len(one)}
     if not shown:
         return Markup()

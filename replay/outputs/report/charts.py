@@ -149,10 +149,9 @@ def _bars(active: NDArray[np.bool_], times: NDArray[np.float64], y: int, word: O
 
 
 def _legend() -> Markup:
-    shown = (Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH, Outcome.WITHIN_TOLERANCE)
     keys = [
         element("span", Markup(f'<i style="background:{hex_of(OUTCOMES[word][1])}"></i>'), OUTCOMES[word][0])
-        for word in shown
+        for word in SPOKEN
     ]
     return element("p", *keys, class_="legend")
 

@@ -27,7 +27,7 @@ from replay.outputs.report.tables import (
 )
 from replay.outputs.run_tables import cost_table
 from replay.outputs.words import NOT_LOOKED_FOR
-from replay.pipeline.headline import headline, invented, price
+from replay.pipeline.headline import doubts, headline, invented, price, undecided
 from replay.pipeline.run_result import RunResult
 
 CLOSE_UPS = 4
@@ -48,7 +48,8 @@ def write_report(result: RunResult, path: Path) -> None:
 def report_html(result: RunResult) -> str:
     """The page as text."""
     name = result.session.scene.name or Path(result.session.origin).stem or "session"
-    lines = [element("p", f"Replay of {name}"), *(element("h1", line) for line in _headlines(result))]
+    lines = [element("p", f"Replay of {name}"), *(element("p", line, class_="doubt") for line in doubts(result))]
+    lines += [element("h1", line) for line in _headlines(result)]
     lines += [element("p", line, class_="price") for line in _beside(result)]
     red = f":root {{ --missed: {hex_of(MISSED)}; }}\n"
     return page_html(f"{name}: {_headlines(result)[0]}", lines, _sections(result), CAVEAT, red)
@@ -70,7 +71,7 @@ def _headlines(result: RunResult) -> list[str]:
 def _beside(result: RunResult) -> list[str]:
     """What stands below the headlines: what else is wrong, and the price; without a detector, what happened."""
     if result.detections or not happened(result.effects):
-        return [*invented(result), *price(result)]
+        return [*undecided(result), *invented(result), *price(result)]
     return [*happened_words(result.effects, EVENTS_FIRST), f"{NOT_LOOKED_FOR}."]
 
 
@@ -100,7 +101,7 @@ def _sections(result: RunResult) -> list[Markup]:
         parts.append(section("Which step rate would have missed it", steps))
     if result.effects or result.summary["plan"]["not_built"]:
         parts.append(section("Effects that the scene calls for", effect_section(result)))
-    parts.append(section("Can the recording be trusted?", finding_tables(result)))
+    parts.append(section("What is suspicious about the recording", finding_tables(result)))
     parts.append(section("The session", fact_table(result)))
     parts.append(section("How to get the same again", settings_table(result)))
     return parts

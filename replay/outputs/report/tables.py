@@ -20,7 +20,7 @@ from replay.outputs.run_tables import (
 )
 from replay.outputs.run_tables import contact_table as contacts_found
 from replay.outputs.run_tables import miss_table as every_miss
-from replay.outputs.words import counted
+from replay.outputs.words import NOTHING_SUSPICIOUS, counted
 from replay.pipeline.run_result import RunResult
 from sessions import Finding, Severity
 
@@ -81,7 +81,7 @@ def contact_table(result: RunResult) -> Markup:
 
 
 def miss_table(result: RunResult, label: str) -> Markup:
-    """A row per miss, deepest first, with the command that shows it; where there are many, clusters above them.
+    """A row per miss, the longest cut first, with the command that shows it; where there are many, clusters above them.
 
     Misses that no frame shows have a table of their own, in order of time.
     """
@@ -97,8 +97,8 @@ def miss_table(result: RunResult, label: str) -> Markup:
     words = f"All {count:,}, each with the command that shows it"
     if count < len(misses):
         rest = f"the other {len(misses) - count:,} are in misses.parquet"
-        words = f"The {count:,} deepest, each with the command that shows it; {rest}"
-    heads = ("pair", "cause", "look at the deepest", "misses", "frames", "s", "deepest cut mm")
+        words = f"The {count:,} with the longest cuts, each with the command that shows it; {rest}"
+    heads = ("pair", "cause", "look at the longest cut", "misses", "frames", "s", "longest cut mm")
     found = page_table(cluster_table(label, misses, run).only(*heads))
     return joined([found, element("details", element("summary", words), *parts)])
 
@@ -144,11 +144,11 @@ def finding_tables(result: RunResult) -> Markup:
 
 
 def trust(findings: tuple[Finding, ...]) -> str:
-    """One sentence: how far the recording can be trusted."""
+    """One sentence: how much was found; that nothing was proves nothing."""
     count = Counter(finding.severity for finding in findings)
     bad = [counted(count[one], one.name.lower()) for one in (Severity.ERROR, Severity.WARNING) if count[one]]
     if not bad:
-        return "Nothing was found that makes an answer less sure than it looks."
+        return f"{NOTHING_SUSPICIOUS}."
     return f"{' and '.join(bad)}: verdicts on these spans carry a flag."
 
 

@@ -87,7 +87,10 @@ def _drawn(effects: Mapping[str, EffectRun]) -> dict[str, Liquid]:
 
 
 def _log_series(writer: RecordingWriter, path: str, title: str, series: Series, number: int) -> None:
-    writer.static(path, rr.SeriesLines(names=title, colors=packed([SERIES[number % len(SERIES)]])))
+    # Every sample: the mean of the samples under a pixel draws a slope from a value to the zero beside it.
+    every = rr.components.AggregationPolicy.Off
+    colours = packed([SERIES[number % len(SERIES)]])
+    writer.static(path, rr.SeriesLines(names=title, colors=colours, aggregation_policy=every))
     writer.session_rows(path, _ns(series.times), rr.Scalars.columns(scalars=series.values))
 
 

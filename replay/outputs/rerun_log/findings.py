@@ -13,6 +13,7 @@ from replay.outputs.rerun_log.columns import RecordingWriter, entity
 from replay.outputs.rerun_log.lanes import log_lane
 from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.run_tables import finding_table
+from replay.outputs.words import NOTHING_SUSPICIOUS
 from replay.pipeline.run_result import RunResult
 from replay.prepare.flags import FLAG_KINDS, FlagSpan
 from sessions.doctor.codes import CODES
@@ -55,7 +56,7 @@ def finding_list(result: RunResult) -> str:
     """Markdown: what was found, the worst first, each code explained once."""
     findings = () if result.treatment is None else result.treatment.findings
     if not findings:
-        return "Nothing is wrong with this recording."
+        return f"{NOTHING_SUSPICIOUS}."
     shown = findings[:MOST_FINDINGS]
     said = {one.code for one in shown}
     notes = "\n".join(f"- **{code}**: {spec.meaning}; {spec.fix}" for code, spec in CODES.items() if code in said)
@@ -64,8 +65,8 @@ def finding_list(result: RunResult) -> str:
 
 
 def finding_tab(paths: Sequence[str], whole: rrb.TimeAxis) -> Any:
-    """The tab that says whether the recording can be trusted."""
-    listing = rrb.TextDocumentView(origin="/findings/list", name="Can the recording be trusted?")
+    """The tab that says what is suspicious about the recording."""
+    listing = rrb.TextDocumentView(origin="/findings/list", name="What is suspicious about the recording")
     if not paths:
         return rrb.Horizontal(listing, name="Findings")
     lanes = state_view("findings/lanes", "Poses in doubt, body by body", whole, paths)

@@ -20,7 +20,7 @@ from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.run_tables import cluster_table, miss_table
 from replay.outputs.tables import table
 from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, depth_words
-from replay.pipeline.headline import headline, invented
+from replay.pipeline.headline import doubts, headline, invented, undecided
 from replay.pipeline.run_result import RunResult
 
 WORST: Final = MANY
@@ -91,8 +91,9 @@ def report_text(result: RunResult) -> str:
         f"# {result.session.scene.name or 'Session'}",
         f"{span:.1f} s, {len(times):,} frames, {len(assembly.bodies)} bodies, {len(assembly.pairs)} pairs.",
     ]
+    parts += doubts(result)
     parts += [f"**{headline(result, label)}.**" for label in result.comparisons]
-    parts += invented(result)
+    parts += [*undecided(result), *invented(result)]
     if not result.detections:
         parts += [f"- {line}" for line in happened_words(result.effects, WORST)]
     parts.append(_outcome_table(result))
@@ -116,7 +117,7 @@ def _outcome_table(result: RunResult) -> str:
 
 
 def log_worst(writer: RecordingWriter, path: str, label: str, misses: Sequence[Miss]) -> None:
-    """Send the misses with the longest cuts, deepest first, then those that no frame shows, in order of time."""
+    """Send the misses with the longest cuts, the longest first, then those that no frame shows, in order of time."""
     seen, between = seen_and_between(misses)
     tables = [cluster_table(label, misses).only(*CLUSTER_HEAD)] if len(misses) > MANY else []
     if seen:
@@ -130,7 +131,7 @@ def log_worst(writer: RecordingWriter, path: str, label: str, misses: Sequence[M
 
 
 MISS_HEAD: Final = ("miss", "at s", "pair", "what")
-CLUSTER_HEAD: Final = ("pair", "misses", "frames", "s", "miss", "deepest cut mm")
+CLUSTER_HEAD: Final = ("pair", "misses", "frames", "s", "miss", "longest cut mm")
 
 
 def log_cluster_list(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:

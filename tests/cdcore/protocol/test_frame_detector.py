@@ -1,9 +1,11 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 from support.shapes import lab
 
 from cdcore import FrameDetector, Verdict, create_detector, join
-from cdcore.errors import InvalidPairError
+from cdcore.errors import InvalidPairError, OwnDetectorError
 from cdcore.protocol import Detector
 
 
@@ -52,3 +54,72 @@ def test_an_answer_of_another_shape_or_none_is_refused():
     bodies, motion = lab(3)
     with pytest.raises(InvalidPairError, match=r"one per pair: \(10,\)"):
         made(Wrong, bodies).detect(motion)
+
+
+def saying(answer):
+    """A detector that answers so in every frame, beside bodies and a motion."""
+
+    class Says(FrameDetector):
+        def look(self, rotations, translations):
+            return answer
+
+    bodies, motion = lab(3)
+    return made(Says, bodies), motion
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        [True] * 10,
+        np.ones(10, dtype=bool),
+        np.full(10, Verdict.CONTACT, dtype=np.uint8),
+        [Verdict.CONTACT] * 10,
+        (Verdict.CONTACT,) * 10,
+    ],
+)
+def test_bools_and_verdicts_are_answers(answer):
+    detector, motion = saying(answer)
+    verdict = detector.detect(motion).verdict
+    assert set(np.unique(verdict)) <= {Verdict.CONTACT, Verdict.NO_POSE} and (verdict == Verdict.CONTACT).any()
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        ([5] * 10, "int64"),
+        (np.full(10, 5), "int64"),
+        ([0.3] * 10, "float64"),
+        ([float("nan")] * 10, "float64"),
+        (["yes"] * 10, "<U3"),
+        ([None] * 10, "object"),
+        ([True, Verdict.CONTACT] * 5, "int64"),
+        (np.full(10, 9, dtype=np.uint8), "uint8 with the value 9, which is no Verdict"),
+    ],
+)
+def test_counts_distances_and_other_numbers_are_refused_with_their_dtype(answer, words):
+    detector, motion = saying(answer)
+    with pytest.raises(OwnDetectorError, match=rf"Says.look answered with {words}; answer with bools"):
+        detector.detect(motion)
+
+
+class Breaks(FrameDetector):
+    """Fails in its 5th look, within a library that it calls."""
+
+    def prepare(self):
+        self.looks = 0
+
+    def look(self, rotations, translations):
+        self.looks += 1
+        if self.looks == 5:
+            np.linalg.inv(np.zeros((2, 2)))  # the line to name
+        return [False] * len(self.pairs)
+
+
+@pytest.mark.parametrize("block", [2, 40])
+def test_an_exception_names_class_frame_file_and_line(block):
+    bodies, motion = lab(40)
+    lines = Path(__file__).read_text("utf-8").splitlines()
+    line = next(k for k, text in enumerate(lines, 1) if "# the line to name" in text)
+    words = rf"^Breaks failed in look, frame 4: LinAlgError: Singular matrix \(.*test_frame_detector.py, line {line}\)$"
+    with pytest.raises(OwnDetectorError, match=words):
+        list(made(Breaks, bodies).stream(motion.blocks(block)))

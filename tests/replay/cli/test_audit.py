@@ -50,3 +50,48 @@ def test_frames_slower_than_the_gate_end_in_4_and_both_gates_kept_in_0(file, cap
 def test_a_run_folder_is_written_when_asked(file, tmp_path):
     assert main(["audit", file, "--detector", SLOW, "--out", str(tmp_path / "run"), "--no-picture", "--no-faces"]) == 0
     assert {"summary.json", "episodes.parquet"} <= {path.name for path in (tmp_path / "run").iterdir()}
+
+
+def test_a_detector_that_decides_nothing_is_told_so_first_and_passes_no_gate(file, capsys):
+    words = ["audit", file, "--detector", "it=support.planted_detectors:Undecided", "--max-missed", "1"]
+    assert main(words) == 4
+    printed, said = capsys.readouterr()
+    assert printed.split("\n")[1].startswith(" 2 of 2 contacts undecided by it ")
+    assert " 12 of 12 pair-frames with a pose are undecided by exact or it: nothing is known of them." in printed
+    assert "gate: --max-missed cannot be checked: it left 4 pair-frames in contact undecided, 2 of 2 contacts" in said
+    assert main([*words[:-2], "--max-invented", "1"]) == 4
+    assert "it was compared in no pair-frame" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("detector", "what"), [("Raising", "in look, frame 4: ZeroDivisionError"),
+                                                ("Unmade", "to be made: KeyError: 'radius'")])  # fmt: skip
+def test_a_fault_of_a_users_detector_names_class_frame_file_and_line(file, capsys, detector, what):
+    assert main(["audit", file, "--detector", f"support.planted_detectors:{detector}"]) == 1
+    said = capsys.readouterr().err
+    assert f"error: {detector} failed {what}" in said and "planted_detectors.py, line " in said
+    assert "please report it" not in said
+
+
+@pytest.mark.parametrize("verb", ["audit", "run"])
+@pytest.mark.parametrize("limit", [["--max-missed", "nan"], ["--max-missed", "50"], ["--max-invented", "-0.1"],
+                                   ["--max-p99-ms", "nan"], ["--max-p99-ms", "inf"], ["--tau", "nan"]])  # fmt: skip
+def test_a_limit_that_is_no_limit_is_a_wrong_use(file, tmp_path, capsys, verb, limit):
+    out = ["--out", str(tmp_path / "run")]
+    assert main([verb, file, "--detector", SLOW, *out, *limit]) == 2
+    assert limit[0] in capsys.readouterr().err and not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("verb", ["audit", "run"])
+def test_inventions_are_gated_by_audit_and_run(file, tmp_path, capsys, verb):
+    words = [verb, file, "--detector", SLOW, "--out", str(tmp_path / "run"), "--no-picture", "--max-invented"]
+    assert main([*words, "0.1"]) == 4
+    assert "gate: slow invented " in capsys.readouterr().err
+    assert main([*words, "1", "--force"]) == 0
+
+
+def test_of_a_slow_rate_the_looks_are_held_to_the_limit_and_not_the_frames_between(tmp_path, capsys):
+    path = tmp_path / "long.mcap"
+    write_session(cubes({"a": [0.0] * 300, "b": [3 + k / 300 for k in range(300)]}), path)
+    words = ["audit", str(path), "--detector", "rare=discrete[rate_hz=0.5]", "--max-p99-ms", "0.000001"]
+    assert main(words) == 4
+    assert "rare takes" in capsys.readouterr().err

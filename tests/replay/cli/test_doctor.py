@@ -17,7 +17,7 @@ def files(tmp_path_factory):
 def test_a_clean_session_can_be_trusted_and_its_notes_are_one_line(files, capsys):
     assert main(["doctor", str(files[0])]) == 0
     text = capsys.readouterr().out
-    assert "clean.mcap  can be trusted" in text and "notes (-v lists them): at-rest" in text
+    assert "clean.mcap  nothing suspicious found" in text and "notes (-v lists them): at-rest" in text
 
 
 def test_a_fault_is_said_with_body_span_meaning_and_cure(files, capsys):

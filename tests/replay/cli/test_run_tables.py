@@ -10,6 +10,8 @@ from replay.cli import run_tables as module
 from replay.cli.run_tables import answers, audit_tables, cause_table, run_tables
 from replay.cli.terminal import terminal
 from replay.effects.effect_summary import happened_words
+from replay.outputs.report.page import report_html
+from replay.outputs.rerun_log.report import report_text
 from replay.pipeline.engine import compute
 from sessions import Scene
 from sessions.model.scene import SceneBody, SceneEffect
@@ -142,3 +144,13 @@ def test_three_detectors_with_long_names_fit_into_80_columns_whole():
     assert "…" not in text and "collider-capsule" in text
     rows = [line.split("  ") for line in text.splitlines() if line.strip().startswith(("invented ", "begin late"))]
     assert len(rows) == 3 and all(len([cell for cell in row if cell.strip()]) >= 3 for row in rows)
+
+
+def test_what_is_suspicious_about_units_comes_before_every_answer():
+    far = {"a": [0.0] * 12, "b": [3000, 3000, 3000, 3000, 0.9, 3000, 3000, 3000, 0.9, 0.8, 0.9, 3000]}
+    result = compute(cubes(far), detectors="hybrid")
+    first, second = text(result, width=400).splitlines()[1:3]
+    assert first.startswith(" Warning, unit-suspect: positions look like millimetres") and "(b: 3000 m from" in first
+    assert second.startswith(" None of 2 contacts missed by hybrid")
+    for words in (report_text(result), report_html(result)):
+        assert words.index("unit-suspect") < words.rindex("None of 2 contacts missed by hybrid")

@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from replay.cli.main import main
-from replay.cli.stress import stress_tables
+from replay.cli.stress import _too_many, stress_tables
 from replay.studies.stress import peers
 from replay.studies.stress import stress_runner as runner
 from replay.studies.stress.cases import read_cases
@@ -57,8 +57,14 @@ def test_a_wrong_answer_of_exact_exits_with_4(capsys, monkeypatch):
 def test_too_many_missed_exit_with_4(capsys):
     words = ["stress", "--detector", "hybrid", "--family", "16", "--pairs", "100"]
     assert main([*words, "--max-missed", "0"]) == 4
-    assert "more than --max-missed 0" in capsys.readouterr().err
-    assert main([*words, "--max-missed", "100"]) == 0
+    assert "more than --max-wrong 0" in capsys.readouterr().err
+    assert main([*words, "--max-wrong", "100"]) == 0
+
+
+def test_what_was_refused_or_not_asked_is_not_right():
+    refusing = [Tally("x", 1, "f", 1, pairs=5, missed=0, invented=0, within=0, refused=3, unconfirmed=0)]
+    assert _too_many(refusing, 2) == ["0 missed and 3 refused, more than --max-wrong 2"] and not _too_many(refusing, 3)
+    assert _too_many([], 9) == ["--max-wrong cannot be checked: no family was asked"]
 
 
 def test_quick_asks_about_few_pairs(capsys):

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 from support.small_worlds import jumping
 
-from replay.outputs.words import counted, depth_words, span_words
+from replay.outputs.words import LANE_LEGEND, OUTCOME_WORDS, counted, depth_words, span_words
 from replay.pipeline.engine import compute
 
 
@@ -25,3 +25,9 @@ def test_a_miss_has_millimetres_or_lies_between_frames():
     assert depth_words(hidden, " mm") == "between frames"
     shown = replace(hidden, touch=None, cut_length=0.01234)
     assert depth_words(shown, " mm", 6) == "  12.3 mm" and depth_words(shown) == "12.3"
+
+
+def test_the_legend_of_the_lanes_names_every_outcome_that_has_a_colour():
+    words = LANE_LEGEND.lower()
+    assert all(word.lower() in words for word in OUTCOME_WORDS.values())
+    assert "micrometres" not in words, "tau is an option"

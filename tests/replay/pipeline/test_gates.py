@@ -1,11 +1,17 @@
 import pytest
 
 from replay.base.wilson import share
+from replay.errors import AuditError
 from replay.pipeline.gates import Gates, percent
 
 
-def figures(missed, of, contacts=0, total=4):
-    return {"missed": share(missed, of), "contacts_missed": contacts, "contacts": total}
+def figures(missed, of, contacts=0, total=4, invented=(0, 0), undecided=0, oracle=0, decided=10):
+    """Of an audited detector: pair-frames missed of those in contact, contacts, and what was left undecided."""
+    return {
+        "missed": share(missed, of), "contacts_missed": contacts, "contacts": total, "invented": share(*invented),
+        "contacts_undecided": int(undecided > 0), "contact_frames_undecided": undecided, "oracle_undecided": oracle,
+        "pair_frames": {"BOTH": decided, "LEFT_OUT": undecided + oracle},
+    }  # fmt: skip
 
 
 def run(**seconds):
@@ -40,7 +46,49 @@ def test_the_slowest_frames_are_held_to_milliseconds():
     (one,) = Gates(max_p99_ms=11.1).broken(audit, [fast, slow])
     assert "12 ms" in one and "s.mcap" in one
     (one,) = Gates(max_p99_ms=11.1).broken(audit, [run(detect=1.0)])
-    assert "no audited detector decides frame by frame" in one
+    assert one == "--max-p99-ms cannot be checked: x was not timed frame by frame in s.mcap"
+
+
+def test_every_detector_has_to_be_timed_not_only_one_of_them():
+    two = run(per_frame={"p99": 0.001})
+    two["detectors"]["y"] = {"seconds": {}}
+    (one,) = Gates(max_p99_ms=11.1).broken({"x": figures(0, 4), "y": figures(0, 4)}, [two])
+    assert "y was not timed" in one
+
+
+def test_contact_left_undecided_breaks_the_gate_about_misses_however_large_the_limit():
+    (one,) = Gates(max_missed=1.0).broken({"x": figures(0, 0, total=8, undecided=43_104)}, [])
+    assert one == (
+        "--max-missed cannot be checked: x left 43104 pair-frames in contact undecided, 1 of 8 contacts whole"
+    )
+    (one,) = Gates(max_missed=1.0).broken({"x": figures(0, 4, oracle=3)}, [])
+    assert one == "--max-missed cannot be checked: the oracle left 3 pair-frames undecided"
+
+
+def test_inventions_beyond_the_share_of_what_is_reported_break_the_gate():
+    audit = {"x": figures(0, 4, invented=(3, 4))}
+    assert Gates(max_invented=0.75).broken(audit, []) == []
+    (one,) = Gates(max_invented=0.7).broken(audit, [])
+    assert one.startswith("x invented 3 of the 4 pair-frames in contact that it reports (75 %")
+    assert one.endswith("more than --max-invented 0.7")
+
+
+def test_who_was_compared_nowhere_does_not_pass_for_inventing_nothing():
+    (one,) = Gates(max_invented=1.0).broken({"x": figures(0, 0, decided=0, undecided=5)}, [])
+    assert one == "--max-invented cannot be checked: x was compared in no pair-frame"
+    (one,) = Gates(max_invented=1.0).broken({"x": figures(0, 4, oracle=3)}, [])
+    assert "the oracle left 3" in one
+    assert Gates(max_invented=0.0).broken({"x": figures(4, 4)}, []) == []
+    assert Gates(max_invented=0.0).broken({}, []) != []
+
+
+@pytest.mark.parametrize("name", ["max_missed", "max_invented", "max_p99_ms"])
+@pytest.mark.parametrize("limit", [float("nan"), float("inf"), -0.1, 50.0])
+def test_a_limit_that_is_no_share_or_no_time_is_refused(name, limit):
+    if name == "max_p99_ms" and limit == 50.0:
+        return
+    with pytest.raises(AuditError, match=name):
+        Gates(**{name: limit})
 
 
 def test_a_share_is_written_with_its_interval():

@@ -51,9 +51,10 @@ def took(seconds, *, online=True, name="discrete"):
     return {"name": name, "online": online, "seconds": {"per_frame_mean": seconds}}
 
 
-def priced(**detectors):
+def priced(*, contacts=1, **detectors):
     summary = {"detectors": {"exact": took(5.69e-5, online=False, name="exact"), **detectors}}
-    return SimpleNamespace(oracle="exact", comparisons=dict.fromkeys(detectors), summary=summary)
+    episodes = {"exact": (None,) * contacts}
+    return SimpleNamespace(oracle="exact", comparisons=dict.fromkeys(detectors), summary=summary, episodes=episodes)
 
 
 def test_the_price_of_every_contact_stands_beside_what_those_took_that_were_audited():
@@ -63,6 +64,8 @@ def test_the_price_of_every_contact_stands_beside_what_those_took_that_were_audi
         "slow took 0.163 ms, frame by frame; box 0.02 ms. At 90 Hz a frame lasts 11.1 ms."
     ]
     assert price(priced()) == []
+    (none,) = price(priced(contacts=0, slow=took(1.63e-4)))
+    assert none.startswith("No contact was found by exact in 0.0569 ms a frame")
 
 
 def test_who_reports_contact_where_there_is_none_is_told_so_however_little_it_misses():

@@ -32,7 +32,7 @@ def test_the_section_lists_findings_what_was_done_and_which_verdicts_rest_on_it(
 
 def test_the_page_asks_whether_the_recording_can_be_trusted(doubtful):
     page = report_html(doubtful)
-    assert "Can the recording be trusted?" in page and str(finding_tables(doubtful)) in page
+    assert "What is suspicious about the recording" in page and str(finding_tables(doubtful)) in page
 
 
 def test_words_of_a_recording_are_escaped(doubtful):

@@ -38,14 +38,14 @@ def test_hundreds_of_misses_are_clusters_first_and_rows_deepest_first_in_a_fold(
     text = miss_table(many, "slow")
     tables = Cells(text).tables
     (caption,) = [name for name in tables if "clusters" in name]
-    assert caption == f"1,100 misses of slow in {len(tables[caption])} clusters, deepest first"
+    assert caption == f"1,100 misses of slow in {len(tables[caption])} clusters, longest cut first"
     assert len(tables[caption]) <= 40 and sum(int(row[3]) for row in tables[caption]) == 1100
     deepest = [float(row[6]) for row in tables[caption]]
     assert deepest == sorted(deepest, reverse=True)
     assert text.index(caption) < text.index("<details>") < text.index("What slow missed")
     cuts = [float(row[7]) for row in tables["What slow missed"]]
     assert len(cuts) == 1000 and cuts == sorted(cuts, reverse=True)
-    assert "The 1,000 deepest" in text and "the other 100 are in misses.parquet" in text
+    assert "The 1,000 with the longest cuts" in text and "the other 100 are in misses.parquet" in text
 
 
 def test_the_page_of_a_thousand_misses_stays_small(many, run):

@@ -9,7 +9,7 @@ from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
 from replay.outputs.rerun_log.columns import RecordingWriter
-from replay.outputs.rerun_log.effects import effect_views, log_effects
+from replay.outputs.rerun_log.effects import _log_series, effect_views, log_effects
 
 TIMES = np.array([0.0, 0.5, 1.0])
 OUTPUT = EffectOutput(
@@ -90,3 +90,10 @@ def test_a_vessel_is_drawn_once_as_the_effect_that_ran_last_says():
     runs = {kind: SimpleNamespace(output=SimpleNamespace(liquids=told)) for kind, told in
             (("pour", {"a": "clear", "b": "clear"}), ("colour", {"b": "pink"}))}  # fmt: skip
     assert _drawn(runs) == {"a": "clear", "b": "pink"}
+
+
+def test_a_plot_shows_every_sample_and_not_the_mean_under_a_pixel():
+    sent = []
+    writer = SimpleNamespace(static=lambda path, one: sent.append(one), session_rows=lambda *given: None)
+    _log_series(writer, "effects/pour/flow", "flow", Series(np.arange(3.0), np.array([0.0, 5.0, 0.0]), "mL"), 0)
+    assert sent[0].aggregation_policy.as_arrow_array().to_pylist() == [rr.components.AggregationPolicy.Off.value]

@@ -56,7 +56,7 @@ def test_the_list_explains_each_code_once(doubtful):
 def test_without_an_examination_there_is_neither_lane_nor_list(doubtful):
     bare = replace(doubtful, treatment=None)
     assert finding_lanes(bare) is None
-    assert finding_list(bare) == "Nothing is wrong with this recording."
+    assert finding_list(bare) == "Nothing suspicious found."
 
 
 def test_no_doubt_wears_the_colour_of_a_miss():

@@ -1,0 +1,205 @@
+"""Every sentence of headline, advice, report and gate, against counts worked out by hand, in every state."""
+
+import ast
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from support.small_worlds import verdict_column
+
+from replay.comparison.compare import compare
+from replay.comparison.episodes import episodes
+from replay.comparison.misses import stretches
+from replay.errors import AuditError
+from replay.outputs.report.tables import trust
+from replay.pipeline import gates, headline
+from replay.pipeline.gates import Gates
+from replay.pipeline.scores import score
+from replay.tradeoffs import pareto
+from replay.tradeoffs.pareto import advice_of
+from sessions import Finding, Severity
+
+LIMITS = Gates(max_missed=0.0, max_p99_ms=1.0, max_invented=0.0)
+
+STATES = {
+    # state: (oracle, subject, every sentence)
+    "none": ("......", "......", [
+        "No contact found by exact, so none for it to miss",
+        "--max-missed cannot be checked: there is no contact for it to miss",
+    ]),
+    "one": (".C....", "......", [
+        "1 of 1 contact missed by it",
+        "it missed 1 of 1 contacts (100 % [21, 100]), more than --max-missed 0",
+        "it missed 1 of 1 pair-frames in contact (100 % [21, 100]), more than --max-missed 0",
+    ]),
+    "one found": (".C....", ".C....", ["None of 1 contact missed by it"]),
+    "several": ("C.C.CC", "..C.C.", [
+        "1 of 3 contacts missed by it, 1 more in part",
+        "it missed 1 of 3 contacts (33 % [6.1, 79]), more than --max-missed 0",
+        "it missed 2 of 4 pair-frames in contact (50 % [15, 85]), more than --max-missed 0",
+    ]),
+    "in part": ("CCCC..", "C.C...", [
+        "1 of 1 contact missed in part by it",
+        "it missed 2 of 4 pair-frames in contact (50 % [15, 85]), more than --max-missed 0",
+    ]),
+    "undecided": (".C.CC.", ".u.uu.", [
+        "2 of 2 contacts undecided by it",
+        "3 of 6 pair-frames with a pose are undecided by exact or it: nothing is known of them.",
+        "--max-missed cannot be checked: it left 3 pair-frames in contact undecided, 2 of 2 contacts whole",
+    ]),
+    "undecided in part": (".C.CC.", ".C.uC.", [
+        "1 of 2 contacts undecided in part by it; none missed where it decided",
+        "1 of 6 pair-frames with a pose are undecided by exact or it: nothing is known of them.",
+        "--max-missed cannot be checked: it left 1 pair-frames in contact undecided, 0 of 2 contacts whole",
+    ]),
+    "not measured": ("uuuuuu", "......", [
+        "Nothing compared: exact and it both decided none of 6 pair-frames",
+        "6 of 6 pair-frames with a pose are undecided by exact or it: nothing is known of them.",
+        "--max-missed cannot be checked: there is no contact for it to miss",
+        "--max-missed cannot be checked: the oracle left 6 pair-frames undecided",
+        "--max-invented cannot be checked: it was compared in no pair-frame",
+        "--max-invented cannot be checked: the oracle left 6 pair-frames undecided",
+    ]),
+    "no pose": ("------", "------", [
+        "Nothing compared: exact and it both decided none of 6 pair-frames",
+        "--max-missed cannot be checked: there is no contact for it to miss",
+        "--max-invented cannot be checked: it was compared in no pair-frame",
+    ]),
+    "more invented than found": ("C.....", "C.CC.C", [
+        "None of 1 contact missed by it",
+        "it invents 75 % of the contact that it reports, counted in pair-frames.",
+        "it invented 3 of the 4 pair-frames in contact that it reports (75 % [30, 95.4]), more than --max-invented 0",
+    ]),
+}  # fmt: skip
+UNTIMED = "--max-p99-ms cannot be checked: it was not timed frame by frame in s.mcap"
+
+
+def audited(oracle, subject):
+    """A run of one pair, a letter a frame, with its summary as far as sentences read it."""
+    detections = {"exact": verdict_column(oracle), "it": verdict_column(subject)}
+    comparison = compare(detections["it"], detections["exact"], ("it", "exact"))
+    found = {label: episodes(one) for label, one in detections.items()}
+    run = SimpleNamespace(
+        oracle="exact", detections=detections, comparisons={"it": comparison}, episodes=found, face_recall={},
+        misses={"it": stretches(comparison, found["exact"])}, causes={}, matches={}, treatment=None,
+    )  # fmt: skip
+    took = {"name": "x", "online": True, "seconds": {"per_frame_mean": 1e-3}}
+    run.summary = {
+        "audit": {"it": score(run, "it")}, "detectors": {"exact": took, "it": took}, "session": {"origin": "s.mcap"}
+    }  # fmt: skip
+    return run
+
+
+def said(run):
+    """Headline, what stands beside it, and what the gates say; without the price."""
+    lines = [headline.headline(run, "it"), *headline.undecided(run), *headline.invented(run)]
+    return lines + LIMITS.broken(run.summary["audit"], [run.summary])
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_every_sentence_holds_in_every_state(state):
+    oracle, subject, sentences = STATES[state]
+    run = audited(oracle, subject)
+    assert said(run) == [*sentences, UNTIMED]
+    (price,) = headline.price(run)
+    assert price.startswith("Every contact counted here was found by" if "C" in oracle else "No contact was found by")
+
+
+def row(label, ms, missed, precision=1.0, **more):
+    return {
+        "label": label, "ms_per_frame": ms, "missed": missed, "missed_low": missed, "missed_high": missed,
+        "online": False, "oracle": False, "precision": precision, "precision_low": precision,
+        "precision_high": precision, **more,
+    }  # fmt: skip
+
+
+AUDIT = "To audit a recording, "
+ADVICE = {
+    "none": ([], []),
+    "one": ([row("a", 0.5, 0.1)], [
+        "only a was tried that reports more contacts than it invents: it misses 10.0 % [10.0, 10.0]"]),
+    "several": ([row("a", 0.5, 0.1), row("b", 5.0, 0.0, 0.9)], [
+        "at 1 ms per frame: a, misses 10.0 % [10.0, 10.0]",
+        "at 10 ms per frame: b, misses 0.0 % [0.0, 0.0], invents 10.0 % [10.0, 10.0]; to invent nothing, "
+        "a, misses 10.0 % [10.0, 10.0]"]),
+    "dominated": ([row("a", 0.5, 0.0), row("b", 5.0, 0.1)], [
+        "a dominates 1 other: nothing is quicker, misses less or invents less: it misses 0.0 % [0.0, 0.0]"]),
+    "invents less": ([row("a", 0.5, 0.0, 0.8), row("b", 5.0, 0.1, 0.9)], [
+        "nothing is quicker or misses less than a, misses 0.0 % [0.0, 0.0], invents 20.0 % [20.0, 20.0]; to invent "
+        "less, b, misses 10.0 % [10.0, 10.0], invents 10.0 % [10.0, 10.0]"]),
+    "undecided": ([row("a", 0.5, 0.0, contact_frames_undecided=3)], []),
+    "not measured": ([row("a", 0.5, 0.0, None)], []),
+    "more invented than found": ([row("a", 0.5, 0.0, 0.4)], []),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("state", ADVICE)
+def test_advice_is_given_only_of_what_was_decided_and_is_mostly_true(state):
+    rows, sentences = ADVICE[state]
+    assert advice_of(rows) == [f"{AUDIT}{one}." for one in sentences]
+
+
+def test_advice_for_a_live_loop_speaks_of_the_99th_percentile():
+    (_, live) = advice_of([row("a", 0.5, 0.1, online=True, p99_ms=0.6), row("b", 0.6, 0.2)])
+    assert live.startswith("To ship in a live loop, only a was tried")
+    two = [row("a", 0.5, 0.1, online=True, p99_ms=0.6), row("b", 0.6, 0.0, online=True, p99_ms=2.0)]
+    assert "with p99 under 1 ms per frame: a" in "".join(advice_of(two))
+
+
+@pytest.mark.parametrize(
+    ("severities", "words"),
+    [
+        ((), "Nothing suspicious found."),
+        ((Severity.NOTE,), "Nothing suspicious found."),
+        ((Severity.WARNING,), "1 warning: verdicts"),
+        ((Severity.ERROR, Severity.WARNING, Severity.WARNING), "1 error and 2 warnings: verdicts"),
+    ],
+)  # fmt: skip
+def test_the_report_says_how_much_is_suspicious(severities, words):
+    told = trust(tuple(Finding("frozen", one, "it stood still") for one in severities))
+    assert told == words + (" on these spans carry a flag." if severities[:1] > (Severity.NOTE,) else "")
+
+
+def doubted(*findings):
+    return headline.doubts(SimpleNamespace(treatment=SimpleNamespace(findings=findings)))
+
+
+def test_doubts_are_of_errors_and_of_units_axes_and_handedness_a_line_a_kind():
+    units = [Finding("unit-suspect", Severity.WARNING, "3000 m away", name) for name in "abc"]
+    noted = Finding("frozen", Severity.WARNING, "it stood still", "a")
+    assert doubted(noted) == [] == headline.doubts(SimpleNamespace(treatment=None))
+    first, second = doubted(Finding("handedness", Severity.ERROR, "left is right"), noted, *units)
+    assert first == (
+        "Error, handedness: left and right seem to be swapped (left is right). "
+        "To do: import with the source's handedness."
+    )
+    assert "(a: 3000 m away; 2 more like it)" in second
+
+
+def templates(module):
+    """Texts of a module that are printed: literal parts of three words or more, docstrings and errors left out."""
+    tree = ast.parse(Path(module.__file__).read_text("utf-8"))
+    quiet = {id(one) for node in ast.walk(tree) if isinstance(node, ast.Raise | ast.Expr) for one in ast.walk(node)
+             if not (isinstance(node, ast.Expr) and not isinstance(node.value, ast.Constant))}  # fmt: skip
+    texts = (node for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str))
+    return {
+        node.value.strip()
+        for node in texts
+        if id(node) not in quiet and node.value.strip().count(" ") >= 2 and "{" not in node.value
+    }
+
+
+def test_no_template_is_untested():
+    slow = audited(".C.", ".C.")
+    with pytest.raises(AuditError) as refused:
+        Gates(max_missed=50.0)
+    slow.summary["detectors"]["it"]["seconds"]["per_frame"] = {"p99": 1.0}
+    everything = [line for oracle, subject, _ in STATES.values() for line in said(audited(oracle, subject))]
+    everything += [line for oracle, subject, _ in STATES.values() for line in headline.price(audited(oracle, subject))]
+    everything += [*LIMITS.broken(slow.summary["audit"], [slow.summary]), *LIMITS.broken({}, [])]
+    everything += [line for rows, _ in ADVICE.values() for line in advice_of(rows)]
+    everything += doubted(*(Finding("unit-suspect", Severity.WARNING, "far", "a") for _ in "ab"))
+    two = [row("a", 0.5, 0.1, online=True, p99_ms=0.6), row("b", 0.6, 0.0, online=True, p99_ms=2.0)]
+    text = "\n".join([*everything, *advice_of(two), "the whole recording at once", str(refused.value)])
+    missing = [one for module in (headline, gates, pareto) for one in templates(module) if one not in text]
+    assert missing == []
