@@ -21,7 +21,7 @@ from replay.outputs.run_tables import (
     pair_frame_table,
     pair_table,
 )
-from replay.outputs.tables import FAINT, FOUND, GOOD, INVENTED, MISSED, Table, table
+from replay.outputs.tables import FAINT, FOUND, GOOD, IN_RED, INVENTED, Table, table
 from replay.outputs.words import CONTACT_WORDS_SHORT
 from replay.pipeline.headline import headline, invented, price
 from replay.pipeline.run_result import RunResult
@@ -61,7 +61,7 @@ def run_tables(result: RunResult) -> Group:
 def headlines(result: RunResult) -> Iterator[RenderableType]:
     """The answer before any table: what each detector missed and invented, and what that took."""
     for label in result.comparisons:
-        text = Text(" ").append(headline(result, label), style=STYLES[MISSED if result.misses[label] else GOOD])
+        text = Text(" ").append(headline(result, label), style=STYLES[IN_RED if result.misses[label] else GOOD])
         yield text.append(f"   oracle: {result.oracle}", style="dim")
     yield from (line(words, INVENTED) for words in invented(result))
     yield from (line(words, FAINT) for words in price(result))

@@ -10,7 +10,7 @@ from rich.text import Text
 from replay.cli.terminal import line, terminal
 from replay.outputs.tables import FAINT, FOUND, STRONG, WARNING, Marked, Table, table
 from replay.studies.class_study.analysis import Study, associated
-from replay.studies.class_study.page import CAVEAT, headlines, words
+from replay.studies.class_study.page import OBSERVED_ONLY, headlines, words
 from replay.studies.class_study.published import AGREES, INCONSISTENT, Remark
 
 MARKS = {INCONSISTENT: WARNING, "weak": FOUND, AGREES: FAINT}
@@ -28,7 +28,7 @@ def study_tables(study: Study) -> Group:
         if row.changes
     ]
     said += [*(f"not given: {refused}" for refused in study.refusals), *map(str, study.warnings)]
-    return terminal(*parts, *(line(one, WARNING) for one in said), Text(), line(CAVEAT, FAINT))
+    return terminal(*parts, *(line(one, WARNING) for one in said), Text(), line(OBSERVED_ONLY, FAINT))
 
 
 def check_table(remarks: Sequence[Remark]) -> Group:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.pose_pass import Looked
+from sessions.geometry.rotations import rotated
 from sessions.model.scene import Scene
 
 FAR_M: Final = 25.0  # Metres from the origin in the median: no tracked room is that large (VIVE: 10 m by 10 m)
@@ -101,7 +102,7 @@ def _up(looked: Looked, roles: Roles) -> Iterator[Finding]:
     q = _there(looked.quaternion[:, roles.head])
     if len(q) >= LEAST_LOOKS:
         height = float(np.median(_there(looked.position[:, roles.head])[:, 1]))
-        up = np.median(_turned(q, np.array([0.0, 1.0, 0.0])), axis=0)
+        up = np.median(rotated(q, (0.0, 1.0, 0.0)), axis=0)
         axis = int(np.abs(up).argmax())
         if (axis != 1 or up[1] < 0) and not LEAST_HEAD_M <= height <= MOST_HEAD_M:
             sign = "+" if up[axis] > 0 else "-"
@@ -121,7 +122,7 @@ def _sides(looked: Looked, roles: Roles) -> Iterator[Finding]:
     """The right hand belongs on the right of the head; mirrored coordinates or swapped devices put it on the left."""
     if roles.head is None or roles.left is None or roles.right is None:
         return
-    right = _turned(looked.quaternion[:, roles.head], np.array([1.0, 0.0, 0.0]))
+    right = rotated(looked.quaternion[:, roles.head], (1.0, 0.0, 0.0))
     apart = ((looked.position[:, roles.right] - looked.position[:, roles.left]) * right).sum(axis=1)
     apart = apart[np.isfinite(apart)]
     clear = apart[np.abs(apart) > APART_M]
@@ -137,11 +138,3 @@ def _sides(looked: Looked, roles: Roles) -> Iterator[Finding]:
 def _there(rows: FloatArray) -> FloatArray:
     kept: FloatArray = rows[np.isfinite(rows).all(axis=1)]
     return kept
-
-
-def _turned(q: FloatArray, vector: FloatArray) -> FloatArray:
-    """A vector turned by unit quaternions xyzw (n, 4)."""
-    axis, w = q[:, :3], q[:, 3:]
-    twice = 2.0 * np.cross(axis, vector)
-    turned: FloatArray = vector + w * twice + np.cross(axis, twice)
-    return turned

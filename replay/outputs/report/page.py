@@ -17,7 +17,7 @@ from replay.outputs.palette import MISSED, hex_of
 from replay.outputs.report.audit_parts import cause_table, count_tables, dwell_table, heat_map, latency_histogram
 from replay.outputs.report.bench_picture import bench_picture
 from replay.outputs.report.charts import timeline, timing
-from replay.outputs.report.markup import Markup, element, joined, page_table, picture
+from replay.outputs.report.markup import Markup, element, joined, page_section, page_table, picture
 from replay.outputs.report.tables import (
     contact_table,
     effect_section,
@@ -88,34 +88,30 @@ def _sections(result: RunResult) -> list[Markup]:
     if result.tradeoff is not None:
         from replay.outputs.report.tradeoff import tradeoff_section
 
-        parts.append(_section("What accuracy costs", tradeoff_section(result.tradeoff)))
-    parts += [_section(f"When: {label}", timeline(result, label)) for label in result.comparisons]
-    parts.append(_section("The bench", joined(_pictures(result))))
+        parts.append(page_section("What accuracy costs", tradeoff_section(result.tradeoff)))
+    parts += [page_section(f"When: {label}", timeline(result, label)) for label in result.comparisons]
+    parts.append(page_section("The bench", joined(_pictures(result))))
     if result.detections:
-        parts.append(_section("Contacts", contact_table(result)))
+        parts.append(page_section("Contacts", contact_table(result)))
     if result.comparisons:
         causes = [cause_table(result)] if result.causes else []
-        parts.append(_section("What was missed, and why", count_tables(result), heat_map(result), *causes))
+        parts.append(page_section("What was missed, and why", count_tables(result), heat_map(result), *causes))
     parts += [
-        _section(f"Every miss of {label}", miss_table(result, label))
+        page_section(f"Every miss of {label}", miss_table(result, label))
         for label in result.comparisons
         if result.misses[label]
     ]
     if result.detections:
         costs = page_table(cost_table(result).only(*COST_HEAD))
-        parts.append(_section("What it cost in time", timing(result), latency_histogram(result), costs))
+        parts.append(page_section("What it cost in time", timing(result), latency_histogram(result), costs))
     if result.comparisons and (steps := dwell_table(result)) is not None:
-        parts.append(_section("Which step rate would have missed it", steps))
+        parts.append(page_section("Which step rate would have missed it", steps))
     if result.effects or result.summary["plan"]["not_built"]:
-        parts.append(_section("Effects that the scene calls for", effect_section(result)))
-    parts.append(_section("Can the recording be trusted?", finding_tables(result)))
-    parts.append(_section("The session", fact_table(result)))
-    parts.append(_section("How to get the same again", settings_table(result)))
+        parts.append(page_section("Effects that the scene calls for", effect_section(result)))
+    parts.append(page_section("Can the recording be trusted?", finding_tables(result)))
+    parts.append(page_section("The session", fact_table(result)))
+    parts.append(page_section("How to get the same again", settings_table(result)))
     return parts
-
-
-def _section(title: str, *content: object) -> Markup:
-    return element("section", element("h2", title), *content)
 
 
 def _pictures(result: RunResult) -> list[Markup]:

@@ -50,7 +50,7 @@ def write_recording(result: RunResult, path: Path) -> None:
 
     The application id is new for every recording, because a viewer keeps the first layout it meets per application.
     The file appears under its name when it is complete. Above one hour at 90 Hz poses, contacts and timings are
-    strided except near misses (see ``columns.KEPT_FRAMES``); lanes and misses never are.
+    strided except near misses (see ``Clock``); lanes and misses never are.
 
     Parameters
     ----------

@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 import pyarrow as pa
 
+from replay.effects.output import plain_value
 from replay.pipeline.run_result import RunResult
 
 EFFECT: Final = "effect/"
@@ -26,7 +27,7 @@ def effect_event_rows(result: RunResult, zero: int) -> Iterator[EventRow]:
             values: dict[str, Any] = dict(event.values)
             if event.point is not None:
                 values["point"] = list(event.point)
-            text = json.dumps(values, sort_keys=True, default=plain)
+            text = json.dumps(values, sort_keys=True, default=plain_value)
             yield (
                 zero + round(event.time * 1e9), end, EFFECT + kind, event.name, " ".join(event.bodies), event.level,
                 event.text, text,
@@ -49,8 +50,3 @@ def series_table(result: RunResult) -> pa.Table:
 def _repeated(words: list[str], counts: list[int]) -> pa.DictionaryArray:
     rows = np.repeat(np.arange(len(words), dtype=np.int32), counts)
     return pa.DictionaryArray.from_arrays(pa.array(rows, pa.int32()), pa.array(words, pa.string()))
-
-
-def plain(value: Any) -> Any:
-    """Numbers of numpy as numbers of JSON."""
-    return value.tolist() if hasattr(value, "tolist") else str(value)

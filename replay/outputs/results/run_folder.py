@@ -13,10 +13,11 @@ from uuid import uuid4
 
 import pyarrow.parquet as pq
 
+from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
 from replay.metrics.row import metrics_table
 from replay.outputs.report.page import write_report
-from replay.outputs.results.effect_tables import plain, series_table
+from replay.outputs.results.effect_tables import series_table
 from replay.outputs.results.parquet_tables import episode_table, event_table, frame_table, miss_table
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA
@@ -88,7 +89,7 @@ def write_run_folder(
         write_report(replace(result, out=out), folder / REPORT)
         for name, file in (files or {}).items():
             shutil.copyfile(file, folder / name)
-        text = json.dumps(result.summary, indent=1, allow_nan=False, default=plain)
+        text = json.dumps(result.summary, indent=1, allow_nan=False, default=plain_value)
         (folder / SUMMARY).write_text(text + "\n", encoding="utf-8", newline="\n")
     return out
 

@@ -8,7 +8,7 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Final
 
 from replay.outputs.report.drawing import PAPER, svg_in_page
-from replay.outputs.report.markup import Markup, element, joined, table
+from replay.outputs.report.markup import Markup, element, joined, page_section, table
 from replay.studies.class_study.analysis import LEVEL, Study, associated
 from replay.studies.class_study.factorability import kaiser_word
 from replay.studies.class_study.refusals import RefusedError
@@ -26,7 +26,7 @@ CAUSAL: Final = re.compile(
 )
 """Words that claim a cause: no text of a study may hold one, names from the codebook included."""
 
-CAVEAT: Final = (
+OBSERVED_ONLY: Final = (
     "Associations in the students observed. Nothing was assigned at random, so no figure here says what would happen "
     "if something were changed."
 )
@@ -46,7 +46,7 @@ def study_html(study: Study, title: str) -> str:
     body = [
         element("header", element("p", title), *(element("h1", line) for line in headlines(study)[:1])),
         element("main", joined(_sections(study))),
-        element("footer", element("p", CAVEAT)),
+        element("footer", element("p", OBSERVED_ONLY)),
     ]
     named = [name for one in study.regressions for name in (one.outcome, *(c.name for c in one.coefficients))]
     refuse_causal_words([title, *study.reliabilities, *named])
@@ -85,19 +85,15 @@ def words(name: str) -> str:
 
 
 def _sections(study: Study) -> list[Markup]:
-    parts = [_section("What was found", element("ul", *(element("li", line) for line in headlines(study))))]
+    parts = [page_section("What was found", element("ul", *(element("li", line) for line in headlines(study))))]
     if study.regressions:
-        parts.append(_section("Every association asked about", _forest(study), _coefficients(study)))
+        parts.append(page_section("Every association asked about", _forest(study), _coefficients(study)))
     if study.sensitivity:
-        parts.append(_section("Does it hang on what the detector missed?", *_sensitivity(study)))
-    parts.append(_section("How far the questionnaire can be relied on", *_questionnaire(study)))
-    parts.append(_section("What is not said, and why", *_refusals(study)))
-    parts.append(_section("How it was computed", _methods(study)))
+        parts.append(page_section("Does it hang on what the detector missed?", *_sensitivity(study)))
+    parts.append(page_section("How far the questionnaire can be relied on", *_questionnaire(study)))
+    parts.append(page_section("What is not said, and why", *_refusals(study)))
+    parts.append(page_section("How it was computed", _methods(study)))
     return parts
-
-
-def _section(title: str, *content: object) -> Markup:
-    return element("section", element("h2", title), *content)
 
 
 def _behind(study: Study) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore import Body, Detector, Motion, create_detector
+from replay.base.constants import HEADSET_HZ
 from replay.studies.paper.fixtures import Fixture, faces_of_pairs
 
 SEARCH: Final = {"stop_first": False, "warm_start": False, "budget": 10_000}
@@ -94,7 +95,7 @@ def groups_of(fixtures: Sequence[Fixture]) -> Iterator[Group]:
     for (target, family), members in groupby(ordered, key=lambda one: (one.target, one.family)):
         some = list(members)
         motion = Motion(
-            np.array([one.number for one in some]) / 90.0,
+            np.array([one.number for one in some]) / HEADSET_HZ,
             np.concatenate([one.motion.translations for one in some]),
             np.concatenate([one.motion.rotations for one in some]),
         )

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from cdcore.transforms.rigid import rotation_from_quaternion
+
 FloatArray = NDArray[np.float64]
 Maker = Callable[[Generator, int], FloatArray]
 
@@ -230,14 +232,7 @@ def _lattice(rng: Generator, n: int) -> FloatArray:
 
 def random_rotations(rng: Generator, n: int) -> FloatArray:
     """Rotation matrices (n, 3, 3) from random unit quaternions."""
-    q = rng.normal(0, 1, (n, 4))
-    x, y, z, w = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), -1, 0)
+    return rotation_from_quaternion(rng.normal(0, 1, (n, 4)))
 
 
 def _moved_lattice(rng: Generator, n: int) -> FloatArray:
