@@ -72,7 +72,7 @@ class Layout:
         else:
             # The survey has checked every sample, and no detector will use these poses: the compiler stays unloaded.
             motion = Motion.of_rigid(times, frames.translation, frames.rotation, valid, linked)
-        shared = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "survey"}
+        shared = {item.name: getattr(self, item.name) for item in fields(Assembly) if hasattr(self, item.name)}
         motion = motion.frames(carried, len(frames)) if carried else motion
         return Assembly(motion=motion, stamp_ns=frames.stamp_ns[carried:], origin=frames.origin[carried:], **shared)
 
