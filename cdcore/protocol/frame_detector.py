@@ -1,4 +1,4 @@
-"""The short way to a detector of one's own: say which pairs touch in one frame, the rest is here."""
+"""The short way to write a detector: say which pairs touch in one frame, and this class does the rest."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class FrameDetector(PairDetector[Any]):
         Parameters
         ----------
         rotations, translations : (N, 3, 3) and (N, 3), body to world, metres, of this frame. Pairs with a body that
-            has no pose are NO_POSE, whatever is answered.
+            has no pose are NO_POSE, also where contact is answered.
         """
 
     def _fresh_memory(self) -> None:

@@ -1,4 +1,4 @@
-"""Every made-up session by name: `make_scene_session("bench-bumps")` gives the session and what is planted in it."""
+"""Every synthetic session by name: `make_scene_session("bench-bumps")` gives the session and what is planted in it."""
 
 from __future__ import annotations
 
