@@ -1,4 +1,4 @@
-"""The collider that was shipped: a hull, box, sphere or capsule in place of each mesh, looked at in fixed steps."""
+"""The collider that was shipped: a hull, box, sphere or capsule in place of each mesh, tested at fixed steps."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         self._containment = ContainmentStage(self.colliders, pairs)
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
-        """Say whether the frame was looked at, and whether the solids meet there."""
+        """Say whether the frame was tested, and whether the solids meet there."""
         del faces
         looked = looks_at(motion.times, frame, self.settings.rate_hz)
         verdict, _, _ = self._decide(motion.frames(frame, frame + 1))

@@ -1,4 +1,4 @@
-"""Between the frames: no contact on the way from one recorded pose to the next is missed; CLEAR is always proven."""
+"""Between the frames: misses no contact on the way from one recorded pose to the next. CLEAR is always proven."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fixed instants: looks at every pair as a live engine does, frame by frame, and is blind between its looks."""
+"""Fixed time steps: tests every pair at its ticks, as a live engine does, and sees nothing between them."""
 
 from __future__ import annotations
 
@@ -72,15 +72,14 @@ class _Log:
 
 
 class DiscreteDetector(PairDetector[DiscreteSettings]):
-    """Tests every pair at each tick ``k / rate_hz`` and lets the answer stand until the next look (zero-order hold).
+    """Tests every pair at each tick ``k / rate_hz`` and holds the answer until the next test (zero-order hold).
 
-    A look happens at the first frame at or after a tick, and at the first frame of all. The verdict of a frame between
-    looks is *held*: it is what a live engine would still believe, and may be wrong. A look at which a pair has no pose
-    changes nothing: the verdict before stands; frames without a pose are NO_POSE whatever is held.
+    A test (a *look*) happens at the first frame at or after a tick, and at the first frame of all. The verdict of a
+    frame between two looks is *held*: a live engine would still believe it, and it may be wrong. A look at which a pair
+    has no pose keeps the verdict before. A frame without a pose is NO_POSE, even where a verdict is held.
 
     Choose it to see what an engine of a given rate would have missed; ``hybrid`` gives the same verdicts at every
-    frame in less time, because it knows the whole motion. ``work["held"]`` counts pair-frames that were not looked
-    at.
+    frame in less time, because it knows the whole motion. ``work["held"]`` counts the pair-frames between looks.
     """
 
     name: ClassVar[str] = "discrete"
@@ -101,7 +100,7 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
-        """Say whether a frame was looked at; where it was, spheres and boxes let every contact through."""
+        """Say whether a frame was tested; where it was, spheres and boxes let every contact through."""
         del pair, faces
         return Explanation(looked=looks_at(motion.times, frame, self.settings.rate_hz), spheres_meet=True)
 

@@ -1,4 +1,4 @@
-"""Layered depth images: how much two solids overlap, by sampling; no faces, and nothing said about open meshes."""
+"""Layered depth images: samples how much two solids overlap. It lists no faces and does not decide open meshes."""
 
 from __future__ import annotations
 

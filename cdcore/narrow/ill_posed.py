@@ -21,7 +21,7 @@ from cdcore.numerics import EPS, BoolArray, FloatArray, IntArray, place_points
 from cdcore.protocol import Body
 
 SAMPLE = 8
-"""Face pairs of a contact looked at first: one that is deeper settles it, and most contacts are deeper everywhere."""
+"""Face pairs of a contact to test first: one deeper than tau decides, and most contacts are deeper everywhere."""
 
 
 class MarginStage:

@@ -1,4 +1,4 @@
-"""Which faces of two placed meshes meet: exactly, each pair once, in order."""
+"""The face pairs of two placed meshes that meet: decided exactly, each pair once, in order."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The mesh stage: which of many pair-frames meet, and in which faces; poses that repeat are not asked again."""
+"""The mesh stage: which of many pair-frames meet, and in which faces; a pose that repeats is not tested again."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class MeshAnswer:
 class MeshStage:
     """Decides contact on triangles, pair after pair so that two trees stay in the cache.
 
-    Each of the ``pairs`` (P, 2) is asked in the order of its names, whatever order it has here.
+    Each of the ``pairs`` (P, 2) is tested in the order of its names; its order here does not matter.
     """
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray) -> None:

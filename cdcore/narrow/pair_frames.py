@@ -1,4 +1,4 @@
-"""Lists of pair-frames, taken pair by pair so that one pair's meshes and poses stay at hand."""
+"""Lists of pair-frames, sorted by pair so that the meshes and poses of one pair stay in the cache."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a search of one pair to a detection of all, the same way for every kind of tree.
+"""Makes a detection of all pairs from a search of one pair, in the same way for every kind of tree.
 
 A search that runs to completion is complete: a pad around volumes covers rounding, and faces are decided at the
 reference vertices. A search that its budget ends says what it found, and NOT_FOUND where that is nothing.
@@ -67,7 +67,7 @@ class TreeAnswer:
 class TreeStage:
     """Asks a search about pair-frames of its bodies, and makes a detection of its answers.
 
-    Each of the ``pairs`` (P, 2) is asked in the order of its names, whatever order it has here.
+    Each of the ``pairs`` (P, 2) is tested in the order of its names; its order here does not matter.
     """
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, search: TreeSearch, settings: TreeSettings) -> None:
@@ -80,7 +80,7 @@ class TreeStage:
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
     def everywhere(self, motion: Motion) -> ByteArray:
-        """CANDIDATE wherever a pair has its poses, (T, P): nothing is left out before the traversal."""
+        """CANDIDATE wherever a pair has its poses, (T, P): the traversal itself is the only filter."""
         return np.where(pair_has_pose(motion, self._pairs), Verdict.CANDIDATE, Verdict.NO_POSE).astype(np.uint8)
 
     def detection(

@@ -1,4 +1,4 @@
-"""What every detector asks of the motions it is given: poses of its bodies, blocks in order."""
+"""What every detector demands of a motion: poses of its bodies, and blocks in order of time."""
 
 from __future__ import annotations
 
@@ -95,12 +95,12 @@ def require_rate(rate_hz: float | None) -> None:
 
 
 def looks_of(times: FloatArray, rate_hz: float | None, before: float = -np.inf) -> tuple[BoolArray, float]:
-    """Which frames are looked at, (T,), and the number of the last tick, which is ``before`` of the next block.
+    """Which frames are tested, (T,), and the number of the last tick, which is ``before`` of the next block.
 
     Parameters
     ----------
     times : (T,) seconds, increasing.
-    rate_hz : ticks per second; ``None``: every frame is looked at.
+    rate_hz : ticks per second; ``None``: every frame is tested.
     before : number of the last tick that had a look; minus infinity: none, so that the first frame has one.
     """
     if rate_hz is None or not len(times):
@@ -110,7 +110,7 @@ def looks_of(times: FloatArray, rate_hz: float | None, before: float = -np.inf) 
 
 
 def looks_at(times: FloatArray, frame: int, rate_hz: float | None) -> bool:
-    """Whether one frame of a whole motion is looked at."""
+    """Whether one frame of a whole motion is tested."""
     first = max(0, frame - 1)
     looks, _ = looks_of(times[first : frame + 1], rate_hz)
     return frame == 0 or bool(looks[-1])

@@ -1,4 +1,4 @@
-"""A body is a name and a surface; where it is at a time is a motion's business."""
+"""A body is a name and a surface. Its poses belong to a motion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every detector looks like from outside, so that one can stand in another's place."""
+"""The protocol of every detector, so that one can replace another."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Explanation:
 
     Parameters
     ----------
-    looked : whether it looked at this frame at all, or holds an answer from before.
+    looked : whether it tested this frame; False: it holds the answer of an earlier one.
     shapes_meet : whether the shapes it puts in place of the meshes meet.
     spheres_meet : whether its volumes let the pair through to the triangles.
     sample_meets : whether a pair of faces that meets is among those it may draw.

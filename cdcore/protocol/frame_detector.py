@@ -1,4 +1,4 @@
-"""The short way to a detector of one's own: say which pairs touch in one frame, the rest is here."""
+"""The short way to write a detector: say which pairs touch in one frame, and this class does the rest."""
 
 from __future__ import annotations
 

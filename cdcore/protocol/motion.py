@@ -34,7 +34,7 @@ class Motion:
     times : (T,) seconds, strictly increasing.
     translations : (T, N, 3) metres.
     rotations : (T, N, 3, 3).
-    valid : (T, N) bool; rows that are False are not looked at. ``None``: all valid.
+    valid : (T, N) bool; rows that are False are not read. ``None``: all valid.
     linked : (T, N) bool; whether the path from the frame before is known (False after a gap or a teleport), which
         detectors of intervals ask. ``None``: known wherever both ends are valid.
     names : N body names, used in messages.

@@ -1,4 +1,4 @@
-"""What is the same in every detector: it keeps its bodies, and a motion cut into blocks is answered as one motion."""
+"""The common part of all detectors: they keep their bodies, and answer a motion in blocks as they answer it whole."""
 
 from __future__ import annotations
 

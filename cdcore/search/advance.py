@@ -15,9 +15,9 @@ from cdcore.search.pair_test import evaluate
 from cdcore.search.swarm import NUMBERS_PER_ANT, iterate, populate
 
 COLONY, LOCAL, RANDOM = 0, 1, 2
-"""Who searches."""
+"""The strategies of the search."""
 RANDOM_STEP = 16
-"""Random pairs drawn between two looks at the numbers left."""
+"""Random pairs drawn between two checks of how many random numbers are left."""
 
 
 @hot_kernel

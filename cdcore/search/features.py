@@ -18,7 +18,7 @@ MORTON_BITS: Final = 10
 NEIGHBOURS: Final = 14
 """Neighbours kept for local search: the three across edges, and eleven of some nine across corners."""
 FAN: Final = 3 * (NEIGHBOURS + 1)
-"""Faces looked at around a corner: among so many are the face and 14 others, though each may be there three times."""
+"""Faces examined around a corner: among so many are the face and 14 others, though each may be there three times."""
 
 CENTROID, RADIUS, CORNERS, ROW = 0, 3, 4, 13
 """Columns of a feature row: centroid, radius, the nine coordinates of the corners."""

@@ -1,4 +1,4 @@
-"""Equations (15) to (20) as the paper prints them: within a few iterations their probabilities are none.
+"""Equations (15) to (20) as the paper prints them: after a few iterations their values are no longer probabilities.
 
 Kept to show that they break, and how. Fitness is the distance to be driven down, which (19) then rewards for growing;
 powers of differences are added to pheromone without a clamp; the gate of (17) with ``-cos`` shrinks its vector.

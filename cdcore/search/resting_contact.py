@@ -1,6 +1,6 @@
-"""Whether two bodies have moved against each other since a search found nothing: if not, there is nothing new.
+"""Resting contact: a pair that has not moved since a search found nothing is not searched again.
 
-A search that is left out leaves the verdict NOT_FOUND: no contact is invented, and no pair is called clear.
+A search that is left out leaves the verdict NOT_FOUND: it neither invents a contact nor calls a pair clear.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from cdcore.search.features import Features
 from cdcore.search.sample_control import PROBE
 
 ROUNDING_ULPS: Final = 4096.0
-"""In eps of sizes and distances: what a thing that rides on a hand seems to move against it. Two poses are rounded, one
-relative pose is computed from each of two frames: below 1000 eps together. At 1 m it is a picometre."""
+"""In eps of sizes and distances: a thing that a hand carries seems to move by this much against the hand. Two poses are
+rounded, and one relative pose is computed for each of two frames: below 1000 eps together. At 1 m it is a picometre."""
 
 
 @kernel
@@ -49,14 +49,14 @@ def distance_moved(pose: FloatArray, before: FloatArray, size: float) -> float:
 
 
 class Rest:
-    """How long two bodies count as resting against each other.
+    """Decides how much to search a pair that rests, or nearly rests, against each other.
 
     Parameters
     ----------
     first, second : features of both.
-    share : in diameters of the mean face of the finer of both, the distance from which on everything is new. The finer
-        one says how small a contact can be: with the mean of both, a ball of 512 faces was searched in brief for 18
-        frames on its way to a plate of 12, and the first two frames of their contact were missed.
+    share : a pair that has moved farther than this counts as new; in diameters of the mean face of the finer mesh. The
+        finer mesh limits how small a contact can be. With the mean of both, a ball of 512 faces was searched in brief
+        for 18 frames on its way to a plate of 12, and the first two frames of their contact were missed.
     """
 
     def __init__(self, first: Features, second: Features, share: float) -> None:
@@ -65,12 +65,12 @@ class Rest:
         self._news = share * 2.0 * min(first.mean_radius, second.mean_radius)
 
     def budget(self, pose: FloatArray, searched: FloatArray | None, seen: FloatArray | None, whole: int) -> int:
-        """Evaluations for a pair at a relative pose (13,); 0: it stands where the whole budget found nothing.
+        """Evaluations for a pair at a relative pose (13,); 0: the whole budget found nothing at this pose before.
 
         Parameters
         ----------
         searched : relative pose at which the whole budget found nothing; ``None``: there is none.
-        seen : that of the look before. A pair that has come to rest elsewhere is searched there, once.
+        seen : relative pose at the search before. A pair that comes to rest at a new pose is searched there once.
         whole : the budget.
         """
         if searched is None or seen is None:

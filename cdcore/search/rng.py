@@ -15,7 +15,7 @@ def stream_of(
 ) -> np.random.Generator:
     """The stream of one restart of one search; bodies in either order.
 
-    A stream of its own per restart is what makes an answer independent of block sizes, workers and other pairs.
+    Each restart has a separate stream. So the answer does not depend on block sizes, workers or other pairs.
     """
     low, high = sorted((first, second))
     words = [str(seed), purpose, low, high, float(stamp).hex(), str(restart)]

@@ -1,4 +1,4 @@
-"""The search over a whole motion, frame after frame as a live engine would, each pair starting where it was closest.
+"""The search over a whole motion, frame by frame as in a live engine. Each pair starts from its closest faces so far.
 
 Where both poses of a pair are bit for bit those of its look before, the answer is that answer; where it rests, and the
 whole budget found nothing, it gets less (``rest``).
@@ -93,7 +93,7 @@ class SearchStage:
     Parameters
     ----------
     bodies : N bodies.
-    pairs : (P, 2) body numbers; each pair is searched in the order of its names, whatever order it has here.
+    pairs : (P, 2) body numbers; each pair is searched in the order of its names; its order here does not matter.
     settings : who searches, with which constants, seed and budget.
     """
 

@@ -1,4 +1,4 @@
-"""The arrays a search lives in between two calls of its kernel, every place in them named."""
+"""The state of a search between two calls of its kernel: arrays, and a name for every place in them."""
 
 from __future__ import annotations
 

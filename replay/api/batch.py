@@ -1,4 +1,4 @@
-"""Many sessions, each in a run folder of its own, whatever the order and number of processes.
+"""Many sessions, each in its own run folder; order and number of processes do not change the results.
 
 A run folder appears whole or not at all, so one that exists is finished: a batch that was killed can be continued. One
 session's failure is written down and does not stop the others.
@@ -34,7 +34,7 @@ class Batch:
     done : names of the sessions that have their run folder now.
     kept : those among them that had it before.
     failed : name -> one sentence.
-    digest : SHA-256 over every answer and every row of metrics, whatever the order of work; ``""`` if any failed.
+    digest : SHA-256 over every answer and every row of metrics, in any order of work the same; ``""`` if any failed.
     """
 
     out: Path

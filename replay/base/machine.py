@@ -1,4 +1,4 @@
-"""What ran where: versions and machine, so that a figure can be told from another machine's."""
+"""Versions and machine of a run: figures of different machines must not be mixed up."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Independent tasks in processes: named ones, where a failure stops no other, and a crew that returns results."""
+"""Independent tasks in processes: named tasks, where one failure does not stop the others, and a crew that returns
+results."""
 
 from __future__ import annotations
 

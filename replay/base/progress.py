@@ -1,4 +1,4 @@
-"""How far long work has come, reported through a protocol: what computes knows no terminal."""
+"""Progress of long work, reported through a protocol, because modules that compute do not know the terminal."""
 
 from __future__ import annotations
 

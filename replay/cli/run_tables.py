@@ -22,7 +22,7 @@ from replay.outputs.run_tables import (
     pair_frame_table,
     pair_table,
 )
-from replay.outputs.tables import FAINT, FOUND, GOOD, INVENTED, MISSED, Table, table
+from replay.outputs.tables import FAINT, FOUND, GOOD, IN_RED, INVENTED, Table, table
 from replay.outputs.words import CONTACT_WORDS_SHORT
 from replay.pipeline.headline import doubts, headline, invented, price, undecided
 from replay.pipeline.run_result import RunResult
@@ -75,7 +75,7 @@ def _mark(result: RunResult, label: str) -> str:
     """Green is for contacts that were all decided, and found."""
     counts = contact_counts(result, label)
     if counts.missed or counts.in_part:
-        return MISSED
+        return IN_RED
     return GOOD if counts.contacts and not counts.frames_undecided else INVENTED
 
 

@@ -17,7 +17,7 @@ STYLES: Final = {
     tables.STRONG: "bold",
     tables.FAINT: "dim",
     tables.CODE: "",
-    tables.MISSED: f"bold {palette.hex_of(palette.MISSED)}",
+    tables.IN_RED: f"bold {palette.hex_of(palette.MISSED)}",
     tables.PARTLY: palette.hex_of(palette.MISSED),
     tables.FOUND: palette.hex_of(palette.SERIES[0]),
     tables.INVENTED: palette.hex_of(palette.INVENTED),

@@ -6,8 +6,10 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
+from replay.base.constants import BUDGET_MS
 from replay.cli.console import People
 from replay.outputs.tables import Table
+from replay.outputs.tradeoff_table import OVER_BUDGET
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -21,7 +23,7 @@ BUSY: Final = 0.9
 """A process that had less of the clock than this shared its core: a quiet machine gives 0.97 and more."""
 
 HEAD: Final = (
-    "setting", "ms per frame", "p99 ms (over 11.1)", "s per minute", "missed, % [95 %]", "invented, %", "front",
+    "setting", "ms per frame", OVER_BUDGET, "s per minute", "missed, % [95 %]", "invented, %", "front",
 )  # fmt: skip
 
 
@@ -35,8 +37,8 @@ def front_table(done: Tradeoff, *, everything: bool = False) -> Table:
     at_work = about["processor_share"]
     busy = f"; the machine was busy with other work for {1 - at_work:.0%} of the time" if at_work <= BUSY else ""
     note = (
-        "missed: of the pair-frames in contact; invented: of those reported; p99, and frames over 11.1 ms: of those "
-        f"that decide frame by frame; quickest of several passes{busy}"
+        "missed: of the pair-frames in contact; invented: of those reported; p99, and frames over "
+        f"{BUDGET_MS:.1f} ms: of those that decide frame by frame; quickest of several passes{busy}"
     )
     marks = ("front", "front_online", "oracle")
     rows = [row for row in quickest_first(done.rows) if everything or any(row[mark] for mark in marks)]

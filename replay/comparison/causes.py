@@ -1,6 +1,6 @@
 """Numbers the misses of a run and says why each contact was missed: the first stage that lost it.
 
-The stage is found by deciding the missed frames again.
+To find the stage, the missed frames are decided again.
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ class ClockOffset:
 def estimate_offset(reported: Moments, truth: Moments, offset: float | None = None) -> ClockOffset:
     """Estimate the offset of a clock from the begins and ends of contacts that two sides report.
 
-    A constant delay of the engine cannot be told from an offset of its clock: what is estimated is their sum. Contacts
+    A constant delay of the engine and an offset of its clock have the same effect: the estimate is their sum. Contacts
     that come at equal intervals support several shifts equally; of those the smallest is taken.
 
     Parameters

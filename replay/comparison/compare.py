@@ -1,4 +1,4 @@
-"""Two detections of the same frames and pairs, laid beside each other: every pair-frame gets exactly one word."""
+"""Compares two detections of the same frames and pairs: every pair-frame gets exactly one outcome."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""Which step rate would have missed a contact: of one that lasts d, a look every h misses the share max(0, 1 - d/h).
+"""Which step rate would have missed a contact: a test every h seconds misses one of d seconds with probability
+max(0, 1 - d/h).
 
-Looks come at ``phase + k h``, every phase equally likely. A contact that lasts at least a step is never missed.
+Tests are at ``phase + k h``, and every phase is equally likely. A contact that lasts at least a step is never missed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A contact is an episode: a stretch of frames without a frame between in which the pair is not in contact."""
+"""Contacts as episodes: maximal stretches of frames in which a pair is in contact."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def column_runs(columns: Iterable[NDArray[np.bool_]]) -> NDArray[np.int64]:
 def episodes(detection: Detection) -> tuple[Episode, ...]:
     """Every contact of a detection, in order of time, then pair.
 
-    Nothing is bridged: a single frame without contact, or without a pose, ends an episode. Flicker of a resting contact
-    is a finding about the recording or the detector, and hysteresis belongs to effects.
+    Gaps are not bridged: a single frame without contact, or without a pose, ends an episode. Flicker of a resting
+    contact is a finding about the recording or the detector, and hysteresis belongs to effects.
     """
     verdict, times = detection.verdict, detection.times
     # Column by column: a table of flags for hours of frames would double the memory that the verdicts take.

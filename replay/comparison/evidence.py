@@ -140,7 +140,7 @@ class Evidence:
 
 
 def grouped(items: Iterable[Item], size: Callable[[Item], int], most: int) -> Iterator[list[Item]]:
-    """Items in order, in groups of at most ``most`` in size; a larger item is a group of its own."""
+    """Items in order, in groups of at most ``most`` in size; a larger item is a group by itself."""
     group: list[Item] = []
     used = 0
     for item in items:

@@ -67,7 +67,7 @@ def _direction(gap: FloatArray, across: FloatArray, toward: FloatArray) -> Float
 
 
 def poses_between(motion: Motion, bodies: NDArray[np.int64], moments: FloatArray) -> Motion:
-    """These bodies at moments between frames (n,), as a motion of n frames on a clock of its own.
+    """These bodies at moments between frames (n,), as a motion of n frames with a separate clock.
 
     Origins move along lines, rotations at a constant rate along the shorter arc, as ``continuous`` moves them.
     """

@@ -1,4 +1,4 @@
-"""One detector over one motion: built, warmed up, timed; a long motion in blocks, with the same digest."""
+"""Builds, warms up and times one detector over one motion; a long motion goes in blocks, with the same digest."""
 
 from __future__ import annotations
 

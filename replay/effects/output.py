@@ -126,7 +126,7 @@ class EffectOutput:
         """SHA-256 of everything but ``data``."""
         digest = hashlib.sha256()
         for event in self.events:
-            digest.update(json.dumps(asdict(event), sort_keys=True, default=_plain).encode())
+            digest.update(json.dumps(asdict(event), sort_keys=True, default=plain_value).encode())
         for name, one in sorted(self.series.items()):
             digest.update(f"{name}/{one.unit}".encode() + one.times.tobytes() + one.values.tobytes())
         for name, spans in sorted(self.lanes.items()):
@@ -160,5 +160,6 @@ class Findings:
         return EffectOutput(events, self.series, lanes, self.ran, self.liquids, data)
 
 
-def _plain(value: Any) -> Any:
+def plain_value(value: Any) -> Any:
+    """Numbers of numpy as numbers of JSON."""
     return value.tolist() if hasattr(value, "tolist") else str(value)

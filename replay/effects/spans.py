@@ -7,6 +7,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from sessions.doctor.runs import runs
+
 BoolArray = NDArray[np.bool_]
 Span = tuple[int, int]
 """First frame, and the frame after the last."""
@@ -14,8 +16,7 @@ Span = tuple[int, int]
 
 def spans_of(mask: BoolArray) -> list[Span]:
     """Maximal stretches of True in (T,), each ``(first, stop)``."""
-    change = np.diff(mask.astype(np.int8), prepend=0, append=0)
-    return list(zip(np.flatnonzero(change == 1).tolist(), np.flatnonzero(change == -1).tolist(), strict=True))
+    return [(first, last + 1) for first, last in runs(mask).tolist()]
 
 
 def steadied(flag: BoolArray, known: BoolArray, frames_in: int, frames_out: int) -> list[Span]:
@@ -30,7 +31,7 @@ def steadied(flag: BoolArray, known: BoolArray, frames_in: int, frames_out: int)
     rows = np.flatnonzero(known)
     found: list[Span] = []
     begin = -1
-    for first, stop in _runs(flag[rows]):
+    for first, stop in _equal_stretches(flag[rows]):
         length = stop - first
         if flag[rows[first]]:
             begin = int(rows[first]) if begin < 0 and length >= frames_in else begin
@@ -54,7 +55,7 @@ def switched(value: NDArray[np.float64], enter: float, leave: float) -> list[Spa
     return [*found, (begin, len(value))] if begin >= 0 else found
 
 
-def _runs(flag: BoolArray) -> list[Span]:
+def _equal_stretches(flag: BoolArray) -> list[Span]:
     """Maximal stretches of equal values."""
     if not len(flag):
         return []

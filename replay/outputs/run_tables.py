@@ -10,14 +10,14 @@ import numpy as np
 from replay.comparison.clusters import clusters
 from replay.comparison.contact_counts import contact_counts
 from replay.comparison.outcome import Episode, Miss, Outcome
-from replay.outputs.tables import CODE, FAINT, FOUND, INVENTED, MISSED, PARTLY, STRONG, Cell, Marked, Table, table
+from replay.outputs.tables import CODE, FAINT, FOUND, IN_RED, INVENTED, PARTLY, STRONG, Cell, Marked, Table, table
 from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, depth_words, span_words
 from replay.pipeline.gates import percent
 from replay.pipeline.run_result import RunResult
 from sessions import Finding
 
 AUDIT_MARKS = {
-    "missed": MISSED, "in part": PARTLY, "frames found": FOUND, "frames missed": PARTLY, "frames invented": INVENTED,
+    "missed": IN_RED, "in part": PARTLY, "frames found": FOUND, "frames missed": PARTLY, "frames invented": INVENTED,
     WITHIN: FAINT,
 }  # fmt: skip
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 STRONG, FAINT, CODE = "strong", "faint", "code"
-MISSED, PARTLY, FOUND, INVENTED = "missed", "partly", "found", "invented"
+IN_RED, PARTLY, FOUND, INVENTED = "missed", "partly", "found", "invented"
 WARNING, ERROR, GOOD = "warning", "error", "good"
 """Marks: what a cell means. Each renderer decides how that looks, or ignores it."""
 

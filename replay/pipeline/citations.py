@@ -1,4 +1,4 @@
-"""The sources behind a run: of every detector that looked and every effect that ran, and of nothing else."""
+"""The sources behind a run: of every detector and every effect that ran, and no others."""
 
 from __future__ import annotations
 

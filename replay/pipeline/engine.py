@@ -35,7 +35,7 @@ from replay.prepare.repair import treat
 from sessions import Session
 
 SUBJECTS: Final = ("hybrid-qaco", "hybrid")
-"""What a run audits when nothing is asked for: the paper's pipeline, or what there is of it."""
+"""What a run audits by default: the paper's pipeline, or those of its detectors that are installed."""
 
 ORACLES: Final = ("exact", "hybrid")
 """Detectors to trust, the most trusted first; the first that is there is the oracle."""
@@ -60,7 +60,7 @@ def line_up(detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
     Parameters
     ----------
     detectors : ``None``: the usual ones; ``()``: none, effects only.
-    oracle : a label among them, or a detector of its own; ``None``: the most trusted one; ``"none"``: no audit.
+    oracle : a label among them, or another detector; ``None``: the most trusted one; ``"none"``: no audit.
 
     Raises ``DetectorSpecError``: words that name no detector.
     """
@@ -118,7 +118,7 @@ def compute(
             runs[spec.label] = run_detector(
                 spec, assembly, seed=seed, faces=spec.label in (lineup.oracle, *planned.detectors), advance=advance
             )
-    # Misses are examined with kernels of their own; where nothing is detected no compiler is loaded.
+    # Misses are examined with other kernels; without a detection no compiler is loaded.
     with progress.stage("audit"), compiling_announced(progress if runs else None):
         found = {label: episodes(run.detection) for label, run in runs.items()}
         again = _face_source(assembly, seed)

@@ -1,4 +1,4 @@
-"""A run in figures that JSON can hold: enough to regenerate each of them, and to tell two runs apart."""
+"""A run as figures in JSON, with all settings, seeds and versions needed to compute each of them again."""
 
 from __future__ import annotations
 

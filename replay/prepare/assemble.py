@@ -1,4 +1,4 @@
-"""Where sessions and the collision core meet: a recorded session becomes bodies, one motion, and pairs.
+"""Makes bodies, one motion and pairs, which the collision core takes, from a recorded session.
 
 What is done to the poses, in order: frames whose stamp does not increase are left out and counted; every body gets a
 pose in every frame by the rules of ``replay.prepare.interpolation``; parents, offsets and fixed bodies are put
@@ -72,7 +72,7 @@ class Layout:
         else:
             # The survey has checked every sample, and no detector will use these poses: the compiler stays unloaded.
             motion = Motion.of_rigid(times, frames.translation, frames.rotation, valid, linked)
-        shared = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "survey"}
+        shared = {item.name: getattr(self, item.name) for item in fields(Assembly) if hasattr(self, item.name)}
         motion = motion.frames(carried, len(frames)) if carried else motion
         return Assembly(motion=motion, stamp_ns=frames.stamp_ns[carried:], origin=frames.origin[carried:], **shared)
 
@@ -158,7 +158,7 @@ def assemble_blocks(
 ) -> Iterator[Assembly]:  # fmt: skip
     """The same in consecutive blocks of at most ``frames`` frames, for a session larger than memory.
 
-    Joined, the blocks equal ``assemble`` to the last bit, whatever their size: samples are carried across borders, and
+    Joined, the blocks equal ``assemble`` to the last bit, for any block size: samples are carried across borders, and
     ``motion.linked`` of a block's first frame tells whether the path from the block before is known.
     """
     layout = layout or lay_out(session)

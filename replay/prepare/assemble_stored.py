@@ -1,4 +1,4 @@
-"""A session of hours, ready for detection with its poses on disk; a shorter one, decoded once and held."""
+"""Keeps the poses of sessions of hours on disk; decodes a shorter session once and holds it in memory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a session looks like to a detector: bodies, one motion, the pairs that matter, and where each pose came from."""
+"""A session in the form that detectors take: bodies, one motion, pairs, and the origin of each pose."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every frame of a body gets the pose it recorded, one computed from near neighbours, or none: the same for any blocks.
+"""Every frame of a body gets its recorded pose, a pose computed from near neighbours, or none; blocks change nothing.
 
 Rules, per body and frame:
 
@@ -6,8 +6,8 @@ Rules, per body and frame:
 - Without one, and with usable samples at most 50 ms before **and** after: position linear, rotation slerp between them.
 - Else, with a usable sample at most 50 ms before: that one, held.
 - Else there is no pose.
-- A sample flagged as lost gives no pose and is a wall: nothing is held or interpolated across it, however short the
-  loss, because a tracker that comes back usually comes back some millimetres elsewhere.
+- A sample flagged as lost gives no pose. No pose is held or interpolated across it, however short the loss, because a
+  tracker that comes back usually comes back some millimetres elsewhere.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""From what trackers and joints report to where meshes are: parents, offsets and fixed bodies of a scene.
+"""Kinematics: from poses of trackers and joints to those of meshes, by parents, offsets and fixed bodies of a scene.
 
 ``world(body mesh) = world(parent) . recorded pose . offset``; a child has a pose only where its parent has one. A
 parent is met in its tracker's frame, before its own offset. Bodies without parent and offset keep the bits of their

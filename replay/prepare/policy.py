@@ -1,6 +1,6 @@
 """What a run does with each kind of finding: a table of defaults, and words that change them for one run.
 
-The summary lists whatever is done, and the verdicts concerned carry a flag.
+The summary lists every action, and the verdicts concerned carry a flag.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class KindSpec:
 
 
 KINDS: Final[dict[str, KindSpec]] = {
-    # Refused by default: whoever wrote such a sample took it for a pose, and may have written others.
+    # Refused by default: a program that writes such a sample as a pose may have written other wrong ones.
     "not-finite": KindSpec(REFUSE, _STAND_IN),
     "zero-quaternion": KindSpec(REFUSE, _STAND_IN),
     "non-unit-quaternion": KindSpec(REFUSE, _STAND_IN),

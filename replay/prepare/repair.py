@@ -53,8 +53,8 @@ class Treatment:
 def treat(session: Session, policy: Policy) -> Treatment:
     """Examine a session and apply the policy to it.
 
-    Raises ``RefusedError``: something was found that the policy refuses; samples that are no poses are left to
-    ``survey``, which names them.
+    Raises ``RefusedError``: the session has a fault that the policy refuses. Invalid samples are left to the session
+    scan, which names them.
     """
     looked = look_through(session.blocks(BLOCK_FRAMES))
     findings = tuple(in_order([*examine_session(session, looked)]))

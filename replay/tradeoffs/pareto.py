@@ -12,13 +12,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, TypeAlias
 
+from replay.base.constants import BUDGET_MS
+
 Row: TypeAlias = Mapping[str, Any]
 
 PRECISION: Final = 0.5
 """Share of the reported pair-frames that must be contacts; below it most alarms are false."""
 
 OFFLINE_BUDGETS_MS: Final = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
-ONLINE_BUDGETS_MS: Final = (0.1, 0.3, 1.0, 3.0, 11.1)
+ONLINE_BUDGETS_MS: Final = (0.1, 0.3, 1.0, 3.0, round(BUDGET_MS, 1))
 
 
 def counts(row: Row) -> bool:

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from replay.base.constants import HEADSET_HZ
 from replay.detection.detector_spec import DetectorSpec
 
 
@@ -52,7 +53,7 @@ ASKED: Final = "booleans or faces"
 """The axis of what is asked: only whether two bodies meet, or every face pair that does."""
 
 EARLY_RATES: Final = (22.5, 45.0)
-RATES: Final = (90.0, 60.0, 72.0, 10.0, 5.0, 2.0)
+RATES: Final = (HEADSET_HZ, 60.0, 72.0, 10.0, 5.0, 2.0)
 """Looks per second: from a slow poll to the headset's own rate; 45 and more are what engines ship. Frame by frame is
 slow to time: two come early, for advice about a live loop in 20 seconds, the others late."""
 

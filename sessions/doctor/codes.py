@@ -8,7 +8,7 @@ from typing import Final
 
 @dataclass(frozen=True)
 class CodeSpec:
-    """The group of a code, what it means for whoever looks at the recording, and what to do about it."""
+    """The group of a code, what it means for a user of the recording, and what to do about it."""
 
     group: str
     meaning: str

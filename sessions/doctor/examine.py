@@ -36,7 +36,7 @@ def examine(recording: str | Path | Session) -> list[Finding]:
     Raises
     ------
     SessionFileError
-        The file is missing or may not be read; whatever is *in* it becomes findings.
+        The file is missing or may not be read. Faults *in* the file become findings.
     """
     if isinstance(recording, Session):
         return in_order([*examine_session(recording)])

@@ -51,7 +51,7 @@ class Finding:
 
     @property
     def meaning(self) -> str:
-        """What it means for whoever looks at the recording."""
+        """What the finding means for a user of the recording."""
         return CODES[self.code].meaning
 
     @property

@@ -25,7 +25,7 @@ SKEW_NS: Final = 500_000_000
 
 LOOKS_PER_BLOCK: Final = 512  # Frames of a block whose poses are kept to judge scale and axes by
 
-JOINED_FRAMES: Final = 1024  # Frames looked at together, whatever pieces they come in
+JOINED_FRAMES: Final = 1024  # Frames examined together; smaller blocks are joined first
 
 MOST_DECIMALS: Final = 7  # Numbers printed with more decimals than float32 holds are not called rounded
 

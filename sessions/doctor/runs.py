@@ -1,4 +1,4 @@
-"""Stretches of a mask: where they begin, where they end, none forgotten."""
+"""Runs of a mask: the first and last index of every stretch of True."""
 
 from __future__ import annotations
 

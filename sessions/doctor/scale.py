@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.pose_pass import Looked
 from sessions.errors import SessionError
+from sessions.geometry.rotations import rotated
 from sessions.mesh_data import MeshData
 from sessions.model.scene import Scene
 
@@ -107,7 +108,7 @@ def _up(looked: Looked, roles: Roles) -> Iterator[Finding]:
     q = _there(looked.quaternion[:, roles.head])
     if len(q) >= LEAST_LOOKS:
         height = float(np.median(_there(looked.position[:, roles.head])[:, 1]))
-        up = np.median(_turned(q, np.array([0.0, 1.0, 0.0])), axis=0)
+        up = np.median(rotated(q, (0.0, 1.0, 0.0)), axis=0)
         axis = int(np.abs(up).argmax())
         if (axis != 1 or up[1] < 0) and not LEAST_HEAD_M <= height <= MOST_HEAD_M:
             sign = "+" if up[axis] > 0 else "-"
@@ -146,7 +147,7 @@ def table_findings(meshes: Mapping[str, MeshData], scene: Scene) -> Iterator[Fin
         except (KeyError, SessionError):
             continue
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        faces = np.abs(_turned(np.tile(body.fixed.quaternion_xyzw, (len(normal), 1)), normal)).sum(axis=0)
+        faces = np.abs(rotated(np.tile(body.fixed.quaternion_xyzw, (len(normal), 1)), normal)).sum(axis=0)
         axis, share = int(faces.argmax()), float(faces.max() / (faces.sum() or 1.0))
         if axis != 1 and share > TOP:
             message = f"{100 * share:.0f} % of its surface faces along {'XYZ'[axis]}: it stands on its edge"
@@ -157,7 +158,7 @@ def _sides(looked: Looked, roles: Roles) -> Iterator[Finding]:
     """The right hand belongs on the right of the head; mirrored coordinates or swapped devices put it on the left."""
     if roles.head is None or roles.left is None or roles.right is None:
         return
-    right = _turned(looked.quaternion[:, roles.head], np.array([1.0, 0.0, 0.0]))
+    right = rotated(looked.quaternion[:, roles.head], (1.0, 0.0, 0.0))
     apart = ((looked.position[:, roles.right] - looked.position[:, roles.left]) * right).sum(axis=1)
     apart = apart[np.isfinite(apart)]
     clear = apart[np.abs(apart) > APART_M]
@@ -173,11 +174,3 @@ def _sides(looked: Looked, roles: Roles) -> Iterator[Finding]:
 def _there(rows: FloatArray) -> FloatArray:
     kept: FloatArray = rows[np.isfinite(rows).all(axis=1)]
     return kept
-
-
-def _turned(q: FloatArray, vector: FloatArray) -> FloatArray:
-    """A vector turned by unit quaternions xyzw (n, 4)."""
-    axis, w = q[:, :3], q[:, 3:]
-    twice = 2.0 * np.cross(axis, vector)
-    turned: FloatArray = vector + w * twice + np.cross(axis, twice)
-    return turned

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Final
 
 from sessions.doctor.finding import Finding, Severity
 from sessions.doctor.meshes import all_mesh_findings
@@ -11,11 +10,10 @@ from sessions.doctor.pose_pass import Looked, look_through
 from sessions.doctor.poses import pose_findings
 from sessions.doctor.scale import scale_findings, table_findings
 from sessions.doctor.timing import time_findings
+from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.scene_pairs import absent_bodies
 from sessions.model.session import Session
-
-BLOCK_FRAMES: Final = 16384
 
 
 def examine_session(session: Session, looked: Looked | None = None) -> Iterator[Finding]:

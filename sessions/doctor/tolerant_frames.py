@@ -63,7 +63,7 @@ class TolerantFrames:
         return self._decoder.names
 
     def blocks(self) -> Iterator[Frames]:
-        """All frames in file order; every region of the file is unpacked, whatever it holds."""
+        """All frames in file order; every region of the file is unpacked, also where it holds no poses."""
         with self.file.catalogue.path.open("rb") as stream:
             for region in self.file.catalogue.regions:
                 try:

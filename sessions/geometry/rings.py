@@ -1,4 +1,4 @@
-"""Closed surfaces sewn from rings: whatever the rings, every edge is shared by two faces that run it both ways."""
+"""Closed surfaces sewn from rings: every edge belongs to two faces, which run along it in opposite directions."""
 
 from __future__ import annotations
 

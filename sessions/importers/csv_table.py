@@ -22,7 +22,7 @@ EXACT_SECONDS: Final = 4.0e6
 
 TICKS_1970: Final = 621_355_968_000_000_000  # .NET ticks (100 ns since the year 1) at the Unix epoch
 
-LONGEST_LINE: Final = 1_000_000  # Letters of a line that are looked at; a header of 12 bodies has a thousand
+LONGEST_LINE: Final = 1_000_000  # Letters of a line that are read; a header of 12 bodies has a thousand
 
 TRUE_WORDS: Final = ("1", "1.0", "true", "True", "TRUE", "yes", "valid")
 

@@ -180,7 +180,7 @@ def read_catalogue(path: Path) -> Catalogue:
 
 @contextmanager
 def opened(path: Path) -> Iterator[BinaryIO]:
-    """A session file open for reading; whatever the system refuses becomes one sentence."""
+    """A session file open for reading; every error of the system becomes one sentence."""
     try:
         with path.open("rb") as stream:
             yield stream

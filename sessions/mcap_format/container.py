@@ -102,7 +102,7 @@ class ContainerWriter:
         self._record(self._channels[key])
 
     def messages(self, block: RecordBlock) -> None:
-        """Append message records; chunks close on the way, wherever the size says, whatever the blocks were."""
+        """Append message records. A chunk closes when it reaches its size; how the blocks were cut does not matter."""
         while len(block.group_ends):
             room = self._chunk_bytes - self.open_bytes
             groups = int(np.searchsorted(block.group_ends, room, side="left")) + 1
@@ -123,7 +123,7 @@ class ContainerWriter:
         return int(late[0]) if len(late) else len(block.group_ends)
 
     def close_chunk(self) -> None:
-        """Write what is open as one chunk with its message index; nothing when nothing is open."""
+        """Write the open records as one chunk with its message index; without open records write nothing."""
         if not self._open:
             return
         block = RecordBlock.join(self._open)

@@ -15,7 +15,7 @@ from sessions.model.frames import Frames
 
 
 class McapFile:
-    """A file whose records have been walked; nothing is held open between calls."""
+    """A file whose records have been listed; it is closed between calls."""
 
     def __init__(self, path: Path) -> None:
         self.catalogue: Catalogue = read_catalogue(path)

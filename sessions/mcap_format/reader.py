@@ -1,6 +1,6 @@
 """Reads a session file: metadata, meshes and events at once, poses chunk by chunk when they are asked for.
 
-Memory for ``Session.blocks`` is one chunk and one block, whatever the file's length.
+Memory for ``Session.blocks`` is one chunk and one block, for a file of any length.
 """
 
 from __future__ import annotations

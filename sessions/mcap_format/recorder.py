@@ -1,4 +1,4 @@
-"""Records a session live: everything older than a second is in the file, whatever happens to the program.
+"""Records a session live: everything older than a second is in the file, even if the program is killed.
 
 While it records, the file is called ``<name>.partial``; every chunk in it is whole and readable. When the recorder is
 closed, the index is written and the file gets its name. A program that is killed leaves the partial file:
@@ -36,14 +36,14 @@ if TYPE_CHECKING:
 
 # The writing thread wakes this often; with what writing takes, the file is never a second behind.
 FLUSH_SECONDS = 0.25
-# Frames and other messages that wait at most: 5.7 s at 90 Hz. Whoever records faster than the disk takes it waits.
+# Frames and other messages that wait at most: 5.7 s at 90 Hz. A program faster than the disk has to wait.
 FRAMES_WAITING, MESSAGES_WAITING = 512, 4096
 
 
 class Recorder:
     """A session being recorded, from any Python loop and any number of threads.
 
-    Nothing is lost silently and memory is bounded: if the disk cannot keep up, calls wait for it.
+    No frame is lost silently and memory is bounded: if the disk cannot keep up, calls wait for it.
 
     Parameters
     ----------

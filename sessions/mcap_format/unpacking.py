@@ -1,4 +1,4 @@
-"""The message records of one region of a file, unpacked and listed within bounds, whatever the file declares.
+"""The message records of one region of a file, unpacked and listed within bounds that the file cannot raise.
 
 Source: MCAP specification, https://mcap.dev/spec (chunk, message); zstandard and lz4 frames state a size of their own
 that must not exceed the chunk's.

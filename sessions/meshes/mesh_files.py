@@ -85,7 +85,7 @@ def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0) -> MeshData
         vertices, faces = _read_obj(data) if kind == "obj" else _read_with_trimesh(data, kind)
     except MeshFileError:
         raise
-    except Exception as error:  # a parser of foreign files raises whatever its author met; all of it means: damaged
+    except Exception as error:  # parsers of foreign files raise errors of any kind; each means: damaged
         raise MeshFileError(
             f"this is no readable {kind.upper()} ({error or type(error).__name__}); export it again"
         ) from error

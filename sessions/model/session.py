@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from sessions.errors import MeshFileError, SessionError
 from sessions.mesh_data import MeshData
+from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.event import Event, Interval
 from sessions.model.frames import Frames, Status
 from sessions.model.hand import HandTrack
@@ -75,7 +76,7 @@ class Session:
     @cached_property
     def frames(self) -> Frames:
         """All frames at once; for a session larger than memory take ``blocks``."""
-        parts = list(self.source.blocks(65536))
+        parts = list(self.source.blocks(BLOCK_FRAMES))
         return Frames.join(parts) if parts else Frames.empty(self.names)
 
     def blocks(self, frames: int = 4096) -> Iterator[Frames]:

@@ -1,4 +1,4 @@
-"""One scan of a damaged file: what it declares, what is whole in it, and what is lost; nothing is written yet."""
+"""One scan of a damaged file: what it declares, which records are whole, and what is lost. It writes nothing."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ _LANDMARK: Final = re.compile(rb"(?=([\x05\x06\x07\x09][\x00-\xff]{5}\x00\x00\x0
 class Piece:
     """A record that makes sense, head included, or bytes that do not."""
 
-    opcode: int  # 0 for bytes that are no record
+    opcode: int  # 0: bytes between records
     start: int
     end: int
     region: Region | None = None  # of a chunk
@@ -129,7 +129,7 @@ class RecordScan:
         )
 
     def _next_landmark(self, at: int) -> int:
-        """The next record that can be told from chance, or the end of the file."""
+        """The next record that is too regular to be chance, or the end of the file."""
         while at < self._size:
             window = self._read(at, WINDOW_BYTES + HEAD.size)
             for match in _LANDMARK.finditer(window):

@@ -37,7 +37,7 @@ RECOVERED = "recovered"  # The fact that says what a recovered file lacks
 def recover(path: str | Path, out: str | Path, *, overwrite: bool = False) -> Recovery:
     """Save what can be read of a session file that was cut short or damaged.
 
-    Takes time in proportion to the file's size and the memory of one chunk, whatever the file declares.
+    Takes time in proportion to the file's size and the memory of one chunk; what the file declares cannot raise either.
 
     Parameters
     ----------

@@ -140,7 +140,7 @@ class Table:
         return {name: Table(one, self.file, f"[{key}.{name}]", self.error) for name, one in value.items()}
 
     def rest(self) -> dict[str, Any]:
-        """Everything not taken yet, as written but for numbers that are not finite; nothing is unknown after it."""
+        """All keys not yet read, as written. Numbers must be finite. After this call no key counts as unknown."""
         for key, value in self._data.items():
             if not _all_finite(value):
                 raise self.fail(f"{key} is {_shown(value)}; give finite numbers")

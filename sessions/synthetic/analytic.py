@@ -16,6 +16,7 @@ from sessions.errors import SessionError
 from sessions.geometry.rotations import IDENTITY, Array, quaternion_about
 from sessions.geometry.solids import box, inscribed_depth, pointed_ball, prism
 from sessions.mesh_data import MeshData
+from sessions.model.constants import HEADSET_HZ
 from sessions.model.session import Session
 from sessions.synthetic.assembly import START_NS, Recording, recorded
 from sessions.synthetic.motion_profiles import Course, Dips, Swing, Turning, outside, passes
@@ -211,7 +212,7 @@ ANALYTIC: dict[str, Callable[[np.random.Generator, float], AnalyticCase]] = {
 def make_analytic(
     name: str,
     *,
-    rate_hz: float = 90.0,
+    rate_hz: float = HEADSET_HZ,
     seconds: float = 10.0,
     noise: str = "off",
     jitter: str = "even",

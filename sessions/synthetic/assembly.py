@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import SessionError
+from sessions.model.constants import HEADSET_HZ
 from sessions.model.track import Track
 from sessions.synthetic.paths import Path, Poses
 from sessions.synthetic.rng import random_stream
@@ -67,7 +68,7 @@ class Recording:
     """
 
     seed: int = 0
-    rate_hz: float = 90.0
+    rate_hz: float = HEADSET_HZ
     seconds: float = 10.0
     noise: str = "off"
     jitter: str = "even"

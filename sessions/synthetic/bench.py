@@ -1,4 +1,4 @@
-"""A bench laid with instruments: their meshes, where they stand, and the scene that says so."""
+"""A bench with instruments: their meshes, their places, and the scene that declares them."""
 
 from __future__ import annotations
 

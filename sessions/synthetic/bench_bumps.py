@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from sessions.model.constants import HEADSET_HZ
 from sessions.model.event import Event, Interval
 from sessions.model.scene import Scene, SceneEffect
 from sessions.model.session import Session
@@ -56,7 +57,7 @@ EFFECTS = (
 
 def make_bench_bumps(
     seed: int = 0,
-    rate_hz: float = 90.0,
+    rate_hz: float = HEADSET_HZ,
     noise: str = "vive",
     *,
     jitter: str = "steady",

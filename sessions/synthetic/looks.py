@@ -1,4 +1,4 @@
-"""A detector that looks less often than frames come misses exactly the episodes between its looks."""
+"""Which episodes a detector misses that tests fewer instants than there are frames: exactly those between two tests."""
 
 from __future__ import annotations
 

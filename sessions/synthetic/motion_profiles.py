@@ -1,4 +1,4 @@
-"""One coordinate that moves in time by a formula, and the formula's answer to when it lies between two values."""
+"""One coordinate as a formula of time, and the times at which the formula lies between two values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Taps of a known depth and duration, put where a slow detector looks away."""
+"""Taps of a known depth and duration, planted between two tests of a slow detector."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ import numpy as np
 def random_stream(seed: int, purpose: str, *bodies: str, stamp_ns: int = 0, restart: int = 0) -> np.random.Generator:
     """A generator keyed by SHA-256 of the seed, the purpose and the (sorted) bodies it serves.
 
-    Two calls with one key give the same numbers whatever happened in between, so a body's noise does not change
+    Two calls with one key give the same numbers, also with other calls between them, so a body's noise does not change
     when another body is added or the order of work changes.
 
     Examples

@@ -1,4 +1,4 @@
-"""Every made-up session by name: `make_scene_session("bench-bumps")` gives the session and what is planted in it."""
+"""Every synthetic session by name: `make_scene_session("bench-bumps")` gives the session and what is planted in it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from importlib import import_module
 from typing import Any
 
 from sessions.errors import SessionError
+from sessions.model.constants import HEADSET_HZ
 from sessions.model.session import Session
 from sessions.synthetic.truth import Truth
 
@@ -24,7 +25,7 @@ SCENES: dict[str, str] = {
 
 
 def make_scene_session(
-    name: str, seed: int = 0, rate_hz: float = 90.0, noise: str = "vive", **settings: Any
+    name: str, seed: int = 0, rate_hz: float = HEADSET_HZ, noise: str = "vive", **settings: Any
 ) -> tuple[Session, Truth]:
     """Make the session of a scene and its truth; the same arguments give the same session.
 

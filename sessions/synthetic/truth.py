@@ -1,4 +1,4 @@
-"""What a made-up session is known to contain; a truth written and read again is equal.
+"""The planted truth of a synthetic session; written and read again it is equal.
 
 A truth file lies beside its session for those who check the tool. The tool itself never reads it.
 """
@@ -35,7 +35,7 @@ class Episode:
     pair : body names, sorted.
     kind : ``contact`` (surfaces meet) or ``contained`` (one wholly inside the other, surfaces apart).
     nominal : where the smooth, noise-free shapes have it; ``None`` for a near miss.
-    surely : every frame in it has it, whatever tessellation and noise do; ``None`` when there is no such time.
+    surely : every frame in it has it, for any tessellation and noise; ``None`` when there is no such time.
     possibly : no frame outside it has it.
     note : for a reader.
     """

@@ -32,7 +32,7 @@ OVERLAP: Final = 1e-3
 """Cells overlap by this share of the mesh, far above any margin; a larger margin makes every answer uncertain."""
 
 MOST_POINTS: Final = 4096
-"""Points looked at in one go, so that memory stays at some tens of megabytes."""
+"""Points tested together, so that memory stays at some tens of megabytes."""
 
 
 class InsideGrid:

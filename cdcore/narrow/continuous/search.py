@@ -1,4 +1,4 @@
-"""The first contact of two meshes on one leg, which is halved until each part is proven clear or a contact is seen.
+"""The first contact of two meshes on one segment. It is halved until each part is proven clear or a contact is found.
 
 Parts are taken in order of time. Pairs of nodes that stay apart in a part are dropped; the others go on into both of
 its halves. In the shortest parts the faces left are tested exactly, at the middle and the end.
@@ -60,11 +60,11 @@ class Bounds(NamedTuple):
 class Room(NamedTuple):
     """Memory that a search works in, made once for a pair.
 
-    ``items`` (MOST_ITEMS, 3) kind, A, B; ``waiting`` (n, 3) pairs of nodes still to be looked at within a part;
-    ``parts`` (MOST_PARTS, 2) start and end of parts still to be looked at; ``spans`` (MOST_PARTS, 2) their items, first
+    ``items`` (MOST_ITEMS, 3) kind, A, B; ``waiting`` (n, 3) pairs of nodes still to be tested within a part;
+    ``parts`` (MOST_PARTS, 2) start and end of parts still to be tested; ``spans`` (MOST_PARTS, 2) their items, first
     and count; ``poses`` (6, 12) A seen from B at start and end, A and B at the instant that is tested, two to build
     them; ``corners`` (27,), ``scratch`` (32,), ``pair`` (18,) and ``digits``: scratch; ``found`` (4,) lo, hi, and the
-    faces (leaf order) that were seen to meet or could not be told apart; ``work`` (COUNTERS,).
+    faces (leaf order) that meet, or that are too close to prove apart; ``work`` (COUNTERS,).
     """
 
     items: Items

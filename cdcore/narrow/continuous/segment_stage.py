@@ -1,4 +1,4 @@
-"""Decides what happens between frames: for each leg asked about, clear by proof, a time of impact, or why neither."""
+"""Decides what happens between frames: a segment is clear by proof, has a time of impact, or a reason why neither."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bounding spheres over whole legs: a leg whose spheres stay apart is clear, whatever the bodies inside them do.
+"""Bounding spheres over whole segments: a segment is clear where the spheres stay apart, for any motion inside them.
 
 A sphere's centre follows its body's origin along a line and turns about it; it leaves the chord between its places at
 both ends by at most an eighth of the squared angle times its distance from the origin.
@@ -16,7 +16,8 @@ from cdcore.kernels.compiling import kernel
 from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
 
 SWEPT_ULPS: Final = 4096.0
-"""Pad in eps of both bodies' sizes: what ``legs.leg_pad`` keeps, with rotations as far off as a motion lets them be."""
+"""Pad in eps of both bodies' sizes. ``leg_pad`` keeps as much, for rotations as far from orthonormal as
+a motion allows."""
 
 ANGLE_OF_CHORD: Final = 1.1108
 """An angle of at most half a turn is at most pi / (2 sqrt 2) times the Frobenius norm of the rotations' difference."""

@@ -1,4 +1,4 @@
-"""Float bounds of clearance and penetration that never promise too much: what they leave open goes to the integers.
+"""Float bounds of clearance and penetration that are always on the safe side; integers decide what they leave open.
 
 ``overlap_bounds`` looks along the eleven axes of two triangles, ``certainly_apart`` at two trees over many poses.
 """

@@ -1,4 +1,4 @@
-"""Intersection segments of a detection, computed when somebody looks at a frame and not before."""
+"""Intersection segments of a detection, computed on first use of a frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The debug mode of the whole-motion search: asks what was dismissed again, face by face in exact arithmetic."""
+"""The debug mode of the whole-motion search: tests every dismissed pair again, face by face in exact arithmetic."""
 
 from __future__ import annotations
 

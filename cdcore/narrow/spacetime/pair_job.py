@@ -102,7 +102,7 @@ class PairJob:
         self._near, self._tests = self._climb(0)
 
     def _climb(self, frame: int) -> tuple[int, int]:
-        """``first_near``, and how many spans were looked at."""
+        """``first_near``, and how many spans were tested."""
         if not np.isfinite(self._pad):
             return frame, 0
         a, b = self._lanes

@@ -125,6 +125,6 @@ def _first_near(row_a: IntArray, row_b: IntArray, frame: int, reach: float, work
 
 
 def first_near_of(row_a: IntArray, row_b: IntArray, frame: int, reach: float) -> tuple[int, int]:
-    """``first_near`` of two tracks given by their rows, and how many spans were looked at."""
+    """``first_near`` of two tracks given by their rows, and how many spans were tested."""
     work = np.zeros(SPAN_TESTS + 1, dtype=np.int64)
     return int(_first_near(row_a, row_b, frame, reach, work)), int(work[SPAN_TESTS])

@@ -1,7 +1,7 @@
 """One pair of bodies over its frames: spans apart, path-length skips, then blocks of eight frames through both trees.
 
-What one kernel is asked stands in one row of integers: addresses of arrays and numbers. Where a list is full it stops,
-and goes on from there when it has been lengthened.
+A kernel takes one row of integers: addresses of arrays, and numbers. It stops where a list is full. The caller makes
+the list longer, and the kernel continues from the same frame.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ MIDDLE, OFFSET, TURNED, PLANE, SPAN, MOVED = 96, 112, 136, 208, 240, 288
 ROOM_DOUBLES: Final = MOVED + 24 * MOST_LEAF_CORNERS
 
 AT_FRAME, IN_BLOCK, NEXT_SPAN = 2, 3, 4
-"""Places of ``Scratch.state`` after the block's own two: the frame to go on from, whether inside its block, and the
-first frame whose span was not looked at."""
+"""Places of ``Scratch.state`` after the two of a block: the frame to continue from, whether that is inside its block,
+and the first frame whose span is not yet tested."""
 
 
 @hot_kernel
@@ -75,9 +75,9 @@ def skipped(
     tree_a: TreeMemory, pose_a: PoseMemory, tree_b: TreeMemory, pose_b: PoseMemory, frame: int, question: Question,
     lists: Lists, work: Memory, state: Memory,
 ) -> int:  # fmt: skip
-    """Count, and on request note, frames in which the bodies are certainly apart; returns the one to go on with.
+    """Count, and on request note, frames in which the bodies are certainly apart; returns the next frame to test.
 
-    Spans are looked at once each; then the paths, which reach across their ends.
+    Each span is tested once. Path lengths come after it, because they reach beyond the end of a span.
     """
     stay_one_function()
     stop, kind, following = question.stop, runtime_int(BY_SPAN), frame

@@ -1,6 +1,6 @@
 """Face pairs that the filter of the world test left open, in exact arithmetic at the reference vertices.
 
-A kernel of its own, so that it is compiled when the first such pair turns up and not before.
+It is a separate kernel, so that it is compiled only when the first such pair occurs.
 """
 
 from __future__ import annotations

@@ -121,7 +121,7 @@ def _decide(
 
 
 def _stretches(job: PairJob, frames: int) -> Iterator[tuple[int, int]]:
-    """Cut the frames of a pair; what spans dismiss is one stretch however long, since nothing is listed in it."""
+    """Cut the frames of a pair; frames that spans dismiss are one stretch of any length, because it lists no faces."""
     step, start = min(frames, job.most_frames), 0
     while start < job.count:
         near = job.first_near(start)

@@ -1,4 +1,4 @@
-"""The exact triangle test in Python integers: slow, short, and right for every finite double whatever its exponent.
+"""The exact triangle test in Python integers: slow, short, and right for every finite double of any exponent.
 
 All eighteen coordinates are brought to integers on one common power-of-two scale; from there nothing rounds. It
 serves pairs whose exponents lie too far apart for exact sums (2^-500 beside 1), and as the reference the compiled

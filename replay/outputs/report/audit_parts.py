@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.base.constants import BUDGET_MS
+from replay.base.constants import BUDGET_MS, ONE_FRAME
 from replay.comparison.outcome import Outcome
 from replay.outputs.palette import MISSED, SERIES, hex_of
 from replay.outputs.report.markup import Markup, bar, element, joined, page_table, table
@@ -85,7 +85,7 @@ def latency_histogram(result: RunResult) -> Markup:
         for value in (0.001, 0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)
         if edges[0] <= value <= edges[-1]
     ]
-    words = "How many frames took how long; dashed: one frame at 90 Hz, 11.1 ms"
+    words = f"How many frames took how long; dashed: {ONE_FRAME}, {BUDGET_MS:.1f} ms"
     svg = element("svg", *lanes, line, *ticks, viewBox=f"0 0 {WIDTH} {height}", role="img", aria_label=words)
     return element("figure", svg, element("figcaption", f"{words}."))
 

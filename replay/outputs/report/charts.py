@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.base.constants import BUDGET_MS
+from replay.base.constants import BUDGET_MS, ONE_FRAME
 from replay.comparison.outcome import Outcome
 from replay.outputs.lanes import number_boxes, ranked_pairs
 from replay.outputs.palette import OUTCOMES, SERIES, hex_of
@@ -17,6 +17,7 @@ from replay.outputs.report.markup import Markup, bar, element
 from replay.outputs.words import counted
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import frame_seconds
+from sessions.doctor.runs import runs
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -136,14 +137,13 @@ def _shares(outcome: NDArray[np.uint8], times: NDArray[np.float64], y: int) -> l
 
 
 def _bars(active: NDArray[np.bool_], times: NDArray[np.float64], y: int, word: Outcome) -> list[Markup]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], active, [False]]).astype(np.int8)))
     name, colour = OUTCOMES[word]
     bars = []
-    for first, after in edges.reshape(-1, 2).tolist():
-        start, end = float(times[first]), float(times[min(after, len(times) - 1)])
+    for first, last in runs(active).tolist():
+        start, end = float(times[first]), float(times[min(last + 1, len(times) - 1)])
         x = _place(times, start)
         width = max(SMALLEST, _place(times, end) - x)
-        words = f"{name}: {start:.3f} s, {after - first} frames"
+        words = f"{name}: {start:.3f} s, {last + 1 - first} frames"
         bars.append(bar(words, x, y, width, LANE - 6, fill=hex_of(colour)))
     return bars
 
@@ -171,7 +171,7 @@ def _draw_timing(axes: Axes, result: RunResult) -> None:
         else:
             mean = result.summary["detectors"][label]["seconds"]["per_frame_mean"] * 1e3
             axes.axhline(mean, color=hex_of(colour), lw=1.4, label=f"{label}, mean of the whole motion at once")
-    axes.axhline(BUDGET_MS, color=INK, lw=1.0, ls="--", label="one frame at 90 Hz, 11.1 ms")
+    axes.axhline(BUDGET_MS, color=INK, lw=1.0, ls="--", label=f"{ONE_FRAME}, {BUDGET_MS:.1f} ms")
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes.set_xlabel("session time, s")

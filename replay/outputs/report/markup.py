@@ -29,6 +29,11 @@ def element(name: str, *content: object, **attributes: object) -> Markup:
     return Markup(f"<{name}{words}>{''.join(safe(one) for one in content)}</{name}>")
 
 
+def page_section(title: str, *content: object) -> Markup:
+    """A part of a page under its heading."""
+    return element("section", element("h2", title), *content)
+
+
 def joined(parts: Iterable[object]) -> Markup:
     """Pieces one after the other."""
     return Markup("\n".join(safe(part) for part in parts))

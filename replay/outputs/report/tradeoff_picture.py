@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from replay.base.constants import BUDGET_MS
+from replay.base.constants import BUDGET_MS, ONE_FRAME
 from replay.outputs.tradeoff_table import front_rows, lines_of
 from replay.tradeoffs.pareto import PRECISION, Row, counts
 from replay.tradeoffs.settings import AS_IT_COMES
@@ -191,7 +191,7 @@ def _dress(axes: Axes, rows: Sequence[Row], title: str, theme: Theme) -> None:
     axes.set_yticks(RECALLS, [f"{level} %" for level in RECALLS])
     axes.minorticks_off()
     axes.axvline(BUDGET_MS, color=theme.faint, lw=1.1, ls="--", zorder=1)
-    axes.text(BUDGET_MS, 1, "one frame at 90 Hz ", fontsize=8, color=theme.faint, va="bottom", ha="right", rotation=90)
+    axes.text(BUDGET_MS, 1, f"{ONE_FRAME} ", fontsize=8, color=theme.faint, va="bottom", ha="right", rotation=90)
     axes.grid(visible=True, which="major", color=theme.grid, lw=0.7)
     axes.set_axisbelow(True)
     axes.spines[["right"]].set_visible(False)

@@ -10,7 +10,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
-from replay.base.constants import BUDGET_MS
+from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.outputs.camera import Eye
 from replay.outputs.palette import BACKGROUND
 from replay.outputs.rerun_log.columns import FRAME, SESSION
@@ -221,7 +221,7 @@ def _timing(layout: Layout) -> Any:
     # A budget far above everything would press the curves to the floor: then the title says how far.
     share = layout.slowest_ms / BUDGET_MS
     budget = ["timing/budget"] if share > BUDGET_SHOWN else []
-    worst = f"worst {layout.slowest_ms:.2f}: {share:.0%} of a frame at 90 Hz ({BUDGET_MS:.1f} ms)"
+    worst = f"worst {layout.slowest_ms:.2f}: {share:.0%} of a frame at {HEADSET_HZ:g} Hz ({BUDGET_MS:.1f} ms)"
     high = 1.15 * max(layout.slowest_ms, BUDGET_MS if budget else 0.0)
     name = f"Time per frame, ms    {worst}"
     return _plot(layout, "/timing", name, [*budget, *layout.totals], axis_y=rrb.ScalarAxis(range=(0.0, high)))

@@ -11,6 +11,7 @@ import rerun as rr
 from numpy.typing import ArrayLike, NDArray
 
 from cdcore.numerics import FloatArray
+from replay.base.constants import HELD_FRAMES
 from replay.outputs.palette import Rgba
 from replay.prepare.assembly import Assembly
 
@@ -19,10 +20,6 @@ SESSION: Final = "session"
 
 FRAME: Final = "frame"
 """Timeline of frame numbers."""
-
-KEPT_FRAMES: Final = 324_000
-"""One hour at 90 Hz. A longer session is strided: poses, contacts and timings keep every k-th frame, and every frame
-near a miss; lanes, misses and lists stay exact."""
 
 KEPT_AROUND: Final = 1.0
 """Seconds before and after a miss in which a strided recording keeps every frame."""
@@ -40,7 +37,7 @@ class Clock:
     kept: NDArray[np.int64]
 
     @classmethod
-    def of(cls, assembly: Assembly, whole: Iterable[tuple[float, float]] = (), limit: int = KEPT_FRAMES) -> Clock:
+    def of(cls, assembly: Assembly, whole: Iterable[tuple[float, float]] = (), limit: int = HELD_FRAMES) -> Clock:
         """The clock of an assembly; around the spans ``whole`` (seconds) every frame is kept."""
         stamps, times = assembly.stamp_ns, assembly.motion.times
         if not len(stamps):

@@ -11,7 +11,7 @@ import rerun as rr
 
 from cdcore import Detection
 from cdcore.numerics import FloatArray
-from replay.base.constants import BUDGET_MS
+from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.outputs.palette import BUDGET, SERIES, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.markdown import markdown
@@ -66,7 +66,7 @@ def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], rem
     ``remarks`` (label -> words) go into the legend, so that price and misses stand in one line.
     """
     _log_constant(writer, "timing/budget", BUDGET_MS)
-    _style(writer, "timing/budget", f"budget {BUDGET_MS:.1f} ms (90 Hz)", BUDGET, 1.0)
+    _style(writer, "timing/budget", f"budget {BUDGET_MS:.1f} ms ({HEADSET_HZ:g} Hz)", BUDGET, 1.0)
     for number, (label, detection) in enumerate(detections.items()):
         _log_seconds(writer, label, detection, colour_of(number), remarks.get(label, ""))
         _log_counters(writer, label, detection)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from cdcore import Verdict
 from cdcore.protocol import counts_as_contact
+from replay.base.constants import VERDICT_FRAMES
 from replay.comparison.contact_counts import contact_counts
 from replay.comparison.outcome import Episode, Outcome
 from replay.metrics.row import METRICS, TASK, metric_rows
@@ -25,9 +26,6 @@ OUTCOME_WORDS: Final = [outcome.name for outcome in Outcome]
 
 ROWS_PER_PART: Final = 1_000_000
 """Rows of the frame table that are made at a time: some 100 MB, for a session of any length."""
-
-FRAMES_AT_ONCE: Final = 65536
-"""Frames looked through at a time, some 10 MB."""
 
 STATED: Final = np.array([Verdict.UNRESOLVED, Verdict.INVALID], dtype=np.uint8)
 """Verdicts that are no contact and still worth a row."""
@@ -186,12 +184,12 @@ def plain(value: Any) -> Any:
 def _happened(result: RunResult) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Frame and column of every pair-frame in which anything happened, looked for in some frames at a time."""
     rows, columns = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
-    for start in range(0, len(result.assembly.stamp_ns), FRAMES_AT_ONCE):
-        verdicts = [found.verdict[start : start + FRAMES_AT_ONCE] for found in result.detections.values()]
+    for start in range(0, len(result.assembly.stamp_ns), VERDICT_FRAMES):
+        verdicts = [found.verdict[start : start + VERDICT_FRAMES] for found in result.detections.values()]
         marked = [counts_as_contact(part) | np.isin(part, STATED) for part in verdicts]
         if marked:
             if result.flags is not None:
-                flag = result.flags.of_pairs(result.assembly.pairs, start, start + FRAMES_AT_ONCE)
+                flag = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
                 marked += [((flag & POSE_DOUBT) > 0) & (part != Verdict.NO_POSE) for part in verdicts]
             frame, column = np.nonzero(np.logical_or.reduce(marked))
             rows.append(frame + start)

@@ -13,6 +13,7 @@ from uuid import uuid4
 
 import pyarrow.parquet as pq
 
+from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
 from replay.outputs.report.page import write_report
 from replay.outputs.results.parquet import read_rows
@@ -22,7 +23,6 @@ from replay.outputs.results.parquet_tables import (
     frame_table,
     metrics_table,
     miss_table,
-    plain,
     series_table,
 )
 from replay.pipeline.run_result import RunResult
@@ -78,7 +78,7 @@ def write_run_folder(
         write_report(replace(result, out=out), folder / REPORT)
         for name, file in (files or {}).items():
             shutil.copyfile(file, folder / name)
-        text = json.dumps(result.summary, indent=1, allow_nan=False, default=plain)
+        text = json.dumps(result.summary, indent=1, allow_nan=False, default=plain_value)
         (folder / SUMMARY).write_text(text + "\n", encoding="utf-8", newline="\n")
     return out
 

@@ -13,6 +13,7 @@ from cdcore import Body, Motion, Verdict, create_detector
 from cdcore.bounding.sphere import sphere_by_box_centre
 from cdcore.search.settings import EQUATIONS
 from cdcore.transforms.rigid import rotation_from_quaternion
+from replay.base.constants import HEADSET_HZ
 from replay.base.wilson import wilson
 from replay.outputs.paper_table import Cell, PaperTable
 from replay.studies.paper.fixtures import FAMILY_NAMES, fixture
@@ -54,7 +55,7 @@ def near_poses(family: str, count: int, seed: int = 0) -> NearPoses:
     def motion(distance: NDArray[np.float64]) -> Motion:
         moves = np.stack([-np.einsum("tij,j->ti", turns[:, k], spheres[k].centre) for k in range(2)], axis=1)
         moves[:, 1] += distance[:, None] * way
-        return Motion(np.arange(count) / 90.0, moves, turns)
+        return Motion(np.arange(count) / HEADSET_HZ, moves, turns)
 
     low, high = np.full(count, 0.3 * reach), np.full(count, reach)
     for _ in range(HALVINGS):

@@ -30,6 +30,7 @@ from cdcore.search.pair_search import PairSearch
 from cdcore.search.result import Look
 from cdcore.search.samples import Sample, sample_of
 from cdcore.search.settings import SearchSettings
+from replay.base.constants import HEADSET_HZ
 from replay.studies.paper.fixtures import Fixture, faces_of_pairs
 
 SEARCH: Final = {"stop_first": False, "warm_start": False, "budget": 10_000}
@@ -106,7 +107,7 @@ def groups_of(fixtures: Sequence[Fixture]) -> Iterator[Group]:
     for (target, family), members in groupby(ordered, key=lambda one: (one.target, one.family)):
         some = list(members)
         motion = Motion(
-            np.array([one.number for one in some]) / 90.0,
+            np.array([one.number for one in some]) / HEADSET_HZ,
             np.concatenate([one.motion.translations for one in some]),
             np.concatenate([one.motion.rotations for one in some]),
         )

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from cdcore import Body, Detector, Motion, TriangleMesh, create_detector
 from cdcore.bounding.sphere import sphere_by_box_centre
 from cdcore.transforms.rigid import rotation_from_quaternion
+from replay.base.constants import HEADSET_HZ
 from replay.errors import ReplayError
 from sessions.glassware.catalogue import make_instrument
 from sessions.synthetic.rng import random_stream
@@ -136,7 +137,7 @@ class _Way:
         """One frame for each distance between the middles of the two bodies."""
         moves = np.tile(self.base, (len(distances), 1, 1))
         moves[:, 1] += distances[:, None] * self.direction
-        return Motion(np.arange(len(distances)) / 90.0, moves, np.tile(self.turns, (len(distances), 1, 1, 1)))
+        return Motion(np.arange(len(distances)) / HEADSET_HZ, moves, np.tile(self.turns, (len(distances), 1, 1, 1)))
 
 
 def _with_faces(bodies: tuple[Body, Body], way: _Way, target: int) -> Motion | None:

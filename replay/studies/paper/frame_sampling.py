@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from cdcore import create_detector
 from cdcore.protocol import counts_as_contact
+from replay.base.constants import HEADSET_HZ
 from replay.base.wilson import wilson
 from replay.comparison.contact_duration import dwell_of
 from replay.comparison.episodes import episodes
@@ -25,7 +26,6 @@ from replay.studies.paper.printed import PRINTED, SECONDS
 from replay.studies.synthetic_sessions import made_up_session
 
 SCENE: Final = "bench-bumps"
-FRAMES_HZ: Final = 90.0
 STEPS: Final = (1, 2, 4, 9)
 """Frames from look to look: 90, 45, 22.5 and 10 looks a second."""
 BESIDE: Final = {9: "hybrid-qaco"}
@@ -102,7 +102,7 @@ def frame_sampling_table(sessions: Sequence[Sequence[Sampled]]) -> PaperTable:
         interval = wilson(round(mean), of)
         printed = 1e3 * SECONDS[BESIDE[step]] if step in BESIDE else None
         rows.append(
-            (FRAMES_HZ / step, of, mean, int(missed.min()), int(missed.max()), mean / of, *interval, seconds, lost,
+            (HEADSET_HZ / step, of, mean, int(missed.min()), int(missed.max()), mean / of, *interval, seconds, lost,
              lost / seconds, printed)
         )  # fmt: skip
     head = (
@@ -110,8 +110,8 @@ def frame_sampling_table(sessions: Sequence[Sequence[Sampled]]) -> PaperTable:
         "seconds of contact", "missed seconds", "missed seconds, share", f"ms of a detection: {PRINTED}",
     )  # fmt: skip
     note = (
-        f"{len(sessions)} x 60 s of {SCENE} at 90 Hz, half of its contacts planted to last 16 to 24 ms. Mean, least, "
-        "and most of all phases of the looks; what a look saw holds until the next. Truth: continuous. Intervals: "
-        "Wilson, 95 %, at the whole number nearest to the mean."
+        f"{len(sessions)} x 60 s of {SCENE} at {HEADSET_HZ:g} Hz, half of its contacts planted to last 16 to 24 ms. "
+        "Mean, least, and most of all phases of the looks; what a look saw holds until the next. Truth: continuous. "
+        "Intervals: Wilson, 95 %, at the whole number nearest to the mean."
     )
     return PaperTable("T1d", "Contacts that frame sampling misses", head, tuple(rows), note)

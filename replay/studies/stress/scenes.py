@@ -17,6 +17,7 @@ from cdcore import Body, Motion, TriangleMesh, Verdict
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.numerics import FloatArray, place_points
 from cdcore.protocol.detection import Covers
+from replay.base.constants import HEADSET_HZ
 from replay.comparison.tolerance import TAU
 from replay.studies.stress.families import random_rotations
 from replay.studies.stress.solids import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, merged, moved, rod_mesh
@@ -58,14 +59,14 @@ def in_worlds(rng: Generator, count: int, world: float = 1.0) -> Motion:
     """Both bodies in the same random pose, ``count`` times; the first time as they stand."""
     turn, place = random_rotations(rng, count), rng.normal(size=(count, 3)) * world
     turn[0], place[0] = np.eye(3), 0.0
-    return Motion(np.arange(count) / 90, np.repeat(place[:, None], 2, 1), np.repeat(turn[:, None], 2, 1))
+    return Motion(np.arange(count) / HEADSET_HZ, np.repeat(place[:, None], 2, 1), np.repeat(turn[:, None], 2, 1))
 
 
 def at(places: ArrayLike) -> Motion:
     """The first body unturned at places (T, 3), the second at the origin."""
     first = np.asarray(places, dtype=np.float64)
     both = np.stack([first, np.zeros_like(first)], axis=1)
-    return Motion(np.arange(len(first)) / 90, both, np.tile(np.eye(3), (len(first), 2, 1, 1)))
+    return Motion(np.arange(len(first)) / HEADSET_HZ, both, np.tile(np.eye(3), (len(first), 2, 1, 1)))
 
 
 def of_all_pairs(name: str, bodies: tuple[Body, Body], motion: Motion) -> Scene:

@@ -1,6 +1,6 @@
-"""A student at the bench: two hands that grasp, carry, pour, stir and drop, while everything done is written down.
+"""A student at the bench: two hands that grasp, carry, pour, stir and drop; every step is noted as truth.
 
-A `Lab` is told what to do in the words of a procedure. It turns them into paths of the hands and phases of the
+A `Lab` has a method for each step of a procedure. It turns steps into paths of the hands and phases of the
 things, and keeps the truth: facts on the recorded clock, tasks, stages and features as intervals.
 """
 

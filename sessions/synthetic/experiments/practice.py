@@ -1,6 +1,6 @@
-"""Practice at the bench: one beaker is taken and put back, touched by accident and nearly touched, as often as told.
+"""Practice at the bench: one beaker is taken and put back, touched by accident and nearly touched, given times.
 
-Made to be one of many: half a minute, few things, and a student's pseudonym; how clumsy the student is, is given.
+It is meant for classes of many sessions: half a minute, few things, a pseudonym, and a given clumsiness.
 """
 
 from __future__ import annotations

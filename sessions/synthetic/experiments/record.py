@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from sessions.geometry.rotations import quaternion_facing
+from sessions.model.constants import HEADSET_HZ
 from sessions.model.event import Event
 from sessions.model.scene import Scene, SceneEffect
 from sessions.model.session import Session
@@ -57,7 +58,7 @@ class Experiment:
         self,
         *,
         seed: int = 0,
-        rate_hz: float = 90.0,
+        rate_hz: float = HEADSET_HZ,
         noise: str = "vive",
         jitter: str = "steady",
         losses: str = "flagged",

@@ -4,7 +4,7 @@ import pytest
 from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.studies.class_study.analysis import analyse
-from replay.studies.class_study.page import CAUSAL, CAVEAT, headlines, study_html
+from replay.studies.class_study.page import CAUSAL, OBSERVED_ONLY, headlines, study_html
 from replay.studies.class_study.refusals import RefusedError
 
 QUESTIONS = (("motivation", "ease of use"), ("motivation", "contacts_per_min", "grasps"))
@@ -41,7 +41,7 @@ def test_every_result_stands_with_its_n_its_detector_and_what_that_misses(study,
 
 
 def test_nothing_on_the_page_claims_a_cause(page):
-    assert CAVEAT in page
+    assert OBSERVED_ONLY in page
     assert not CAUSAL.search(words_of(page))
 
 

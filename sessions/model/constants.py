@@ -1,0 +1,12 @@
+"""Figures of recordings that several parts of sessions and tool share; each is decided here and nowhere else."""
+
+from __future__ import annotations
+
+from typing import Final
+
+HEADSET_HZ: Final = 90.0
+"""Frames per second of the headsets that the tool is made for, and of synthetic sessions by default."""
+
+BLOCK_FRAMES: Final = 16384
+"""Frames (three minutes at 90 Hz) that are read or detected together: working memory stays bounded, and a longer block
+is no faster."""
