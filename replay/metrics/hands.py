@@ -131,7 +131,7 @@ def moving(assembly: Assembly, hands: list[int]) -> Moving:
     watched = hands or tracked
     rows = frames_at(motion.times, STEP_S, float(motion.times[-1]) + 0.5 * STEP_S)
     seconds = np.diff(motion.times[rows])
-    known = motion.valid[rows][:, watched].all(axis=1)
+    known = np.asarray(motion.valid[rows][:, watched].all(axis=1))
     usable = known[1:] & known[:-1] & (seconds <= LONGEST_STEP_S)
     steps = np.linalg.norm(np.diff(motion.translations[rows][:, watched], axis=0), axis=2)[usable]
     valid = float(seconds[usable].sum())

@@ -34,7 +34,7 @@ def recording_file(application: str, path: Path, blueprint: rrb.Blueprint) -> It
     """
     stream = rr.RecordingStream(application, recording_id=uuid4())
     try:
-        encoded = stream.binary_stream()
+        encoded = rr.binary_stream(recording=stream)
         stream.send_blueprint(blueprint, make_active=False, make_default=True)
         yield stream
         content = _read(encoded)

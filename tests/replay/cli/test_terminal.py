@@ -28,12 +28,12 @@ def test_in_a_narrow_terminal_no_cell_is_cut():
 
 def test_a_column_is_marked_where_it_is_not_zero():
     console = Console(width=60, file=io.StringIO(), force_terminal=True, color_system="truecolor")
-    console.print(terminal(made(marks={"count": tables.MISSED})))
+    console.print(terminal(made(marks={"count": tables.IN_RED})))
     lines = console.file.getvalue().splitlines()
     red = "38;2;255;45;85"
     assert [red in line for line in lines if "1,234" in line or "rod" in line] == [True, False]
 
 
-@pytest.mark.parametrize("mark", sorted(set(STYLES) - {tables.MISSED, tables.PARTLY}))
+@pytest.mark.parametrize("mark", sorted(set(STYLES) - {tables.IN_RED, tables.PARTLY}))
 def test_red_is_for_misses_alone(mark):
     assert "red" not in STYLES[mark] and "#ff2d55" not in STYLES[mark]
