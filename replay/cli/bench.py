@@ -55,7 +55,7 @@ def command(quick: bool, frames: int | None, seed: int, out: Path | None, as_jso
 
     absent = [name for name in OPTIONAL if name not in installed_engines()]
     if absent:
-        people.say(f"not installed, so not in the race: {', '.join(absent)}; install vrlab-replay[peers] to see them")
+        people.say(f'not installed, so not in the race: {", ".join(absent)}; pip install -e ".[peers]"')
     progress, many = TerminalProgress(people), frames or (QUICK_FRAMES if quick else FULL_FRAMES)
     with compiling_announced(progress):
         rows = _race(progress, quick, many, seed)

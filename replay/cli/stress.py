@@ -84,7 +84,7 @@ def command(
     at_most = QUICK_PAIRS if quick else pairs
     absent = [name for name in PEERS if name not in installed_peers()]
     if detector == ALL and absent:
-        people.say(f"not installed, so not asked: {', '.join(absent)}; install vrlab-replay[peers] to see them")
+        people.say(f'not installed, so not asked: {", ".join(absent)}; pip install -e ".[peers]"')
     result = StressResult(seed, min(pairs, at_most), tau, ())
     shared: dict[str, Any] = {"families": chosen, "seed": seed, "out": out, "progress": TerminalProgress(people)}
     if family is not None or everything:

@@ -16,7 +16,7 @@ from replay.cli.study_runs import collect_runs, demo_class, require_extra, run_s
 def command() -> None:
     """Join what students did with what they answered; check printed tables.
 
-    Needs the extra `study`:  pip install "vrlab-replay[study]"
+    Needs the extra `study`:  pip install -e ".[study]"
     """
 
 

@@ -28,7 +28,7 @@ def require_extra() -> None:
         import statsmodels  # noqa: F401
         import yaml  # noqa: F401
     except ImportError as error:
-        raise StudyError(f'{error.name} is not installed; pip install "vrlab-replay[study]"') from error
+        raise StudyError(f'{error.name} is not installed; pip install -e ".[study]"') from error
 
 
 @click.command()

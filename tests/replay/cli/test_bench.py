@@ -58,7 +58,7 @@ def test_one_sentence_names_the_extra_when_coal_is_absent(capsys, monkeypatch):
     monkeypatch.setattr(engines, "find_spec", lambda name: None)
     assert main(["bench", "--frames", "20"]) == 0
     shown = capsys.readouterr()
-    assert "not in the race: coal; install vrlab-replay[peers]" in shown.err
+    assert 'not in the race: coal; pip install -e ".[peers]"' in shown.err
     assert "trimesh" in shown.out and "coal" not in shown.out
 
 
