@@ -1,7 +1,5 @@
 """No verdict changes in silence: under every policy a run differs only in flagged spans, and its summary says how."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

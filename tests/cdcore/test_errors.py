@@ -1,7 +1,5 @@
 """The tree of errors is the one its module draws."""
 
-from __future__ import annotations
-
 import pytest
 
 from cdcore import errors

@@ -1,7 +1,5 @@
 """A mesh is valid or it does not exist; what it says about itself follows from its faces alone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

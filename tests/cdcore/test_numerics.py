@@ -1,7 +1,5 @@
 """The reference vertices are computed in one order, coordinate by coordinate, and nothing else decides them."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

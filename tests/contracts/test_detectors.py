@@ -1,7 +1,5 @@
 """Every row of the table of detectors keeps these promises."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Hard cases 34 to 37: what is no pose or no mesh is refused before any engine sees it, and odd meshes are survived."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -1,7 +1,5 @@
 """Small meshes with known geometry, and random poses, for the tests of the collision core."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cdcore import Body, Motion, TriangleMesh

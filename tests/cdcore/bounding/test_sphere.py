@@ -1,7 +1,5 @@
 """No construction of a ball leaves out a vertex that a face uses, and scaling keeps it that way."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """The sphere stage rejects no pair that touches, and leaping over frames changes no verdict."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

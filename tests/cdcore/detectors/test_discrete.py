@@ -1,7 +1,5 @@
 """Discrete is right where it looks, believes its last look in between, and passes through what is thin."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from support.shapes import ball_mesh, box_mesh, lab

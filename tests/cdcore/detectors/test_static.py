@@ -1,7 +1,5 @@
 """Static asks once per pair and pose: frozen frames are cached, a move and the way back are two more queries."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

@@ -1,7 +1,5 @@
 """Equal poses are asked once, every order of bodies gets one answer, and faces name the bodies as the pair does."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Blocks out of order and motions of other bodies are refused; pairs have one order whatever was written."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from support.shapes import box_mesh, still

@@ -1,7 +1,5 @@
 """Pairs come out as body numbers, in the order asked for, or one sentence says what is wrong."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from support.shapes import box_mesh

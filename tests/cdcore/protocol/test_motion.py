@@ -1,7 +1,5 @@
 """A motion holds finite rigid poses or names the frame and body that is none."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -8,6 +8,7 @@ from support.search_scenes import I3, NO_SEEDS, ball_of, colliding_poses, exact_
 from support.shapes import box_mesh, random_rotations
 
 from cdcore import TriangleMesh, intersecting_faces
+from cdcore.search import state
 
 VARIANTS = ["memetic", "corrected", "local", "random"]
 HERE = (I3, np.zeros(3))
@@ -133,3 +134,21 @@ def test_a_start_at_a_pair_that_meets_is_a_hit_at_once(variant):
     start = min(exact_pairs(search, ball, ball, pose, HERE))
     look = search.look(pose, HERE, 0.0, start=start)
     assert (look.hit, look.evaluations) == (start, 1)
+
+
+def test_the_counters_are_numbered_through_up_to_the_pairs_left_open():
+    first, last = list(vars(state)).index("EVALUATIONS"), list(vars(state)).index("OPEN_FIRST")
+    assert list(vars(state).values())[first : last + 1] == list(range(state.OPEN_FIRST + 1))
+    assert (state.COUNTERS, state.OPEN_ASKED <= state.OPEN_KEPT) == (state.OPEN_FIRST + state.OPEN_KEPT, True)
+
+
+def test_a_look_ends_with_a_hit_or_with_its_budget():
+    ball = ball_of(400)
+    search = search_of(ball, ball, budget=3000)
+    hit = search.look((I3, np.array([1.5, 0, 0])), (I3, np.zeros(3)), 0.0)
+    none = search.look((I3, np.array([9.0, 0, 0])), (I3, np.zeros(3)), 0.0)
+    assert (hit.reason, none.reason) == ("hit", "budget")
+    assert hit.hit is not None
+    assert none.hit is None
+    assert none.evaluations == 3000
+    assert 6.9 < none.distance < 7.5

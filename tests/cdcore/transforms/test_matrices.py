@@ -1,12 +1,12 @@
 """Equations (1)-(14) as matrices do what their component formulas say, in the order they are written."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.shapes import orthonormality_error, random_rotations
 
 from cdcore.transforms.matrices import apply_row, row_rotation, row_scale, row_translation
+from cdcore.transforms.rigid import rotation_from_quaternion
 
 RNG = np.random.default_rng(0)
 POINTS = RNG.normal(size=(1000, 3))
@@ -55,3 +55,18 @@ def test_scaling_before_rotating_shears_nothing_and_scaling_after_it_does():
     right, wrong = ((part @ part.T)[:3, :3] for part in (scale @ turn, turn @ scale))
     assert np.abs(right - np.diag([1.0, 4.0, 9.0])).max() < 1e-14
     assert np.abs(wrong - np.diag(np.diag(wrong))).max() > 0.1
+
+
+def test_quaternions_are_read_as_xyzw():
+    quaternions = np.random.default_rng(0).normal(size=(1000, 4))
+    expected = Rotation.from_quat(quaternions).as_matrix()
+    assert np.abs(rotation_from_quaternion(quaternions) - expected).max() < 1e-14
+
+
+def test_a_quaternion_and_its_negative_give_the_same_bits():
+    quaternions = np.random.default_rng(1).normal(size=(100, 4))
+    assert rotation_from_quaternion(quaternions).tobytes() == rotation_from_quaternion(-quaternions).tobytes()
+
+
+def test_rotations_of_quaternions_are_orthonormal_to_rounding():
+    assert orthonormality_error(random_rotations(np.random.default_rng(2), 5000)).max() < 2e-15

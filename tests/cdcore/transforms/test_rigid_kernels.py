@@ -1,7 +1,5 @@
 """The compiled passes give the bits of the plain functions and stop at the first bad pose."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from support.shapes import nearest_rotation, orthonormality_error, random_rotations

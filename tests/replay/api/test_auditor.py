@@ -1,9 +1,11 @@
 import pytest
 from support.small_worlds import cubes
 
+import replay
 from replay.api.auditor import AuditResult, audit
-from replay.errors import AuditError
+from replay.errors import AuditError, OutputError
 from sessions import write_session
+from sessions.errors import SessionFileError
 
 BUMP = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 SLOW = "slow=discrete[rate_hz=20]"
@@ -43,3 +45,37 @@ def test_what_cannot_be_audited_is_refused(tmp_path):
         audit(cubes(BUMP), oracle="none")
     with pytest.raises(AuditError, match="two sessions are called 'p'"):
         audit(["a/p.mcap", "b/p.mcap"], out=tmp_path / "x")
+
+
+PLACES = {"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3]}
+
+
+def test_a_session_and_its_file_give_the_same_digests(tmp_path):
+    session = cubes(PLACES)
+    write_session(session, tmp_path / "s.mcap")
+    results = [
+        replay.run(given, detectors="hybrid") for given in (session, tmp_path / "s.mcap", str(tmp_path / "s.mcap"))
+    ]
+    digests = {result.detections["hybrid"].digest for result in results}
+    assert len(digests) == 1 and results[0].out is None
+
+
+def test_out_makes_a_run_folder_with_its_picture(tmp_path):
+    result = replay.run(cubes(PLACES), detectors="sphere", oracle="hybrid", out=tmp_path / "run")
+    assert result.out == tmp_path / "run"
+    assert (result.out / "run.rrd").stat().st_size > 1000 and (result.out / "summary.json").is_file()
+    bare = replay.run(cubes(PLACES), detectors="hybrid", out=str(tmp_path / "bare"), picture=False)
+    assert not (bare.out / "run.rrd").exists()
+
+
+def test_a_folder_in_the_way_is_refused_before_any_work(tmp_path):
+    with pytest.raises(OutputError, match="--force"):
+        replay.run(tmp_path / "missing.mcap", out=tmp_path)
+    with pytest.raises(SessionFileError):
+        replay.run(tmp_path / "missing.mcap")
+
+
+def test_the_package_says_what_it_has():
+    assert {"run", "plan", "RunResult"} <= set(dir(replay))
+    with pytest.raises(AttributeError, match="it has: run"):
+        _ = replay.rum

@@ -3,6 +3,7 @@ import json
 import pytest
 from support.small_worlds import cubes
 
+from replay import run
 from replay.cli.main import main
 from sessions import write_session
 
@@ -50,3 +51,17 @@ def test_frames_slower_than_the_gate_end_in_4_and_both_gates_kept_in_0(file, cap
 def test_a_run_folder_is_written_when_asked(file, tmp_path):
     assert main(["audit", file, "--detector", SLOW, "--out", str(tmp_path / "run"), "--no-picture", "--no-faces"]) == 0
     assert {"summary.json", "episodes.parquet"} <= {path.name for path in (tmp_path / "run").iterdir()}
+
+
+def test_a_long_list_is_cut_in_the_terminal_and_says_so(tmp_path, capsys):
+    places = [3, 0.9] * 40
+    run(cubes({"a": [0] * 80, "b": places}), detectors="hybrid", oracle="none", out=tmp_path / "a", picture=False)
+    run(cubes({"a": [0] * 80, "b": [3, 2] * 40}), detectors="hybrid", oracle="none", out=tmp_path / "b", picture=False)
+    assert main(["diff", str(tmp_path / "a"), str(tmp_path / "b")]) == 0
+    printed = capsys.readouterr().out
+    assert printed.count("hybrid: lost") == 20 and "and 20 more with --format json" in printed
+
+
+def test_a_folder_that_is_none_ends_in_one_sentence(tmp_path, capsys):
+    assert main(["diff", str(tmp_path), str(tmp_path)]) == 1
+    assert "is not a run folder" in capsys.readouterr().err

@@ -1,9 +1,14 @@
 import json
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from support.small_worlds import cubes, framed
 
+from replay.cli.console import People
 from replay.cli.main import main
+from replay.cli.run_report import lost_frames, report_run, run_json, where_to_look
+from replay.pipeline.engine import compute
 from sessions import write_session
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -97,3 +102,49 @@ def test_cite_prints_the_sources_of_the_detectors_that_looked(file, tmp_path, ca
     assert set(told["sources"]) == {"detector sphere", "detector hybrid"}
     assert main([*plain, "-o", str(tmp_path / "three")]) == 0
     assert "equation (21)" not in capsys.readouterr().out
+
+
+def test_a_run_without_loss_ends_in_0_and_one_with_loss_in_3(capsys):
+    whole = compute(cubes({"a": [0, 0], "b": [3, 0.9]}), detectors="hybrid", oracle="none")
+    torn = compute(framed([0, 10, 5], [[1, 1]] * 3), detectors="hybrid", oracle="none")
+    assert report_run(whole, People()) == 0
+    assert report_run(torn, People(), as_json=True) == 3
+    assert lost_frames(whole.summary) == 0 and lost_frames(torn.summary) == 1
+
+
+def test_bodies_without_a_mesh_are_named(capsys):
+    import dataclasses
+
+    session = cubes({"a": [0, 0], "b": [3, 0.9], "wand": [5, 6]})
+    meshes = {name: mesh for name, mesh in session.meshes.items() if name != "wand"}
+    result = compute(dataclasses.replace(session, meshes=meshes), detectors="hybrid", oracle="none")
+    report_run(result, People())
+    assert "note: no mesh, so not looked at: wand" in capsys.readouterr().err
+
+
+def test_verbose_says_settings_and_digest_of_every_detector(capsys):
+    result = compute(cubes({"a": [0, 0], "b": [3, 0.9]}), detectors="slow=discrete[rate_hz=20]", oracle="none")
+    report_run(result, People(verbose=True))
+    said = capsys.readouterr().err
+    assert "slow: discrete[rate_hz=20, " in said and result.detections["slow"].digest in said
+
+
+def test_json_says_where_the_run_lies():
+    import dataclasses
+
+    result = compute(cubes({"a": [0, 0], "b": [3, 0.9]}), detectors="hybrid", oracle="none")
+    assert run_json(result)["out"] is None
+    told = run_json(dataclasses.replace(result, out=Path("run")))
+    assert told["out"] == "run" and json.loads(json.dumps(told)) == told
+
+
+def test_where_to_look_names_the_page_the_picture_and_the_deepest_miss(tmp_path):
+    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+    result = compute(cubes(places), detectors="slow=discrete[rate_hz=20]")
+    (nothing,) = where_to_look(result)
+    assert "nothing was written; with --out DIR" in nothing
+    written = replace(result, out=tmp_path)
+    deepest = max(result.misses["slow"], key=lambda miss: miss.cut_length)
+    assert where_to_look(written)[-1] == f"or at the deepest miss: replay view {tmp_path} --miss {deepest.number}"
+    assert where_to_look(written)[0].endswith(str(tmp_path / "report.html"))
+    assert len(where_to_look(written, picture=False)) == 1, "without a picture there is nothing to view"

@@ -1,11 +1,12 @@
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
 from scipy.optimize import linear_sum_assignment
 from support.small_worlds import verdict_column, verdicts
 
 from replay.comparison.compare import compare
-from replay.comparison.episodes import episodes
+from replay.comparison.episodes import column_runs, episodes
 from replay.comparison.matching import match_episodes
 
 
@@ -82,3 +83,33 @@ def test_the_total_overlap_is_that_of_the_hungarian_method(left, right):
     assert len({m.truth for m in got.matched}) == len({m.found for m in got.matched}) == len(got.matched)
     assert len(got.matched) + len(got.missed) + len(got.absorbed) + len(got.excused_truth) == len(truth)
     assert len(got.matched) + len(got.invented) + len(got.pieces) + len(got.excused_found) == len(found)
+
+
+tables = hnp.arrays(np.bool_, st.tuples(st.integers(0, 30), st.integers(0, 4)))
+
+
+@given(tables)
+def test_runs_cover_what_is_true_and_nothing_else_and_are_maximal(mask):
+    rebuilt = np.zeros_like(mask)
+    for column, first, last in column_runs(mask.T):
+        assert not rebuilt[first : last + 1, column].any()
+        rebuilt[first : last + 1, column] = True
+        assert first == 0 or not mask[first - 1, column]
+        assert last == len(mask) - 1 or not mask[last + 1, column]
+    assert np.array_equal(rebuilt, mask)
+
+
+@given(tables)
+def test_runs_are_in_order_of_time_then_column(mask):
+    order = [(first, column) for column, first, _ in column_runs(mask.T).tolist()]
+    assert order == sorted(order)
+
+
+def test_an_episode_ends_at_a_single_frame_without_contact_or_pose():
+    detection = verdicts(["C.", "CC", ".I", "C?", "C-", ".C"], step=0.5)
+    got = [(e.pair, e.first, e.last, e.start, e.end) for e in episodes(detection)]
+    assert got == [(0, 0, 1, 0.0, 0.5), (1, 1, 3, 0.5, 1.5), (0, 3, 4, 1.5, 2.0), (1, 5, 5, 2.5, 2.5)]
+
+
+def test_nothing_found_is_no_episode():
+    assert episodes(verdicts(["..", "n-", "uu"])) == ()

@@ -1,15 +1,22 @@
 """A disagreement about at most tau is within tolerance; a deeper one, or one about being inside, never is."""
 
+import io
+
 import numpy as np
 import pytest
+from rich.console import Console
+from support.page_cells import Cells
 from support.shapes import ball_mesh, box_mesh, random_rotations
 from support.small_worlds import cubes
 
+import replay
 from cdcore import Body, Motion, Verdict, create_detector
+from replay.cli.run_tables import run_tables
 from replay.comparison.compare import compare
 from replay.comparison.outcome import Outcome
 from replay.comparison.tolerance import Tolerance
 from replay.errors import AuditError
+from replay.outputs.report.tables import contact_table
 from replay.pipeline.engine import compute
 from replay.prepare.assembly import Assembly
 
@@ -123,3 +130,55 @@ def test_a_run_counts_and_excuses_with_its_tau_and_writes_it_down():
     strict = compute(session, detectors="blind=support.planted_detectors:Blind", oracle="exact", tau=0.0)
     assert strict.summary["audit"]["blind"]["pair_frames"]["MISSED"] == 3
     assert strict.summary["tau"] == 0.0
+
+
+RIGHT = [0.4e-6, 0.9e-6, 2.5e-6, 1e-3, 1e-3, 1e-3, 0.9e-6, 0.4e-6, -1e-3, -1e-3]
+"""How deep b is in a; below 0 apart."""
+LEFT = [-1e-3, -0.9e-6, -0.4e-6, 1e-3, 1e-3, 1e-3, 1e-3, -0.4e-6, -1.5e-6, -1e-3]
+"""How deep c is in a."""
+
+
+def planted(right=RIGHT, left=LEFT):
+    return cubes({"a": [0] * len(right), "b": 1 - np.array(right), "c": np.array(left) - 1})
+
+
+def audited(**changed):
+    return replay.audit(planted(), detectors="it=support.planted_detectors:Rounding", **changed)
+
+
+def both_tables(result):
+    stream = io.StringIO()
+    Console(file=stream, width=160).print(run_tables(result))
+    return stream.getvalue(), Cells(contact_table(result)).tables
+
+
+def test_what_rounding_by_less_than_tau_changed_is_excused_frame_by_frame():
+    found = audited()
+    frames = found.summary["it"]["pair_frames"]
+    assert (frames["WITHIN_TOLERANCE"], frames["MISSED"], frames["INVENTED"]) == (4 + 4, 0, 0)
+    assert (frames["BOTH"], frames["NEITHER"]) == (4 + 4, 2 + 2 + 10)
+    assert not found.results[0].misses["it"] and found.summary["it"]["episodes"]["missed"] == 0
+
+
+@pytest.mark.parametrize(
+    ("tau", "excused", "missed", "invented"), [(1.2e-6, 7, 0, 1), (0.42e-6, 4, 2, 2), (0.0, 0, 4, 4)]
+)
+def test_a_smaller_tau_excuses_only_what_it_holds(tau, excused, missed, invented):
+    frames = audited(tau=tau).summary["it"]["pair_frames"]
+    assert (frames["WITHIN_TOLERANCE"], frames["MISSED"], frames["INVENTED"]) == (excused, missed, invented)
+
+
+def test_terminal_and_report_show_what_was_excused_of_each_pair():
+    terminal, page = both_tables(audited().results[0])
+    assert "within tolerance" in terminal
+    rows = {line.split()[0]: line.split()[-1] for line in terminal.splitlines() if line.strip().startswith("a-")}
+    assert rows == {"a-b": "4", "a-c": "4"}
+    ((_, table),) = page.items()
+    assert {row[0]: row[-1] for row in table} == {"a-b": "4", "a-c": "4"}
+
+
+def test_where_nothing_was_excused_there_is_no_such_column():
+    terminal, page = both_tables(audited(tau=0.0).results[0])
+    assert "within tolerance" not in terminal
+    ((_, table),) = page.items()
+    assert {len(row) for row in table} == {8}

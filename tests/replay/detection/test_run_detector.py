@@ -1,9 +1,12 @@
 import numpy as np
 import pytest
+from numba import njit
 from support.small_worlds import cubes
 
 from cdcore.errors import InvalidSettingError, UnknownDetectorError
+from replay.base.progress import Silent
 from replay.detection import run_detector as detecting
+from replay.detection.compile_notice import compiling_announced
 from replay.detection.detector_spec import parse_detector
 from replay.detection.run_detector import make_detector, run_detector
 from replay.errors import DetectorSpecError
@@ -75,3 +78,47 @@ def test_the_runs_seed_goes_to_detectors_that_draw_unless_they_have_their_own(mo
         monkeypatch.setattr(f"{module}.load_detector", lambda name: _Seeded)
     assert make_detector(parse_detector("seeded"), assembly(), 7).settings.seed == 7
     assert make_detector(parse_detector("seeded[seed=3]"), assembly(), 7).settings.seed == 3
+
+
+class Heard:
+    def __init__(self):
+        self.sentences = []
+
+    def say(self, sentence):
+        self.sentences.append(sentence)
+
+
+def fresh_kernel(module):
+    def increased(x):
+        return x + 1
+
+    increased.__module__ = module
+    return njit(increased)
+
+
+def test_each_family_is_announced_once_and_the_end_says_what_it_took():
+    heard = Heard()
+    with compiling_announced(heard):
+        assert fresh_kernel("cdcore.narrow.spacetime.traverse")(1) == 2
+        assert fresh_kernel("cdcore.narrow.spacetime.block")(1) == 2
+        assert fresh_kernel("cdcore.narrow.sections.triangle_sections")(1) == 2
+        assert fresh_kernel("elsewhere")(1) == 2
+    assert [one.split(" (")[0] for one in heard.sentences[:-1]] == [
+        "compiling for this machine, once: the search over the whole motion",
+        "compiling for this machine, once: intersection segments",
+    ]
+    assert heard.sentences[-1].startswith("compiled in ")
+
+
+def test_nothing_is_said_when_nothing_compiles_or_afterwards():
+    heard, known = Heard(), fresh_kernel("cdcore.narrow.sections.triangle_sections")
+    known(1)
+    with compiling_announced(heard):
+        known(2)
+    fresh_kernel("cdcore.narrow.sections.triangle_sections")(1)
+    assert heard.sentences == []
+
+
+def test_a_listener_without_a_voice_is_left_alone():
+    with compiling_announced(Silent()):
+        assert fresh_kernel("cdcore.narrow.sections.triangle_sections")(1) == 2

@@ -1,13 +1,18 @@
+import json
+
 import numpy as np
 import pytest
 from support.small_worlds import cubes
 
-from replay.effects.effect_plan import Plan, Step
+from replay.effects.effect_plan import Plan, Step, plan
+from replay.effects.effect_summary import effect_summary, happened_words, plan_summary
 from replay.effects.effects_runner import run_effects
 from replay.effects.output import EffectOutput
 from replay.effects.protocol import EffectSpec
 from replay.errors import EffectError
+from replay.pipeline.engine import compute
 from replay.prepare.assemble import assemble
+from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 
 def planned(*specs, **inputs):
@@ -97,3 +102,44 @@ def test_effects_of_a_session_of_hours_with_its_poses_on_disk_are_the_same(monke
         kind: run.output.digest for kind, run in held.items()
     }
     assert held["breakage"].output.named("broken")
+
+
+SCENE = Scene(
+    bodies=(SceneBody("a"), SceneBody("b")),
+    effects=(SceneEffect("breakage", {"between": ["a", "b"], "speed_m_s": 1.0}), SceneEffect("penetration")),
+)
+
+
+def test_a_plan_as_json_gives_the_reason_of_every_item_and_what_is_left_out():
+    told = plan_summary(plan(SCENE))
+    assert told["effects"] == {"contact": ["breakage needs it"], "breakage": ["the scene declares it"]}
+    assert told["pairs"] == {"a-b": ["contact"]} and told["detectors"] == {"exact": ["contact"]}
+    assert told["topics"] == {"/tf": ["contact", "breakage"]} and told["not_built"] == ["penetration"]
+    assert "grasp" in told["not_run"] and json.loads(json.dumps(told)) == told
+
+
+def test_a_scene_that_declares_nothing_has_all_pairs_and_no_effects():
+    told = plan_summary(plan(Scene()))
+    assert told["pairs"] is None and told["effects"] == {} and told["detection"]
+
+
+def test_each_effect_has_its_share_of_the_time_its_work_and_its_skips():
+    result = compute(cubes({"a": [0] * 20, "b": [3.0] * 8 + [0.9] * 12}, scene=SCENE), detectors=())
+    told = result.summary["effects"]
+    assert list(told) == ["contact", "breakage"] and told["contact"]["events"] == {"contact": 1}
+    assert told["breakage"]["frames"] == 20 and told["breakage"]["frames_run"] <= 10
+    assert told["breakage"]["trigger"] and told["contact"]["digest"] == result.effects["contact"].output.digest
+    seconds = result.effects["contact"].seconds
+    assert effect_summary(result.effects, 2 * seconds)["contact"]["share"] == pytest.approx(0.5)
+    assert effect_summary(result.effects, 0.0)["contact"]["share"] == 0.0
+    assert json.dumps(told)
+
+
+def test_what_happened_is_told_in_order_of_time_and_says_how_much_it_leaves_out():
+    places = [3.0, 3.0, *(([0.9] * 4 + [3.0] * 20) * 5)]
+    result = compute(cubes({"a": [0] * len(places), "b": places}, scene=SCENE), detectors=())
+    lines = happened_words(result.effects, 3)
+    times = [float(line.split(" s: ")[0]) for line in lines[:3]]
+    every = sum(len(run.events) for run in result.effects.values())
+    assert times == sorted(times) and lines[3] == f"and {every - 3} more" and every > 4
+    assert len(happened_words(result.effects, every)) == every

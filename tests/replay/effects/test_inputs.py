@@ -1,9 +1,15 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from support.small_worlds import along_x, cube
 
+from replay.effects.fitting import SETTLE_S, before, fitted, settled_runs, velocities
 from replay.effects.inputs import HANDS, BodyPoses, EffectInputs
 from replay.effects.output import EffectOutput
+from replay.effects.spans import spans_of, steadied, switched
 from replay.errors import EffectError
 from replay.prepare.assemble import assemble
 from sessions import Session
@@ -77,3 +83,94 @@ def test_outputs_of_needed_effects_clock_mesh_and_declaration_are_there():
     assert given.has("contact") and not given.has("sweep") and given.output("contact").events == ()
     assert len(given) == 3 and given.times.tolist() == [0.0, 0.01, 0.02] and given.stamp_ns[1] == 10**7
     assert given.body("cup").id == "cup" and len(given.mesh("cup").vertices) == 8
+
+
+def flags(text):
+    return np.array([letter == "C" for letter in text]), np.array([letter != "-" for letter in text])
+
+
+@given(st.lists(st.booleans(), max_size=40))
+def test_spans_and_masks_say_the_same(mask):
+    array = np.array(mask, dtype=np.bool_)
+    assert [any(a <= k < b for a, b in spans_of(array)) for k in range(len(array))] == mask
+
+
+@pytest.mark.parametrize(
+    ("text", "spans"),
+    [
+        (".CC..", [(1, 3)]),
+        (".C.C.", []),
+        ("CC.CC..", [(0, 5)]),
+        (".CC", [(1, 3)]),
+        ("", []),
+        ("C", []),
+        ("C--C..", [(0, 4)]),
+        ("CC---..", [(0, 5)]),
+        ("CC-.-CC", [(0, 7)]),
+        ("--CC", [(2, 4)]),
+        (".CC..CC..", [(1, 3), (5, 7)]),
+    ],
+)
+def test_two_frames_in_and_two_out_whatever_is_not_known_between(text, spans):
+    assert steadied(*flags(text), 2, 2) == spans
+
+
+@given(st.text(alphabet="C.-", max_size=60))
+def test_spans_do_not_touch_and_hold_the_frames_that_opened_them(text):
+    flag, known = flags(text)
+    spans = steadied(flag, known, 2, 2)
+    assert all(a[1] < b[0] for a, b in pairwise(spans))
+    assert all(flag[first] and int((flag & known)[first:stop].sum()) >= 2 for first, stop in spans)
+
+
+def test_a_switch_goes_on_above_one_level_and_off_below_another():
+    value = np.array([0.0, 0.5, 0.7, 0.5, np.nan, 0.5, 0.3, 0.5, 0.61])
+    assert switched(value, 0.6, 0.4) == [(2, 6), (8, 9)]
+
+
+UNEVEN = np.cumsum(np.array([0.0, 0.011, 0.005, 0.02, 0.011, 0.003, 0.03, 0.011, 0.011, 0.009, 0.011, 0.014]))
+
+
+@given(st.lists(st.floats(-50, 50), min_size=3, max_size=3), st.floats(0.0, 1e4))
+def test_a_parabola_on_uneven_stamps_is_found_again(coefficients, zero):
+    a, b, c = coefficients
+    u = UNEVEN - UNEVEN[-1]
+    fit = fitted(UNEVEN + zero, (a + b * u + c * u * u)[:, None])
+    assert fit.misfit < 1e-9 and fit.place(fit.at)[0] == pytest.approx(a, abs=1e-7)
+    assert fit.velocity(fit.at - 0.01)[0] == pytest.approx(b - 0.02 * c, abs=1e-4)
+
+
+def test_a_step_in_the_path_shows_as_misfit():
+    assert fitted(UNEVEN, np.where(np.arange(12) < 6, 0.0, 0.03)[:, None]).misfit > 0.005
+
+
+def test_velocities_of_a_parabola_are_exact_at_every_frame_of_the_stretch():
+    places = np.stack([3.0 * UNEVEN - 4.9 * UNEVEN**2, np.ones(12)], axis=1)
+    found = velocities(UNEVEN, places, np.zeros(12, dtype=np.int64))
+    assert np.allclose(found[:, 0], 3.0 - 9.8 * UNEVEN, atol=1e-9) and np.allclose(found[:, 1], 0.0, atol=1e-12)
+
+
+def test_no_velocity_is_taken_across_a_gap_or_from_four_samples():
+    runs = np.array([0] * 4 + [1] * 8)
+    places = np.where(runs == 0, 0.0, 5.0)[:, None]
+    found = velocities(UNEVEN, places, runs)
+    assert np.isnan(found[:4]).all() and np.allclose(found[4:], 0.0)
+
+
+def test_frames_without_a_pose_or_soon_after_a_loss_belong_to_no_stretch():
+    times = np.arange(100) / 100
+    valid = np.ones(100, dtype=np.bool_)
+    valid[20:25] = False
+    linked = valid.copy()
+    linked[[0, 25]] = False
+    runs = settled_runs(times, valid, linked)
+    drifting = 25 + round(SETTLE_S * 100)
+    assert (runs[:20] == runs[0]).all() and (runs[20:drifting] == -1).all() and runs[0] >= 0
+    assert (runs[drifting:] == runs[-1]).all() and runs[-1] != runs[0] and runs[-1] >= 0
+
+
+def test_the_samples_before_a_frame_are_the_last_nine_of_its_stretch_or_none():
+    runs = np.array([0] * 10 + [1] * 12 + [-1])
+    assert before(runs, 9).tolist() == list(range(1, 10))
+    assert before(runs, 15).tolist() == list(range(10, 16))
+    assert len(before(runs, 13)) == 0 and len(before(runs, 22)) == 0

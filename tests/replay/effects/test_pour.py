@@ -8,8 +8,11 @@ from support.liquid_worlds import HEIGHT, RADIUS, glass, poured, still, tilted, 
 
 from replay.effects.effect_plan import plan
 from replay.effects.models.tilted import tilt_of_onset, volume_kept
+from replay.effects.models.transfers import Transfer
+from replay.effects.vessels import Vessel, volumes
 from replay.errors import EffectError, PlanError
 from replay.pipeline.engine import compute
+from sessions.model.scene import SceneBody
 
 ONSET = math.degrees(tilt_of_onset(60e-6, RADIUS, HEIGHT))
 
@@ -132,3 +135,67 @@ def test_a_vessel_that_is_no_cylinder_is_refused_and_so_is_pouring_into_itself()
     alone = world({"a": still(2)}, (glass("a"),), ("pour", {"from": ["a"], "into": ["a"]}))
     with pytest.raises(PlanError, match="pours into itself"):
         plan(alone.scene)
+
+
+SPILL = ("spill", {"from": ["a"]})
+
+
+def test_what_misses_is_spilled_where_it_lands_and_is_all_that_was_lost():
+    effects = poured([0.0, 0.0, 60.0, 60.0, 60.0, 0.0], None, SPILL, place=(3 * RADIUS, -0.1, 0.0))
+    (event,) = effects["spill"].events
+    assert event.level == "warning" and event.bodies == ("a",) and event.time == pytest.approx(0.02)
+    assert event.point[1] == pytest.approx(-0.1)
+    left = effects["pour"].series["a/volume"].values[-1]
+    assert event.values["volume_ml"] == pytest.approx(60.0 - left, rel=1e-9)
+    lost = effects["spill"].series["spilled/volume"]
+    assert lost.values[0] == 0.0 and lost.values[-1] == pytest.approx(60.0 - left, rel=1e-9)
+    assert effects["pour"].events == () and effects["spill"].frames_run == 1
+
+
+def test_what_is_caught_is_no_spill():
+    effects = poured([0.0, 60.0, 60.0, 0.0], None, SPILL)
+    assert effects["spill"].events == () and effects["spill"].frames_run == 0
+    assert effects["spill"].series["spilled/volume"].values.tolist() == [0.0, 0.0]
+
+
+def test_a_drop_is_booked_and_is_no_event():
+    effects = poured([0.0, 52.0, 52.0], None, SPILL, place=(3 * RADIUS, 0.0, 0.0))
+    lost = effects["spill"].series["spilled/volume"].values[-1]
+    again = poured([0.0, 52.0, 52.0], None, ("spill", {"from": ["a"], "least_ml": lost + 1}), place=(3 * RADIUS, 0, 0))
+    assert lost > 0.0 and again["spill"].events == () and again["spill"].series["spilled/volume"].values[-1] == lost
+
+
+def test_a_vessel_that_no_pour_speaks_of_is_refused():
+    with pytest.raises(EffectError, match="'b' is no vessel of an effect pour"):
+        poured([0.0, 60.0], None, ("spill", {"from": ["b"]}), settings={"into": ["c"]}, third=True)
+
+
+def test_a_body_without_a_cavity_is_no_vessel():
+    with pytest.raises(EffectError, match="body 'bench' has no cavity; give capacity_ml"):
+        Vessel(SceneBody("bench"))
+
+
+@pytest.mark.parametrize("volume", [-1.0, math.nan, "full", True])
+def test_a_volume_that_cannot_be_is_named(volume):
+    with pytest.raises(EffectError, match="volume_ml"):
+        assert Vessel(glass("a", volume)).volume_ml
+
+
+def test_the_brim_is_that_of_the_cylinder_and_unknown_for_any_other():
+    assert Vessel(glass("a")).brim_ml == pytest.approx(math.pi * RADIUS**2 * HEIGHT * 1e6)
+    body = glass("a")
+    del body.extra["cavity"]["radius"]
+    assert Vessel(body).brim_ml == math.inf and Vessel(body).cylinder is None
+
+
+def test_a_level_rises_from_the_floor_to_the_mark_as_it_fills():
+    liquid = Vessel(glass("a")).drawn(np.array([0.0, 1.0]), np.array([0.0, 50.0]))
+    assert liquid.level.tolist() == pytest.approx([0.0, 50e-6 / (math.pi * RADIUS**2)])
+
+
+def test_volumes_begin_and_end_with_the_recording_and_change_with_each_transfer():
+    moved = (Transfer(1, 0.1, "a", "b", 2.0, (0, 0, 0)), Transfer(2, 0.2, "a", "", 1.0, (0, 0, 0)))
+    told = volumes(np.array([0.0, 0.1, 0.2, 0.3]), {"a": 5.0, "b": 0.0}, moved)
+    assert told["a"].times.tolist() == [0.0, 0.1, 0.2, 0.3] and told["a"].values.tolist() == [5.0, 3.0, 2.0, 2.0]
+    assert told["b"].times.tolist() == [0.0, 0.1, 0.3] and told["b"].values.tolist() == [0.0, 2.0, 2.0]
+    assert volumes(np.zeros(0), {"a": 5.0}, ())["a"].values.tolist() == []

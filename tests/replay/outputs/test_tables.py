@@ -1,6 +1,18 @@
 """A table is plain data: columns are chosen by name, and what is left out is said."""
 
+from dataclasses import replace
+
+import pytest
 from support.small_tables import ROWS, made
+from support.small_worlds import cubes, jumping
+
+from replay.comparison.misses import NEVER_FOUND
+from replay.comparison.outcome import Outcome
+from replay.outputs.run_tables import cost_table, finding_table, miss_table, pair_table
+from replay.outputs.tradeoff_table import HEAD, quickest_first, tradeoff_table
+from replay.outputs.words import counted, depth_words, span_words
+from replay.pipeline.engine import compute
+from sessions import Finding, Severity
 
 
 def test_columns_are_chosen_by_name_and_in_the_order_asked_for():
@@ -11,3 +23,82 @@ def test_columns_are_chosen_by_name_and_in_the_order_asked_for():
 def test_a_long_table_says_how_much_it_leaves_out_in_a_column_of_words():
     cut = made(words=("mark",)).first(1, "and {} more")
     assert cut.rows == (ROWS[0], ("", "", "and 1 more")) and made().first(2, "{}") == made()
+
+
+ROW = {
+    "label": "a", "oracle": False, "front": True, "front_online": True, "ms_per_frame": 0.5, "ms_high": 0.75,
+    "p99_ms": 1.25, "over_share": 0.02, "seconds_per_minute": 2.7, "missed": 0.1, "missed_low": 0.05,
+    "missed_high": 0.2, "precision": 0.75, "face_recall": None, "work": {"tests": 12_345, "skipped": 99_999},
+}  # fmt: skip
+
+
+def test_shares_are_percentages_and_what_was_not_measured_is_empty():
+    (row,) = tradeoff_table("", [ROW]).rows
+    assert dict(zip(HEAD, row, strict=True)) == {
+        "#": "1", "setting": "a", "front": "front, live front", "ms per frame": "0.5000", "slowest": "0.7500",
+        "p99 ms (over 11.1)": "1.250 (2.00 %)", "s per minute": "2.70", "missed, % [95 %]": "10.0 [5.0, 20.0]",
+        "invented, %": "25.0", "faces, %": "", "most of its work": "12k tests",
+    }  # fmt: skip
+
+
+def test_rows_are_numbered_in_the_order_given():
+    slow = {**ROW, "label": "b", "ms_per_frame": 2.0, "p99_ms": None, "precision": None, "work": {}}
+    rows = tradeoff_table("", quickest_first([slow, ROW])).rows
+    assert [row[:2] for row in rows] == [("1", "a"), ("2", "b")] and rows[1][-1] == rows[1][5] == rows[1][8] == ""
+
+
+@pytest.fixture(scope="module")
+def run():
+    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+    return compute(cubes(places), detectors="slow=discrete[rate_hz=20]")
+
+
+def column(made, name):
+    return [row[0] for row in made.only(name).rows]
+
+
+def test_pairs_have_their_contacts_and_frames(run):
+    made, misses, compared = pair_table(run, "slow"), run.misses["slow"], run.comparisons["slow"]
+    assert column(made, "pair") == ["a-b"] and column(made, "contacts") == [len(run.episodes["exact"])] == [2]
+    whole = sum(miss.kind == NEVER_FOUND for miss in misses)
+    assert (column(made, "missed"), column(made, "in part")) == ([whole], [len(misses) - whole]) and whole
+    words = {"frames found": Outcome.BOTH, "frames missed": Outcome.MISSED, "frames invented": Outcome.INVENTED}
+    assert all(column(made, word) == [compared.count(kind)] for word, kind in words.items())
+    assert "within tolerance" not in [one.name for one in made.columns]
+
+
+def test_every_miss_has_the_command_that_shows_it(run):
+    made = miss_table("missed", run.misses["slow"], "RUN")
+    commands = [cell.text for cell in column(made, "look at it")]
+    assert commands == [f"replay view RUN --miss {miss.number}" for miss in run.misses["slow"]]
+
+
+def test_the_oracle_is_named_in_the_table_of_times(run):
+    assert {row[1] for row in cost_table(run).rows} == {"oracle", "frame by frame"}
+
+
+def test_a_code_is_explained_at_its_first_finding_only():
+    lost = [Finding("tracking-lost", Severity.WARNING, f"loss {k}", start=1.0, end=2.0) for k in range(3)]
+    cells = column(finding_table(lost), "what")
+    assert [bool(cell.below) for cell in cells] == [True, False, False]
+
+
+def test_one_thing_is_singular_and_all_other_numbers_are_plural():
+    assert [counted(number, "frame") for number in (0, 1, 2, 1000)] == [
+        "0 frames",
+        "1 frame",
+        "2 frames",
+        "1,000 frames",
+    ]
+
+
+def test_a_span_without_length_is_one_number_and_an_unknown_one_is_nothing():
+    assert span_words(1.0, 1.0) == "1.000" and span_words(1.0, 2.5) == "1.000 to 2.500"
+    assert span_words(None, 1.0) == span_words(1.0, None) == ""
+
+
+def test_a_miss_has_millimetres_or_lies_between_frames():
+    (hidden,) = compute(jumping(), detectors="exact", oracle="continuous").misses["exact"]
+    assert depth_words(hidden, " mm") == "between frames"
+    shown = replace(hidden, touch=None, cut_length=0.01234)
+    assert depth_words(shown, " mm", 6) == "  12.3 mm" and depth_words(shown) == "12.3"

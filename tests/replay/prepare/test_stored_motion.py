@@ -1,5 +1,6 @@
 import gc
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,13 +8,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from support.small_worlds import cubes
+from support.small_worlds import cubes, framed
 
 from cdcore import Motion, create_detector
 from cdcore.protocol import Body
-from replay.prepare import stored_motion
-from replay.prepare.assemble import assemble
+from replay.prepare import assemble_stored, stored_motion
+from replay.prepare.assemble import assemble, lay_out
+from replay.prepare.assemble_stored import assemble_bounded, decoded_once
+from replay.prepare.frame_order import in_order
 from replay.prepare.stored_motion import StoredMotion, StoredRows
+from sessions import Frames
 
 
 def stored(array, cuts=(3, 7)):
@@ -102,3 +106,70 @@ def test_a_detector_answers_alike_on_stored_and_held_poses():
     held = detector.detect(assembly.motion, faces=True)
     got = list(detector.stream(StoredMotion(assembly.motion.blocks(6)).blocks(11), faces=True))
     assert np.array_equal(np.concatenate([part.verdict for part in got]), held.verdict)
+
+
+@given(st.lists(st.integers(0, 30), min_size=1, max_size=40), st.integers(1, 9))
+def test_the_frames_kept_are_the_running_maxima_and_every_other_is_counted(stamps, block):
+    session = framed(stamps, np.ones((len(stamps), 1)))
+    parts = list(in_order(session.blocks(block)))
+    expected, repeated, backwards, latest = [], 0, 0, -1
+    for number, stamp in enumerate(stamps):
+        if stamp > latest:
+            expected.append(number)
+            latest = stamp
+        else:
+            repeated += stamp == latest
+            backwards += stamp < latest
+    assert np.concatenate([part.numbers for part in parts]).tolist() == expected
+    assert np.concatenate([part.frames.stamp_ns for part in parts]).tolist() == [stamps[n] for n in expected]
+    assert sum(part.repeated for part in parts) == repeated
+    assert sum(part.backwards for part in parts) == backwards
+
+
+def test_frames_in_order_are_handed_on_as_they_are():
+    session = framed([1, 2, 3], np.ones((3, 1)))
+    (part,) = in_order([session.frames])
+    assert part.frames is session.frames
+
+
+PLACES = {"a": range(50), "b": [70] * 50}
+
+
+def test_a_long_session_is_assembled_like_a_short_one_but_on_disk(monkeypatch):
+    session = cubes(PLACES)
+    layout = lay_out(session)
+    held = assemble_bounded(session, layout, start=0.02, end=0.4)
+    monkeypatch.setattr(assemble_stored, "HELD_FRAMES", 49)
+    monkeypatch.setattr(assemble_stored, "BLOCK_FRAMES", 7)
+    stored = assemble_bounded(session, layout, start=0.02, end=0.4)
+    assert isinstance(stored.motion, StoredMotion) and not isinstance(held.motion, StoredMotion)
+    for name in ("times", "translations", "rotations", "valid", "linked"):
+        got, want = (np.asarray(getattr(one.motion, name)) for one in (stored, held))
+        assert np.array_equal(got, want), name
+    assert np.array_equal(stored.stamp_ns, held.stamp_ns) and np.array_equal(stored.origin, held.origin)
+    assert stored.pairs.tolist() == held.pairs.tolist() == assemble(session).pairs.tolist()
+
+
+class Counted:
+    """A source that counts how often its frames are read."""
+
+    def __init__(self, source):
+        self.source, self.names, self.passes = source, source.names, 0
+
+    def blocks(self, frames):
+        self.passes += 1
+        return self.source.blocks(frames)
+
+
+def test_a_file_is_decoded_once_while_its_frames_can_be_held(monkeypatch):
+    session = cubes(PLACES)
+    assert decoded_once(session) is session
+    source = Counted(session.source)
+    held = decoded_once(replace(session, source=source))
+    passes = [Frames.join(list(held.blocks(size))) for size in (20, 3, 64)]
+    assert source.passes == 1 and max(map(len, held.blocks(7))) == 7
+    for again in passes:
+        assert np.array_equal(again.position, session.frames.position, equal_nan=True)
+    monkeypatch.setattr(assemble_stored, "HELD_FRAMES", 49)
+    long = decoded_once(replace(session, source=source))
+    assert [sum(map(len, long.blocks(20))) for _ in range(2)] == [50, 50] and source.passes == 3

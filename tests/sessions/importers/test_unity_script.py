@@ -1,7 +1,5 @@
 """The Unity script of the guide writes what the built-in mapping reads: its own format strings are used here."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

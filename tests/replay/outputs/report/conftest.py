@@ -1,7 +1,5 @@
 """One small run with misses, and its page."""
 
-from __future__ import annotations
-
 import pytest
 
 from replay.outputs.report.page import report_html

@@ -1,13 +1,22 @@
+import base64
 import re
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from support.page_cells import Cells
+from support.small_tables import made
 from support.small_worlds import cubes
 
+from replay.outputs.report.markup import Markup, element, page_table, picture, safe, table
 from replay.outputs.report.page import report_html
 from replay.outputs.report.tables import contact_table, fact_table, miss_table, settings_table
+from replay.outputs.report.tradeoff import tradeoff_section
 from replay.pipeline.engine import compute
+from replay.tradeoffs.picture import DARK, LIGHT
+from replay.tradeoffs.settings import Setting
+from replay.tradeoffs.sweep import tradeoff
 
 
 def test_facts_name_every_body_and_the_length(run):
@@ -65,3 +74,55 @@ def test_the_pair_with_the_most_missed_frames_comes_first():
     missed = [int(one) for one in re.findall(r'(?:<td class="number">[^<]*</td>){5}<td class="number">(\d+)', text)]
     assert len(missed) == 2 and missed[0] > missed[1], text
     assert text.index(">a-c<") < text.index(">a-b<")
+
+
+@given(st.text())
+def test_no_text_becomes_an_element(text):
+    assert "<" not in safe(text) and "<" not in element("p", text)[3:-4]
+    assert element("p", "x", title=text).count('"') == 2
+
+
+def test_markup_is_put_in_as_it_is():
+    assert element("p", element("b", "<"), class_="x", aria_label="y") == '<p class="x" aria-label="y"><b>&lt;</b></p>'
+    assert isinstance(element("p"), Markup)
+
+
+def test_numbers_stand_right_and_words_left():
+    text = table("c", ("a", "b"), [("x", 1)], words=1)
+    assert '<td class="word">x</td><td class="number">1</td>' in text
+    with pytest.raises(ValueError, match="zip"):
+        table("c", ("a", "b"), [("x",)])
+
+
+def test_a_picture_lies_in_the_page_and_says_what_it_shows():
+    text = picture(b"abc", 'a "b"')
+    assert 'src="data:image/png;base64,YWJj"' in text and 'alt="a &quot;b&quot;"' in text
+
+
+def test_a_page_keeps_numbers_plain():
+    text = page_table(made(words=("body",)))
+    assert Cells(text).tables == {"a title": [["cup|lid", "1234", "7"], ["rod", "0", "x\nwhy"]]}
+    assert "<b>7</b>" in text and "<code>x</code>" in text and "<p>a note</p>" in text
+    assert '<td class="word">rod</td><td class="number">0</td>' in text
+
+
+def test_the_page_holds_the_curve_the_advice_and_a_row_per_setting(run):
+    tried = [Setting("hybrid", "as it comes", ""), Setting("discrete", "step rate", "20 Hz", {"rate_hz": 20.0})]
+    done = replace(tradeoff(run.session, settings=tried, repeats=1), cut=("image-space",))
+    part = str(tradeoff_section(done))
+    assert (
+        "data:image/svg+xml;base64," in part
+        and "<summary>1 settings were not tried, for want of time</summary><p>image-space.</p>" in part
+    )
+    themes = [base64.b64decode(one).decode().upper() for one in re.findall(r"svg\+xml;base64,([^\"]+)", part)]
+    assert [[theme.grid in one for theme in (DARK, LIGHT)] for one in themes] == [[True, False], [False, True]]
+    assert part.index("(prefers-color-scheme: dark)") < part.index("<img")
+    for sentence in done.advice:
+        assert sentence in part
+    assert part.count("<tr") == 1 + len(tried)
+    hybrid = next(row for row in done.rows if row["detector"] == "hybrid")
+    counted = [f">{count} {name.replace('_', ' ')}<" for name, count in hybrid["work"].items() if count]
+    assert any(one in part for one in counted) and "skipped" not in part and done.about["machine"]["processor"] in part
+    page = report_html(replace(run, tradeoff=done))
+    assert part in page and "What accuracy costs" in page and "What accuracy costs" not in report_html(run)
+    assert "<h1>What accuracy costs: 2 settings tried" in page and page.index(part) < page.index("When: slow")

@@ -1,7 +1,5 @@
 """A run put together by hand from real parts, for tests of the picture: a slow look misses taps on thin walls."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from itertools import pairwise

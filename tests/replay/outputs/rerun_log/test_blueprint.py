@@ -1,7 +1,5 @@
 """The embedded layout names only what is in the recording, opens on the audit, and stands still."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The eye finds the side from which nothing hides a contact."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Columns whose lengths do not fit are refused, and long sessions are strided except near misses."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Points, normals and curves are those of the detection, coloured by the audit."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """The close-up stands before the nearest miss wherever the cursor goes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

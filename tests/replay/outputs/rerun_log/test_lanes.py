@@ -1,7 +1,5 @@
 """Lanes say exactly when, numbers say which, and no change is lost between neighbours."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any

@@ -1,7 +1,5 @@
 """Red faces are those of the misses, in the body's frame; pins, flags and numbers agree with the list."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

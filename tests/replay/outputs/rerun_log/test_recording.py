@@ -1,7 +1,5 @@
 """A recording appears whole or not at all, under an application of its own, whatever the run holds."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Timings read back are those of the detection, in milliseconds; offline detectors are not dressed as online ones."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

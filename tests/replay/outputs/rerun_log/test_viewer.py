@@ -1,7 +1,5 @@
 """A run opens in a viewer of its own, on this machine only, and the picture shows what it says it shows."""
 
-from __future__ import annotations
-
 import io
 import socket
 import time

@@ -1,7 +1,5 @@
 """Bodies: every pose that changed and no other, flat benches, no body without a pose."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -3,9 +3,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.stats
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
+from replay.studies.class_study.bootstrap import interval
 from replay.studies.class_study.factorability import bartlett, chi_square_tail, kaiser_word, kmo
 from replay.studies.class_study.refusals import RefusedError
+from replay.studies.class_study.reliability import cronbach_alpha, item_total, reliability
 
 REFERENCE = json.loads(Path(__file__).with_name("reference.json").read_text("utf-8"))
 ANSWERS = np.array(REFERENCE["answers"], dtype=np.float64)
@@ -59,3 +65,87 @@ def test_kaisers_words_change_at_his_limits():
 
 def test_the_tail_of_a_chi_square_with_two_degrees_is_exponential():
     assert chi_square_tail(7.0, 2) == pytest.approx(np.exp(-3.5), rel=1e-12)
+
+
+LIKERT = arrays(np.float64, st.tuples(st.integers(3, 30), st.integers(2, 8)), elements=st.integers(1, 5).map(float))
+
+
+@pytest.mark.parametrize("k, columns", list(enumerate([(0, 5), (5, 10), (10, 15), (15, 19), (0, 19)])))
+def test_alpha_equals_the_stored_values_of_pingouin(k, columns):
+    assert cronbach_alpha(ANSWERS[:, slice(*columns)]) == pytest.approx(REFERENCE["alpha"][k], abs=1e-10)
+
+
+def test_one_item_has_no_alpha():
+    with pytest.raises(RefusedError, match=r"one-item.*at least two items"):
+        cronbach_alpha(ANSWERS[:, :1])
+
+
+def test_equal_answers_have_no_alpha():
+    with pytest.raises(RefusedError, match="no-variance"):
+        cronbach_alpha(np.full((12, 3), 4.0))
+
+
+def test_items_that_repeat_one_another_have_an_alpha_of_one():
+    assert cronbach_alpha(np.repeat(ANSWERS[:, :1], 4, axis=1)) == pytest.approx(1.0, abs=1e-12)
+
+
+@given(LIKERT)
+def test_alpha_knows_neither_the_order_of_students_nor_an_offset_nor_a_turned_scale(answers):
+    if not answers.sum(axis=1).var() > 0:
+        return
+    alpha = cronbach_alpha(answers)
+    for same in (answers[::-1], answers + 7.0, 6.0 - answers):
+        assert cronbach_alpha(same) == pytest.approx(alpha, abs=1e-9)
+
+
+def test_the_interval_holds_alpha_and_narrows_with_the_class():
+    random = np.random.default_rng(1)
+    few = reliability(ANSWERS[:15, :5], random)
+    many = reliability(np.tile(ANSWERS[:, :5], (6, 1)), random)
+    assert few.low < few.alpha < few.high and many.low < many.alpha < many.high
+    assert many.high - many.low < 0.5 * (few.high - few.low)
+    assert (few.students, few.items) == (15, 5)
+
+
+def test_item_total_correlations_leave_the_item_itself_out():
+    answers = ANSWERS[:, :5]
+    slow = [np.corrcoef(answers[:, i], np.delete(answers, i, axis=1).sum(axis=1))[0, 1] for i in range(5)]
+    assert item_total(answers) == pytest.approx(slow, abs=1e-12)
+    answers = answers.copy()
+    answers[:, 2] = 3.0
+    assert np.isnan(item_total(answers)[2])
+
+
+def means(values, random, draws=4000):
+    drawn = values[random.integers(0, len(values), (draws, len(values)))].mean(axis=1)
+    left_out = np.array([np.delete(values, k).mean() for k in range(len(values))])
+    return drawn, float(values.mean()), left_out
+
+
+def test_the_interval_of_a_mean_is_students_own():
+    values = np.random.default_rng(2).normal(size=52)
+    values -= values.mean()
+    low, high = interval(*means(np.concatenate([values, -values]), np.random.default_rng(0), 20_000))
+    both = np.concatenate([values, -values])
+    half = scipy.stats.t.ppf(0.975, 103) * both.std(ddof=1) / np.sqrt(104)
+    assert (low, high) == pytest.approx((-half, half), rel=0.05)
+
+
+def test_without_the_widening_it_is_what_scipy_gives():
+    """Large samples: the t quantile is the normal one, and scipy's BCa is an independent implementation."""
+    values = np.random.default_rng(5).exponential(size=400)
+    low, high = interval(*means(values, np.random.default_rng(1), 20_000))
+    other = scipy.stats.bootstrap((values,), np.mean, n_resamples=20_000, method="BCa", rng=np.random.default_rng(2))
+    assert (low, high) == pytest.approx(tuple(other.confidence_interval), abs=0.06 * (high - low))
+
+
+def test_a_skewed_statistic_gets_a_skewed_interval():
+    drawn, found, left_out = means(np.random.default_rng(5).exponential(size=40), np.random.default_rng(1))
+    low, high = interval(drawn, found, left_out)
+    assert high - found > 1.1 * (found - low)
+
+
+def test_what_does_not_vary_has_a_point_and_what_is_not_there_has_none():
+    assert interval(np.full(50, 2.0), 2.0, np.full(9, 2.0)) == (2.0, 2.0)
+    assert np.isnan(interval(np.full(50, np.nan), 2.0, np.full(9, 2.0))).all()
+    assert np.isnan(interval(np.ones(50), 1.0, np.ones(2))).all()

@@ -5,6 +5,8 @@ import pytest
 
 from cdcore.narrow.triangles.integers import pair_intersects_integers
 from replay.errors import StressError
+from replay.studies.stress import attempts
+from replay.studies.stress.attempts import ATTEMPTS
 from replay.studies.stress.families import FAMILIES
 from replay.studies.stress.relations import RELATIONS, relations_of
 
@@ -39,3 +41,24 @@ def test_names_choose_relations_in_the_order_given():
     assert relations_of("all") == RELATIONS
     with pytest.raises(StressError, match="no relation 'wave'; there are: swap"):
         relations_of("swap,wave")
+
+
+@pytest.mark.parametrize("detector", ["exact", "hybrid"])
+@pytest.mark.parametrize("number", ATTEMPTS)
+def test_nothing_goes_wrong_with_a_sound_detector(number, detector):
+    found = {name: attempt(detector) for name, attempt in ATTEMPTS[number][1]()}
+    assert set(found.values()) == {""}
+    assert len(found) >= 5
+
+
+@pytest.mark.parametrize("number", [34, 36])
+def test_an_engine_that_takes_everything_is_seen(number, monkeypatch):
+    monkeypatch.setattr(attempts, "_matrix", lambda values: attempts.at([[0, 0, 0]]))
+    found = {name: attempt("exact") for name, attempt in ATTEMPTS[number][1]()}
+    assert "taken as if it were sound" in found.values()
+
+
+def test_an_answer_that_depends_on_blocks_is_seen(monkeypatch):
+    monkeypatch.setattr(attempts, "join", lambda parts: parts[0])
+    found = {name: attempt("exact") for name, attempt in ATTEMPTS[43][1]()}
+    assert found["blocks of 1"] == "another digest" and found["1 threads"] == ""

@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 from cdcore import Verdict, create_detector
+from replay.errors import OutputError, StressError
+from replay.studies.stress.crossings import OVER_INTERVALS, PHASES, SPEEDS, crossing, grazing, thin_wall
+from replay.studies.stress.scene_files import FailedScene, read_scenes, write_scenes
 from replay.studies.stress.scenes import AT_INSTANTS, degenerate, meeting, resting
 
 
@@ -38,3 +41,61 @@ def test_a_lifted_glass_is_clear_as_it_stands_and_a_sunk_one_meets_the_table():
 def test_icospheres_kiss_in_36_face_pairs():
     (kiss,) = (scene for scene in degenerate(np.random.default_rng(0)) if "kissing" in scene.name)
     assert len(meeting(kiss.bodies, kiss.motion, 0)) == 36
+
+
+def first_scenes(number, count):
+    return list(OVER_INTERVALS[number][1](np.random.default_rng(5)))[:count]
+
+
+@pytest.mark.parametrize(("speed", "missed"), list(zip(SPEEDS, (0, 0.1, 0.46, 0.73, 0.865), strict=True)))
+def test_instants_miss_the_share_of_phases_that_arithmetic_says(speed, missed):
+    scene = list(thin_wall(np.random.default_rng(0)))[2 * SPEEDS.index(speed)]
+    verdict = create_detector("exact", scene.bodies).detect(scene.motion).verdict.reshape(PHASES, -1)
+    assert (verdict != Verdict.CONTACT).all(axis=1).mean() == pytest.approx(missed, abs=0.005 + 1e-9)
+
+
+@pytest.mark.parametrize("number", [30, 31, 32, 33])
+def test_continuous_agrees_with_every_scene(number):
+    for scene in first_scenes(number, 10):
+        verdict = create_detector("continuous", scene.bodies).detect(scene.motion).verdict
+        assert (verdict == Verdict.CONTACT).any() == bool(scene.truth[0]), scene.name
+        assert not (verdict == Verdict.UNRESOLVED).any(), scene.name
+
+
+def test_every_case_of_motion_holds_contacts_and_misses():
+    for number in OVER_INTERVALS:
+        assert {0, 1} == set(np.concatenate([scene.truth for scene in first_scenes(number, 99)]).tolist())
+
+
+def test_crossings_are_apart_at_both_ends_and_not_linked_to_each_other():
+    motion = crossing(1.0, 7)
+    height = motion.translations[:, 0, 2].reshape(7, -1)
+    assert (height[:, 0] > 0.003).all() and (height[:, -1] < -0.003).all()
+    assert not motion.linked.reshape(7, -1, 2)[:, 0].any() and motion.linked.reshape(7, -1, 2)[:, 1:].all()
+
+
+def failed():
+    scenes = [next(resting(np.random.default_rng(0))), next(grazing(np.random.default_rng(0)))]
+    return [FailedScene(scene, np.zeros(len(scene.truth), dtype=np.uint8)) for scene in scenes]
+
+
+def test_what_is_written_is_read_back_bit_for_bit(tmp_path):
+    path = write_scenes(failed(), "Hybrid:x", 41, 5, tmp_path / "new")
+    assert path.name == "case-41-hybrid-x-seed-5.npz"
+    for one, back in zip(failed(), read_scenes(path), strict=True):
+        assert (one.scene.name, one.scene.covers) == (back.scene.name, back.scene.covers)
+        for name in ("times", "translations", "rotations", "valid", "linked"):
+            assert getattr(one.scene.motion, name).tobytes() == getattr(back.scene.motion, name).tobytes()
+        for a, b in zip(one.scene.bodies, back.scene.bodies, strict=True):
+            assert a.mesh.triangles.tobytes() == b.mesh.triangles.tobytes()
+        assert np.array_equal(one.scene.truth, back.scene.truth) and np.array_equal(one.said, back.said)
+
+
+def test_a_folder_that_is_a_file_and_a_file_that_is_none_are_one_sentence(tmp_path):
+    (tmp_path / "taken").write_text("")
+    with pytest.raises(OutputError, match="give another folder with --out"):
+        write_scenes(failed(), "a", 41, 5, tmp_path / "taken")
+    for content in (b"", b"PK\x03\x04 torn"):
+        (tmp_path / "x.npz").write_bytes(content)
+        with pytest.raises(StressError, match="give a file that replay stress wrote"):
+            read_scenes(tmp_path / "x.npz")
