@@ -11,7 +11,7 @@ from cdcore.errors import CollisionCoreError, InvalidPairError, InvalidPoseError
 from cdcore.protocol import Detector, counts_as_contact
 
 NAMES = list(DETECTORS)
-FRAMES = 80
+FRAMES = 40
 
 
 @pytest.fixture(scope="module")

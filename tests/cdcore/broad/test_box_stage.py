@@ -139,7 +139,7 @@ def test_the_frame_of_a_box_is_the_product():
 
 
 def test_what_may_meet_is_what_spheres_and_boxes_let_through_and_holds_every_contact():
-    bodies, motion = lab(300)
+    bodies, motion = lab(100)
     pairs = resolve_pairs(bodies, None)
     answer = BroadPhase(bodies, pairs).candidates(motion)
     spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs).candidates(motion)

@@ -67,7 +67,7 @@ def test_a_stream_sweeps_as_the_whole_does():
 
 
 def test_it_invents_nothing_and_finds_most_of_what_overlaps():
-    bodies, motion = lab(200)
+    bodies, motion = lab(80)
     truth = counts_as_contact(create_detector("exact", bodies).detect(motion).verdict)
     detection = create_detector("image-space", bodies).detect(motion)
     found = counts_as_contact(detection.verdict)

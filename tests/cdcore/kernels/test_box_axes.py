@@ -41,7 +41,7 @@ def test_the_pose_of_one_body_in_the_frame_of_another_takes_points_there():
 def test_fifteen_axes_agree_with_a_projection_of_all_corners_and_six_never_separate_more():
     rng = np.random.default_rng(1)
     counts = np.zeros(3, dtype=int)
-    for _ in range(2000):
+    for _ in range(700):
         axes, turns, centres, halves, moves = scene(rng)
         turn, move = seen_from(turns[0], moves[0], turns[1], moves[1])
         full, faces = verdicts(centres[0], axes[0], halves[0], centres[1], axes[1], halves[1], turn, move, 0.0)
@@ -49,7 +49,7 @@ def test_fifteen_axes_agree_with_a_projection_of_all_corners_and_six_never_separ
         want = [boxes_apart(a, (turns[0], moves[0]), b, (turns[1], moves[1]), edges=edges) for edges in (True, False)]
         assert [full, faces] == want
         counts += [full, faces, full and not faces]
-    assert counts.min() > 20
+    assert counts.min() > 7
 
 
 def test_boxes_not_apart_on_fifteen_axes_have_a_point_in_common():

@@ -39,6 +39,7 @@ def test_a_salt_that_stays_shows_its_colour():
         "NaCl",
     )
     assert flame.values["seen"] == "yellow" and flame.values["seconds"] == pytest.approx(1.0)
+    assert flame.message == "NaCl in the flame for 1.0 s: yellow"
     assert flame.bodies == ("wire", "lamp") and run_.frames_run == 24
     assert [span.word for span in run_.output.lanes["wire"]] == ["in b", "yellow"]
 

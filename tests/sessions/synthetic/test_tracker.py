@@ -47,7 +47,10 @@ def test_losses_are_rare_short_and_keep_off_planted_windows():
         counts.append(len(losses))
         for loss in losses:
             assert 0.05 <= loss.end - loss.start <= 0.5
-            assert 0.005 <= np.linalg.norm(loss.step) <= 0.03
+            size = np.linalg.norm(loss.step)
+            assert 0.005 <= size <= 0.03
+            left = size * np.exp(-(loss.settled - loss.end) / VIVE.settle_s)
+            assert left == pytest.approx(VIVE.position_rms_m), "settled: the step has sunk into the noise"
             assert all(loss.settled < low or loss.start > high for low, high in keep)
         assert all(a.settled < b.start for a, b in itertools.pairwise(losses))
     assert min(counts) >= 0 and max(counts) <= 4

@@ -8,7 +8,7 @@ from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from replay.studies.bench import engines
 from replay.studies.bench.engines import ENGINES, YARDSTICK, frame_by_frame, installed_engines
-from replay.studies.bench.growth import grow
+from replay.studies.bench.growth import Growth, grow
 from replay.studies.bench.stages import STAGES, root_only, stages, without_faces
 from replay.studies.bench.workload import make_resting, make_workload
 
@@ -97,6 +97,12 @@ def test_near_bodies_take_tests_in_proportion_and_most_pair_frames_are_skipped_a
     short, long = (grow("near", "frames", frames) for frames in (2_700, 13_500))
     assert 4 < long.tests / short.tests < 6
     assert long.work["skipped"] > 0.85 * long.pair_frames
+
+
+def test_growth_sums_what_reading_and_the_search_took():
+    stages = {"check": 0.5, "poses": 1.0, "search": 2.0, "exact": 4.0, "faces": 8.0}
+    one = Growth("near", "bodies", 5, 1, 20.0, {"span_tests": 1, "node_tests": 2, "face_tests": 4, "skipped": 8}, stages)
+    assert (one.reading, one.search, one.tests) == (1.5, 6.0, 7)
 
 
 def test_growth_says_how_much_was_asked_and_where_time_went():

@@ -8,7 +8,7 @@ from cdcore import Verdict
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from replay.errors import StressError
 from replay.studies.stress.cases import read_cases
-from replay.studies.stress.families import FAMILIES, unit_normal
+from replay.studies.stress.families import FAMILIES, random_rotations, unit_normal
 from replay.studies.stress.flips import count_flips, flips_of
 from replay.studies.stress.relations import RELATIONS
 from replay.studies.stress.solids import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, merged, moved, rod_mesh
@@ -53,6 +53,11 @@ def test_the_generic_family_needs_no_exact_arithmetic_and_meets_in_about_28_perc
 def test_points_off_a_face_stand_on_triangles_that_have_a_normal():
     _, length = unit_normal(FAMILIES[10].pairs(400)[:, 0])
     assert (length >= 1e-3).all()
+
+
+def test_random_rotations_keep_lengths_and_hands():
+    turns = random_rotations(np.random.default_rng(0), 30)
+    assert np.allclose(turns @ turns.transpose(0, 2, 1), np.eye(3)) and np.allclose(np.linalg.det(turns), 1.0)
 
 
 def test_only_the_scale_families_are_not_metric():
