@@ -1,11 +1,19 @@
+import json
 import os
+import platform
 import signal
+import subprocess
 import time
 
+import numpy as np
 import pytest
+from scipy.stats import binomtest
 
+from replay.base import machine as module
+from replay.base.machine import machine, processor, versions
 from replay.base.processes import Crew, in_processes
 from replay.base.progress import Silent
+from replay.base.wilson import share, wilson
 from replay.errors import WorkerError
 
 
@@ -79,3 +87,65 @@ def test_a_process_of_a_crew_that_dies_is_one_sentence(tmp_path):
 def test_silence_takes_any_stage_and_any_advance():
     with Silent().stage("detect", 10) as advance:
         assert advance(3) is None
+
+
+def test_versions_name_python_and_what_decides_verdicts():
+    found = versions()
+    assert found["python"] == platform.python_version()
+    assert {"numpy", "numba", "python-fcl", "rerun-sdk", "vrlab-replay"} <= set(found)
+
+
+def test_the_machine_is_named_without_naming_user_or_host():
+    text = json.dumps(machine())
+    assert machine()["cores"] >= 1 and machine()["architecture"] == platform.machine()
+    assert platform.node() == "" or platform.node() not in text
+
+
+@pytest.mark.parametrize(
+    ("listed", "named"),
+    [
+        ("processor\t: 0\nmodel name\t: AMD  EPYC 9\nmodel name\t: other\n", "AMD EPYC 9"),
+        ("processor\t: 0\nBogoMIPS\t: 50\n", platform.machine()),
+    ],
+)
+def test_a_linux_processor_is_named_by_its_model_or_its_architecture(listed, named, tmp_path, monkeypatch):
+    monkeypatch.setattr(platform, "system", lambda: "Linux")
+    monkeypatch.setattr(module, "LINUX_PROCESSORS", tmp_path / "cpuinfo")
+    assert processor() == platform.machine()
+    (tmp_path / "cpuinfo").write_text(listed)
+    assert processor() == named
+
+
+def test_a_mac_is_asked_and_one_that_does_not_answer_is_named_by_its_architecture(monkeypatch):
+    monkeypatch.setattr(platform, "system", lambda: "Darwin")
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: subprocess.CompletedProcess((), 0, "Apple M2\n"))
+    assert processor() == "Apple M2"
+
+    def absent(*_, **__):
+        raise FileNotFoundError
+
+    monkeypatch.setattr(subprocess, "run", absent)
+    assert processor() == platform.machine()
+
+
+def test_windows_names_its_processor_itself(monkeypatch):
+    monkeypatch.setattr(platform, "system", lambda: "Windows")
+    monkeypatch.setattr(platform, "processor", lambda: "Intel64 Family 6")
+    assert processor() == "Intel64 Family 6"
+
+
+@pytest.mark.parametrize(("count", "of"), [(0, 5), (5, 5), (1, 7), (865, 1000), (3, 100_000)])
+def test_the_interval_is_the_one_of_scipy(count, of):
+    expected = binomtest(count, of).proportion_ci(0.95, method="wilson")
+    assert wilson(count, of) == pytest.approx((expected.low, expected.high), abs=1e-12)
+
+
+def test_nothing_counted_leaves_everything_open():
+    assert wilson(0, 0) == (0.0, 1.0)
+    assert share(0, 0) == {"count": 0, "of": 0, "share": None, "low": 0.0, "high": 1.0}
+
+
+def test_nineteen_of_twenty_intervals_hold_the_truth():
+    counts = np.random.default_rng(0).binomial(200, 0.1, 2000)
+    held = [low <= 0.1 <= high for low, high in (wilson(int(count), 200) for count in counts)]
+    assert 0.93 < np.mean(held) < 0.97

@@ -1,11 +1,14 @@
 import io
 import sys
 
+import click
 import pytest
+from click.testing import CliRunner
 from rich.console import Console
 from support.small_tables import made
 
 from replay.cli.console import People, TerminalProgress, pace, stdout_console
+from replay.cli.options import common, let_modules_here_be_found, lineup, output_format, window
 from replay.cli.terminal import STYLES, terminal
 from replay.outputs import tables
 
@@ -81,3 +84,45 @@ def test_a_column_is_marked_where_it_is_not_zero():
 @pytest.mark.parametrize("mark", set(STYLES) - {tables.MISSED, tables.PARTLY})
 def test_red_is_for_misses_alone(mark):
     assert "red" not in STYLES[mark] and "#ff2d55" not in STYLES[mark]
+
+
+@click.command()
+@window
+@output_format
+@common
+def command(people, **given):
+    click.echo(repr({**given, **vars(people)}))
+
+
+def test_options_mean_the_same_on_every_verb():
+    got = CliRunner().invoke(command, ["--start", "1", "--end", "2.5", "--format", "json", "-v", "-q", "--debug"])
+    assert eval(got.output) == {"start": 1.0, "end": 2.5, "as_json": True, "quiet": True, "verbose": True}
+
+
+def test_nothing_asked_for_is_text_and_the_whole_session():
+    got = eval(CliRunner().invoke(command, []).output)
+    assert not got["as_json"] and got["start"] is None and got["end"] is None
+
+
+def test_another_format_is_refused():
+    assert CliRunner().invoke(command, ["--format", "xml"]).exit_code == 2
+
+
+def test_modules_of_the_current_folder_are_found_only_for_a_detector_that_names_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.path", [path for path in sys.path if path])
+    let_modules_here_be_found(["hybrid", ""])
+    assert str(tmp_path) not in sys.path
+    let_modules_here_be_found(["mine=engine:Detector"])
+    let_modules_here_be_found(["mine=engine:Detector"])
+    assert sys.path.count(str(tmp_path)) == 1 and sys.path[-1] == str(tmp_path)
+
+
+def test_a_lineup_is_asked_for_in_the_same_words_on_every_verb():
+    @click.command()
+    @lineup
+    def alone(**given):
+        click.echo(repr(given))
+
+    got = CliRunner().invoke(alone, ["--detector", "hybrid", "--detectors", "static,qaco", "--oracle", "continuous"])
+    assert eval(got.output) == {"detectors": ["hybrid", "static,qaco"], "oracle": "continuous", "seed": 0}

@@ -2,10 +2,10 @@ import math
 
 import numpy as np
 import pytest
-from support.liquid_worlds import glass, still, tilted, world
+from support.liquid_worlds import COLUMN, MIX, RADIUS, glass, run_in, still, tilted, world
 
 from replay.effects.models.gas_laws import gas_ml_per_mol
-from replay.errors import PlanError
+from replay.errors import EffectError, PlanError
 from replay.pipeline.engine import compute
 from sessions.model.scene import SceneBody
 
@@ -78,3 +78,65 @@ def test_without_a_reaction_nothing_is_computed_and_without_a_rate_it_comes_at_o
 def test_vapour_that_leaves_no_room_for_gas_is_refused_when_planned(antoine, words):
     with pytest.raises(PlanError, match=words):
         run(antoine=antoine)
+
+
+OPEN = [0.0, 0.0, *([90.0] * 200), 0.0, 0.0]
+
+
+def test_a_full_turn_runs_at_torricellis_rate_and_stops_when_closed():
+    run = run_in(OPEN)["burette"]
+    (event,) = run.events
+    rate = 0.6 * 6e-7 * np.sqrt(2 * 9.80665 * 0.65) * 1e6
+    # Linear between frames: the turn to and from open adds half a frame on each side.
+    assert event.name == "run-in" and event.values["volume_ml"] == pytest.approx(rate * 2.0, rel=0.01)
+    assert event.bodies == ("burette", "flask") and run.frames_run == 200
+    left, gone = run.series["burette/volume"], run.series["burette/delivered"]
+    assert left.values + gone.values == pytest.approx(np.full(len(left.times), 50.0), rel=1e-12)
+    assert gone.values[0] == 0.0 and gone.values[-1] == pytest.approx(event.values["volume_ml"], rel=1e-9)
+
+
+@pytest.mark.parametrize(("degrees", "share"), [(45.0, 0.5), (-45.0, 0.5), (135.0, 1.0)])
+def test_it_opens_with_the_angle_to_either_side_and_no_further_than_full(degrees, share):
+    part, whole = (run_in([0.0, *([x] * 50), 0.0])["burette"].events[0].values["volume_ml"] for x in (degrees, 90.0))
+    assert part == pytest.approx(share * whole, rel=0.01)
+
+
+def test_closed_it_computes_nothing():
+    run = run_in([0.0, 0.09, -0.09, 0.0])["burette"]
+    assert run.frames_run == 0 and run.events == () and run.counters["frames open"] == 0
+    assert run.counters.get("arcs", 0) == 0 and run.series["burette/delivered"].values.tolist() == [0.0, 0.0]
+
+
+def test_it_never_gives_more_than_it_holds_and_an_empty_one_gives_nothing():
+    little = run_in(OPEN, base=glass("burette", 0.2, solute="NaOH", molar=0.1, cavity=COLUMN))["burette"]
+    assert little.series["burette/delivered"].values[-1] == pytest.approx(0.2, rel=1e-9)
+    assert little.series["burette/volume"].values[-1] == pytest.approx(0.0, abs=1e-12)
+    assert run_in(OPEN, base=glass("burette", 0.0, cavity=COLUMN))["burette"].events == ()
+
+
+def test_what_runs_beside_the_flask_is_spilled():
+    (event,) = run_in(OPEN, place=(2 * RADIUS, 0.0, 0.0))["burette"].events
+    assert event.name == "spill" and event.level == "warning" and event.point[1] == pytest.approx(0.0)
+
+
+def test_a_tap_or_flask_lost_for_a_moment_stays_as_it_was():
+    lost = np.ones(len(OPEN), dtype=bool)
+    lost[50:60] = False
+    whole = run_in(OPEN)["burette"].events[0].values["volume_ml"]
+    for name in ("tap", "flask"):
+        (event,) = run_in(OPEN, valid={name: lost})["burette"].events
+        assert event.values["volume_ml"] == pytest.approx(whole, rel=1e-9)
+
+
+def test_the_pour_knows_what_ran_in():
+    effects = run_in(OPEN, ("pour", {"from": ["flask"], "into": ["burette"]}), MIX)
+    volume = effects["burette"].events[0].values["volume_ml"]
+    for kind in ("pour", "mixing"):
+        assert effects[kind].series["flask/volume"].values[-1] == pytest.approx(0.5 + volume, rel=1e-9)
+
+
+def test_an_axis_of_no_direction_and_a_column_without_a_mark_are_refused():
+    with pytest.raises(PlanError, match="axis is"):
+        run_in(OPEN, settings={"axis": [0, 0, 0]})
+    with pytest.raises(EffectError, match="mark that is not above"):
+        run_in(OPEN, base=glass("burette", 50.0, cavity={**COLUMN, "mark": 0.1}))

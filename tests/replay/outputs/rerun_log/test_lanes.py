@@ -6,12 +6,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rerun.chunk import RrdReader
+from support.planted_faults import FAULTS, clean
 
 from cdcore import Verdict
 from replay.comparison.outcome import Outcome
-from replay.outputs.palette import MISSED, OUTCOMES
+from replay.outputs.palette import INVENTED, MISSED, OUTCOMES
 from replay.outputs.rerun_log.columns import packed
+from replay.outputs.rerun_log.findings import KIND_LOOKS, finding_lanes, finding_list
 from replay.outputs.rerun_log.lanes import audit_lanes
+from replay.outputs.rerun_log.recording import write_recording
+from replay.pipeline.engine import compute
 from replay.pipeline.run_result import RunResult
 
 SUBJECT = "22.5Hz"
@@ -80,3 +85,52 @@ def test_the_number_lane_shows_the_number_at_the_miss(demo: RunResult, read: Any
     miss = demo.misses[SUBJECT][number]
     low, _, high = states_at(read.lane("lanes/1_missed"), np.array([round(miss.start * 1e9)]))[0].partition("-")
     assert int(low) <= miss.number <= int(high or low)
+
+
+@pytest.fixture(scope="module")
+def doubtful():
+    draft = clean()
+    FAULTS["frozen pose"](draft, 1, 300)
+    FAULTS["nan position"](draft, 0, 500)
+    FAULTS["1 s gap"](draft, 0, 700)
+    return compute(draft.session(), detectors="sphere", oracle="none", policy=["not-finite=drop"])
+
+
+def lane(path, entity):
+    """(nanoseconds, state) of a lane, in order."""
+    rows = []
+    for chunk in RrdReader(path).stream().filter(content=f"/{entity}").to_chunks():
+        batch = chunk.to_record_batch()
+        states = [name for name in batch.schema.names if name.endswith("StateChange:state")]
+        if states and "session" in batch.schema.names:
+            times = batch.column("session").cast("int64").to_pylist()
+            rows += zip(times, (value[0] for value in batch.column(states[0]).to_pylist()), strict=True)
+    return sorted(rows)
+
+
+def test_a_lane_says_the_doubt_of_every_frame(doubtful, tmp_path):
+    write_recording(doubtful, tmp_path / "run.rrd")
+    assert finding_lanes(doubtful) == ("findings/lanes/flask", "findings/lanes/hand-left", "findings/lanes/time")
+    rows = lane(tmp_path / "run.rrd", "findings/lanes/hand-left")
+    stamps = doubtful.assembly.stamp_ns - doubtful.assembly.stamp_ns[0]
+    times = [time for time, _ in rows]
+    states = [rows[k][1] for k in np.searchsorted(times, stamps, side="right") - 1]
+    assert [k for k, state in enumerate(states) if state == "frozen"] == list(range(300, 360))
+    assert states[360] == "teleport" and not any(states[:300]) and not any(states[361:])
+
+
+def test_the_list_explains_each_code_once(doubtful):
+    text = finding_list(doubtful)
+    assert text.count("**frozen**") == 1 and "| warning | frozen | hand-left | 3.333 to 3.989 |" in text
+    assert "nothing for 1.01 s" in text
+
+
+def test_without_an_examination_there_is_neither_lane_nor_list(doubtful):
+    bare = replace(doubtful, treatment=None)
+    assert finding_lanes(bare) is None
+    assert finding_list(bare) == "Nothing is wrong with this recording."
+
+
+def test_no_doubt_wears_the_colour_of_a_miss():
+    colours = [colour for _, colour in KIND_LOOKS.values()]
+    assert len(set(colours)) == len(colours) and MISSED not in colours and INVENTED not in colours

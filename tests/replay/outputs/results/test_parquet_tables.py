@@ -1,14 +1,16 @@
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import STEP_NS, cubes
 
 from replay.outputs.results import parquet_tables as tables
+from replay.outputs.results.effect_tables import series_table
 from replay.outputs.results.parquet_tables import episode_table, event_table, frame_table, miss_table
 from replay.pipeline.engine import compute
 from sessions import Event, Interval, Scene
-from sessions.model.scene import SceneBody
+from sessions.model.scene import SceneBody, SceneEffect
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3], "c": [9] * 12}
 
@@ -105,3 +107,37 @@ def test_events_keep_the_sessions_clock_in_a_run_that_starts_later():
     session = cubes(PLACES, events=[Event(50_000_000, "x")])
     late = compute(session, detectors="hybrid", oracle="none", start=0.03)
     assert rows(event_table(late))[0]["time"] == pytest.approx(0.05, abs=1e-12)
+
+
+SCENE = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(SceneEffect("contact", {"between": ["a", "b"]}),))
+PLACES_effect_tables = {"a": [0] * 8, "b": [3, 3, 0.9, 0.9, 0.9, 3, 3, 3]}
+
+
+@pytest.fixture(scope="module")
+def result_effect_tables():
+    return compute(
+        cubes(PLACES_effect_tables, scene=SCENE, events=[Event(3 * STEP_NS, "buttondown")]), detectors=(), start=0.01
+    )
+
+
+def test_events_of_effects_stand_among_the_recorded_ones_on_the_same_clock(result_effect_tables):
+    rows = event_table(result_effect_tables).to_pylist()
+    assert [row["source"] for row in rows] == ["effect/contact", "event"]
+    contact = rows[0]
+    assert (contact["stamp_ns"], contact["end_stamp_ns"]) == (2 * STEP_NS, 5 * STEP_NS)
+    assert (contact["time"], contact["end_time"]) == (0.02, 0.05) and contact["body"] == "a b"
+    told = json.loads(contact["values"])
+    assert told["frames"] == 3 and len(told["point"]) == 3 and rows[1]["values"] == ""
+
+
+def test_series_keep_every_value_to_the_last_bit(result_effect_tables):
+    table = series_table(result_effect_tables)
+    series = result_effect_tables.effects["contact"].series["a-b/face_pairs"]
+    assert np.array_equal(table["value"].to_numpy(), series.values) and set(table["unit"].to_pylist()) == {"face pairs"}
+    assert np.array_equal(table["time"].to_numpy(), series.times)
+
+
+def test_without_effects_the_tables_are_empty_and_whole():
+    plain = compute(cubes(PLACES_effect_tables), detectors=())
+    assert series_table(plain).num_rows == 0 and series_table(plain).column_names[-1] == "value"
+    assert event_table(plain).num_rows == 0

@@ -101,7 +101,8 @@ def test_near_bodies_take_tests_in_proportion_and_most_pair_frames_are_skipped_a
 
 def test_growth_sums_what_reading_and_the_search_took():
     stages = {"check": 0.5, "poses": 1.0, "search": 2.0, "exact": 4.0, "faces": 8.0}
-    one = Growth("near", "bodies", 5, 1, 20.0, {"span_tests": 1, "node_tests": 2, "face_tests": 4, "skipped": 8}, stages)
+    work = {"span_tests": 1, "node_tests": 2, "face_tests": 4, "skipped": 8}
+    one = Growth("near", "bodies", 5, 1, 20.0, work, stages)
     assert (one.reading, one.search, one.tests) == (1.5, 6.0, 7)
 
 
