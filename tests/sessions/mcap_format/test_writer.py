@@ -188,12 +188,6 @@ def test_the_words_of_a_scene_survive_and_a_changed_scene_gets_new_ones(tmp_path
         assert (found.text == scene.text) == (one is scene)
 
 
-def test_a_scene_that_no_file_can_carry_is_refused_rather_than_dropped(tmp_path):
-    scene = Scene(bodies=(SceneBody("a", extra={"unheard": 1}),))
-    with pytest.raises(SessionFileError, match="cannot be said in TOML"):
-        write_session(session_of(random_frames(0), scene=scene), tmp_path / "s.mcap")
-
-
 def opened(path: Path, scene=None, **options):
     options = {"overwrite": False} | options
     return RecordingFile(path, scene or Scene(), {"a": tetrahedron()}, {"vr_type": "desktop"}, **options)
