@@ -1,9 +1,11 @@
 import json
+from typing import ClassVar
 
 import pytest
 from rich.console import Console
 from support.small_worlds import cubes
 
+import replay
 from replay.cli.main import main
 from replay.cli.plan import plan_tree
 from replay.effects.effect_plan import plan
@@ -95,3 +97,52 @@ def test_what_is_not_needed_is_said_too():
     text = shown(Scene(bodies=BODIES, effects=()))
     assert "no collision query is made" in text and "no effect is declared" in text
     assert "all with relative motion" in shown(Scene(bodies=BODIES))
+
+
+PLACES = {"a": [0] * 8, "b": [3, 3, 0.9, 3, 3, 3, 0.9, 3]}
+
+
+@pytest.fixture(scope="module")
+def run_folder(tmp_path_factory):
+    out = tmp_path_factory.mktemp("runs") / "run"
+    return replay.run(cubes(PLACES), detectors="slow=discrete[rate_hz=20]", oracle="hybrid", out=out).out
+
+
+class Viewer:
+    """Stands in for a window: notes what it was opened with, and that somebody waited for its end."""
+
+    opened: ClassVar[list] = []
+
+    def __init__(self, run, miss):
+        self.opened.append((run, miss))
+        self.process = self
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self.opened.append("closed")
+
+    def wait(self):
+        self.opened.append("waited")
+
+
+def test_view_opens_the_run_at_the_miss_and_waits_for_the_window(run_folder, monkeypatch, capsys):
+    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Viewer)
+    monkeypatch.setattr(Viewer, "opened", [])
+    assert main(["view", str(run_folder), "--miss", "1"]) == 0
+    assert Viewer.opened == [(run_folder, 1), "waited", "closed"]
+    assert "at miss 1" in capsys.readouterr().err
+
+
+def test_a_miss_that_is_not_there_is_refused_before_a_window_opens(run_folder, monkeypatch, capsys):
+    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Viewer)
+    monkeypatch.setattr(Viewer, "opened", [])
+    assert main(["view", str(run_folder), "--miss", "99"]) == 1
+    assert "has no miss 99" in capsys.readouterr().err and Viewer.opened == []
+
+
+def test_a_folder_that_is_no_run_is_refused(tmp_path, capsys):
+    assert main(["view", str(tmp_path)]) == 1
+    assert "is not a run folder" in capsys.readouterr().err
+    assert main(["view", str(tmp_path / "nowhere")]) == 2

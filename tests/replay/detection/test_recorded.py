@@ -2,11 +2,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from support.small_worlds import STEP_NS, cubes
 
 from cdcore import join
+from replay.detection.detector_spec import DetectorSpec, parse_detector, parse_detectors
 from replay.detection.recorded import recorded_detector, reported_spans
-from replay.errors import AuditError
+from replay.errors import AuditError, DetectorSpecError
 from replay.pipeline.engine import compute
 from replay.prepare.assemble import RESIDUAL_FACT, assemble
 from sessions.model.live_contact import LiveContact
@@ -110,3 +113,85 @@ def test_what_was_there_before_or_never_ended_is_open():
 
 def test_pairs_are_kept_apart():
     assert set(spans((1, "a", "b", "enter"), (1, "c", "a", "enter"))) == {("a", "b"), ("a", "c")}
+
+
+@pytest.mark.parametrize(
+    ("text", "label", "name", "settings"),
+    [
+        ("hybrid", "hybrid", "hybrid", {}),
+        (" hybrid ", "hybrid", "hybrid", {}),
+        ("discrete[rate_hz=22.5]", "discrete-22.5", "discrete", {"rate_hz": 22.5}),
+        ("slow=discrete[rate_hz=22.5]", "slow", "discrete", {"rate_hz": 22.5}),
+        ("22.5Hz=discrete[rate_hz=22.5]", "22.5Hz", "discrete", {"rate_hz": 22.5}),
+        ("x=hybrid", "x", "hybrid", {}),
+        ("hybrid[]", "hybrid", "hybrid", {}),
+        (
+            "q=hybrid-qaco[ants=20, stop_first=true,sphere=best,budget=none]", "q", "hybrid-qaco",
+            {"ants": 20, "stop_first": True, "sphere": "best", "budget": None},
+        ),
+        ("my.package:Class", "Class", "my.package:Class", {}),
+    ],
+)  # fmt: skip
+def test_text_says_label_name_and_settings(text, label, name, settings):
+    spec = parse_detector(text)
+    assert (spec.label, spec.name, spec.settings) == (label, name, settings)
+    assert [type(value) for value in spec.settings.values()] == [type(value) for value in settings.values()]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "  ", "a[b", "a]b", "a[b]c", "a[=3]", "a[x]", "a[x=]", "a=b=c", "a[x=[1]]", "-x=hybrid", "ä=hybrid", "a/b=c"],
+)
+def test_text_of_another_form_is_refused(text):
+    with pytest.raises(DetectorSpecError):
+        parse_detector(text)
+
+
+@pytest.mark.parametrize("given", [3, None, ("hybrid",), ("hybrid", 3), (3, {})])
+def test_values_that_name_no_detector_are_refused(given):
+    with pytest.raises(DetectorSpecError, match="names no detector"):
+        parse_detector(given)
+
+
+def test_every_python_form_says_the_same():
+    want = (DetectorSpec("slow", "discrete", {"rate_hz": 22.5}), DetectorSpec("hybrid", "hybrid"))
+    slow = ("discrete", {"rate_hz": 22.5})
+    assert parse_detectors("slow=discrete[rate_hz=22.5],hybrid") == want
+    assert parse_detectors(["slow=discrete[rate_hz=22.5]", "hybrid"]) == want
+    assert parse_detectors(("slow=discrete[rate_hz=22.5]", "hybrid")) == want
+    assert parse_detectors({"slow": slow, "hybrid": "hybrid"}) == want
+    assert parse_detectors({"slow": "discrete[rate_hz=22.5]", "hybrid": "other=hybrid"}) == want
+    assert parse_detectors([want[0], "hybrid"]) == want
+    assert parse_detectors(slow) == (DetectorSpec("discrete-22.5", "discrete", {"rate_hz": 22.5}),)
+    assert parse_detectors(want[1]) == want[1:]
+
+
+def test_commas_within_brackets_separate_settings_not_detectors():
+    specs = parse_detectors("a=x[p=1,q=2],b=y[r=3],z")
+    assert [str(spec) for spec in specs] == ["a=x[p=1,q=2]", "b=y[r=3]", "z=z"]
+
+
+def test_nothing_is_no_detector():
+    assert parse_detectors(()) == () and parse_detectors("") == ()
+
+
+def test_two_detectors_of_one_label_are_refused():
+    with pytest.raises(DetectorSpecError, match="two detectors are called 'hybrid'"):
+        parse_detectors("hybrid,hybrid[containment=false],hybrid")
+
+
+values = st.one_of(st.none(), st.booleans(), st.integers(), st.floats(allow_nan=False, allow_infinity=False))
+
+
+@given(
+    st.from_regex(r"[A-Za-z0-9][A-Za-z0-9._-]{0,9}", fullmatch=True), st.dictionaries(st.sampled_from("pqr"), values)
+)
+def test_a_spec_written_out_reads_back(label, settings):
+    spec = DetectorSpec(label, "discrete", settings)
+    assert parse_detector(str(spec)) == spec
+
+
+@given(st.dictionaries(st.sampled_from("pqr"), st.one_of(values, st.text(max_size=5))))
+def test_a_label_made_up_for_settings_is_always_one_that_entity_paths_take(settings):
+    label = parse_detector(("discrete", settings)).label
+    assert DetectorSpec(label, "x").label == label

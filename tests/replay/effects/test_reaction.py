@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
-from support.liquid_worlds import MIX, NEUTRAL, glass, poured, run_in
+from support.liquid_worlds import MIX, NEUTRAL, glass, poured, run_in, still, world
 
 from replay.effects.models.colours import COLOURS
 from replay.errors import EffectError, PlanError
+from replay.pipeline.engine import compute
+from sessions.model.scene import SceneBody
 
 OPEN = [0.0, 0.0, *([90.0] * 100), 0.0, 0.0]
 
@@ -100,3 +102,81 @@ def test_ions_that_do_not_go_into_the_formula_have_to_be_told():
 def test_a_colour_nobody_knows_is_refused():
     with pytest.raises(PlanError, match="colour is 'whitish'"):
         run(colour="whitish")
+
+
+TEST = {
+    "flame": "lamp", "base": [0.0, 0.1, 0.0], "flame_radius": 0.01, "flame_height": 0.05, "wire": "wire",
+    "tip": [0.0, -0.1, 0.0], "seconds": 1.0, "colours": {"NaCl": "yellow"}, "vessels": ["b"], "dips": {"b": "NaCl"},
+}  # fmt: skip
+AWAY, DIP, FLAME = (1.0, 1.0, 0.0), (0.5, 0.005, 0.0), (0.0, 0.11, 0.0)
+
+
+def run_flame_test(places, valid=None, **more):
+    """The wire's tip is at these places, 50 ms each."""
+    wire = np.asarray(places, dtype=np.float64) + np.array([0.0, 0.1, 0.0])
+    count = len(wire)
+    poses = {"wire": (wire, still(count)[1]), "lamp": still(count), "b": still(count, (0.5, 0.0, 0.0))}
+    bodies = (SceneBody("wire"), SceneBody("lamp"), glass("b", 20.0, solute="NaCl", molar=1.0))
+    seen = None if valid is None else {"wire": np.asarray(valid, dtype=bool)}
+    return compute(world(poses, bodies, ("flame-test", {**TEST, **more}), valid=seen, step_ns=50_000_000)).effects[
+        "flame-test"
+    ]
+
+
+def visit(frames, before=DIP):
+    return [AWAY] * 3 + [before] * 4 + [AWAY] * 3 + [FLAME] * frames + [AWAY] * 3
+
+
+def test_a_salt_that_stays_shows_its_colour():
+    run_ = run_flame_test(visit(20))
+    dip, flame = run_.events
+    assert (dip.name, dip.time, dip.end, dip.values["salt"]) == (
+        "dip",
+        pytest.approx(0.15),
+        pytest.approx(0.35),
+        "NaCl",
+    )
+    assert flame.values["seen"] == "yellow" and flame.values["seconds"] == pytest.approx(1.0)
+    assert flame.message == "NaCl in the flame for 1.0 s: yellow"
+    assert flame.bodies == ("wire", "lamp") and run_.frames_run == 24
+    assert [span.word for span in run_.output.lanes["wire"]] == ["in b", "yellow"]
+
+
+def test_too_short_a_visit_shows_none_and_neither_does_a_clean_wire():
+    assert run_flame_test(visit(19)).events[-1].values["seen"] == ""
+    (flame,) = run_flame_test(visit(30, AWAY)).events
+    assert flame.values["salt"] == "" and flame.values["seen"] == ""
+
+
+def test_one_frame_in_the_flame_is_noise_and_a_loss_inside_does_not_end_the_visit():
+    assert [event.name for event in run_flame_test(visit(1)).events] == ["dip"]
+    valid = np.ones(len(visit(30)), dtype=bool)
+    valid[15:20] = False
+    assert run_flame_test(visit(30), valid).events[-1].values["seconds"] == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize(
+    ("place", "inside"),
+    [((0.0099, 0.1, 0.0), True), ((0.0101, 0.1, 0.0), False), ((0.0, 0.149, 0.0), True), ((0.0, 0.151, 0.0), False),
+     ((0.0051, 0.125, 0.0), False), ((0.0049, 0.125, 0.0), True), ((0.0, 0.0999, 0.0), False)],
+)  # fmt: skip
+def test_the_flame_is_a_cone_on_its_foot(place, inside):
+    assert bool(run_flame_test([AWAY] * 3 + [place] * 5 + [AWAY] * 3).events) == inside
+
+
+def test_over_the_level_or_beside_the_glass_the_wire_stays_dry():
+    level = 20e-6 / (np.pi * 0.02**2)
+    for place in ((0.5, level + 1e-4, 0.0), (0.53, 0.005, 0.0)):
+        assert run_flame_test([AWAY] * 3 + [place] * 5).events == ()
+    assert len(run_flame_test([AWAY] * 3 + [(0.5, level - 1e-4, 0.0)] * 5).events) == 1
+
+
+def test_far_from_both_nothing_runs():
+    assert run_flame_test([AWAY] * 10).frames_run == 0
+
+
+def test_salts_and_vessels_go_together():
+    with pytest.raises(PlanError, match="dips: 'c' is none of the vessels"):
+        run_flame_test([AWAY] * 3, dips={"c": "NaCl"})
+    with pytest.raises(PlanError, match="which salt is in 'b'"):
+        run_flame_test([AWAY] * 3, dips={})

@@ -1,11 +1,15 @@
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation, Slerp
+from support.small_worlds import framed
 
 from replay.errors import AssemblyError
 from replay.prepare.assembly import PoseOrigin
-from replay.prepare.interpolation import FilledFrames
+from replay.prepare.interpolation import BRIDGE_NS, FilledFrames, filled, slerp
 from replay.prepare.kinematics import PlacedFrames, Placing
+from sessions import Status
 from sessions.model.scene import Pose, Scene, SceneBody
 
 
@@ -95,3 +99,100 @@ def test_a_circle_of_parents_is_refused_and_written_out():
     scene = Scene(bodies=(SceneBody("a", parent="b"), SceneBody("b", parent="a")))
     with pytest.raises(AssemblyError, match="a -> b -> a"):
         Placing(scene, ("a", "b"), ("a",))
+
+
+A, V, L, H, I = (int(s) for s in (Status.ABSENT, Status.VALID, Status.LOST, Status.HELD, Status.INTERPOLATED))  # noqa: E741
+MS = 1_000_000
+
+
+def fill(session, block=1000) -> FilledFrames:
+    parts = list(filled(session.blocks(block)))
+    return FilledFrames(*(np.concatenate([getattr(p, k) for p in parts]) for k in FilledFrames.__dataclass_fields__))
+
+
+def fill_column(status, stamps=None):
+    stamps = np.arange(len(status)) * 10 * MS if stamps is None else stamps
+    return fill(framed(stamps, np.array(status)[:, None]))
+
+
+def test_a_recorded_sample_is_used_as_it_is():
+    session = framed([0, 7], [[V], [V]], position=[[[0.1, 0.2, 0.3]], [[0.4, 0.5, 0.6]]])
+    got = fill(session)
+    assert got.position.tobytes() == session.frames.position.tobytes()
+    assert got.quaternion_xyzw.tobytes() == session.frames.quaternion_xyzw.tobytes()
+    assert (got.origin == PoseOrigin.RECORDED).all()
+
+
+def test_between_near_samples_the_position_is_linear_in_time():
+    got = fill_column([V, A, A, V], stamps=np.array([0, 10, 30, 40]) * MS)
+    assert got.position[:, 0, 0].tolist() == [0.0, 0.75, 2.25, 3.0]
+    assert got.origin[:, 0].tolist() == [1, 3, 3, 1]
+
+
+@pytest.mark.parametrize(("gap", "bridged"), [(50 * MS, True), (50 * MS + 1, False)])
+def test_a_neighbour_counts_up_to_50_ms_and_not_a_nanosecond_longer(gap, bridged):
+    got = fill_column([V, A, V], stamps=np.array([0, 20 * MS, 20 * MS + gap]))
+    assert got.origin[1, 0] == (PoseOrigin.INTERPOLATED if bridged else PoseOrigin.HELD)
+    got = fill_column([V, A], stamps=np.array([0, gap]))
+    assert got.origin[1, 0] == (PoseOrigin.HELD if bridged else PoseOrigin.NONE)
+    assert np.isnan(got.position[1]).all() == (not bridged)
+
+
+def test_nothing_is_held_or_interpolated_across_a_lost_sample():
+    got = fill_column([V, A, L, A, V])
+    assert got.origin[:, 0].tolist() == [1, 2, 0, 0, 1]
+    assert got.position[1, 0, 0] == 0.0
+    assert np.isnan(got.position[2:4]).all()
+
+
+def test_before_the_first_sample_there_is_no_pose():
+    assert fill_column([A, A, V]).origin[:, 0].tolist() == [0, 0, 1]
+
+
+def test_what_the_source_held_or_interpolated_keeps_that_name():
+    assert fill_column([V, H, I]).origin[:, 0].tolist() == [1, 2, 3]
+
+
+def test_a_held_pose_is_the_latest_sample_before():
+    got = fill_column([V, V, A], stamps=np.array([0, 10, 20]) * MS)
+    assert got.position[2, 0, 0] == 1.0 and got.origin[2, 0] == PoseOrigin.HELD
+
+
+@given(
+    st.lists(st.lists(st.sampled_from([A, A, V, V, L, H]), min_size=2, max_size=2), min_size=1, max_size=30),
+    st.lists(st.integers(1, 60), min_size=30, max_size=30),
+    st.integers(1, 8),
+)
+@settings(max_examples=200, deadline=None)
+def test_block_borders_change_no_bit(status, steps, block):
+    stamps = np.cumsum(steps[: len(status)]) * MS
+    rng = np.random.default_rng(len(status))
+    position = rng.normal(size=(len(status), 2, 3))
+    quaternion = Rotation.random(2 * len(status), rng=rng).as_quat().reshape(-1, 2, 4)
+    session = framed(stamps, status, position, quaternion)
+    whole, cut = fill(session), fill(session, block)
+    for name in FilledFrames.__dataclass_fields__:
+        assert getattr(whole, name).tobytes() == getattr(cut, name).tobytes(), name
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=50, deadline=None)
+def test_slerp_is_scipys_slerp(seed):
+    rng = np.random.default_rng(seed)
+    ends = Rotation.random(2, rng=rng)
+    share = rng.uniform(size=5)
+    start, end = (np.tile(q, (5, 1)) for q in ends.as_quat())
+    got = Rotation.from_quat(slerp(start, -end, share))
+    want = Slerp([0, 1], ends)(share)
+    assert (got * want.inv()).magnitude().max() < 1e-7
+
+
+def test_slerp_between_nearly_equal_quaternions_is_finite_and_between():
+    tiny = Rotation.from_rotvec([0, 0, 1e-9]).as_quat()[None]
+    still = np.array([[0.0, 0.0, 0.0, 1.0]])
+    assert slerp(still, tiny, np.array([0.5]))[0, 2] == pytest.approx(2.5e-10, rel=1e-6)
+    assert slerp(still, still, np.array([0.5])).tolist() == still.tolist()
+
+
+def test_the_bridge_is_50_ms():
+    assert BRIDGE_NS == 50 * MS

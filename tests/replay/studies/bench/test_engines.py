@@ -1,16 +1,22 @@
 """Engines agree where nothing is hard; what needs an extra is left out when it is absent."""
 
+import importlib.util
+import sys
+
 import numpy as np
 import pytest
+from support.shared_data import BENCH, needs_bench
 
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from replay.studies.bench import engines
-from replay.studies.bench.engines import ENGINES, YARDSTICK, frame_by_frame, installed_engines
+from replay.studies.bench.candidate import Candidate, run
+from replay.studies.bench.engines import ENGINES, YARDSTICK, OwnExact, frame_by_frame, installed_engines
 from replay.studies.bench.growth import Growth, grow
+from replay.studies.bench.shapes import MAKERS, bench_mesh
 from replay.studies.bench.stages import STAGES, root_only, stages, without_faces
-from replay.studies.bench.workload import make_resting, make_workload
+from replay.studies.bench.workload import PERIOD, RATE_HZ, make_resting, make_workload
 
 
 @pytest.fixture(scope="module")
@@ -111,3 +117,138 @@ def test_growth_says_how_much_was_asked_and_where_time_went():
     assert one.pair_frames == 5400 * len(make_workload(10, 1, bodies=5).pairs)
     assert 0 < one.reading + one.search < one.seconds
     assert one.as_json()["stages"].keys() >= {"check", "poses", "search", "exact"}
+
+
+FRAMES = int(PERIOD * RATE_HZ)
+
+
+def test_the_same_seed_gives_the_same_bench_and_another_does_not():
+    one, same, other = (make_workload(200, 90, seed=seed) for seed in (3, 3, 4))
+    assert np.array_equal(one.poses, same.poses)
+    assert not np.array_equal(one.poses, other.poses)
+
+
+@pytest.mark.parametrize("distant", [False, True])
+def test_poses_are_rigid_smooth_and_go_on_where_the_script_begins_again(distant):
+    load = make_workload(100, FRAMES + 200, bodies=9, distant=distant)
+    turn, place = load.poses[..., :3, :3], load.poses[..., :3, 3]
+    assert np.allclose(turn @ turn.swapaxes(-1, -2), np.eye(3), atol=1e-14)
+    assert np.allclose(np.linalg.det(turn), 1)
+    assert np.linalg.norm(np.diff(place, axis=0), axis=-1).max() < 0.03
+    assert np.abs(np.diff(turn, axis=0)).max() < 0.1
+    assert len(load.names) == 9 and load.names[8].startswith("rod")
+
+
+def test_two_bodies_are_no_bench():
+    with pytest.raises(ValueError, match="3 bodies or more, not 2"):
+        make_workload(10, 10, bodies=2)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_every_moving_thing_touches_something_and_a_twentieth_of_the_pair_frames_is_near(seed):
+    load = make_workload(500, FRAMES, seed=seed)
+    found = OwnExact(load).staged("bool")[1]
+    touching = load.pairs[(found.verdict == 1).any(axis=0)]
+    assert {load.names[k] for k in touching.ravel()} == set(load.names)
+    assert 0.06 < (found.verdict == 1).any(axis=1).mean() < 0.15
+    assert 0.85 < found.work["skipped"] / found.verdict.size < 0.96
+
+
+def test_distant_bodies_are_metres_apart_and_move_as_they_do_on_the_bench():
+    near, far = make_workload(100, 90), make_workload(100, 90, distant=True)
+    x = far.poses[:, :, 0, 3]
+    assert np.diff(x, axis=1).min() > 4
+    assert np.array_equal(near.poses[..., 1:3, :], far.poses[..., 1:3, :])
+
+
+def test_a_resting_cup_takes_exact_arithmetic_in_every_frame():
+    found = OwnExact(make_resting(200, 20)).staged("faces")[1]
+    assert (found.verdict == 1).all()
+    assert found.work["exact_tests"] > 20
+
+
+@pytest.mark.parametrize("faces", [500, 5_000])
+@pytest.mark.parametrize("kind", MAKERS)
+def test_a_mesh_has_nearly_the_faces_asked_for_and_each_has_an_area(kind, faces):
+    vertices, triangles = bench_mesh(kind, faces)
+    assert abs(len(triangles) / faces - 1) < 0.1
+    assert np.array_equal(vertices, vertices.astype(np.float32))
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    assert np.linalg.norm(np.cross(b - a, c - a), axis=1).min() > 0
+    assert np.array_equal(np.unique(triangles), np.arange(len(vertices)))
+
+
+def test_a_rod_goes_into_a_cup_and_a_tube_into_a_ring():
+    rod, cup, tube, ring = (np.hypot(*bench_mesh(kind, 500)[0][:, :2].T) for kind in ("rod", "cup", "tube", "ring"))
+    assert rod.max() < 0.1 * cup.max()
+    assert tube.max() < 0.5 * ring.min()
+
+
+@pytest.fixture(scope="module")
+def workload():
+    spec = importlib.util.spec_from_file_location("workload", BENCH / "workload.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["workload"] = module
+    spec.loader.exec_module(module)
+    return module.lab_bench(300, n_frames=900)
+
+
+def fcl_counts(workload, frames):
+    import fcl
+
+    models = []
+    for vertices, faces in workload.meshes:
+        model = fcl.BVHModel()
+        model.beginModel(len(vertices), len(faces))
+        model.addSubModel(vertices, faces)
+        model.endModel()
+        models.append(model)
+    counts = np.zeros((len(frames), len(workload.pairs)), dtype=int)
+    for row, frame in enumerate(frames):
+        objects = [
+            fcl.CollisionObject(model, fcl.Transform(pose[:3, :3], pose[:3, 3]))
+            for model, pose in zip(models, workload.poses[frame], strict=True)
+        ]
+        for column, (i, j) in enumerate(workload.pairs):
+            result = fcl.CollisionResult()
+            fcl.collide(objects[i], objects[j], fcl.CollisionRequest(num_max_contacts=100_000), result)
+            counts[row, column] = len({(contact.b1, contact.b2) for contact in result.contacts})
+    return counts
+
+
+@needs_bench
+def test_it_counts_the_face_pairs_python_fcl_counts(workload):
+    frames = np.arange(560, 900, 3)
+    assert fcl_counts(workload, frames).sum() > 0
+    assert np.array_equal(run(workload, "faces")[frames], fcl_counts(workload, frames))
+
+
+@needs_bench
+def test_booleans_are_where_faces_are(workload):
+    assert np.array_equal(run(workload, "bool"), run(workload, "faces") > 0)
+
+
+@needs_bench
+def test_other_poses_of_the_same_meshes_are_answered_anew(workload):
+    candidate = Candidate()
+    first = candidate(workload, "bool")
+    poses = workload.poses.copy()
+    workload.poses[:, :, :3, 3] += 10.0 * np.arange(len(workload.names))[None, :, None]
+    try:
+        assert first.any()
+        assert not candidate(workload, "bool").any()
+    finally:
+        workload.poses[:] = poses
+
+
+@needs_bench
+def test_a_pose_that_is_not_finite_is_refused_not_counted(workload):
+    from cdcore.errors import InvalidPoseError
+
+    poses = workload.poses.copy()
+    workload.poses[7, 4, 0, 3] = np.nan
+    try:
+        with pytest.raises(InvalidPoseError, match="frame 7"):
+            run(workload, "bool")
+    finally:
+        workload.poses[:] = poses

@@ -1,6 +1,7 @@
 import csv
 import json
 
+import numpy as np
 import pytest
 from support.study_samples import CODEBOOK, a_class, codebook, metrics, questionnaire
 
@@ -15,7 +16,10 @@ from replay.studies.class_study.folder import (
     reliability_rows,
     write_study,
 )
+from replay.studies.class_study.joining import read_questionnaire
 from replay.studies.class_study.refusals import RefusedError
+from replay.studies.class_study.synthetic_class import Model, Student, draw_class, make_class, record_student
+from sessions import read_session
 
 
 @pytest.fixture(scope="module")
@@ -128,3 +132,62 @@ def test_what_is_wrong_is_said_with_its_place(tmp_path, text, words):
 def test_yaml_that_would_build_objects_builds_none(tmp_path):
     with pytest.raises(StudyError, match="cannot be read as YAML"):
         read(tmp_path, "items: !!python/object/apply:os.getcwd []")
+
+
+def scores(drawn, short):
+    answers = np.array([[one.answers[f"{short}{k}"] for k in range(1, 5)] for one in drawn], dtype=float)
+    answers[:, 3] = 6.0 - answers[:, 3]
+    return answers.mean(axis=1)
+
+
+def test_traits_and_touches_go_together_as_the_model_says():
+    drawn = draw_class(2500)
+    ease, motivation = scores(drawn, "ease"), scores(drawn, "mot")
+    touches = [len(one.touches) for one in drawn]
+    near = [one.near for one in drawn]
+    assert np.corrcoef(ease, motivation)[0, 1] == pytest.approx(0.6 * 0.82, abs=0.06)
+    assert np.corrcoef(ease, touches)[0, 1] < -0.4
+    assert abs(np.corrcoef(near, motivation)[0, 1]) < 0.05
+    assert abs(np.corrcoef(scores(drawn, "use"), motivation)[0, 1]) < 0.05
+
+
+def test_without_an_association_in_the_model_there_is_none_in_the_class():
+    drawn = draw_class(2500, model=Model(ease_motivation=0.0, ease_touches=0.0))
+    assert abs(np.corrcoef(scores(drawn, "ease"), scores(drawn, "mot"))[0, 1]) < 0.05
+    assert abs(np.corrcoef(scores(drawn, "ease"), [len(one.touches) for one in drawn])[0, 1]) < 0.05
+
+
+def test_a_larger_class_has_the_smaller_one_in_it():
+    assert draw_class(9, 3)[:4] == draw_class(4, 3) != draw_class(4, 4)
+
+
+def test_a_class_on_disk_reads_back_and_a_session_that_is_there_is_kept(tmp_path):
+    out = tmp_path / "class"
+    assert make_class(out, students=3, seed=1) == {}
+    book = read_codebook(out / "codebook.yaml")
+    assert len(read_questionnaire(out / "questionnaire.csv", book).students) == 3
+    assert read_session(out / "sessions" / "S03.mcap").facts["pseudonym"] == "S03"
+    with (out / "questionnaire.csv").open(newline="") as file:
+        assert [row["student"] for row in csv.DictReader(file)] == ["S01", "S02", "S03"]
+    assert json.loads((out / "truth.json").read_text())["model"]["ease_motivation"] == 0.6
+    before = {path.name: path.stat().st_mtime_ns for path in (out / "sessions").iterdir()}
+    (out / "sessions" / "S02.mcap").unlink()
+    told = []
+    assert make_class(out, students=3, seed=1, told=lambda *one: told.append(one)) == {}
+    assert told == [("S02", "done")]
+    after = {path.name: path.stat().st_mtime_ns for path in (out / "sessions").iterdir()}
+    assert {name for name in after if after[name] != before[name]} == {"S02.mcap"}
+
+
+def test_a_folder_of_something_else_or_of_another_class_is_left_alone(tmp_path):
+    (tmp_path / "mine.txt").write_text("x")
+    with pytest.raises(OutputError, match="something else"):
+        make_class(tmp_path, students=5)
+    make_class(tmp_path / "class", students=1)
+    with pytest.raises(OutputError, match="another seed or size"):
+        make_class(tmp_path / "class", students=6)
+
+
+def test_a_session_that_cannot_be_made_is_told(tmp_path):
+    (tmp_path / "S01.mcap").mkdir()
+    assert record_student(Student("S01", {}, (-1.0,), 0), tmp_path / "S01.mcap", 0) != ""

@@ -1,11 +1,19 @@
 """What a scene says of itself is so: exact agrees with all face pairs, and cases hold both answers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from cdcore import Verdict, create_detector
+from cdcore.narrow.triangles.integers import pair_intersects_integers
 from replay.errors import OutputError, StressError
+from replay.studies.stress import attempts
+from replay.studies.stress.attempts import ATTEMPTS
+from replay.studies.stress.cases import Cases, read_cases, write_cases
 from replay.studies.stress.crossings import OVER_INTERVALS, PHASES, SPEEDS, crossing, grazing, thin_wall
+from replay.studies.stress.families import FAMILIES
+from replay.studies.stress.relations import RELATIONS, relations_of
 from replay.studies.stress.scene_files import FailedScene, read_scenes, write_scenes
 from replay.studies.stress.scenes import AT_INSTANTS, degenerate, meeting, resting
 
@@ -99,3 +107,113 @@ def test_a_folder_that_is_a_file_and_a_file_that_is_none_are_one_sentence(tmp_pa
         (tmp_path / "x.npz").write_bytes(content)
         with pytest.raises(StressError, match="give a file that replay stress wrote"):
             read_scenes(tmp_path / "x.npz")
+
+
+def some(detector="hybrid"):
+    triangles = FAMILIES[14].pairs(3)
+    return Cases(
+        detector,
+        15,
+        100,
+        3,
+        np.arange(3),
+        triangles,
+        np.array([True, False, True]),
+        np.array([0, 1, 6], dtype=np.uint8),
+    )
+
+
+def test_what_is_written_is_read_back_bit_for_bit_cases(tmp_path):
+    cases = some()
+    back = read_cases(write_cases(cases, tmp_path / "new" / "folder"))
+    assert back.triangles.tobytes() == cases.triangles.tobytes()
+    assert (back.detector, back.family, back.seed, back.count) == ("hybrid", 15, 100, 3)
+    for name in ("row", "truth", "verdict"):
+        assert np.array_equal(getattr(back, name), getattr(cases, name))
+
+
+def test_the_family_and_seed_of_a_file_make_its_triangles_again(tmp_path):
+    back = read_cases(write_cases(some(), tmp_path))
+    again = FAMILIES[back.family - 1].pairs(back.count, back.seed)[back.row]
+    assert again.tobytes() == back.triangles.tobytes()
+
+
+def test_the_name_of_a_detector_of_somebody_else_makes_a_file_name(tmp_path):
+    assert write_cases(some("lab.engine:Detector"), tmp_path).name == "family-15-lab-engine-detector-seed-100.npz"
+
+
+def test_nothing_half_written_stays(tmp_path):
+    write_cases(some(), tmp_path)
+    assert [path.suffix for path in tmp_path.iterdir()] == [".npz"]
+
+
+def test_a_folder_that_is_a_file_is_one_sentence(tmp_path):
+    (tmp_path / "taken").write_text("")
+    with pytest.raises(OutputError, match="give another folder with --out"):
+        write_cases(some(), tmp_path / "taken")
+
+
+@pytest.mark.parametrize("content", [b"", b"not a zip", b"PK\x03\x04 torn"])
+def test_a_file_that_is_none_is_refused(tmp_path, content):
+    (tmp_path / "x.npz").write_bytes(content)
+    with pytest.raises(StressError, match="give a file that replay stress wrote"):
+        read_cases(tmp_path / "x.npz")
+
+
+def test_arrays_of_different_lengths_are_refused(tmp_path):
+    with pytest.raises(StressError, match="different lengths"):
+        read_cases(write_cases(replace(some(), truth=np.array([True])), tmp_path))
+
+
+PAIRS = np.concatenate([family.pairs(12, seed=8) for family in FAMILIES])
+
+
+def asked(name, pairs=PAIRS):
+    return RELATIONS[name](pairs, np.random.default_rng(1))
+
+
+@pytest.mark.parametrize("name", RELATIONS)
+def test_the_integers_answer_both_questions_alike_and_most_questions_are_new(name):
+    before, after = ([pair_intersects_integers(pair.tolist()) for pair in pairs] for pairs in (PAIRS, asked(name)))
+    assert before == after
+    changed = (asked(name) != PAIRS).any(axis=(1, 2, 3))
+    assert changed.mean() > (0.1 if name == "shift" else 0.7)
+
+
+def test_swapping_twice_and_reordering_keep_the_corners():
+    assert np.array_equal(asked("swap", asked("swap")), PAIRS)
+    assert np.array_equal(np.sort(asked("order"), axis=2), np.sort(PAIRS, axis=2))
+
+
+def test_a_shift_that_would_round_is_not_made():
+    lattice, rounded = FAMILIES[23].pairs(100), FAMILIES[1].pairs(100)
+    assert (asked("shift", lattice) != lattice).any(axis=(1, 2, 3)).mean() > 0.9
+    assert (asked("shift", rounded) != rounded).any(axis=(1, 2, 3)).mean() < 0.1
+
+
+def test_names_choose_relations_in_the_order_given():
+    assert list(relations_of("axes,swap")) == ["axes", "swap"]
+    assert relations_of("all") == RELATIONS
+    with pytest.raises(StressError, match="no relation 'wave'; there are: swap"):
+        relations_of("swap,wave")
+
+
+@pytest.mark.parametrize("detector", ["exact", "hybrid"])
+@pytest.mark.parametrize("number", ATTEMPTS)
+def test_nothing_goes_wrong_with_a_sound_detector(number, detector):
+    found = {name: attempt(detector) for name, attempt in ATTEMPTS[number][1]()}
+    assert set(found.values()) == {""}
+    assert len(found) >= 5
+
+
+@pytest.mark.parametrize("number", [34, 36])
+def test_an_engine_that_takes_everything_is_seen(number, monkeypatch):
+    monkeypatch.setattr(attempts, "_matrix", lambda values: attempts.at([[0, 0, 0]]))
+    found = {name: attempt("exact") for name, attempt in ATTEMPTS[number][1]()}
+    assert "taken as if it were sound" in found.values()
+
+
+def test_an_answer_that_depends_on_blocks_is_seen(monkeypatch):
+    monkeypatch.setattr(attempts, "join", lambda parts: parts[0])
+    found = {name: attempt("exact") for name, attempt in ATTEMPTS[43][1]()}
+    assert found["blocks of 1"] == "another digest" and found["1 threads"] == ""
