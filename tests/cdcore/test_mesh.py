@@ -19,20 +19,17 @@ CORNERS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
 @pytest.mark.parametrize(
     ("vertices", "faces", "message"),
     [
-        (CORNERS, [], "the mesh is empty"),
-        (CORNERS, np.zeros((0, 3), dtype=int), "the mesh is empty"),
+        (CORNERS, [], "the mesh is empty"), (CORNERS, np.zeros((0, 3), dtype=int), "the mesh is empty"),
         (CORNERS, [[0, 1, 3]], r"face 0 names vertices \[0, 1, 3\], but there are only vertices 0 to 2"),
         (CORNERS, [[0, 1, 2], [0, -1, 2]], "face 1 names vertices"),
         ([[0, 0, 0], [1, np.nan, 0], [0, 1, 0]], [[0, 1, 2]], "vertex 1 is not finite"),
         ([[0, 0, 0], [1, 0, 0], [0, np.inf, 0]], [[0, 1, 2]], "vertex 2 is not finite"),
-        (CORNERS, [[0.0, 1.0, 2.0]], "faces are float64, not integers"),
-        (CORNERS, [[0, 1, 2, 0]], "triangles only"),
+        (CORNERS, [[0.0, 1.0, 2.0]], "faces are float64, not integers"), (CORNERS, [[0, 1, 2, 0]], "triangles only"),
         ([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], "vertices have shape"),
         ("glass", [[0, 1, 2]], "vertices are not an array of numbers"),
-        (CORNERS, [[0, 1, 2], [0, 1]], "faces are not an array"),
-        ([], [[0, 1, 2]], "vertices have shape"),
+        (CORNERS, [[0, 1, 2], [0, 1]], "faces are not an array"), ([], [[0, 1, 2]], "vertices have shape"),
     ],
-)
+)  # fmt: skip
 def test_a_mesh_that_is_none_is_refused_by_one_sentence(vertices, faces, message):
     with pytest.raises(InvalidMeshError, match=message):
         TriangleMesh(vertices, faces)
@@ -65,16 +62,12 @@ def test_a_vertex_no_face_uses_is_not_referenced():
 @pytest.mark.parametrize(
     ("mesh", "closed"),
     [
-        (box_mesh(), True),
-        (ball_mesh(), True),
-        (beaker_mesh(), True),
-        (without_faces(box_mesh(), 1), False),
-        (TriangleMesh(CORNERS, [[0, 1, 2]]), False),
-        (TriangleMesh(CORNERS, [[0, 1, 2], [0, 2, 1]]), True),
+        (box_mesh(), True), (ball_mesh(), True), (beaker_mesh(), True), (without_faces(box_mesh(), 1), False),
+        (TriangleMesh(CORNERS, [[0, 1, 2]]), False), (TriangleMesh(CORNERS, [[0, 1, 2], [0, 2, 1]]), True),
         (TriangleMesh(CORNERS, [[0, 0, 1]]), False),
     ],
     ids=["box", "ball", "beaker", "open box", "triangle", "triangle on both sides", "segment only"],
-)
+)  # fmt: skip
 def test_closed_means_every_edge_has_an_even_number_of_faces(mesh, closed):
     assert mesh.is_closed is closed
 

@@ -1,4 +1,4 @@
-"""Hard cases 35 to 38: odd quaternions, odd meshes and far places; what is refused stands with Motion and TriangleMesh."""
+"""Hard cases 35 to 38: odd quaternions, odd meshes and far places change no answer."""
 
 import numpy as np
 import pytest

@@ -137,14 +137,8 @@ def test_a_scene_that_says_something_unknown_names_file_table_and_key(text, word
     pose = {"timestamp": 0.0, "position": {"x": 0, "y": 0, "z": 0}, "rotation": {"x": 0, "y": 0, "z": 0}}
     source.write_text(json.dumps({"left": {"poses": [pose]}}))
     arguments = [
-        "import",
-        "aframe",
-        str(source),
-        "-o",
-        str(tmp_path / "s.mcap"),
-        "--scene",
-        str(tmp_path / "scene.toml"),
-    ]
+        "import", "aframe", str(source), "-o", str(tmp_path / "s.mcap"), "--scene", str(tmp_path / "scene.toml"),
+    ]  # fmt: skip
     refused(capsys, main(arguments), FAILURE, *words)
 
 

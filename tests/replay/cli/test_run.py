@@ -35,15 +35,8 @@ def test_run_writes_the_folder_prints_tables_and_says_how_to_look(file, tmp_path
 
 def test_json_on_stdout_is_the_summary_and_the_misses(file, tmp_path, capsys):
     arguments = [
-        "--format",
-        "json",
-        "--detector",
-        "slow=discrete[rate_hz=20]",
-        "--detector",
-        "sphere",
-        "--oracle",
-        "hybrid",
-    ]
+        "--format", "json", "--detector", "slow=discrete[rate_hz=20]", "--detector", "sphere", "--oracle", "hybrid",
+    ]  # fmt: skip
     assert main(["run", str(file), "-o", str(tmp_path / "run"), "--no-picture", *arguments]) == 0
     told = json.loads(capsys.readouterr().out)
     assert set(told["detectors"]) == {"slow", "sphere", "hybrid"}
@@ -53,16 +46,8 @@ def test_json_on_stdout_is_the_summary_and_the_misses(file, tmp_path, capsys):
 
 def test_start_and_end_and_seed_reach_the_run(file, tmp_path, capsys):
     where = [
-        "run",
-        str(file),
-        "--out",
-        str(tmp_path / "run"),
-        "--no-picture",
-        "--format",
-        "json",
-        "--detectors",
-        "hybrid",
-    ]
+        "run", str(file), "--out", str(tmp_path / "run"), "--no-picture", "--format", "json", "--detectors", "hybrid",
+    ]  # fmt: skip
     assert main([*where, "--start", "0.02", "--end", "0.05", "--seed", "9", "--oracle", "none"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert (told["session"]["frames"], told["seed"], told["detectors"]["hybrid"]["contacts"]) == (4, 9, 1)

@@ -70,19 +70,9 @@ def test_quick_asks_about_few_pairs(capsys):
 
 def test_relations_are_asked_of_the_families_named(capsys, tmp_path):
     words = [
-        "--detector",
-        "hybrid",
-        "--relation",
-        "shift,axes",
-        "--pairs",
-        "9",
-        "--relation-pairs",
-        "60",
-        "--family",
-        "9-12",
-        "--out",
-        str(tmp_path),
-    ]
+        "--detector", "hybrid", "--relation", "shift,axes", "--pairs", "9", "--relation-pairs", "60", "--family",
+        "9-12", "--out", str(tmp_path),
+    ]  # fmt: skip
     assert main(["stress", *words]) == 0
     printed = capsys.readouterr().out
     assert "of 240 pairs" in printed and "swap" not in printed

@@ -21,14 +21,11 @@ from sessions import Session
 from sessions.synthetic import make_analytic
 
 PLANTED = {
-    Cause.SPHERE_STAGE: "support.planted_stages:SmallSpheres",
-    Cause.SAMPLING: "support.planted_stages:EveryThird",
-    Cause.BUDGET: "support.planted_stages:Impatient",
-    Cause.SEARCH: "support.planted_stages:Stubborn",
-    Cause.UNEXPLAINED: "support.planted_stages:Silent",
-    Cause.COLLIDER_SHAPE: "round=collider[shape=sphere]",
+    Cause.SPHERE_STAGE: "support.planted_stages:SmallSpheres", Cause.SAMPLING: "support.planted_stages:EveryThird",
+    Cause.BUDGET: "support.planted_stages:Impatient", Cause.SEARCH: "support.planted_stages:Stubborn",
+    Cause.UNEXPLAINED: "support.planted_stages:Silent", Cause.COLLIDER_SHAPE: "round=collider[shape=sphere]",
     Cause.BETWEEN_LOOKS: "slow=discrete[rate_hz=20]",
-}
+}  # fmt: skip
 
 
 def corners_first():

@@ -98,19 +98,11 @@ def test_spans_and_masks_say_the_same(mask):
 @pytest.mark.parametrize(
     ("text", "spans"),
     [
-        (".CC..", [(1, 3)]),
-        (".C.C.", []),
-        ("CC.CC..", [(0, 5)]),
-        (".CC", [(1, 3)]),
-        ("", []),
-        ("C", []),
-        ("C--C..", [(0, 4)]),
-        ("CC---..", [(0, 5)]),
-        ("CC-.-CC", [(0, 7)]),
-        ("--CC", [(2, 4)]),
+        (".CC..", [(1, 3)]), (".C.C.", []), ("CC.CC..", [(0, 5)]), (".CC", [(1, 3)]), ("", []), ("C", []),
+        ("C--C..", [(0, 4)]), ("CC---..", [(0, 5)]), ("CC-.-CC", [(0, 7)]), ("--CC", [(2, 4)]),
         (".CC..CC..", [(1, 3), (5, 7)]),
     ],
-)
+)  # fmt: skip
 def test_two_frames_in_and_two_out_whatever_is_not_known_between(text, spans):
     assert steadied(*flags(text), 2, 2) == spans
 

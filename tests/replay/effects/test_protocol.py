@@ -69,15 +69,12 @@ def test_equal_outputs_have_equal_digests_whatever_they_tell_other_effects():
 @pytest.mark.parametrize(
     "changed",
     [
-        {"events": ()},
-        {"events": (replace(WHOLE.events[0], values={"volume_ml": 3.0000001}),)},
+        {"events": ()}, {"events": (replace(WHOLE.events[0], values={"volume_ml": 3.0000001}),)},
         {"series": {"cup/volume": Series(TIMES, np.nextafter(TIMES * 2, 9), "mL")}},
-        {"series": {"cup/volume": Series(TIMES, TIMES * 2, "L")}},
-        {"lanes": {}},
-        {"ran": None},
+        {"series": {"cup/volume": Series(TIMES, TIMES * 2, "L")}}, {"lanes": {}}, {"ran": None},
         {"liquids": {"cup": replace(LIQUID, floor=0.11)}},
     ],
-)
+)  # fmt: skip
 def test_any_difference_shows_in_the_digest(changed):
     assert replace(WHOLE, **changed).digest != WHOLE.digest
 
@@ -136,25 +133,18 @@ def test_given_fields_are_checked_and_selectors_become_names():
     ("settings", "said"),
     [
         ({"from": "cap"}, "from: no body is 'cap'; did you mean 'cup'"),
-        ({"from": "tag:glas"}, "no body is 'tag:glas'; did you mean 'tag:glass'"),
-        ({"from": []}, "from is empty"),
-        ({"from": [3]}, "from names 3"),
-        ({"into": "tag:glass"}, "which stands for cup, jar; give one body"),
+        ({"from": "tag:glas"}, "no body is 'tag:glas'; did you mean 'tag:glass'"), ({"from": []}, "from is empty"),
+        ({"from": [3]}, "from names 3"), ({"into": "tag:glass"}, "which stands for cup, jar; give one body"),
         ({"between": ["cup"]}, r"between is \['cup'\]; give two"),
         ({"between": ["cup", "cup"]}, "pairs 'cup' with itself"),
         ({"speed": "fast"}, "speed is 'fast'; give a finite number in m/s"),
-        ({"speed": float("nan")}, "give a finite number"),
-        ({"speed": True}, "give a finite number"),
-        ({"speed": 0.0}, "give above 0.0 m/s"),
-        ({"speed": 9.5}, "give at most 9.0 m/s"),
-        ({"of": "flme"}, "did you mean 'flame'"),
-        ({"of": ""}, "of is ''; give text"),
-        ({"tip": [1, 2]}, "give three finite numbers"),
-        ({"on": 1}, "give true or false"),
-        ({"colours": 3}, "give a table"),
-        ({"spede": 3}, "unknown key 'spede'; did you mean 'speed'"),
+        ({"speed": float("nan")}, "give a finite number"), ({"speed": True}, "give a finite number"),
+        ({"speed": 0.0}, "give above 0.0 m/s"), ({"speed": 9.5}, "give at most 9.0 m/s"),
+        ({"of": "flme"}, "did you mean 'flame'"), ({"of": ""}, "of is ''; give text"),
+        ({"tip": [1, 2]}, "give three finite numbers"), ({"on": 1}, "give true or false"),
+        ({"colours": 3}, "give a table"), ({"spede": 3}, "unknown key 'spede'; did you mean 'speed'"),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_field_is_named_with_file_table_and_key(settings, said):
     with pytest.raises(PlanError, match=r"lab.toml: \[\[effect\]\] 2 \('pour'\): .*" + said):
         made(**settings)

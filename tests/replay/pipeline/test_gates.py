@@ -50,12 +50,9 @@ def test_a_share_is_written_with_its_interval():
 @pytest.mark.parametrize(
     ("count", "of", "words"),
     [
-        (18, 18, "100 % [82, 100]"),
-        (0, 18, "0 % [0, 18]"),
-        (7, 270, "2.6 % [1.3, 5.3]"),
-        (9999, 10000, "99.99 % [99.943, 99.9982]"),
-        (10, 10_000_000, "0.0001 % [0.000054, 0.00018]"),
+        (18, 18, "100 % [82, 100]"), (0, 18, "0 % [0, 18]"), (7, 270, "2.6 % [1.3, 5.3]"),
+        (9999, 10000, "99.99 % [99.943, 99.9982]"), (10, 10_000_000, "0.0001 % [0.000054, 0.00018]"),
     ],
-)
+)  # fmt: skip
 def test_a_share_is_written_without_exponents_and_keeps_what_parts_it_from_all_and_nothing(count, of, words):
     assert percent(share(count, of)) == words

@@ -118,12 +118,9 @@ def test_excused_contacts_are_no_part_of_a_share():
 
 
 ONE = {
-    "missed": {"count": 1, "of": 10, "share": 0.1, "low": 0, "high": 1},
-    "pair_frames": {"BOTH": 9, "MISSED": 1},
-    "between_frames": "not examined",
-    "faces": None,
-    "episodes": {"truth": 3, "onset_error": {"mean": 0.1}},
-}
+    "missed": {"count": 1, "of": 10, "share": 0.1, "low": 0, "high": 1}, "pair_frames": {"BOTH": 9, "MISSED": 1},
+    "between_frames": "not examined", "faces": None, "episodes": {"truth": 3, "onset_error": {"mean": 0.1}},
+}  # fmt: skip
 
 
 def test_counts_add_up_and_shares_are_those_of_the_sums():

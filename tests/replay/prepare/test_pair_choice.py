@@ -9,13 +9,10 @@ NAMES = ("hand", "glass", "lid", "bench", "shelf")
 MOVES = {"hand": True, "glass": True, "lid": False, "bench": False}
 SCENE = Scene(
     bodies=(
-        SceneBody("hand"),
-        SceneBody("glass"),
-        SceneBody("lid", parent="glass"),
-        SceneBody("bench"),
+        SceneBody("hand"), SceneBody("glass"), SceneBody("lid", parent="glass"), SceneBody("bench"),
         SceneBody("shelf", fixed=Pose()),
     )
-)
+)  # fmt: skip
 
 
 def named(pairs):

@@ -33,15 +33,12 @@ def test_a_limit_that_is_not_given_is_that_of_pose_filling():
 @pytest.mark.parametrize(
     ("word", "says"),
     [
-        ("frozen", "is not KIND=ACTION"),
-        ("melted=drop", "there are: not-finite"),
+        ("frozen", "is not KIND=ACTION"), ("melted=drop", "there are: not-finite"),
         ("not-finite=keep", "it can with: drop, hold, interpolate, refuse"),
-        ("mesh-open=drop", "it can with: keep, refuse"),
-        ("frozen=hold:-1", "positive number of seconds"),
-        ("frozen=hold:soon", "positive number of seconds"),
-        ("frozen=drop:1", "after hold: or interpolate:"),
+        ("mesh-open=drop", "it can with: keep, refuse"), ("frozen=hold:-1", "positive number of seconds"),
+        ("frozen=hold:soon", "positive number of seconds"), ("frozen=drop:1", "after hold: or interpolate:"),
     ],
-)
+)  # fmt: skip
 def test_words_that_mean_nothing_are_refused_with_what_would(word, says):
     with pytest.raises(PolicyError, match=says):
         parse_policy([word])

@@ -70,12 +70,9 @@ def test_an_impossible_shape_is_refused(shape, size, message):
 
 
 MESHES = {
-    "block": box((0.5, 0.25, 0.125)),
-    "ball": pointed_ball(1 / 32),
-    "fine ball": pointed_ball(1 / 32, 4),
-    "prism": prism(12, 1 / 128, 0.25),
-    "ring": prism(16, 3 / 64, 1 / 64, hole=1 / 32),
-}
+    "block": box((0.5, 0.25, 0.125)), "ball": pointed_ball(1 / 32), "fine ball": pointed_ball(1 / 32, 4),
+    "prism": prism(12, 1 / 128, 0.25), "ring": prism(16, 3 / 64, 1 / 64, hole=1 / 32),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", MESHES)

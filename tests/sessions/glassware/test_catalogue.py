@@ -16,14 +16,8 @@ from sessions.meshes.mesh_files import mesh_from_bytes
 
 SIZES = [500, *(pytest.param(faces, marks=pytest.mark.slow) for faces in (2000, 5000, 50_000))]
 ELSEWHERE = {
-    "burette_stopcock",
-    "delivery_tube",
-    "wick_holder",
-    "hand_left",
-    "hand_right",
-    "proxy_wand",
-    "proxy_headset",
-}
+    "burette_stopcock", "delivery_tube", "wick_holder", "hand_left", "hand_right", "proxy_wand", "proxy_headset",
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module", params=SIZES)

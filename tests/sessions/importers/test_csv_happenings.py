@@ -125,14 +125,11 @@ def test_without_a_header_the_first_row_counts_and_a_mark_of_utf8_is_skipped(tmp
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("0,a,b\n", r"line 1: 3 columns; write four"),
-        ("0,a,b,begin\nx,a,b,end\n", r"line 2: 'x' is no time"),
-        ("inf,a,b,begin\n", "is no time in seconds"),
-        ("1e30,a,b,begin\n", "is no time in seconds"),
-        ("0,a,b,maybe\n", "'maybe' is neither begin nor end"),
-        ("time,a,b,what\n", "holds no contact"),
+        ("0,a,b\n", r"line 1: 3 columns; write four"), ("0,a,b,begin\nx,a,b,end\n", r"line 2: 'x' is no time"),
+        ("inf,a,b,begin\n", "is no time in seconds"), ("1e30,a,b,begin\n", "is no time in seconds"),
+        ("0,a,b,maybe\n", "'maybe' is neither begin nor end"), ("time,a,b,what\n", "holds no contact"),
     ],
-)
+)  # fmt: skip
 def test_a_bad_file_is_named_with_its_line(tmp_path, text, words):
     with pytest.raises(ImportFileError, match=words):
         read_contacts(file(tmp_path, text))

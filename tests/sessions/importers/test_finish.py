@@ -45,17 +45,11 @@ def test_given_meshes_win_over_the_scene_and_proxies_can_be_asked_for(tmp_path):
 @pytest.mark.parametrize(
     ("name", "row"),
     [
-        ("camera", "proxy_headset"),
-        ("Main Camera", "proxy_headset"),
-        ("HMD", "proxy_headset"),
-        ("leftHand", "proxy_wand"),
-        ("XRController_2", "proxy_wand"),
-        ("RIGHT", "proxy_wand"),
-        ("bright-lamp", ""),
-        ("handle", ""),
-        ("overhead", ""),
+        ("camera", "proxy_headset"), ("Main Camera", "proxy_headset"), ("HMD", "proxy_headset"),
+        ("leftHand", "proxy_wand"), ("XRController_2", "proxy_wand"), ("RIGHT", "proxy_wand"), ("bright-lamp", ""),
+        ("handle", ""), ("overhead", ""),
     ],
-)
+)  # fmt: skip
 def test_a_stand_in_is_chosen_by_whole_words_of_the_name(name, row):
     assert proxy_for(name) == row
 

@@ -90,13 +90,10 @@ def test_a_file_of_our_own_is_read_without_a_library_for_meshes_and_one_of_other
 
 
 TABLE = {
-    "unity": ((1, 2, -3), (-1, -2, 3, 4), "left"),
-    "openvr": ((1, 2, 3), (1, 2, 3, 4), "right"),
-    "openxr": ((1, 2, 3), (1, 2, 3, 4), "right"),
-    "gltf": ((1, 2, 3), (1, 2, 3, 4), "right"),
-    "ros": ((-2, 3, -1), (-2, 3, -1, 4), "right"),
-    "z-up": ((1, 3, -2), (1, 3, -2, 4), "right"),
-}
+    "unity": ((1, 2, -3), (-1, -2, 3, 4), "left"), "openvr": ((1, 2, 3), (1, 2, 3, 4), "right"),
+    "openxr": ((1, 2, 3), (1, 2, 3, 4), "right"), "gltf": ((1, 2, 3), (1, 2, 3, 4), "right"),
+    "ros": ((-2, 3, -1), (-2, 3, -1, 4), "right"), "z-up": ((1, 3, -2), (1, 3, -2, 4), "right"),
+}  # fmt: skip
 """Point (1, 2, 3) and quaternion (1, 2, 3, 4) of each source in the canonical frame, written out by hand."""
 
 

@@ -134,14 +134,10 @@ def test_a_stream_depends_on_its_key_alone():
 
 def test_every_part_of_the_key_counts():
     keys = [
-        random_stream(1, "noise", "a"),
-        random_stream(2, "noise", "a"),
-        random_stream(1, "loss", "a"),
-        random_stream(1, "noise", "b"),
-        random_stream(1, "noise"),
-        random_stream(1, "noise", "a", stamp_ns=1),
+        random_stream(1, "noise", "a"), random_stream(2, "noise", "a"), random_stream(1, "loss", "a"),
+        random_stream(1, "noise", "b"), random_stream(1, "noise"), random_stream(1, "noise", "a", stamp_ns=1),
         random_stream(1, "noise", "a", restart=1),
-    ]
+    ]  # fmt: skip
     assert len({stream.random() for stream in keys}) == len(keys)
 
 

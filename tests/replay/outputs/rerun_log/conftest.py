@@ -66,12 +66,8 @@ MESHES: dict[str, Callable[[], TriangleMesh]] = {
     "headset": lambda: box(0.18, 0.1, 0.1),
 }
 TAGS = {
-    "bench": ("furniture",),
-    "beaker": ("glass",),
-    "rod": ("glass", "rod"),
-    "hand": ("hand",),
-    "headset": ("headset",),
-}
+    "bench": ("furniture",), "beaker": ("glass",), "rod": ("glass", "rod"), "hand": ("hand",), "headset": ("headset",),
+}  # fmt: skip
 PAIRS = [("beaker", "rod"), ("rod", "hand"), ("bench", "rod")]
 
 

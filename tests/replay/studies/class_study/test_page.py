@@ -163,16 +163,13 @@ def test_a_true_multiple_regression_keeps_its_label(tmp_path):
 @pytest.mark.parametrize(
     "text, words",
     [
-        ("n = 52", "neither"),
-        ("n = [", "cannot be read"),
-        ("n = 'many'", "n must be a number"),
-        ("n = 3\n[reliability]\nitems = 3", "too few"),
-        ("n = 52\n[reliability]\nitems = 3", "alpha must be a number"),
+        ("n = 52", "neither"), ("n = [", "cannot be read"), ("n = 'many'", "n must be a number"),
+        ("n = 3\n[reliability]\nitems = 3", "too few"), ("n = 52\n[reliability]\nitems = 3", "alpha must be a number"),
         ("n = 52\n[[regression]]\ntable = 'T'", "has no rows"),
         ("n = 52\n[[regression]]\nrows = [{outcome = 'y', predictor = 'x', beta = 1.2}]", "no correlation"),
         ("n = 52\n[[regression]]\nrows = [{predictor = 'x', beta = 0.2}]", "must be words"),
     ],
-)
+)  # fmt: skip
 def test_a_table_that_cannot_be_checked_is_refused_in_a_sentence(tmp_path, text, words):
     file = tmp_path / "t.toml"
     file.write_text(text)

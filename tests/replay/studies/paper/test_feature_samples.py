@@ -104,15 +104,10 @@ def touching(*frames):
 @pytest.mark.parametrize(
     ("looks", "missed", "lost"),
     [
-        ((1, 0), 0, 0.05),
-        ((2, 0), 0, 0.05),
-        ((2, 1), 0, 0.15),
-        ((4, 0), 0, 0.05),
-        ((4, 1), 0, 0.15),
-        ((4, 2), 0, 0.25),
-        ((4, 3), 1, 0.25),
+        ((1, 0), 0, 0.05), ((2, 0), 0, 0.05), ((2, 1), 0, 0.15), ((4, 0), 0, 0.05), ((4, 1), 0, 0.15),
+        ((4, 2), 0, 0.25), ((4, 3), 1, 0.25),
     ],
-)
+)  # fmt: skip
 def test_a_contact_of_a_quarter_second_is_missed_as_counted_by_hand(looks, missed, lost):
     # in contact from 0.35 s to 0.6 s; frames at 0.4, 0.5 and 0.6 s see it, and what was seen holds until the next look
     found = held_to(touching(4, 5, 6), TIMES, looks, [0], np.array([0.35]), np.array([0.6]))
