@@ -8,14 +8,13 @@ from cdcore.search.settings import EQUATIONS
 from replay.studies.paper import colony
 from replay.studies.paper.colony import detected, near_poses
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.fixture(scope="module")
 def poses():
     return near_poses("torus-sphere", 40)
 
 
+@pytest.mark.slow
 def test_an_independent_hierarchy_agrees_which_poses_collide(poses):
     detector = create_detector("obb", poses.bodies)
     assert (detector.detect(poses.colliding).verdict == Verdict.CONTACT).all()
@@ -24,21 +23,23 @@ def test_an_independent_hierarchy_agrees_which_poses_collide(poses):
 
 
 def test_the_bracket_closes_on_first_touch_from_both_sides(monkeypatch):
-    for name in ("DEEPER", "FARTHER"):
-        monkeypatch.setattr(colony, name, 0.0)
-    assert len(near_poses("torus-sphere", 20).free) == 0
+    for name, value in (("DEEPER", 0.0), ("FARTHER", 0.0), ("TARGET", 100)):
+        monkeypatch.setattr(colony, name, value)
+    assert len(near_poses("torus-sphere", 9).free) == 0
     # Beyond the last bracket, reach / 2^16 or 1.5 um, nothing touches any more.
     monkeypatch.setattr(colony, "DEEPER", -1e-5)
     monkeypatch.setattr(colony, "FARTHER", 1e-5)
-    assert len(near_poses("torus-sphere", 20).colliding) == 0
+    assert len(near_poses("torus-sphere", 9).colliding) == 0
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_poses_and_another_others(poses):
     again, other = near_poses("torus-sphere", 40), near_poses("torus-sphere", 40, seed=1)
     assert np.array_equal(again.colliding.translations, poses.colliding.translations)
     assert not np.array_equal(other.free.rotations[:2], poses.free.rotations[:2])
 
 
+@pytest.mark.slow
 def test_an_exact_row_detects_all_and_a_search_nothing_that_is_free(poses):
     assert detected(poses, "exact") == (len(poses.colliding), 0, 0)
     hits, spent, false = detected(poses, "qaco", variant="random", warm_start=False, budget=100)
