@@ -38,6 +38,14 @@ def test_json_and_the_file_hold_the_race_the_stages_and_the_growth(capsys, tmp_p
     assert json.loads((tmp_path / "new" / "b.json").read_text()) == told
 
 
+@pytest.mark.parametrize(("words", "many"), [([], bench.QUICK_FRAMES), (["--frames", "7"], 7)])
+def test_as_many_frames_are_raced_as_were_asked_for(words, many, monkeypatch, capsys):
+    for part in ("_race", "_stages", "_growth"):
+        monkeypatch.setattr(bench, part, lambda *asked: [])
+    assert main(["bench", "--json", *words]) == 0
+    assert json.loads(capsys.readouterr().out)["frames"] == many
+
+
 @pytest.mark.slow
 def test_a_difference_exits_with_4_and_one_of_a_peer_does_not(capsys, monkeypatch):
     class Liar(engines.OwnExact):
