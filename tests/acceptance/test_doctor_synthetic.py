@@ -1,4 +1,4 @@
-"""On made-up sessions the doctor finds what was planted and nothing else."""
+"""On made-up sessions the doctor finds what was planted, with body and span, and nothing else."""
 
 import time
 from itertools import combinations

@@ -1,4 +1,4 @@
-"""A mesh is valid or it does not exist; what it says about itself follows from its faces alone."""
+"""A mesh is valid or does not exist; what it says follows from its faces; reference vertices have one order."""
 
 import math
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""Hard cases 38, 39 and 41 to 43: resting, kissing, self-contact, far and scaled scenes equal the exhaustive test."""
+"""Hard cases 27, 28, 38, 39, 41 to 43: contained, resting, kissing, far and scaled bodies are as they should be."""
 
 import numpy as np
 import pytest

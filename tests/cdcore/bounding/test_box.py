@@ -1,4 +1,4 @@
-"""Boxes hold every used vertex, with axes that are orthonormal."""
+"""Boxes hold every used vertex, with orthonormal axes; collider shapes hold theirs."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The sphere stage rejects no pair that touches, and leaping over frames changes no verdict."""
+"""The sphere stage and the sweep reject no pair that touches, and leaping over frames changes no verdict."""
 
 import numpy as np
 import pytest

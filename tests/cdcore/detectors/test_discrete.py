@@ -1,4 +1,4 @@
-"""Discrete is right where it looks, believes its last look in between, and passes through what is thin."""
+"""Discrete is right where it looks and holds its last look in between; colliders answer for their shapes."""
 
 import numpy as np
 import pytest

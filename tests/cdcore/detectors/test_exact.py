@@ -1,4 +1,4 @@
-"""``exact`` says CONTACT where the exhaustive test does, CONTAINED where it can, and the same whatever its settings."""
+"""``exact`` and ``static`` say CONTACT where the exhaustive test does, whatever their settings."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Every name in the table loads on demand, and a name that is not there is answered with those that are."""
+"""Every row of the table of detectors loads on demand, says where it comes from, and keeps its promises."""
 
 import subprocess
 import sys

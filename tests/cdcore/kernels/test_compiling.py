@@ -1,4 +1,4 @@
-"""The mark that keeps a kernel one function leaves it callable, from Python and from other kernels."""
+"""Marked kernels stay callable, are compiled once, and read through an address what the array holds."""
 
 import gc
 import os

@@ -1,4 +1,4 @@
-"""Equal poses are asked once, every order of bodies gets one answer, and faces name the bodies as the pair does."""
+"""Meshes asked as placed: equal poses once, any order one answer, and every face pair is the predicate's."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A hierarchy run to completion equals the exhaustive test on hard meshes, far out and tiny; cut short it admits it."""
+"""A hierarchy halves its faces, equals the exhaustive test when run to completion, and admits being cut short."""
 
 import numpy as np
 import pytest

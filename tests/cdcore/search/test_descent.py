@@ -1,4 +1,4 @@
-"""Local search goes down to ever closer pairs, and its rounds end where none is closer."""
+"""Local search goes down to ever closer pairs; resting pairs are searched again only when they move."""
 
 import numpy as np
 from support.crossing_paths import crossing_paths

@@ -1,4 +1,4 @@
-"""From one pair of each curve the flood fill finds exactly the pairs that meet."""
+"""From one pair of each curve the flood fill finds exactly the pairs that meet, over the features of a mesh."""
 
 import numpy as np
 import pytest

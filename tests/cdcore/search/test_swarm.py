@@ -1,4 +1,4 @@
-"""The corrected equations keep what they promise: rotations rotate, probabilities are some, pheromone stays clamped."""
+"""The corrected equations keep what they promise, and a search that comes to nothing begins again within its budget."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The compiled passes give the bits of the plain functions and stop at the first bad pose."""
+"""Compiled passes give the bits of the plain functions, and these are the paper's equations (1)-(14)."""
 
 import numpy as np
 import pytest

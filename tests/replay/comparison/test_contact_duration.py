@@ -1,4 +1,4 @@
-"""Dwell and expected misses against closed forms and against phases that were tried out."""
+"""First touches, durations and expected misses against closed forms and against phases that were tried out."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What was planted is what is counted: contacts known in closed form, detectors with one known fault each."""
+"""What was planted is what is counted, frame by frame and contact by contact."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The index leads to every page; a word finds its page; what a terminal cannot show becomes what it can."""
+"""The index leads to every page, a word finds its page, and the table of detectors is the one they write."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""One red means missed and nothing else."""
+"""One red means missed and nothing else; bodies look like their tags say; the worst pairs come first."""
 
 from itertools import pairwise
 

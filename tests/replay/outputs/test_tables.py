@@ -1,4 +1,4 @@
-"""A table is plain data: columns are chosen by name, and what is left out is said."""
+"""A table is plain data whose counts are the run's, and what is left out is said."""
 
 from dataclasses import replace
 

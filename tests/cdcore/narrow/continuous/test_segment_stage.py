@@ -1,4 +1,4 @@
-"""On straight ways the search agrees with Sturm's theorem in whole numbers; its seconds are rounded outwards."""
+"""On straight ways the search agrees with Sturm's theorem in whole numbers; in steps it finds every first meeting."""
 
 from fractions import Fraction
 

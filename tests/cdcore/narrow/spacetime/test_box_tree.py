@@ -1,4 +1,4 @@
-"""A tree loses no face and every box covers what lies below it."""
+"""A tree loses no face, its fitted boxes cover what lies below, and a row of addresses gives its arrays."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Repeated and missing poses are left out and come back in the answer."""
+"""Repeated and missing poses come back in the answer; poses in lanes and spans of time are those that were given."""
 
 import numpy as np
 import pytest

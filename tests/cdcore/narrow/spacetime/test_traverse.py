@@ -1,6 +1,4 @@
-"""One pair over its frames: every frame is decided once, lists lengthen as needed, nothing depends on where one
-starts.
-"""
+"""One pair over its frames: every frame is decided once; eight lanes at a time say what one says."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Exact sums lose nothing: the sign is that of rational arithmetic, whatever cancels."""
+"""Exact sums, orientations and axes: the sign is that of rational arithmetic, whatever cancels."""
 
 from fractions import Fraction
 

@@ -1,4 +1,4 @@
-"""The eye finds the side from which nothing hides a contact."""
+"""The eye finds the side from which nothing hides a contact, and stays on what it looks at."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Columns whose lengths do not fit are refused, and long sessions are strided except near misses."""
+"""Columns must fit, long sessions are strided except near misses, and timings read back are the detection's."""
 
 from dataclasses import replace
 from pathlib import Path

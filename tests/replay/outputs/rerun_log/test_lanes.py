@@ -1,4 +1,4 @@
-"""Lanes say exactly when, numbers say which, and no change is lost between neighbours."""
+"""Lanes say exactly when, numbers say which, and of every frame which bodies were in doubt."""
 
 from dataclasses import replace
 from itertools import pairwise

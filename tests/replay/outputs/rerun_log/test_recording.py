@@ -1,4 +1,4 @@
-"""A recording appears whole or not at all, under an application of its own, whatever the run holds."""
+"""A recording appears whole or not at all, with every contact at its frame, whatever the run holds."""
 
 from collections.abc import Callable
 from dataclasses import replace

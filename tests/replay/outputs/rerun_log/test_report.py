@@ -1,4 +1,4 @@
-"""Headline, list and notes say what the audit says, by the same numbers."""
+"""Headline, list and notes say what the audit says; the world is drawn as it was."""
 
 from dataclasses import replace
 from pathlib import Path

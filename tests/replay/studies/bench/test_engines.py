@@ -1,4 +1,4 @@
-"""Engines agree where nothing is hard; what needs an extra is left out when it is absent."""
+"""Engines agree where nothing is hard; workloads, stages and growth are what they say."""
 
 import importlib.util
 import sys

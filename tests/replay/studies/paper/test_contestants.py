@@ -1,4 +1,4 @@
-"""Every row is asked about the same poses and held to the same truth; complete rows find all, none invents."""
+"""Every row gets the same poses and truth; engines find with a budget or cap what is true, and admit the rest."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""One call makes fixtures, measures once, and fills every table; a calibration of other options is refused."""
+"""One call fills every table; tables, sentences, pictures, statistics and files say the same."""
 
 import io
 import json

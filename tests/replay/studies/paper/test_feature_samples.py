@@ -1,4 +1,4 @@
-"""Coverage misses are counted from the truth, search misses from covered poses alone, and random work as computed."""
+"""Coverage and search misses are counted from the truth, samples of frames cover as they say."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""The families are what they say: reproducible, of the right shape, and hard in the way their name promises."""
+"""Families, solids and flips are what they say: reproducible, closed, hard as their name promises, counted once."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What a scene says of itself is so: exact agrees with all face pairs, and cases hold both answers."""
+"""Scenes, cases and relations are what they say, and what is written of them is read back bit for bit."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Cases are counted under the right word, say why, and gate only what the detector promised."""
+"""Cases are counted under the right word and gate only what was promised; peers are asked the same."""
 
 import numpy as np
 import pytest
