@@ -221,10 +221,11 @@ def test_after_each_sort_shared_is_the_number_of_axes_on_which_boxes_overlap(fra
         assert sorted_ends(ends, order, shared, 0) == (0, 0)
 
 
-def test_boxes_that_touch_far_from_their_own_origin_are_candidates():
+@pytest.mark.parametrize(("middle", "half"), [(1e6, 0.5), (0.0, 1e6)])
+def test_boxes_that_touch_far_from_their_own_origin_or_are_large_are_candidates(middle, half):
     # Made by hand, without the slack of a fit: only the pad in their size covers the rounding of their places.
-    boxes = [Box(np.array([1e3 + k, 7.0, -3.0]), np.eye(3), np.array([0.5, 0, 0])) for k in (0, 1)]
+    boxes = [Box(np.array([middle + k * half, 7, -3]), np.eye(3), np.array([abs(k) * half, 0, 0])) for k in (-1, 2)]
     stage = SweepStage(boxes, np.array([[0, 1]]))
     for turn in random_rotations(np.random.default_rng(0), 50):
-        motion = Motion([0.0], np.zeros((1, 2, 3)), np.tile(turn, (1, 2, 1, 1)))
+        motion = Motion([0.0], np.full((1, 2, 3), 0.3), np.tile(turn, (1, 2, 1, 1)))
         assert stage.candidates(motion, stage.fresh_memory()).verdict.tolist() == [[Verdict.CANDIDATE]]

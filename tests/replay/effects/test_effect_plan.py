@@ -1,0 +1,109 @@
+import pytest
+
+from replay.effects.effect_plan import DECLARED, plan
+from replay.effects.protocol import EffectOutput, EffectSpec, Need
+from replay.errors import PlanError
+from sessions.model.scene import Scene, SceneBody, SceneEffect
+from sessions.scene_files.scene_toml import parse_scene
+
+BODIES = tuple(SceneBody(name, tags=(tag,)) for name, tag in (("cup", "glass"), ("jar", "glass"), ("top", "bench")))
+GLASS_ON_BENCH = {"between": ["tag:glass", "top"]}
+
+
+def scene(*effects, **more):
+    return Scene(bodies=BODIES, effects=tuple(SceneEffect(kind, settings) for kind, settings in effects), **more)
+
+
+@pytest.fixture
+def made_up(monkeypatch):
+    """A table of effects made for a test: kind -> spec."""
+
+    def make(*specs):
+        import replay.effects.effect_plan
+
+        table = {spec.kind: f"made.up:{spec.kind}" for spec in specs}
+        by_kind = {spec.kind: spec for spec in specs}
+        monkeypatch.setattr(replay.effects.effect_plan, "load_effect", lambda kind, _table=None: by_kind[kind])
+        return table
+
+    return make
+
+
+def spec(kind, **more):
+    return EffectSpec(kind, "made up", lambda inputs: EffectOutput(), **more)
+
+
+def test_a_scene_that_declares_nothing_runs_no_effect():
+    assert plan(Scene()).effects == plan(Scene(effects=())).effects == ()
+    assert plan(Scene()).detection and not plan(Scene(effects=())).detection
+
+
+def test_declared_pairs_are_the_plans_pairs():
+    assert plan(Scene(pairs=(("a", "b"),))).pairs == (("a", "b"),)
+    assert plan(Scene()).pairs is None
+
+
+def test_the_pairs_of_an_effect_are_the_selectors_written_out_and_nothing_else():
+    planned = plan(scene(("contact", GLASS_ON_BENCH)))
+    assert planned.pairs == (("cup", "top"), ("jar", "top")) and planned.detection
+    assert planned.detectors == {"exact": ("contact",)} and list(planned.bodies) == ["cup", "top", "jar"]
+    assert planned.topics == {"/tf": ("contact",)} and planned.steps["contact"].because == (DECLARED,)
+
+
+def test_an_effect_brings_what_it_needs_with_its_reason_and_its_pairs(made_up):
+    from replay.effects.declaring import pairs
+
+    both = {"between": pairs("two")}
+    table = made_up(
+        spec("contact", detector="exact", fields=both),
+        spec("breakage", needs=("contact",), fields=both),
+        spec("gas", fields={}),
+    )
+    planned = plan(scene(("breakage", {"between": ["top", "cup"]})), table=table)
+    assert planned.effects == ("contact", "breakage") and planned.pairs == (("top", "cup"),)
+    assert planned.steps["contact"].because == ("breakage needs it",) and planned.not_run == ("gas",)
+    assert planned.steps["contact"].declared == () and planned.steps["contact"].pairs == (("top", "cup"),)
+
+
+def test_a_pair_asked_for_in_both_orders_is_one_pair():
+    planned = plan(scene(("contact", {"between": ["cup", "jar"]}), ("contact", {"between": ["jar", "cup"]})))
+    assert planned.pairs == (("cup", "jar"),)
+
+
+def test_a_need_can_depend_on_a_field(made_up):
+    from replay.effects.declaring import text
+
+    table = made_up(spec("pour"), spec("heat", needs=(Need("pour", "of", ("dilution",)),), fields={"of": text("what")}))
+    assert plan(scene(("heat", {"of": "dilution"})), table=table).effects == ("pour", "heat")
+    assert plan(scene(("heat", {"of": "flame"})), table=table).effects == ("heat",)
+
+
+def test_a_used_effect_comes_first_where_it_is_declared_and_is_not_brought_in_where_it_is_not(made_up):
+    table = made_up(spec("a-mixing", uses=("pour",)), spec("pour"))
+    assert plan(scene(("a-mixing", {}), ("pour", {})), table=table).effects == ("pour", "a-mixing")
+    assert plan(scene(("a-mixing", {})), table=table).effects == ("a-mixing",)
+
+
+def test_effects_that_need_each_other_are_refused(made_up):
+    table = made_up(spec("egg", needs=("hen",)), spec("hen", needs=("egg",)))
+    with pytest.raises(PlanError, match=r"circle: (egg -> hen -> egg|hen -> egg -> hen)"):
+        plan(scene(("egg", {})), table=table)
+
+
+def test_what_is_not_built_is_named_and_not_run():
+    planned = plan(scene(("penetration", {}), ("contact", GLASS_ON_BENCH)))
+    assert planned.not_built == ("penetration",) and planned.effects == ("contact",)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('kind = "contct"', r"lab.toml: \[\[effect\]\] 1: no effect of kind 'contct'; did you mean 'contact'"),
+        ('kind = "contact"', r"\[\[effect\]\] 1 \('contact'\): between is missing"),
+        ('kind = "contact"\nbetween = ["cup", "top"]\nbetwen = 3', r"unknown key 'betwen'; did you mean 'between'"),
+    ],
+)
+def test_a_mistake_is_named_with_file_table_key_and_the_nearest_name(text, said):
+    whole = f'[[body]]\nid = "cup"\n[[body]]\nid = "top"\n[[effect]]\n{text}\n'
+    with pytest.raises(PlanError, match=said):
+        plan(parse_scene(whole, "lab.toml"), "lab.toml")
