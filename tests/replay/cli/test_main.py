@@ -1,19 +1,15 @@
 import os
-import re
 import signal
 import subprocess
 import sys
 import time
-from importlib import import_module
 
-import click
 import pytest
 
 from replay.cli import main as module
 from replay.cli.commands import COMMANDS, GROUPS
 from replay.cli.main import main
 from replay.errors import AssemblyError
-from replay.guide.pages import INDEX, page, topics
 
 
 def test_help_lists_every_verb_under_its_group(capsys):
@@ -147,45 +143,3 @@ def test_ctrl_c_in_the_middle_of_work_is_130_and_leaves_nothing_behind(tmp_path)
 def test_python_m_replay_is_the_command():
     done = subprocess.run([sys.executable, "-m", "replay", "--version"], capture_output=True, check=True)
     assert done.stdout.startswith(b"replay ")
-
-
-@pytest.mark.parametrize("name", COMMANDS)
-def test_every_verb_leads_to_a_command_with_the_common_options(name):
-    module, _, attribute = COMMANDS[name].entry.partition(":")
-    command = getattr(import_module(module), attribute)
-    assert isinstance(command, click.Command)
-    for verb in command.commands.values() if isinstance(command, click.Group) else [command]:
-        flags = {flag for option in verb.params for flag in option.opts}
-        assert {"-v", "-q", "--debug"} <= flags, verb.name
-    assert COMMANDS[name].group in GROUPS
-
-
-@pytest.mark.parametrize("name", COMMANDS)
-def test_one_line_of_help_fits_one_line(name):
-    assert len(COMMANDS[name].help) <= 70 and COMMANDS[name].help.endswith(".")
-
-
-def test_piped_a_page_is_its_markdown(capsys):
-    assert main(["guide", "audit"]) == 0
-    assert capsys.readouterr().out == page("audit")
-    assert main(["guide"]) == 0
-    assert capsys.readouterr().out == page(INDEX)
-
-
-@pytest.mark.parametrize("topic", topics())
-def test_a_terminal_of_80_columns_shows_a_page_without_markup_or_longer_lines(topic, capsys, monkeypatch):
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
-    monkeypatch.setenv("COLUMNS", "80")
-    assert main(["guide", topic]) == 0
-    printed = re.sub(r"\x1b\[[\d;]*m", "", capsys.readouterr().out)
-    assert max(map(len, printed.splitlines())) <= 80
-    assert "](" not in printed and "<!--" not in printed
-
-
-@pytest.mark.parametrize(
-    ("word", "answer"), [("audti", "did you mean 'audit'?"), ("nonsense", "there are: architecture")]
-)
-def test_no_page_is_a_usage_error_that_names_what_there_is(word, answer, capsys):
-    assert main(["guide", word]) == 2
-    printed, said = capsys.readouterr()
-    assert printed == "" and f"error: the guide has no page {word!r}; {answer}" in said

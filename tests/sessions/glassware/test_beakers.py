@@ -41,6 +41,7 @@ def test_a_watch_glass_is_part_of_a_ball_of_75_millimetres():
     wet = inner[np.hypot(inner[:, 0], inner[:, 2]) > 1e-6]
     height = inner[:, 1].min() + 0.075
     assert np.linalg.norm(wet - [0, height, 0], axis=1) == pytest.approx(0.075, rel=5e-3)
+    assert np.ptp(inner[:, 0]) == pytest.approx(0.079, abs=2e-3) and np.ptp(inner[:, 1]) < 0.015
 
 
 def test_an_evaporating_dish_stands_on_a_flat_base():

@@ -1,0 +1,35 @@
+"""``replay guide``: Markdown where the output is no terminal, rendered where it is one, and a sentence for no page."""
+
+import re
+import sys
+
+import pytest
+
+from replay.cli.main import main
+from replay.guide.pages import INDEX, page, topics
+
+
+def test_piped_a_page_is_its_markdown(capsys):
+    assert main(["guide", "audit"]) == 0
+    assert capsys.readouterr().out == page("audit")
+    assert main(["guide"]) == 0
+    assert capsys.readouterr().out == page(INDEX)
+
+
+@pytest.mark.parametrize("topic", topics())
+def test_a_terminal_of_80_columns_shows_a_page_without_markup_or_longer_lines(topic, capsys, monkeypatch):
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "80")
+    assert main(["guide", topic]) == 0
+    printed = re.sub(r"\x1b\[[\d;]*m", "", capsys.readouterr().out)
+    assert max(map(len, printed.splitlines())) <= 80
+    assert "](" not in printed and "<!--" not in printed
+
+
+@pytest.mark.parametrize(
+    ("word", "answer"), [("audti", "did you mean 'audit'?"), ("nonsense", "there are: architecture")]
+)
+def test_no_page_is_a_usage_error_that_names_what_there_is(word, answer, capsys):
+    assert main(["guide", word]) == 2
+    printed, said = capsys.readouterr()
+    assert printed == "" and f"error: the guide has no page {word!r}; {answer}" in said
