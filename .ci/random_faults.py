@@ -1,9 +1,11 @@
 """Do the tests notice a small fault?  Draws faults by seed, one a module, and runs the tests that should break.
 
     python .ci/random_faults.py --faults 60 --seed 0 --out faults.json      # continues where a file of results ends
+    python .ci/random_faults.py --part 2/8 --stages own,folder              # quicker: without the quick suite
 
 A fault flips a comparison, puts + for - or - for +, or `and` for `or`. Tests run in a copy of the committed tree, in
-this order, and stop at the first that fails: those that import the module, those of its folder, then the quick suite.
+this order, and stop at the first that fails: those that name the module (its own file first), those of its folder,
+then the quick suite. Faults that change nothing anyone can see are listed and judged in ``HARMLESS``.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ import ast
 import json
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -33,6 +36,11 @@ WRITTEN: dict[type[ast.AST], str] = {
 }  # fmt: skip
 LONGEST_S = 900
 """A run of tests that takes longer hangs because of the fault, which is noticed then."""
+MOST_OWN = 12
+"""Test files; more of them name modules that everything imports, and the folder's tests and the suite ask those."""
+STAGES = ("own", "folder", "suite")
+HARMLESS = Path("tests/architecture/harmless_faults.txt")
+"""A line each: module, the line of source, the operator, and why its fault harms nobody; `` | `` between them."""
 
 
 @dataclass(frozen=True)
@@ -77,35 +85,64 @@ def faults_of(root: Path, file: Path) -> list[Fault]:
 
 
 def drawn(root: Path, count: int, seed: int) -> list[Fault]:
-    """So many faults, each in a module of its own while there are modules left."""
-    rng = random.Random(seed)
-    files = sorted(file for package in PACKAGES for file in (root / package).rglob("*.py"))
-    rng.shuffle(files)
-    one_each = [rng.choice(faults) for file in files if (faults := faults_of(root, file))]
-    return one_each[:count]
+    """So many faults, each in a module of its own while there are modules left.
+
+    Every module is drawn by its own name: a change in one changes nothing about the others.
+    """
+    files = [file for package in PACKAGES for file in (root / package).rglob("*.py")]
+    found = []
+    for file in files:
+        rng = random.Random(f"{seed} {file.relative_to(root).as_posix()}")
+        if faults := faults_of(root, file):
+            found.append((rng.random(), rng.choice(faults)))
+    return [fault for _, fault in sorted(found, key=lambda one: one[0])][:count]
 
 
-def stages(root: Path, fault: Fault) -> list[list[str]]:
-    """Which tests are asked, in turn."""
+def judged_harmless(root: Path, fault: Fault) -> bool:
+    """Whether the list of harmless faults has this one."""
+    line = (root / fault.module).read_text(encoding="utf-8").splitlines()[fault.line - 1].strip()
+    listed = (root / HARMLESS).read_text(encoding="utf-8").splitlines() if (root / HARMLESS).exists() else []
+    return any(row.startswith(f"{fault.module} | {line} | {fault.right} | ") for row in listed)
+
+
+def own_tests(root: Path, fault: Fault) -> list[str]:
+    """Test files that name the module: its own first, then those nearest to it, at most ``MOST_OWN``."""
     module = fault.module.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
     package, _, name = module.rpartition(".")
-    tests = sorted((root / "tests").rglob("test_*.py"))
-    reached = (f"from {module} import", f"import {module}", f'"{module}')
-    texts = {test: test.read_text(encoding="utf-8") for test in tests}
-    own = [test for test in tests if any(part in texts[test] for part in reached) or test.stem == f"test_{name}"]
+    named = re.compile(rf"\b{re.escape(module)}\b|from {re.escape(package)} import [^\n]*\b{name}\b")
     folder = root / "tests" / Path(*package.split("."))
-    paths = [[str(test.relative_to(root)) for test in own], [str(folder.relative_to(root))] if folder.is_dir() else []]
-    return [*(path for path in paths if path), ["-n", "auto", "--dist", "loadfile", "tests"]]
+    own = [
+        (test.stem != f"test_{name}", test.parent != folder, str(test.relative_to(root)))
+        for test in (root / "tests").rglob("test_*.py")
+        if test.stem == f"test_{name}" or named.search(test.read_text(encoding="utf-8"))
+    ]
+    return [test for *_, test in sorted(own)[:MOST_OWN]]
 
 
-def noticed_by(root: Path, fault: Fault, environment: dict[str, str]) -> str:
-    """The first run of tests that fails: own, folder, suite; or "nothing"."""
+def stages(root: Path, fault: Fault) -> dict[str, list[str]]:
+    """Which tests are asked, in turn."""
+    folder = root / "tests" / Path(fault.module).parent
+    asked = {"own": own_tests(root, fault), "folder": [str(folder.relative_to(root))] if folder.is_dir() else []}
+    return {**{name: tests for name, tests in asked.items() if tests}, "suite": ["-n", "auto", "tests"]}
+
+
+def noticed_by(root: Path, fault: Fault, environment: dict[str, str], chosen: tuple[str, ...] = STAGES) -> str:
+    """The first run of tests that fails: own, folder, suite; or "nothing"; or "harmless"."""
+    if judged_harmless(root, fault):
+        return "harmless"
     file = root / fault.module
-    right = file.read_bytes()
+    right, stamp = file.read_bytes(), file.stat().st_mtime_ns
     file.write_bytes(right[: fault.begin] + fault.wrong.encode() + right[fault.end :])
+    kernels = Path(environment["NUMBA_CACHE_DIR"])
+    # What is compiled from a faulty source must not take the place of what the next fault can load.
+    spoiled = kernels.with_name("spoiled")
+    if fault.module.startswith("cdcore/"):
+        shutil.copytree(kernels, spoiled)
+        environment = {**environment, "NUMBA_CACHE_DIR": str(spoiled)}
     try:
-        asked = stages(root, fault)
-        for name, tests in zip(["own", "folder", "suite"][-len(asked) :], asked, strict=True):
+        for name, tests in stages(root, fault).items():
+            if name not in chosen:
+                continue
             command = [sys.executable, "-m", "pytest", *QUICK, *tests]
             try:
                 ended = subprocess.run(command, cwd=root, env=environment, capture_output=True, timeout=LONGEST_S)
@@ -116,6 +153,8 @@ def noticed_by(root: Path, fault: Fault, environment: dict[str, str]) -> str:
         return "nothing"
     finally:
         file.write_bytes(right)
+        os.utime(file, ns=(stamp, stamp))  # compiled code of what is right stays valid
+        shutil.rmtree(spoiled, ignore_errors=True)
 
 
 def main() -> None:
@@ -125,23 +164,29 @@ def main() -> None:
     asked.add_argument("--seed", type=int, default=0)
     asked.add_argument("--out", type=Path, default=Path("faults.json"))
     asked.add_argument("--part", default="1/1", help="K/N: only every N-th fault, beginning with the K-th")
+    asked.add_argument("--stages", default=",".join(STAGES), help="which of own,folder,suite are asked")
     options = asked.parse_args()
     part, parts = map(int, options.part.split("/"))
+    chosen = tuple(options.stages.split(","))
     done = json.loads(options.out.read_text()) if options.out.exists() else []
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder) / "copy"
         subprocess.run(["git", "clone", "-q", ".", str(root)], check=True)
-        environment = {**os.environ, "PYTHONPATH": str(root)}
+        (kernels := Path(folder) / "kernels").mkdir()
+        environment = {**os.environ, "PYTHONPATH": str(root), "NUMBA_CACHE_DIR": str(kernels)}
+        environment["PYTHONPYCACHEPREFIX"] = str(Path(folder) / "bytecode")
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)
         for fault in drawn(root, options.faults, options.seed)[part - 1 :: parts]:
             if any(one["module"] == fault.module and one["begin"] == fault.begin for one in done):
                 continue
-            by = noticed_by(root, fault, environment)
+            by = noticed_by(root, fault, environment, chosen)
             done.append({**asdict(fault), "noticed_by": by})
             print(f"{by:8} {fault.module}:{fault.line}  {fault.right} -> {fault.wrong}", flush=True)
             options.out.write_text(json.dumps(done, indent=1))
             shutil.rmtree(root / ".hypothesis", ignore_errors=True)
-    caught = sum(one["noticed_by"] != "nothing" for one in done)
-    print(f"{caught} of {len(done)} noticed")
+    told = [one["noticed_by"] for one in done]
+    harmful = len(told) - told.count("harmless")
+    print(f"{harmful - told.count('nothing')} of {harmful} noticed; {told.count('harmless')} harmless left out")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,10 @@
 """What holds for every test: slowness is no finding of a property test, and the table of effects keeps its order."""
 
 import gc
+import os
+import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -18,10 +21,39 @@ TOGETHER = (
 """Folders whose files share what takes seconds to make."""
 
 
+COMPILING = pytest.StashKey[subprocess.Popen]()
+COMPILED = pytest.StashKey[bool]()
+
+
 def pytest_configure(config):
-    """A property that asks for no number of examples gets 100, and 40 where slow tests are left out."""
+    """A property that asks for no number of examples gets 100, and 40 where slow tests are left out.
+
+    Under ``-n`` kernels are compiled in a process of their own while the workers look for tests: otherwise each worker
+    compiles them all. And what pytest makes of the test files is written down, or each worker makes it again.
+    """
     if "not slow" in config.getoption("markexpr"):
         settings.load_profile("without slow tests")
+    if hasattr(config, "workerinput"):
+        sys.dont_write_bytecode = False
+    elif config.getoption("numprocesses", None) and not config.getoption("collectonly"):
+        paths = [str(config.rootpath), str(config.rootpath / "tests"), os.environ.get("PYTHONPATH", "")]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
+        program = [sys.executable, str(Path(__file__).parent / "support" / "compile_first.py")]
+        config.stash[COMPILING] = subprocess.Popen(program, stdout=subprocess.PIPE, env=environment)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_node_collection_finished(node):
+    """No test begins before the kernels that most of them need are there."""
+    if (compiling := node.config.stash.get(COMPILING, None)) and not node.config.stash.get(COMPILED, False):
+        node.config.stash[COMPILED] = bool(compiling.stdout.readline())
+
+
+def pytest_unconfigure(config):
+    """The process that compiles ends with the tests."""
+    if compiling := config.stash.get(COMPILING, None):
+        compiling.kill()
+        compiling.communicate()
 
 
 @pytest.hookimpl(wrapper=True)

@@ -1,7 +1,5 @@
 """The three public A-Frame recordings, with a VIVE wand on both controllers, touch in exactly the frames stated."""
 
-from __future__ import annotations
-
 import fcl
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """The public A-Frame recordings, imported and run from the command line, touch in exactly the frames stated."""
 
-from __future__ import annotations
-
 import json
 
 import pyarrow.parquet as pq

@@ -1,7 +1,5 @@
 """No verdict changes in silence: under every policy a run differs only in flagged spans, and its summary says how."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -15,13 +13,10 @@ from replay.cli.main import main
 from replay.prepare.policy import KINDS
 
 FAULTY = {
-    "not-finite": ("nan position", 100),
-    "zero-quaternion": ("zero quaternion", 200),
-    "non-unit-quaternion": ("non-unit quaternion", 250),
-    "identity-while-lost": ("identity while lost", 300),
-    "frozen": ("frozen pose", 400),
-    "teleport": ("teleport", 700),
-}
+    "not-finite": ("nan position", 100), "zero-quaternion": ("zero quaternion", 200),
+    "non-unit-quaternion": ("non-unit quaternion", 250), "identity-while-lost": ("identity while lost", 300),
+    "frozen": ("frozen pose", 400), "teleport": ("teleport", 700),
+}  # fmt: skip
 STAND_INS = [(kind, action) for kind in FAULTY for action in KINDS[kind].allowed if action != "refuse"]
 
 

@@ -1,7 +1,5 @@
 """On recordings and meshes nobody here made the doctor finds what their notes say is wrong with them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from support.shared_data import DATA, needs_data

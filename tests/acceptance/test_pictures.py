@@ -66,12 +66,8 @@ def demo(tmp_path_factory):
 
 
 SHOWN = {
-    "Where: ": 100,
-    "Close-up: ": 300,
-    "When and which": 1000,
-    "0.6 s around": 60,
-    r"\d+ of \d+ contacts missed": 500,
-}
+    "Where: ": 100, "Close-up: ": 300, "When and which": 1000, "0.6 s around": 60, r"\d+ of \d+ contacts missed": 500,
+}  # fmt: skip
 """View -> pixels of red at least, a third of what there are."""
 
 

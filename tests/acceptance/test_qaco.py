@@ -1,7 +1,5 @@
 """On meshes of five thousand faces: what the search finds, in how many evaluations, and how ``auto`` spends them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from support.crossing_paths import crossing_paths

@@ -7,18 +7,8 @@ from time import perf_counter
 import pytest
 
 HEAVY = {
-    "numpy",
-    "scipy",
-    "numba",
-    "fcl",
-    "trimesh",
-    "rerun",
-    "pyarrow",
-    "rich",
-    "matplotlib",
-    "mcap",
-    "google.protobuf",
-}
+    "numpy", "scipy", "numba", "fcl", "trimesh", "rerun", "pyarrow", "rich", "matplotlib", "mcap", "google.protobuf",
+}  # fmt: skip
 
 PROMISED = 0.150
 """Seconds that ``replay --help`` may take."""

@@ -3,8 +3,6 @@
 Run with ``-m bench -s`` for the figures; ``-m slow`` checks the answers on every seed, the quick test a short session.
 """
 
-from __future__ import annotations
-
 import gc
 import sys
 from contextlib import contextmanager

@@ -1,15 +1,17 @@
-"""A mesh is valid or it does not exist; what it says about itself follows from its faces alone."""
+"""A mesh is valid or does not exist; what it says follows from its faces; reference vertices have one order."""
 
-from __future__ import annotations
+import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, moved, without_faces
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, moved, random_rotations, without_faces
 
 from cdcore import TriangleMesh
 from cdcore.errors import InvalidMeshError
+from cdcore.numerics import EPS, PAD_ULPS, UNDERFLOW_PAD, place_points, readonly
 
 CORNERS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
 
@@ -17,20 +19,17 @@ CORNERS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
 @pytest.mark.parametrize(
     ("vertices", "faces", "message"),
     [
-        (CORNERS, [], "the mesh is empty"),
-        (CORNERS, np.zeros((0, 3), dtype=int), "the mesh is empty"),
+        (CORNERS, [], "the mesh is empty"), (CORNERS, np.zeros((0, 3), dtype=int), "the mesh is empty"),
         (CORNERS, [[0, 1, 3]], r"face 0 names vertices \[0, 1, 3\], but there are only vertices 0 to 2"),
         (CORNERS, [[0, 1, 2], [0, -1, 2]], "face 1 names vertices"),
         ([[0, 0, 0], [1, np.nan, 0], [0, 1, 0]], [[0, 1, 2]], "vertex 1 is not finite"),
         ([[0, 0, 0], [1, 0, 0], [0, np.inf, 0]], [[0, 1, 2]], "vertex 2 is not finite"),
-        (CORNERS, [[0.0, 1.0, 2.0]], "faces are float64, not integers"),
-        (CORNERS, [[0, 1, 2, 0]], "triangles only"),
+        (CORNERS, [[0.0, 1.0, 2.0]], "faces are float64, not integers"), (CORNERS, [[0, 1, 2, 0]], "triangles only"),
         ([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], "vertices have shape"),
         ("glass", [[0, 1, 2]], "vertices are not an array of numbers"),
-        (CORNERS, [[0, 1, 2], [0, 1]], "faces are not an array"),
-        ([], [[0, 1, 2]], "vertices have shape"),
+        (CORNERS, [[0, 1, 2], [0, 1]], "faces are not an array"), ([], [[0, 1, 2]], "vertices have shape"),
     ],
-)
+)  # fmt: skip
 def test_a_mesh_that_is_none_is_refused_by_one_sentence(vertices, faces, message):
     with pytest.raises(InvalidMeshError, match=message):
         TriangleMesh(vertices, faces)
@@ -63,16 +62,12 @@ def test_a_vertex_no_face_uses_is_not_referenced():
 @pytest.mark.parametrize(
     ("mesh", "closed"),
     [
-        (box_mesh(), True),
-        (ball_mesh(), True),
-        (beaker_mesh(), True),
-        (without_faces(box_mesh(), 1), False),
-        (TriangleMesh(CORNERS, [[0, 1, 2]]), False),
-        (TriangleMesh(CORNERS, [[0, 1, 2], [0, 2, 1]]), True),
+        (box_mesh(), True), (ball_mesh(), True), (beaker_mesh(), True), (without_faces(box_mesh(), 1), False),
+        (TriangleMesh(CORNERS, [[0, 1, 2]]), False), (TriangleMesh(CORNERS, [[0, 1, 2], [0, 2, 1]]), True),
         (TriangleMesh(CORNERS, [[0, 0, 1]]), False),
     ],
     ids=["box", "ball", "beaker", "open box", "triangle", "triangle on both sides", "segment only"],
-)
+)  # fmt: skip
 def test_closed_means_every_edge_has_an_even_number_of_faces(mesh, closed):
     assert mesh.is_closed is closed
 
@@ -117,3 +112,43 @@ def test_the_hash_knows_coordinates_faces_and_nothing_else():
 
 def test_it_prints_as_its_size():
     assert repr(box_mesh()) == "TriangleMesh(8 vertices, 12 faces)"
+
+
+def test_points_are_placed_row_by_row_in_the_declared_order_of_roundings():
+    rng = np.random.default_rng(0)
+    rotation, translation, points = random_rotations(rng), rng.normal(size=3), rng.normal(size=(50, 3))
+    placed = place_points(points, rotation, translation)
+    for row, point in zip(placed, points, strict=True):
+        for i in range(3):
+            x, y, z = (float(value) for value in point)
+            r = [float(value) for value in rotation[i]]
+            assert row[i] == ((r[0] * x + r[1] * y) + r[2] * z) + float(translation[i])
+
+
+def test_placing_many_poses_at_once_gives_the_bits_of_one_at_a_time():
+    rng = np.random.default_rng(1)
+    rotation, translation, points = random_rotations(rng, 20), rng.normal(size=(20, 3)), rng.normal(size=(7, 3))
+    many = place_points(points, rotation, translation)
+    assert many.shape == (20, 7, 3)
+    one = [place_points(points, r, t) for r, t in zip(rotation, translation, strict=True)]
+    assert many.tobytes() == np.array(one).tobytes()
+
+
+coordinates = st.floats(-1e6, 1e6, allow_nan=False)
+
+
+@given(st.lists(coordinates, min_size=3, max_size=3), st.lists(coordinates, min_size=3, max_size=3), st.integers(0, 99))
+def test_placing_errs_by_less_than_the_sphere_pad(point, translation, seed):
+    rotation = random_rotations(np.random.default_rng(seed))
+    placed = place_points(np.array([point]), rotation, np.array(translation))[0]
+    size = math.hypot(*point) + np.abs(translation).max() + UNDERFLOW_PAD
+    for i in range(3):
+        exact = sum(Fraction(float(rotation[i, k])) * Fraction(point[k]) for k in range(3)) + Fraction(translation[i])
+        assert abs(float(Fraction(float(placed[i])) - exact)) <= PAD_ULPS / 4 * EPS * size
+
+
+def test_a_read_only_array_refuses_to_be_written():
+    array = np.zeros(3)
+    readonly(array)
+    with pytest.raises(ValueError, match="read-only"):
+        array[0] = 1.0

@@ -1,7 +1,5 @@
 """Every row of the table of detectors keeps these promises."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np
@@ -13,7 +11,7 @@ from cdcore.errors import CollisionCoreError, InvalidPairError, InvalidPoseError
 from cdcore.protocol import Detector, counts_as_contact
 
 NAMES = list(DETECTORS)
-FRAMES = 80
+FRAMES = 40
 
 
 @pytest.fixture(scope="module")

@@ -1,9 +1,4 @@
-"""Hard cases 34 to 37: what is no pose or no mesh is refused before any engine sees it, and odd meshes are survived."""
-
-from __future__ import annotations
-
-import subprocess
-import sys
+"""Hard cases 35 to 38: odd quaternions, odd meshes and far places change no answer."""
 
 import numpy as np
 import pytest
@@ -11,32 +6,11 @@ from scipy.spatial.transform import Rotation
 from support.shapes import ball_mesh, box_mesh, moved, still, without_faces
 
 from cdcore import DETECTORS, Body, Motion, TriangleMesh, Verdict, create_detector
-from cdcore.errors import InvalidMeshError, InvalidPoseError
 from cdcore.protocol import counts_as_contact
 
 BODIES = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
 STILL = np.tile(np.eye(3), (3, 2, 1, 1))
 NAMES = ["sphere", "hybrid", "static", "discrete", "exact"]
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-@pytest.mark.parametrize("where", ["translation", "rotation", "vertex"])
-def test_34_a_number_that_is_not_finite_is_refused_with_a_reason(value, where):
-    place, turn, points = np.zeros((3, 2, 3)), STILL.copy(), box_mesh().vertices.copy()
-    if where == "vertex":
-        points[5, 2] = value
-        with pytest.raises(InvalidMeshError, match="vertex 5 is not finite"):
-            TriangleMesh(points, box_mesh().faces)
-        return
-    (place if where == "translation" else turn.reshape(3, 2, 9))[1, 1, 2] = value
-    with pytest.raises(InvalidPoseError, match=r"frame 1 .*body box: .*not finite"):
-        Motion(np.arange(3), place, turn, names=["ball", "box"])
-
-
-@pytest.mark.parametrize("norm", [0.0, 0.5, 1.1, 0.998, 1.002])
-def test_35_a_quaternion_off_by_more_than_a_thousandth_is_refused(norm):
-    with pytest.raises(InvalidPoseError, match="has norm"):
-        Motion.from_quaternions([0.0], np.zeros((1, 1, 3)), [[[0.0, 0.0, 0.0, norm]]])
 
 
 def test_35_float32_quaternions_do_not_stretch_the_body():
@@ -54,52 +28,11 @@ def test_35_the_other_sign_of_a_quaternion_is_the_same_pose():
     assert both.rotations[0].tobytes() == both.rotations[1].tobytes()
 
 
-@pytest.mark.parametrize(
-    "matrix",
-    [1.01 * np.eye(3), 0.5 * np.eye(3), np.eye(3) + np.diag([0.01, 0], 1), np.diag([1.0, 1, -1]), np.zeros((3, 3))],
-    ids=["1.01 R", ".5 R", "shear", "reflection", "zero"],
-)
-def test_36_a_matrix_that_is_not_rigid_is_refused(matrix):
-    with pytest.raises(InvalidPoseError, match=r"matrix is (not a rotation|a reflection)"):
-        Motion([0.0], np.zeros((1, 1, 3)), matrix[None, None])
-
-
-def test_37_an_empty_mesh_and_a_bad_index_are_errors_at_load():
-    with pytest.raises(InvalidMeshError, match="the mesh is empty"):
-        TriangleMesh(box_mesh().vertices, np.zeros((0, 3), dtype=int))
-    with pytest.raises(InvalidMeshError, match="face 0 names vertices"):
-        TriangleMesh(box_mesh().vertices, [[0, 1, 8]])
-
-
-def test_37_the_interpreter_survives_all_of_them_in_a_row():
-    code = """
-import numpy as np
-from cdcore import Body, Motion, TriangleMesh, create_detector
-from cdcore.errors import CollisionCoreError
-eye = np.eye(3)
-attempts = [
-    lambda: TriangleMesh(eye, np.zeros((0, 3), dtype=int)),
-    lambda: TriangleMesh(eye, [[0, 1, 3]]),
-    lambda: TriangleMesh(eye * np.nan, [[0, 1, 2]]),
-    lambda: Motion([0.0], [[[np.nan, 0, 0]]], eye[None, None]),
-    lambda: Motion.from_quaternions([0.0], np.zeros((1, 1, 3)), np.zeros((1, 1, 4))),
-    lambda: create_detector("hybrid", []),
-]
-for attempt in attempts:
-    try:
-        attempt()
-    except CollisionCoreError as error:
-        assert str(error)
-    else:
-        raise SystemExit(1)
-mesh = TriangleMesh(np.zeros((3, 3)), [[0, 1, 2], [0, 0, 0]])
-bodies = [Body("a", mesh), Body("b", mesh)]
-for name in ("sphere", "hybrid", "static", "discrete", "exact"):
-    create_detector(name, bodies).detect(Motion([0.0], np.zeros((1, 2, 3)), np.tile(eye, (1, 2, 1, 1))), faces=True)
-print("alive")
-"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.stdout.strip() == "alive", done.stderr
+@pytest.mark.parametrize("name", NAMES)
+def test_37_a_mesh_without_any_area_is_survived(name):
+    bodies = [Body(one, TriangleMesh(np.zeros((3, 3)), [[0, 1, 2], [0, 0, 0]])) for one in "ab"]
+    detection = create_detector(name, bodies).detect(still(bodies, np.zeros((2, 3))), faces=True)
+    assert detection.verdict.shape == (1, 1)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -5,8 +5,6 @@ Shares no step with the core: no boxes, no directions, no halving of the way, no
 times run from 0 to 1, both ends included. A time is told as a pair of fractions that holds it, equal where it is exact.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
 from itertools import pairwise, product
 

@@ -5,8 +5,6 @@ Two convex hulls are disjoint exactly when some axis separates their projections
 corners the axes listed here suffice, flat and pointlike triangles included.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 

@@ -1,7 +1,5 @@
 """A scene in which contact comes and goes: four finely meshed bodies that swing through each other."""
 
-from __future__ import annotations
-
 import numpy as np
 from support.search_scenes import ball_of, torus_mesh
 from support.shapes import rod_mesh

@@ -1,7 +1,5 @@
 """Session files and what can happen to their bytes; half of the damage is made to pass the first checksum."""
 
-from __future__ import annotations
-
 import struct
 import zlib
 

@@ -1,7 +1,5 @@
 """What it takes to prove that undeclared effects cost nothing: declarations of every kind, counts of calls, mutants."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections import Counter

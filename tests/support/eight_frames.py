@@ -1,7 +1,5 @@
 """Two trees and eight frames of two bodies that meet in some of them: what the kernels of a block are asked about."""
 
-from __future__ import annotations
-
 import numpy as np
 from support.motions import motion_of, placed, soup
 

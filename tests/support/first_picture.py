@@ -1,7 +1,5 @@
 """The demo as a viewer shows it; ``python tests/first_picture.py OUT.png`` makes the first picture of the README."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import time

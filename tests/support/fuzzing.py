@@ -3,8 +3,6 @@
 ``python tests/fuzzing.py FOLDER FIRST LAST`` tries the mutants of these numbers; any number is one file for ever.
 """
 
-from __future__ import annotations
-
 import faulthandler
 import json
 import struct

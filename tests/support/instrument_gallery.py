@@ -1,7 +1,5 @@
 """Draws every instrument in Rerun; ``python tests/instrument_gallery.py OUT.png`` makes the picture of the README."""
 
-from __future__ import annotations
-
 import sys
 import time
 from pathlib import Path

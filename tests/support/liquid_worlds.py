@@ -1,7 +1,5 @@
 """Glasses that are tilted as told: the smallest sessions in which liquid is poured."""
 
-from __future__ import annotations
-
 import numpy as np
 from support.small_worlds import STEP_NS, cube
 

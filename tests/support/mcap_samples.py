@@ -1,7 +1,5 @@
 """Sessions and MCAP files for the tests of the session file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Random motions of small hard meshes, and the exhaustive answer to compare with; numpy only."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cdcore.numerics import place_points

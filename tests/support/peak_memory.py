@@ -4,8 +4,6 @@ Linux hands ``ru_maxrss`` of whoever started a program down to it, so a small pr
 large; ``VmHWM`` begins anew.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

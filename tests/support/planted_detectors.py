@@ -3,8 +3,6 @@
 They are named on a command line as ``support.planted_detectors:Dropping``, as a user's own detector would be.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """A clean session, and everything that can be wrong with one: planted singly or together, with what must be found."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Detectors that lose contacts in one stage each, by a real mechanism, and explain themselves by deciding again."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import numpy as np

@@ -4,8 +4,6 @@ It exists to be slow and right: the chunk-level reader must give the same bits a
 shares nothing with it but the model: the container is read by the `mcap` library.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path

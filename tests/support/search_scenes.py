@@ -1,7 +1,5 @@
 """Meshes of thousands of faces in contact, and what the exact predicate says of them, for the tests of the search."""
 
-from __future__ import annotations
-
 import numpy as np
 from support.shapes import ball_mesh, random_rotations
 

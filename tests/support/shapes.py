@@ -1,7 +1,5 @@
 """Small meshes with known geometry, and random poses, for the tests of the collision core."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cdcore import Body, Motion, TriangleMesh
@@ -20,23 +18,10 @@ from replay.studies.stress.solids import (
 )
 
 __all__ = [
-    "BOX_CORNERS",
-    "BOX_FACES",
-    "ball_mesh",
-    "beaker_mesh",
-    "box_mesh",
-    "icosphere_mesh",
-    "lab",
-    "merged",
-    "moved",
-    "nearest_rotation",
-    "orthonormality_error",
-    "random_rotations",
-    "revolved_mesh",
-    "rod_mesh",
-    "still",
+    "BOX_CORNERS", "BOX_FACES", "ball_mesh", "beaker_mesh", "box_mesh", "icosphere_mesh", "lab", "merged", "moved",
+    "nearest_rotation", "orthonormality_error", "random_rotations", "revolved_mesh", "rod_mesh", "still",
     "without_faces",
-]
+]  # fmt: skip
 
 
 def without_faces(mesh: TriangleMesh, count: int) -> TriangleMesh:
@@ -86,12 +71,9 @@ def lab(frames=240, seed=0, gaps=True) -> tuple[list[Body], Motion]:
     """Five bodies, three of them on smooth random paths through the others, with poses missing now and then."""
     rng = np.random.default_rng(seed)
     bodies = [
-        Body("table", box_mesh((0.6, 0.6, 0.02))),
-        Body("beaker", beaker_mesh()),
-        Body("rod", rod_mesh()),
-        Body("ball", ball_mesh(0.012)),
-        Body("wand", without_faces(ball_mesh(0.05, 6, 10), 3)),
-    ]
+        Body("table", box_mesh((0.6, 0.6, 0.02))), Body("beaker", beaker_mesh()), Body("rod", rod_mesh()),
+        Body("ball", ball_mesh(0.012)), Body("wand", without_faces(ball_mesh(0.05, 6, 10), 3)),
+    ]  # fmt: skip
     time = np.arange(frames) / 90.0
     place = np.tile([[0, 0, -0.0101], [0, 0, 0], [0, 0, 0.03], [0.02, 0, 0.05], [0.1, 0, 0.05]], (frames, 1, 1))
     for body in (2, 3, 4):

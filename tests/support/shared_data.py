@@ -1,7 +1,5 @@
 """Where the real recordings and meshes lie that tests use when present; the product never needs them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

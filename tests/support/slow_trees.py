@@ -1,7 +1,5 @@
 """Plain recursive searches through hierarchies, to compare compiled ones with: same rules, other arithmetic."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Worlds of two or three cubes, small enough to work out every contact by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cdcore import Detection, Verdict

@@ -1,7 +1,5 @@
 """A small class whose answers and behaviour follow a known model: what every test of the study starts from."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

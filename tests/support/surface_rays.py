@@ -1,7 +1,5 @@
 """Rays against triangles, by brute force and apart from the product's own geometry, to measure meshes with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 AT_ONCE = 100_000

@@ -1,7 +1,5 @@
 """No construction of a ball leaves out a vertex that a face uses, and scaling keeps it that way."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -25,14 +23,10 @@ from cdcore.numerics import EPS
 
 BUILDERS = SPHERES["best"]
 SHAPES = {
-    "box": box_mesh((1, 2, 3)),
-    "ball": ball_mesh(),
-    "beaker": beaker_mesh(),
-    "rod": rod_mesh(),
-    "cone": revolved_mesh([(0, 0), (1, 0), (0, 2)]),
-    "point": TriangleMesh(np.ones((3, 3)), [[0, 1, 2]]),
+    "box": box_mesh((1, 2, 3)), "ball": ball_mesh(), "beaker": beaker_mesh(), "rod": rod_mesh(),
+    "cone": revolved_mesh([(0, 0), (1, 0), (0, 2)]), "point": TriangleMesh(np.ones((3, 3)), [[0, 1, 2]]),
     "far": moved(box_mesh(), [1e6, -1e6, 1e6]),
-}
+}  # fmt: skip
 
 
 def holds(sphere, points):

@@ -1,19 +1,21 @@
 """The box stage rejects no pair that meets, and agrees with an exact separation of the boxes where that is clear."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
-from support.shapes import ball_mesh, box_mesh, random_rotations, rod_mesh
+from support.shapes import ball_mesh, box_mesh, lab, random_rotations, rod_mesh
 
-from cdcore import Motion, TriangleMesh
+from cdcore import Motion, TriangleMesh, Verdict, create_detector
 from cdcore.bounding.box import Box, box_best
+from cdcore.bounding.sphere import sphere_best
 from cdcore.broad.box_stage import BoxStage, frame_of_box
+from cdcore.broad.broad_phase import BroadPhase
+from cdcore.broad.sphere_stage import SphereStage
 from cdcore.kernels.box_axes import apart_on_all_axes
 from cdcore.kernels.compiling import kernel
 from cdcore.numerics import EPS
+from cdcore.protocol import resolve_pairs
 
 PAIR = np.array([[0, 1]])
 
@@ -134,3 +136,21 @@ def test_the_frame_of_a_box_is_the_product():
     out = np.empty((3, 3))
     framed(a, b, out)
     assert np.allclose(out, a @ b, rtol=1e-14)
+
+
+def test_what_may_meet_is_what_spheres_and_boxes_let_through_and_holds_every_contact():
+    bodies, motion = lab(100)
+    pairs = resolve_pairs(bodies, None)
+    answer = BroadPhase(bodies, pairs).candidates(motion)
+    spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs).candidates(motion)
+    columns, frames = np.nonzero(spheres.verdict.T == Verdict.CANDIDATE)
+    meet = BoxStage([box_best(body.mesh) for body in bodies], pairs).may_meet(motion, frames, columns)
+    assert 0 < meet.sum() < len(meet)
+    assert np.array_equal([answer.frames, answer.columns], [frames[meet], columns[meet]])
+    assert answer.work == {"sphere_tests": spheres.tests, "skipped": spheres.skipped, "box_tests": len(frames)}
+    spheres.verdict[frames, columns] = Verdict.CLEAR
+    assert np.array_equal(answer.verdict, spheres.verdict)
+    assert len(answer.clock) == 3 and answer.clock == sorted(answer.clock)
+    near = set(zip(answer.frames.tolist(), answer.columns.tolist(), strict=True))
+    contacts = create_detector("exact", bodies).detect(motion).verdict == Verdict.CONTACT
+    assert contacts.any() and near >= {tuple(place) for place in np.argwhere(contacts).tolist()}

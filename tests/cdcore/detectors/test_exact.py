@@ -1,8 +1,10 @@
-"""``exact`` says CONTACT where the exhaustive test does, CONTAINED where it can, and the same whatever its settings."""
+"""``exact`` and ``static`` say CONTACT where the exhaustive test does, whatever their settings."""
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from support.motions import KINDS, grid_plate, motion_of, placed
+from support.shapes import ball_mesh, box_mesh, lab
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.errors import InvalidSettingError
@@ -81,3 +83,92 @@ def test_a_glass_at_rest_on_a_table_is_asked_once_for_an_hour():
     assert detection.work["reused"] == frames - 1
     assert len(detection.face_sets.faces) == len(detection.faces(0, 0)) > 200
     assert np.array_equal(detection.faces(frames - 1, 0), detection.faces(0, 0))
+
+
+BODIES = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
+
+
+def along(xs, turns=None):
+    places = np.zeros((len(xs), 2, 3))
+    places[:, 0, 0] = xs
+    turn = np.tile(np.eye(3), (len(xs), 2, 1, 1))
+    if turns is not None:
+        turn[:, 0] = Rotation.from_rotvec(np.outer(turns, [0, 0, 1])).as_matrix()
+    return Motion(np.arange(len(xs)), places, turn)
+
+
+def work(motion, **settings):
+    done = create_detector("static", BODIES, **settings).detect(motion).work
+    return done["queries"], done["cached"]
+
+
+def test_frozen_frames_are_one_query():
+    assert work(along([0.9] * 100)) == (1, 99)
+
+
+def test_a_move_and_the_way_back_are_two_more():
+    assert work(along([0.9] * 10 + [0.95] * 10 + [0.9] * 10)) == (3, 27)
+
+
+def test_a_pose_one_bit_off_is_a_change():
+    assert work(along([0.9, np.nextafter(0.9, 1)])) == (2, 0)
+
+
+def test_blocks_of_a_stream_remember_the_pose_before():
+    motion = along([0.9] * 10 + [2.0] * 10)
+    detector = create_detector("static", BODIES)
+    for block in (1, 3, 20):
+        joined = join(detector.stream(motion.blocks(block), faces=True))
+        assert joined.work == {"queries": 2, "cached": 18, "mesh_queries": 1}
+        whole = detector.detect(motion, faces=True)
+        assert (joined.digest, joined.faces_digest) == (whole.digest, whole.faces_digest)
+
+
+def test_missing_poses_between_equal_ones_ask_nothing_new():
+    motion = along([0.9] * 9)
+    valid = np.ones((9, 2), dtype=bool)
+    valid[3:6, 0] = False
+    gap = Motion(motion.times, motion.translations, motion.rotations, valid)
+    detection = create_detector("static", BODIES).detect(gap)
+    assert detection.work == {"queries": 1, "cached": 5, "mesh_queries": 1}
+    assert detection.verdict[:, 0].tolist() == [1] * 3 + [Verdict.NO_POSE] * 3 + [1] * 3
+
+
+def test_epsilon_lets_small_moves_pass_and_does_not_let_them_add_up():
+    creeping = along(0.9 + 0.0004 * np.arange(100))
+    assert work(creeping) == (100, 0)
+    queries, cached = work(creeping, epsilon=1e-3)
+    assert (queries, cached) == (34, 66)
+
+
+def test_epsilon_sees_a_turn_by_the_way_of_the_outermost_point():
+    assert work(along([0.9] * 50, turns=1e-5 * np.arange(50)), epsilon=1e-3)[0] == 1
+    assert work(along([0.9] * 50, turns=1e-2 * np.arange(50)), epsilon=1e-3)[0] == 50
+
+
+def test_epsilon_does_not_ask_again_when_both_move_as_one():
+    steps = np.linspace(0, 1, 40)
+    turn = Rotation.from_rotvec(np.outer(steps, [0, 1, 0])).as_matrix()
+    places = np.zeros((40, 2, 3))
+    places[:, 0] = turn @ [0.9, 0, 0]
+    places += steps[:, None, None]
+    motion = Motion(steps, places, np.repeat(turn[:, None], 2, 1))
+    assert work(motion)[0] == 40
+    assert work(motion, epsilon=1e-9) == (1, 39)
+
+
+def test_within_epsilon_a_verdict_is_at_most_that_far_off():
+    xs = 1.05 - 0.0004 * np.arange(300)
+    exact = create_detector("static", BODIES).detect(along(xs)).verdict[:, 0]
+    loose = create_detector("static", BODIES, epsilon=2e-3).detect(along(xs)).verdict[:, 0]
+    first = [int(np.argmax(verdict == Verdict.CONTACT)) for verdict in (exact, loose)]
+    assert first[0] <= first[1] <= first[0] + 5
+
+
+@pytest.mark.parametrize("block", [1, 13])
+def test_epsilon_in_blocks_gives_the_same_answers(block):
+    bodies, motion = lab(120)
+    detector = create_detector("static", bodies, epsilon=2e-3)
+    whole, joined = detector.detect(motion), join(detector.stream(motion.blocks(block)))
+    assert joined.digest == whole.digest
+    assert joined.work == whole.work

@@ -1,6 +1,4 @@
-"""Every name in the table loads on demand, and a name that is not there is answered with those that are."""
-
-from __future__ import annotations
+"""Every row of the table of detectors loads on demand, says where it comes from, and keeps its promises."""
 
 import subprocess
 import sys
@@ -105,3 +103,25 @@ def test_the_table_costs_no_engine_until_one_is_used():
 def test_what_is_no_whole_detector_is_refused_with_what_it_lacks(name, lacks):
     with pytest.raises(UnknownDetectorError, match=f"'{name}' is no detector: it defines no {lacks}; see"):
         load_detector(name)
+
+
+@pytest.mark.parametrize("name", DETECTORS)
+def test_it_names_sources_that_can_be_looked_up(name):
+    sources = load_detector(name).sources
+    assert isinstance(sources, tuple) and sources
+    assert all(isinstance(source, str) and len(source.split()) >= 4 for source in sources)
+    assert len(set(sources)) == len(sources)
+
+
+@pytest.mark.parametrize("name", DETECTORS)
+def test_it_says_when_to_choose_it_and_what_it_cannot_do(name):
+    detector = load_detector(name)
+    for words in (detector.choose_when, detector.cannot):
+        assert isinstance(words, str) and words == words.strip() and len(words.split()) >= 2
+        assert "\n" not in words and not words.endswith(".")
+    assert detector.__doc__
+
+
+def test_no_two_rows_are_to_be_chosen_for_the_same_reason():
+    reasons = [load_detector(name).choose_when for name in DETECTORS]
+    assert len(set(reasons)) == len(reasons)

@@ -1,10 +1,13 @@
-"""Each tree detector asks what its broad phase leaves, says what it did, and run to completion loses no face."""
+"""Tree detectors, ``hybrid``, ``image-space``, and the spheres they begin with: what each leaves out and gets right."""
 
 import numpy as np
 import pytest
-from support.shapes import ball_mesh, lab, still
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab, rod_mesh, still, without_faces
 
 from cdcore import Body, Verdict, create_detector, join
+from cdcore.bounding.sphere import sphere_best, sphere_by_triangle_mean
+from cdcore.narrow.fcl_meshes import FclMeshes
+from cdcore.protocol import counts_as_contact
 
 TREES = ["aabb", "obb", "rapid-style", "solid-style"]
 BALLS = [Body("a", ball_mesh()), Body("b", ball_mesh())]
@@ -63,3 +66,155 @@ def test_a_stream_sweeps_as_the_whole_does():
     assert parts.digest == whole.digest
     assert np.array_equal(parts.verdict, whole.verdict)
     assert parts.work["swaps"] == whole.work["swaps"] > 0
+
+
+def test_it_invents_nothing_and_finds_most_of_what_overlaps():
+    bodies, motion = lab(80)
+    truth = counts_as_contact(create_detector("exact", bodies).detect(motion).verdict)
+    detection = create_detector("image-space", bodies).detect(motion)
+    found = counts_as_contact(detection.verdict)
+    assert detection.approximate and not (found & ~truth).any()
+    decided = ~np.isin(detection.verdict, [Verdict.INVALID, Verdict.NO_POSE])
+    assert found.sum() > 0.8 * (truth & decided).sum() > 0
+
+
+def test_an_open_mesh_is_invalid_where_boxes_overlap_with_a_reason_and_clear_where_they_do_not():
+    bodies = [Body("bowl", without_faces(ball_mesh(), 9)), Body("box", box_mesh())]
+    near = create_detector("image-space", bodies).detect(still(bodies, [(0, 0, 0), (1, 0, 0)]))
+    assert near.verdict.tolist() == [[Verdict.INVALID]]
+    assert near.reasons == {(0, 0): "bowl is open: it has no inside to overlap"}
+    far = create_detector("image-space", bodies).detect(still(bodies, [(0, 0, 0), (9, 0, 0)]))
+    assert far.verdict.tolist() == [[Verdict.CLEAR]] and far.reasons == {}
+
+
+def test_volumes_come_per_pair_and_frame():
+    bodies = [Body("a", box_mesh()), Body("b", box_mesh()), Body("open", without_faces(ball_mesh(), 9))]
+    motion = still(bodies, [(0, 0, 0), (0.5, 0, 0), (0.2, 0, 0)], frames=3)
+    detector = create_detector("image-space", bodies)
+    volumes = detector.overlap_volumes(motion)
+    assert volumes[:, 0] == pytest.approx([0.5] * 3, rel=1e-6)
+    assert np.isnan(volumes[:, 1:]).all()
+    assert detector.detect(motion).work["images"] == 3
+
+
+def test_a_ball_in_a_box_is_contained_and_bodies_that_only_touch_are_not_found():
+    bodies = [Body("box", box_mesh()), Body("ball", ball_mesh(0.2))]
+    detector = create_detector("image-space", bodies)
+    assert detector.detect(still(bodies, [(0, 0, 0), (0.1, 0, 0)])).verdict.tolist() == [[Verdict.CONTAINED]]
+    assert detector.detect(still(bodies, [(0, 0, 0), (0.5, 0, 0)])).verdict.tolist() == [[Verdict.CONTACT]]
+    boxes = [Body("a", box_mesh()), Body("b", box_mesh())]
+    touching = create_detector("image-space", boxes).detect(still(boxes, [(0, 0, 0), (1, 0, 0)]))
+    assert touching.verdict.tolist() == [[Verdict.NOT_FOUND]]
+
+
+def meshes_alone(bodies, motion, pairs):
+    """Every pair in every frame by FCL, without any volume in front."""
+    engine = FclMeshes([body.mesh for body in bodies])
+    poses = [(motion.rotations[:, k], motion.translations[:, k]) for k in range(len(bodies))]
+    return np.stack([engine.touch_along(i, j, poses[i], poses[j]) for i, j in pairs.tolist()], axis=1)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("settings", [{}, {"sphere": "paper"}, {"skip": False}, {"containment": False}])
+def test_contact_is_where_the_meshes_meet_and_nowhere_else(seed, settings):
+    bodies, motion = lab(200, seed, gaps=False)
+    detection = create_detector("hybrid", bodies, **settings).detect(motion)
+    expected = meshes_alone(bodies, motion, detection.pairs)
+    assert expected.any()
+    assert np.array_equal(detection.verdict == Verdict.CONTACT, expected)
+
+
+def test_each_stage_hands_on_less_and_the_counters_add_up():
+    bodies, motion = lab(400, gaps=False)
+    detection = create_detector("hybrid", bodies).detect(motion, faces=True)
+    work = detection.work
+    assert work["sphere_tests"] + work["skipped"] == 400 * 10
+    assert work["sphere_tests"] > work["box_tests"] > work["mesh_queries"] > 0
+    contacts = int((detection.verdict == Verdict.CONTACT).sum())
+    assert work["mesh_queries"] + work["reused"] == contacts + work["containment_tests"]
+    assert work["face_pairs"] == len(detection.face_sets.faces)
+    assert set(detection.seconds) == {"spheres", "boxes", "meshes", "containment"}
+
+
+def test_frames_that_stand_still_are_one_query_per_pair():
+    bodies = [Body("glass", beaker_mesh()), Body("rod", rod_mesh())]
+    detection = create_detector("hybrid", bodies).detect(still(bodies, [[0, 0, 0], [0.037, 0, 0.05]], frames=500))
+    assert (detection.verdict == Verdict.CONTACT).all()
+    assert detection.work["mesh_queries"] == 1
+    assert detection.work["reused"] == 499
+
+
+@pytest.mark.parametrize("order", [("ball", "box"), ("box", "ball")])
+def test_a_ball_inside_a_box_is_contained_only_if_asked(order):
+    bodies = [Body("ball", ball_mesh(0.1)), Body("box", box_mesh())]
+    motion = still(bodies, np.zeros((2, 3)), frames=3)
+    asked = create_detector("hybrid", bodies, pairs=[order]).detect(motion)
+    assert asked.verdict.tolist() == [[Verdict.CONTAINED]] * 3
+    assert asked.containment == ("decided",)
+    silent = create_detector("hybrid", bodies, pairs=[order], containment=False).detect(motion)
+    assert silent.verdict.tolist() == [[Verdict.CLEAR]] * 3
+    assert silent.containment == ("refused: containment=False",)
+
+
+def test_an_open_box_refuses_containment_by_name():
+    bodies = [Body("ball", ball_mesh(0.1)), Body("crate", without_faces(box_mesh(), 1))]
+    detection = create_detector("hybrid", bodies).detect(still(bodies, np.zeros((2, 3))))
+    assert detection.verdict[0, 0] == Verdict.CLEAR
+    assert detection.containment == ("refused: crate is open",)
+
+
+def test_a_rod_in_the_cavity_of_a_beaker_is_clear():
+    bodies = [Body("rod", rod_mesh()), Body("beaker", beaker_mesh())]
+    detection = create_detector("hybrid", bodies).detect(still(bodies, [[0, 0, 0.01], [0, 0, 0]]))
+    assert detection.verdict[0, 0] == Verdict.CLEAR
+    assert detection.containment == ("decided",)
+
+
+def test_sections_are_there_for_every_contact():
+    bodies, motion = lab(150)
+    detection = create_detector("hybrid", bodies).detect(motion, faces=True)
+    for frame, pair in np.argwhere(detection.verdict == Verdict.CONTACT)[::9].tolist():
+        segments = detection.section(frame, pair)
+        assert 0 < len(segments) <= detection.face_counts[frame, pair]
+        assert np.isfinite(segments).all()
+
+
+def test_only_volumes_are_spoken_of():
+    bodies, motion = lab(300, gaps=False)
+    found = set(np.unique(create_detector("sphere", bodies).detect(motion).verdict).tolist())
+    assert found == {Verdict.CLEAR, Verdict.CANDIDATE}
+
+
+@pytest.mark.parametrize("mode", ["paper", "best"])
+@pytest.mark.parametrize(
+    ("gap", "verdict"), [(-1e-6, Verdict.CANDIDATE), (0.0, Verdict.CANDIDATE), (1e-6, Verdict.CLEAR)]
+)
+def test_a_pair_is_a_candidate_up_to_the_sum_of_radii(mode, gap, verdict):
+    bodies = [Body("a", ball_mesh(0.5)), Body("b", beaker_mesh())]
+    build = {"paper": sphere_by_triangle_mean, "best": sphere_best}[mode]
+    one, other = (build(body.mesh) for body in bodies)
+    offset = np.array([one.radius + other.radius + gap, 0, 0]) + one.centre - other.centre
+    motion = still(bodies, [[0, 0, 0], offset])
+    assert create_detector("sphere", bodies, sphere=mode).detect(motion).verdict[0, 0] == verdict
+
+
+def test_the_best_ball_has_no_more_candidates_than_the_papers():
+    bodies, motion = lab(300)
+    counts = [
+        (create_detector("sphere", bodies, sphere=mode).detect(motion).verdict == Verdict.CANDIDATE).sum()
+        for mode in ("paper", "best")
+    ]
+    assert counts[1] <= counts[0]
+
+
+def test_skipping_is_counted_and_changes_no_digest():
+    bodies, motion = lab(300)
+    leaping, plain = (create_detector("sphere", bodies, skip=skip).detect(motion) for skip in (True, False))
+    assert leaping.digest == plain.digest
+    assert leaping.work["skipped"] > plain.work["skipped"] == 0
+    assert leaping.work["sphere_tests"] + leaping.work["skipped"] == plain.work["sphere_tests"]
+
+
+def test_containment_is_refused_with_the_reason():
+    bodies, motion = lab(2)
+    assert set(create_detector("sphere", bodies).detect(motion).containment) == {"refused: spheres alone cannot tell"}

@@ -1,7 +1,5 @@
 """FCL's answers are complete, face pairs unique and sorted, and nothing that crashes it can reach it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from support.shapes import ball_mesh, box_mesh, moved, random_rotations, rod_mesh

@@ -1,14 +1,22 @@
-"""Pairs come out as body numbers, in the order asked for, or one sentence says what is wrong."""
-
-from __future__ import annotations
+"""Bodies become pairs of numbers, in the order asked for; blocks of other bodies or out of order are refused."""
 
 import numpy as np
 import pytest
-from support.shapes import box_mesh
+from support.shapes import box_mesh, still
 
 from cdcore import Body
-from cdcore.errors import InvalidPairError
-from cdcore.protocol import resolve_pairs
+from cdcore.errors import InvalidPairError, InvalidPoseError
+from cdcore.protocol import (
+    Verdict,
+    blocks_in_order,
+    contact_or_clear,
+    ordered_by_name,
+    pair_has_pose,
+    require_bodies,
+    resolve_pairs,
+)
+from cdcore.protocol.blocks import looks_at, looks_of
+from cdcore.protocol.motion import Motion
 
 BODIES = [Body(name, box_mesh()) for name in ("table", "rod", "cup")]
 
@@ -35,15 +43,11 @@ def test_an_empty_list_is_no_pairs():
 @pytest.mark.parametrize(
     ("pairs", "message"),
     [
-        ([("cup", "spoon")], "no body 'spoon'; there are: table, rod, cup"),
-        ([(0, 3)], "no body 3"),
-        ([(-1, 0)], "no body -1"),
-        ([(0.0, 1)], "no body 0.0"),
-        ([("cup", "cup")], "paired with itself"),
-        ([(0, 1), ("rod", "table")], "pair table-rod is asked for twice"),
-        ([(0, 1, 2)], "two bodies, not 3"),
+        ([("cup", "spoon")], "no body 'spoon'; there are: table, rod, cup"), ([(0, 3)], "no body 3"),
+        ([(-1, 0)], "no body -1"), ([(0.0, 1)], "no body 0.0"), ([("cup", "cup")], "paired with itself"),
+        ([(0, 1), ("rod", "table")], "pair table-rod is asked for twice"), ([(0, 1, 2)], "two bodies, not 3"),
     ],
-)
+)  # fmt: skip
 def test_a_pair_that_is_none_is_refused(pairs, message):
     with pytest.raises(InvalidPairError, match=message):
         resolve_pairs(BODIES, pairs)
@@ -52,3 +56,63 @@ def test_a_pair_that_is_none_is_refused(pairs, message):
 def test_two_bodies_of_one_name_are_refused():
     with pytest.raises(InvalidPairError, match="used twice: rod"):
         resolve_pairs([*BODIES, BODIES[1]], None)
+
+
+BODIES_blocks = [Body(name, box_mesh()) for name in ("rod", "cup", "table")]
+
+
+def test_a_motion_of_as_many_bodies_passes_and_of_another_number_does_not():
+    motion = still(BODIES_blocks, np.zeros((3, 3)))
+    require_bodies(motion, BODIES_blocks)
+    with pytest.raises(InvalidPoseError, match=r"poses of 3 bodies, the detector has 2; give one column .*: rod, cup"):
+        require_bodies(motion, BODIES_blocks[:2])
+
+
+def test_blocks_pass_in_order_and_empty_ones_do_not_count():
+    motion = still(BODIES_blocks, np.zeros((3, 3)), frames=6)
+    blocks = [motion.frames(0, 2), motion.frames(2, 2), motion.frames(2, 6)]
+    assert [len(block) for block in blocks_in_order(blocks)] == [2, 0, 4]
+
+
+def test_a_block_that_starts_before_the_last_one_ended_is_refused():
+    motion = still(BODIES_blocks, np.zeros((3, 3)), frames=6)
+    with pytest.raises(InvalidPoseError, match=r"block 1 starts at .* not after .*; stream the blocks in order"):
+        list(blocks_in_order([motion.frames(0, 3), motion.frames(2, 6)]))
+
+
+def test_a_pair_has_a_pose_where_both_bodies_have_one():
+    valid = np.array([[True, True, False], [True, False, True]])
+    motion = Motion([0, 1], np.zeros((2, 3, 3)), np.tile(np.eye(3), (2, 3, 1, 1)), valid)
+    pairs = np.array([[0, 1], [0, 2]])
+    assert pair_has_pose(motion, pairs).tolist() == [[True, False], [False, True]]
+    verdicts = contact_or_clear(np.array([[True, True], [False, False]]), motion, pairs)
+    assert verdicts.tolist() == [[Verdict.CONTACT, Verdict.NO_POSE], [Verdict.NO_POSE, Verdict.CLEAR]]
+    assert verdicts.dtype == np.uint8
+
+
+def test_pairs_are_ordered_by_name_and_the_turned_ones_are_marked():
+    ordered, turned = ordered_by_name(BODIES_blocks, np.array([[0, 1], [1, 0], [2, 0]]))
+    assert ordered.tolist() == [[1, 0], [1, 0], [0, 2]]
+    assert turned.tolist() == [True, False, True]
+    assert ordered_by_name(BODIES_blocks, np.zeros((0, 2), dtype=np.int64))[0].shape == (0, 2)
+
+
+@pytest.mark.parametrize("rate", [22.5, 50.0, 60.0, 72.0, 90.0])
+def test_looks_of_blocks_are_those_of_the_whole_and_of_single_frames(rate):
+    times = np.cumsum(np.random.default_rng(0).uniform(0.002, 0.03, 300))
+    whole, tick = looks_of(times, rate)
+    first, before = looks_of(times[:77], rate)
+    second, after = looks_of(times[77:], rate, before)
+    assert np.array_equal(np.concatenate([first, second]), whole) and after == tick
+    assert [looks_at(times, frame, rate) for frame in range(300)] == whole.tolist()
+
+
+def test_a_rate_at_the_frames_own_looks_at_every_frame_though_stamps_are_rounded():
+    times = np.round(np.arange(9000) / 90, 9)
+    assert looks_of(times, 90.0)[0].all()
+    assert looks_of(times, 45.0)[0].sum() == 4500
+
+
+def test_no_frame_is_no_look():
+    looks, tick = looks_of(np.zeros(0), 50.0, 3.0)
+    assert len(looks) == 0 and tick == 3.0

@@ -1,25 +1,24 @@
-"""A detection's digests depend on what was found, and not on how bodies and pairs were ordered or blocks were cut."""
-
-from __future__ import annotations
+"""A detection is checked and frozen; verdicts count as contact, as none, or are left out; face sets come back."""
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from cdcore import Detection, FaceSets, join
+from cdcore import Detection, FaceSets, Verdict, join
 from cdcore.errors import NotRecordedError
+from cdcore.protocol import counts_as_contact, is_undecided
+from cdcore.protocol.verdict import CONTACT_VERDICTS, UNDECIDED_VERDICTS
 
 FACES = np.array([[1, 7], [2, 3]])
 
 
 def detection(**changes):
     values = {
-        "detector": "test",
-        "names": ("cup", "rod", "table"),
-        "pairs": np.array([[0, 1], [1, 2]]),
-        "times": np.array([0.0, 0.5, 1.0]),
-        "verdict": np.array([[0, 1], [1, 7], [2, 0]], dtype=np.uint8),
+        "detector": "test", "names": ("cup", "rod", "table"), "pairs": np.array([[0, 1], [1, 2]]),
+        "times": np.array([0.0, 0.5, 1.0]), "verdict": np.array([[0, 1], [1, 7], [2, 0]], dtype=np.uint8),
         "face_sets": FaceSets.from_lists([0, 1], [1, 0], [FACES[:1], FACES]),
-    }
+    }  # fmt: skip
     return Detection(**(values | changes))
 
 
@@ -127,3 +126,86 @@ def test_no_blocks_cannot_be_joined():
 def test_verdicts_cannot_be_changed():
     with pytest.raises(ValueError, match="read-only"):
         detection().verdict[0, 0] = 1
+
+
+ALL = np.arange(8, dtype=np.uint8).reshape(2, 4)
+
+
+def test_the_numbers_that_stand_in_files_stay_as_they_are():
+    assert {verdict.name: int(verdict) for verdict in Verdict} == {
+        "CLEAR": 0,
+        "CONTACT": 1,
+        "CONTAINED": 2,
+        "CANDIDATE": 3,
+        "NOT_FOUND": 4,
+        "UNRESOLVED": 5,
+        "INVALID": 6,
+        "NO_POSE": 7,
+    }
+
+
+def test_contact_contained_and_candidate_count_as_contact():
+    assert counts_as_contact(ALL).tolist() == [[False, True, True, True], [False, False, False, False]]
+
+
+def test_unresolved_invalid_and_no_pose_are_left_out():
+    assert is_undecided(ALL).tolist() == [[False, False, False, False], [False, True, True, True]]
+
+
+def test_no_verdict_is_both_contact_and_undecided():
+    assert not set(CONTACT_VERDICTS) & set(UNDECIDED_VERDICTS)
+
+
+rows = st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), min_size=0, max_size=4).map(
+    lambda pairs: np.array(sorted(set(pairs)), dtype=np.int32).reshape(-1, 2)
+)
+entries = st.dictionaries(st.tuples(st.integers(0, 7), st.integers(0, 3)), rows, max_size=12)
+
+
+def made(table):
+    frame, pair = [key[0] for key in table], [key[1] for key in table]
+    return FaceSets.from_lists(frame, pair, list(table.values()))
+
+
+@given(entries)
+def test_every_set_comes_back_from_its_place(table):
+    sets = made(table)
+    counts = sets.counts(8, 4)
+    for frame in range(8):
+        for pair in range(4):
+            expected = table.get((frame, pair), np.zeros((0, 2)))
+            assert sets.at(frame, pair).tolist() == expected.tolist()
+            assert counts[frame, pair] == len(expected)
+
+
+@given(entries, st.integers(0, 8))
+def test_blocks_joined_equal_the_whole(table, cut):
+    before = {key: value for key, value in table.items() if key[0] < cut}
+    after = {(frame - cut, pair): value for (frame, pair), value in table.items() if frame >= cut}
+    joined = FaceSets.join([(0, made(before)), (cut, made(after))])
+    for frame in range(8):
+        for pair in range(4):
+            assert joined.at(frame, pair).tolist() == made(table).at(frame, pair).tolist()
+
+
+def test_frames_that_share_a_set_store_it_once():
+    one = np.array([[1, 2], [3, 4]])
+    sets = FaceSets.from_shared(np.arange(1000), np.zeros(1000, dtype=int), np.zeros(1000, dtype=int), [one])
+    assert len(sets.faces) == 2
+    assert sets.at(999, 0).tolist() == one.tolist()
+
+
+def test_an_entry_without_faces_is_no_contact_and_is_left_out():
+    sets = FaceSets.from_lists([0, 1], [0, 0], [np.zeros((0, 2)), np.array([[5, 6]])])
+    assert sets.frame.tolist() == [1]
+
+
+def test_they_are_read_only():
+    sets = FaceSets.from_lists([0], [0], [np.array([[1, 2]])])
+    with pytest.raises(ValueError, match="read-only"):
+        sets.faces[0] = 0
+
+
+def test_nothing_joined_is_nothing():
+    assert FaceSets.join([]).counts(2, 2).tolist() == [[0, 0], [0, 0]]
+    assert FaceSets.from_lists([], [], []).at(0, 0).shape == (0, 2)

@@ -1,7 +1,5 @@
 """A motion holds finite rigid poses or names the frame and body that is none."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 
@@ -61,14 +59,6 @@ def test_printed_digits_are_repaired_to_the_nearest_rotation_and_counted(digits,
     assert np.abs(motion.rotations - nearest_rotation(np.round(turn, digits))).max() < 1e-14
 
 
-def test_float32_quaternions_are_renormalised_in_float64():
-    rng = np.random.default_rng(2)
-    quaternions = rng.normal(size=(6, 2, 4))
-    quaternions = (quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True)).astype(np.float32)
-    motion = Motion.from_quaternions(TIMES, np.zeros((6, 2, 3)), quaternions)
-    assert orthonormality_error(motion.rotations).max() <= ORTHONORMAL_KEEP
-
-
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
@@ -112,7 +102,8 @@ def test_the_same_pose_flagged_as_not_valid_is_not_looked_at():
 
 
 @pytest.mark.parametrize(
-    "quaternion", [[0, 0, 0, 0], [0, 0, 0, 0.5], [0, 0, 0, 1.1], [0, np.nan, 0, 1], [1e200, 0, 0, 0]]
+    "quaternion",
+    [[0] * 4, [0, 0, 0, 0.5], [0, 0, 0, 0.998], [0, 0, 0, 1.002], [0, np.nan, 0, 1], [1e200, 0, 0, 0]],
 )
 def test_a_quaternion_that_is_none_is_refused(quaternion):
     quaternions = np.tile([0.0, 0, 0, 1], (6, 2, 1))

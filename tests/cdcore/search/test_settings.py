@@ -1,27 +1,22 @@
-"""Settings are checked by name, and the message says what to give."""
+"""Settings are checked by name; the equations as printed break, their gate is no rotation and their gain no gain."""
 
+import numpy as np
 import pytest
+from support.search_scenes import I3, ball_of, search_of
+from support.shapes import box_mesh
 
 from cdcore.errors import InvalidSettingError
+from cdcore.search.printed import printed_gate, probabilities
 from cdcore.search.settings import EQUATIONS, VARIANTS, SearchSettings
 
 BAD = [
-    ("variant", "quick", "memetic, corrected"),
-    ("decode", "sine", "angle, amplitude"),
-    ("without_equation", 14, "15, 16"),
-    ("ants", 0, "1 or more"),
-    ("ants", 2.5, "whole number"),
-    ("budget", 0, "1 or more"),
-    ("mutation", 1.5, "0 to 1"),
-    ("evaporation", -0.1, "0 to 1"),
-    ("beta", float("nan"), "0 to 1000"),
-    ("budget_seconds", 0.0, "above 0"),
-    ("seed", 1.5, "whole number"),
-    ("samples", 0, "1 or more"),
-    ("samples", "many", "1 or more"),
-    ("target_recall", 1.5, "0 to 1"),
+    ("variant", "quick", "memetic, corrected"), ("decode", "sine", "angle, amplitude"),
+    ("without_equation", 14, "15, 16"), ("ants", 0, "1 or more"), ("ants", 2.5, "whole number"),
+    ("budget", 0, "1 or more"), ("mutation", 1.5, "0 to 1"), ("evaporation", -0.1, "0 to 1"),
+    ("beta", float("nan"), "0 to 1000"), ("budget_seconds", 0.0, "above 0"), ("seed", 1.5, "whole number"),
+    ("samples", 0, "1 or more"), ("samples", "many", "1 or more"), ("target_recall", 1.5, "0 to 1"),
     ("pheromone_least", 11.0, "up to pheromone_most"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("name", "value", "hint"), BAD)
@@ -49,3 +44,44 @@ def test_every_variant_and_every_equation_switched_off_is_accepted():
     for variant in VARIANTS:
         for equation in (None, *EQUATIONS):
             assert SearchSettings(variant=variant, without_equation=equation).variant == variant
+
+
+def test_the_printed_gate_shrinks_its_vector_a_hundred_turns_by_nine_tenths():
+    qubit = np.array([[1.0, 0.0]])
+    for _ in range(100):
+        qubit = printed_gate(np.array([0.05 * np.pi]), qubit)
+    assert np.linalg.norm(qubit) == pytest.approx(0.081, abs=0.0005)
+
+
+def test_the_printed_gate_fails_the_invariant_of_a_rotation_and_is_a_reflection_only_at_zero():
+    theta, t = np.meshgrid(np.linspace(-1, 1, 21), np.linspace(0, 6, 25))
+    norm = (printed_gate(theta, np.stack([np.cos(t), np.sin(t)], axis=-1)) ** 2).sum(axis=-1)
+    assert np.allclose(norm, 1 - np.sin(2 * theta) * np.sin(2 * t))
+    assert np.abs(norm - 1).max() > 0.9
+    assert np.allclose(norm[:, 10], 1.0)
+
+
+def test_probabilities_of_a_negative_pheromone_are_none():
+    assert not (probabilities(np.array([-0.5, 1.0]), np.ones(2), 1.0, 1.0) >= 0).all()
+    assert not np.isfinite(probabilities(np.array([-0.5, 1.0]), np.ones(2), 1.5, 1.0)).all()
+    assert probabilities(np.array([1.0, 3.0]), np.ones(2), 1.0, 1.0).tolist() == [0.25, 0.75]
+
+
+@pytest.mark.parametrize("alpha", [1.5, pytest.param(1.0, marks=pytest.mark.slow)])
+def test_it_breaks_within_a_few_dozen_steps_for_each_of_fifty_seeds(alpha):
+    ball = ball_of(600)
+    broke = []
+    for seed in range(50):
+        search = search_of(ball, ball, variant="printed", alpha=alpha, beta=2.0, budget=100_000, seed=seed)
+        look = search.look((I3, np.array([5.0, 0, 0])), (I3, np.zeros(3)), 0.0)
+        assert look.reason == "broken"
+        broke.append(look.iterations)
+    assert 1 <= np.median(broke) <= 30
+
+
+def test_a_hit_on_the_way_is_still_a_confirmed_one():
+    box = box_mesh()
+    search = search_of(box, box, variant="printed", budget=100_000)
+    look = search.look((I3, np.array([0.02, 0, 0])), (I3, np.zeros(3)), 0.0)
+    assert look.reason == "hit"
+    assert look.hit in {tuple(row) for row in search.curve(np.zeros((0, 2), dtype=np.int64)).tolist()}

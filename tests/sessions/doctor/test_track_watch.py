@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.planted_faults import FRAMES, STEP_NS, clean
 
+from sessions import Severity, Status
+from sessions.doctor.pose_pass import look_through
+from sessions.doctor.timing import out_of_order, time_findings
 from sessions.doctor.track_watch import Mark, Samples, TrackWatch
 
 STEP = 1 / 90
@@ -80,3 +84,69 @@ def test_repeats_flips_and_device_stamps_are_marked():
     assert np.flatnonzero(marks & Mark.SAMPLE_REPEATED).tolist() == [2]
     assert np.isnan(steps[0]) and steps[4] == 0
     assert steps[1:] == pytest.approx(np.linalg.norm(np.diff(place, axis=0), axis=1), rel=1e-6)
+
+
+def findings(draft):
+    return [*time_findings(look_through([draft.session().frames]))]
+
+
+def shifted(draft, start, stop, by):
+    for name in ("stamp_ns", "log_ns", "sample_ns"):
+        draft.arrays[name][start:stop] += by
+
+
+def test_an_even_clock_has_nothing_to_be_said_about():
+    assert findings(clean()) == []
+
+
+def test_a_frame_is_out_of_order_against_the_latest_one_before():
+    backwards, repeated = out_of_order(np.array([0, 10, 5, 10, 8, 11]))
+    assert np.flatnonzero(backwards).tolist() == [2, 4] and np.flatnonzero(repeated).tolist() == [3]
+
+
+@pytest.mark.parametrize(("steps", "found"), [(2.9, False), (3.1, True)])
+def test_a_gap_is_longer_than_three_median_steps(steps, found):
+    draft = clean()
+    shifted(draft, 400, FRAMES, round((steps - 1) * STEP_NS))
+    gaps = [one for one in findings(draft) if one.code == "gap"]
+    assert bool(gaps) == found
+    assert all(one.severity == Severity.NOTE for one in gaps)
+
+
+def test_a_body_that_pauses_while_others_go_on_has_a_gap_of_its_own():
+    draft = clean()
+    draft.arrays["status"][300:400, 1] = Status.ABSENT
+    (one,) = findings(draft)
+    stamps = draft.arrays["stamp_ns"]
+    assert (one.code, one.body, one.start_ns, one.end_ns) == ("gap", "hand-left", stamps[299], stamps[400])
+
+
+def test_a_body_at_a_third_of_the_rate_has_no_gap():
+    draft = clean()
+    draft.arrays["status"][np.arange(FRAMES) % 3 > 0, 1] = Status.ABSENT
+    assert findings(draft) == []
+
+
+def test_a_log_clock_that_runs_faster_drifts():
+    draft = clean()
+    draft.arrays["log_ns"] = draft.arrays["log_ns"] + np.arange(FRAMES) * 200_000
+    (one,) = findings(draft)
+    assert (one.code, one.severity) == ("clock-drift", Severity.WARNING)
+
+
+def test_a_log_clock_with_another_zero_is_noted_and_its_jump_still_found():
+    draft = clean()
+    draft.arrays["log_ns"] = draft.arrays["log_ns"] - 10**18
+    (one,) = findings(draft)
+    assert (one.code, one.severity) == ("clock-skew", Severity.NOTE)
+    draft.arrays["log_ns"][600:] += 5 * 10**9
+    assert [one.severity for one in findings(draft)] == [Severity.NOTE, Severity.WARNING]
+
+
+def test_device_stamps_that_go_back_or_repeat_name_the_body():
+    draft = clean()
+    draft.arrays["sample_ns"][500, 0] -= 3 * STEP_NS
+    draft.arrays["sample_ns"][700, 1] = draft.arrays["sample_ns"][699, 1]
+    assert [(one.code, one.body) for one in findings(draft)] == [
+        ("time-backwards", "flask"), ("duplicate-stamps", "hand-left"),
+    ]  # fmt: skip

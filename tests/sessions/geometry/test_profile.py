@@ -2,8 +2,21 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation, Slerp
 
 from sessions.geometry.profile import Arc, Line, clipped, level_holding, offset, rounded, sampled, solved, volume_below
+from sessions.geometry.rings import area_factor, capped, even_angles, sewn, turned, turned_solid
+from sessions.geometry.rotations import (
+    quaternion_about,
+    quaternion_facing,
+    quaternion_from_matrix,
+    quaternion_from_vector,
+    quaternion_inverse,
+    quaternion_product,
+    rotated,
+    slerp,
+)
+from sessions.mesh_data import is_closed
 
 CONE = [(0.0, 0.001), (0.03, 0.001), (0.01, 0.08), (0.01, 0.12)]
 
@@ -69,3 +82,102 @@ def test_clipping_ends_at_the_level_and_leaves_no_needle():
 
 def test_a_root_is_found_to_the_last_bits():
     assert solved(lambda x: x * x - 2.0, 0.0, 2.0) == pytest.approx(np.sqrt(2.0), rel=1e-15)
+
+
+CYLINDER = np.array([(0.0, 0.0), (0.02, 0.0), (0.02, 0.1), (0.0, 0.1)])
+
+
+@given(st.integers(3, 200))
+def test_a_turned_polygon_has_the_volume_of_the_round_solid(sections):
+    solid = turned_solid(CYLINDER, sections)
+    assert is_closed(solid)
+    assert solid.volume == pytest.approx(np.pi * 0.02**2 * 0.1, rel=1e-5)
+
+
+@given(st.integers(4, 60), st.integers(0, 2**32))
+def test_uneven_angles_enclose_the_same_area(sections, seed):
+    steps = np.random.default_rng(seed).uniform(0.5, 1.5, sections)
+    angles = np.concatenate([[0.0], np.cumsum(steps)[:-1]]) * 2 * np.pi / steps.sum()
+    if np.diff(angles, append=2 * np.pi).max() < 3.0:
+        assert sewn(turned(CYLINDER, angles)).volume == pytest.approx(np.pi * 0.02**2 * 0.1, rel=1e-5)
+        assert area_factor(angles) >= area_factor(even_angles(sections)) - 1e-12
+
+
+def test_the_order_of_the_rings_does_not_turn_the_surface_inside_out():
+    rings = turned(CYLINDER, even_angles(12))
+    assert sewn(rings).volume == pytest.approx(sewn(rings[::-1]).volume)
+    assert sewn(rings).volume > 0
+
+
+def test_a_ring_sewn_around_is_a_closed_torus():
+    outline = np.array([(0.05, 0.0), (0.06, 0.0), (0.06, 0.01), (0.05, 0.01)])
+    torus = sewn(turned(outline, even_angles(40)), around=True)
+    assert is_closed(torus)
+    edges = len(torus.faces) * 3 // 2
+    assert len(torus.vertices) - edges + len(torus.faces) == 0
+    assert torus.volume == pytest.approx(2 * np.pi * 0.055 * 1e-4, rel=1e-3)
+
+
+def test_falling_bands_use_the_other_diagonal_and_nothing_else_changes():
+    rings = turned(CYLINDER, even_angles(5))
+    rising, falling = sewn(rings), sewn(rings, falling_from=1)
+    assert is_closed(falling)
+    assert falling.volume == pytest.approx(rising.volume, rel=1e-6)
+    changed = (np.sort(rising.faces, axis=1) != np.sort(falling.faces, axis=1)).any(axis=1)
+    assert changed.sum() == 10
+
+
+def test_open_rings_are_closed_by_caps():
+    rings = turned(CYLINDER[1:3], even_angles(9))
+    assert is_closed(capped(rings))
+    assert capped(rings).volume == pytest.approx(np.pi * 0.02**2 * 0.1, rel=1e-5)
+
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def some(seed, count=20):
+    return Rotation.random(count, rng=np.random.default_rng(seed))
+
+
+@given(seeds)
+def test_products_turns_and_inverses_agree_with_scipy(seed):
+    a, b = some(seed), some(seed + 1)
+    product = Rotation.from_quat(quaternion_product(a.as_quat(), b.as_quat()))
+    np.testing.assert_allclose(product.as_matrix(), (a * b).as_matrix(), atol=1e-14)
+    v = np.random.default_rng(seed).normal(size=(20, 3))
+    np.testing.assert_allclose(rotated(a.as_quat(), v), a.apply(v), atol=1e-13)
+    np.testing.assert_allclose(rotated(quaternion_inverse(a.as_quat()), a.apply(v)), v, atol=1e-13)
+
+
+@given(seeds, st.floats(0.0, 1.0))
+def test_slerp_agrees_with_scipy_whatever_the_signs(seed, share):
+    pair = some(seed, 2)
+    q = pair.as_quat() * np.where(np.random.default_rng(seed).random(2) < 0.5, -1.0, 1.0)[:, None]
+    expected = Slerp([0.0, 1.0], pair)(share).as_matrix()
+    np.testing.assert_allclose(Rotation.from_quat(slerp(q[0], q[1], share)).as_matrix(), expected, atol=1e-7)
+
+
+def test_slerp_of_close_rotations_stays_a_unit():
+    near = quaternion_about((0.0, 1.0, 0.0), 1e-9)
+    assert np.linalg.norm(slerp((0.0, 0.0, 0.0, 1.0), near, 0.5)) == pytest.approx(1.0, abs=1e-15)
+    assert slerp((0.0, 0.0, 0.0, 1.0), near, 0.5)[1] == pytest.approx(2.5e-10, rel=1e-6)
+
+
+@given(seeds)
+def test_matrices_and_vectors_give_their_rotation(seed):
+    turn = some(seed, 1)[0]
+    from_matrix = quaternion_from_matrix(turn.as_matrix())
+    np.testing.assert_allclose(Rotation.from_quat(from_matrix).as_matrix(), turn.as_matrix(), atol=1e-13)
+    from_vector = quaternion_from_vector(turn.as_rotvec())
+    np.testing.assert_allclose(Rotation.from_quat(from_vector).as_matrix(), turn.as_matrix(), atol=1e-13)
+
+
+def test_facing_turns_minus_z_forward_and_keeps_up_up():
+    q = quaternion_facing((1.0, -0.4, 0.3))
+    forward = np.array([1.0, -0.4, 0.3]) / np.linalg.norm([1.0, -0.4, 0.3])
+    np.testing.assert_allclose(rotated(q, (0.0, 0.0, -1.0)), forward, atol=1e-14)
+    assert rotated(q, (0.0, 1.0, 0.0))[1] > 0.9
+    assert abs(rotated(q, (1.0, 0.0, 0.0))[1]) < 1e-14
+    with pytest.raises(ValueError, match="vertical"):
+        quaternion_facing((0.0, 1.0, 0.0))

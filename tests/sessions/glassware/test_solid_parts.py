@@ -1,7 +1,11 @@
 import numpy as np
 import pytest
+from support.surface_rays import distances_along_rays, points_on_faces
 
 from sessions.geometry.solids import box
+from sessions.glassware.furniture import bench, stand, test_tube_rack, tripod
+from sessions.glassware.hands import hand_left, hand_right
+from sessions.glassware.instrument import DENSITY, Instrument, Part, mass_of
 from sessions.glassware.solid_parts import (
     bent,
     cylinder,
@@ -13,6 +17,8 @@ from sessions.glassware.solid_parts import (
     sections_for,
     swept,
 )
+from sessions.glassware.tools import alcohol_lamp, delivery_tube, stirring_rod, tongs
+from sessions.glassware.tubes import test_tube
 from sessions.mesh_data import is_closed
 
 
@@ -66,3 +72,150 @@ def test_the_search_returns_the_nearest_count_when_none_is_near():
 
 def test_grounded_stands_on_the_plane():
     assert grounded(box((1, 1, 1), (3, 7, 2))).bounds[:, 1].tolist() == [0, 1]
+
+
+def test_a_part_at_rest_is_moved_by_its_position():
+    mesh = box((0.1, 0.1, 0.1), (0, 0, 0))
+    part = Part(
+        instrument=Instrument(name="x", mesh=mesh, tags=(), material="steel", sources=(), mass=1.0), position=(1, 2, 3)
+    )
+    assert (part.to_parent @ [0, 0, 0, 1]).tolist() == [1, 2, 3, 1]
+    assert np.array_equal(part.to_parent[:3, :3], np.eye(3))
+
+
+@pytest.mark.parametrize("material", DENSITY)
+def test_mass_is_volume_times_density(material):
+    assert mass_of(box((0.1, 0.2, 0.5), (0, 0, 0)), material) == pytest.approx(0.01 * DENSITY[material])
+
+
+def test_borosilicate_glass_has_the_density_of_its_standard():
+    assert DENSITY["borosilicate glass 3.3"] == 2230.0  # ISO 3585: 2.23 g/cm3
+
+
+@pytest.mark.parametrize("faces", [500, 2000, 5000, pytest.param(50_000, marks=pytest.mark.slow)])
+def test_the_wall_of_the_delivery_tube_is_as_thick_as_stated(faces):
+    tube = delivery_tube(faces)
+    points, normals = points_on_faces(tube.mesh, 300, faces)
+    ends = np.array([site.point for site in tube.sites.values()])
+    away = np.linalg.norm(points[:, None] - ends, axis=2).min(axis=1) > 0.005
+    points, normals = points[away], normals[away]
+    across = distances_along_rays(tube.mesh.triangles, points + 1e-6 * normals, normals)
+    in_bore = np.array([len(hit) > 0 and hit[0] < 0.0065 for hit in across])  # the bore is 6 mm wide
+    assert in_bore.sum() > 80
+    outwards = -normals[in_bore]
+    hits = distances_along_rays(tube.mesh.triangles, points[in_bore] + 1e-6 * outwards, outwards)
+    assert np.array([hit[0] for hit in hits]) == pytest.approx(tube.wall.thickness, rel=0.10)
+
+
+def test_the_bore_of_the_delivery_tube_leads_from_inlet_to_outlet():
+    tube = delivery_tube(2000)
+    x, y, _ = tube.sites["outlet"].point
+    up = distances_along_rays(tube.mesh.triangles, [[x + 1e-5, y - 0.1, 1e-5]], [[0, 1, 0]])[0]
+    assert up[0] > 0.2  # past the open end, up the bore to the bend
+
+
+def test_the_stopper_holds_the_tube_without_touching_it():
+    tube = delivery_tube(2000)
+    stopper = tube.parts[0].instrument.mesh
+    outside = np.hypot(*tube.mesh.vertices[np.abs(tube.mesh.vertices[:, 1]) < 0.028][:, [0, 2]].T)
+    hole = np.hypot(*stopper.vertices[:, [0, 2]].T).min()
+    assert outside[outside < 0.01].max() < hole * 1.06
+    assert hole > 0.004
+
+
+def test_a_rod_is_as_long_as_asked():
+    assert stirring_rod(500, length=0.15).mesh.bounds[:, 1] == pytest.approx([0, 0.15], abs=1e-6)
+
+
+def test_tongs_open_by_the_angle_asked():
+    closed, opened = tongs(1000, opening_deg=4.0).mesh, tongs(1000, opening_deg=16.0).mesh
+    jaws = [np.ptp(mesh.vertices[mesh.vertices[:, 2] < -0.11][:, 0]) for mesh in (closed, opened)]
+    assert jaws[1] - jaws[0] == pytest.approx(2 * 0.115 * np.radians(6.0), rel=0.35)
+    assert closed.bounds[0, 1] == opened.bounds[0, 1] == 0
+
+
+def test_the_wick_hangs_into_the_liquid_and_holds_the_flame_above():
+    lamp = alcohol_lamp(2000)
+    holder = lamp.parts[0]
+    wick = holder.instrument.mesh.transformed(holder.to_parent)
+    assert wick.bounds[0, 1] < lamp.cavity.mark_height
+    assert lamp.sites["flame"].point[1] == pytest.approx(wick.bounds[1, 1], abs=1e-3)
+    neck = lamp.cavity.to_brim.vertices[lamp.cavity.to_brim.vertices[:, 1] > 0.07]
+    assert (
+        np.hypot(*wick.vertices[wick.vertices[:, 1] < 0.07][:, [0, 2]].T).max() < np.hypot(*neck[:-1, [0, 2]].T).max()
+    )
+
+
+@pytest.mark.parametrize("height", [0.75, 0.9])
+def test_the_working_surface_of_a_bench_is_flat_at_its_height(height):
+    mesh = bench(1000, height=height).mesh
+    down = distances_along_rays(mesh.triangles, [[0.3, 2.0, 0.1], [-0.7, 2.0, -0.3]], [[0, -1, 0]] * 2)
+    assert np.array([hit[0] for hit in down]) == pytest.approx(2.0 - height, abs=1e-6)
+    assert mesh.bounds[1, 1] == pytest.approx(height, abs=1e-6)
+
+
+def test_a_test_tube_fits_every_hole_of_the_rack_without_touching():
+    rack = test_tube_rack(3000)
+    tube = test_tube(500).mesh
+    assert len(rack.sites) == 6
+    body = np.hypot(*tube.vertices[:, [0, 2]].T)[tube.vertices[:, 1] < 0.15].max()
+    for site in rack.sites.values():
+        x, y, z = site.point
+        turns = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+        outward = np.column_stack([np.cos(turns), np.zeros(24), np.sin(turns)])
+        top = distances_along_rays(rack.mesh.triangles, np.tile([x, 0.085, z], (24, 1)), outward)
+        assert min(hit[0] for hit in top) > body
+        down = distances_along_rays(rack.mesh.triangles, [[x + 1e-4, 0.2, z + 1e-4]], [[0, -1, 0]])[0]
+        assert 0.2 - down[0] == pytest.approx(y, abs=1e-6)
+
+
+@pytest.mark.parametrize("grip_radius", [0.0065, 0.011])
+def test_the_clamp_leaves_room_for_what_it_grips(grip_radius):
+    made = stand(3000, grip_radius=grip_radius, clamp_height=0.3)
+    x, y, z = made.sites["clamp"].point
+    distance = np.hypot(made.mesh.vertices[:, 0] - x, made.mesh.vertices[:, 2] - z)
+    level = np.abs(made.mesh.vertices[:, 1] - 0.3) < 0.02
+    assert y == 0.3
+    assert distance[level].min() == pytest.approx(grip_radius, rel=0.12)
+
+
+def test_the_gauze_lies_on_the_tripod():
+    made = tripod(2000)
+    gauze = made.parts[0].instrument.mesh.transformed(made.parts[0].to_parent)
+    assert gauze.bounds[0, 1] == pytest.approx(made.mesh.bounds[1, 1], abs=1e-6)
+    assert made.sites["top"].point[1] == pytest.approx(gauze.bounds[1, 1], abs=1e-6)
+    feet = made.mesh.vertices[made.mesh.vertices[:, 1] < 0.002]
+    assert np.hypot(feet[:, 0], feet[:, 2]).min() > 0.08
+
+
+@pytest.mark.parametrize("grip_radius", [0.008, 0.02, 0.045])
+def test_a_hand_goes_round_a_cylinder_of_the_grip_without_entering_it(grip_radius):
+    mesh = hand_right(3000, grip_radius=grip_radius).mesh
+    radii = np.hypot(mesh.vertices[:, 0], mesh.vertices[:, 2])
+    assert radii.min() > grip_radius - 1e-3
+    assert radii.min() < grip_radius + 5e-3
+    level = (np.abs(mesh.vertices[:, 1]) < 0.04) & (radii < grip_radius + 0.02)
+    around = np.sort(np.arctan2(mesh.vertices[level, 2], mesh.vertices[level, 0]))
+    assert np.degrees(np.diff(around, append=around[0] + 2 * np.pi).max()) < 140
+
+
+def test_the_left_hand_mirrors_the_right_one():
+    left, right = hand_left(600).mesh, hand_right(600).mesh
+    assert np.array_equal(left.vertices * [-1, 1, 1], right.vertices)
+    assert left.volume == pytest.approx(right.volume)
+
+
+def test_there_are_four_fingers_to_cross_in_front():
+    mesh = hand_right(8000).mesh
+    heights = np.linspace(-0.05, 0.05, 201)
+    origins = np.column_stack([np.zeros(201), heights, np.full(201, -0.001)])
+    met = np.array([len(hit) > 0 for hit in distances_along_rays(mesh.triangles, origins, [[0.2, 0, -1.0]] * 201)])
+    assert met.any()
+    front = mesh.vertices[mesh.vertices[:, 2] < -0.030]
+    assert np.ptp(front[:, 1]) > 0.06
+
+
+def test_a_hand_is_the_size_of_a_hand():
+    made = hand_right(3000)
+    assert 0.25 < made.mass < 0.7
+    assert np.ptp(made.mesh.bounds[:, 1]) == pytest.approx(0.095, abs=0.015)

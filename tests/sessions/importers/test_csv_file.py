@@ -44,16 +44,12 @@ def test_unity_poses_arrive_in_the_canonical_frame(tmp_path):
 
 def test_collisions_triggers_and_lost_poses_come_through(tmp_path):
     lines = [
-        HEADER,
-        unity_row(0.0, "RightHand", (0, 0, 0), (0, 0, 0, 1)),
-        "trigger,0.005000,RightHand,,,,,,,,,,0.75",
+        HEADER, unity_row(0.0, "RightHand", (0, 0, 0), (0, 0, 0, 1)), "trigger,0.005000,RightHand,,,,,,,,,,0.75",
         "enter,0.006000,RightHand,,,,,,,,,Beaker,",
         unity_row(0.011, "RightHand", (0, 0, 0), (0, 0, 0, 1), tracked=False),
-        unity_row(0.022, "RightHand", (0, 0, 0), (0, 0, 0, 0)),
-        "exit,0.030000,RightHand,,,,,,,,,Beaker,",
-        "remark,0.040000,RightHand,,,,,,,,,,",
-        "pose,0.05",
-    ]
+        unity_row(0.022, "RightHand", (0, 0, 0), (0, 0, 0, 0)), "exit,0.030000,RightHand,,,,,,,,,Beaker,",
+        "remark,0.040000,RightHand,,,,,,,,,,", "pose,0.05",
+    ]  # fmt: skip
     session = import_session("csv", written(tmp_path, lines))
     assert session.tracks["RightHand"].valid.tolist() == [True, False, False]
     assert [(one.time_ns, one.body_a, one.body_b, one.phase) for one in session.live_contacts] == [

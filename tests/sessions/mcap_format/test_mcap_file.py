@@ -1,13 +1,28 @@
+import numpy as np
 import pytest
-from support.mcap_samples import assert_same_frames, protobuf_messages, random_frames, session_of, write_foreign
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+from support.mcap_samples import (
+    assert_same_frames,
+    protobuf_messages,
+    random_frames,
+    session_of,
+    tetrahedron,
+    write_foreign,
+)
 
 from sessions.errors import SessionFileError
+from sessions.mcap_format import scene_update as module
 from sessions.mcap_format.mcap_file import McapFile, McapFrames
 from sessions.mcap_format.reader import LazyMapping, LazySequence
+from sessions.mcap_format.recorder import Recorder
+from sessions.mcap_format.scene_update import scene_update
+from sessions.mcap_format.schemas import channel_spec, message_class
 from sessions.mcap_format.writer import write_session
-from sessions.model.event import Event
-from sessions.model.frames import Frames
-from sessions.model.scene import Scene
+from sessions.model.event import Event, Interval
+from sessions.model.frames import Frames, Status
+from sessions.model.hand import HandTrack
+from sessions.model.scene import Pose, Scene, SceneBody
 
 
 @pytest.fixture
@@ -78,3 +93,166 @@ def test_a_sequence_is_loaded_once_at_its_first_use():
     assert loaded == []
     assert sequence[1] == 4 and sequence[1:] == (4, 5) and len(sequence) == 3 and list(sequence) == [3, 4, 5]
     assert sequence == [3, 4, 5] and sequence != [3] and hash(sequence) == hash((3, 4, 5)) and loaded == [1]
+
+
+TOPICS = ["/tf", "/tracking", "/events", "/intervals", "/scene", "/contacts/live", "/hands/anna/left", "/tracks/wand"]
+
+
+@pytest.mark.parametrize("topic", TOPICS)
+def test_a_stranger_can_decode_every_channel_from_its_descriptor_set_alone(topic):
+    spec = channel_spec(topic)
+    files = descriptor_pb2.FileDescriptorSet.FromString(spec.descriptor_set).file
+    pool = descriptor_pool.DescriptorPool()
+    for file in files:  # in this order: every dependency stands before what needs it
+        pool.Add(file)
+    stranger = message_factory.GetMessageClass(pool.FindMessageTypeByName(spec.schema))
+    assert [field.name for field in stranger.DESCRIPTOR.fields] == [f.name for f in spec.message.DESCRIPTOR.fields]
+    assert channel_spec(topic).descriptor_set == spec.descriptor_set
+
+
+def test_poses_remarks_and_models_are_messages_that_viewers_know():
+    assert [channel_spec(topic).schema for topic in ("/tf", "/events", "/scene")] == [
+        "foxglove.FrameTransforms", "foxglove.Log", "foxglove.SceneUpdate",
+    ]  # fmt: skip
+
+
+def test_the_numbers_of_a_status_are_those_of_the_model():
+    from sessions.model.frames import Status
+
+    numbers = dict(message_class("Tracking").DESCRIPTOR.fields_by_name["bodies"].message_type.fields_by_name[
+        "status"].enum_type.values_by_name.items())  # fmt: skip
+    for status in (Status.VALID, Status.LOST, Status.HELD, Status.INTERPOLATED):
+        assert numbers[status.name].number == status
+
+
+def test_field_numbers_of_files_that_exist_never_change():
+    numbers = {f.name: f.number for f in message_class("Interval").DESCRIPTOR.fields}
+    assert numbers == {"start": 1, "end": 2, "kind": 3, "name": 4, "data": 5}
+    numbers = {f.name: f.number for f in message_class("TrackSamples").DESCRIPTOR.fields}
+    assert numbers == {"sample_ns": 1, "position": 2, "quaternion_xyzw": 3, "valid": 4}
+
+
+def test_a_topic_outside_the_profile_is_unknown():
+    with pytest.raises(KeyError):
+        channel_spec("/speech")
+
+
+def entities(meshes, scene=None):
+    update = SceneUpdate.FromString(scene_update(meshes, scene or Scene(), 5))
+    return {entity.id: entity for entity in update.entities}
+
+
+def test_every_body_is_drawn_with_its_own_triangles_in_its_own_frame():
+    mesh = tetrahedron(1 / 3)
+    entity = entities({"cup": mesh})["cup"]
+    (part,) = entity.triangles
+    points = np.array([[p.x, p.y, p.z] for p in part.points])
+    assert points.tobytes() == mesh.vertices.tobytes()
+    assert np.array(part.indices).reshape(-1, 3).tolist() == mesh.faces.tolist()
+    assert entity.frame_id == "cup" and entity.frame_locked and entity.timestamp.nanos == 5
+    assert part.color.a == 1
+
+
+def test_a_body_that_never_moves_lies_where_the_scene_puts_it_and_glass_is_translucent():
+    scene = Scene(bodies=(
+        SceneBody("bench", fixed=Pose((1, 2, 3))),
+        SceneBody("cup", offset=Pose((0, 0, 4)), tags=("glass",)),
+        SceneBody("tap", fixed=Pose(), parent="cup"),
+    ))  # fmt: skip
+    found = entities(dict.fromkeys(["bench", "cup", "tap"], tetrahedron()), scene)
+    assert [found[name].frame_id for name in ("bench", "cup", "tap")] == ["world", "cup", "cup"]
+    assert found["bench"].triangles[0].pose.position.y == 2 and found["cup"].triangles[0].pose.position.z == 4
+    assert found["cup"].triangles[0].color.a < 0.5 < found["bench"].triangles[0].color.a
+
+
+def test_beyond_its_size_the_drawing_shows_boxes_that_hold_the_mesh(monkeypatch):
+    monkeypatch.setattr(module, "DRAWING_BYTES", 200)
+    turned = Pose((1, 0, 0), (0, 0, np.sqrt(0.5), np.sqrt(0.5)))  # a quarter turn about z
+    scene = Scene(bodies=(SceneBody("big", offset=turned),))
+    big = tetrahedron(2.0)
+    found = entities({"big": big, "small": tetrahedron()}, scene)
+    assert found["small"].cubes or found["big"].cubes
+    found = entities({"one": tetrahedron(), "big": big}, scene)
+    assert len(found["one"].triangles) == 1
+    (box,) = found["big"].cubes
+    assert (box.size.x, box.size.y, box.size.z) == (2, 2, 2)
+    centre = [box.pose.position.x, box.pose.position.y, box.pose.position.z]
+    assert np.allclose(centre, [1 - 1, 1, 1], atol=1e-12)
+
+
+chunk = pytest.importorskip("rerun.chunk")
+
+
+@pytest.fixture(scope="module")
+def opened(tmp_path_factory):
+    """The frames written, and the chunks Rerun's own MCAP importer makes of them, by entity."""
+    path = tmp_path_factory.mktemp("rerun") / "s.mcap"
+    frames = random_frames(3, 400, 3, absent=0.2, odd=0.2)
+    session = session_of(
+        frames,
+        meshes={"body 0": tetrahedron()},
+        events=(Event(5, "drop", "the glass fell", level="warning"),),
+        intervals=(Interval(1, 5, "task", "pour"),),
+        hands={"anna/left": HandTrack([1, 2], [0.0, 1.0])},
+    )
+    write_session(session, path)
+    batches = {}
+    for part in chunk.McapReader(str(path)).stream():
+        if not part.is_static:
+            batches.setdefault(part.entity_path, []).append(part.to_record_batch())
+    return frames, batches
+
+
+def column(batches, name):
+    return [row for batch in batches for row in batch.column(name).to_pylist()]
+
+
+def stamps(batches, name):
+    return np.concatenate([batch.column(name).cast("int64").to_numpy() for batch in batches])
+
+
+def test_rerun_reads_every_pose_as_a_transform_with_its_device_stamp(opened):
+    frames, batches = opened
+    tf = batches["/tf"]
+    names = np.array([row[0] for row in column(tf, "Transform3D:child_frame")])
+    assert {row[0] for row in column(tf, "Transform3D:parent_frame")} == {"world"}
+    translation = np.array([row[0] for row in column(tf, "Transform3D:translation")])
+    quaternion = np.array([row[0] for row in column(tf, "Transform3D:quaternion")])
+    sample, publish = stamps(tf, "timestamp"), stamps(tf, "message_publish_time")
+    assert len(names) == (frames.status != Status.ABSENT).sum() > 500
+    for number, name in enumerate(frames.names):
+        rows = np.flatnonzero(frames.status[:, number] != Status.ABSENT)
+        mine = np.flatnonzero(names == name)
+        mine = mine[np.argsort(publish[mine], kind="stable")]
+        assert np.array_equal(publish[mine], frames.stamp_ns[rows])
+        assert np.array_equal(sample[mine], frames.sample_ns[rows, number])
+        assert np.array_equal(translation[mine].astype(np.float32), frames.position[rows, number].astype(np.float32))
+        assert np.array_equal(
+            quaternion[mine].astype(np.float32), frames.quaternion_xyzw[rows, number].astype(np.float32)
+        )
+
+
+def test_rerun_reads_events_as_text_and_our_own_messages_by_their_fields(opened):
+    _, batches = opened
+    assert column(batches["/events"], "TextLog:text") == [["drop: the glass fell"]]
+    assert [row["name"] for rows in column(batches["/intervals"], "vrlab.Interval:message") for row in rows] == ["pour"]
+    hands = [row for rows in column(batches["/hands/anna/left"], "vrlab.Hand:message") for row in rows]
+    assert [row["trigger"] for row in hands] == [0.0, 1.0]
+    tracked = [row for rows in column(batches["/tracking"], "vrlab.Tracking:message") for row in rows]
+    assert {body["status"]["name"] for row in tracked for body in row["bodies"] or ()} == {
+        "LOST",
+        "HELD",
+        "INTERPOLATED",
+    }
+    assert any(row["frame_without_samples"] for row in tracked)
+
+
+def test_rerun_reads_what_a_recorder_wrote_in_many_small_chunks(tmp_path):
+    with Recorder(tmp_path / "s.mcap", meshes={"cup": tetrahedron()}) as recorder:
+        for number in range(1200):
+            recorder.poses(number, {"cup": ((number, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))} if number % 100 else {})
+            recorder.hand(number, "anna", "left", trigger=1.0)
+    parts = [part for part in chunk.McapReader(str(tmp_path / "s.mcap")).stream() if not part.is_static]
+    tf = [part.to_record_batch() for part in parts if part.entity_path == "/tf"]
+    x = [row[0][0] for row in column(tf, "Transform3D:translation")]
+    assert sorted(x) == [number for number in range(1200) if number % 100]

@@ -5,11 +5,17 @@ import lz4.frame
 import numpy as np
 import pytest
 import zstandard
+from hypothesis import given
+from hypothesis import strategies as st
+from mcap.data_stream import RecordBuilder
+from mcap.records import Message
 
-from sessions.errors import SessionFileError
+from sessions.errors import SessionError, SessionFileError
 from sessions.mcap_format.catalogue import Catalogue, Region
+from sessions.mcap_format.frame_batch import FrameBatch, nanoseconds, pose_values
 from sessions.mcap_format.record_block import MESSAGE_HEADER, RecordBlock
 from sessions.mcap_format.unpacking import read_region, rows_at
+from sessions.model.frames import Status
 
 BLOCK = RecordBlock.of([(1, 7, 3, 4, b"hello"), (2, 8, 5, 6, b"")])
 PACK = {"zstd": zstandard.compress, "lz4": lz4.frame.compress, "": bytes}
@@ -100,3 +106,75 @@ def test_small_regions_together_are_the_same_messages_in_the_same_order(monkeypa
 
     assert told(joined) == told(tables)
     assert [row[1] for row in told(joined)] == list(range(35))
+
+
+times = st.integers(0, 2**62)
+message = st.tuples(st.integers(0, 9), st.integers(0, 2**32 - 1), times, times, st.binary(max_size=40))
+messages = st.lists(message, max_size=8)
+
+
+def parts(block):
+    return (
+        block.data,
+        *(getattr(block, n).tolist() for n in ("starts", "channel", "log_ns", "group_ends", "group_counts")),
+    )
+
+
+@given(messages)
+def test_the_records_are_those_of_the_mcap_library(given_messages):
+    builder = RecordBuilder()
+    starts = []
+    for channel, sequence, log, publish, payload in given_messages:
+        starts.append(builder.count)
+        Message(channel, log, payload, publish, sequence).write(builder)
+    block = RecordBlock.of(given_messages)
+    assert block.data == builder.end() and block.starts.tolist() == starts
+    assert block.log_ns.tolist() == [message[2] for message in given_messages]
+
+
+@given(messages.filter(bool), st.integers(1, 9))
+def test_parts_joined_again_are_the_whole(given_messages, groups):
+    whole = RecordBlock.of(given_messages)
+    head, rest = whole.split(groups)
+    assert len(head.group_ends) == min(groups, len(given_messages))
+    assert parts(RecordBlock.join([head, rest])) == parts(whole)
+    assert np.array_equal(head.group_ends[-1:], [len(head.data)])
+
+
+def test_frames_hold_what_was_added_and_nothing_else():
+    batch = FrameBatch(("a", "b", "c"), 3)
+    assert batch.knows(("c", "a")) and not batch.knows(("a", "d"))
+    batch.add(("c", "a"), np.arange(14.0).reshape(2, 7), 5, 6, {"a": Status.LOST}, {"c": 4})
+    frames = batch.frames()
+    assert len(frames) == 1 and not batch.full
+    assert frames.status.tolist() == [[Status.LOST, Status.ABSENT, Status.VALID]]
+    assert frames.sample_ns.tolist() == [[5, 0, 4]] and (frames.stamp_ns[0], frames.log_ns[0]) == (5, 6)
+    assert frames.position[0, 2].tolist() == [0, 1, 2] and frames.quaternion_xyzw[0, 0].tolist() == [10, 11, 12, 13]
+    assert np.isnan(frames.position[0, 1]).all()
+
+
+def test_it_is_full_when_no_frame_fits():
+    batch = FrameBatch((), 2)
+    assert batch.knows(())
+    for _ in range(2):
+        assert not batch.full
+        batch.add((), pose_values({}), 1, 1)
+    assert batch.full and len(batch.frames()) == 2
+
+
+@pytest.mark.parametrize(
+    "pose", [((0, 1), (0, 0, 0, 1)), ((0, 1, 2, 3), (0, 0, 0)), None, (1, 2), ("abc", "abcd"), ((0, 0, 0),)]
+)
+def test_a_pose_that_is_not_seven_numbers_names_its_body(pose):
+    with pytest.raises(SessionError, match=r"pose of 'bad' is .*give a position"):
+        pose_values({"good": ((0, 0, 0), (0, 0, 0, 1)), "bad": pose})
+
+
+@pytest.mark.parametrize("value", [-1, 1.0, None, "5", 2**63])
+def test_a_stamp_that_is_no_time_is_refused(value):
+    with pytest.raises(SessionError, match="is no time; give integer nanoseconds"):
+        nanoseconds(value)
+
+
+def test_a_numpy_integer_is_a_stamp():
+    assert nanoseconds(np.int64(7)) == 7 and type(nanoseconds(np.int64(7))) is int

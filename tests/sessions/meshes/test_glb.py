@@ -1,3 +1,4 @@
+import itertools
 import json
 import struct
 
@@ -6,9 +7,11 @@ import pytest
 import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
-from sessions.errors import MeshFileError
-from sessions.mesh_data import MeshData
+from sessions.errors import MeshFileError, SessionError
+from sessions.mesh_data import MeshData, concatenated, is_closed
+from sessions.meshes.conventions import CONVENTIONS, convention, quaternion_from_euler
 from sessions.meshes.glb import mesh_to_glb
 from sessions.meshes.mesh_files import mesh_from_bytes
 
@@ -84,3 +87,128 @@ def test_a_file_of_our_own_is_read_without_a_library_for_meshes_and_one_of_other
         mesh_from_bytes(foreign, "glb")
     monkeypatch.undo()
     assert same(mesh_from_bytes(foreign, "glb"), rounded)
+
+
+TABLE = {
+    "unity": ((1, 2, -3), (-1, -2, 3, 4), "left"), "openvr": ((1, 2, 3), (1, 2, 3, 4), "right"),
+    "openxr": ((1, 2, 3), (1, 2, 3, 4), "right"), "gltf": ((1, 2, 3), (1, 2, 3, 4), "right"),
+    "ros": ((-2, 3, -1), (-2, 3, -1, 4), "right"), "z-up": ((1, 3, -2), (1, 3, -2, 4), "right"),
+}  # fmt: skip
+"""Point (1, 2, 3) and quaternion (1, 2, 3, 4) of each source in the canonical frame, written out by hand."""
+
+
+def test_every_convention_is_in_the_table():
+    assert set(TABLE) == set(CONVENTIONS)
+
+
+@pytest.mark.parametrize("name", CONVENTIONS)
+def test_points_and_quaternions_are_those_of_the_table(name):
+    point, quaternion, side = TABLE[name]
+    assert CONVENTIONS[name].points([1, 2, 3]).tolist() == list(point)
+    assert CONVENTIONS[name].quaternions([1, 2, 3, 4]).tolist() == list(quaternion)
+    assert CONVENTIONS[name].handedness == side
+
+
+@pytest.mark.parametrize("name", CONVENTIONS)
+def test_turning_before_or_after_the_change_of_axes_is_the_same(name):
+    row = CONVENTIONS[name]
+    turns = Rotation.random(100, random_state=2)
+    points = np.random.default_rng(3).normal(size=(100, 3))
+    assert np.allclose(
+        row.points(turns.apply(points)), Rotation.from_quat(row.quaternions(turns.as_quat())).apply(row.points(points))
+    )
+
+
+ORDERS = [a + b + c for axes in ("XYZ", "xyz") for a, b, c in itertools.product(axes, repeat=3) if a != b and b != c]
+
+
+def test_there_are_twelve_orders_about_own_and_twelve_about_fixed_axes():
+    assert len(ORDERS) == 24
+
+
+@given(st.sampled_from(ORDERS), st.lists(st.floats(-7, 7), min_size=3, max_size=3))
+def test_euler_angles_are_read_as_scipy_reads_them(order, angles):
+    got = Rotation.from_quat(quaternion_from_euler(angles, order)).as_matrix()
+    assert np.allclose(got, Rotation.from_euler(order, angles).as_matrix(), atol=1e-13)
+
+
+@pytest.mark.parametrize("order", ["", "xy", "xyw", "xYz", "xyzx", "xxy", "ZYY"])
+def test_an_order_that_is_none_is_refused(order):
+    with pytest.raises(SessionError, match="no Euler order"):
+        quaternion_from_euler([0, 0, 0], order)
+
+
+def test_an_unknown_convention_names_those_there_are():
+    with pytest.raises(SessionError, match="no convention 'unreal'; there are: unity"):
+        convention("unreal")
+
+
+TETRAHEDRON = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+
+
+@given(st.lists(st.floats(-1e30, 1e30), min_size=9, max_size=9))
+def test_every_vertex_keeps_its_bits_and_negative_zeros_become_zeros(numbers):
+    mesh = MeshData(np.reshape(numbers, (3, 3)), [[0, 1, 2]])
+    assert mesh.vertices.dtype == np.float64
+    assert mesh.vertices.tobytes() == (np.reshape(numbers, (3, 3)) + 0.0).tobytes()
+
+
+def test_arrays_are_read_only_copies():
+    vertices, faces = np.array(TETRAHEDRON[0], dtype=float), np.array(TETRAHEDRON[1])
+    mesh = MeshData(vertices, faces)
+    vertices[0], faces[0] = 7, 1
+    assert mesh.vertices[0].tolist() == [0, 0, 0]
+    assert mesh.faces[0].tolist() == [0, 2, 1]
+    with pytest.raises(ValueError, match="read-only"):
+        mesh.vertices[0, 0] = 1
+    with pytest.raises(ValueError, match="read-only"):
+        mesh.faces[0, 0] = 1
+
+
+def test_volume_is_signed_and_bounds_are_the_corners():
+    mesh = MeshData(*TETRAHEDRON)
+    assert mesh.volume == pytest.approx(1 / 6, rel=1e-12)
+    assert MeshData(mesh.vertices, mesh.faces[:, ::-1]).volume == pytest.approx(-1 / 6, rel=1e-12)
+    assert mesh.bounds.tolist() == [[0, 0, 0], [1, 1, 1]]
+
+
+def test_a_mirror_keeps_the_volume_positive():
+    mirrored = MeshData(*TETRAHEDRON).transformed(np.diag([1, 1, -1, 1]))
+    assert mirrored.volume == pytest.approx(1 / 6)
+    assert is_closed(mirrored)
+
+
+def test_concatenation_keeps_every_face_in_order():
+    mesh = MeshData(*TETRAHEDRON)
+    both = concatenated([mesh, mesh.transformed([[1, 0, 0, 5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])])
+    assert np.array_equal(both.triangles[:4], mesh.triangles)
+    assert np.array_equal(both.triangles[4:], mesh.triangles + np.array([5, 0, 0]))
+    assert is_closed(both)
+
+
+@pytest.mark.parametrize(
+    "faces",
+    [TETRAHEDRON[1][:3], [[0, 1, 2], *TETRAHEDRON[1][1:]], TETRAHEDRON[1] * 2],
+    ids=["open", "one face turned", "every face twice"],
+)
+def test_open_turned_or_doubled_faces_are_not_closed(faces):
+    assert is_closed(MeshData(*TETRAHEDRON))
+    assert not is_closed(MeshData(TETRAHEDRON[0], faces))
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "message"),
+    [
+        ([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], r"vertices must be .*\(3, 2\)"),
+        (np.zeros((0, 3)), [[0, 1, 2]], r"at least one row"),
+        (TETRAHEDRON[0], np.zeros((0, 3), int), r"faces must be .*at least one row"),
+        (TETRAHEDRON[0], [[0, 1, 4]], r"face 0 names vertices \[0, 1, 4\] of a mesh with 4 vertices"),
+        (TETRAHEDRON[0], [[0, 1, 2], [0, -1, 2]], r"face 1 "),
+        (TETRAHEDRON[0], [[0.0, 1.0, 2.0]], r"whole numbers"),
+        ([[0, 0, 0], [np.nan, 0, 0], [0, 1, 0]], [[0, 1, 2]], r"vertex 1 is \[nan"),
+        ([[0, 0, 0], [0, 0, 0], [0, 1e39, 0]], [[0, 1, 2]], r"vertex 2 .*float32"),
+    ],
+)
+def test_what_is_no_mesh_is_named(vertices, faces, message):
+    with pytest.raises(MeshFileError, match=message):
+        MeshData(vertices, faces)

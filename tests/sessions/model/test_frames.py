@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 from support.mcap_samples import assert_same_frames, random_frames
 
+from sessions.errors import SessionError
 from sessions.model.frames import Frames, Status
+from sessions.model.track import Track, checked_stamps
 
 
 def test_the_numbers_of_a_status_are_part_of_the_file_format():
@@ -38,3 +40,49 @@ def test_no_frames_have_the_shapes_of_frames_and_no_block():
     assert len(none) == 0 and list(none.blocks(5)) == []
     assert_same_frames(Frames.join([none, none]), none)
     assert none.quaternion_xyzw.shape == (0, 2, 4)
+
+
+def test_a_track_holds_read_only_copies_of_what_was_given():
+    times, positions = np.array([1, 2]), np.ones((2, 3))
+    track = Track(times, positions, np.zeros((2, 4)))
+    times[0], positions[0] = -5, 7
+    assert track.times_ns.tolist() == [1, 2] and track.positions[0].tolist() == [1, 1, 1]
+    assert track.valid.all() and len(track) == 2
+    for array in (track.times_ns, track.positions, track.quaternions_xyzw, track.valid):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        (
+            ([1, 2], np.ones((3, 3)), np.ones((2, 4))),
+            r"positions of a track has shape \(3, 3\); 2 stamps need \(2, 3\)",
+        ),
+        (([1, 2], np.ones((2, 3)), np.ones((2, 3))), r"quaternions_xyzw .* need \(2, 4\)"),
+        (([1, 2], np.ones((2, 3)), np.ones((2, 4)), [True]), r"valid .* need \(2,\)"),
+        (([2, 2], np.ones((2, 3)), np.ones((2, 4))), r"sample 1 of a track at 2 ns does not come after 2 ns; sort"),
+        (([1.0, 2.0], np.ones((2, 3)), np.ones((2, 4))), r"float64, not integers; give nanoseconds"),
+        (([[1, 2]], np.ones((2, 3)), np.ones((2, 4))), r"shape \(1, 2\); give \(n,\)"),
+        (([1, 2], [["a"] * 3] * 2, np.ones((2, 4))), r"positions of a track .*numbers"),
+        (([1, 2], [[1, 2, 3], [1, 2]], np.ones((2, 4))), r"positions of a track .*numbers"),
+    ],
+)
+def test_what_is_no_track_is_one_sentence(values, words):
+    with pytest.raises(SessionError, match=words):
+        Track(*values)
+
+
+def test_unsigned_stamps_that_fall_are_noticed():
+    with pytest.raises(SessionError, match="does not come after"):
+        checked_stamps(np.array([5, 3], dtype=np.uint64), "it")
+
+
+def test_stamps_beyond_int64_are_refused_and_never_wrapped():
+    with pytest.raises(SessionError, match="beyond"):
+        checked_stamps(np.array([5, 2**63], dtype=np.uint64), "it")
+
+
+def test_no_sample_is_a_track():
+    assert len(Track([], np.zeros((0, 3)), np.zeros((0, 4)))) == 0

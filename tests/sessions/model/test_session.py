@@ -7,6 +7,9 @@ from support.mcap_samples import assert_same_frames, random_frames, session_of, 
 from sessions.errors import MeshFileError, SessionError
 from sessions.model.event import Event
 from sessions.model.frames import Frames, Status
+from sessions.model.hand import HandTrack
+from sessions.model.scene import Pose, Scene, SceneBody
+from sessions.model.scene_pairs import absent_bodies, wanted_pairs
 from sessions.model.session import Session
 from sessions.model.track import Track
 
@@ -109,3 +112,60 @@ def test_parts_are_kept_as_given():
     )
     assert session.events == (event,) and session.facts == {"vr_type": "desktop"} and session.origin == ""
     assert session.hands == {} and session.live_contacts == ()
+
+
+def test_what_is_not_given_is_released():
+    hand = HandTrack([1, 2], buttons=("a",))
+    assert hand.trigger.tolist() == hand.grip.tolist() == [0, 0] and hand.pressed.tolist() == [[False], [False]]
+    assert len(hand) == 2
+
+
+def test_arrays_are_read_only_copies():
+    trigger = np.array([0.5])
+    hand = HandTrack([1], trigger)
+    trigger[0] = 9
+    assert hand.trigger[0] == 0.5
+    with pytest.raises(ValueError, match="read-only"):
+        hand.trigger[0] = 1
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        (([2, 1],), "does not come after"),
+        (([1, 2], [0.0]), r"trigger of a hand has shape \(1,\); 2 stamps need \(2,\)"),
+        (([1], None, None, ("a", "b"), [[True]]), r"pressed .* need \(1, 2\)"),
+        (([1], None, None, ("a", "a")), "button 'a' twice"),
+    ],
+)
+def test_what_is_no_hand_is_one_sentence(values, words):
+    with pytest.raises(SessionError, match=words):
+        HandTrack(*values)
+
+
+def test_without_a_word_every_pair_is_wanted_once():
+    assert wanted_pairs(Scene(), ["a", "b", "c"]) == [("a", "b"), ("a", "c"), ("b", "c")]
+
+
+def test_bodies_of_one_group_and_ignored_pairs_are_left_out_in_either_order():
+    bodies = (SceneBody("a", group="g"), SceneBody("b", group="g"), SceneBody("c"), SceneBody("d"))
+    scene = Scene(bodies=bodies, ignore=(("d", "c"),))
+    assert wanted_pairs(scene, ["a", "b", "c", "d"]) == [("a", "c"), ("a", "d"), ("b", "c"), ("b", "d")]
+
+
+def test_declared_pairs_win_and_those_of_absent_bodies_are_named():
+    scene = Scene(pairs=(("c", "a"), ("a", "x"), ("y", "x")))
+    assert wanted_pairs(scene, ["a", "b", "c"]) == [("c", "a")]
+    assert absent_bodies(scene, ["a", "b", "c"]) == ["x", "y"]
+    assert wanted_pairs(Scene(pairs=()), ["a", "b"]) == []
+
+
+def test_a_body_is_found_by_its_id_and_only_by_that():
+    scene = Scene(bodies=(SceneBody("beaker", tags=("glass",)), SceneBody("rod")))
+    assert scene.body("rod") is scene.bodies[1]
+    assert scene.body("glass") is None
+
+
+def test_a_scene_that_says_nothing_declares_neither_pairs_nor_effects():
+    assert Scene().pairs is None and Scene().effects is None
+    assert SceneBody("x").fixed is None and SceneBody("x").offset == Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))

@@ -1,16 +1,28 @@
 import io
 import struct
 import time
+import zlib
+from dataclasses import replace
+from pathlib import Path
 
+import lz4.frame
 import numpy as np
 import pytest
+import zstandard
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.opcode import Opcode
+from mcap.records import Channel
 from support.damage import chunks, records
-from support.mcap_samples import random_frames, session_of, tetrahedron
+from support.mcap_samples import protobuf_messages, random_frames, session_of, tetrahedron
 
 from sessions import write_session
+from sessions.mcap_format.catalogue import Catalogue, ChannelInfo, Region
+from sessions.mcap_format.record_block import RecordBlock
+from sessions.mcap_format.unpacking import listed
+from sessions.recovery.chunk_reading import read_chunk, unpacked_start
+from sessions.recovery.file_scan import Declared, guess_channels, survey
+from sessions.recovery.lost import LostChunk, Recovery
 from sessions.recovery.record_scan import RecordScan
 
 
@@ -88,3 +100,135 @@ def test_a_declared_length_is_never_read_before_it_is_believed():
     hostile = b"\x89MCAP0\r\n" + struct.pack("<BQ", Opcode.ATTACHMENT, 1 << 60) + bytes(100)
     assert [one.opcode for one in pieces(hostile)] == [0]
     assert np.sum([one.end - one.start for one in pieces(hostile)]) == len(hostile) - 8
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    path = tmp_path_factory.mktemp("survey") / "s.mcap"
+    write_session(session_of(random_frames(1, 900, 3, odd=0.2), meshes={"a": tetrahedron()}), path)
+    return path
+
+
+def test_a_whole_file_is_known_completely(path):
+    with path.open("rb") as stream:
+        found = survey(path, stream)
+    assert (found.frames, found.lost, found.bytes_skipped) == (900, [], 0)
+    assert set(found.names) == {"body 0", "body 1", "body 2"}
+    assert list(found.attachments) == ["meshes/a.glb"] and found.checked == {"meshes/a.glb"}
+    assert {channel.topic for channel in found.declared.raw[Channel].values()} == {"/tf", "/tracking", "/scene"}
+
+
+def test_a_checked_index_overrules_a_damaged_head(path):
+    data = bytearray(path.read_bytes())
+    start, end = next((a, b) for opcode, a, b in records(bytes(data)) if opcode == Opcode.CHANNEL)
+    at = bytes(data).index(b"/tf", start, end)
+    data[at : at + 3] = b"/xx"
+    found = survey(path, io.BytesIO(bytes(data)))
+    assert found.frames == 900
+
+
+def test_poses_and_validity_are_guessed_and_nothing_else(path):
+    frames = random_frames(1, 3, 2)
+    messages = [(7, 0, log, publish, payload) for publish, log, payload in protobuf_messages(frames)]
+    messages.append((8, 0, 1, 1, b"hello"))
+    block = RecordBlock.of(messages)
+    declared = Declared(path)
+    guess_channels(listed(block.data, Region(0, 0, "", 0, 0, None), declared), declared)
+    assert declared.ids("/tf") == {7} and 8 not in declared.channels
+
+
+KEPT = Recovery(Path("out.mcap"), 20, 10, 5_000_000_000, 6_000_000_000)
+
+
+def test_nothing_lost_is_whole_and_anything_lost_is_not():
+    assert KEPT.whole and KEPT.sentences() == ["kept 10 frames and 20 messages"]
+    chunk = LostChunk(7, 5_500_000_000, 5_700_000_000, 18, "damaged")
+    parts = {"chunks": (chunk,), "bytes_skipped": 1, "bodies": ("a",), "attachments": ("m",), "unknown": 2}
+    for name, value in parts.items():
+        lost = replace(KEPT, **{name: value})
+        assert not lost.whole and len(lost.sentences()) == 2
+
+
+def test_a_lost_chunk_says_what_when_and_where():
+    chunk = LostChunk(7, 5_500_000_000, 5_700_000_000, 18, "damaged")
+    words = replace(KEPT, chunks=(chunk,)).sentences()[1]
+    assert words == "lost 18 messages, 0.500 s to 0.700 s: the chunk at byte 7 is damaged"
+    cut = LostChunk(7, 0, 0, None, "cut short")
+    assert "an unknown number of messages: the chunk" in replace(KEPT, chunks=(cut,)).sentences()[1]
+
+
+PACK = {
+    "zstd": lambda data: zstandard.ZstdCompressor().compress(data),
+    "lz4": lz4.frame.compress,
+    "": lambda data: data,
+}
+
+
+@pytest.fixture(scope="module")
+def block():
+    messages = protobuf_messages(random_frames(1, 3000, 3))
+    return RecordBlock.of((1, k, log, publish, payload) for k, (publish, log, payload) in enumerate(messages))
+
+
+def catalogue():
+    found = Catalogue(None)
+    found.channels[1] = ChannelInfo("/tf", "protobuf", "foxglove.FrameTransforms")
+    return found
+
+
+def region(packed, block, name, crc=None):
+    return Region(0, len(packed), name, len(block.data), zlib.crc32(block.data) if crc is None else crc, None)
+
+
+@pytest.mark.parametrize("name", PACK)
+def test_a_whole_chunk_gives_every_message(block, name):
+    packed = PACK[name](block.data)
+    table = read_chunk(io.BytesIO(packed), region(packed, block, name), catalogue(), truncated=False)
+    assert len(table.channel) == 3000
+
+
+@pytest.mark.parametrize("name", PACK)
+def test_a_truncated_chunk_gives_the_messages_before_the_cut_and_they_are_right(block, name):
+    packed = PACK[name](block.data)[: len(PACK[name](block.data)) * 2 // 3]
+    table = read_chunk(io.BytesIO(packed), region(packed, block, name), catalogue(), truncated=True)
+    count = len(table.channel)
+    assert 300 < count < 3000
+    assert [table.payload(k) for k in range(count)] == [
+        block.data[block.starts[k] + 31 : block.starts[k + 1]] for k in range(count)
+    ]
+
+
+def test_a_chunk_with_a_wrong_checksum_gives_nothing(block):
+    packed = PACK[""](block.data)
+    changed = bytearray(packed)
+    changed[5000] ^= 1
+    assert read_chunk(io.BytesIO(bytes(changed)), region(changed, block, ""), catalogue(), truncated=False) is None
+
+
+def test_without_a_checksum_poses_that_are_none_are_left_out(block):
+    changed = bytearray(block.data)
+    changed[block.starts[7] + 31] = 0xFF
+    table = read_chunk(io.BytesIO(bytes(changed)), region(changed, block, "", 0), catalogue(), truncated=False)
+    assert len(table.channel) == 2999 and 7 not in table.sequence
+
+
+def test_a_bomb_is_unpacked_to_what_its_chunk_declares_and_no_further():
+    bomb = zstandard.ZstdCompressor().compress(bytes(256 << 20))
+    assert len(unpacked_start(bomb, Region(0, len(bomb), "zstd", 1000, 0, None))) <= 1000
+    bomb = lz4.frame.compress(bytes(64 << 20))
+    assert len(unpacked_start(bomb, Region(0, len(bomb), "lz4", 1000, 0, None))) <= 1000
+
+
+def test_a_record_that_is_not_all_there_is_left_out(block):
+    end = int(block.starts[2])
+    for cut in (0, 1, 8, 9, 20):
+        data = block.data[: end + cut]
+        table = read_chunk(io.BytesIO(data), region(data, block, ""), catalogue(), truncated=True)
+        assert table.sequence.tolist() == [0, 1]
+    assert len(read_chunk(io.BytesIO(b""), region(b"", block, ""), catalogue(), truncated=True).channel) == 0
+
+
+def test_a_part_of_a_table_is_its_rows(block):
+    table = read_chunk(io.BytesIO(block.data), region(block.data, block, ""), catalogue(), truncated=False)
+    part = table.part(np.array([2, 5]))
+    assert part.sequence.tolist() == [2, 5] and part.payload(1) == table.payload(5)

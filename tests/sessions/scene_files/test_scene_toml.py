@@ -1,10 +1,15 @@
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from sessions.errors import SceneError
+from sessions.mesh_data import MeshData
+from sessions.meshes.glb import mesh_to_glb
 from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
+from sessions.scene_files.scene_meshes import scene_meshes
 from sessions.scene_files.scene_toml import parse_scene, read_scene, scene_to_toml
+from sessions.scene_files.toml_table import Table, is_number, nearest, parse_toml
 
 BENCH = """
 [scene]
@@ -179,3 +184,71 @@ def test_no_text_ends_in_anything_but_a_scene_or_one_named_error(text):
         parse_scene(text)
     except SceneError as error:
         assert str(error).startswith("scene.toml: ")
+
+
+def test_what_nobody_asked_for_is_unknown_and_the_nearest_asked_for_is_named():
+    table = Table({"colour": "red", "sise": 1}, "f.toml", "[x]", SceneError)
+    assert table.text("colour") == "red"
+    table.number("size", 0.0)
+    with pytest.raises(SceneError, match=r"f.toml: \[x\]: unknown key 'sise'; did you mean 'size'\?"):
+        table.done()
+
+
+def test_true_is_no_number_and_infinity_neither():
+    assert is_number(1)
+    assert is_number(1.5)
+    assert not any(is_number(value) for value in (True, float("inf"), float("nan"), "1", None, 10**400))
+
+
+def test_without_a_near_name_all_are_listed():
+    assert nearest("zzz", ["b", "a"]) == "; there are: a, b"
+    assert nearest("zzz", []) == "; there are none"
+
+
+def test_nested_tables_carry_their_place():
+    whole = parse_toml("[a]\nb = { c = 1 }\n[[d]]\ne = 1\n", "f.toml", SceneError)
+    inner = whole.table("a").table("b")
+    with pytest.raises(SceneError, match=r"f.toml: \[a\] b: c is 1; give text"):
+        inner.text("c")
+    (row,) = whole.tables("d")
+    with pytest.raises(SceneError, match=r"\[\[d\]\] 1: e is 1; give true or false"):
+        row.flag("e")
+
+
+def test_a_hostile_nesting_is_an_error_and_no_crash():
+    with pytest.raises(SceneError, match=r"nested too deeply|not TOML"):
+        parse_toml("a = " + "[" * 100_000, "f.toml", SceneError)
+
+
+TRIANGLE = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+
+
+def test_files_shapes_and_instruments_become_meshes(tmp_path):
+    (tmp_path / "t.glb").write_bytes(mesh_to_glb(TRIANGLE, "t"))
+    bodies = (
+        SceneBody("file", mesh="t.glb", scale=0.5),
+        SceneBody("shape", shape="sphere", size={"radius": 0.1}, extra={"faces": 500}),
+        SceneBody("glass", instrument="beaker_100", extra={"faces": 600}),
+        SceneBody("tracked"),
+    )
+    meshes = scene_meshes(Scene(bodies=bodies), tmp_path)
+    assert list(meshes) == ["file", "shape", "glass"]
+    assert np.array_equal(meshes["file"].vertices, TRIANGLE.vertices * 0.5)
+    assert 300 < len(meshes["shape"].faces) < 700
+    assert 400 < len(meshes["glass"].faces) < 900
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        (SceneBody("m", mesh="absent.glb"), "body 'm': mesh file .*absent.glb does not exist"),
+        (SceneBody("i", instrument="beaker_100", extra={"faces": 7}), "body 'i': beaker_100 with 7 faces"),
+        (SceneBody("o", instrument="bench", extra={"options": {"colour": 1}}), "body 'o': bench has no option colour"),
+        (SceneBody("f", instrument="bench", extra={"options": {"faces": 900}}), "body 'f': options hold faces"),
+        (SceneBody("w", instrument="bench", extra={"options": {"width": "wide"}}), "body 'w': "),
+        (SceneBody("n", mesh="a\0.glb"), "body 'n': .*null"),
+    ],
+)
+def test_a_mesh_that_cannot_be_made_names_its_body(body, message, tmp_path):
+    with pytest.raises(SceneError, match=message):
+        scene_meshes(Scene(bodies=(body,)), tmp_path)

@@ -1,7 +1,5 @@
 """A collision engine for checking synthetic truth: tests may join what the packages keep apart."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

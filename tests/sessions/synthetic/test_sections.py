@@ -1,12 +1,16 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from sessions.geometry.rotations import IDENTITY, quaternion_about
 from sessions.geometry.solids import box, pointed_ball, prism
 from sessions.glassware.catalogue import make_instrument
+from sessions.synthetic.assembly import CLOCKS, stamps
+from sessions.synthetic.looks import looks, predicted
+from sessions.synthetic.rng import random_stream
 from sessions.synthetic.sections import _Posed, approach, inscribed_radius, round_in_round
+from sessions.synthetic.truth import Episode, Truth
 
 TURN = quaternion_about((0.0, 1.0, 0.0), np.radians(45.0))
 
@@ -73,3 +77,70 @@ def test_a_prism_in_a_ring_gives_the_difference_of_their_radii():
     sure, possible = round_in_round(prism(12, 0.01, 0.4), prism(64, 0.06, 0.1, hole=0.05), 0.0)
     assert possible == pytest.approx(0.05 - 0.01, rel=0.01)
     assert sure == pytest.approx(0.05 / np.cos(np.pi / 64) - 0.01 * np.cos(np.pi / 12), rel=1e-6)
+
+
+def test_a_quarter_of_the_rate_looks_at_every_fourth_frame():
+    even = stamps(10.0, 90.0, CLOCKS["even"], np.random.default_rng(0)) + 5 * 10**17
+    np.testing.assert_array_equal(looks(even, 22.5), np.arange(0, 901, 4))
+    np.testing.assert_array_equal(looks(even, 90.0), np.arange(901))
+
+
+@given(st.integers(0, 1000), st.floats(1.0, 200.0))
+def test_each_look_is_the_first_frame_at_or_after_its_tick(seed, rate):
+    times = stamps(3.0, 90.0, CLOCKS["browser"], np.random.default_rng(seed))
+    plain = []
+    tick = 0
+    while (due := tick * 1e9 / rate) <= times[-1]:
+        plain.append(int(np.argmax(times >= int(due) - 1)))
+        tick += 1
+    assert sorted(set(plain)) == looks(times, rate).tolist()
+
+
+def test_no_frames_no_looks_and_no_rate_is_refused():
+    assert looks([], 22.5).tolist() == []
+    with pytest.raises(ValueError, match="positive"):
+        looks([0, 1], 0.0)
+
+
+def episode(start, end, slack=0.0):
+    sure = (start + slack, end - slack)
+    return Episode(("a", "b"), "contact", (start, end), sure, (start - slack, end + slack))
+
+
+def fates(*episodes):
+    answer = predicted(Truth("t", 0, 0, 10.0, "off", tuple(episodes)), (np.arange(900) * 1e9 / 90).astype(int), 22.5)
+    return {name: len(found) for name, found in vars(answer).items() if found}
+
+
+def test_episodes_between_looks_are_missed_and_between_frames_unseen():
+    frame = 1.0 / 90.0
+    assert fates(episode(3.9 * frame, 4.1 * frame)) == {"caught": 1}
+    assert fates(episode(4.1 * frame, 7.9 * frame)) == {"missed": 1}
+    assert fates(episode(4.1 * frame, 4.9 * frame)) == {"unseen": 1}
+    assert fates(episode(4.05 * frame, 7.9 * frame, slack=0.1 * frame)) == {"undecided": 1}
+
+
+def test_contained_and_near_misses_are_no_contact_episodes():
+    contained = Episode(("a", "b"), "contained", (1.0, 2.0), (1.0, 2.0), (1.0, 2.0))
+    near = Episode(("a", "b"), "contact", None, None, (1.0, 2.0))
+    assert fates(contained, near) == {}
+
+
+def test_a_stream_depends_on_its_key_alone():
+    first = random_stream(1, "noise", "a", "b").random(5)
+    random_stream(1, "other").random(100)
+    np.testing.assert_array_equal(first, random_stream(1, "noise", "b", "a").random(5))
+
+
+def test_every_part_of_the_key_counts():
+    keys = [
+        random_stream(1, "noise", "a"), random_stream(2, "noise", "a"), random_stream(1, "loss", "a"),
+        random_stream(1, "noise", "b"), random_stream(1, "noise"), random_stream(1, "noise", "a", stamp_ns=1),
+        random_stream(1, "noise", "a", restart=1),
+    ]  # fmt: skip
+    assert len({stream.random() for stream in keys}) == len(keys)
+
+
+def test_the_stream_of_a_known_key_stays_what_it_is():
+    # The digest of '[0, "clock", [], 0, 0]' as a little-endian integer seeds PCG64, whose bits NumPy keeps.
+    assert random_stream(0, "clock").bit_generator.random_raw(2).tolist() == [1707325541862686270, 16313027572328560223]

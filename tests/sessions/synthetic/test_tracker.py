@@ -1,11 +1,15 @@
-from __future__ import annotations
-
 import itertools
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from sessions.geometry.rotations import IDENTITY, quaternion_inverse, quaternion_product
+from sessions.synthetic.assembly import CLOCKS, stamps
+from sessions.synthetic.looks import looks
+from sessions.synthetic.paths import Tap
+from sessions.synthetic.planting import Blinks, Dent
 from sessions.synthetic.tracker import VIVE, Loss, disturbed, planned_losses, with_losses
 
 TIMES = np.arange(0.0, 120.0, 1.0 / 90.0)
@@ -43,7 +47,10 @@ def test_losses_are_rare_short_and_keep_off_planted_windows():
         counts.append(len(losses))
         for loss in losses:
             assert 0.05 <= loss.end - loss.start <= 0.5
-            assert 0.005 <= np.linalg.norm(loss.step) <= 0.03
+            size = np.linalg.norm(loss.step)
+            assert 0.005 <= size <= 0.03
+            left = size * np.exp(-(loss.settled - loss.end) / VIVE.settle_s)
+            assert left == pytest.approx(VIVE.position_rms_m), "settled: the step has sunk into the noise"
             assert all(loss.settled < low or loss.start > high for low, high in keep)
         assert all(a.settled < b.start for a, b in itertools.pairwise(losses))
     assert min(counts) >= 0 and max(counts) <= 4
@@ -72,3 +79,42 @@ def test_an_unflagged_loss_is_an_identity_pose_that_calls_itself_valid():
 def test_losses_off_change_nothing():
     (position, _), valid = with_losses(REST, TIMES, [Loss(5.0, 5.2, 5.5, (0.01, 0.0, 0.0))], VIVE, "off")
     assert valid.all() and (position == REST[0]).all()
+
+
+@given(st.floats(0.0005, 0.005), st.floats(0.01, 0.4), st.floats(0.01, 0.05))
+def test_a_tap_is_in_contact_for_exactly_the_asked_time(depth, seconds, apart):
+    dent = Dent(depth, seconds, apart + depth)
+    tap = Tap(3.0, dent.period, (1.0, 0.0, 0.0), dent.amplitude)
+    ((start, end),) = dent.intervals(tap, 0.0)
+    assert end - start == pytest.approx(seconds, rel=1e-9)
+    times = np.linspace(3.0, 3.0 + dent.period, 4001)
+    beyond = tap(times)[:, 0] - dent.apart
+    assert beyond.max() == pytest.approx(depth, rel=1e-4)
+    inside = (times > start + 1e-7) & (times < end - 1e-7)
+    assert (beyond[inside] > -1e-12).all()
+    assert (beyond[(times < start - 1e-7) | (times > end + 1e-7)] < 1e-12).all()
+
+
+def test_deeper_levels_are_shorter_and_none_below_the_bottom():
+    dent = Dent(0.002, 0.02, 0.026)
+    tap = Tap(0.0, dent.period, (1.0, 0.0, 0.0), dent.amplitude)
+    lengths = [sum(b - a for a, b in dent.intervals(tap, level)) for level in (0.001, 0.0, -0.001, -0.0021)]
+    assert lengths[0] > lengths[1] > lengths[2] > lengths[3] == 0.0
+    (episode,) = dent.episodes(("a", "b"), tap, 0.001, (0.0, 9.0), "a tap")
+    assert episode.note == "a tap"
+    assert episode.possibly[0] < episode.nominal[0] < episode.surely[0]
+
+
+@given(st.integers(0, 500), st.sampled_from(["even", "steady", "browser"]), st.floats(0.0, 8.0))
+def test_a_blink_is_a_frame_with_room_to_both_looks(seed, clock, earliest):
+    times = stamps(10.0, 90.0, CLOCKS[clock], np.random.default_rng(seed))
+    frames = times * 1e-9
+    centre = Blinks(frames, 0.022).centre(earliest, 0.015) + 0.022
+    assert np.abs(frames - centre).min() < 1e-12
+    assert np.abs(frames[looks(times, 22.5)] - centre).min() > 0.015
+    assert centre > earliest
+
+
+def test_a_session_too_short_for_a_blink_is_refused():
+    with pytest.raises(ValueError, match="lengthen"):
+        Blinks(np.arange(90) / 90.0, 0.0).centre(2.0, 0.01)

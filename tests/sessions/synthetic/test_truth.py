@@ -1,11 +1,13 @@
-from __future__ import annotations
-
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
+import sessions.synthetic
 from sessions.errors import SessionError
+from sessions.synthetic.scenes import make_scene_session
 from sessions.synthetic.truth import (
     CLEAR,
     OPEN,
@@ -115,3 +117,31 @@ def test_poses_recorded_late_shift_the_episode_but_not_the_start_of_the_session(
     (episode,) = ask(spans, latency=0.02)
     assert episode.possibly == (5.02, 9.0)
     assert episode.surely is None
+
+
+def test_an_unknown_scene_is_refused_with_what_there_is():
+    with pytest.raises(SessionError, match="bench-bumps"):
+        make_scene_session("bench-lumps")
+
+
+def test_a_scene_is_made_by_name_with_its_settings():
+    session, truth = make_scene_session("bench-bumps", seed=3, noise="off", jitter="even", faces=600)
+    assert (truth.name, truth.seed, truth.noise) == ("bench-bumps", 3, "off")
+    assert session.scene.name == "bench-bumps"
+    assert len(session.frames) == 5401
+
+
+@pytest.mark.parametrize("name", sessions.synthetic.__all__)
+def test_every_public_name_is_there(name):
+    assert getattr(sessions.synthetic, name) is not None
+
+
+def test_importing_the_package_loads_no_geometry():
+    code = "import sys, sessions.synthetic; print(*[m for m in ('numpy', 'trimesh', 'scipy') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
+def test_an_unknown_name_is_refused_with_what_there_is():
+    with pytest.raises(AttributeError, match="make_scene_session"):
+        _ = sessions.synthetic.make_magic

@@ -1,7 +1,5 @@
 """Contained is what lies wholly inside a closed mesh, and an open mesh contains nothing."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Exact parity is right on vertices, edges and axes, where a careless ray counts a crossing twice or not at all."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

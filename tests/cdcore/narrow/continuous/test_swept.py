@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
-from support.motions import KINDS
-from support.shapes import random_rotations
+from support.motions import KINDS, turned_by
+from support.shapes import ball_mesh, moved, random_rotations
 
+from cdcore.bounding.sphere import sphere_best
 from cdcore.kernels.compiling import kernel
+from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, fill_leg, pose_at
 from cdcore.narrow.continuous.swept import boxes_stay_apart, faces_stay_apart, turned_between
+from cdcore.narrow.continuous.swept_spheres import SweptSpheres
 from cdcore.narrow.triangles.predicates import triangles_intersect
 
 
@@ -106,3 +109,48 @@ def test_a_margin_wider_than_the_gap_takes_the_proof_away():
     pose = np.concatenate([np.eye(3).ravel(), [2.5, 0, 0]])
     assert boxes_apart(unit, unit, pose, pose, 0.49)
     assert not boxes_apart(unit, unit, pose, pose, 0.51)
+
+
+PAIRS = np.array([[0, 1], [2, 1], [0, 2]])
+
+
+def scene(seed, frames=120):
+    rng = np.random.default_rng(seed)
+    meshes = [ball_mesh(0.1), moved(ball_mesh(0.05), (0.3, 0, 0)), moved(ball_mesh(0.2), (0, -0.5, 0.2))]
+    turn = np.stack([turned_by(rng, frames, 1.5) for _ in meshes], axis=1)
+    move = rng.normal(size=(frames, 3, 3)) * 0.4
+    return [sphere_best(mesh) for mesh in meshes], turn, move
+
+
+def centre_at(sphere, turn, move, frame, body, share):
+    leg, pose = np.empty(LEG_WIDTH), np.empty(12)
+    fill_leg(turn[frame - 1, body], move[frame - 1, body], turn[frame, body], move[frame, body], leg)
+    pose_at(leg, share, pose)
+    return pose[:9].reshape(3, 3) @ sphere.centre + pose[9:]
+
+
+def test_on_a_dismissed_leg_the_spheres_meet_at_no_time():
+    spheres, turn, move = scene(0)
+    asked = np.ones((len(turn), 3), dtype=bool)
+    asked[0] = False
+    near = SweptSpheres(spheres).may_meet(turn, move, np.ones(turn.shape[:2], bool), PAIRS, asked)
+    assert 0.05 < near[1:].mean() < 0.95
+    for frame, column in np.argwhere(asked & ~near).tolist():
+        i, j = PAIRS[column]
+        for share in np.linspace(0, 1, 17):
+            ways = [centre_at(spheres[k], turn, move, frame, k, share) for k in (i, j)]
+            assert np.linalg.norm(ways[0] - ways[1]) > spheres[i].radius + spheres[j].radius
+
+
+def test_legs_that_are_not_asked_about_are_not_near_and_poses_that_do_not_count_do_no_harm():
+    spheres, turn, move = scene(1)
+    valid = np.ones(turn.shape[:2], dtype=bool)
+    valid[40:50, 2] = False
+    turn[40:50, 2], move[40:50, 2] = np.nan, np.inf
+    asked = np.zeros((len(turn), 3), dtype=bool)
+    asked[20:30] = True
+    asked[60:70, 0] = True
+    with np.errstate(all="raise"):
+        near = SweptSpheres(spheres).may_meet(turn, move, valid, PAIRS, asked)
+    assert near.any()
+    assert not near[~asked].any()

@@ -7,9 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
+from support.motions import rotations
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, random_rotations
 
 from cdcore.errors import InvalidTrianglesError
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
+from cdcore.narrow.margins.margin_kernels import boxes_of, certainly_apart, overlap_bounds
+from cdcore.narrow.margins.separating_moves import come_apart, shell_vectors, unit
 from cdcore.narrow.margins.triangle_margins import near_faces, triangle_margins
+from cdcore.narrow.spacetime.box_tree import build_box_tree
+from cdcore.numerics import place_points
 from replay.studies.stress.families import FAMILIES
 
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
@@ -133,3 +140,106 @@ def test_no_face_pair_within_reach_is_left_out_of_the_near_ones(reach):
 def test_coordinates_that_are_not_finite_are_refused():
     with pytest.raises(InvalidTrianglesError, match="pair 0 has a coordinate that is not finite"):
         triangle_margins(np.full((1, 2, 3, 3), np.nan))
+
+
+def bounds(pairs):
+    low, high, apart = (np.empty(len(pairs)) for _ in range(3))
+    overlap_bounds(np.ascontiguousarray(pairs).reshape(-1, 6, 3), low, high, apart)
+    return low, high, apart
+
+
+@pytest.mark.parametrize("family", [f for f in FAMILIES if f.number not in (15, 16)], ids=lambda f: f.name)
+def test_the_exact_margin_lies_within_the_bounds(family):
+    pairs = family.pairs(300, seed=9)
+    meets, margin = triangle_margins(pairs)
+    low, high, apart = bounds(pairs)
+    assert (low[meets] <= margin[meets]).all()
+    assert (margin[meets] <= high[meets]).all()
+    assert (apart[~meets] <= margin[~meets]).all()
+
+
+def test_the_bounds_are_tight_where_nothing_is_hard():
+    pairs = FAMILIES[0].pairs(500)
+    meets, margin = triangle_margins(pairs)
+    low, high, apart = bounds(pairs)
+    assert (high[meets] - low[meets]).max() < 1e-9
+    assert (high[meets] > margin[meets] - 1e-12).all()
+    assert ((apart > 0) == ~meets).mean() > 0.99
+
+
+def least_distance(first, second):
+    pairs = np.stack(np.broadcast_arrays(first[:, None], second[None]), axis=2).reshape(-1, 2, 3, 3)
+    meets, margin = triangle_margins(pairs)
+    return 0.0 if meets.any() else margin.min()
+
+
+def test_surfaces_called_apart_are_and_most_that_are_get_called_so():
+    rng = np.random.default_rng(2)
+    meshes = [ball_mesh(0.05, 3, 4).triangles, box_mesh((0.1, 0.1, 0.02)).triangles]
+    a, b = (build_box_tree(mesh) for mesh in meshes)
+    count, reach = 40, 0.003
+    turns, moves = rotations(rng, (count,)), rng.normal(size=(count, 3)) * 0.06
+    apart = np.zeros(count, dtype=bool)
+    certainly_apart(boxes_of(a), a, boxes_of(b), b, turns, moves, np.full(count, reach), apart)
+    far = [least_distance(place_points(meshes[0].reshape(-1, 3), t, m).reshape(-1, 3, 3), meshes[1]) > reach
+           for t, m in zip(turns, moves, strict=True)]  # fmt: skip
+    assert not (apart & ~np.array(far)).any()
+    assert 10 < sum(far) < 40
+    assert apart.sum() > 0.8 * sum(far)
+
+
+def test_a_body_inside_a_hollow_one_is_apart_from_its_surface():
+    a, b = build_box_tree(ball_mesh(0.01).triangles), build_box_tree(beaker_mesh().triangles)
+    apart = np.zeros(2, dtype=bool)
+    moves = np.array([[0, 0, 0.05], [0, 0, 0.012]])
+    certainly_apart(boxes_of(a), a, boxes_of(b), b, np.tile(np.eye(3), (2, 1, 1)), moves, np.full(2, 1e-3), apart)
+    assert apart.tolist() == [True, False]
+
+
+def freed(first, second, step, turn=None, shift=(0, 0, 0)):
+    """Whether two meshes, the first shifted, both in a turned world, come apart."""
+    turn = np.eye(3) if turn is None else turn
+    a, b = (mesh.triangles @ turn.T for mesh in (first, second))
+    a = a + turn @ np.array(shift)
+    meeting = meeting_faces_exhaustive(a, b)
+    assert len(meeting), "they meet"
+    shells = [shell_vectors(mesh.triangles, mesh.faces) @ turn.T for mesh in (first, second)]
+    return come_apart(a, b, *shells, meeting, step)
+
+
+@pytest.mark.parametrize("share", [0.5, 0.9, 0.999, 1.0, 1.001, 1.1, 2.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_flush_cubes_come_apart_by_a_step_of_their_depth_and_no_shorter_one(seed, share):
+    turn = random_rotations(np.random.default_rng(seed), 1)[0] if seed else None
+    shift = np.roll([1 - 2.0**-10, 0, 0], seed)
+    if share != 1.0 or turn is None:  # turned places round by more than nothing
+        assert freed(box_mesh(), box_mesh(), share * 2.0**-10, turn, shift) == (share >= 1.0)
+
+
+@pytest.mark.parametrize(("step", "free"), [(0.99e-3, False), (1.01e-3, True)])
+def test_a_plug_too_large_for_its_hole_on_all_sides_needs_the_step_it_is_too_large_by(step, free):
+    hole = merged(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
+    assert freed(box_mesh((1.002, 1.002, 3)), hole, step) == free
+
+
+def test_a_ball_leaves_a_wall_by_the_depth_of_its_corner():
+    assert freed(ball_mesh(0.5), box_mesh(), 1.01e-3, shift=(1 - 1e-3, 0.2, 0.1))
+    assert not freed(ball_mesh(0.5), box_mesh(), 0.9e-3, shift=(1 - 1e-3, 0.0, 0.0))
+
+
+def test_the_corners_of_a_cube_move_every_face_by_one():
+    mesh = box_mesh()
+    shell = shell_vectors(mesh.triangles, mesh.faces)
+    normal = unit(np.cross(mesh.triangles[:, 1] - mesh.triangles[:, 0], mesh.triangles[:, 2] - mesh.triangles[:, 0]))
+    assert np.allclose(np.einsum("fck,fk->fc", shell, normal), 1.0)
+    assert np.allclose(np.linalg.norm(shell, axis=2), np.sqrt(3))
+
+
+def test_corners_of_faces_without_area_stay():
+    triangles = np.array([[[0, 0, 0], [1, 0, 0], [2, 0, 0]]], dtype=float)
+    assert not shell_vectors(triangles, np.array([[0, 1, 2]])).any()
+
+
+def test_a_spike_moves_by_a_bounded_length():
+    triangles = np.array([[[0, 0, 0], [1, 0, 1e-3], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [1, 0, -1e-3]]])
+    assert np.linalg.norm(shell_vectors(triangles, np.array([[0, 1, 2], [0, 2, 3]])), axis=2).max() <= 3.0 + 1e-9

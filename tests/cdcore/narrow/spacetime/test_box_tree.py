@@ -1,11 +1,14 @@
-"""A tree loses no face and every box covers what lies below it."""
+"""A tree loses no face, its fitted boxes cover what lies below, and a row of addresses gives its arrays."""
 
 import numpy as np
 import pytest
-from support.motions import KINDS, grid_plate
+from support.eight_frames import ARRAYS, EightFrames
+from support.motions import KINDS, grid_plate, rotations
 
+from cdcore.kernels.compiling import kernel, runtime_int
 from cdcore.narrow.spacetime.box_tree import LEAF_FACES, build_box_tree
 from cdcore.narrow.spacetime.certificates import faces_below
+from cdcore.narrow.spacetime.memory import pose_memory, tree_memory
 
 MESHES = {name: make(np.random.default_rng(2)) for name, make in KINDS.items()}
 MESHES["plate"] = grid_plate(8)
@@ -89,3 +92,71 @@ def test_a_needle_has_a_plane_that_bounds_it_whatever_its_direction():
     along = (needle[0] - tree.boxes[0, :3]) @ [x, y, z]
     assert low <= along.min() + 1e-15
     assert high >= along.max() - 1e-15
+
+
+def fitted(triangles):
+    box = build_box_tree(triangles).boxes[0]
+    axes, middle, half = box[3:12].reshape(3, 3), box[:3], box[12:15]
+    return axes, np.stack([axes @ middle - half, axes @ middle + half], axis=1)
+
+
+def surface(extent):
+    x, y, z = extent[:, 1] - extent[:, 0]
+    return x * y + y * z + z * x
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_turned_slab_is_fitted_along_its_own_axes(seed):
+    rng = np.random.default_rng(seed)
+    turn = rotations(rng, ())
+    triangles = (rng.uniform(-1, 1, (200, 3, 3)) * [3.0, 1.0, 0.1]) @ turn.T
+    axes, extent = fitted(triangles)
+    assert np.abs(axes @ axes.T - np.eye(3)).max() < 2e-15
+    along = triangles.reshape(-1, 3) @ axes.T
+    assert np.allclose(along.min(0), extent[:, 0])
+    assert np.allclose(along.max(0), extent[:, 1])
+    assert surface(extent) < 1.3 * (6 * 2 + 6 * 0.2 + 2 * 0.2)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_box_is_never_larger_than_the_one_along_the_body_axes(seed):
+    triangles = np.random.default_rng(seed).normal(size=(5, 3, 3))
+    low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+    assert surface(fitted(triangles)[1]) <= surface(np.stack([low, high], axis=1)) * (1 + 1e-14)
+
+
+@pytest.mark.parametrize("triangles", [np.zeros((3, 3, 3)), np.full((1, 3, 3), 1e-200), np.ones((2, 3, 3)) * 1e70])
+def test_points_give_a_box_of_no_extent_and_no_nan(triangles):
+    axes, extent = fitted(triangles)
+    assert np.isfinite(axes).all()
+    assert np.isfinite(extent).all()
+    assert np.abs(axes @ axes.T - np.eye(3)).max() < 2e-15
+
+
+@kernel
+def first_entries(row, at):
+    tree = tree_memory(row, at)
+    return (
+        tree.boxes[3], runtime_int(tree.links[3]), runtime_int(tree.leaves[3]), runtime_int(tree.faces[3]),
+        tree.placed[3], runtime_int(tree.picks[3]), tree.corners[3], tree.boxed[3], tree.spans[3], tree.planes[3],
+    )  # fmt: skip
+
+
+@kernel
+def track(row, at):
+    pose = pose_memory(row, at)
+    return pose.entries[2], pose.stride, pose.step, pose.path[2], pose.ranges[2], pose.frames
+
+
+def test_the_row_of_a_tree_gives_its_arrays_under_their_names():
+    tree = EightFrames(0).trees[1]
+    names = [*ARRAYS[:3], "faces", *ARRAYS[3:]]
+    row = np.concatenate([np.zeros(5, dtype=np.int64), tree.row])
+    assert first_entries(row, 5) == tuple(getattr(tree, name).ravel()[3] for name in names)
+
+
+def test_the_row_of_a_track_gives_its_arrays_and_numbers():
+    pose = EightFrames(0).poses[1]
+    row = np.concatenate([np.zeros(3, dtype=np.int64), pose.row])
+    wanted = pose.entries[2], pose.stride, pose.step, pose.path[2], pose.ranges[2], pose.frames
+    assert track(row, 3) == wanted

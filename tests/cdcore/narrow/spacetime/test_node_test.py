@@ -1,13 +1,22 @@
-"""A lane is dropped only if the faces below both nodes are disjoint in its frame; and most that are, are dropped."""
+"""A lane is dropped only if its faces are disjoint there; what stays open is decided at the world points."""
 
 import numpy as np
 import pytest
 from support.eight_frames import EightFrames
+from support.motions import rotations
 
 from cdcore.kernels.compiling import kernel
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
+from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.certificates import faces_below
+from cdcore.narrow.spacetime.leaf_test import survivors_of_leaves
 from cdcore.narrow.spacetime.node_test import lanes_that_may_meet
+from cdcore.narrow.spacetime.pose_lanes import pose_lanes
+from cdcore.narrow.spacetime.undecided import decide_undecided
+from cdcore.narrow.spacetime.world_test import UNDECIDED, faces_meet
+from cdcore.narrow.triangles.predicates import triangles_intersect
+from cdcore.numerics import place_points
+from replay.studies.stress.families import FAMILIES
 
 
 @kernel
@@ -45,3 +54,101 @@ def test_lanes_that_were_not_asked_stay_out():
         a.boxes, 0, b.boxes, 0, scene.relative, scene.middle, scene.chord, scene.pad, 0b101, False, np.empty(24)
     )
     assert left & ~0b101 == 0
+
+
+@kernel
+def survivors(tree_a, a, leaf_a, tree_b, b, leaf_b, relative, middle, chord, pad, found):
+    offset, turned, moved, plane, span = np.empty(24), np.empty(72), np.empty(768), np.empty(32), np.empty(48)
+    mask = lanes_that_may_meet(
+        tree_a.boxes, a, tree_b.boxes, b, relative, middle, chord, pad, 255 + 0 * a, True, offset
+    )
+    if mask == 0:
+        return 0
+    return survivors_of_leaves(
+        tree_a, leaf_a, tree_b, b, leaf_b, relative, offset, pad, mask, turned, moved, plane, span, found
+    )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_every_meeting_face_pair_survives_in_its_lanes_and_few_others_do(seed):
+    scene = EightFrames(seed, size=0.6)
+    a_tree, b_tree = scene.trees
+    lanes = np.zeros((20, 30), dtype=int)
+    found = np.empty(192, dtype=np.int64)
+    for a in np.flatnonzero(a_tree.links[:, 1] >= 0):
+        for b in np.flatnonzero(b_tree.links[:, 1] >= 0):
+            count = survivors(
+                scene.flat[0], a, int(a_tree.links[a, 1]), scene.flat[1], b, int(b_tree.links[b, 1]), scene.relative,
+                scene.middle, scene.chord, scene.pad, found,
+            )  # fmt: skip
+            for face_a, face_b, left in found[: 3 * count].reshape(-1, 3):
+                lanes[a_tree.faces[face_a], b_tree.faces[face_b]] = left
+    meeting = 0
+    for lane in range(8):
+        first, second = scene.world(lane)
+        pairs = np.array([[x, y] for x in first for y in second])
+        meets = triangles_intersect(pairs).reshape(20, 30)
+        assert (lanes[meets] >> lane & 1).all()
+        meeting += meets.sum()
+    survived = sum(bin(left).count("1") for left in lanes.ravel())
+    assert meeting > 10
+    assert survived < 4 * meeting
+
+
+@kernel
+def asked_world_test(placed_a, pose_a, edge_a, placed_b, pose_b, edge_b, frame):
+    scratch = np.empty(8)
+    zero = 0 * frame
+    return faces_meet(
+        placed_a, zero, edge_a, pose_a.entries, pose_a.stride, frame * pose_a.step, placed_b, zero, edge_b,
+        pose_b.entries, pose_b.stride, frame * pose_b.step, scratch,
+    )  # fmt: skip
+
+
+def answers(pair, turn, move):
+    trees = [build_box_tree(pair[k : k + 1]) for k in range(2)]
+    lanes = [pose_lanes(turn, move, k, np.arange(len(turn)), trees[k].boxes[0], trees[k].reach) for k in range(2)]
+    placed = [tree.placed.ravel() for tree in trees]
+    edges = [float(tree.planes[0, 10]) * 1.001 for tree in trees]
+    ours = [asked_world_test(placed[0], lanes[0], edges[0], placed[1], lanes[1], edges[1], f) for f in range(len(turn))]
+    world = [[place_points(pair[k], turn[f, k], move[f, k]) for k in range(2)] for f in range(len(turn))]
+    return np.array(ours), triangles_intersect(np.array(world))
+
+
+@pytest.mark.parametrize("number", [1, 2, 3, 6, 9, 10, 12, 13, 14, 15, 16, 17, 18, 20, 21, 22, 24])
+def test_a_certain_answer_is_the_predicates(number):
+    rng = np.random.default_rng(number)
+    turn = rotations(rng, (6, 2))
+    turn[:, 1] = turn[:, 0]
+    turn[0] = np.eye(3)
+    move = np.repeat(rng.normal(size=(6, 1, 3)) * (number < 14), 2, axis=1)
+    move[0] = 0
+    for pair in FAMILIES[number - 1].pairs(12, seed=31):
+        ours, truth = answers(pair, turn, move)
+        certain = ours != UNDECIDED
+        assert np.array_equal(ours[certain], truth[certain])
+
+
+def test_ordinary_pairs_are_all_certain():
+    rng = np.random.default_rng(0)
+    turn, move = rotations(rng, (200, 2)), rng.normal(size=(200, 2, 3)) * 0.3
+    ours, truth = answers(rng.normal(size=(2, 3, 3)), turn, move)
+    assert np.array_equal(ours, truth)
+    assert 0 < truth.sum() < 200
+
+
+def test_answers_are_those_of_the_predicate_at_the_reference_vertices():
+    rng = np.random.default_rng(8)
+    frames = 300
+    turn, move = rotations(rng, (frames, 2)), rng.normal(size=(frames, 2, 3))
+    turn[:, 1], move[:, 1] = turn[:, 0], move[:, 0]
+    flat = rng.integers(0, 4, (2, 3, 3)).astype(float)
+    trees = [build_box_tree(flat[k : k + 1]) for k in range(2)]
+    a, b = (pose_lanes(turn, move, k, np.arange(frames), trees[k].boxes[0], trees[k].reach) for k in range(2))
+    hits = np.zeros(frames, dtype=np.uint8)
+    answers, exact, integers = decide_undecided(np.arange(frames), (0, 0), 0, tuple(trees), (a, b), True, hits)
+    assert (exact, integers) == (frames, 0)
+    world = np.array([[place_points(flat[k], turn[f, k], move[f, k]) for k in range(2)] for f in range(frames)])
+    want = triangles_intersect(world)
+    assert np.array_equal(answers, want)
+    assert np.array_equal(hits, want)

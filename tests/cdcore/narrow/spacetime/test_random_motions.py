@@ -4,8 +4,6 @@ Bodies share faces, slide along each other, stand still bit for bit, are open, n
 huge, and have no pose now and then.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from support.motions import KINDS, grid_plate, motion_of, placed, turned_by

@@ -8,7 +8,9 @@ from support.motions import KINDS, grid_plate, motion_of, placed, soup
 
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.spacetime import whole_motion
+from cdcore.narrow.spacetime.block import BY_BOX, BY_PATH, BY_SPAN
 from cdcore.narrow.spacetime.box_tree import build_box_tree
+from cdcore.narrow.spacetime.certificates import FalseDismissalError, count_verified
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 
@@ -158,3 +160,26 @@ def test_an_empty_motion_has_an_empty_answer():
     answer = ask(meshes, turn[:0], move[:0], faces=True)
     assert answer.hits.shape == (0, 3)
     assert len(answer.frame) == len(answer.faces) == 0
+
+
+PLATE = grid_plate(2)
+TREES = (build_box_tree(PLATE), build_box_tree(PLATE))
+
+
+def far(frame):
+    return PLATE, PLATE + 50.0
+
+
+def touching(frame):
+    return PLATE, PLATE
+
+
+def test_true_dismissals_are_counted_frame_by_frame():
+    records = np.array([BY_PATH, 3, 7, 0, BY_BOX, 8, 0b101, 0, BY_SPAN, 10, 12, 0])
+    assert count_verified(TREES, records, far) == 10
+
+
+@pytest.mark.parametrize("record", [[BY_PATH, 3, 7, 0], [BY_BOX, 8, 1, 0], [BY_SPAN, 0, 1, 0]])
+def test_a_false_dismissal_raises_and_names_two_faces(record):
+    with pytest.raises(FalseDismissalError, match=r"faces \d+ and \d+ meet"):
+        count_verified(TREES, np.array(record), touching)

@@ -1,11 +1,20 @@
-"""The public triangle test refuses what is no triangle, and answers everything else, whatever its exponents."""
+"""The triangle test and its three stages (filter, exact sums, integers) agree and refuse what is no triangle."""
+
+import itertools
 
 import numpy as np
 import pytest
 from support.predicate_work import left_open
 
 from cdcore.errors import InvalidTrianglesError
+from cdcore.kernels.compiling import kernel
+from cdcore.narrow.triangles import exact as triangle_exact
+from cdcore.narrow.triangles import filter as triangle_filter
+from cdcore.narrow.triangles.filter import UNDECIDED
+from cdcore.narrow.triangles.integers import integers_on_one_scale, pair_intersects_integers
 from cdcore.narrow.triangles.predicates import triangles_intersect
+from cdcore.narrow.triangles.sums import new_digits
+from replay.studies.stress.families import FAMILIES
 
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
@@ -54,3 +63,108 @@ def test_the_input_is_left_as_it_was():
     before = pairs.copy()
     triangles_intersect(pairs)
     assert np.array_equal(pairs, before)
+
+
+@kernel
+def pair_intersects_filtered(pair):
+    return triangle_filter.pair_intersects_filtered(pair.ravel())
+
+
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
+def test_a_decided_pair_is_decided_rightly(family):
+    for pair in family.pairs(200, seed=21):
+        answer = pair_intersects_filtered(pair.reshape(6, 3))
+        assert answer == UNDECIDED or bool(answer) == pair_intersects_integers(pair.tolist())
+
+
+def test_ordinary_pairs_are_all_decided():
+    answers = [pair_intersects_filtered(pair.reshape(6, 3)) for pair in FAMILIES[0].pairs(2_000, seed=22)]
+    assert UNDECIDED not in answers
+    assert {0, 1} <= set(answers)
+
+
+@pytest.mark.parametrize("number", [15, 16])
+def test_products_out_of_range_are_left_open_not_guessed(number):
+    answers = [pair_intersects_filtered(pair.reshape(6, 3)) for pair in FAMILIES[number - 1].pairs(300)]
+    assert 1 not in answers
+    assert UNDECIDED in answers
+
+
+@kernel
+def pair_intersects_exact(p, w):
+    return triangle_exact.pair_intersects_exact(p.ravel(), w)
+
+
+@kernel
+def projection_axis(p, a, b, c, d, w):
+    return triangle_exact.projection_axis(p.ravel(), a, b, c, d, w)
+
+
+@kernel
+def lexicographic_ends(p, t):
+    return triangle_exact.lexicographic_ends(p.ravel(), t)
+
+
+@pytest.mark.parametrize("high", [2, 3, 4])
+def test_exact_decision_equals_integers_on_a_lattice(high):
+    rng, w = np.random.default_rng(high), new_digits()
+    pairs = rng.integers(0, high, (1_000, 6, 3)).astype(float)
+    wrong = [
+        k
+        for k, pair in enumerate(pairs)
+        if pair_intersects_exact(pair, w) != pair_intersects_integers(pair.reshape(2, 3, 3).tolist())
+    ]
+    assert wrong == []
+
+
+def test_projection_axis_is_one_the_product_does_not_vanish_along():
+    w = new_digits()
+    p = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1], [2, 0, 0.0]])
+    assert projection_axis(p, 0, 1, 0, 2, w) == 1
+    assert projection_axis(p, 0, 1, 0, 3, w) == -1
+
+
+def test_ends_of_a_flat_triangle_are_its_extreme_corners():
+    p = np.array([[1, 0, 0], [0, 5, 0], [3, 0, 0], [2, 2, 2], [2, 2, 2], [2, 2, 2.0]])
+    assert lexicographic_ends(p, 0) == (1, 2)
+    first, last = lexicographic_ends(p, 3)
+    assert p[first].tolist() == p[last].tolist()
+
+
+FLOOR_integers = [[0, 0, 0], [4, 0, 0], [0, 4, 0]]
+CASES = [
+    ("corner on face", [[1, 1, 0], [1, 2, 4], [2, 1, 4]], True),
+    ("just above", [[1, 1, 1], [1, 2, 4], [2, 1, 4]], False),
+    ("corner to corner", [[0, 0, 0], [-1, 0, 0], [0, -1, 0]], True),
+    ("coplanar apart", [[5, 5, 0], [6, 5, 0], [5, 6, 0]], False),
+    ("coplanar inside", [[1, 1, 0], [2, 1, 0], [1, 2, 0]], True),
+    ("point on face", [[1, 1, 0]] * 3, True),
+    ("point beside face in its plane", [[3, 3, 0]] * 3, False),
+    ("segment through", [[1, 1, -1], [1, 1, 1], [1, 1, 0]], True),
+    ("segment in plane across", [[-1, 1, 0], [5, 1, 0], [2, 1, 0]], True),
+    ("segment past a corner", [[-1, 0, 1], [0, -1, -1], [-1, 0, 1]], False),
+]
+
+
+@pytest.mark.parametrize(("name", "other", "meets"), CASES, ids=[case[0] for case in CASES])
+@pytest.mark.parametrize("scale", [1.0, 2.0**-900, 2.0**900])
+def test_a_case_one_can_see(name, other, meets, scale):
+    first, second = ([[x * scale for x in corner] for corner in triangle] for triangle in (FLOOR_integers, other))
+    assert pair_intersects_integers([first, second]) is meets
+    assert pair_intersects_integers([second, first]) is meets
+
+
+def test_segments_and_points_meet_only_where_they_do():
+    ends = {"a": [0, 0, 0], "b": [2, 2, 2], "m": [1, 1, 1], "off": [1, 1, 2], "past": [3, 3, 3]}
+    flat = {key: [float(x) for x in point] for key, point in ends.items()}
+    long = [flat["a"], flat["b"], flat["m"]]
+    for order in itertools.permutations(long):
+        assert pair_intersects_integers([order, [flat["m"]] * 3])
+        assert not pair_intersects_integers([order, [flat["off"]] * 3])
+        assert not pair_intersects_integers([order, [flat["past"]] * 3])
+        assert pair_intersects_integers([order, [flat["past"], flat["m"], flat["b"]]])
+
+
+def test_scaling_keeps_ratios_of_the_smallest_and_largest_doubles():
+    small, large = integers_on_one_scale([5e-324, 1.0])
+    assert (small, large) == (1, 2**1074)

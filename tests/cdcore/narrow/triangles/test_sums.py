@@ -1,4 +1,4 @@
-"""Exact sums lose nothing: the sign is that of rational arithmetic, whatever cancels."""
+"""Exact sums, orientations and axes: the sign is that of rational arithmetic, whatever cancels."""
 
 from fractions import Fraction
 
@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import linprog
+from support.shapes import random_rotations
+from support.slow_trees import boxes_apart
 
+from cdcore.kernels import box_axes
 from cdcore.kernels.compiling import kernel
+from cdcore.narrow.triangles import orientation
 from cdcore.narrow.triangles import sums as exact_sums
 from cdcore.narrow.triangles.sums import new_digits
 
@@ -93,3 +98,131 @@ def test_only_zero_and_moderate_sizes_count_as_moderate():
     assert exponents_are_moderate(np.array([0.0, 1.0, -(2.0**-199)]))
     assert not exponents_are_moderate(np.array([0.0, 1.0, 2.0**-201]))
     assert not exponents_are_moderate(np.array([0.0, 1.0, -(2.0**201)]))
+
+
+@kernel
+def orientation_sign(p, a, b, c, d, w):
+    return orientation.orientation_sign(p.ravel(), a, b, c, d, w)
+
+
+@kernel
+def orientation_filtered(p, a, b, c, d):
+    return orientation.orientation_filtered(p.ravel(), a, b, c, d)
+
+
+@kernel
+def cross_sign(p, a, b, c, d, axis, w):
+    return orientation.cross_sign(p.ravel(), a, b, c, d, axis, w)
+
+
+def exact_volume(p):
+    a, b, c = ([Fraction(float(p[k, i])) - Fraction(float(p[3, i])) for i in range(3)] for k in range(3))
+    cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    volume = sum(x * y for x, y in zip(cross, c, strict=True))
+    return (volume > 0) - (volume < 0)
+
+
+def nearly_flat(rng, step):
+    p = rng.random((4, 3))
+    weights = rng.dirichlet([1, 1, 1])
+    p[3] = weights @ p[:3]
+    p[3] += rng.integers(-2, 3, 3) * step
+    return p
+
+
+@pytest.mark.parametrize("step", [0.0, 2.0**-53, 2.0**-45, 1e-3])
+def test_sign_of_four_nearly_coplanar_points_is_exact(step):
+    rng, w = np.random.default_rng(3), new_digits()
+    for _ in range(400):
+        p = nearly_flat(rng, step)
+        want = exact_volume(p)
+        assert orientation_sign(p, 0, 1, 2, 3, w) == want
+        assert orientation_filtered(p, 0, 1, 2, 3) in (want, 2)
+
+
+def test_filter_leaves_nearly_coplanar_points_open_and_decides_others():
+    rng = np.random.default_rng(4)
+    flat = [orientation_filtered(nearly_flat(rng, 2.0**-53), 0, 1, 2, 3) for _ in range(200)]
+    wide = [orientation_filtered(rng.random((4, 3)), 0, 1, 2, 3) for _ in range(200)]
+    assert flat.count(2) > 40
+    assert wide.count(2) == 0
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_cross_sign_is_exact_for_nearly_parallel_segments(axis):
+    rng, w = np.random.default_rng(5), new_digits()
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    for _ in range(400):
+        p = rng.random((4, 3))
+        p[3] = p[2] + (p[1] - p[0]) * 0.5 + rng.integers(-1, 2, 3) * 2.0**-53
+        u, v = ([Fraction(float(p[k + 1, m])) - Fraction(float(p[k, m])) for m in (i, j)] for k in (0, 2))
+        exact = u[0] * v[1] - u[1] * v[0]
+        assert cross_sign(p, 0, 1, 2, 3, axis, w) == (exact > 0) - (exact < 0)
+
+
+@kernel
+def verdicts(ca, ra, ha, cb, rb, hb, turn, move, pad):
+    m, d = np.empty((3, 3)), np.empty(3)
+    box_axes.box_seen_from(ca, ra, cb, rb, turn, move, m, d)
+    return box_axes.apart_on_all_axes(m, d, ha, hb, pad), box_axes.apart_on_face_axes(m, d, ha, hb, pad)
+
+
+@kernel
+def seen_from(ra, ta, rb, tb):
+    turn, move = np.empty((3, 3)), np.empty(3)
+    box_axes.pose_seen_from(ra, ta, rb, tb, turn, move)
+    return turn, move
+
+
+def scene(rng):
+    axes, turns = random_rotations(rng, 2), random_rotations(rng, 2)
+    centres, halves = rng.normal(size=(2, 3)) * 0.3, rng.random((2, 3)) + 0.05
+    moves = rng.normal(size=(2, 3)) * 0.9
+    return axes, turns, centres, halves, moves
+
+
+def test_the_pose_of_one_body_in_the_frame_of_another_takes_points_there():
+    rng = np.random.default_rng(0)
+    (ra, rb), (ta, tb) = random_rotations(rng, 2), rng.normal(size=(2, 3))
+    turn, move = seen_from(ra, ta, rb, tb)
+    point = rng.normal(size=3)
+    assert np.allclose(ra @ (turn @ point + move) + ta, rb @ point + tb, atol=1e-14)
+
+
+def test_fifteen_axes_agree_with_a_projection_of_all_corners_and_six_never_separate_more():
+    rng = np.random.default_rng(1)
+    counts = np.zeros(3, dtype=int)
+    for _ in range(700):
+        axes, turns, centres, halves, moves = scene(rng)
+        turn, move = seen_from(turns[0], moves[0], turns[1], moves[1])
+        full, faces = verdicts(centres[0], axes[0], halves[0], centres[1], axes[1], halves[1], turn, move, 0.0)
+        a, b = ((centres[k], axes[k], halves[k]) for k in (0, 1))
+        want = [boxes_apart(a, (turns[0], moves[0]), b, (turns[1], moves[1]), edges=edges) for edges in (True, False)]
+        assert [full, faces] == want
+        counts += [full, faces, full and not faces]
+    assert counts.min() > 7
+
+
+def test_boxes_not_apart_on_fifteen_axes_have_a_point_in_common():
+    """The claim behind the axes, against linear programming: |axes (x - centre)| <= half for both boxes."""
+    rng = np.random.default_rng(2)
+    outcomes = set()
+    for _ in range(60):
+        axes, _, centres, halves, moves = scene(rng)
+        eye = np.eye(3)
+        full, _ = verdicts(centres[0], axes[0], halves[0], centres[1], axes[1], halves[1], eye, moves[0], 0.0)
+        rows, limits = [], []
+        for k, centre in enumerate((centres[0], centres[1] + moves[0])):
+            rows += [axes[k], -axes[k]]
+            limits += [halves[k] + axes[k] @ centre, halves[k] - axes[k] @ centre]
+        feasible = linprog(np.zeros(3), np.vstack(rows), np.concatenate(limits), bounds=(None, None)).status == 0
+        assert full != feasible
+        outcomes.add(feasible)
+    assert outcomes == {True, False}
+
+
+def test_a_pad_keeps_boxes_together_that_are_apart_by_less():
+    eye, zero, one = np.eye(3), np.zeros(3), np.ones(3)
+    for gap, pad, apart in [(0.1, 0.05, True), (0.1, 0.2, False), (0.0, 0.0, False)]:
+        move = np.array([2.0 + gap, 0, 0])
+        assert verdicts(zero, eye, one, zero, eye, one, eye, move, pad) == (apart, apart)

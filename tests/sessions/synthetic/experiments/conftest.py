@@ -1,7 +1,5 @@
 """Sessions of the experiments, made once per test run, and the geometry that checks their truth from the poses."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

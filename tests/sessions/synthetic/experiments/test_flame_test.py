@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -58,3 +56,80 @@ def test_dips_put_the_tip_into_the_beaker(made):
         cavity = run.cavity(vessel)
         assert np.hypot(tip[:, 0], tip[:, 2]).max() < cavity["radius"]
         assert (tip[:, 1] > cavity["floor"]).all() and (tip[:, 1] < cavity["mark"]).all()
+
+
+def test_the_dish_is_heated_while_it_stands_over_the_flame(made):
+    run = made("copper-sulfate")
+    (effect,) = (effect for effect in run.session.scene.effects if effect.kind == "heat")
+    dish, lamp = run.pose("dish")[0], run.pose("lamp")[0]
+    resting = np.r_[True, np.linalg.norm(np.diff(dish, axis=0), axis=1) == 0.0]
+    over = (np.hypot(*(dish - lamp)[:, [0, 2]].T) < effect.settings["within"]) & resting & (dish[:, 1] > 1.0)
+    (fact,) = run.facts("heat")
+    step = np.diff(run.times).max()
+    assert run.times[over][0] == pytest.approx(fact.start, abs=2.0 * step)
+    assert run.times[over][-1] == pytest.approx(fact.end, abs=2.0 * step)
+
+
+def test_the_burn_is_the_touch_of_the_dish(made):
+    run = made("copper-sulfate")
+    (burn,) = run.facts("burn")
+    (episode,) = run.truth.of("dish", "hand-left")
+    (effect,) = (effect for effect in run.session.scene.effects if effect.kind == "burn-exposure")
+    assert (burn.start, burn.end) == episode.nominal
+    assert burn.values["seconds"] == pytest.approx(burn.end - burn.start)
+    assert burn.values["seconds"] > effect.settings["seconds"]
+    assert burn.values["surface_c"] > effect.settings["threshold_c"]
+    (heat,) = run.facts("heat")
+    assert heat.start < burn.start < heat.end
+
+
+def test_the_dish_stands_on_the_gauze_without_touching(made):
+    run = made("copper-sulfate")
+    (fact,) = run.facts("heat")
+    dish = run.pose("dish")[0][run.near(fact.start + 0.1, fact.end - 0.1)]
+    gauze = run.session.meshes["gauze"].bounds[1, 1] + run.session.scene.body("gauze").fixed.position[1]
+    assert dish[:, 1].min() - gauze == pytest.approx(1e-4, abs=1e-4)
+    assert dish[:, 1].min() > gauze
+
+
+def test_the_pour_agrees_with_the_poses(made, check_pour):
+    run = made("gas-collection")
+    (fact,) = run.facts("pour")
+    check_pour(run, fact, before=80.0)
+
+
+def test_gas_is_collected_while_the_tubes_end_is_inside_the_jar(made):
+    run = made("gas-collection")
+    (effect,) = (effect for effect in run.session.scene.effects if effect.kind == "gas")
+    outlet = run.within("jar", run.point("tube", effect.settings["outlet"]))
+    cavity = run.cavity("jar")
+    inside = (np.hypot(outlet[:, 0], outlet[:, 2]) < cavity["radius"]) & (outlet[:, 1] < cavity["opening"][1])
+    inside &= outlet[:, 1] > cavity["floor"]
+    (fact,) = run.facts("collect")
+    step = np.diff(run.times).max()
+    assert run.times[inside][0] == pytest.approx(fact.start, abs=step)
+    assert run.times[inside][-1] == pytest.approx(fact.end, abs=step)
+    between = run.near(fact.start + step, fact.end - step)
+    assert inside[between].all()
+
+
+def test_what_is_collected_follows_from_the_declared_rate(made):
+    run = made("gas-collection")
+    (fact,), (pour,) = run.facts("collect"), run.facts("pour")
+    (reaction,) = (effect for effect in run.session.scene.effects if effect.kind == "reaction")
+    zinc = run.session.scene.body("flask").extra["properties"]["solid"]
+    acid = run.session.scene.body("acid").extra["properties"]["liquid"]
+    moles = zinc["mass_g"] / zinc["molar_mass"]
+    # Zinc is the limiting reagent: two acid for one zinc.
+    assert pour.values["volume_ml"] * 1e-3 * acid["molar"] > 2.0 * moles
+    left = moles * np.exp(-reaction.settings["rate_per_s"] * (np.array([fact.start, fact.end]) - pour.start))
+    assert fact.values["collected_mol"] == pytest.approx(left[0] - left[1])
+    assert fact.values["leaked_before_mol"] == pytest.approx(moles - left[0])
+
+
+def test_the_jar_stays_overturned(made):
+    run = made("gas-collection")
+    (fact,) = run.facts("collect")
+    up = run.point("jar", (0.0, 1.0, 0.0)) - run.pose("jar")[0]
+    assert (up[:, 1] < -0.999).all()
+    assert fact.start < fact.end

@@ -1,14 +1,21 @@
-from __future__ import annotations
-
 import itertools
 import math
+import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cdcore import Verdict
+from sessions import Status
+from sessions.mcap_format.reader import read_session
+from sessions.mcap_format.writer import write_session
+from sessions.scene_files.scene_meshes import scene_meshes
 from sessions.synthetic.experiments.pouring import GRAVITY, SERIES_BELOW, Outlet, Turn, kept_volume, tilt_keeping
+from sessions.synthetic.scenes import SCENES, make_scene_session
+from sessions.synthetic.truth import CLEAR, PRESENT, read_truth, truth_path, write_truth
 
 R, H = 0.03, 0.08
 TURNS = (Turn(2.0, 3.0, 0.0, 0.7), Turn(40.0, 41.5, 0.7, 0.12), Turn(80.0, 80.5, 0.12, 0.0))
@@ -107,3 +114,120 @@ def test_a_turn_sweeps_the_integral_of_its_angle():
     summed = np.concatenate([[0.0], np.cumsum((angles[1:] + angles[:-1]) / 2.0 * np.diff(times))])
     assert [turn.swept(t) for t in times[::2500]] == pytest.approx(summed[::2500].tolist(), abs=1e-8)
     assert turn.swept(99.0) == pytest.approx(summed[-1], abs=1e-8)
+
+
+EXPERIMENTS = [name for name in SCENES if name != "bench-bumps"]
+STAGES = {"virtual reality", "perceptual interaction", "embodied cognition"}
+FEATURES = {"conception", "immersion", "interactivity"}
+
+
+@pytest.fixture(params=EXPERIMENTS)
+def one(request, made):
+    return made(request.param)
+
+
+def pairs_of(session):
+    fixed = {body.id for body in session.scene.bodies if body.fixed is not None}
+    # The key of a stopcock sits in its burette: its pose is relative, and it always touches.
+    names = sorted({*session.names, *fixed} - {"stopcock"})
+    return [pair for pair in itertools.combinations(names, 2) if not set(pair) <= fixed]
+
+
+@pytest.mark.parametrize("noise", ["off", pytest.param("vive", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_an_engine_finds_the_planted_contacts_and_no_other(name, noise, made, verdicts):
+    run = made(name, noise)
+    pairs = pairs_of(run.session)
+    found = verdicts(run.session, pairs)
+    for column, pair in enumerate(pairs):
+        expected = run.truth.expected(*pair, run.session.frames.stamp_ns)
+        hit = np.isin(found[:, column], (Verdict.CONTACT, Verdict.CONTAINED))
+        decided = found[:, column] != Verdict.NO_POSE
+        assert hit[(expected == PRESENT) & decided].all(), pair
+        assert not hit[expected == CLEAR].any(), (pair, run.times[hit & (expected == CLEAR)][:3])
+
+
+def test_a_session_lasts_one_to_ten_minutes_at_90_hz(one):
+    assert 60.0 <= one.truth.seconds <= 600.0
+    assert one.times[-1] == pytest.approx(one.truth.seconds, abs=0.05)
+    assert len(one.times) > 88.0 * one.truth.seconds
+
+
+def test_stages_follow_each_other_and_features_and_tasks_are_named(one):
+    spans = one.session.intervals
+    stages = sorted((span.start_ns, span.end_ns) for span in spans if span.kind == "stage")
+    assert {span.name for span in spans if span.kind == "stage"} == STAGES
+    assert all(a[1] == b[0] for a, b in itertools.pairwise(stages))
+    assert {span.name for span in spans if span.kind == "feature"} == FEATURES
+    assert len([span for span in spans if span.kind == "task"]) >= 4
+    assert all(span.start_ns < span.end_ns <= one.session.frames.stamp_ns[-1] + 50_000_000 for span in spans)
+
+
+def test_grasps_are_pressed_before_the_thing_moves_and_it_rides_till_it_is_let_go(one):
+    assert one.facts("hold")
+    for hold in one.facts("hold"):
+        (hand,) = (body for body in hold.bodies if body.startswith("hand-"))
+        (thing,) = set(hold.bodies) - {hand}
+        trigger = one.session.hands[f"student/{hand.removeprefix('hand-')}"].trigger
+        held = one.near(hold.start, hold.end - 1e-9)
+        assert trigger[held][1:-1].min() > 0.4
+        edges = np.flatnonzero((trigger[1:] > 0.6) & (trigger[:-1] <= 0.6)) + 1
+        assert np.abs(one.times[edges] - hold.start).min() < 0.03
+        before = one.near(hold.start - 0.5, hold.start - 1e-9)
+        assert (np.diff(one.pose(thing)[0][before], axis=0) == 0.0).all()
+        rides = one.within(hand, one.pose(thing)[0])[held]
+        np.testing.assert_allclose(rides, np.broadcast_to(rides[0], rides.shape), atol=1e-9)
+
+
+def test_tracking_is_lost_only_where_nothing_is_held_and_it_is_flagged(made):
+    lost_frames = 0
+    for name in EXPERIMENTS[:3]:
+        run = made(name, "vive")
+        holds = {(fact.bodies, fact.start, fact.end) for fact in run.facts("hold")}
+        for loss in run.facts("loss"):
+            assert not any(loss.bodies[0] in b and loss.start < end and loss.end > start for b, start, end in holds)
+            column = run.session.frames.names.index(loss.bodies[0])
+            lost = run.near(loss.start, loss.values["lost_until"] - 1e-9)
+            assert (run.session.frames.status[lost, column] == Status.LOST).all()
+            lost_frames += lost.sum()
+    assert lost_frames > 50
+
+
+def test_the_same_seed_gives_the_same_bytes_of_session_and_truth(tmp_path, made):
+    fresh = make_scene_session("silver-chloride", seed=0, noise="vive", faces=600)
+    kept = made("silver-chloride", "vive")
+    files = []
+    for number, (session, truth) in enumerate((fresh, (kept.session, kept.truth))):
+        session_file = tmp_path / f"silver{number}.mcap"
+        write_session(session, session_file)
+        write_truth(truth, truth_path(session_file))
+        assert read_truth(truth_path(session_file)) == truth
+        files.append((session_file.read_bytes(), truth_path(session_file).read_bytes()))
+    assert files[0] == files[1]
+    again = read_session(tmp_path / "silver0.mcap")
+    np.testing.assert_array_equal(again.frames.position, kept.session.frames.position)
+    assert again.intervals and again.hands.keys() == kept.session.hands.keys()
+
+
+def test_scenes_declare_effects_and_their_text_makes_the_same_meshes(one):
+    held = tomllib.loads(one.session.scene.text)
+    assert len(held["effect"]) >= 4
+    # Hands and headset take seconds to make and are the same in every scene.
+    bodies = tuple(body for body in one.session.scene.bodies if not body.instrument.startswith(("hand", "proxy")))
+    again = scene_meshes(replace(one.session.scene, bodies=bodies))
+    assert len(again) == len(one.session.meshes) - 3
+    assert all((one.session.meshes[name].vertices == mesh.vertices).all() for name, mesh in again.items())
+
+
+def test_only_titration_calls_for_no_contact(made):
+    for name in EXPERIMENTS:
+        kinds = {effect.kind for effect in made(name).session.scene.effects}
+        asks = kinds & {"contact", "grasp", "penetration", "sweep", "breakage", "burn-exposure", "placement"}
+        assert bool(asks) == (name != "titration"), name
+
+
+def test_the_session_says_nothing_of_the_truth(one):
+    said = " ".join([one.session.scene.text, *(event.message for event in one.session.events)])
+    for word in ("onset", "spill_", "planted", "equivalence"):
+        assert word not in said
+    assert {event.name for event in one.session.events} <= {"grasp", "release", "drop", "break", "end_point"}

@@ -1,12 +1,14 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from sessions.synthetic.assembly import Recording
-from sessions.synthetic.bench import Placed, standing
-from sessions.synthetic.experiments.lab import SPOUT_LEFT, Lab, layout_of
+from sessions.geometry.rotations import IDENTITY, quaternion_about, rotated
+from sessions.synthetic.assembly import START_NS, Recording
+from sessions.synthetic.bench import BENCH_TOP, Placed, standing
+from sessions.synthetic.experiments.lab import SNAP, SPOUT_LEFT, Lab, layout_of
+from sessions.synthetic.experiments.pouring import GRAVITY
+from sessions.synthetic.experiments.practice import make_practice
 from sessions.synthetic.experiments.steps import come_close, pour, rap, stir, swirl
+from sessions.synthetic.experiments.things import Falling, Held, Standing, placed_by
 
 
 @pytest.fixture(scope="module")
@@ -77,3 +79,143 @@ def test_a_rap_touches_and_a_near_miss_does_not(lab):
     come_close(lab, "left", "into", 0.055, 0.005)
     assert len(lab.episodes) == 1
     assert lab.last("near_miss").values["clearance_m"] == 0.005
+
+
+TIMES = np.linspace(0.0, 10.0, 1001)
+TURN = tuple(quaternion_about((0.0, 1.0, 0.0), 1.2).tolist())
+HANDS = {"hand-left": (np.stack([TIMES, np.ones(1001), np.zeros(1001)], axis=1), np.tile(TURN, (1001, 1)))}
+
+
+def test_each_phase_lasts_until_the_next_begins():
+    held, falls = Held("hand-left", (0.0, -0.1, 0.0), IDENTITY), Falling(6.0, (6.0, 0.9, 0.0), TURN, 0.5)
+    phases = [(0.0, Standing((0.0, 0.9, 0.0), IDENTITY)), (2.0, held), (6.0, falls)]
+    position, quaternion = placed_by(phases, TIMES, HANDS)
+    assert (position[TIMES < 2.0] == (0.0, 0.9, 0.0)).all()
+    held = (TIMES >= 2.0) & (TIMES < 6.0)
+    np.testing.assert_allclose(position[held, 0], TIMES[held])
+    np.testing.assert_allclose(position[held, 1], 0.9)
+    np.testing.assert_allclose(quaternion[held], np.tile(TURN, (held.sum(), 1)))
+    assert (position[-1] == (6.0, 0.5, 0.0)).all()
+
+
+def test_a_fall_is_free_and_ends_on_the_floor():
+    fall = Falling(1.0, (0.0, 1.4, 0.0), IDENTITY, 0.9)
+    position, _ = fall(TIMES, {})
+    y = position[:, 1]
+    flying = (TIMES > 1.0) & (fall.time_at(0.9) - 0.02 > TIMES)
+    assert np.diff(y[flying], 2) == pytest.approx(-GRAVITY * 0.01**2, rel=1e-6)
+    assert fall.speed_at(0.9) == pytest.approx(np.sqrt(2.0 * GRAVITY * 0.5))
+    assert fall.time_at(0.9) == pytest.approx(1.0 + fall.speed_at(0.9) / GRAVITY)
+    assert (y[fall.time_at(0.9) < TIMES] == 0.9).all()
+
+
+@pytest.fixture(scope="module")
+def layout_lab():
+    return layout_of({"glass": Placed("beaker_50", standing(0.1, 0.0), SPOUT_LEFT)}, (0.034, 0.034), 600)
+
+
+@pytest.fixture
+def lab_lab(layout_lab):
+    return Lab("test", layout_lab, Recording(seconds=600.0, noise="vive", seed=1))
+
+
+def poses(lab_lab, side="right"):
+    times = np.arange(0.0, lab_lab.together() + 1.0, 1.0 / 90.0)
+    hands = {f"hand-{s}": lab_lab.hands[s].path()(times - lab_lab.late) for s in ("left", "right")}
+    return times, hands[f"hand-{side}"], placed_by(lab_lab.things["glass"], times, hands)
+
+
+def test_a_grasped_thing_snaps_rides_and_is_put_down_exactly(lab_lab):
+    lab_lab.grasp("right", "glass", (0.0, 0.05, 0.0))
+    lab_lab.carry("right", (0.0, 1.1, 0.1))
+    lab_lab.place("right", standing(-0.05, 0.1))
+    times, hand, glass = poses(lab_lab)
+    grasp, release = lab_lab.last("grasp").start, lab_lab.last("release").start
+    before, after = times < grasp, times >= release
+    held = ~before & ~after
+    assert (glass[0][before] == standing(0.1, 0.0)).all()
+    np.testing.assert_allclose(
+        glass[0][held][0], np.array(standing(0.1, 0.0)) + SNAP * np.array([0.0, 1.0, 0.0]), atol=1e-9
+    )
+    offset = glass[0][held] - hand[0][held]
+    np.testing.assert_allclose(offset, np.broadcast_to(offset[0], offset.shape), atol=1e-9)
+    np.testing.assert_allclose(glass[0][after], np.broadcast_to(standing(-0.05, 0.1), (after.sum(), 3)), atol=1e-12)
+    assert glass[0][held][:, 1].min() > BENCH_TOP + SNAP
+
+
+def test_a_carried_thing_gets_where_it_is_sent_turned_as_asked(lab_lab):
+    lab_lab.grasp("right", "glass", (0.0, 0.05, 0.0))
+    turn = quaternion_about((0.0, 0.0, 1.0), 0.5)
+    lab_lab.carry("right", (0.0, 1.2, 0.1), quaternion=turn)
+    lab_lab.hands["right"].wait(0.5)
+    _, _, glass = poses(lab_lab)
+    np.testing.assert_allclose(glass[0][-1], (0.0, 1.2, 0.1), atol=1e-9)
+    up = rotated(turn, np.array([0.0, 1.0, 0.0]))
+    np.testing.assert_allclose(rotated(glass[1][-1], np.array([0.0, 1.0, 0.0])), up, atol=1e-9)
+
+
+def test_a_dropped_thing_lands_in_contact_and_breaks_when_fast_enough(lab_lab):
+    lab_lab.grasp("left", "glass", (0.0, 0.05, 0.0))
+    lab_lab.carry("left", (0.1, BENCH_TOP + 0.3, 0.0))
+    lab_lab.drop("left", threshold_speed=1.5)
+    speed = np.sqrt(2.0 * 9.80665 * 0.3)
+    assert lab_lab.last("break").values["speed_m_s"] == pytest.approx(speed)
+    (episode,) = lab_lab.episodes
+    assert episode.pair == ("bench", "glass")
+    assert episode.nominal[0] == pytest.approx(lab_lab.last("drop").end)
+    _, _, glass = poses(lab_lab, "left")
+    assert glass[0][-1][1] < BENCH_TOP
+
+
+def test_a_slow_drop_breaks_nothing(lab_lab):
+    lab_lab.grasp("left", "glass", (0.0, 0.05, 0.0))
+    lab_lab.carry("left", (0.1, BENCH_TOP + 0.05, 0.0))
+    lab_lab.drop("left", threshold_speed=1.5)
+    assert not [fact for fact in lab_lab.facts if fact.kind == "break"]
+
+
+def test_tasks_stages_and_features_become_intervals(lab_lab):
+    lab_lab.stage("virtual reality")
+    with lab_lab.task("look"):
+        lab_lab.wait(5.0)
+    lab_lab.stage("perceptual interaction")
+    with lab_lab.task("take"):
+        lab_lab.grasp("right", "glass", (0.0, 0.05, 0.0))
+        lab_lab.place("right", standing(0.1, 0.0))
+    lab_lab.finish(60.0)
+    found = {(span.kind, span.name): (span.start_ns - START_NS, span.end_ns - START_NS) for span in lab_lab.intervals}
+    assert found["task", "look"] == (0, 5 * 10**9)
+    assert found["stage", "virtual reality"] == (0, 5 * 10**9)
+    assert found["stage", "perceptual interaction"][1] == 60 * 10**9
+    assert found["feature", "immersion"] == (0, 60 * 10**9)
+    assert found["feature", "conception"] == found["stage", "virtual reality"]
+    held = lab_lab.last("hold")
+    assert found["feature", "interactivity"][0] == round(held.start * 1e9)
+
+
+def test_hands_are_not_lost_while_they_hold(lab_lab):
+    lab_lab.grasp("right", "glass", (0.0, 0.05, 0.0))
+    lab_lab.place("right", standing(0.1, 0.0))
+    held = lab_lab.last("hold")
+    assert any(start < held.start and held.end < end for start, end in lab_lab.keep["right"])
+
+
+def test_a_session_holds_the_touches_and_near_misses_that_were_asked_for():
+    session, truth = make_practice((0.02, 0.25), 3, pseudonym="S09", seed=2, noise="off")
+    lengths = [episode.nominal[1] - episode.nominal[0] for episode in truth.episodes if episode.kind == "contact"]
+    assert np.allclose(lengths, [0.02, 0.25], atol=1e-6)
+    assert len([fact for fact in truth.facts if fact.kind == "near_miss"]) == 3
+    assert session.facts["pseudonym"] == "S09"
+
+
+def test_a_careful_student_touches_nothing():
+    _, truth = make_practice(seed=4)
+    assert [episode for episode in truth.episodes if episode.nominal] == []
+    assert len([fact for fact in truth.facts if fact.kind == "grasp"]) == 1
+
+
+def test_the_same_arguments_give_the_same_session():
+    one, other = (make_practice((0.1,), 1, seed=6)[0] for _ in range(2))
+    assert one.names == other.names
+    for a, b in zip(one.source.blocks(4096), other.source.blocks(4096), strict=True):
+        assert np.array_equal(a.position, b.position, equal_nan=True)

@@ -85,7 +85,7 @@ def searched(corners):
 def test_the_distance_is_that_of_a_search_over_all_weights(count):
     rng = np.random.default_rng(count)
     used = set()
-    for _ in range(40):
+    for _ in range(25):
         corners = rng.normal(size=(count, 3)) + rng.normal(size=3) * 0.7
         left, v, y = nearest(corners)
         distance = 0.0 if left == 0 else np.linalg.norm(v)

@@ -1,0 +1,75 @@
+"""Faults are drawn by seed and planted alone, and the tests that should notice one are asked first."""
+
+import sys
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+
+import pytest
+
+PATH = Path(__file__).resolve().parents[2] / ".ci" / "random_faults.py"
+SOURCE = "def twice(a, b):\n    return a + b if a <= b and b else len('a < b') - 2\n"
+TEST = "from cdcore.small import twice\n\n\ndef test_it():\n    assert twice(1, 2) == 3 and twice(2, 1) == 3\n"
+
+
+@pytest.fixture(scope="module")
+def script():
+    spec = spec_from_file_location("random_faults", PATH)
+    sys.modules["random_faults"] = module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    yield module
+    del sys.modules["random_faults"]
+
+
+@pytest.fixture
+def root(tmp_path):
+    files = {"cdcore/small.py": SOURCE, "tests/cdcore/test_small.py": TEST, "sessions/other.py": "A = 1 + 1\n"}
+    files |= {f"tests/test_{n}.py": TEST for n in range(20)}
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    (tmp_path / "kernels").mkdir()
+    return tmp_path
+
+
+def test_each_operator_is_one_fault_and_text_is_none(script, root):
+    faults = script.faults_of(root, root / "cdcore/small.py")
+    assert sorted((one.right, one.wrong) for one in faults) == [("+", "-"), ("-", "+"), ("<=", ">"), ("and", "or")]
+    assert all(SOURCE.encode()[one.begin : one.end].decode() == one.right and one.line == 2 for one in faults)
+
+
+def test_a_draw_is_fixed_by_its_seed_and_by_each_module_alone(script, root):
+    before = script.drawn(root, 9, 1)
+    (root / "sessions/other.py").write_text("A = 1 + 1 + 1 - 1\n")
+    after = script.drawn(root, 9, 1)
+    assert [one for one in before if "small" in one.module] == [one for one in after if "small" in one.module]
+    assert len(before) == 2 and len({str(script.drawn(root, 9, seed)) for seed in range(20)}) > 1
+
+
+def test_the_own_file_is_asked_first_and_not_all_that_import_the_module(script, root):
+    fault = script.faults_of(root, root / "cdcore/small.py")[0]
+    own = script.stages(root, fault)["own"]
+    assert own[0] == "tests/cdcore/test_small.py" and len(own) == script.MOST_OWN
+
+
+@pytest.mark.parametrize(("status", "by"), [(1, "own"), (0, "nothing"), (5, "nothing")])
+def test_a_fault_is_there_while_tests_run_and_gone_afterwards(script, root, monkeypatch, status, by):
+    fault = next(one for one in script.faults_of(root, root / "cdcore/small.py") if one.right == "+")
+    seen = []
+
+    def run(command, **_):
+        seen.append((root / "cdcore/small.py").read_text())
+        return script.subprocess.CompletedProcess(command, status)
+
+    monkeypatch.setattr(script.subprocess, "run", run)
+    stamp = (root / "cdcore/small.py").stat().st_mtime_ns
+    assert script.noticed_by(root, fault, {"NUMBA_CACHE_DIR": str(root / "kernels")}, ("own", "folder")) == by
+    assert set(seen) == {SOURCE.replace("a + b", "a - b")} and len(seen) == (1 if status == 1 else 2)
+    assert (root / "cdcore/small.py").read_text() == SOURCE
+    assert (root / "cdcore/small.py").stat().st_mtime_ns == stamp
+
+
+def test_a_fault_that_was_judged_harmless_is_left_out(script, root):
+    fault = next(one for one in script.faults_of(root, root / "cdcore/small.py") if one.right == "and")
+    (root / script.HARMLESS).parent.mkdir(parents=True)
+    (root / script.HARMLESS).write_text(f"cdcore/small.py | {SOURCE.splitlines()[1].strip()} | and | b is never 0\n")
+    assert script.noticed_by(root, fault, {}) == "harmless"
