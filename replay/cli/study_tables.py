@@ -11,7 +11,7 @@ from replay.cli.terminal import line, terminal
 from replay.outputs.tables import FAINT, FOUND, STRONG, WARNING, Marked, table
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.published import AGREES, INCONSISTENT, Remark
-from replay.studies.class_study.tables import CAVEAT, coefficient_table, headlines, reliability_table, words
+from replay.studies.class_study.tables import OBSERVED_ONLY, coefficient_table, headlines, reliability_table, words
 
 MARKS = {INCONSISTENT: WARNING, "weak": FOUND, AGREES: FAINT}
 """Kind of a remark -> its mark, the worst kind first."""
@@ -33,7 +33,7 @@ def study_tables(study: Study) -> Group:
     ]
     said += [*(f"not given: {refused}" for refused in study.refusals), *map(str, study.warnings)]
     first, last = (line(one, STRONG) for one in headlines(study)), (line(one, WARNING) for one in said)
-    return terminal(Text(), *first, *parts, *last, Text(), line(CAVEAT, FAINT))
+    return terminal(Text(), *first, *parts, *last, Text(), line(OBSERVED_ONLY, FAINT))
 
 
 def check_table(remarks: Sequence[Remark]) -> Group:

@@ -29,11 +29,6 @@ def element(name: str, *content: object, **attributes: object) -> Markup:
     return Markup(f"<{name}{words}>{''.join(safe(one) for one in content)}</{name}>")
 
 
-def page_section(title: str, *content: object) -> Markup:
-    """A part of a page under its heading."""
-    return element("section", element("h2", title), *content)
-
-
 def joined(parts: Iterable[object]) -> Markup:
     """Pieces one after the other."""
     return Markup("\n".join(safe(part) for part in parts))
@@ -51,7 +46,7 @@ def page_html(title: str, top: Iterable[object], sections: Iterable[object], cav
     return f'<!doctype html>\n<html lang="en"><head>{joined(head)}</head><body>{joined(body)}</body></html>\n'
 
 
-def section(title: str, *content: object) -> Markup:
+def page_section(title: str, *content: object) -> Markup:
     """A part of a page below its heading."""
     return element("section", element("h2", title), *content)
 

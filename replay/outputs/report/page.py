@@ -16,7 +16,7 @@ from replay.outputs.palette import MISSED, hex_of
 from replay.outputs.report.audit_parts import cause_table, count_tables, dwell_table, heat_map, latency_histogram
 from replay.outputs.report.bench_picture import bench_picture
 from replay.outputs.report.charts import timeline, timing
-from replay.outputs.report.markup import Markup, element, joined, page_html, page_table, picture, section
+from replay.outputs.report.markup import Markup, element, joined, page_html, page_section, page_table, picture
 from replay.outputs.report.tables import (
     contact_table,
     effect_section,
@@ -81,29 +81,29 @@ def _sections(result: RunResult) -> list[Markup]:
     if result.tradeoff is not None:
         from replay.outputs.report.tradeoff import tradeoff_section
 
-        parts.append(section("What accuracy costs", tradeoff_section(result.tradeoff)))
-    parts += [section(f"When: {label}", timeline(result, label)) for label in result.comparisons]
-    parts.append(section("The bench", joined(_pictures(result))))
+        parts.append(page_section("What accuracy costs", tradeoff_section(result.tradeoff)))
+    parts += [page_section(f"When: {label}", timeline(result, label)) for label in result.comparisons]
+    parts.append(page_section("The bench", joined(_pictures(result))))
     if result.detections:
-        parts.append(section("Contacts", contact_table(result)))
+        parts.append(page_section("Contacts", contact_table(result)))
     if result.comparisons:
         causes = [cause_table(result)] if result.causes else []
-        parts.append(section("What was missed, and why", count_tables(result), heat_map(result), *causes))
+        parts.append(page_section("What was missed, and why", count_tables(result), heat_map(result), *causes))
     parts += [
-        section(f"Every miss of {label}", miss_table(result, label))
+        page_section(f"Every miss of {label}", miss_table(result, label))
         for label in result.comparisons
         if result.misses[label]
     ]
     if result.detections:
         costs = page_table(cost_table(result).only(*COST_HEAD))
-        parts.append(section("What it cost in time", timing(result), latency_histogram(result), costs))
+        parts.append(page_section("What it cost in time", timing(result), latency_histogram(result), costs))
     if result.comparisons and (steps := dwell_table(result)) is not None:
-        parts.append(section("Which step rate would have missed it", steps))
+        parts.append(page_section("Which step rate would have missed it", steps))
     if result.effects or result.summary["plan"]["not_built"]:
-        parts.append(section("Effects that the scene calls for", effect_section(result)))
-    parts.append(section("What is suspicious about the recording", finding_tables(result)))
-    parts.append(section("The session", fact_table(result)))
-    parts.append(section("How to get the same again", settings_table(result)))
+        parts.append(page_section("Effects that the scene calls for", effect_section(result)))
+    parts.append(page_section("What is suspicious about the recording", finding_tables(result)))
+    parts.append(page_section("The session", fact_table(result)))
+    parts.append(page_section("How to get the same again", settings_table(result)))
     return parts
 
 

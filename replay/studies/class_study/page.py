@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 from replay.outputs.report.drawing import PAPER, svg_in_page
-from replay.outputs.report.markup import Markup, element, page_html, page_table, section
+from replay.outputs.report.markup import Markup, element, page_html, page_section, page_table
 from replay.outputs.tables import table
 from replay.studies.class_study.analysis import LEVEL, Study, associated
 from replay.studies.class_study.refusals import RefusedError
 from replay.studies.class_study.reliability import kaiser_word
 from replay.studies.class_study.tables import (
-    CAVEAT,
+    OBSERVED_ONLY,
     behind,
     coefficient_table,
     coefficients,
@@ -42,7 +42,7 @@ def study_html(study: Study, title: str) -> str:
     named = [name for one, c in coefficients(study) for name in (one.outcome, c.name)]
     refuse_causal_words([title, *study.reliabilities, *named])
     top = [element("p", title), *(element("h1", line) for line in headlines(study)[:1])]
-    return page_html(title, top, _sections(study), CAVEAT)
+    return page_html(title, top, _sections(study), OBSERVED_ONLY)
 
 
 def refuse_causal_words(texts: Sequence[str]) -> None:
@@ -53,16 +53,16 @@ def refuse_causal_words(texts: Sequence[str]) -> None:
 
 
 def _sections(study: Study) -> list[Markup]:
-    parts = [section("What was found", _list(headlines(study)))]
+    parts = [page_section("What was found", _list(headlines(study)))]
     if study.regressions:
         title = "Every association asked about"
-        parts.append(section(title, _forest(study), page_table(coefficient_table(study))))
+        parts.append(page_section(title, _forest(study), page_table(coefficient_table(study))))
     if study.sensitivity:
         title = "Does it hang on what the detector missed?"
-        parts.append(section(title, element("p", _changes(study)), page_table(sensitivity_table(study))))
-    parts.append(section("How far the questionnaire can be relied on", *_questionnaire(study)))
-    parts.append(section("What is not said, and why", _refusals(study)))
-    parts.append(section("How it was computed", _methods(study)))
+        parts.append(page_section(title, element("p", _changes(study)), page_table(sensitivity_table(study))))
+    parts.append(page_section("How far the questionnaire can be relied on", *_questionnaire(study)))
+    parts.append(page_section("What is not said, and why", _refusals(study)))
+    parts.append(page_section("How it was computed", _methods(study)))
     return parts
 
 

@@ -9,7 +9,7 @@ from replay.outputs.tables import STRONG, Marked, Table, table
 from replay.studies.class_study.analysis import Study, associated
 from replay.studies.class_study.regression import Coefficient, Regression
 
-CAVEAT: Final = (
+OBSERVED_ONLY: Final = (
     "Associations in the students observed. Nothing was assigned at random, so no figure here says what would happen "
     "if something were changed."
 )

@@ -164,7 +164,7 @@ def crossing(speed: float, phases: int = PHASES, aside: ArrayLike = 0.0) -> Moti
     ``phases``: how many; the k-th is (k + 1/2) / phases of a step late.
     ``aside``: metres from the middle of the plate, one number or (phases,).
     """
-    step = speed / 90
+    step = speed / HEADSET_HZ
     before = int(np.ceil(0.012 / step)) + 1
     frames = 2 * before + 2
     phase = (np.arange(phases) + 0.5) / phases
@@ -175,7 +175,7 @@ def crossing(speed: float, phases: int = PHASES, aside: ArrayLike = 0.0) -> Moti
     linked[:, 0] = False
     count = phases * frames
     turn = np.broadcast_to(np.eye(3), (count, 2, 3, 3))
-    return Motion(np.arange(count) / 90, place.reshape(count, 2, 3), turn, linked=linked.reshape(count, 2))
+    return Motion(np.arange(count) / HEADSET_HZ, place.reshape(count, 2, 3), turn, linked=linked.reshape(count, 2))
 
 
 def thin_wall(_rng: Generator) -> Iterator[Scene]:
@@ -198,7 +198,7 @@ def turning(degrees: float) -> Motion:
     spin = np.zeros((2, 2, 3, 3)) + np.eye(3)
     for frame, angle in enumerate((-half, half)):
         spin[frame, 0, :2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
-    return Motion([0, 1 / 90], np.zeros((2, 2, 3)), spin)
+    return Motion([0, 1 / HEADSET_HZ], np.zeros((2, 2, 3)), spin)
 
 
 def rotation_only(_rng: Generator) -> Iterator[Scene]:

@@ -4,8 +4,9 @@ import pytest
 from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.studies.class_study.analysis import analyse
-from replay.studies.class_study.page import CAUSAL, OBSERVED_ONLY, headlines, study_html
+from replay.studies.class_study.page import CAUSAL, study_html
 from replay.studies.class_study.refusals import RefusedError
+from replay.studies.class_study.tables import OBSERVED_ONLY, headlines
 
 QUESTIONS = (("motivation", "ease of use"), ("motivation", "contacts_per_min", "grasps"))
 
