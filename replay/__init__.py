@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from replay.effects.effect_plan import Plan, plan
     from replay.pipeline.run_result import RunResult, Tradeoff
     from replay.studies.stress.stress_runner import StressResult, stress
-    from replay.studies.synthetic_sessions import made_up_session as synthetic_session
+    from replay.studies.synthetic_sessions import synthetic_session as synthetic_session
     from replay.tradeoffs.sweep import tradeoff
 
 __all__ = [
@@ -30,7 +30,7 @@ _HOME = {
     "plan": "replay.effects.effect_plan",
     "run": "replay.api.runner",
     "stress": "replay.studies.stress.stress_runner",
-    "synthetic_session": "replay.studies.synthetic_sessions:made_up_session",
+    "synthetic_session": "replay.studies.synthetic_sessions:synthetic_session",
     "tradeoff": "replay.tradeoffs.sweep",
 }
 """Public name -> module, or ``module:name`` where the names differ; loaded on first use, for a quick ``--help``."""

@@ -18,7 +18,7 @@
     ├── FixtureError          a number of faces in which no pose of two meshes meets
     ├── StressError           hard cases asked for in words or files that mean nothing
     └── StudyError            metrics, questionnaire or codebook that cannot be analysed
-        └── RefusedError      a result that a rule of the study forbids (replay.studies.class_study.refusals)
+        └── StudyRefusedError a result that a rule of the study forbids (replay.studies.class_study.refusals)
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ class ColliderSettings:
 
 
 @dataclass(eq=False)
-class _Memory:
+class _ColliderMemory:
     """What passes from block to block: the last tick, and per pair what was seen last."""
 
     tick: float
@@ -77,10 +77,10 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         verdict, _, _ = self._decide(motion.frames(frame, frame + 1))
         return Explanation(looked=looked, shapes_meet=int(verdict[0, pair]) in (Verdict.CONTACT, Verdict.CONTAINED))
 
-    def _fresh_memory(self) -> _Memory:
-        return _Memory(-np.inf, np.full(len(self.pairs), Verdict.NO_POSE, dtype=np.uint8))
+    def _fresh_memory(self) -> _ColliderMemory:
+        return _ColliderMemory(-np.inf, np.full(len(self.pairs), Verdict.NO_POSE, dtype=np.uint8))
 
-    def _run(self, motion: Motion, memory: _Memory, faces: bool) -> Detection:
+    def _run(self, motion: Motion, memory: _ColliderMemory, faces: bool) -> Detection:
         del faces
         looks, memory.tick = looks_of(motion.times, self.settings.rate_hz, memory.tick)
         seen, work, seconds = self._decide(motion.take(np.flatnonzero(looks)))

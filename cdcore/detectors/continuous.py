@@ -12,7 +12,7 @@ import numpy as np
 from cdcore.bounding.sphere import sphere_best
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.continuous.search import FREE, HIT
-from cdcore.narrow.continuous.segment_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, LegAnswer, LegStage
+from cdcore.narrow.continuous.segment_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, SegmentAnswer, SegmentStage
 from cdcore.narrow.continuous.swept_spheres import SweptSpheres
 from cdcore.narrow.continuous.time_of_impact import require_search_settings
 from cdcore.narrow.spacetime.box_tree import build_box_tree
@@ -53,7 +53,7 @@ class _Found:
 
 
 @dataclass(eq=False)
-class _Memory:
+class _ContinuousMemory:
     """The last frame of the block before, where the first interval of the next one starts."""
 
     last: Motion | None
@@ -91,13 +91,13 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         self._trees = [build_box_tree(body.mesh.triangles) for body in bodies]
         self._spheres = SweptSpheres([sphere_best(body.mesh) for body in bodies])
         ordered, _ = ordered_by_name(bodies, pairs)
-        self._legs = LegStage(self._trees, ordered, tolerance=settings.tolerance, effort=settings.effort)
+        self._segments = SegmentStage(self._trees, ordered, tolerance=settings.tolerance, effort=settings.effort)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
-    def _fresh_memory(self) -> _Memory:
-        return _Memory(None)
+    def _fresh_memory(self) -> _ContinuousMemory:
+        return _ContinuousMemory(None)
 
-    def _run(self, motion: Motion, memory: _Memory, faces: bool) -> Detection:
+    def _run(self, motion: Motion, memory: _ContinuousMemory, faces: bool) -> Detection:
         """Detect from the last pose of the block before on, and leave out that row."""
         del faces
         block, first = motion, 0
@@ -150,12 +150,12 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         asked &= moving[:, self.pairs[:, 0]] | moving[:, self.pairs[:, 1]]
         near = self._spheres.may_meet(motion.rotations, motion.translations, motion.valid, self.pairs, asked)
         columns, frames = np.nonzero(near.T)
-        answer = self._legs.decide(motion.times, motion.rotations, motion.translations, frames, columns)
+        answer = self._segments.decide(motion.times, motion.rotations, motion.translations, frames, columns)
         self._note(motion.times, frames, columns, answer, hits, found)
         found.work |= {"intervals": int(asked.sum()), "searched": len(frames)} | answer.work
 
     def _note(
-        self, times: FloatArray, frames: IntArray, columns: IntArray, answer: LegAnswer,
+        self, times: FloatArray, frames: IntArray, columns: IntArray, answer: SegmentAnswer,
         hits: BoolArray, found: _Found,
     ) -> None:  # fmt: skip
         """Write down what the search of K intervals came to."""
@@ -169,7 +169,7 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
                 continue
             open_ += 1
             found.verdict[place] = Verdict.UNRESOLVED
-            found.reasons[place] = f"{self._legs.reason(int(answer.states[k]))} ({low:.6f} to {high:.6f} s)"
+            found.reasons[place] = f"{self._segments.reason(int(answer.states[k]))} ({low:.6f} to {high:.6f} s)"
         found.work["unresolved"] = open_
 
 

@@ -52,7 +52,7 @@ class _Contact:
 
 
 @dataclass(eq=False)
-class _Memory:
+class _DiscreteMemory:
     """What the detector knows from its looks so far; the only thing that passes from block to block."""
 
     tick: float
@@ -60,10 +60,10 @@ class _Memory:
     contacts: list[_Contact | None]
 
 
-class _Log:
+class _BlockLog:
     """What one block's looks found; row 0 is what was known before the block."""
 
-    def __init__(self, memory: _Memory) -> None:
+    def __init__(self, memory: _DiscreteMemory) -> None:
         self.contacts = list(memory.contacts)
         self.verdicts = [memory.verdict]
         self.which = [np.arange(len(memory.contacts))]
@@ -104,15 +104,15 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
         del pair, faces
         return Explanation(looked=looks_at(motion.times, frame, self.settings.rate_hz), spheres_meet=True)
 
-    def _fresh_memory(self) -> _Memory:
+    def _fresh_memory(self) -> _DiscreteMemory:
         count = len(self.pairs)
-        return _Memory(-np.inf, np.full(count, Verdict.NO_POSE, dtype=np.uint8), [None] * count)
+        return _DiscreteMemory(-np.inf, np.full(count, Verdict.NO_POSE, dtype=np.uint8), [None] * count)
 
-    def _run(self, motion: Motion, memory: _Memory, faces: bool) -> Detection:
+    def _run(self, motion: Motion, memory: _DiscreteMemory, faces: bool) -> Detection:
         known = pair_has_pose(motion, self.pairs)
         looks, memory.tick = looks_of(motion.times, self.settings.rate_hz, memory.tick)
         seconds = np.zeros((len(STAGES), len(motion)))
-        log = _Log(memory)
+        log = _BlockLog(memory)
         for frame in np.flatnonzero(looks).tolist():
             seconds[:, frame] = self._look(motion.frames(frame, frame + 1), memory, log, faces)
         row = np.cumsum(looks)
@@ -130,7 +130,7 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
             section_source=self._sections(which, log.contacts) if faces else None,
         )
 
-    def _look(self, now: Motion, memory: _Memory, log: _Log, faces: bool) -> list[float]:
+    def _look(self, now: Motion, memory: _DiscreteMemory, log: _BlockLog, faces: bool) -> list[float]:
         """Look at every pair in one frame, write down what is known from here on; returns seconds per stage."""
         broad = self._broad.candidates(now)
         near, verdict, clock, which = broad.columns, broad.verdict[0], broad.clock, log.which[-1]
@@ -151,7 +151,7 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
         return np.diff(clock).tolist()
 
     def _see(
-        self, now: Motion, column: int, faces: Int32Array, which: IntArray, memory: _Memory, log: _Log
+        self, now: Motion, column: int, faces: Int32Array, which: IntArray, memory: _DiscreteMemory, log: _BlockLog
     ) -> IntArray:
         """Remember a contact; returns the new row of contact numbers."""
         # Copies: a view would keep every pose of its block in memory for as long as the contact is remembered.
@@ -178,7 +178,7 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
         return section
 
 
-def _face_sets(verdict: ByteArray, which: IntArray, log: _Log) -> FaceSets:
+def _face_sets(verdict: ByteArray, which: IntArray, log: _BlockLog) -> FaceSets:
     frames, columns = np.nonzero(verdict == Verdict.CONTACT)
     sets = [NO_FACES if contact is None else contact.faces for contact in log.contacts]
     return FaceSets.from_shared(frames, columns, which[frames, columns], sets)

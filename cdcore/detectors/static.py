@@ -37,7 +37,7 @@ class StaticSettings:
 
 
 @dataclass(eq=False)
-class _Memory:
+class _StaticMemory:
     """Per pair, the poses of its last query and what it answered; passes from block to block."""
 
     poses: list[FloatArray | None]
@@ -72,11 +72,11 @@ class StaticDetector(PairDetector[StaticSettings]):
         self._meshes = MeshStage(bodies, pairs)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
-    def _fresh_memory(self) -> _Memory:
+    def _fresh_memory(self) -> _StaticMemory:
         count = len(self.pairs)
-        return _Memory([None] * count, np.full(count, Verdict.NO_POSE, dtype=np.uint8), [NO_FACES] * count)
+        return _StaticMemory([None] * count, np.full(count, Verdict.NO_POSE, dtype=np.uint8), [NO_FACES] * count)
 
-    def _run(self, motion: Motion, memory: _Memory, faces: bool) -> Detection:
+    def _run(self, motion: Motion, memory: _StaticMemory, faces: bool) -> Detection:
         start = perf_counter()
         near = self._broad.candidates(motion).verdict
         known = pair_has_pose(motion, self.pairs)
@@ -128,7 +128,7 @@ class StaticDetector(PairDetector[StaticSettings]):
             found[row] = answer.sets[which]
         return verdicts, found
 
-    def _fresh(self, motion: Motion, frames: IntArray, column: int, memory: _Memory) -> BoolArray:
+    def _fresh(self, motion: Motion, frames: IntArray, column: int, memory: _StaticMemory) -> BoolArray:
         """Which frames need a query, (K,); remembers the poses of the last one."""
         if not len(frames):
             return np.zeros(0, dtype=np.bool_)

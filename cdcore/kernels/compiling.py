@@ -146,7 +146,7 @@ class Compiled(event.Listener):
 
 
 @contextmanager
-def told_of_compiling(tell: Callable[[str, float], None]) -> Iterator[Compiled]:
+def compiling_reported(tell: Callable[[str, float], None]) -> Iterator[Compiled]:
     """Inside this context ``tell`` is called for each family of kernels that is compiled because no disk has it yet."""
     heard = Compiled(tell)
     listen: Any = event.register

@@ -18,7 +18,7 @@ from cdcore.search.features import Features
 from cdcore.search.flood import flood, sow
 from cdcore.search.pair_test import grow_table, meeting_pairs
 from cdcore.search.printed import search_as_printed
-from cdcore.search.result import Look, Pair
+from cdcore.search.result import Pair, SearchResult
 from cdcore.search.rng import BLOCK, stream_of
 from cdcore.search.samples import Sample, sample_of
 from cdcore.search.settings import SearchSettings
@@ -69,7 +69,7 @@ class PairSearch:
 
     def look(
         self, pose_a: Pose, pose_b: Pose, stamp: float, *, start: Pair | None = None, budget: int | None = None
-    ) -> Look:
+    ) -> SearchResult:
         """Search until the first hit or the end of the budget.
 
         Parameters
@@ -85,12 +85,12 @@ class PairSearch:
             self._begin_at(start)
         return self._search()
 
-    def look_longer(self, budget: int) -> Look:
+    def look_longer(self, budget: int) -> SearchResult:
         """Search on without a hit, up to a larger budget; the same as a look with that budget from the start."""
         self._count[state.BUDGET] = budget
         return self._search()
 
-    def look_on(self) -> Look:
+    def look_on(self) -> SearchResult:
         """Search on from a hit for one outside what was found so far, within the same budget; counts go on too."""
         self._count[state.HIT_A] = -1
         self._count[state.QUIET] = 0
@@ -154,7 +154,7 @@ class PairSearch:
         for at, place, pick in zip((state.START_A, state.START_B), best, self._pick, strict=True):
             count[at] = min(int(np.searchsorted(pick, place)), len(pick) - 1)
 
-    def _search(self) -> Look:
+    def _search(self) -> SearchResult:
         if self.settings.variant == "printed":
             return self._search_as_printed()
         if self.settings.budget_seconds is None:
@@ -166,7 +166,7 @@ class PairSearch:
             self._run()
         return self._answer()
 
-    def _search_as_printed(self) -> Look:
+    def _search_as_printed(self) -> SearchResult:
         """The equations as printed, one pair at a time; their closest pair is kept here, not by them."""
         number, count = self._number, self._count
         closest, pair = np.inf, (-1, -1)
@@ -272,11 +272,11 @@ class PairSearch:
     def _rows(self) -> tuple[FloatArray, FloatArray]:
         return self.first.rows, self.second.rows
 
-    def _answer(self, *, broken: bool = False) -> Look:
+    def _answer(self, *, broken: bool = False) -> SearchResult:
         count = self._count
         hit_a, hit_b, best_a, best_b = count[[state.HIT_A, state.HIT_B, state.BEST_A, state.BEST_B]].tolist()
         hit = (hit_a, hit_b) if hit_a >= 0 else None
-        return Look(
+        return SearchResult(
             hit=hit,
             closest=(best_a, best_b),
             distance=float(self._number[state.CLOSEST]),

@@ -48,7 +48,7 @@ def distance_moved(pose: FloatArray, before: FloatArray, size: float) -> float:
     return float(np.sqrt(turn) * size + np.sqrt(move))
 
 
-class Rest:
+class RestingContact:
     """Decides how much to search a pair that rests, or nearly rests, against each other.
 
     Parameters

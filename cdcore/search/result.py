@@ -9,7 +9,7 @@ Pair = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class Look:
+class SearchResult:
     """What one search found and took.
 
     Parameters

@@ -16,8 +16,8 @@ from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray, readonl
 from cdcore.protocol import Body, FaceSets, Motion, ordered_by_name
 from cdcore.search.features import RADIUS, Features, features_of
 from cdcore.search.pair_search import PairSearch
-from cdcore.search.resting_contact import Rest, relative_of
-from cdcore.search.result import Look, Pair
+from cdcore.search.resting_contact import RestingContact, relative_of
+from cdcore.search.result import Pair, SearchResult
 from cdcore.search.sample_control import LEAST_SAMPLE, LEVELS, PROBE, SampleControl, band_of
 from cdcore.search.samples import Sample, sample_of
 from cdcore.search.settings import SearchSettings
@@ -75,7 +75,7 @@ class SearchAnswer:
         self.entries: list[tuple[int, int, int]] = []
         self.sets: list[Int32Array] = []
 
-    def count(self, look: Look, flood_tests: int) -> None:
+    def count(self, look: SearchResult, flood_tests: int) -> None:
         """Add the work of one look."""
         amounts = (look.evaluations, look.tests, flood_tests, look.restarts, look.iterations, look.reason == "broken")
         for name, amount in zip(COUNTERS[3:], amounts, strict=True):
@@ -106,7 +106,7 @@ class SearchStage:
         self._searches = [
             PairSearch(features[a], features[b], name, settings) for (a, b), name in zip(self._ends, names, strict=True)
         ]
-        self._rests = [Rest(features[a], features[b], settings.rest) for a, b in self._ends]
+        self._rests = [RestingContact(features[a], features[b], settings.rest) for a, b in self._ends]
         self._samples = self._draw(bodies, features)
         self._order = np.array(sorted(range(len(names)), key=names.__getitem__), dtype=np.int64)
 
@@ -145,7 +145,7 @@ class SearchStage:
         control = memory.control
         assert control is not None
         left = control.begin()
-        looks: dict[int, Look | None] = {}
+        looks: dict[int, SearchResult | None] = {}
         apart: list[tuple[float, int]] = []
         for done, column in enumerate(columns):
             share = left // (len(columns) - done)
@@ -175,7 +175,7 @@ class SearchStage:
         for column, one in looks.items():
             self._finish(frame, column, one, memory.pairs[column], found)
 
-    def _run_on(self, control: SampleControl, lost: list[int], looks: dict[int, Look | None]) -> None:
+    def _run_on(self, control: SampleControl, lost: list[int], looks: dict[int, SearchResult | None]) -> None:
         """Search beyond the frame's budget for the nearest of the pairs that met in the frame before, if it may."""
         for column in lost:
             before = looks[column]
@@ -196,7 +196,7 @@ class SearchStage:
 
     def _look_rested(
         self, motion: Motion, frame: int, column: int, known: PairMemory, pose: FloatArray, found: SearchAnswer
-    ) -> Look | None:
+    ) -> SearchResult | None:
         """Search a pair with the whole budget; with less or not at all while it rests where that found nothing."""
         budget = self._rests[column].budget(pose, known.searched, known.seen, self._settings.budget)
         if budget == 0:
@@ -214,7 +214,7 @@ class SearchStage:
 
     def _look(
         self, motion: Motion, frame: int, column: int, known: PairMemory, budget: int, found: SearchAnswer
-    ) -> Look | None:
+    ) -> SearchResult | None:
         """Search a pair in a frame; ``None``: both poses are bit for bit those of its last look."""
         a, b = self._ends[column]
         pose_a = motion.rotations[frame, a], motion.translations[frame, a]
@@ -228,7 +228,9 @@ class SearchStage:
         start = known.start if self._settings.warm_start else None
         return self._searches[column].look(pose_a, pose_b, float(motion.times[frame]), start=start, budget=budget)
 
-    def _finish(self, frame: int, column: int, look: Look | None, known: PairMemory, found: SearchAnswer) -> None:
+    def _finish(
+        self, frame: int, column: int, look: SearchResult | None, known: PairMemory, found: SearchAnswer
+    ) -> None:
         """Write down a look, with its faces if they are asked for; ``None``: repeat the answer of the look before."""
         if look is not None:
             known.hit, known.start, known.number = look.hit is not None, look.hit or look.closest, -1
@@ -261,7 +263,7 @@ class SearchStage:
                 search.use(sample(a, int(wanted)), sample(b, int(wanted)))
         return []
 
-    def _collect(self, column: int, look: Look, known: PairMemory) -> Look:
+    def _collect(self, column: int, look: SearchResult, known: PairMemory) -> SearchResult:
         """Fill the curve of a hit and, if asked to, search on for others."""
         search = self._searches[column]
         if look.hit is None:
@@ -285,7 +287,7 @@ class SearchStage:
         return faces[np.lexsort((faces[:, 1], faces[:, 0]))].astype(np.int32)
 
 
-def _gap(search: PairSearch, look: Look) -> float:
+def _gap(search: PairSearch, look: SearchResult) -> float:
     """Distance of the balls of the closest faces of a look, in units of the mean size of the faces of both."""
     (i, j), first, second = look.closest, search.first, search.second
     size = first.mean_radius + second.mean_radius

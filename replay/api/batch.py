@@ -16,7 +16,7 @@ from typing import Any, Final
 from uuid import uuid4
 
 from replay.base.machine import versions
-from replay.base.processes import Told, in_processes
+from replay.base.processes import OnDone, in_processes
 from replay.errors import OutputError
 from replay.outputs.results.run_folder import METRICS, SUMMARY, read_run_folder
 
@@ -46,7 +46,7 @@ class Batch:
 
 def run_batch(
     sessions: Sequence[Path], out: Path, *, jobs: int = 1, settings: Mapping[str, Any] | None = None,
-    told: Told | None = None,
+    on_done: OnDone | None = None,
 ) -> Batch:  # fmt: skip
     """Run every session and write its run folder to ``out/<name of the file>``.
 
@@ -71,10 +71,10 @@ def run_batch(
             digests[name] = hashlib.file_digest(file, "sha256").hexdigest()
     kept = _begin(out, request, digests)
     for name in kept:
-        if told is not None:
-            told(name, "kept")
+        if on_done is not None:
+            on_done(name, "kept")
     tasks = {name: (path, out / name, request["settings"]) for name, path in named.items() if name not in kept}
-    failed = in_processes(run_one, tasks, jobs, told)
+    failed = in_processes(run_one, tasks, jobs, on_done)
     done = tuple(name for name in named if name not in failed)
     return Batch(out, done, tuple(kept), failed, "" if failed else batch_digest(out, done))
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from replay.errors import WorkerError
 
-Told = Callable[[str, str], None]
+OnDone = Callable[[str, str], None]
 """Called with a name and what became of it: ``done``, ``kept`` or why it failed."""
 
 Work = Callable[..., str]
@@ -22,18 +22,18 @@ Work = Callable[..., str]
 Tasks = Mapping[str, tuple[Any, ...]]
 
 
-def in_processes(work: Work, tasks: Tasks, jobs: int, tell: Told | None = None) -> dict[str, str]:
+def in_processes(work: Work, tasks: Tasks, jobs: int, on_done: OnDone | None = None) -> dict[str, str]:
     """Do every task (name -> arguments of ``work``); name -> why it failed, for those that did.
 
-    ``jobs`` processes do them, this one if it is 1; ``tell`` is called for every task when it is finished.
+    ``jobs`` processes do them, this one if it is 1; ``on_done`` is called for every task when it is finished.
     """
     failed: dict[str, str] = {}
 
     def note(name: str, why: str) -> None:
         if why:
             failed[name] = why
-        if tell is not None:
-            tell(name, why or "done")
+        if on_done is not None:
+            on_done(name, why or "done")
 
     if jobs <= 1 or len(tasks) <= 1:
         for name, arguments in tasks.items():
@@ -46,7 +46,7 @@ def in_processes(work: Work, tasks: Tasks, jobs: int, tell: Told | None = None) 
     return failed
 
 
-def _pooled(work: Work, tasks: Tasks, jobs: int, note: Told) -> list[str]:
+def _pooled(work: Work, tasks: Tasks, jobs: int, note: OnDone) -> list[str]:
     """Do tasks in processes; return the names of those that were lost with a dying process."""
     lost = []
     pool = _pool(jobs)

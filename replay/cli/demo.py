@@ -54,12 +54,12 @@ def command(session_only: bool, out: Path | None, force: bool, as_json: bool, pe
 
 def _record(file: Path, *, scene: str, seed: int, noise: str | None) -> Path:
     """Write the session and, beside it, what was planted in it: for people and tests, never read by the tool."""
-    from replay.studies.synthetic_sessions import made_up_session
+    from replay.studies.synthetic_sessions import synthetic_session
     from sessions import write_session
     from sessions.synthetic import write_truth
     from sessions.synthetic.truth import truth_path
 
-    session, truth = made_up_session(scene, seed, noise)
+    session, truth = synthetic_session(scene, seed, noise)
     write_session(session, file)
     write_truth(truth, truth_path(file))
     return truth_path(file)

@@ -32,7 +32,7 @@ def close_run(result: RunResult, people: People) -> int:
     for label, detector in result.summary["detectors"].items():
         settings = ", ".join(f"{name}={value}" for name, value in detector["settings"].items())
         people.detail(f"{label}: {detector['name']}[{settings}], verdicts {detector['digest'] or 'not reproducible'}")
-    notes = [*result.assembly.notes, *treated(result.summary)]
+    notes = [*result.assembly.notes, *repair_sentences(result.summary)]
     lists = {
         "declared, not computed by this version": result.summary["plan"]["not_built"],
         "no mesh, so not looked at": result.assembly.left_out,
@@ -66,7 +66,7 @@ def lost_poses(summary: Mapping[str, Any]) -> int:
     return sum(one["dropped"] for one in summary.get("flagged", ()) if one["kind"] in DAMAGE)
 
 
-def treated(summary: Mapping[str, Any]) -> list[str]:
+def repair_sentences(summary: Mapping[str, Any]) -> list[str]:
     """A sentence per kind and body whose poses were in doubt; losses that the tracker flagged itself go without."""
     count: Counter[tuple[str, str, str]] = Counter()
     for one in summary.get("flagged", ()):

@@ -96,7 +96,7 @@ def demo_class(out: Path, students: int, seed: int, jobs: int, people: People) -
     from replay.studies.class_study.synthetic_class import ANSWERS, CODEBOOK, SESSIONS, make_class
 
     people.say(f"making up {students} students and recording their sessions ...")
-    failed = make_class(out, students=students, seed=seed, jobs=jobs, told=_counting(people, students))
+    failed = make_class(out, students=students, seed=seed, jobs=jobs, on_done=_counting(people, students))
     files = sorted((out / SESSIONS).glob("*.mcap"))
     people.say(f"replaying {len(files)} sessions ...")
     settings = {"detectors": SLOW, "oracle": None, "seed": 0, "picture": False}
@@ -123,7 +123,7 @@ def session_files(given: Sequence[Path]) -> list[Path]:
 def _run(files: list[Path], out: Path, jobs: int, settings: dict[str, Any], people: People) -> Any:
     from replay.api.batch import run_batch
 
-    return run_batch(files, out, jobs=jobs, settings=settings, told=_counting(people, len(files)))
+    return run_batch(files, out, jobs=jobs, settings=settings, on_done=_counting(people, len(files)))
 
 
 def _counting(people: People, total: int) -> Any:

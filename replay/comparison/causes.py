@@ -16,7 +16,7 @@ import numpy as np
 from cdcore import Detection, Motion, Verdict
 from cdcore.protocol import Explains, Explanation, counts_as_contact
 from replay.comparison.evidence import Evidence, grouped, looks
-from replay.comparison.misses import Stretch, misses, stretches
+from replay.comparison.misses import MissedStretch, misses, stretches
 from replay.comparison.outcome import Comparison, Episode, Miss, Outcome
 from replay.detection.run_detector import Run
 from replay.prepare.assembly import Assembly
@@ -91,7 +91,7 @@ class Causes:
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class MissEvidence:
     """The data in which the causes of one detector's misses are found.
 
     Parameters
@@ -109,7 +109,7 @@ class Scene:
     faces: Callable[[Motion], Detection]
 
 
-def find_causes(places: Sequence[Stretch], comparison: Comparison, scene: Scene) -> Causes:
+def find_causes(places: Sequence[MissedStretch], comparison: Comparison, scene: MissEvidence) -> Causes:
     """Decide the frames of the misses (``places``, in order of time) again and give each miss its cause."""
     found: list[list[Cause]] = [[] for _ in places]
     for number, cause in _causes(places, scene):
@@ -143,7 +143,7 @@ def first_failed(stages: Explanation, verdict: int, *, at_instant: bool, asks_in
     return next((cause for failed, cause in asked if failed), Cause.UNEXPLAINED)
 
 
-def _causes(places: Sequence[Stretch], scene: Scene) -> Iterator[tuple[int, Cause]]:
+def _causes(places: Sequence[MissedStretch], scene: MissEvidence) -> Iterator[tuple[int, Cause]]:
     """Number of a miss and the cause at one of its frames, for every frame examined."""
     instants, subject = scene.oracle.covers == "instants", scene.subject
     for group in grouped(_looks(places), lambda look: len(look[2]), LOOKS_AT_ONCE):
@@ -173,7 +173,7 @@ Look = tuple[int, int, list[int]]
 """Number of a miss, its pair, and frames."""
 
 
-def _looks(places: Sequence[Stretch]) -> Iterator[Look]:
+def _looks(places: Sequence[MissedStretch]) -> Iterator[Look]:
     most = min(LOOKS_PER_MISS, max(1, LOOKS_IN_ALL // max(1, len(places))))
     every = max(1, -(-len(places) // LOOKS_IN_ALL))
     for number, place in enumerate(places):
@@ -207,7 +207,7 @@ def examine(
     numbered = {label: misses(found, names, times, evidence) for label, found in places.items()}
     causes = {}
     for label, found in places.items():
-        scene = Scene(assembly.motion, runs[label].detection, own, runs[label].detector, faces_of)
+        scene = MissEvidence(assembly.motion, runs[label].detection, own, runs[label].detector, faces_of)
         causes[label] = find_causes(found, comparisons[label], scene)
         with_cause = zip(numbered[label], causes[label].of_misses, strict=True)
         numbered[label] = tuple(replace(miss, cause=cause.value) for miss, cause in with_cause)

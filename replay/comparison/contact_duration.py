@@ -48,7 +48,7 @@ def safe_rate(dwells: ArrayLike) -> float | None:
 
 
 @dataclass(frozen=True, eq=False)
-class Dwell:
+class ContactDurations:
     """How long each contact of the oracle lasted.
 
     Parameters
@@ -80,7 +80,7 @@ class Dwell:
         }  # fmt: skip
 
 
-def dwell_of(assembly: Assembly, oracle: Detection, contacts: Sequence[Episode]) -> Dwell:
+def contact_durations(assembly: Assembly, oracle: Detection, contacts: Sequence[Episode]) -> ContactDurations:
     """How long each contact lasted, its ends found by halving the step in which they lie.
 
     Between frames bodies move as ``continuous`` moves them: origins along a line, rotations at constant speed. A
@@ -88,19 +88,19 @@ def dwell_of(assembly: Assembly, oracle: Detection, contacts: Sequence[Episode])
     ``contacts`` are the oracle's episodes.
     """
     if not contacts:
-        return Dwell(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.bool_), True)
+        return ContactDurations(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.bool_), True)
     begin, end = (np.array([getattr(one, name) for one in contacts]) for name in ("start", "end"))
     edges = [_edges(assembly.motion, assembly.pairs, oracle, one) for one in contacts]
     cut = np.array([first is None or last is None for first, last in edges])
     if len(contacts) > REFINED:
-        return Dwell(begin, end, cut, False)
+        return ContactDurations(begin, end, cut, False)
     for pair in sorted({one.pair for one in contacts}):
         numbers = [k for k, one in enumerate(contacts) if one.pair == pair]
         asked = [(k, side, edge) for k in numbers for side, edge in enumerate(edges[k]) if edge is not None]
         found = _halved(assembly, pair, np.array([edge for _, _, edge in asked]).reshape(-1, 2))
         for (k, side, _), moment in zip(asked, found.tolist(), strict=True):
             (begin, end)[side][k] = moment
-    return Dwell(begin, np.maximum(begin, end), cut, True)
+    return ContactDurations(begin, np.maximum(begin, end), cut, True)
 
 
 Edge = tuple[float, float]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cdcore import Detection, Motion
 from replay.comparison.first_touch import first_touch
-from replay.comparison.outcome import Touch, Vector, as_vector
+from replay.comparison.outcome import FirstTouch, Vector, as_vector
 from replay.prepare.assembly import Assembly
 
 FloatArray = NDArray[np.float64]
@@ -53,7 +53,7 @@ class Cut:
     normal: Vector
     face_pairs: int
     length: float
-    touch: Touch | None = None
+    touch: FirstTouch | None = None
     faces: NDArray[np.int64] | None = field(default=None, compare=False, repr=False)
 
 

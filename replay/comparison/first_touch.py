@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cdcore import Motion
 from cdcore.numerics import place_points
-from replay.comparison.outcome import Touch, as_vector
+from replay.comparison.outcome import FirstTouch, as_vector
 from replay.prepare.assembly import Assembly
 
 FloatArray = NDArray[np.float64]
@@ -25,7 +25,7 @@ NO_GAP: Final = 1e-9
 """Metres of gap below which rounding of places decides its direction."""
 
 
-def first_touch(assembly: Assembly, pair: int, frame: int) -> Touch | None:
+def first_touch(assembly: Assembly, pair: int, frame: int) -> FirstTouch | None:
     """When a pair first touches between ``frame`` and the next; ``None`` where no touch is known."""
     from cdcore import Impact, time_of_impact  # with its compiler: only an oracle of intervals needs it
 
@@ -52,7 +52,7 @@ def first_touch(assembly: Assembly, pair: int, frame: int) -> Touch | None:
     ]
     normal = _direction(other - here, across, middles[1] - middles[0])
     later = round((found.toi[1] - times[0]) * 1e9)
-    return Touch(
+    return FirstTouch(
         frame, found.toi[0], found.toi[1], later, found.faces, as_vector((here + other) / 2), as_vector(normal)
     )
 
@@ -85,7 +85,7 @@ def poses_between(motion: Motion, bodies: NDArray[np.int64], moments: FloatArray
     return Motion(np.arange(len(moments), dtype=np.float64), place + share[:, None, None] * (there - place), rotations)
 
 
-def at_touch(assembly: Assembly, pair: int, touch: Touch) -> Assembly:
+def at_touch(assembly: Assembly, pair: int, touch: FirstTouch) -> Assembly:
     """The assembly as one frame: the pair where it touches, all others where the frame before has them."""
     ends, row = assembly.pairs[pair], slice(touch.frame, touch.frame + 1)
     motion = assembly.motion

@@ -22,7 +22,7 @@ MISS_KINDS: Final = (NEVER_FOUND, FOUND_LATE, LOST_EARLY, INTERRUPTED)
 
 
 @dataclass(frozen=True)
-class Stretch:
+class MissedStretch:
     """Pair, frames and kind of a miss; its geometry is not yet known.
 
     Parameters
@@ -39,7 +39,7 @@ class Stretch:
     episode: int
 
 
-def stretches(comparison: Comparison, contacts: Sequence[Episode]) -> tuple[Stretch, ...]:
+def stretches(comparison: Comparison, contacts: Sequence[Episode]) -> tuple[MissedStretch, ...]:
     """The missed stretches of a comparison, in order of time, then pair; ``contacts`` are the oracle's episodes."""
     outcome = comparison.outcome
     missed = column_runs(outcome[:, p] == Outcome.MISSED for p in range(outcome.shape[1]))
@@ -48,7 +48,7 @@ def stretches(comparison: Comparison, contacts: Sequence[Episode]) -> tuple[Stre
 
 
 def misses(
-    places: Sequence[Stretch], names: Sequence[tuple[str, str]], times: NDArray[np.float64], evidence: Evidence
+    places: Sequence[MissedStretch], names: Sequence[tuple[str, str]], times: NDArray[np.float64], evidence: Evidence
 ) -> tuple[Miss, ...]:
     """Number the stretches from 1 and describe each where the surfaces cut longest.
 
@@ -83,9 +83,9 @@ def _by_column(contacts: Sequence[Episode]) -> dict[int, tuple[NDArray[np.int64]
 def _stretch(
     pair: int, first: int, last: int, column: tuple[NDArray[np.int64], list[tuple[int, Episode]]],
     outcome: NDArray[np.uint8],
-) -> Stretch:  # fmt: skip
+) -> MissedStretch:  # fmt: skip
     starts, numbered = column
     number, episode = numbered[int(np.searchsorted(starts, first, side="right")) - 1]
     before = int((outcome[episode.first : first] == Outcome.BOTH).any())
     after = int((outcome[last + 1 : episode.last + 1] == Outcome.BOTH).any())
-    return Stretch(pair, first, last, MISS_KINDS[2 * before + after], number)
+    return MissedStretch(pair, first, last, MISS_KINDS[2 * before + after], number)

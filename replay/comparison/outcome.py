@@ -70,7 +70,7 @@ class Episode:
 
 
 @dataclass(frozen=True)
-class Touch:
+class FirstTouch:
     """Where two bodies first meet on their way from one frame to the next.
 
     Parameters
@@ -130,7 +130,7 @@ class Miss:
     face_pairs: int
     cut_length: float
     cause: str = "not examined"
-    touch: Touch | None = None
+    touch: FirstTouch | None = None
     faces: NDArray[np.int64] | None = field(default=None, compare=False, repr=False)
 
     @property

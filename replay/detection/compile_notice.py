@@ -25,13 +25,13 @@ def compiling_announced(listener: object) -> Iterator[None]:
     if not isinstance(listener, Speaker):
         yield
         return
-    from cdcore.kernels.compiling import told_of_compiling
+    from cdcore.kernels.compiling import compiling_reported
 
     def tell(family: str, seconds: float) -> None:
         so_far = f" ({seconds:.0f} s so far)" if seconds >= 1 else ""
         listener.say(f"compiling for this machine, once: {family}{so_far}")
 
-    with told_of_compiling(tell) as compiled:
+    with compiling_reported(tell) as compiled:
         yield
     if compiled.families:
         kept = f"later starts load it from {compiled.folder}"

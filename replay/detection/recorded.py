@@ -37,7 +37,7 @@ class RecordedSettings:
 
 
 @dataclass(eq=False)
-class _Memory:
+class _RecordedMemory:
     """Time of the last frame that was answered already."""
 
     before: float
@@ -70,10 +70,10 @@ class RecordedDetector(PairDetector[RecordedSettings]):
         self._elsewhere = sum(len(found) for pair, found in spans.items() if pair not in columns)
         self._collider = self._make_collider()
 
-    def _fresh_memory(self) -> _Memory:
-        return _Memory(-np.inf)
+    def _fresh_memory(self) -> _RecordedMemory:
+        return _RecordedMemory(-np.inf)
 
-    def _run(self, motion: Motion, memory: _Memory, faces: bool) -> Detection:
+    def _run(self, motion: Motion, memory: _RecordedMemory, faces: bool) -> Detection:
         """A contact between two blocks is reported in the later one."""
         del faces
         begin = perf_counter()

@@ -17,7 +17,7 @@ from replay.effects.protocol import EffectSpec
 from sessions.model.scene import Scene
 
 if TYPE_CHECKING:
-    from replay.effects.contact import Touch, Touches
+    from replay.effects.contact import EffectContact, Touches
 
 MISFIT_M: Final = 0.002
 """Six times the noise of a VIVE tracker (0.3 mm): a path into an impact further from a parabola holds a jump."""
@@ -26,7 +26,7 @@ THRESHOLDS: Final = ("speed_m_s", "energy_j", "scale_m_s")
 
 
 @dataclass(frozen=True)
-class Impact:
+class ImpactSpeed:
     """How fast two bodies met."""
 
     time: float  # of impact, seconds; between the last clear frame and the first in contact
@@ -53,7 +53,9 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return collected.output()
 
 
-def _impact(inputs: EffectInputs, touch: Touch, pair: tuple[str, str], ran: NDArray[np.bool_]) -> Impact | None:
+def _impact(
+    inputs: EffectInputs, touch: EffectContact, pair: tuple[str, str], ran: NDArray[np.bool_]
+) -> ImpactSpeed | None:
     """The impact at the begin of a contact; ``None``, and counted, where the path into it is not known."""
     a, b = inputs.poses(pair[0]), inputs.poses(pair[1])
     last = touch.before
@@ -76,10 +78,10 @@ def _impact(inputs: EffectInputs, touch: Touch, pair: tuple[str, str], ran: NDAr
     time = _time_of_impact(fit, path[-1], (float(a.times[last]), float(a.times[touch.first])), direction)
     velocity = fit.velocity(time)
     speed = float(np.sqrt(velocity @ velocity)) if direction is None else abs(float(velocity @ direction))
-    return Impact(time, speed, direction is not None, len(rows), fit.misfit)
+    return ImpactSpeed(time, speed, direction is not None, len(rows), fit.misfit)
 
 
-def _closing(a: BodyPoses, b: BodyPoses, touch: Touch, rows: NDArray[np.int64]) -> FloatArray:
+def _closing(a: BodyPoses, b: BodyPoses, touch: EffectContact, rows: NDArray[np.int64]) -> FloatArray:
     """Path (n, 3) of the place of contact on the first body, seen from that on the second, world axes."""
     if touch.point is None:
         return a.translation[rows] - b.translation[rows]
@@ -108,7 +110,7 @@ def _time_of_impact(fit: Parabola, met: FloatArray, span: tuple[float, float], d
 
 
 def _events(
-    inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], point: Vector | None, impact: Impact
+    inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], point: Vector | None, impact: ImpactSpeed
 ) -> list[EffectEvent]:
     values: dict[str, float | int | str | bool] = {
         "speed_m_s": impact.speed, "across": impact.across, "samples": impact.samples, "misfit_m": impact.misfit,

@@ -14,7 +14,7 @@ from replay.effects.protocol import EffectSpec, Need
 from sessions.model.scene import Scene
 
 if TYPE_CHECKING:
-    from replay.effects.contact import Touch, Touches
+    from replay.effects.contact import EffectContact, Touches
 
 DAMAGE: Final = ("damage_rate_per_s", "damage_energy_j_mol", "skin_c", "skin_effusivity", "part_effusivity")
 
@@ -37,7 +37,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return found.output()
 
 
-def surface(inputs: EffectInputs, declared: Declaration, part: str, touch: Touch) -> FloatArray:
+def surface(inputs: EffectInputs, declared: Declaration, part: str, touch: EffectContact) -> FloatArray:
     """Temperature (n,) of the part during a contact: declared, else what ``heat`` says of it.
 
     Raises EffectError: nobody says how hot it is.
@@ -64,7 +64,7 @@ def damage(declared: Declaration, times: FloatArray, felt: FloatArray) -> float:
 
 
 def _judged(
-    inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], touch: Touch, felt: FloatArray
+    inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], touch: EffectContact, felt: FloatArray
 ) -> list[EffectEvent]:
     start, end = inputs.ends((touch.first, touch.stop))
     times = inputs.times[touch.first : touch.stop]

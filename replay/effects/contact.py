@@ -25,7 +25,7 @@ FLAT: Final = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Touch:
+class EffectContact:
     """One contact of a pair, for the effects that build on it."""
 
     pair: Pair  # names as declared
@@ -42,33 +42,34 @@ class Touch:
 class Touches:
     """All contacts, hysteresis applied: pair -> touches in order of time, and pair -> what the detector said."""
 
-    by_pair: Mapping[Pair, tuple[Touch, ...]]
-    told: Mapping[Pair, PairContact]
+    by_pair: Mapping[Pair, tuple[EffectContact, ...]]
+    reported: Mapping[Pair, PairContact]
 
-    def of(self, pair: Pair) -> tuple[Touch, ...]:
+    def of(self, pair: Pair) -> tuple[EffectContact, ...]:
         """The contacts of a pair in either order of names."""
         return self.by_pair.get(pair) or self.by_pair.get((pair[1], pair[0]), ())
 
     def meeting(self, pair: Pair, frame: int) -> FloatArray:
         """Points (n, 3), world metres, of the curve in which a pair meets at a frame; none without faces."""
-        told = self.told.get(pair) or self.told[pair[1], pair[0]]
-        return told.section(frame).reshape(-1, 3)
+        reported = self.reported.get(pair) or self.reported[pair[1], pair[0]]
+        return reported.section(frame).reshape(-1, 3)
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``contact`` with begin and end, a lane and a count of face pairs per pair."""
-    touches: dict[Pair, tuple[Touch, ...]] = {}
+    touches: dict[Pair, tuple[EffectContact, ...]] = {}
     heard: dict[Pair, PairContact] = {}
     series: dict[str, Series] = {}
     for pair in inputs.pairs:
-        told = heard[pair] = inputs.contact(pair)
+        reported = heard[pair] = inputs.contact(pair)
         inputs.count("pair-frames", len(inputs))
         touches[pair] = tuple(
-            _touch(told, first, stop) for first, stop in steadied(told.touching, told.known, FRAMES_IN, FRAMES_OUT)
+            _touch(reported, first, stop)
+            for first, stop in steadied(reported.touching, reported.known, FRAMES_IN, FRAMES_OUT)
         )
-        inputs.count("flickers", len(spans_of(told.touching)) - len(touches[pair]))
-        if touches[pair] and told.detection.face_sets is not None:
-            series[f"{pair[0]}-{pair[1]}/face_pairs"] = _faces(inputs, told)
+        inputs.count("flickers", len(spans_of(reported.touching)) - len(touches[pair]))
+        if touches[pair] and reported.detection.face_sets is not None:
+            series[f"{pair[0]}-{pair[1]}/face_pairs"] = _faces(inputs, reported)
     found = sorted((one for many in touches.values() for one in many), key=lambda one: (one.first, one.pair))
     return EffectOutput(
         events=tuple(_event(inputs, one) for one in found),
@@ -81,11 +82,11 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     )  # fmt: skip
 
 
-def _touch(told: PairContact, first: int, stop: int) -> Touch:
-    clear = np.flatnonzero(told.known[:first] & ~told.touching[:first])
-    points = told.section(first).reshape(-1, 3)
+def _touch(reported: PairContact, first: int, stop: int) -> EffectContact:
+    clear = np.flatnonzero(reported.known[:first] & ~reported.touching[:first])
+    points = reported.section(first).reshape(-1, 3)
     point = vector_of(points.mean(axis=0)) if len(points) else None
-    return Touch(told.pair, first, stop, int(clear[-1]) if len(clear) else -1, point, _normal(points))
+    return EffectContact(reported.pair, first, stop, int(clear[-1]) if len(clear) else -1, point, _normal(points))
 
 
 def _normal(points: FloatArray) -> Vector | None:
@@ -96,14 +97,14 @@ def _normal(points: FloatArray) -> Vector | None:
     return vector_of(axes[2]) if size[1] > FLAT * size[0] else None
 
 
-def _event(inputs: EffectInputs, touch: Touch) -> EffectEvent:
+def _event(inputs: EffectInputs, touch: EffectContact) -> EffectEvent:
     start, values = float(inputs.times[touch.first]), {"frames": touch.stop - touch.first}
     return EffectEvent(start, "contact", touch.pair, inputs.end(touch.stop), values, point=touch.point)
 
 
-def _faces(inputs: EffectInputs, told: PairContact) -> Series:
+def _faces(inputs: EffectInputs, reported: PairContact) -> Series:
     """Face pairs on both sides of every change of their number, so that a line through them has no slopes."""
-    counts: NDArray[np.float64] = told.detection.face_counts[:, told.column].astype(np.float64)
+    counts: NDArray[np.float64] = reported.detection.face_counts[:, reported.column].astype(np.float64)
     changes = np.flatnonzero(np.diff(counts, prepend=-1.0))
     rows = np.unique(np.concatenate([changes, np.maximum(changes - 1, 0)]))
     return Series(inputs.times[rows], counts[rows], "face pairs")

@@ -16,7 +16,7 @@ from replay.effects.spans import spans_of
 from sessions.mesh_data import MeshData
 
 if TYPE_CHECKING:
-    from replay.effects.contact import Touch, Touches
+    from replay.effects.contact import EffectContact, Touches
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
@@ -34,7 +34,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return found.output()
 
 
-def _rest(inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], touch: Touch) -> int | None:
+def _rest(inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], touch: EffectContact) -> int | None:
     """First frame of the first stretch of the contact in which the thing stands still on its support long enough."""
     inputs.count("contacts looked at")
     moving = inputs.poses(pair[0]).relative_to(inputs.poses(pair[1]))

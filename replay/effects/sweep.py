@@ -29,24 +29,24 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return replace(found.output(), ran=None)
 
 
-def _hit(inputs: EffectInputs, told: PairContact, first: int, stop: int) -> EffectEvent:
+def _hit(inputs: EffectInputs, reported: PairContact, first: int, stop: int) -> EffectEvent:
     """The begin of a contact; where the detector gives no interval of it, the step itself bounds the impact."""
     step = (float(inputs.times[max(0, first - 1)]), float(inputs.times[first]))
-    low, high = told.detection.toi.get((first, told.column), step)
+    low, high = reported.detection.toi.get((first, reported.column), step)
     inputs.count("hits")
-    points = told.section(first).reshape(-1, 3)
+    points = reported.section(first).reshape(-1, 3)
     point = vector_of(points.mean(axis=0)) if len(points) else None
     values = {"impact_low_s": low, "impact_high_s": high, "intervals": stop - first}
-    return EffectEvent(high, "hit", told.pair, inputs.end(stop), values, point=point)
+    return EffectEvent(high, "hit", reported.pair, inputs.end(stop), values, point=point)
 
 
-def _unresolved(inputs: EffectInputs, told: PairContact) -> list[EffectEvent]:
-    rows = np.flatnonzero(told.detection.verdict[:, told.column] == Verdict.UNRESOLVED)
+def _unresolved(inputs: EffectInputs, reported: PairContact) -> list[EffectEvent]:
+    rows = np.flatnonzero(reported.detection.verdict[:, reported.column] == Verdict.UNRESOLVED)
     inputs.count("unresolved", len(rows))
     return [
         EffectEvent(
-            float(inputs.times[row]), "unresolved", told.pair, None,
-            {"reason": told.detection.reasons.get((row, told.column), "no reason given")}, level="warning",
+            float(inputs.times[row]), "unresolved", reported.pair, None,
+            {"reason": reported.detection.reasons.get((row, reported.column), "no reason given")}, level="warning",
         )
         for row in rows.tolist()
     ]  # fmt: skip

@@ -208,8 +208,8 @@ def session_digest(result: RunResult) -> str:
 
 def settings_digest(result: RunResult, label: str) -> str:
     """The first 16 hex digits over everything that decides a row but the session."""
-    told = result.summary["detectors"][label]
-    decided = {"name": told["name"], "settings": told["settings"], "oracle": result.oracle,
+    summarised = result.summary["detectors"][label]
+    decided = {"name": summarised["name"], "settings": summarised["settings"], "oracle": result.oracle,
                "versions": result.summary.get("versions")}  # fmt: skip
     return hashlib.sha256(json.dumps(decided, sort_keys=True, default=str).encode()).hexdigest()[:16]
 

@@ -13,7 +13,7 @@ from cdcore.detectors import detector_names
 from replay.base.progress import Progress, Silent
 from replay.comparison.causes import examine
 from replay.comparison.compare import FaceRecall, compare, face_recall
-from replay.comparison.contact_duration import dwell_of
+from replay.comparison.contact_duration import contact_durations
 from replay.comparison.episodes import episodes
 from replay.comparison.matching import EpisodeMatches, match_episodes
 from replay.comparison.outcome import Comparison, Episode
@@ -31,7 +31,7 @@ from replay.prepare.assemble_stored import assemble_bounded, decoded_once
 from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
 from replay.prepare.policy import Policy, PolicyLike, parse_policy
-from replay.prepare.repair import treat
+from replay.prepare.repair import repair_session
 from sessions import Session
 
 SUBJECTS: Final = ("hybrid-qaco", "hybrid")
@@ -105,7 +105,7 @@ def compute(
     planned = plan(session.scene)
     lineup = _called_for(planned, detectors, oracle)
     with progress.stage("examine"):
-        treatment = treat(decoded_once(session), rules)
+        treatment = repair_session(decoded_once(session), rules)
         session = treatment.session
     with progress.stage("assemble"):
         layout = lay_out(
@@ -125,7 +125,7 @@ def compute(
         comparisons = _comparisons(runs, lineup.oracle, Tolerance(assembly, again, tau))
         matches = _matches(comparisons, found, runs)
         truth = found.get(lineup.oracle, ())
-        dwell = dwell_of(assembly, runs[lineup.oracle].detection, truth) if lineup.oracle else None
+        dwell = contact_durations(assembly, runs[lineup.oracle].detection, truth) if lineup.oracle else None
         missed, causes = examine(comparisons, truth, runs, assembly, again)
     recall = _face_recall(comparisons, runs, assembly, progress) if faces else {}
     effects: dict[str, EffectRun] = {}
@@ -138,7 +138,7 @@ def compute(
         face_recall=recall, causes=causes, dwell=dwell, effects=effects, treatment=treatment,
         flags=Flags.of(treatment.spans, assembly, session.scene),
     )  # fmt: skip
-    summary = summarise(measured, runs, layout.survey, planned, window=(start, end), seed=seed, tau=tau, began=began)
+    summary = summarise(measured, runs, layout.scan, planned, window=(start, end), seed=seed, tau=tau, began=began)
     return RunResult(**vars(measured), summary=summary, out=out)
 
 

@@ -10,13 +10,13 @@ from typing import Any, Final
 from cdcore import Detection
 from replay.comparison.causes import Causes
 from replay.comparison.compare import FaceRecall
-from replay.comparison.contact_duration import Dwell
+from replay.comparison.contact_duration import ContactDurations
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.outcome import Comparison, Episode, Miss
 from replay.effects.effects_runner import EffectRun
 from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
-from replay.prepare.repair import Treatment
+from replay.prepare.repair import Repair
 from sessions import Session
 
 TRADEOFF_SCHEMA: Final = "vrlab-replay/tradeoffs/1"
@@ -81,9 +81,9 @@ class Measured:
     matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)
     face_recall: Mapping[str, FaceRecall] = field(default_factory=dict)
     causes: Mapping[str, Causes] = field(default_factory=dict)
-    dwell: Dwell | None = None
+    dwell: ContactDurations | None = None
     effects: Mapping[str, EffectRun] = field(default_factory=dict)
-    treatment: Treatment | None = None
+    treatment: Repair | None = None
     flags: Flags | None = None
 
 

@@ -16,7 +16,7 @@ from replay.effects.effect_plan import Plan
 from replay.effects.effect_summary import effect_summary, plan_summary
 from replay.pipeline.run_result import Measured
 from replay.pipeline.scores import score
-from replay.prepare.session_scan import Survey
+from replay.prepare.session_scan import SessionScan
 
 SCHEMA: Final = "vrlab-replay/run/1"
 
@@ -25,7 +25,7 @@ PRIVATE_FACTS: Final = ("devices",)
 
 
 def summarise(
-    result: Measured, runs: Mapping[str, Run], seen: Survey, planned: Plan, *,
+    result: Measured, runs: Mapping[str, Run], seen: SessionScan, planned: Plan, *,
     window: tuple[float | None, float | None], seed: int, tau: float, began: float,
 ) -> dict[str, Any]:  # fmt: skip
     """Everything that was settled and counted; ``began`` is the ``perf_counter`` at which the run began."""
@@ -64,7 +64,7 @@ def _flagged(result: Measured, label: str) -> dict[str, int]:
     return {verdict.name: int(count[verdict]) for verdict in Verdict if count[verdict] and verdict != Verdict.NO_POSE}
 
 
-def _session(result: Measured, seen: Survey) -> dict[str, Any]:
+def _session(result: Measured, seen: SessionScan) -> dict[str, Any]:
     assembly, session = result.assembly, result.session
     times = assembly.motion.times
     return {

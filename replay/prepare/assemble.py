@@ -21,9 +21,9 @@ from replay.errors import AssemblyError
 from replay.prepare.assembly import Assembly, PoseOrigin
 from replay.prepare.frame_order import in_order
 from replay.prepare.interpolation import filled
-from replay.prepare.kinematics import PlacedFrames, Placing
+from replay.prepare.kinematics import Kinematics, PlacedFrames
 from replay.prepare.pair_choice import chosen_pairs, held_pairs
-from replay.prepare.session_scan import Survey, survey
+from replay.prepare.session_scan import SessionScan, scan
 from sessions import Session
 from sessions.model.live_contact import LiveContact
 from sessions.model.scene_pairs import absent_bodies
@@ -41,7 +41,7 @@ Pairs = Sequence[tuple[str, str]]
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class AssemblyLayout:
     """The parts of an assembly that do not grow with time: made once, shared by every block.
 
     Parameters
@@ -52,7 +52,7 @@ class Layout:
     proxies, left_out, notes, live_contacts, live_residual : as in ``Assembly``.
     """
 
-    survey: Survey
+    scan: SessionScan
     bodies: tuple[Body, ...]
     pairs: NDArray[np.int64]
     held: NDArray[np.bool_]
@@ -64,7 +64,7 @@ class Layout:
 
     def assembly(self, frames: PlacedFrames, linked: NDArray[np.bool_], carried: int = 0) -> Assembly:
         """An assembly of placed frames, without the first ``carried`` ones, which only give the path into the rest."""
-        times = (frames.stamp_ns - self.survey.stamp_ns[0]) / 1e9
+        times = (frames.stamp_ns - self.scan.stamp_ns[0]) / 1e9
         valid = frames.origin != PoseOrigin.NONE
         if len(self.pairs):
             names = [body.name for body in self.bodies]
@@ -77,7 +77,7 @@ class Layout:
         return Assembly(motion=motion, stamp_ns=frames.stamp_ns[carried:], origin=frames.origin[carried:], **shared)
 
 
-def lay_out(session: Session, *, pairs: Pairs | None = None, looking: bool = True) -> Layout:
+def lay_out(session: Session, *, pairs: Pairs | None = None, looking: bool = True) -> AssemblyLayout:
     """Pass over a session once and choose its bodies and pairs.
 
     Parameters
@@ -94,7 +94,7 @@ def lay_out(session: Session, *, pairs: Pairs | None = None, looking: bool = Tru
     InvalidMeshError
         A mesh that cannot be one; names the body.
     """
-    seen = survey(session)
+    seen = scan(session)
     if not len(seen.stamp_ns):
         raise AssemblyError("the session has no frames; record some, or look at the file with `replay info`")
     fixed = [body.id for body in session.scene.bodies if body.fixed is not None and body.id not in session.names]
@@ -104,15 +104,15 @@ def lay_out(session: Session, *, pairs: Pairs | None = None, looking: bool = Tru
         raise AssemblyError(
             f"no body has a mesh; there are tracks of: {', '.join(session.names)}; give meshes with --mesh"
         )
-    Placing(session.scene, session.names, names)
+    Kinematics(session.scene, session.names, names)
     moves = dict(zip(session.names, seen.moves.tolist(), strict=True))
     rows = chosen_pairs(session.scene, names, moves, pairs)
     if not len(rows) and looking:
         raise AssemblyError(
             f"no pair to look at: none of {', '.join(names)} moves against another; name pairs in the scene"
         )
-    return Layout(
-        survey=seen, bodies=bodies, pairs=rows, held=held_pairs(session.scene, names, rows),
+    return AssemblyLayout(
+        scan=seen, bodies=bodies, pairs=rows, held=held_pairs(session.scene, names, rows),
         proxies=tuple(name for name in names if (known := session.scene.body(name)) is not None and known.proxy),
         left_out=tuple(name for name in session.names if name not in session.meshes),
         notes=(*seen.notes(), *_absent(session)), live_contacts=session.live_contacts, live_residual=_residual(session),
@@ -121,7 +121,7 @@ def lay_out(session: Session, *, pairs: Pairs | None = None, looking: bool = Tru
 
 def assemble(
     session: Session, *, pairs: Pairs | None = None, start: float | None = None, end: float | None = None,
-    layout: Layout | None = None,
+    layout: AssemblyLayout | None = None,
 ) -> Assembly:  # fmt: skip
     """A whole session, or the frames from ``start`` to ``end`` seconds after its first, ready for detection.
 
@@ -154,7 +154,7 @@ def assemble(
 
 def assemble_blocks(
     session: Session, frames: int = BLOCK_FRAMES, *, start: float | None = None, end: float | None = None,
-    layout: Layout | None = None,
+    layout: AssemblyLayout | None = None,
 ) -> Iterator[Assembly]:  # fmt: skip
     """The same in consecutive blocks of at most ``frames`` frames, for a session larger than memory.
 
@@ -176,30 +176,30 @@ class _Linked:
 
 
 def _linked_blocks(
-    session: Session, layout: Layout, size: int, start: float | None, end: float | None
+    session: Session, layout: AssemblyLayout, size: int, start: float | None, end: float | None
 ) -> Iterator[_Linked]:
-    low, high = _window(layout.survey, start, end)
-    placing = Placing(session.scene, session.names, [body.name for body in layout.bodies])
+    low, high = _window(layout.scan, start, end)
+    kinematics = Kinematics(session.scene, session.names, [body.name for body in layout.bodies])
     carried: PlacedFrames | None = None
     for frames in filled(block.frames for block in in_order(session.blocks(size))):
         first, stop = np.searchsorted(frames.stamp_ns, [low, high + 1])
-        placed = placing.place(frames).part(int(first), int(stop))
+        placed = kinematics.place(frames).part(int(first), int(stop))
         for begin in range(0, len(placed), size):
             part = placed.part(begin, begin + size)
             whole = part if carried is None else PlacedFrames.join([carried, part])
-            yield _Linked(whole, _linked(whole, layout.survey.median_step_ns), len(whole) - len(part))
+            yield _Linked(whole, _linked(whole, layout.scan.median_step_ns), len(whole) - len(part))
             carried = part.part(len(part) - 1, len(part))
         if len(frames) and frames.stamp_ns[-1] > high:
             return
 
 
-def window_frames(seen: Survey, start: float | None, end: float | None) -> int:
+def window_frames(seen: SessionScan, start: float | None, end: float | None) -> int:
     """How many frames lie between ``start`` and ``end``; ``AssemblyError`` where none does."""
     low, high = _window(seen, start, end)
     return int(((seen.stamp_ns >= low) & (seen.stamp_ns <= high)).sum())
 
 
-def _window(seen: Survey, start: float | None, end: float | None) -> tuple[int, int]:
+def _window(seen: SessionScan, start: float | None, end: float | None) -> tuple[int, int]:
     """First and last stamp asked for."""
     zero, last = int(seen.stamp_ns[0]), int(seen.stamp_ns[-1])
     low = zero if start is None else zero + round(start * 1e9)

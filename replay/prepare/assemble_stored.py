@@ -9,7 +9,7 @@ import numpy as np
 
 from cdcore import Motion
 from replay.base.constants import BLOCK_FRAMES, HELD_FRAMES
-from replay.prepare.assemble import Layout, assemble, assemble_blocks, window_frames
+from replay.prepare.assemble import AssemblyLayout, assemble, assemble_blocks, window_frames
 from replay.prepare.assembly import Assembly
 from replay.prepare.stored_motion import StoredMotion
 from sessions import Frames, Session
@@ -49,9 +49,9 @@ def decoded_once(session: Session) -> Session:
     return replace(session, source=_DecodedOnce(session.source))
 
 
-def assemble_bounded(session: Session, layout: Layout, *, start: float | None, end: float | None) -> Assembly:
+def assemble_bounded(session: Session, layout: AssemblyLayout, *, start: float | None, end: float | None) -> Assembly:
     """The assembly of a window of any length; its motion is a ``StoredMotion`` when that is longer than an hour."""
-    if window_frames(layout.survey, start, end) <= HELD_FRAMES:
+    if window_frames(layout.scan, start, end) <= HELD_FRAMES:
         return assemble(session, start=start, end=end, layout=layout)
     seen: list[Assembly] = []
 

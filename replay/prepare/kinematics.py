@@ -78,7 +78,7 @@ class _World:
         return _World(moved, (x + y) + z, origin)
 
 
-class Placing:
+class Kinematics:
     """Where the meshes of the chosen bodies are, frame block by frame block.
 
     ``tracked`` names the columns of the filled frames; each of ``bodies`` is tracked or fixed. Raises

@@ -30,7 +30,7 @@ _STAND_IN: Final = (DROP, HOLD, INTERPOLATE, REFUSE)
 
 
 @dataclass(frozen=True)
-class Rule:
+class PolicyRule:
     """An action on one kind of finding; ``limit`` in seconds belongs to ``hold`` and ``interpolate``."""
 
     action: str
@@ -72,11 +72,11 @@ PolicyLike = Mapping[str, str] | Sequence[str]
 class Policy:
     """The rules of one run: kind -> rule; complete for `KINDS`, and holding other codes only where asked for."""
 
-    rules: Mapping[str, Rule]
+    rules: Mapping[str, PolicyRule]
 
-    def rule(self, kind: str) -> Rule:
+    def rule(self, kind: str) -> PolicyRule:
         """What is done with this kind."""
-        return self.rules.get(kind) or Rule(KEEP)
+        return self.rules.get(kind) or PolicyRule(KEEP)
 
     def as_json(self) -> dict[str, str]:
         """Kind -> words, as ``--policy`` takes them."""
@@ -98,7 +98,7 @@ def parse_policy(words: PolicyLike | Policy | None = None) -> Policy:
     """
     if isinstance(words, Policy):
         return words
-    rules = {kind: Rule(spec.default) for kind, spec in KINDS.items()}
+    rules = {kind: PolicyRule(spec.default) for kind, spec in KINDS.items()}
     pairs = words.items() if isinstance(words, Mapping) else [_split(word) for word in words or ()]
     for kind, action in pairs:
         rules[kind] = _rule(kind, action)
@@ -112,7 +112,7 @@ def _split(word: str) -> tuple[str, str]:
     return kind.strip(), action.strip()
 
 
-def _rule(kind: str, words: str) -> Rule:
+def _rule(kind: str, words: str) -> PolicyRule:
     if kind not in CODES:
         raise PolicyError(f"no kind of finding {kind!r}; there are: {', '.join(KINDS)}, and every code of the doctor")
     action, colon, limit = words.partition(":")
@@ -120,11 +120,11 @@ def _rule(kind: str, words: str) -> Rule:
     if action not in allowed:
         raise PolicyError(f"{kind} cannot be met with {action!r}; it can with: {', '.join(allowed)}")
     if not colon:
-        return Rule(action)
+        return PolicyRule(action)
     try:
         seconds = float(limit)
     except ValueError:
         seconds = 0.0
     if not 0.0 < seconds < float("inf") or action not in (HOLD, INTERPOLATE):
         raise PolicyError(f"{kind}={words}: a limit is a positive number of seconds after hold: or interpolate:")
-    return Rule(action, seconds)
+    return PolicyRule(action, seconds)

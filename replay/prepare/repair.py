@@ -9,10 +9,10 @@ from replay.base.constants import BLOCK_FRAMES
 from replay.errors import RefusedError
 from replay.prepare.flags import FlagSpan
 from replay.prepare.policy import REFUSE, Policy
-from replay.prepare.repaired_frames import Replacement, TreatedFrames, replacements
+from replay.prepare.repaired_frames import RepairedFrames, Replacement, replacements
 from sessions import Finding, Session, Status
 from sessions.doctor.finding import in_order
-from sessions.doctor.pose_pass import Looked, look_through
+from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.pose_spans import PoseSpan, pose_spans
 from sessions.doctor.session_findings import examine_session
 from sessions.doctor.timing import gap_rows
@@ -25,7 +25,7 @@ NAMED_BY_SURVEY: Final = frozenset({"not-finite", "zero-quaternion", "non-unit-q
 
 
 @dataclass(frozen=True)
-class Treatment:
+class Repair:
     """The session that a run uses, and why.
 
     Parameters
@@ -50,7 +50,7 @@ class Treatment:
         }
 
 
-def treat(session: Session, policy: Policy) -> Treatment:
+def repair_session(session: Session, policy: Policy) -> Repair:
     """Examine a session and apply the policy to it.
 
     Raises ``RefusedError``: the session has a fault that the policy refuses. Invalid samples are left to the session
@@ -63,16 +63,16 @@ def treat(session: Session, policy: Policy) -> Treatment:
             raise RefusedError(_refusal(session, finding))
     spans = pose_spans(looked)
     replaced = replacements(looked, spans, policy, session.blocks)
-    treated = session
+    repaired = session
     if replaced:
-        treated = replace(session, source=TreatedFrames(session.blocks, session.names, replaced))
+        repaired = replace(session, source=RepairedFrames(session.blocks, session.names, replaced))
     flagged = [_flagged(looked, span, policy, replaced.get(span.column)) for span in spans]
     # The frame after a gap is flagged: the path into it is not known.
     gaps = [_span(looked, "gap", "", row, row, 1, policy) for row in (gap_rows(looked.stamp_ns) + 1).tolist()]
-    return Treatment(treated, policy, findings, (*flagged, *gaps))
+    return Repair(repaired, policy, findings, (*flagged, *gaps))
 
 
-def _flagged(looked: Looked, span: PoseSpan, policy: Policy, replaced: Replacement | None) -> FlagSpan:
+def _flagged(looked: PosePass, span: PoseSpan, policy: Policy, replaced: Replacement | None) -> FlagSpan:
     dropped = span.count if span.code == "tracking-lost" else 0
     held = interpolated = 0
     if replaced is not None:
@@ -84,7 +84,7 @@ def _flagged(looked: Looked, span: PoseSpan, policy: Policy, replaced: Replaceme
 
 
 def _span(
-    looked: Looked, kind: str, body: str, first: int, last: int, samples: int, policy: Policy, *became: int
+    looked: PosePass, kind: str, body: str, first: int, last: int, samples: int, policy: Policy, *became: int
 ) -> FlagSpan:
     """Frames ``first`` to ``last`` of a body; ``became``: samples that were dropped, held, interpolated."""
     zero, start, end = (int(looked.stamp_ns[row]) for row in (0, first, last))

@@ -13,7 +13,7 @@ from replay.base.constants import BLOCK_FRAMES
 from replay.prepare.interpolation import slerp
 from replay.prepare.policy import DROP, HOLD, INTERPOLATE, Policy
 from sessions import Frames, Status
-from sessions.doctor.pose_pass import Looked
+from sessions.doctor.pose_pass import PosePass
 from sessions.doctor.pose_spans import PoseSpan
 from sessions.doctor.runs import runs
 from sessions.doctor.track_watch import Mark
@@ -47,7 +47,7 @@ class Replacement:
 
 
 @dataclass(frozen=True, eq=False)
-class TreatedFrames:
+class RepairedFrames:
     """The frames of another source with the samples of some columns replaced."""
 
     original: Blocks
@@ -58,10 +58,10 @@ class TreatedFrames:
         """All frames, block by block."""
         first = 0
         for block in self.original(frames):
-            yield self._treated(block, first)
+            yield self._repaired(block, first)
             first += len(block)
 
-    def _treated(self, block: Frames, first: int) -> Frames:
+    def _repaired(self, block: Frames, first: int) -> Frames:
         parts = {
             column: np.searchsorted(one.rows, [first, first + len(block)]).tolist()
             for column, one in self.replaced.items()
@@ -80,7 +80,7 @@ class TreatedFrames:
         return replace(block, position=position, quaternion_xyzw=quaternion, status=status)
 
 
-def replacements(looked: Looked, spans: Sequence[PoseSpan], policy: Policy, blocks: Blocks) -> dict[int, Replacement]:
+def replacements(looked: PosePass, spans: Sequence[PoseSpan], policy: Policy, blocks: Blocks) -> dict[int, Replacement]:
     """What the policy makes of the samples in these spans, by column; columns where nothing changes are not there."""
     plans = {}
     for column in sorted({span.column for span in spans}):
@@ -131,7 +131,7 @@ class _Plan:
         return Replacement(self.rows, status, pose[:, :3], pose[:, 3:])
 
 
-def _plan(looked: Looked, spans: Sequence[PoseSpan], column: int, policy: Policy) -> _Plan | None:
+def _plan(looked: PosePass, spans: Sequence[PoseSpan], column: int, policy: Policy) -> _Plan | None:
     there = np.flatnonzero(looked.has(Mark.PRESENT)[:, column])
     rank, limit = np.zeros(len(there), dtype=np.uint8), np.zeros(len(there), dtype=np.int64)
     for span in spans:

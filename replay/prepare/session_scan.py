@@ -20,7 +20,7 @@ NORM_NOTE: Final = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Survey:
+class SessionScan:
     """The figures of one pass over the frames.
 
     Parameters
@@ -59,7 +59,7 @@ class Survey:
         return tuple(notes)
 
 
-def survey(session: Session, block_frames: int = BLOCK_FRAMES) -> Survey:
+def scan(session: Session, block_frames: int = BLOCK_FRAMES) -> SessionScan:
     """Pass over the frames once; memory is one block, and one stamp per frame.
 
     Raises ``InvalidPoseError`` for a sample that claims to be a pose but is not finite or has no unit quaternion; it
@@ -119,12 +119,12 @@ class _Count:
         where = f"frame {number} ({time:.6f} s), body {self.names[body]}: "
         return f"{where}{what}; flag the sample as lost, repair it, or choose a --policy"
 
-    def result(self) -> Survey:
+    def result(self) -> SessionScan:
         """The figures as they stand."""
         stamps = np.concatenate(self.stamps) if self.stamps else np.zeros(0, dtype=np.int64)
         step = int(np.median(np.diff(stamps))) if len(stamps) > 1 else 0
         count = (self.repeated, self.backwards, self.moves, step, self.off_norm, self.worst_norm)
-        return Survey(self.names, stamps, *count)
+        return SessionScan(self.names, stamps, *count)
 
 
 def _frames(count: int) -> str:

@@ -12,11 +12,11 @@ from sessions.synthetic.truth import Truth
 
 
 def made_up_names() -> tuple[str, ...]:
-    """Names that ``made_up_session`` takes."""
+    """Names that ``synthetic_session`` takes."""
     return (*SCENES, *ANALYTIC)
 
 
-def made_up_session(name: str, seed: int = 0, noise: str | None = None) -> tuple[Session, Truth]:
+def synthetic_session(name: str, seed: int = 0, noise: str | None = None) -> tuple[Session, Truth]:
     """The session of this name and its ground truth; the same arguments give the same session.
 
     ``noise`` is ``vive`` or ``off``; by default a scene has it and an analytic session has not. An unknown name is a

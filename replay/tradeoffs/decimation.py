@@ -42,7 +42,7 @@ def clustered(mesh: TriangleMesh, cell: float) -> TriangleMesh:
     return TriangleMesh(middle / count, faces[np.sort(first)])
 
 
-def coarser(assembly: Assembly, cell: float) -> Assembly:
+def decimated(assembly: Assembly, cell: float) -> Assembly:
     """The assembly with every mesh clustered in cells of this edge (metres); poses and pairs stay."""
     bodies = tuple(Body(body.name, clustered(body.mesh, cell)) for body in assembly.bodies)
     return replace(assembly, bodies=bodies)

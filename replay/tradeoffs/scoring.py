@@ -21,7 +21,7 @@ from replay.errors import TradeoffError
 from replay.prepare.assembly import Assembly
 
 
-class Judge:
+class Scoring:
     """What an oracle found in a session, and figures of any other detection of it.
 
     A disagreement about less than ``tau`` metres is *within tolerance*. Raises ``TradeoffError``: the oracle finds no

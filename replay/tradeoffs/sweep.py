@@ -21,9 +21,9 @@ from replay.errors import TradeoffError
 from replay.pipeline.run_result import Tradeoff
 from replay.prepare.assemble import Pairs, assemble
 from replay.prepare.assembly import Assembly
-from replay.tradeoffs.decimation import coarser
+from replay.tradeoffs.decimation import decimated
 from replay.tradeoffs.pareto import advice_of, front_of
-from replay.tradeoffs.scoring import Judge
+from replay.tradeoffs.scoring import Scoring
 from replay.tradeoffs.settings import Setting, settings_list
 from replay.tradeoffs.timing import Pass, figures, timed
 from sessions import Session
@@ -80,28 +80,28 @@ def tradeoff(
 
     Raises ``TradeoffError``: the oracle finds no contact, so nothing can be missed; and as ``replay.run``.
     """
-    from cdcore.kernels.compiling import told_of_compiling  # loads the compiler: not for those who only write tables
+    from cdcore.kernels.compiling import compiling_reported  # loads the compiler: not for those who only write tables
 
     wanted = tuple(settings if settings is not None else settings_list())
     steps = sum(1 if one.tail else max(1, repeats) for one in wanted)
     trials: list[_Trial] = []
-    with told_of_compiling(lambda *_: None) as compiled:
+    with compiling_reported(lambda *_: None) as compiled:
         watched = _Watched(watch, steps, time_limit, compiled)
         assembly = assemble(session, pairs=pairs, start=start, end=end)
-        judge = Judge(assembly, parse_detector(oracle), seed, tau)
+        scoring = Scoring(assembly, parse_detector(oracle), seed, tau)
         for setting in (one for one in wanted if not one.tail):
-            _try(setting, assembly, judge, seed, trials, watched)
+            _try(setting, assembly, scoring, seed, trials, watched)
         for _ in range(1, repeats):
             for trial in trials:
                 watched.next(trial.setting.label, trials)
                 if trial.passes[0].seconds <= ONCE_SECONDS and watched.left() > trial.passes[0].seconds:
                     _again(trial)
         for setting in (one for one in wanted if one.tail):
-            _try(setting, assembly, judge, seed, trials, watched)
+            _try(setting, assembly, scoring, seed, trials, watched)
         watched.next("", trials)
     done = {trial.setting.label for trial in trials}
     cut = tuple(setting.label for setting in wanted if setting.label not in done)
-    return _whole(session, assembly, judge, trials, cut, seed)
+    return _whole(session, assembly, scoring, trials, cut, seed)
 
 
 class _Watched:
@@ -125,19 +125,19 @@ class _Watched:
 
 
 def _try(
-    setting: Setting, assembly: Assembly, judge: Judge, seed: int, trials: list[_Trial], watched: _Watched
+    setting: Setting, assembly: Assembly, scoring: Scoring, seed: int, trials: list[_Trial], watched: _Watched
 ) -> None:
     """Run a setting for the first time, if it can end in time; the very first one always runs."""
     watched.next(setting.label, trials)
     left = watched.left() if trials else float("inf")
     if left > 0:
-        trial = _first(setting, assembly, judge, seed, left)
+        trial = _first(setting, assembly, scoring, seed, left)
         trials += [] if trial is None else [trial]
 
 
-def _first(setting: Setting, assembly: Assembly, judge: Judge, seed: int, left: float) -> _Trial | None:
+def _first(setting: Setting, assembly: Assembly, scoring: Scoring, seed: int, left: float) -> _Trial | None:
     """Build, warm up, detect, compare; ``None`` where the warm-up predicts more than the seconds ``left``."""
-    seen = coarser(assembly, setting.cell) if setting.cell else assembly
+    seen = decimated(assembly, setting.cell) if setting.cell else assembly
     clock = perf_counter()
     detector = make_detector(setting.spec, seen, seed)
     prepared = perf_counter() - clock
@@ -151,10 +151,10 @@ def _first(setting: Setting, assembly: Assembly, judge: Judge, seed: int, left: 
         "label": setting.label, "line": setting.line, "detector": setting.detector, "axis": setting.axis,
         "value": setting.value, "settings": str(setting.spec).partition("=")[2], "cell_mm": setting.cell * 1e3,
         "faces_listed": setting.faces, "mesh_faces": sum(len(body.mesh.faces) for body in seen.bodies),
-        "online": detector.online, "covers": detection.covers, "oracle": setting.detector == judge.spec.name,
+        "online": detector.online, "covers": detection.covers, "oracle": setting.detector == scoring.spec.name,
         "prepare_seconds": prepared, "digest": detection.digest,
         "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
-        **judge.figures(detection, same_faces=not setting.cell),
+        **scoring.figures(detection, same_faces=not setting.cell),
     }  # fmt: skip
     trial = _Trial(setting, detector, seen.motion, detection, row, [first])
     _tell_time(trial)
@@ -183,7 +183,7 @@ def _tell_time(trial: _Trial) -> None:
 
 
 def _whole(
-    session: Session, assembly: Assembly, judge: Judge, trials: Sequence[_Trial], cut: tuple[str, ...], seed: int
+    session: Session, assembly: Assembly, scoring: Scoring, trials: Sequence[_Trial], cut: tuple[str, ...], seed: int
 ) -> Tradeoff:
     rows, passes = [one.row for one in trials], [one for trial in trials for one in trial.passes]
     front, online = front_of(rows), front_of(rows, time="p99_ms", online=True)
@@ -192,8 +192,8 @@ def _whole(
     times = assembly.motion.times
     about = {
         "session": session.scene.name or session.origin, "frames": len(times), "bodies": len(assembly.bodies),
-        "seconds": float(times[-1] - times[0]), "pairs": len(assembly.pairs), "oracle": judge.spec.name,
-        "contacts": len(judge.contacts), "seed": seed, "machine": machine(), "versions": versions(),
+        "seconds": float(times[-1] - times[0]), "pairs": len(assembly.pairs), "oracle": scoring.spec.name,
+        "contacts": len(scoring.contacts), "seed": seed, "machine": machine(), "versions": versions(),
         "processor_share": sum(one.processor for one in passes) / sum(one.seconds for one in passes),
     }  # fmt: skip
     return Tradeoff(tuple(rows), tuple(front), tuple(online), tuple(advice_of(rows)), cut, about)

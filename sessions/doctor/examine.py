@@ -10,7 +10,7 @@ from typing import Final
 
 from sessions.doctor.finding import Finding, Severity, Span, in_order
 from sessions.doctor.meshes import all_mesh_findings, mesh_findings
-from sessions.doctor.pose_pass import Looked, look_through
+from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.scale import table_findings
 from sessions.doctor.session_findings import examine_session, frame_findings, scene_findings
 from sessions.doctor.structure import is_mcap, structure_findings
@@ -153,7 +153,7 @@ def _attached_mesh(file: McapFile, name: str, expected: str, scene: Scene) -> It
     yield from table_findings({name: mesh}, scene)
 
 
-def _noted(noted: Noted, looked: Looked, listed: tuple[str, ...], file: McapFile) -> Iterator[Finding]:
+def _noted(noted: Noted, looked: PosePass, listed: tuple[str, ...], file: McapFile) -> Iterator[Finding]:
     """What a strict reader would have refused."""
     zero = int(looked.stamp_ns[0]) if len(looked.stamp_ns) else 0
     for code, regions in (("damaged-chunk", noted.unpacked), ("bad-message", noted.unread)):

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.doctor.track_watch import Mark, Samples, TrackWatch, marked
+from sessions.doctor.track_watch import Mark, TrackSamples, TrackWatch, marked
 from sessions.model.frames import Frames, Status
 
 NORM_REJECT: Final = 1e-3
@@ -31,7 +31,7 @@ MOST_DECIMALS: Final = 7  # Numbers printed with more decimals than float32 hold
 
 
 @dataclass(frozen=True, eq=False)
-class Looked:
+class PosePass:
     """What one pass over T frames of N bodies leaves.
 
     Parameters
@@ -63,9 +63,9 @@ class Looked:
         return self.has(Mark.PRESENT) & ~self.has(Mark.LOST | Mark.NOT_FINITE)
 
 
-def look_through(blocks: Iterable[Frames]) -> Looked:
+def look_through(blocks: Iterable[Frames]) -> PosePass:
     """Mark every sample; later blocks may know more bodies than earlier ones."""
-    looking = _Looking()
+    looking = _RunningPass()
     waiting: Frames | None = None
     for block in _larger(blocks):
         if waiting is not None:
@@ -88,7 +88,7 @@ def _larger(blocks: Iterable[Frames]) -> Iterator[Frames]:
         yield Frames.join(held)
 
 
-class _Looking:
+class _RunningPass:
     def __init__(self) -> None:
         self.names: tuple[str, ...] = ()
         self.count, self.least_step = 0, 0.0
@@ -150,10 +150,10 @@ class _Looking:
             marks[where] |= np.uint16(mark)
         return marks
 
-    def _track(self, frames: Frames, first: int, column: int) -> Samples:
+    def _track(self, frames: Frames, first: int, column: int) -> TrackSamples:
         marks = self.marks[first : self.count, column]
         rows = np.flatnonzero(marked(marks, Mark.PRESENT) & ~marked(marks, Mark.LOST | Mark.NOT_FINITE))
-        return Samples(
+        return TrackSamples(
             rows + first,
             (frames.stamp_ns[rows] - self.stamps[0][0]) / 1e9,
             frames.sample_ns[rows, column],
@@ -161,14 +161,14 @@ class _Looking:
             frames.quaternion_xyzw[rows, column],
         )
 
-    def result(self) -> Looked:
+    def result(self) -> PosePass:
         """Everything seen."""
         width, none = len(self.names), np.zeros(0, dtype=np.int64)
         poses = [
             np.pad(part, ((0, 0), (0, width - part.shape[1]), (0, 0)), constant_values=np.nan) for part in self.poses
         ]
         position, quaternion = np.split(np.concatenate(poses), [3], axis=2)
-        return Looked(
+        return PosePass(
             self.names, np.concatenate([none, *self.stamps]), np.concatenate([none, *self.logs]),
             self.marks[: self.count], self.steps[: self.count], position, quaternion, self.worst,
         )  # fmt: skip

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.doctor.pose_pass import Looked
+from sessions.doctor.pose_pass import PosePass
 from sessions.doctor.runs import runs
 from sessions.doctor.scale import unit_guess
 from sessions.doctor.track_watch import Mark, marked
@@ -52,7 +52,7 @@ SIMPLE: Final = {
 """Codes that are one mark."""
 
 
-def pose_spans(looked: Looked) -> list[PoseSpan]:
+def pose_spans(looked: PosePass) -> list[PoseSpan]:
     """Every span in which a sample is no trustworthy pose, by body and then time.
 
     A body whose positions are not in metres would teleport in every frame; of such a body no step is called a teleport.
@@ -69,7 +69,7 @@ def pose_spans(looked: Looked) -> list[PoseSpan]:
     return sorted(found, key=lambda span: (span.column, span.first, span.code))
 
 
-def rest_spans(looked: Looked) -> list[PoseSpan]:
+def rest_spans(looked: PosePass) -> list[PoseSpan]:
     """Every span in which a body repeats its pose because it lies still."""
     return [span for column in range(len(looked.names)) for span in _Track.of(looked, column).still("at-rest")]
 
@@ -86,7 +86,7 @@ class _Track:
     usable: NDArray[np.int64]
 
     @classmethod
-    def of(cls, looked: Looked, column: int) -> _Track:
+    def of(cls, looked: PosePass, column: int) -> _Track:
         marks = looked.marks[:, column]
         there, gone = marked(marks, Mark.PRESENT), marked(marks, Mark.LOST | Mark.NOT_FINITE)
         usable = np.flatnonzero(there & ~gone)

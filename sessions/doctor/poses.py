@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from sessions.doctor.finding import Finding, Severity, Span
-from sessions.doctor.pose_pass import MOST_DECIMALS, Looked
+from sessions.doctor.pose_pass import MOST_DECIMALS, PosePass
 from sessions.doctor.pose_spans import PoseSpan, pose_spans, rest_spans
 from sessions.doctor.track_watch import Mark
 
@@ -27,7 +27,7 @@ SEVERITIES: Final = {
 }
 
 
-def pose_findings(looked: Looked) -> Iterator[Finding]:
+def pose_findings(looked: PosePass) -> Iterator[Finding]:
     """Everything about single poses, body by body."""
     if not len(looked.stamp_ns):
         return
@@ -48,7 +48,7 @@ def pose_findings(looked: Looked) -> Iterator[Finding]:
         yield from _notes(looked, column, name)
 
 
-def _listed(looked: Looked, span: PoseSpan) -> Finding:
+def _listed(looked: PosePass, span: PoseSpan) -> Finding:
     name = looked.names[span.column]
     seconds = (int(looked.stamp_ns[span.last]) - int(looked.stamp_ns[span.first])) / 1e9
     samples = f"{span.count} sample" if span.count == 1 else f"{span.count} samples ({seconds:.3g} s)"
@@ -66,7 +66,7 @@ def _listed(looked: Looked, span: PoseSpan) -> Finding:
     return stretch.finding(span.code, SEVERITIES[span.code], message, name, span.count)
 
 
-def _together(looked: Looked, found: Sequence[PoseSpan], severity: Severity, words: str) -> Finding:
+def _together(looked: PosePass, found: Sequence[PoseSpan], severity: Severity, words: str) -> Finding:
     """One finding for several spans of one fault of one body."""
     count = sum(span.count for span in found)
     stretch = Span.of(looked.stamp_ns, found[0].first, found[-1].last)
@@ -75,7 +75,7 @@ def _together(looked: Looked, found: Sequence[PoseSpan], severity: Severity, wor
     )
 
 
-def _notes(looked: Looked, column: int, name: str) -> Iterator[Finding]:
+def _notes(looked: PosePass, column: int, name: str) -> Iterator[Finding]:
     for code, mark, words in (
         ("sign-flips", Mark.SIGN_FLIP, "times q becomes -q"),
         ("off-unit-quaternion", Mark.OFF_UNIT, "quaternions are off unit length by more than 1e-6"),

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.doctor.finding import Finding, Severity, Span
-from sessions.doctor.pose_pass import Looked
+from sessions.doctor.pose_pass import PosePass
 from sessions.errors import SessionError
 from sessions.geometry.rotations import rotated
 from sessions.mesh_data import MeshData
@@ -63,7 +63,7 @@ def roles_of(names: tuple[str, ...], scene: Scene) -> Roles:
     return Roles(found.get("head"), found.get("left"), found.get("right"))
 
 
-def scale_findings(looked: Looked, scene: Scene, metadata: Mapping[str, str]) -> Iterator[Finding]:
+def scale_findings(looked: PosePass, scene: Scene, metadata: Mapping[str, str]) -> Iterator[Finding]:
     """Everything about units and axes that poses alone can tell."""
     for column, name in enumerate(looked.names):
         declared = scene.body(name)
@@ -77,7 +77,7 @@ def scale_findings(looked: Looked, scene: Scene, metadata: Mapping[str, str]) ->
         yield Finding("handedness", Severity.WARNING, message)
 
 
-def unit_guess(looked: Looked, column: int) -> tuple[str, float] | None:
+def unit_guess(looked: PosePass, column: int) -> tuple[str, float] | None:
     """The unit that the positions of a body seem to be in, and their median distance; ``None``: metres."""
     place = _there(looked.position[:, column])
     if len(place) < 2:
@@ -92,7 +92,7 @@ def unit_guess(looked: Looked, column: int) -> tuple[str, float] | None:
     return ("millimetres" if far > MILLIMETRES_M or speed > FAST_M else "centimetres"), far
 
 
-def _units(looked: Looked, column: int, name: str) -> Iterator[Finding]:
+def _units(looked: PosePass, column: int, name: str) -> Iterator[Finding]:
     guess = unit_guess(looked, column)
     if guess is not None:
         unit, far = guess
@@ -101,7 +101,7 @@ def _units(looked: Looked, column: int, name: str) -> Iterator[Finding]:
         yield span.finding("unit-suspect", Severity.WARNING, message, name, len(looked.stamp_ns))
 
 
-def _up(looked: Looked, roles: Roles) -> Iterator[Finding]:
+def _up(looked: PosePass, roles: Roles) -> Iterator[Finding]:
     if roles.head is None:
         return
     name = looked.names[roles.head]
@@ -154,7 +154,7 @@ def table_findings(meshes: Mapping[str, MeshData], scene: Scene) -> Iterator[Fin
             yield Finding("up-axis", Severity.WARNING, message, body.id)
 
 
-def _sides(looked: Looked, roles: Roles) -> Iterator[Finding]:
+def _sides(looked: PosePass, roles: Roles) -> Iterator[Finding]:
     """The right hand belongs on the right of the head; mirrored coordinates or swapped devices put it on the left."""
     if roles.head is None or roles.left is None or roles.right is None:
         return

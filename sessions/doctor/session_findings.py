@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from sessions.doctor.finding import Finding, Severity
 from sessions.doctor.meshes import all_mesh_findings
-from sessions.doctor.pose_pass import Looked, look_through
+from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.poses import pose_findings
 from sessions.doctor.scale import scale_findings, table_findings
 from sessions.doctor.timing import time_findings
@@ -16,7 +16,7 @@ from sessions.model.scene_pairs import absent_bodies
 from sessions.model.session import Session
 
 
-def examine_session(session: Session, looked: Looked | None = None) -> Iterator[Finding]:
+def examine_session(session: Session, looked: PosePass | None = None) -> Iterator[Finding]:
     """Everything about a session but its file; ``looked`` is the pass over its frames, made here when not given."""
     looked = looked or look_through(session.blocks(BLOCK_FRAMES))
     yield from frame_findings(looked, session.scene, dict(session.facts))
@@ -25,7 +25,7 @@ def examine_session(session: Session, looked: Looked | None = None) -> Iterator[
     yield from scene_findings(session.scene, session.names, [*session.meshes])
 
 
-def frame_findings(looked: Looked, scene: Scene, metadata: dict[str, str]) -> Iterator[Finding]:
+def frame_findings(looked: PosePass, scene: Scene, metadata: dict[str, str]) -> Iterator[Finding]:
     """Everything about the frames."""
     yield from time_findings(looked)
     yield from pose_findings(looked)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.doctor.finding import Finding, Severity, Span
-from sessions.doctor.pose_pass import Looked
+from sessions.doctor.pose_pass import PosePass
 from sessions.doctor.runs import runs
 from sessions.doctor.track_watch import Mark
 
@@ -22,7 +22,7 @@ EPOCH_NS: Final = 86_400_000_000_000  # A day or more apart, the two clocks mere
 DRIFT_NS: Final = 50_000_000  # An offset that grows by more than this between the first and the last tenth is drift
 
 
-def time_findings(looked: Looked) -> Iterator[Finding]:
+def time_findings(looked: PosePass) -> Iterator[Finding]:
     """Everything about the clocks of a session."""
     stamps = looked.stamp_ns
     if not len(stamps):
@@ -96,7 +96,7 @@ def _uneven(stamps: NDArray[np.int64]) -> Iterator[Finding]:
         yield span.finding("uneven-steps", Severity.NOTE, message, count=len(uneven))
 
 
-def _skew(looked: Looked) -> Iterator[Finding]:
+def _skew(looked: PosePass) -> Iterator[Finding]:
     stamps, skew = looked.stamp_ns, looked.log_ns - looked.stamp_ns
     middle = float(np.median(skew))
     whole = Span.of(stamps, 0, -1)
@@ -118,7 +118,7 @@ def _skew(looked: Looked) -> Iterator[Finding]:
         yield whole.finding("clock-drift", Severity.WARNING, message, count=len(stamps))
 
 
-def _device_clock(looked: Looked, column: int, name: str) -> Iterator[Finding]:
+def _device_clock(looked: PosePass, column: int, name: str) -> Iterator[Finding]:
     """Faults of the device stamps of one body, where the frames' own stamps do not have them already."""
     stamps = looked.stamp_ns
     backwards, repeated = out_of_order(stamps)

@@ -15,7 +15,7 @@ from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.metadata import MAX_BODIES
 from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.schemas import TF, TRACKING
-from sessions.mcap_format.transform_reading import Samples
+from sessions.mcap_format.transform_reading import BodySamples
 from sessions.mcap_format.unpacking import MessageTable, read_region
 from sessions.model.frames import Frames
 
@@ -87,8 +87,8 @@ class _Decoder(FrameDecoder):
         del parent
         return self._columns.setdefault(name, len(self._columns))
 
-    def _samples(self, table: MessageTable, rows: NDArray[np.int64], end: NDArray[np.int64]) -> list[Samples]:
-        kept: list[Samples] = []
+    def _samples(self, table: MessageTable, rows: NDArray[np.int64], end: NDArray[np.int64]) -> list[BodySamples]:
+        kept: list[BodySamples] = []
         taken: dict[str, NDArray[np.bool_]] = {}
         for part in super()._samples(table, rows, end):
             if part.child not in self._columns and len(self._columns) >= MAX_BODIES:
@@ -102,7 +102,7 @@ class _Decoder(FrameDecoder):
             kept += [single] if len(single.rows) else []
         return kept
 
-    def _note(self, part: Samples, times: NDArray[np.int64]) -> None:
+    def _note(self, part: BodySamples, times: NDArray[np.int64]) -> None:
         first, last = int(times.min()), int(times.max())
         seen = self._noted.frames.setdefault((part.parent, part.child), Appearance(first, last))
         seen.first_ns, seen.last_ns = min(seen.first_ns, first), max(seen.last_ns, last)

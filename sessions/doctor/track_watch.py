@@ -54,7 +54,7 @@ def marked(marks: NDArray[np.uint16], mark: Mark) -> NDArray[np.bool_]:
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class TrackSamples:
     """Consecutive samples of one body that are present and finite."""
 
     rows: NDArray[np.int64]  # (n,) frame numbers
@@ -66,16 +66,16 @@ class Samples:
     def __len__(self) -> int:
         return len(self.rows)
 
-    def after(self, earlier: Samples | None) -> Samples:
+    def after(self, earlier: TrackSamples | None) -> TrackSamples:
         """Earlier samples, then these."""
         if earlier is None:
             return self
         columns = zip(vars(earlier).values(), vars(self).values(), strict=True)
-        return Samples(*(np.concatenate(pair) for pair in columns))
+        return TrackSamples(*(np.concatenate(pair) for pair in columns))
 
-    def part(self, start: int, stop: int) -> Samples:
+    def part(self, start: int, stop: int) -> TrackSamples:
         """Some of them."""
-        return Samples(*(column[start:stop] for column in vars(self).values()))
+        return TrackSamples(*(column[start:stop] for column in vars(self).values()))
 
 
 class TrackWatch:
@@ -86,10 +86,10 @@ class TrackWatch:
 
     def __init__(self, least_step: float) -> None:
         self._least_step = least_step
-        self._held: Samples | None = None
+        self._held: TrackSamples | None = None
         self._done = 0
 
-    def add(self, samples: Samples, marks: NDArray[np.uint16], steps: NDArray[np.float32], *, last: bool) -> None:
+    def add(self, samples: TrackSamples, marks: NDArray[np.uint16], steps: NDArray[np.float32], *, last: bool) -> None:
         """Enter marks and step lengths (metres) of all samples whose neighbours are known, (T,) by frame number."""
         window = samples.after(self._held)
         stop = len(window) if last else max(self._done, len(window) - AHEAD)
@@ -98,7 +98,7 @@ class TrackWatch:
         keep = max(0, stop - KEPT)
         self._held, self._done = window.part(keep, len(window)), stop - keep
 
-    def _enter(self, window: Samples, stop: int, marks: NDArray[np.uint16], steps: NDArray[np.float32]) -> None:
+    def _enter(self, window: TrackSamples, stop: int, marks: NDArray[np.uint16], steps: NDArray[np.float32]) -> None:
         if len(window) < 2:
             return
         way = np.diff(window.position, axis=0)

@@ -17,7 +17,7 @@ from typing import Any, Final
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.finish import MeshSource, Samples, counted, finished, side_of, usable_track
+from sessions.importers.finish import Imported, MeshSource, counted, finished, side_of, usable_track
 from sessions.meshes.conventions import quaternion_from_euler
 from sessions.model.event import Event
 from sessions.model.hand import HandTrack
@@ -61,7 +61,7 @@ def read_aframe(
     clock = "performance clock of the browser, ms"
     metadata = {"source_units": "m", "source_convention": "webxr", "handedness": "right", "clock": clock}
     events.sort(key=lambda event: event.time_ns)
-    samples = Samples(tracks, tuple(done), metadata, events, hands)
+    samples = Imported(tracks, tuple(done), metadata, events, hands)
     return finished(samples, source, meshes=meshes, scene=scene, scene_folder=scene_folder, proxies=proxies)
 
 

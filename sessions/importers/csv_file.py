@@ -13,7 +13,7 @@ from sessions.errors import ImportFileError
 from sessions.importers.csv_happenings import events, hands, live_contacts, pose_rows, unknown_kinds
 from sessions.importers.csv_mapping import METRES, UNITY, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.finish import MeshSource, Samples, counted, finished, loaded, usable_track
+from sessions.importers.finish import Imported, MeshSource, counted, finished, loaded, usable_track
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import Convention, convention, quaternion_from_euler
 from sessions.model.scene import Scene
@@ -90,7 +90,7 @@ def _turned_meshes(meshes: Mapping[str, MeshSource], scene: Scene | None, folder
     return {name: mesh.transformed(HALF_TURN) for name, mesh in turned.items()}
 
 
-def _samples(table: CsvTable, plan: CsvMapping, axes: Convention) -> Samples:
+def _samples(table: CsvTable, plan: CsvMapping, axes: Convention) -> Imported:
     tracks: dict[str, Track] = {}
     done = [
         f"axes {axes.name} ({axes.words}) to right-handed, +Y up, -Z forward",
@@ -112,7 +112,7 @@ def _samples(table: CsvTable, plan: CsvMapping, axes: Convention) -> Samples:
         "handedness": axes.handedness,
         "clock": f"column {plan.time}, {plan.unit}",
     }
-    return Samples(tracks, tuple(done), metadata, events(table, plan), hands(table, plan), contacts)
+    return Imported(tracks, tuple(done), metadata, events(table, plan), hands(table, plan), contacts)
 
 
 def _bodies(table: CsvTable, plan: CsvMapping) -> Iterator[tuple[str, PoseColumns, Rows]]:

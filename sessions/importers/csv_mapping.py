@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from sessions.errors import ImportFileError
 from sessions.meshes.conventions import CONVENTIONS
-from sessions.scene_files.toml_table import Table, parse_toml, read_text
+from sessions.scene_files.toml_table import TomlTable, parse_toml, read_text
 
 METRES: Final[Mapping[str, float]] = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 CLOCK_NS: Final[Mapping[str, float]] = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0, "ticks": 100.0}
@@ -97,7 +97,7 @@ def read_mapping(path: str | Path) -> CsvMapping:
         File, table and key, and what to do.
     """
     whole = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError)
-    clock = whole.table("time") or Table({}, whole.file, "[time]", ImportFileError)
+    clock = whole.table("time") or TomlTable({}, whole.file, "[time]", ImportFileError)
     column, unit = clock.text("column", None), clock.text("unit", None, CLOCK_NS)
     clock.done()
     long = whole.table("body")
@@ -124,14 +124,14 @@ def read_mapping(path: str | Path) -> CsvMapping:
     return mapping
 
 
-def _letter(table: Table, key: str, default: str) -> str:
+def _letter(table: TomlTable, key: str, default: str) -> str:
     letter = table.text(key, default)
     if len(letter) != 1 or not letter.isascii() or letter in '"\r\n':
         raise table.fail(f"{key} is {letter!r}; give one character")
     return letter
 
 
-def _columns(table: Table) -> PoseColumns:
+def _columns(table: TomlTable) -> PoseColumns:
     if ("quaternion_xyzw" in table) == ("euler" in table):
         raise table.fail("give quaternion_xyzw = [4 columns] or euler = [3 columns] with order")
     turn: dict[str, Any] = {}
@@ -145,7 +145,7 @@ def _columns(table: Table) -> PoseColumns:
     return columns
 
 
-def _kinds(table: Table) -> RowKinds:
+def _kinds(table: TomlTable) -> RowKinds:
     words = {key: table.text(key) for key in ("enter", "exit", "other", "trigger", "value", "event")}
     kinds = RowKinds(table.text("column", None), table.text("pose", "pose"), **words)
     if (kinds.enter or kinds.exit) and not kinds.other:

@@ -36,7 +36,7 @@ PROXY_FACES = 2000
 
 
 @dataclass(frozen=True)
-class Samples:
+class Imported:
     """What an importer read, already in the canonical frame and in metres."""
 
     tracks: Mapping[str, Track]
@@ -48,7 +48,7 @@ class Samples:
 
 
 def finished(
-    samples: Samples,
+    samples: Imported,
     source: Path,
     *,
     meshes: Mapping[str, MeshSource] | None = None,

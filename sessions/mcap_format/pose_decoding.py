@@ -12,7 +12,7 @@ from sessions.errors import SessionFileError
 from sessions.mcap_format.metadata import MAX_BODIES
 from sessions.mcap_format.pose_encoding import FRAME_WITHOUT_SAMPLES
 from sessions.mcap_format.schemas import message_class
-from sessions.mcap_format.transform_reading import Samples, TransformReader
+from sessions.mcap_format.transform_reading import BodySamples, TransformReader
 from sessions.mcap_format.unpacking import MessageTable
 from sessions.model.frames import Frames, Status
 
@@ -81,7 +81,7 @@ class FrameDecoder:
             self._apply(status[row], payload)
         return Frames(self.names, stamp, table.log_ns[rows], sample, position, quaternion, status)
 
-    def _samples(self, table: MessageTable, rows: NDArray[np.int64], end: NDArray[np.int64]) -> list[Samples]:
+    def _samples(self, table: MessageTable, rows: NDArray[np.int64], end: NDArray[np.int64]) -> list[BodySamples]:
         """The samples of some messages, body by body, in the order in which the messages hold them."""
         samples = [part for part in self._reader.read(table.data, table.start[rows], end) if len(part.rows)]
         samples.sort(key=lambda part: (part.rows[0], part.step))

@@ -29,7 +29,7 @@ _TRANSFORM_TAG = 0x0A
 
 
 @dataclass(eq=False)
-class Samples:
+class BodySamples:
     """Samples of one body.
 
     Parameters
@@ -50,7 +50,7 @@ class Samples:
     sample_ns: NDArray[np.int64]
     values: NDArray[np.float64]
 
-    def without(self, rows: NDArray[np.bool_]) -> Samples:
+    def without(self, rows: NDArray[np.bool_]) -> BodySamples:
         """These samples but those of messages that are read another way."""
         keep = ~rows[self.rows]
         return replace(self, rows=self.rows[keep], sample_ns=self.sample_ns[keep], values=self.values[keep])
@@ -86,7 +86,7 @@ class TransformReader:
         self._error = error
         self._layouts: dict[int, _Layouts] = {}
 
-    def read(self, data: bytes, start: NDArray[np.int64], end: NDArray[np.int64]) -> list[Samples]:
+    def read(self, data: bytes, start: NDArray[np.int64], end: NDArray[np.int64]) -> list[BodySamples]:
         """Every sample of the messages that lie at ``data[start:end]``; a message is named by its number."""
         samples, irregular = self._regular(np.frombuffer(data, dtype=np.uint8), start, end)
         if irregular.any():
@@ -97,10 +97,10 @@ class TransformReader:
 
     def _regular(
         self, buffer: NDArray[np.uint8], start: NDArray[np.int64], end: NDArray[np.int64]
-    ) -> tuple[list[Samples], NDArray[np.bool_]]:
+    ) -> tuple[list[BodySamples], NDArray[np.bool_]]:
         """Samples read through layouts, and which messages must be read by the protobuf library."""
         irregular = np.zeros(len(start), dtype=np.bool_)
-        samples: list[Samples] = []
+        samples: list[BodySamples] = []
         cursor, step = start.copy(), 0
         alive = np.flatnonzero(cursor < end)
         while len(alive) and step < STEPS:
@@ -120,7 +120,7 @@ class TransformReader:
 
     def _matched(
         self, data: NDArray[np.uint8], step: int, rows: NDArray[np.int64], irregular: NDArray[np.bool_]
-    ) -> Iterator[Samples]:
+    ) -> Iterator[BodySamples]:
         """Transforms of one length at one step, layout by layout; those without one are marked irregular."""
         layouts = self._layouts.setdefault(data.shape[1], _Layouts())
         while len(data):
@@ -134,13 +134,13 @@ class TransformReader:
 
     def _samples(
         self, template: TransformTemplate, data: NDArray[np.uint8], rows: NDArray[np.int64], step: int
-    ) -> Samples:
+    ) -> BodySamples:
         seconds, nanos = template.stamps(data)
         self._check_stamps(seconds)
         times = seconds * SECOND_NS + nanos
-        return Samples(rows, step, template.parent, template.child, template.stamped, times, template.values(data))
+        return BodySamples(rows, step, template.parent, template.child, template.stamped, times, template.values(data))
 
-    def _parsed(self, row: int, payload: bytes) -> Iterator[Samples]:
+    def _parsed(self, row: int, payload: bytes) -> Iterator[BodySamples]:
         """The samples of one message as the protobuf library reads them."""
         try:
             message = FrameTransforms.FromString(payload)
@@ -151,7 +151,7 @@ class TransformReader:
             p, q = one.translation, one.rotation
             stamped, stamp = one.HasField("timestamp"), np.array([stamp_ns(one.timestamp)])
             values = np.array([[p.x, p.y, p.z, q.x, q.y, q.z, q.w]])
-            yield Samples(np.array([row]), step, one.parent_frame_id, one.child_frame_id, stamped, stamp, values)
+            yield BodySamples(np.array([row]), step, one.parent_frame_id, one.child_frame_id, stamped, stamp, values)
 
     def _check_stamps(self, seconds: NDArray[np.int64]) -> None:
         if stamp_overflows(seconds):

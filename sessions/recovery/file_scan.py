@@ -57,7 +57,7 @@ class Declared(Catalogue):
 
 
 @dataclass
-class Survey:
+class FileScan:
     """What a damaged file holds."""
 
     declared: Declared  # schemas, channels, metadata
@@ -80,9 +80,9 @@ class Survey:
                 yield table
 
 
-def survey(path: Path, stream: BinaryIO) -> Survey:
+def scan_file(path: Path, stream: BinaryIO) -> FileScan:
     """Look through a whole file; memory is one chunk and the whole attachments."""
-    found = Survey(Declared(path))
+    found = FileScan(Declared(path))
     scan = RecordScan(stream)
     index_start = _index_start(stream)
     chunks: list[tuple[Piece, list[int]]] = []
@@ -109,7 +109,7 @@ def survey(path: Path, stream: BinaryIO) -> Survey:
     return found
 
 
-def _run(piece: Piece, run: Region | None, found: Survey) -> Region | None:
+def _run(piece: Piece, run: Region | None, found: FileScan) -> Region | None:
     """Messages outside chunks are joined to runs that are read at once."""
     if piece.opcode != Opcode.MESSAGE:
         return None
@@ -121,7 +121,7 @@ def _run(piece: Piece, run: Region | None, found: Survey) -> Region | None:
     return run
 
 
-def _attachment(content: bytes, found: Survey) -> None:
+def _attachment(content: bytes, found: FileScan) -> None:
     read = catalogue.read_attachment(content)
     if read is None:
         size = int.from_bytes(content[16:20], "little")
@@ -133,7 +133,7 @@ def _attachment(content: bytes, found: Survey) -> None:
         found.checked.add(attachment.name)
 
 
-def _read_chunks(stream: BinaryIO, found: Survey, chunks: list[tuple[Piece, list[int]]]) -> None:
+def _read_chunks(stream: BinaryIO, found: FileScan, chunks: list[tuple[Piece, list[int]]]) -> None:
     """Decide in file order which chunks and runs can be read; the others are noted as lost."""
     regions: list[tuple[Region, bool, int | None]] = [
         (piece.region, piece.truncated, sum(counts) if counts else None) for piece, counts in chunks if piece.region
@@ -157,7 +157,7 @@ def _read_chunks(stream: BinaryIO, found: Survey, chunks: list[tuple[Piece, list
 class _Poses:
     """Reads the poses of region after region and counts what a reader will find."""
 
-    def __init__(self, found: Survey) -> None:
+    def __init__(self, found: FileScan) -> None:
         self._found = found
         self._channels: tuple[set[int], set[int]] | None = None
         self._decoder: FrameDecoder

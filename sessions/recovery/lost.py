@@ -62,17 +62,17 @@ class Recovery:
 
     def sentences(self) -> list[str]:
         """What was kept and lost, for a reader; times are seconds after the first frame kept."""
-        told = [f"kept {self.frames:,} frames and {self.messages:,} messages"]
-        told += [self._chunk(chunk) for chunk in self.chunks]
+        words = [f"kept {self.frames:,} frames and {self.messages:,} messages"]
+        words += [self._chunk(chunk) for chunk in self.chunks]
         if self.bytes_skipped:
-            told.append(f"skipped {self.bytes_skipped:,} bytes that are no records")
+            words.append(f"skipped {self.bytes_skipped:,} bytes that are no records")
         if self.unknown:
-            told.append(f"left out {self.unknown:,} messages on channels that nothing declares")
+            words.append(f"left out {self.unknown:,} messages on channels that nothing declares")
         if self.bodies:
-            told.append(f"no pose is left of: {', '.join(self.bodies)}")
+            words.append(f"no pose is left of: {', '.join(self.bodies)}")
         if self.attachments:
-            told.append(f"lost attachments: {', '.join(self.attachments)}")
-        return [*told, *self.notes]
+            words.append(f"lost attachments: {', '.join(self.attachments)}")
+        return [*words, *self.notes]
 
     def _chunk(self, chunk: LostChunk) -> str:
         span = ""

@@ -20,7 +20,7 @@ from sessions.mcap_format.container import MAGIC
 from sessions.mcap_format.record_block import CHUNK_HEAD, HEAD, LENGTH_BEFORE_DATA
 
 COMPRESSIONS: Final = ("zstd", "lz4", "")
-ATTACHMENT_LIMIT_BYTES: Final = 128 << 20  # A mesh larger than this is not copied: it would have 4 million faces
+COPIED_ATTACHMENT_BYTES: Final = 128 << 20  # A mesh larger than this is not copied: it would have 4 million faces
 
 WINDOW_BYTES: Final = 1 << 20
 FIXED_LENGTHS: Final = {Opcode.FOOTER: 20, Opcode.DATA_END: 4, Opcode.SUMMARY_OFFSET: 17}
@@ -106,7 +106,7 @@ class RecordScan:
             if at + 8 > end:
                 return False
         size = int.from_bytes(self._read(at, 8), "little")
-        return length <= ATTACHMENT_LIMIT_BYTES and at + 8 + size + 4 == end
+        return length <= COPIED_ATTACHMENT_BYTES and at + 8 + size + 4 == end
 
     def _chunk(self, at: int, length: int) -> Piece | None:
         """A chunk is believed by its inner lengths; its record's own may be the byte that changed."""

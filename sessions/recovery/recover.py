@@ -28,7 +28,7 @@ from sessions.mcap_format.metadata import (
 from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, TF
 from sessions.mcap_format.writer import CHUNK_BYTES, SCENE_FILE, replaced
-from sessions.recovery.file_scan import Survey, survey
+from sessions.recovery.file_scan import FileScan, scan_file
 from sessions.recovery.lost import Recovery
 
 RECOVERED = "recovered"  # The fact that says what a recovered file lacks
@@ -57,7 +57,7 @@ def recover(path: str | Path, out: str | Path, *, overwrite: bool = False) -> Re
         if not overwrite:
             raise SessionFileError(f"{out} is there already; name another file to write")
     with opened(source) as stream:
-        found = survey(source, stream)
+        found = scan_file(source, stream)
         if not found.parts and not found.attachments:
             raise SessionFileError(f"nothing in {path} can be saved: {_why_nothing(stream)}")
         return _write(found, stream, target)
@@ -71,7 +71,7 @@ def _why_nothing(stream: BinaryIO) -> str:
     return "no chunk of it is whole" if begin == MAGIC else "it is not an MCAP file"
 
 
-def _write(found: Survey, stream: BinaryIO, target: Path) -> Recovery:
+def _write(found: FileScan, stream: BinaryIO, target: Path) -> Recovery:
     declared, records = found.declared, dict(found.declared.metadata)
     session = records.get(SESSION_RECORD)
     own = session is not None or declared.profile.startswith(PROFILE_FAMILY)
@@ -109,7 +109,7 @@ def _write(found: Survey, stream: BinaryIO, target: Path) -> Recovery:
     return replace(result, messages=kept, unknown=unknown)
 
 
-def _messages(found: Survey, stream: BinaryIO, writer: ContainerWriter) -> tuple[int, int]:
+def _messages(found: FileScan, stream: BinaryIO, writer: ContainerWriter) -> tuple[int, int]:
     """Copy the messages, payloads as they are; how many, and how many nobody declares."""
     kept = unknown = 0
     numbers: dict[int, int] = {}
@@ -128,7 +128,7 @@ def _messages(found: Survey, stream: BinaryIO, writer: ContainerWriter) -> tuple
     return kept, unknown
 
 
-def _attachments(found: Survey, session: dict[str, str]) -> tuple[dict[str, bytes], tuple[str, ...]]:
+def _attachments(found: FileScan, session: dict[str, str]) -> tuple[dict[str, bytes], tuple[str, ...]]:
     """Attachments to keep, and those that are lost: damaged, named by a hash and absent, or unreadable."""
     keep: dict[str, bytes] = {}
     lost = list(found.lost_attachments)

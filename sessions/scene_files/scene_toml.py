@@ -10,7 +10,7 @@ from sessions.errors import SceneError, SessionError
 from sessions.geometry.shapes import DEFAULT_FACES, MOST_FACES, SIZES
 from sessions.meshes.conventions import quaternion_from_euler
 from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
-from sessions.scene_files.toml_table import Table, is_number, nearest, parse_toml, read_text
+from sessions.scene_files.toml_table import TomlTable, is_number, nearest, parse_toml, read_text
 
 EXTRA_KEYS = ("mass", "cavity", "faces", "options", "properties")
 """Keys of a body that are kept as written: ``faces`` and ``options`` for its mesh, the others for effects."""
@@ -35,7 +35,7 @@ def parse_scene(text: str, file: str = "scene.toml") -> Scene:
         File, table and key, and what to do.
     """
     whole = parse_toml(text, file, SceneError)
-    head = whole.table("scene") or Table({}, file, "[scene]", SceneError)
+    head = whole.table("scene") or TomlTable({}, file, "[scene]", SceneError)
     name = head.text("name")
     head.done()
     bodies = tuple(_body(table) for table in whole.tables("body") or [])
@@ -62,7 +62,7 @@ def selected_bodies(selector: str, bodies: tuple[SceneBody, ...]) -> tuple[str, 
     return tuple(body.id for body in bodies if body.id == selector)
 
 
-def _body(table: Table) -> SceneBody:
+def _body(table: TomlTable) -> SceneBody:
     name = table.text("id", None)
     table.place = f"{table.place} ({name!r})"
     shape = table.text("shape", among=SIZES)
@@ -93,7 +93,7 @@ def _body(table: Table) -> SceneBody:
     return body
 
 
-def _scale(table: Table) -> float:
+def _scale(table: TomlTable) -> float:
     if "units" not in table:
         return table.number("scale", 1.0, above=0.0)
     if "scale" in table:
@@ -101,7 +101,7 @@ def _scale(table: Table) -> float:
     return MESH_UNITS[table.text("units", None, MESH_UNITS)]
 
 
-def _size(table: Table, shape: str) -> dict[str, float]:
+def _size(table: TomlTable, shape: str) -> dict[str, float]:
     if not shape:
         return {}
     if shape == "box":
@@ -116,7 +116,7 @@ def _size(table: Table, shape: str) -> dict[str, float]:
     return size
 
 
-def _extra(table: Table) -> dict[str, Any]:
+def _extra(table: TomlTable) -> dict[str, Any]:
     extra: dict[str, Any] = {}
     if "mass" in table:
         extra["mass"] = table.number("mass", 0.0, above=0.0)
@@ -129,7 +129,7 @@ def _extra(table: Table) -> dict[str, Any]:
     return extra
 
 
-def _pose(table: Table | None) -> Pose | None:
+def _pose(table: TomlTable | None) -> Pose | None:
     if table is None:
         return None
     position = table.vector("position", (0.0, 0.0, 0.0))
@@ -150,7 +150,7 @@ def _pose(table: Table | None) -> Pose | None:
     return Pose(cast(tuple[float, float, float], position), cast(tuple[float, float, float, float], turn))
 
 
-def _check_bodies(bodies: tuple[SceneBody, ...], whole: Table) -> None:
+def _check_bodies(bodies: tuple[SceneBody, ...], whole: TomlTable) -> None:
     names = [body.id for body in bodies]
     parents = {body.id: body.parent for body in bodies}
     for row, body in enumerate(bodies, start=1):
@@ -166,7 +166,7 @@ def _check_bodies(bodies: tuple[SceneBody, ...], whole: Table) -> None:
             raise whole.fail(f"{place}: its parents lead back to itself; a joint needs a first body")
 
 
-def _two(table: Table) -> tuple[str, ...]:
+def _two(table: TomlTable) -> tuple[str, ...]:
     """The selectors of ``between = [first, second]``, or of ``a = first`` and ``b = second``."""
     if "a" not in table and "b" not in table:
         if "between" not in table:
@@ -177,7 +177,7 @@ def _two(table: Table) -> tuple[str, ...]:
     return table.text("a", None), table.text("b", None)
 
 
-def _between(table: Table, bodies: tuple[SceneBody, ...]) -> list[tuple[str, ...]]:
+def _between(table: TomlTable, bodies: tuple[SceneBody, ...]) -> list[tuple[str, ...]]:
     ends = []
     for selector in _two(table):
         found = selected_bodies(selector, bodies)
@@ -188,7 +188,7 @@ def _between(table: Table, bodies: tuple[SceneBody, ...]) -> list[tuple[str, ...
     return ends
 
 
-def _selected(tables: list[Table], bodies: tuple[SceneBody, ...]) -> tuple[tuple[str, str], ...]:
+def _selected(tables: list[TomlTable], bodies: tuple[SceneBody, ...]) -> tuple[tuple[str, str], ...]:
     chosen: dict[frozenset[str], tuple[str, str]] = {}
     for table in tables:
         first, second = _between(table, bodies)
@@ -201,13 +201,13 @@ def _selected(tables: list[Table], bodies: tuple[SceneBody, ...]) -> tuple[tuple
     return tuple(chosen.values())
 
 
-def _effect(table: Table, bodies: tuple[SceneBody, ...]) -> SceneEffect:
+def _effect(table: TomlTable, bodies: tuple[SceneBody, ...]) -> SceneEffect:
     kind = table.text("kind", None)
     table.place = f"{table.place} ({kind!r})"
     settings: dict[str, Any] = {}
     if "between" in table:
         settings["between"] = list(table.texts("between", 2))
-        _selected([Table(settings, table.file, table.place, table.error)], bodies)
+        _selected([TomlTable(settings, table.file, table.place, table.error)], bodies)
     settings.update(table.rest())
     return SceneEffect(kind, settings)
 

@@ -27,10 +27,10 @@ def read_text(path: str | Path, what: str, error: type[SessionError]) -> str:
         raise error(f"{what} {place} is not UTF-8 text; save it as UTF-8") from None
 
 
-def parse_toml(text: str, file: str, error: type[SessionError]) -> Table:
+def parse_toml(text: str, file: str, error: type[SessionError]) -> TomlTable:
     """The whole file as a table; the parser's own sentence names line and column."""
     try:
-        return Table(tomllib.loads(text), file, "", error)
+        return TomlTable(tomllib.loads(text), file, "", error)
     except tomllib.TOMLDecodeError as reason:
         raise error(f"{file}: this is not TOML: {reason}") from None
     except RecursionError:
@@ -48,7 +48,7 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return f"; there are: {', '.join(names)}" if names else "; there are none"
 
 
-class Table:
+class TomlTable:
     """A table and where it stands; reading takes keys away, so that what is left over is unknown."""
 
     def __init__(self, data: Mapping[str, Any], file: str, place: str, error: type[SessionError]) -> None:
@@ -117,27 +117,27 @@ class Table:
         fits = lambda value: isinstance(value, list) and len(value) == size and all(map(is_number, value))  # noqa: E731
         return tuple(map(float, self._checked(key, list(default), f"give {size} finite numbers", fits)))
 
-    def table(self, key: str) -> Table | None:
+    def table(self, key: str) -> TomlTable | None:
         """A table within, or ``None``."""
         value = self._checked(key, None, "give a table", lambda value: value is None or isinstance(value, dict))
         place = f"{self.place} {key}" if self.place else f"[{key}]"
-        return None if value is None else Table(value, self.file, place, self.error)
+        return None if value is None else TomlTable(value, self.file, place, self.error)
 
-    def tables(self, key: str) -> list[Table] | None:
+    def tables(self, key: str) -> list[TomlTable] | None:
         """``[[key]]`` tables in order, or ``None`` where the key does not occur."""
         wanted = f"write it as [[{key}]]"
         value = self._checked(key, None, wanted, lambda value: value is None or _is_list(value, dict))
         if value is None:
             return None
-        return [Table(one, self.file, f"[[{key}]] {row}", self.error) for row, one in enumerate(value, start=1)]
+        return [TomlTable(one, self.file, f"[[{key}]] {row}", self.error) for row, one in enumerate(value, start=1)]
 
-    def named_tables(self, key: str) -> dict[str, Table]:
+    def named_tables(self, key: str) -> dict[str, TomlTable]:
         """``[key.NAME]`` tables by name."""
         wanted = f"write it as [{key}.NAME]"
         value = self._checked(
             key, {}, wanted, lambda value: isinstance(value, dict) and _is_list([*value.values()], dict)
         )
-        return {name: Table(one, self.file, f"[{key}.{name}]", self.error) for name, one in value.items()}
+        return {name: TomlTable(one, self.file, f"[{key}.{name}]", self.error) for name, one in value.items()}
 
     def rest(self) -> dict[str, Any]:
         """All keys not yet read, as written. Numbers must be finite. After this call no key counts as unknown."""

@@ -19,14 +19,14 @@ from sessions.mesh_data import MeshData
 from sessions.model.constants import HEADSET_HZ
 from sessions.model.session import Session
 from sessions.synthetic.assembly import START_NS, Recording, recorded
-from sessions.synthetic.motion_profiles import Course, Dips, Swing, Turning, outside, passes
+from sessions.synthetic.motion_profiles import Dips, MotionProfile, Swing, Turning, outside, passes
 from sessions.synthetic.paths import Path, Poses, still
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.truth import (
-    Episode,
     Interval,
     Level,
     Pair,
+    PlantedEpisode,
     Truth,
     levelled,
     ordered,
@@ -67,43 +67,43 @@ class AnalyticCase:
 def ball_plate(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     """A ball comes down on a plate and rises, again and again; it touches with a corner that points down."""
     plate = 1.0 / 64.0
-    course = Swing(BALL + 0.02, 0.03, float(rng.uniform(1.1, 1.5)), float(rng.uniform(0.0, 1.0)))
+    profile = Swing(BALL + 0.02, 0.03, float(rng.uniform(1.1, 1.5)), float(rng.uniform(0.0, 1.0)))
 
     def contact(level: float) -> list[Interval]:
-        return course.between(-plate - BALL - level, BALL + level, seconds)
+        return profile.between(-plate - BALL - level, BALL + level, seconds)
 
     return AnalyticCase(
         {"ball": pointed_ball(BALL), "plate": box((0.5, plate, 0.5))},
-        {"ball": _on_axis(1, course), "plate": still((0.0, -plate / 2.0, 0.0))},
+        {"ball": _on_axis(1, profile), "plate": still((0.0, -plate / 2.0, 0.0))},
         {ordered("ball", "plate"): contact},
     )
 
 
 def ball_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     """Two balls head on: corner meets corner, so the distance of the centres decides exactly."""
-    course = Swing(BALL + SMALL_BALL + 0.02, 0.025, float(rng.uniform(0.9, 1.3)), float(rng.uniform(0.0, 1.0)))
+    profile = Swing(BALL + SMALL_BALL + 0.02, 0.025, float(rng.uniform(0.9, 1.3)), float(rng.uniform(0.0, 1.0)))
 
     return AnalyticCase(
         {"ball": pointed_ball(BALL), "small-ball": pointed_ball(SMALL_BALL)},
-        {"ball": still((0.0, 0.0, 0.0)), "small-ball": _on_axis(0, course)},
-        {ordered("ball", "small-ball"): _within(course, BALL + SMALL_BALL, seconds)},
+        {"ball": still((0.0, 0.0, 0.0)), "small-ball": _on_axis(0, profile)},
+        {ordered("ball", "small-ball"): _within(profile, BALL + SMALL_BALL, seconds)},
     )
 
 
 def ball_ball_oblique(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     """A ball flies past another with half an overlap: facets meet, so tessellation leaves a band open."""
     count = max(1, int(seconds / 1.2))
-    course = passes(rng.uniform(0.3, 1.5, count).tolist(), rng.uniform(0.1, 0.5, count).tolist(), 0.1)
+    profile = passes(rng.uniform(0.3, 1.5, count).tolist(), rng.uniform(0.1, 0.5, count).tolist(), 0.1)
     aside = 0.75 * 2.0 * BALL
     meshes = {"ball": pointed_ball(BALL, 4), "other-ball": pointed_ball(BALL, 4)}
 
     def contact(level: float) -> list[Interval]:
         square = (2.0 * BALL + level) ** 2 - aside**2
-        return course.between(-math.sqrt(square), math.sqrt(square), seconds) if square >= 0.0 else []
+        return profile.between(-math.sqrt(square), math.sqrt(square), seconds) if square >= 0.0 else []
 
     return AnalyticCase(
         meshes,
-        {"ball": _on_axis(2, course), "other-ball": still((aside, 0.0, 0.0))},
+        {"ball": _on_axis(2, profile), "other-ball": still((aside, 0.0, 0.0))},
         {ordered("ball", "other-ball"): contact},
         tessellation=2.0 * inscribed_depth(meshes["ball"]),
     )
@@ -134,29 +134,29 @@ def fast_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     """A 5 mm ball through a 1 mm wall at 0.4 to 4 m/s: the surfaces meet over 6 mm of its way, 1.5 to 15 ms."""
     ball, wall, speeds = 0.0025, 0.001, [0.4, 0.6, 1.0, 2.0, 4.0]
     count = max(1, int(seconds / 0.55))
-    course = passes([speeds[k % 5] for k in range(count)], rng.uniform(0.15, 0.35, count).tolist(), 0.1)
+    profile = passes([speeds[k % 5] for k in range(count)], rng.uniform(0.15, 0.35, count).tolist(), 0.1)
 
     return AnalyticCase(
         {"ball": pointed_ball(ball), "wall": box((0.2, wall, 0.2))},
-        {"ball": _on_axis(1, course), "wall": still((0.0, 0.0, 0.0))},
-        {ordered("ball", "wall"): _within(course, wall / 2.0 + ball, seconds)},
+        {"ball": _on_axis(1, profile), "wall": still((0.0, 0.0, 0.0))},
+        {ordered("ball", "wall"): _within(profile, wall / 2.0 + ball, seconds)},
     )
 
 
 def spinning_rod(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     """A rod turns on the spot past a post, both ends in turn: nothing moves but the rotation."""
     half_width, post, distance, sides = 1.0 / 256.0, 1.0 / 256.0, 0.125, 16
-    course = Turning(float(rng.uniform(7.0, 11.0)), np.pi, float(rng.uniform(0.0, 0.3)))
+    profile = Turning(float(rng.uniform(7.0, 11.0)), np.pi, float(rng.uniform(0.0, 0.3)))
 
     def path(times: Array) -> Poses:
-        return np.zeros((*times.shape, 3)), quaternion_about(UPRIGHT, course(times))
+        return np.zeros((*times.shape, 3)), quaternion_about(UPRIGHT, profile(times))
 
     def contact(level: float) -> list[Interval]:
         reach = half_width + post + level
         if reach < 0.0:
             return []
         angle = float(np.arcsin(reach / distance))
-        return course.between(-angle, angle, seconds)
+        return profile.between(-angle, angle, seconds)
 
     return AnalyticCase(
         {"rod": box((0.3, 2.0 * half_width, 2.0 * half_width)), "post": prism(sides, post, 0.1)},
@@ -173,14 +173,14 @@ def grazing_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     count = max(1, int(seconds))
     order = rng.permutation(count)
     times = tuple(float(k + 1) for k in range(count))
-    course = Dips(times, tuple(BALL + clearances[int(k) % 5] for k in order), 0.3)
+    profile = Dips(times, tuple(BALL + clearances[int(k) % 5] for k in order), 0.3)
 
     def contact(level: float) -> list[Interval]:
-        return course.between(-BALL, BALL + level, seconds)
+        return profile.between(-BALL, BALL + level, seconds)
 
     return AnalyticCase(
         {"ball": pointed_ball(BALL), "plate": box((0.5, plate, 0.5))},
-        {"ball": _on_axis(1, course), "plate": still((0.0, -plate / 2.0, 0.0))},
+        {"ball": _on_axis(1, profile), "plate": still((0.0, -plate / 2.0, 0.0))},
         {ordered("ball", "plate"): contact},
     )
 
@@ -188,17 +188,17 @@ def grazing_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
 def ball_in_box(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     """A ball inside a closed box comes out through one wall or the other: contained, contact, clear."""
     half = 1.0 / 16.0
-    course = Swing(0.0, half + SMALL_BALL + 0.02, float(rng.uniform(2.5, 3.5)), float(rng.uniform(0.0, 1.0)))
+    profile = Swing(0.0, half + SMALL_BALL + 0.02, float(rng.uniform(2.5, 3.5)), float(rng.uniform(0.0, 1.0)))
 
     def contact(level: float) -> list[Interval]:
-        return outside(course, half - SMALL_BALL - level, half + SMALL_BALL + level, seconds)
+        return outside(profile, half - SMALL_BALL - level, half + SMALL_BALL + level, seconds)
 
     pair = ordered("ball", "box")
     return AnalyticCase(
         {"ball": pointed_ball(SMALL_BALL), "box": box((2.0 * half, 2.0 * half, 2.0 * half))},
-        {"ball": _on_axis(0, course), "box": still((0.0, 0.0, 0.0))},
+        {"ball": _on_axis(0, profile), "box": still((0.0, 0.0, 0.0))},
         {pair: contact},
-        {pair: _within(course, half - SMALL_BALL, seconds)},
+        {pair: _within(profile, half - SMALL_BALL, seconds)},
     )
 
 
@@ -250,28 +250,28 @@ def make_analytic(
     return session, truth
 
 
-def _episodes(case: AnalyticCase, how: Recording) -> list[Episode]:
+def _episodes(case: AnalyticCase, how: Recording) -> list[PlantedEpisode]:
     blur = ROUNDING_M + (how.tracker.margin(case.lever, len(case.meshes)) if how.tracker else 0.0)
-    found: list[Episode] = []
+    found: list[PlantedEpisode] = []
     for kind, table in (("contact", case.contact), ("contained", case.contained)):
         for pair, level in table.items():
             found += levelled(pair, kind, level, blur, case.tessellation, (how.latency_s, how.seconds))
     return found
 
 
-def _within(course: Course, reach: float, seconds: float) -> Level:
+def _within(profile: MotionProfile, reach: float, seconds: float) -> Level:
     """When the value is at most ``reach`` + level from zero."""
-    return lambda level: course.between(-(reach + level), reach + level, seconds)
+    return lambda level: profile.between(-(reach + level), reach + level, seconds)
 
 
 def _unturned(times: Array) -> Array:
     return np.broadcast_to(np.array(IDENTITY), (*times.shape, 4)).copy()
 
 
-def _on_axis(axis: int, course: Course) -> Path:
+def _on_axis(axis: int, profile: MotionProfile) -> Path:
     def path(times: Array) -> Poses:
         position = np.zeros((*times.shape, 3))
-        position[..., axis] = course(times)
+        position[..., axis] = profile(times)
         return position, _unturned(times)
 
     return path

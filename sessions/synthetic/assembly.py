@@ -23,7 +23,7 @@ NOISES: Mapping[str, TrackerNoise | None] = {"off": None, "vive": VIVE}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Clock:
+class Jitter:
     """How far a frame's stamp strays from the rate.
 
     Parameters
@@ -41,9 +41,9 @@ class Clock:
 
 
 CLOCKS = {
-    "even": Clock(),
-    "steady": Clock(jitter_s=0.0004, gap_probability=0.004, longest_gap_s=0.034),
-    "browser": Clock(jitter_s=0.0019, gap_probability=0.035),
+    "even": Jitter(),
+    "steady": Jitter(jitter_s=0.0004, gap_probability=0.004, longest_gap_s=0.034),
+    "browser": Jitter(jitter_s=0.0019, gap_probability=0.035),
 }
 """Name -> clock. ``browser`` has the gaps of three A-Frame recordings at 89 Hz: 44-121 steps above 1.5 times the median
 in 15-30 s, steps from 2.3 to 128 ms. ``steady`` is a native program that rarely drops a frame."""
@@ -144,7 +144,7 @@ def recorded(
     return Recorded(clock, poses, valid, tuple(facts))
 
 
-def stamps(seconds: float, rate_hz: float, clock: Clock, rng: np.random.Generator) -> NDArray[np.int64]:
+def stamps(seconds: float, rate_hz: float, clock: Jitter, rng: np.random.Generator) -> NDArray[np.int64]:
     """Stamps in nanoseconds from 0 up to ``seconds``, strictly increasing.
 
     Raises
@@ -169,7 +169,7 @@ def stamps(seconds: float, rate_hz: float, clock: Clock, rng: np.random.Generato
     return times[times <= round(seconds * 1e9)]
 
 
-def _periods(count: int, period: float, clock: Clock, rng: np.random.Generator) -> NDArray[np.int64]:
+def _periods(count: int, period: float, clock: Jitter, rng: np.random.Generator) -> NDArray[np.int64]:
     """Whole periods from each frame to the next: 1, or more where frames are left out."""
     longest = max(2, int((clock.longest_gap_s + clock.shortest_step_s) / period) - 1)
     gap = rng.random(count) < clock.gap_probability

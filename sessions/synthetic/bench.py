@@ -54,7 +54,7 @@ class Placed:
     properties: Mapping[str, Any] = field(default_factory=dict)
 
 
-class Layout:
+class Instruments:
     """Instruments by body name, made once.
 
     Parameters
@@ -175,7 +175,7 @@ def made_session(
     truth: Truth,
     seen: Recorded,
     things: Mapping[str, Poses],
-    layout: Layout,
+    layout: Instruments,
     buttons: Buttons,
     scene: Scene,
     **more: Any,

@@ -17,8 +17,8 @@ from sessions.model.event import Event, Interval
 from sessions.model.scene import Scene, SceneEffect
 from sessions.model.session import Session
 from sessions.synthetic.assembly import START_NS, Recorded, Recording, recorded
-from sessions.synthetic.bench import Layout, Placed, made_session, standing, with_text
-from sessions.synthetic.bump_scripts import Plan, left_hand, right_hand, watching
+from sessions.synthetic.bench import Instruments, Placed, made_session, standing, with_text
+from sessions.synthetic.bump_scripts import BumpPlan, left_hand, right_hand, watching
 from sessions.synthetic.paths import Poses, carried
 from sessions.synthetic.planting import Blinks
 from sessions.synthetic.rng import random_stream
@@ -76,8 +76,10 @@ def make_bench_bumps(
         An unknown noise, jitter or losses; a rate that is not positive.
     """
     how = Recording(seed=seed, rate_hz=rate_hz, seconds=SECONDS, noise=noise, jitter=jitter, losses=losses)
-    layout = Layout(PLACED, faces)
-    plan = Plan(layout, Blinks(how.stamps().astype(np.float64) * 1e-9, how.latency_s), how, random_stream(seed, NAME))
+    layout = Instruments(PLACED, faces)
+    plan = BumpPlan(
+        layout, Blinks(how.stamps().astype(np.float64) * 1e-9, how.latency_s), how, random_stream(seed, NAME)
+    )
     scripts = {"hand-right": right_hand(plan), "hand-left": left_hand(plan)}  # in this order: both draw from one stream
     hands = {name: script.path(random_stream(seed, "tremor", name)) for name, script in scripts.items()}
     seen = recorded({**hands, "headset": watching(plan)}, how, keep=plan.keep)
@@ -88,7 +90,7 @@ def make_bench_bumps(
     return made_session(truth, seen, _things(plan, seen), layout, plan.buttons, scene, **happened), truth
 
 
-def _things(plan: Plan, seen: Recorded) -> Mapping[str, Poses]:
+def _things(plan: BumpPlan, seen: Recorded) -> Mapping[str, Poses]:
     """Poses of what the program places: it stands, or rides on the hand that holds it."""
     count, times = len(seen.stamps), seen.stamps.astype(np.float64) * 1e-9
     things: dict[str, Poses] = {}
@@ -111,7 +113,7 @@ def _with_held(fact: Fact) -> Fact:
     return replace(fact, bodies=("hand-right", "rod")) if fact.bodies == ("hand-right",) else fact
 
 
-def _events(plan: Plan) -> list[Event]:
+def _events(plan: BumpPlan) -> list[Event]:
     words = {"grasp": "takes the cylinder", "release": "lets the cylinder go"}
     return [
         Event(START_NS + round(fact.start * 1e9), fact.kind, words[fact.kind], "cylinder")

@@ -7,12 +7,12 @@ import numpy as np
 from sessions.geometry.rotations import IDENTITY, quaternion_facing
 from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import Recording
-from sessions.synthetic.bench import BENCH_TOP, STAND_M, Layout
+from sessions.synthetic.bench import BENCH_TOP, STAND_M, Instruments
 from sessions.synthetic.choreography import Buttons, Script
 from sessions.synthetic.paths import Key, KeyPath, Point, Stir, Tap, minimum_jerk_inverse, point, quaternion_of
 from sessions.synthetic.planting import Blinks, Dent
 from sessions.synthetic.sections import Approach, approach, round_in_round
-from sessions.synthetic.truth import Episode, Fact, Interval, levelled, ordered
+from sessions.synthetic.truth import Fact, Interval, PlantedEpisode, levelled, ordered
 
 AWAY = (0.0, 0.0, -1.0)
 RIGHTWARDS = (1.0, 0.0, 0.0)
@@ -33,12 +33,12 @@ LONG_S = (0.18, 0.34)
 TAP_FROM_M = 0.024
 
 
-class Plan:
+class BumpPlan:
     """What both scripts share: the bench, the clock, and everything planted so far."""
 
-    def __init__(self, layout: Layout, blinks: Blinks, how: Recording, rng: np.random.Generator) -> None:
+    def __init__(self, layout: Instruments, blinks: Blinks, how: Recording, rng: np.random.Generator) -> None:
         self.layout, self.blinks, self.how, self.rng = layout, blinks, how, rng
-        self.episodes: list[Episode] = []
+        self.episodes: list[PlantedEpisode] = []
         self.facts: list[Fact] = []
         self.keep: dict[str, list[Interval]] = {"hand-left": [], "hand-right": []}
         self.buttons = Buttons()
@@ -83,7 +83,7 @@ class Plan:
         self.keep[hand].append((start + latency - 0.1, end + latency + 0.1))
 
 
-def right_hand(plan: Plan) -> Script:
+def right_hand(plan: BumpPlan) -> Script:
     """Stir in the beaker, tap the bottle and the small beaker with the rod."""
     script = Script((0.24, 1.13, 0.25))
     rod = -plan.rod_in_hand
@@ -99,7 +99,7 @@ def right_hand(plan: Plan) -> Script:
     return script
 
 
-def _stir(plan: Plan, script: Script, rod: np.ndarray) -> None:
+def _stir(plan: BumpPlan, script: Script, rod: np.ndarray) -> None:
     height = plan.layout.cavity("beaker").floor_height + ROD_CLEAR_OF_FLOOR
     tip = plan.layout.at("beaker") + np.array([0.0, height, 0.0])
     sure, possible = round_in_round(plan.layout.mesh("rod"), plan.layout.mesh("beaker"), height)
@@ -125,7 +125,7 @@ def _stir(plan: Plan, script: Script, rod: np.ndarray) -> None:
 
 
 def _taps(
-    plan: Plan,
+    plan: BumpPlan,
     script: Script,
     mover: str,
     target: str,
@@ -153,7 +153,7 @@ def _taps(
     script.go(meets.place(at, 0.06) + grip)
 
 
-def left_hand(plan: Plan) -> Script:
+def left_hand(plan: BumpPlan) -> Script:
     """Rap knuckles on the small beaker and the flask, then carry, clink and set down the cylinder."""
     script = Script((-0.20, 1.10, 0.29))
     script.wait(2.2)
@@ -169,7 +169,7 @@ def left_hand(plan: Plan) -> Script:
     return script
 
 
-def _carry(plan: Plan, script: Script) -> None:
+def _carry(plan: BumpPlan, script: Script) -> None:
     grip = -plan.cylinder_in_hand
     at = plan.layout.at("cylinder")
     script.wait_until(20.5)
@@ -208,7 +208,7 @@ def _set_down(level: float, start: float, taken: float, end: float) -> list[Inte
     return [(start + taken * minimum_jerk_inverse(max(0.0, share)), end)] if share <= 1.0 else []
 
 
-def _near_miss(plan: Plan, script: Script) -> None:
+def _near_miss(plan: BumpPlan, script: Script) -> None:
     """Come within 6 mm of the small beaker and stop."""
     meets = plan.approach("hand-left", "small-beaker", AWAY, 0.055)
     clearance = 0.006
@@ -224,7 +224,7 @@ def _near_miss(plan: Plan, script: Script) -> None:
     script.go((-0.26, 1.12, 0.28))
 
 
-def watching(plan: Plan) -> KeyPath:
+def watching(plan: BumpPlan) -> KeyPath:
     """The head stands on the person's side of the bench and looks to where the work is."""
     rng = plan.rng
     looks_at = [(0.0, "beaker"), (4.0, "beaker"), (9.0, "small-beaker"), (12.0, "beaker"), (17.0, "flask"),

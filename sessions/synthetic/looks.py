@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sessions.synthetic.truth import Episode, Interval, Truth, inside
+from sessions.synthetic.truth import Interval, PlantedEpisode, Truth, inside
 
 # A stamp is rounded to a nanosecond, so a tick that falls on a stamp may come out one below or above it.
 TICK_SLACK_NS = 1
@@ -25,10 +25,10 @@ class Prediction:
     undecided : tessellation or noise decides.
     """
 
-    caught: tuple[Episode, ...]
-    missed: tuple[Episode, ...]
-    unseen: tuple[Episode, ...]
-    undecided: tuple[Episode, ...]
+    caught: tuple[PlantedEpisode, ...]
+    missed: tuple[PlantedEpisode, ...]
+    unseen: tuple[PlantedEpisode, ...]
+    undecided: tuple[PlantedEpisode, ...]
 
 
 def looks(stamps_ns: ArrayLike, rate_hz: float) -> NDArray[np.int64]:
@@ -57,14 +57,14 @@ def predicted(truth: Truth, stamps_ns: ArrayLike, rate_hz: float) -> Prediction:
     """Say which contact episodes a detector that looks at ``rate_hz`` catches and misses."""
     frames = truth.seconds_of(stamps_ns)
     seen = frames[looks(stamps_ns, rate_hz)]
-    groups: dict[str, list[Episode]] = {"caught": [], "missed": [], "unseen": [], "undecided": []}
+    groups: dict[str, list[PlantedEpisode]] = {"caught": [], "missed": [], "unseen": [], "undecided": []}
     for episode in truth.episodes:
         if episode.kind == "contact" and episode.nominal is not None:
             groups[_fate(episode, frames, seen)].append(episode)
     return Prediction(**{name: tuple(found) for name, found in groups.items()})
 
 
-def _fate(episode: Episode, frames: NDArray[np.float64], seen: NDArray[np.float64]) -> str:
+def _fate(episode: PlantedEpisode, frames: NDArray[np.float64], seen: NDArray[np.float64]) -> str:
     if _any(seen, episode.surely):
         return "caught"
     if not _any(frames, episode.possibly):

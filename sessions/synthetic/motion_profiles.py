@@ -124,7 +124,7 @@ class Turning:
         return joined([(self.start + a / self.speed, self.start + b / self.speed) for a, b in ends], seconds)
 
 
-Course = Swing | Polyline | Dips | Turning
+MotionProfile = Swing | Polyline | Dips | Turning
 """A coordinate over time: called with times (n,) it gives values (n,).
 
 ``between(low, high, seconds)`` gives the maximal intervals within [0, seconds] in which the value lies between.
@@ -145,10 +145,11 @@ def joined(spans: Iterable[Interval], seconds: float) -> list[Interval]:
     return result
 
 
-def outside(course: Course, bound: float, far: float, seconds: float) -> list[Interval]:
+def outside(profile: MotionProfile, bound: float, far: float, seconds: float) -> list[Interval]:
     """Intervals in which the value is between ``bound`` and ``far`` on either side of zero."""
     return joined(
-        [*course.between(bound, far, seconds), *course.between(-far, -bound, seconds)] if bound <= far else [], seconds
+        [*profile.between(bound, far, seconds), *profile.between(-far, -bound, seconds)] if bound <= far else [],
+        seconds,
     )
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sessions.synthetic.looks import looks
 from sessions.synthetic.paths import Tap, knock_interval
-from sessions.synthetic.truth import Episode, Interval, Pair, levelled
+from sessions.synthetic.truth import Interval, Pair, PlantedEpisode, levelled
 
 SLOW_RATE_HZ = 22.5
 
@@ -42,7 +42,9 @@ class Dent:
         share = knock_interval((self.apart - level) / self.amplitude)
         return [] if share is None else [(tap.start + share[0] * tap.period, tap.start + share[1] * tap.period)]
 
-    def episodes(self, pair: Pair, tap: Tap, blur: float, clock: tuple[float, float], note: str) -> list[Episode]:
+    def episodes(
+        self, pair: Pair, tap: Tap, blur: float, clock: tuple[float, float], note: str
+    ) -> list[PlantedEpisode]:
         """The episode this tap plants; see `levelled` for ``blur`` and ``clock``."""
         found = levelled(pair, "contact", lambda level: self.intervals(tap, level), blur, 0.0, clock)
         return [replace(episode, note=note) for episode in found]

@@ -27,7 +27,7 @@ CLEAR, PRESENT, OPEN = 0, 1, -1
 
 
 @dataclass(frozen=True)
-class Episode:
+class PlantedEpisode:
     """One planted episode of a pair, in seconds after the session's first stamp, ends included.
 
     Parameters
@@ -86,7 +86,7 @@ class Truth:
     start_ns: int
     seconds: float
     noise: str
-    episodes: tuple[Episode, ...]
+    episodes: tuple[PlantedEpisode, ...]
     facts: tuple[Fact, ...] = ()
 
     @property
@@ -94,7 +94,7 @@ class Truth:
         """Pairs that have an episode; every other pair never touches."""
         return tuple(sorted({episode.pair for episode in self.episodes}))
 
-    def of(self, a: str, b: str, kind: str = "contact") -> tuple[Episode, ...]:
+    def of(self, a: str, b: str, kind: str = "contact") -> tuple[PlantedEpisode, ...]:
         """Episodes of one pair, in either order of names."""
         pair = ordered(a, b)
         return tuple(episode for episode in self.episodes if episode.pair == pair and episode.kind == kind)
@@ -129,7 +129,7 @@ def inside(times: NDArray[np.float64], span: Interval) -> NDArray[np.bool_]:
     return (times >= span[0]) & (times <= span[1])
 
 
-def sorted_episodes(episodes: Iterable[Episode]) -> tuple[Episode, ...]:
+def sorted_episodes(episodes: Iterable[PlantedEpisode]) -> tuple[PlantedEpisode, ...]:
     """Episodes by pair, kind and time."""
     return tuple(sorted(episodes, key=lambda episode: (episode.pair, episode.kind, episode.possibly)))
 
@@ -172,7 +172,7 @@ def read_truth(path: str | Path) -> Truth:
 
 def levelled(
     pair: Pair, kind: str, level: Level, blur: float, tessellation: float, clock: tuple[float, float]
-) -> list[Episode]:
+) -> list[PlantedEpisode]:
     """Episodes of a pair from its intervals at three levels.
 
     Parameters
@@ -184,14 +184,14 @@ def levelled(
     near = blur + (tessellation if kind == "contained" else 0.0)
     deep = blur + (tessellation if kind == "contact" else 0.0)
     possibly, nominal, surely = (_shifted(level(height), clock) for height in (near, 0.0, -deep))
-    episodes: list[Episode] = []
+    episodes: list[PlantedEpisode] = []
     for outer in possibly:
         within = [span for span in nominal if outer[0] <= span[0] and span[1] <= outer[1]]
         if not within:
-            episodes.append(Episode(pair, kind, None, None, outer))
+            episodes.append(PlantedEpisode(pair, kind, None, None, outer))
         for span in within:
             sure = next((inner for inner in surely if span[0] <= inner[0] and inner[1] <= span[1]), None)
-            episodes.append(Episode(pair, kind, span, sure, outer))
+            episodes.append(PlantedEpisode(pair, kind, span, sure, outer))
     return episodes
 
 
@@ -199,9 +199,9 @@ def _span(value: Any) -> Interval | None:
     return None if value is None else (float(value[0]), float(value[1]))
 
 
-def _episode(item: dict[str, Any]) -> Episode:
+def _episode(item: dict[str, Any]) -> PlantedEpisode:
     spans = {key: _span(item[key]) for key in ("nominal", "surely", "possibly")}
-    return Episode(**{**item, **spans, "pair": tuple(item["pair"])})
+    return PlantedEpisode(**{**item, **spans, "pair": tuple(item["pair"])})
 
 
 def _fact(item: dict[str, Any]) -> Fact:

@@ -6,7 +6,7 @@ import pytest
 
 from replay.comparison.causes import Cause
 from replay.pipeline.engine import compute
-from replay.studies.synthetic_sessions import made_up_session
+from replay.studies.synthetic_sessions import synthetic_session
 from sessions import MeshData
 
 DETECTORS = "poor=hybrid-qaco[budget=200],slow=discrete[rate_hz=22.5],collider[shape=capsule,rate_hz=50],hybrid"
@@ -23,7 +23,7 @@ WINDOWS = {
 
 
 def recorded(scene):
-    session, _ = made_up_session(scene)
+    session, _ = synthetic_session(scene)
     if scene != "titration":
         return session
     larger = {name: MeshData(CLUMSY * mesh.vertices, mesh.faces) for name, mesh in session.meshes.items()}

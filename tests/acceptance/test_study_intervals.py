@@ -5,7 +5,7 @@ import pytest
 from support.study_samples import names
 
 from replay.studies.class_study.analysis import analyse, associated
-from replay.studies.class_study.codebook import Codebook, Item, Question
+from replay.studies.class_study.codebook import Codebook, Item, RegressionQuestion
 from replay.studies.class_study.joining import Questionnaire
 from replay.studies.class_study.regression import regress
 from replay.studies.class_study.reliability import reliability
@@ -71,8 +71,12 @@ def test_intervals_of_alpha_hold_the_truth():
 def test_answers_that_mean_nothing_give_findings_in_five_classes_of_a_hundred_at_most():
     """Eight coefficients are asked about in every class: without Holm's correction a third of them would err."""
     items = tuple(Item(f"i{k}", f"c{k // 3}", (1, 5)) for k in range(12))
-    questions = (Question("c0", ("c1",)), Question("c0", ("c1", "c2", "c3")), Question("c1", ("c2", "c3")))
-    book = Codebook("who", items, (*questions, Question("c2", ("c3",)), Question("c3", ("c0",))))
+    questions = (
+        RegressionQuestion("c0", ("c1",)),
+        RegressionQuestion("c0", ("c1", "c2", "c3")),
+        RegressionQuestion("c1", ("c2", "c3")),
+    )
+    book = Codebook("who", items, (*questions, RegressionQuestion("c2", ("c3",)), RegressionQuestion("c3", ("c0",))))
     false = 0
     for k in range(CLASSES):
         random = np.random.default_rng([k, 9])

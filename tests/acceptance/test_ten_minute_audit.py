@@ -13,7 +13,7 @@ import pytest
 from support.peak_memory import environment
 
 from sessions import Scene, Session, Track, write_session
-from sessions.synthetic.bench import Layout, Placed, standing
+from sessions.synthetic.bench import Instruments, Placed, standing
 from sessions.synthetic.bench_bumps import make_bench_bumps
 
 pytestmark = pytest.mark.slow
@@ -41,7 +41,7 @@ def ten_minutes():
         "spare-beaker": Placed("beaker_250", standing(0.35, 0.15)),
         "spare-flask": Placed("erlenmeyer_flask", standing(0.02, -0.20)),
     }
-    layout = Layout(spare, FACES)
+    layout = Instruments(spare, FACES)
     tracks = {name: repeated(track) for name, track in minute.tracks.items()}
     stamps = tracks["headset"].times_ns
     for name, item in spare.items():

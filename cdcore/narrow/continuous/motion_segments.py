@@ -1,7 +1,7 @@
 """The motion of a body between two recorded poses: origin along a line, rotation at constant rate, shortest arc.
 
 At both ends a segment gives the recorded pose bit for bit. Between them it is off the exact motion by at most
-``leg_pad``.
+``segment_pad``.
 
 **How far off the chord.** Seen from B, a point ``a`` of A is at ``x = R_B^T (R_A a + d)`` with ``d = p_A - p_B``. With
 constant angular velocities w_A, w_B and D = w_A - w_B its acceleration, per unit of the leg, is in B's frame
@@ -42,16 +42,16 @@ HALF_TURN_SLACK: Final = 1e-9
 
 
 @kernel
-def fill_leg(
-    rotation: FloatArray, place: FloatArray, rotation_after: FloatArray, place_after: FloatArray, leg: FloatArray
+def fill_segment(
+    rotation: FloatArray, place: FloatArray, rotation_after: FloatArray, place_after: FloatArray, segment: FloatArray
 ) -> None:
-    """Write the leg between two poses to ``leg`` (28,)."""
+    """Write the leg between two poses to ``segment`` (28,)."""
     stay_one_function()
     for i in range(3):
         for j in range(3):
-            leg[3 * i + j] = rotation[i, j]
-            leg[12 + 3 * i + j] = rotation_after[i, j]
-        leg[9 + i], leg[21 + i] = place[i], place_after[i]
+            segment[3 * i + j] = rotation[i, j]
+            segment[12 + 3 * i + j] = rotation_after[i, j]
+        segment[9 + i], segment[21 + i] = place[i], place_after[i]
     m = np.empty((3, 3))
     moved = False
     for i in range(3):
@@ -65,11 +65,11 @@ def fill_leg(
     if w < 0.0:
         x, y, z, w = -x, -y, -z, -w
     length = np.sqrt(x * x + y * y + z * z)
-    leg[27] = 2.0 * np.arctan2(length, w)
+    segment[27] = 2.0 * np.arctan2(length, w)
     if length > 0.0:
-        leg[24], leg[25], leg[26] = x / length, y / length, z / length
+        segment[24], segment[25], segment[26] = x / length, y / length, z / length
     else:
-        leg[24], leg[25], leg[26], leg[27] = 1.0, 0.0, 0.0, 0.0
+        segment[24], segment[25], segment[26], segment[27] = 1.0, 0.0, 0.0, 0.0
 
 
 @kernel
@@ -90,27 +90,27 @@ def quaternion_of(m: FloatArray) -> tuple[float, float, float, float]:
 
 
 @kernel
-def pose_at(leg: FloatArray, share: float, pose: FloatArray) -> None:
+def pose_at(segment: FloatArray, share: float, pose: FloatArray) -> None:
     """Rotation 9 and place 3 at a share 0 to 1 of the leg, to ``pose`` (12,)."""
     stay_one_function()
     if share <= 0.0 or share >= 1.0:
         first = 0 if share <= 0.0 else 12
         for k in range(12):
-            pose[k] = leg[first + k]
+            pose[k] = segment[first + k]
         return
-    x, y, z = leg[24], leg[25], leg[26]
-    angle = share * leg[27]
+    x, y, z = segment[24], segment[25], segment[26]
+    angle = share * segment[27]
     sine, half = np.sin(angle), np.sin(0.5 * angle)
     versine = 2.0 * half * half
     m00, m01, m02 = 1.0 - versine * (y * y + z * z), versine * x * y - sine * z, versine * x * z + sine * y
     m10, m11, m12 = versine * x * y + sine * z, 1.0 - versine * (x * x + z * z), versine * y * z - sine * x
     m20, m21, m22 = versine * x * z - sine * y, versine * y * z + sine * x, 1.0 - versine * (x * x + y * y)
     for i in range(3):
-        a, b, c = leg[3 * i], leg[3 * i + 1], leg[3 * i + 2]
+        a, b, c = segment[3 * i], segment[3 * i + 1], segment[3 * i + 2]
         pose[3 * i] = a * m00 + b * m10 + c * m20
         pose[3 * i + 1] = a * m01 + b * m11 + c * m21
         pose[3 * i + 2] = a * m02 + b * m12 + c * m22
-        pose[9 + i] = leg[9 + i] + share * (leg[21 + i] - leg[9 + i])
+        pose[9 + i] = segment[9 + i] + share * (segment[21 + i] - segment[9 + i])
 
 
 @kernel
@@ -127,41 +127,41 @@ def seen_from(pose: FloatArray, other: FloatArray, relative: FloatArray) -> None
 
 
 @kernel
-def angular_velocity(leg: FloatArray) -> tuple[float, float, float]:
+def angular_velocity(segment: FloatArray) -> tuple[float, float, float]:
     """In the world, per unit of the leg."""
-    x = leg[0] * leg[24] + leg[1] * leg[25] + leg[2] * leg[26]
-    y = leg[3] * leg[24] + leg[4] * leg[25] + leg[5] * leg[26]
-    z = leg[6] * leg[24] + leg[7] * leg[25] + leg[8] * leg[26]
-    return leg[27] * x, leg[27] * y, leg[27] * z
+    x = segment[0] * segment[24] + segment[1] * segment[25] + segment[2] * segment[26]
+    y = segment[3] * segment[24] + segment[4] * segment[25] + segment[5] * segment[26]
+    z = segment[6] * segment[24] + segment[7] * segment[25] + segment[8] * segment[26]
+    return segment[27] * x, segment[27] * y, segment[27] * z
 
 
 @kernel
-def leg_bounds(leg_a: FloatArray, reach_a: float, leg_b: FloatArray) -> tuple[float, float]:
+def segment_bounds(segment_a: FloatArray, reach_a: float, segment_b: FloatArray) -> tuple[float, float]:
     """Bounds of speed and acceleration, per unit of the leg, of any point of A seen from B."""
     stay_one_function()
-    wa, wb, turn_b = angular_velocity(leg_a), angular_velocity(leg_b), leg_b[27]
+    wa, wb, turn_b = angular_velocity(segment_a), angular_velocity(segment_b), segment_b[27]
     turn = np.sqrt((wa[0] - wb[0]) ** 2 + (wa[1] - wb[1]) ** 2 + (wa[2] - wb[2]) ** 2)
     before = after = speed = 0.0
     for k in range(3):
-        d0, d1 = leg_a[9 + k] - leg_b[9 + k], leg_a[21 + k] - leg_b[21 + k]
+        d0, d1 = segment_a[9 + k] - segment_b[9 + k], segment_a[21 + k] - segment_b[21 + k]
         before, after, speed = before + d0 * d0, after + d1 * d1, speed + (d1 - d0) ** 2
     apart, speed = np.sqrt(max(before, after)), np.sqrt(speed)
     # a turn of both by rounding alone must not vanish
-    turn += 8.0 * ROUNDOFF * (leg_a[27] + turn_b)
+    turn += 8.0 * ROUNDOFF * (segment_a[27] + turn_b)
     first = turn * reach_a + speed + turn_b * apart
     second = (turn * turn + turn * turn_b) * reach_a + turn_b * turn_b * apart + 2.0 * turn_b * speed
     return first * BOUND_SLACK, second * BOUND_SLACK
 
 
 @kernel
-def skew_of(leg: FloatArray, first: int) -> float:
+def skew_of(segment: FloatArray, first: int) -> float:
     """Frobenius norm of ``R^T R - I`` of the leg's rotation at its start (``first`` 0) or end (12)."""
     total = 0.0
     for i in range(3):
         for j in range(3):
             dot = 0.0
             for k in range(3):
-                dot += leg[first + 3 * k + i] * leg[first + 3 * k + j]
+                dot += segment[first + 3 * k + i] * segment[first + 3 * k + j]
             if i == j:
                 dot -= 1.0
             total += dot * dot
@@ -169,18 +169,18 @@ def skew_of(leg: FloatArray, first: int) -> float:
 
 
 @kernel
-def leg_pad(leg_a: FloatArray, reach_a: float, leg_b: FloatArray, reach_b: float) -> float:
+def segment_pad(segment_a: FloatArray, reach_a: float, segment_b: FloatArray, reach_b: float) -> float:
     """The distance, metres, that a proof of *apart* keeps for rounding; infinite where the bounds do not hold."""
     stay_one_function()
     size, skew = reach_a + reach_b, 0.0
     for number in range(2):
-        leg = leg_a if number == 0 else leg_b
+        segment = segment_a if number == 0 else segment_b
         longest = 0.0
         for end in (9, 21):
-            x, y, z = leg[end], leg[end + 1], leg[end + 2]
+            x, y, z = segment[end], segment[end + 1], segment[end + 2]
             longest = max(longest, np.sqrt(x * x + y * y + z * z))
         size += longest
-        skew += max(skew_of(leg, 0), skew_of(leg, 12))
+        skew += max(skew_of(segment, 0), skew_of(segment, 12))
     if not size <= LARGEST_SIZE or not skew <= LARGEST_SKEW:
         return np.inf
     return float(position_pad_compiled(size, skew) + (LEG_ULPS * ROUNDOFF + LEG_SKEW_FACTOR * skew) * size)

@@ -196,7 +196,7 @@ def items_left(
 
 @kernel
 def seen_meeting(
-    tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, share: float, first: int, end: int,
+    tree_a: BoxTree, segment_a: FloatArray, tree_b: BoxTree, segment_b: FloatArray, share: float, first: int, end: int,
     room: Room,
 ) -> int:  # fmt: skip
     """The first of the items whose faces meet at a share of the leg, -1 if none does.
@@ -204,8 +204,8 @@ def seen_meeting(
     Faces whose exponents lie too far apart for exact sums do not count as meeting.
     """
     stay_one_function()
-    pose_at(leg_a, share, room.poses[2])
-    pose_at(leg_b, share, room.poses[3])
+    pose_at(segment_a, share, room.poses[2])
+    pose_at(segment_b, share, room.poses[3])
     for k in range(first, end):
         room.work[MEETING_TESTS] += 1
         load_corners(tree_a.placed, int(room.items[k, 1]), room.poses, 2, room.pair, 0)
@@ -217,13 +217,13 @@ def seen_meeting(
 
 @kernel
 def look(
-    tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, start: float, stop: float, first: int,
-    end: int, room: Room,
+    tree_a: BoxTree, segment_a: FloatArray, tree_b: BoxTree, segment_b: FloatArray, start: float, stop: float,
+    first: int, end: int, room: Room,
 ) -> float:  # fmt: skip
     """When in a part that is not halved a contact is seen, at its middle or its end; -1.0 if at neither."""
     stay_one_function()
     for share in (0.5 * (start + stop), stop):
-        k = seen_meeting(tree_a, leg_a, tree_b, leg_b, share, first, end, room)
+        k = seen_meeting(tree_a, segment_a, tree_b, segment_b, share, first, end, room)
         if k >= 0:
             room.found[2], room.found[3] = room.items[k, 1], room.items[k, 2]
             return share
@@ -231,11 +231,11 @@ def look(
 
 
 @hot_kernel
-def place_ends(leg_a: FloatArray, leg_b: FloatArray, start: float, stop: float, room: Room) -> None:
+def place_ends(segment_a: FloatArray, segment_b: FloatArray, start: float, stop: float, room: Room) -> None:
     """A seen from B at both ends of a part, to the first two rows of ``room.poses``."""
     for k, share in enumerate((start, stop)):
-        pose_at(leg_a, share, room.poses[4])
-        pose_at(leg_b, share, room.poses[5])
+        pose_at(segment_a, share, room.poses[4])
+        pose_at(segment_b, share, room.poses[5])
         seen_from(room.poses[4], room.poses[5], room.poses[k])
 
 
@@ -251,7 +251,7 @@ def halve(room: Room, depth: int, start: float, stop: float, first: int, end: in
 
 @kernel
 def first_contact(
-    tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, bounds: Bounds, room: Room
+    tree_a: BoxTree, segment_a: FloatArray, tree_b: BoxTree, segment_b: FloatArray, bounds: Bounds, room: Room
 ) -> int:
     """FREE, HIT, TOO_CLOSE or TOO_LONG for A on one leg seen from B; shares of the leg and faces in ``room.found``.
 
@@ -270,7 +270,7 @@ def first_contact(
         slow = motion <= bounds.tolerance
         last = width <= bounds.shortest or (slow and spent > bounds.effort)
         room.work[PARTS] += 1
-        place_ends(leg_a, leg_b, start, stop, room)
+        place_ends(segment_a, segment_b, start, stop, room)
         before = room.work[BOX_TESTS] + room.work[FACE_TESTS]
         margin = bounds.pad + 0.125 * width * width * bounds.acceleration
         end = items_left(tree_a, tree_b, first, count, 0.0 if last else motion, margin, room)
@@ -282,7 +282,7 @@ def first_contact(
             halve(room, depth, start, stop, first + count, end)
             depth += 2
             continue
-        share = look(tree_a, leg_a, tree_b, leg_b, start, stop, first + count, end, room) if end >= 0 else -1.0
+        share = look(tree_a, segment_a, tree_b, segment_b, start, stop, first + count, end, room) if end >= 0 else -1.0
         if state == FREE:
             found[0] = start
         if share >= 0.0:

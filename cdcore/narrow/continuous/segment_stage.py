@@ -9,7 +9,13 @@ from typing import Final
 import numpy as np
 
 from cdcore.kernels.compiling import kernel
-from cdcore.narrow.continuous.motion_segments import HALF_TURN_SLACK, LEG_WIDTH, fill_leg, leg_bounds, leg_pad
+from cdcore.narrow.continuous.motion_segments import (
+    HALF_TURN_SLACK,
+    LEG_WIDTH,
+    fill_segment,
+    segment_bounds,
+    segment_pad,
+)
 from cdcore.narrow.continuous.search import (
     BOX_TESTS,
     FACE_TESTS,
@@ -57,7 +63,7 @@ COUNTERS: Final = {"box_tests": BOX_TESTS, "face_tests": FACE_TESTS, "meeting_te
 
 
 @dataclass(frozen=True, eq=False)
-class LegAnswer:
+class SegmentAnswer:
     """What was found on K legs.
 
     ``states`` (K,): FREE, HIT, or a key of ``REASONS``. ``impact`` (K, 2) seconds: before the first nothing touches, at
@@ -70,7 +76,7 @@ class LegAnswer:
     work: dict[str, int]
 
 
-class LegStage:
+class SegmentStage:
     """Searches legs for their first contact.
 
     Parts of a leg in which something moves further than ``tolerance``, metres, are always divided further; ``effort``
@@ -84,7 +90,7 @@ class LegStage:
 
     def decide(
         self, times: FloatArray, rotations: FloatArray, places: FloatArray, frames: IntArray, columns: IntArray
-    ) -> LegAnswer:
+    ) -> SegmentAnswer:
         """Answer for K legs from ``frames - 1`` to ``frames``; contact at their very start is the caller's to know."""
         count = len(frames)
         states, shares = np.zeros(count, dtype=np.uint8), np.zeros((count, 2))
@@ -96,7 +102,7 @@ class LegStage:
             a, b = self._pairs[column]
             room = make_room(self._trees[a], self._trees[b])
             found = np.zeros(len(rows), dtype=np.uint8), np.zeros((len(rows), 2)), faces[rows]
-            decide_legs(
+            decide_segments(
                 self._trees[a], a, self._trees[b], b, rotations, places, frames[rows], steps[rows], settings,
                 self._effort, room, *found,
             )  # fmt: skip
@@ -106,7 +112,7 @@ class LegStage:
                 faces[hit, side] = self._trees[body].faces[found[2][found[0] == HIT, side]]
             for name, which in COUNTERS.items():
                 work[name] += int(room.work[which])
-        return LegAnswer(states, _seconds(start, steps, times[frames], shares), faces, work)
+        return SegmentAnswer(states, _seconds(start, steps, times[frames], shares), faces, work)
 
     def reason(self, state: int) -> str:
         """The sentence behind a state that is neither FREE nor HIT."""
@@ -122,7 +128,7 @@ def _seconds(start: FloatArray, steps: FloatArray, stop: FloatArray, shares: Flo
 
 
 @kernel
-def decide_legs(
+def decide_segments(
     tree_a: BoxTree, body_a: int, tree_b: BoxTree, body_b: int, rotations: FloatArray, places: FloatArray,
     frames: IntArray, steps: FloatArray, settings: FloatArray, effort: int, room: Room, states: ByteArray,
     shares: FloatArray, faces: IntArray,
@@ -132,29 +138,33 @@ def decide_legs(
     ``steps`` (K,) are the seconds they last, ``settings`` the tolerance and the shortest part in seconds. Each leg is
     seen from the body that turns less.
     """
-    leg_a, leg_b = np.empty(LEG_WIDTH), np.empty(LEG_WIDTH)
+    segment_a, segment_b = np.empty(LEG_WIDTH), np.empty(LEG_WIDTH)
     for k in range(len(frames)):
         t = frames[k]
-        fill_leg(rotations[t - 1, body_a], places[t - 1, body_a], rotations[t, body_a], places[t, body_a], leg_a)
-        fill_leg(rotations[t - 1, body_b], places[t - 1, body_b], rotations[t, body_b], places[t, body_b], leg_b)
-        pad = leg_pad(leg_a, tree_a.reach, leg_b, tree_b.reach)
+        fill_segment(
+            rotations[t - 1, body_a], places[t - 1, body_a], rotations[t, body_a], places[t, body_a], segment_a
+        )
+        fill_segment(
+            rotations[t - 1, body_b], places[t - 1, body_b], rotations[t, body_b], places[t, body_b], segment_b
+        )
+        pad = segment_pad(segment_a, tree_a.reach, segment_b, tree_b.reach)
         shares[k, 0], shares[k, 1] = 0.0, 1.0
         if not np.isfinite(pad):
             states[k] = TOO_LARGE
             continue
-        if max(leg_a[27], leg_b[27]) > np.pi - HALF_TURN_SLACK:
+        if max(segment_a[27], segment_b[27]) > np.pi - HALF_TURN_SLACK:
             states[k] = HALF_TURN
             continue
         shortest = min(1.0, settings[1] / steps[k])
-        turned = leg_b[27] > leg_a[27]
+        turned = segment_b[27] > segment_a[27]
         if turned:
-            speed, acceleration = leg_bounds(leg_b, tree_b.reach, leg_a)
+            speed, acceleration = segment_bounds(segment_b, tree_b.reach, segment_a)
             bounds = Bounds(speed, acceleration, pad, settings[0], shortest, effort)
-            state = first_contact(tree_b, leg_b, tree_a, leg_a, bounds, room)
+            state = first_contact(tree_b, segment_b, tree_a, segment_a, bounds, room)
         else:
-            speed, acceleration = leg_bounds(leg_a, tree_a.reach, leg_b)
+            speed, acceleration = segment_bounds(segment_a, tree_a.reach, segment_b)
             bounds = Bounds(speed, acceleration, pad, settings[0], shortest, effort)
-            state = first_contact(tree_a, leg_a, tree_b, leg_b, bounds, room)
+            state = first_contact(tree_a, segment_a, tree_b, segment_b, bounds, room)
         states[k] = state
         if state == HIT:
             faces[k, 0], faces[k, 1] = int(room.found[3 if turned else 2]), int(room.found[2 if turned else 3])

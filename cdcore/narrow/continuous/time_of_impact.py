@@ -13,7 +13,7 @@ from cdcore.errors import InvalidPoseError, InvalidSettingError
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.containment.containment_stage import wholly_inside
 from cdcore.narrow.continuous.search import FREE, HIT
-from cdcore.narrow.continuous.segment_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, LegStage
+from cdcore.narrow.continuous.segment_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, SegmentStage
 from cdcore.narrow.spacetime.box_tree import BoxTree, build_box_tree
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
@@ -108,7 +108,7 @@ def time_of_impact(
         start = float(motion.times[0])
         return TimeOfImpact(Impact.HIT, (start, start), touching, False)
     pair, one = np.array([[0, 1]]), np.array([1])
-    stage = LegStage(trees, pair, tolerance=tolerance, effort=effort)
+    stage = SegmentStage(trees, pair, tolerance=tolerance, effort=effort)
     answer = stage.decide(motion.times, motion.rotations, motion.translations, one, np.array([0]))
     state, inside = int(answer.states[0]), _inside(mesh_a, mesh_b, motion)
     if state == FREE:

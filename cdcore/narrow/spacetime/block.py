@@ -22,7 +22,7 @@ EDGE_SLACK = 1.0 + 1e-5
 """Placing a face lengthens its edges by less than this and the pad: rotations are orthonormal to LARGEST_SKEW."""
 
 
-class Question(NamedTuple):
+class BlockQuestion(NamedTuple):
     """What is asked of a pair, and how a face pair of a frame is packed into one number.
 
     Frames ``start`` to ``stop``; packed frames count from ``start``, faces take ``bits_a`` and ``bits_b`` bits.
@@ -109,7 +109,7 @@ def have_room(lists: Lists) -> bool:
 @hot_kernel
 def ask_face_pair(
     tree_a: TreeMemory, pose_a: PoseMemory, face_a: int, tree_b: TreeMemory, pose_b: PoseMemory, face_b: int,
-    frame: int, asked: int, question: Question, lists: Lists, hits: Memory, scratch: Memory,
+    frame: int, asked: int, question: BlockQuestion, lists: Lists, hits: Memory, scratch: Memory,
 ) -> int:  # fmt: skip
     """Ask two faces at the reference vertices, lane by lane; returns the lanes in contact."""
     become_part_of_caller()
@@ -141,7 +141,7 @@ def ask_face_pair(
 @hot_kernel
 def ask_leaves(
     tree_a: TreeMemory, pose_a: PoseMemory, leaf_a: int, tree_b: TreeMemory, pose_b: PoseMemory, b: int, leaf_b: int,
-    frame: int, mask: int, alive: int, question: Question, lists: Lists, hits: Memory, work: Memory,
+    frame: int, mask: int, alive: int, question: BlockQuestion, lists: Lists, hits: Memory, work: Memory,
     scratch: Scratch,
 ) -> int:  # fmt: skip
     """Ask the faces of two leaves; returns the lanes still alive."""
@@ -172,7 +172,7 @@ def ask_leaves(
 @hot_kernel
 def traverse_block(
     tree_a: TreeMemory, pose_a: PoseMemory, tree_b: TreeMemory, pose_b: PoseMemory, frame: int, chord: float,
-    question: Question, lists: Lists, hits: Memory, work: Memory, scratch: Scratch,
+    question: BlockQuestion, lists: Lists, hits: Memory, work: Memory, scratch: Scratch,
 ) -> bool:  # fmt: skip
     """Decide one block, going on from ``scratch.state``; False when it stopped because a list was full."""
     stay_one_function()

@@ -12,7 +12,7 @@ from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.simd import LANES
 from cdcore.numerics import FloatArray, IntArray
 
-Placing = Callable[[int], tuple[FloatArray, FloatArray]]
+FramePlacer = Callable[[int], tuple[FloatArray, FloatArray]]
 """Distinct frame -> world triangles of A and of B, by face number."""
 
 
@@ -20,7 +20,7 @@ class FalseDismissalError(AssertionError):
     """A certificate was wrong: a defect of this package, never of the input. Report it with the session."""
 
 
-def count_verified(trees: tuple[BoxTree, BoxTree], records: IntArray, placed: Placing) -> int:
+def count_verified(trees: tuple[BoxTree, BoxTree], records: IntArray, placed: FramePlacer) -> int:
     """Number of dismissals asked again, all of them right.
 
     ``records`` (4 m,): kind, frame, lanes or last frame, nodes, as the traversal notes them.

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.narrow.spacetime.block import COUNTERS, EXACT_TESTS, INTEGER_TESTS, SKIPPED_FRAMES, Question
+from cdcore.narrow.spacetime.block import COUNTERS, EXACT_TESTS, INTEGER_TESTS, SKIPPED_FRAMES, BlockQuestion
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, LARGEST_SKEW, SMALLEST_SIZE, position_pad
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.certificates import count_verified
@@ -49,7 +49,7 @@ class Poses:
         return np.arange(len(self.valid), dtype=np.int64)
 
 
-class Stretch(NamedTuple):
+class FramesAnswer(NamedTuple):
     """The answer for some of a pair's distinct frames.
 
     ``hits`` (n,) for frames ``start`` to start + n; ``frame`` (m,) distinct frame of each face pair, not decreasing;
@@ -126,7 +126,7 @@ class PairJob:
         tree = self._trees[0] if body == self._a else self._trees[1]
         return pose_lanes(self._poses.rotations, self._poses.translations, body, self._asked, tree.boxes[0], tree.reach)
 
-    def stretch(self, start: int, stop: int, workspace: Workspace) -> Stretch:
+    def stretch(self, start: int, stop: int, workspace: Workspace) -> FramesAnswer:
         """Answer the distinct frames ``start <= f < stop``."""
         if self._apart and not self._verify:
             return self._dismissed(stop - start, start)
@@ -134,7 +134,7 @@ class PairJob:
             return self._exhaustive(start, stop)
         (tree_a, tree_b), (a, b), (bits_a, bits_b) = self._trees, self._lanes, self._bits
         hits, work = np.zeros(stop, dtype=np.uint8), np.zeros(COUNTERS + 1, dtype=np.int64)
-        question = Question(start, stop, self._pad, self._faces, self._verify, bits_a, bits_b)
+        question = BlockQuestion(start, stop, self._pad, self._faces, self._verify, bits_a, bits_b)
         clock = [perf_counter()]
         keys, later, dismissed = workspace.traverse(tree_a, a, tree_b, b, question, hits, work)
         clock.append(perf_counter())
@@ -146,13 +146,13 @@ class PairJob:
         frame, faces = self._unpacked(keys) if len(keys) else (NO_FRAMES, NO_FACES)
         clock.append(perf_counter())
         search, exact, sorting = (after - before for before, after in pairwise(clock))
-        return Stretch(start, hits[start:].view(np.bool_), frame + start, faces, work, (search, exact, sorting))
+        return FramesAnswer(start, hits[start:].view(np.bool_), frame + start, faces, work, (search, exact, sorting))
 
-    def _dismissed(self, count: int, start: int) -> Stretch:
+    def _dismissed(self, count: int, start: int) -> FramesAnswer:
         """Frames that one climb over the spans dismissed: 5 us a pair where setting up the kernel's row takes 25."""
         work = np.zeros(COUNTERS + 1, dtype=np.int64)
         work[SKIPPED_FRAMES], work[SPAN_TESTS] = count, self._tests
-        return Stretch(start, np.zeros(count, dtype=np.bool_), NO_FRAMES, NO_FACES, work, (0.0, 0.0, 0.0))
+        return FramesAnswer(start, np.zeros(count, dtype=np.bool_), NO_FRAMES, NO_FACES, work, (0.0, 0.0, 0.0))
 
     def _unpacked(self, keys: IntArray) -> tuple[IntArray, NDArray[np.int32]]:
         """Frames and face pairs, sorted, faces in the order of the pair."""
@@ -195,7 +195,7 @@ class PairJob:
             placed.append(place_points(corners.reshape(-1, 3), *pose).reshape(-1, 3, 3))
         return placed[0], placed[1]
 
-    def _exhaustive(self, start: int, stop: int) -> Stretch:
+    def _exhaustive(self, start: int, stop: int) -> FramesAnswer:
         """Every face against every face: coordinates too large for the bounds of the kernels."""
         begin, found = perf_counter(), []
         for row in range(start, stop):
@@ -209,7 +209,7 @@ class PairJob:
         frame = np.repeat(np.arange(start, stop), sizes) if self._faces else NO_FRAMES
         faces = np.concatenate(found).astype(np.int32) if self._faces else NO_FACES
         work = np.zeros(COUNTERS + 1, dtype=np.int64)
-        return Stretch(start, sizes > 0, frame, faces, work, (0.0, perf_counter() - begin, 0.0))
+        return FramesAnswer(start, sizes > 0, frame, faces, work, (0.0, perf_counter() - begin, 0.0))
 
 
 def _distinct_frames(

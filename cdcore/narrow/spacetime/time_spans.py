@@ -71,8 +71,8 @@ def fill_ranges(entries: Memory, stride: int, count: int, ranges: Memory, lanes:
             ranges[at], ranges[at + 3] = ends
     below, level = 0, (count + SPAN - 1) >> SPAN_BITS
     while level > 1:
-        coarser = (level + FAN - 1) >> FAN_BITS
-        for span in range(coarser):
+        above = (level + FAN - 1) >> FAN_BITS
+        for span in range(above):
             first, stop = below + FAN * span, below + min(FAN * span + FAN, level)
             for k in range(6):
                 end = ranges[6 * first + k]
@@ -81,7 +81,7 @@ def fill_ranges(entries: Memory, stride: int, count: int, ranges: Memory, lanes:
                     end = min(end, other) if k < 3 else max(end, other)
                 ranges[6 * (below + level + span) + k] = end
         below += level
-        level = coarser
+        level = above
 
 
 @hot_kernel

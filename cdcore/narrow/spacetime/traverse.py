@@ -19,8 +19,8 @@ from cdcore.narrow.spacetime.block import (
     GAP_TESTS,
     MOST_AT_ONCE,
     SKIPPED_FRAMES,
+    BlockQuestion,
     Lists,
-    Question,
     Scratch,
     have_room,
     note,
@@ -72,7 +72,7 @@ def scratch_memory(row: IntArray) -> Scratch:
 
 @hot_kernel
 def skipped(
-    tree_a: TreeMemory, pose_a: PoseMemory, tree_b: TreeMemory, pose_b: PoseMemory, frame: int, question: Question,
+    tree_a: TreeMemory, pose_a: PoseMemory, tree_b: TreeMemory, pose_b: PoseMemory, frame: int, question: BlockQuestion,
     lists: Lists, work: Memory, state: Memory,
 ) -> int:  # fmt: skip
     """Count, and on request note, frames in which the bodies are certainly apart; returns the next frame to test.
@@ -145,7 +145,7 @@ def traverse_frames(row: IntArray, pad: float) -> bool:
         row[LISTS + 5],
     )  # fmt: skip
     stop = row[QUESTION + 1]
-    question = Question(
+    question = BlockQuestion(
         row[QUESTION], stop, pad, row[QUESTION + 2] != 0, row[QUESTION + 3] != 0, row[QUESTION + 4], row[QUESTION + 5]
     )
     f = state[AT_FRAME]
@@ -184,7 +184,7 @@ class Workspace:
         self._place_lists()
 
     def traverse(
-        self, tree_a: BoxTree, pose_a: PoseLanes, tree_b: BoxTree, pose_b: PoseLanes, question: Question,
+        self, tree_a: BoxTree, pose_a: PoseLanes, tree_b: BoxTree, pose_b: PoseLanes, question: BlockQuestion,
         hits: ByteArray, work: IntArray,
     ) -> list[IntArray]:  # fmt: skip
         """Decide the frames of a question; ``hits`` (stop,) is set to 1 where there is contact, ``work`` is added to.

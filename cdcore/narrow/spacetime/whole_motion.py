@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from cdcore.narrow.spacetime.block import COUNTERS
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.far_poses import asked_apart, far_poses, without
-from cdcore.narrow.spacetime.pair_job import PairJob, Poses, Stretch
+from cdcore.narrow.spacetime.pair_job import FramesAnswer, PairJob, Poses
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes, pose_lanes
 from cdcore.narrow.spacetime.traverse import Workspace
 from cdcore.numerics import BoolArray, IntArray
@@ -130,13 +130,13 @@ def _stretches(job: PairJob, frames: int) -> Iterator[tuple[int, int]]:
         start = stop
 
 
-def _answered(jobs: list[PairJob], threads: int) -> list[list[Stretch]]:
+def _answered(jobs: list[PairJob], threads: int) -> list[list[FramesAnswer]]:
     if threads <= 1:
         workspace = Workspace()
         return [[job.stretch(*part, workspace) for part in _stretches(job, FRAMES_AT_ONCE)] for job in jobs]
     own = local()
 
-    def answer(job: PairJob, start: int, stop: int) -> Stretch:
+    def answer(job: PairJob, start: int, stop: int) -> FramesAnswer:
         if not hasattr(own, "workspace"):
             own.workspace = Workspace()
         return job.stretch(start, stop, own.workspace)
@@ -146,7 +146,7 @@ def _answered(jobs: list[PairJob], threads: int) -> list[list[Stretch]]:
         return [[part.result() for part in parts] for parts in asked]
 
 
-def _collected(jobs: list[PairJob], answers: list[list[Stretch]], frames: int, faces: bool) -> MotionAnswer:
+def _collected(jobs: list[PairJob], answers: list[list[FramesAnswer]], frames: int, faces: bool) -> MotionAnswer:
     hits = np.zeros((frames, len(jobs)), dtype=np.bool_)
     total = np.zeros(COUNTERS + 1, dtype=np.int64)
     entries = [(np.zeros(0, dtype=np.int64),) * 4]

@@ -144,7 +144,7 @@ class Mixture:
 def mixture(initial: Mapping[str, Contents], transfers: Iterable[Transfer], times: Array) -> Mixture:
     """Follow transfers in order of time; ``times`` (T,) are those of the frames."""
     there = {name: Contents(one.volume_ml, dict(one.amounts), dict(one.solids)) for name, one in initial.items()}
-    logs = {name: _Log(contents) for name, contents in there.items()}
+    logs = {name: _History(contents) for name, contents in there.items()}
     loads: list[Load] = []
     for name, log in logs.items():
         if len(times):
@@ -164,7 +164,7 @@ def mixture(initial: Mapping[str, Contents], transfers: Iterable[Transfer], time
     return Mixture({name: log.history() for name, log in logs.items()}, tuple(loads))
 
 
-class _Log:
+class _History:
     def __init__(self, contents: Contents) -> None:
         self.rows: dict[int, tuple[float, float, float, dict[str, float]]] = {}
         self.solids, self.added_ml = contents.solids, 0.0

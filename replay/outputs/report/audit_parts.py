@@ -90,7 +90,7 @@ def latency_histogram(result: RunResult) -> Markup:
     return element("figure", svg, element("figcaption", f"{words}."))
 
 
-def dwell_table(result: RunResult) -> Markup | None:
+def duration_table(result: RunResult) -> Markup | None:
     """Which step rate would have missed how many of the contacts."""
     steps = result.summary.get("dwell")
     if not steps or not steps["contacts"]:

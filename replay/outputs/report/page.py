@@ -13,7 +13,7 @@ from replay.comparison.outcome import Miss
 from replay.effects.effect_summary import happened, happened_words
 from replay.outputs.camera import Eye, Obstacles, overview, standing, towards_user
 from replay.outputs.palette import MISSED, hex_of
-from replay.outputs.report.audit_parts import cause_table, count_tables, dwell_table, heat_map, latency_histogram
+from replay.outputs.report.audit_parts import cause_table, count_tables, duration_table, heat_map, latency_histogram
 from replay.outputs.report.bench_picture import bench_picture
 from replay.outputs.report.charts import timeline, timing
 from replay.outputs.report.markup import Markup, element, joined, page_html, page_section, page_table, picture
@@ -97,7 +97,7 @@ def _sections(result: RunResult) -> list[Markup]:
     if result.detections:
         costs = page_table(cost_table(result).only(*COST_HEAD))
         parts.append(page_section("What it cost in time", timing(result), latency_histogram(result), costs))
-    if result.comparisons and (steps := dwell_table(result)) is not None:
+    if result.comparisons and (steps := duration_table(result)) is not None:
         parts.append(page_section("Which step rate would have missed it", steps))
     if result.effects or result.summary["plan"]["not_built"]:
         parts.append(page_section("Effects that the scene calls for", effect_section(result)))

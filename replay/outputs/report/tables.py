@@ -131,7 +131,7 @@ def finding_tables(result: RunResult) -> Markup:
     if findings:
         parts.append(page_table(finding_table(findings[:MOST_FINDINGS])))
     if result.treatment.spans:
-        parts.append(_treated(result))
+        parts.append(_repair_table(result))
     rows = [
         (label, ", ".join(f"{count:,} {verdict}" for verdict, count in figures.items()))
         for label, figures in result.summary["flagged_verdicts"].items()
@@ -152,7 +152,7 @@ def trust(findings: tuple[Finding, ...]) -> str:
     return f"{' and '.join(bad)}: verdicts on these spans carry a flag."
 
 
-def _treated(result: RunResult) -> Markup:
+def _repair_table(result: RunResult) -> Markup:
     """A row per kind and body: the action, and what became of the samples."""
     assert result.treatment is not None
     sums: dict[tuple[str, str, str], Counter[str]] = {}

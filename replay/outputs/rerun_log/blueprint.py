@@ -84,7 +84,7 @@ def lanes_in_view(subject: Subject) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Layout:
+class BlueprintInput:
     """What the layout needs to know of a recording.
 
     Parameters
@@ -113,7 +113,7 @@ class Layout:
     tradeoff: bool = False
 
 
-def build_blueprint(layout: Layout) -> rrb.Blueprint:
+def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
     """The blueprint that is embedded in the recording; it opens on the tab that answers what was asked for."""
     names = ["Audit", *(f"Audit: {subject.label}" for subject in layout.subjects[1:])]
     tabs = [_audit(layout, *one) for one in zip(layout.subjects, names, strict=False)] or [_plain(layout)]
@@ -134,7 +134,7 @@ def build_blueprint(layout: Layout) -> rrb.Blueprint:
     return rrb.Blueprint(rrb.Tabs(*tabs, active_tab=first), times, *hidden, auto_views=False, auto_layout=False)
 
 
-def _audit(layout: Layout, subject: Subject, name: str) -> Any:
+def _audit(layout: BlueprintInput, subject: Subject, name: str) -> Any:
     lanes = lanes_in_view(subject)
     lane_share = RULER_POINTS + LANE_POINTS * max(2, len(lanes))
     shares = [max(300, SCREEN_POINTS - lane_share - BOTTOM_POINTS), lane_share, BOTTOM_POINTS]
@@ -167,7 +167,7 @@ def _list(path: str, name: str) -> Any:
     return rrb.TextLogView(origin=f"/{path}", name=name, columns=columns, format_options=one_width)
 
 
-def _contents(layout: Layout, subject: Subject, *hidden: str) -> list[str]:
+def _contents(layout: BlueprintInput, subject: Subject, *hidden: str) -> list[str]:
     """Everything in space but arrows, what is ``hidden``, and what belongs to another audited detector."""
     others = [one for one in layout.subjects if one is not subject]
     foreign = [f"/{one.missed}/**" for one in others] + [f"/{path}" for one in others for path in one.face_entities]
@@ -175,12 +175,12 @@ def _contents(layout: Layout, subject: Subject, *hidden: str) -> list[str]:
     return ["/world/**", *(f"- {path}" for path in [*arrows, *hidden, *foreign])]
 
 
-def _space(layout: Layout, subject: Subject) -> Any:
+def _space(layout: BlueprintInput, subject: Subject) -> Any:
     name = f"Where: red dots are contacts missed by {subject.label}"
     return _spatial(name, _contents(layout, subject, f"/{subject.missed}/eye"), _eye_controls(layout.eye))
 
 
-def _close_up(layout: Layout, subject: Subject) -> Any:
+def _close_up(layout: BlueprintInput, subject: Subject) -> Any:
     hidden = (f"/{subject.missed}/{part}" for part in ("pins", "numbers", "flag/**"))
     controls = rrb.EyeControls3D(tracking_entity=f"/{subject.camera}")
     return _spatial("Close-up: the miss nearest to the cursor", _contents(layout, subject, *hidden), controls)
@@ -199,7 +199,7 @@ def _eye_controls(eye: Eye) -> rrb.EyeControls3D:
     )
 
 
-def _lanes(layout: Layout, subject: Subject, lanes: Sequence[str]) -> Any:
+def _lanes(layout: BlueprintInput, subject: Subject, lanes: Sequence[str]) -> Any:
     name = f"When and which pair    {LANE_LEGEND.format(subject.label)}"
     root = lanes[0].rpartition("/")[0]
     whole = state_view(root, name, _whole(layout), lanes)
@@ -211,13 +211,13 @@ def _lanes(layout: Layout, subject: Subject, lanes: Sequence[str]) -> Any:
     return rrb.Horizontal(whole, near, column_shares=[0.7, 0.3])
 
 
-def _whole(layout: Layout) -> rrb.TimeAxis:
+def _whole(layout: BlueprintInput) -> rrb.TimeAxis:
     """The whole session, from side to side; zooming stays possible."""
     start, end = (rr.TimeRangeBoundary.absolute(seconds=at) for at in (layout.start, layout.end))
     return rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
 
 
-def _timing(layout: Layout) -> Any:
+def _timing(layout: BlueprintInput) -> Any:
     # A budget far above everything would press the curves to the floor: then the title says how far.
     share = layout.slowest_ms / BUDGET_MS
     budget = ["timing/budget"] if share > BUDGET_SHOWN else []
@@ -227,24 +227,24 @@ def _timing(layout: Layout) -> Any:
     return _plot(layout, "/timing", name, [*budget, *layout.totals], axis_y=rrb.ScalarAxis(range=(0.0, high)))
 
 
-def _plain(layout: Layout) -> Any:
+def _plain(layout: BlueprintInput) -> Any:
     """Without anything to compare: the session, and what the one detector found."""
     return rrb.Horizontal(_room(layout), _report(), column_shares=[0.7, 0.3], name="Session")
 
 
-def _room(layout: Layout) -> Any:
+def _room(layout: BlueprintInput) -> Any:
     contents = ["/world/**", *(f"- /{path}" for path in layout.arrows)]
     return _spatial(layout.title, contents, _eye_controls(layout.eye))
 
 
-def _plot(layout: Layout, origin: str, name: str, paths: Iterable[str], **more: Any) -> Any:
+def _plot(layout: BlueprintInput, origin: str, name: str, paths: Iterable[str], **more: Any) -> Any:
     return rrb.TimeSeriesView(
         origin=origin, contents=[f"/{path}" for path in paths], name=name, axis_x=_whole(layout),
         plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop), **more,
     )  # fmt: skip
 
 
-def _costs(layout: Layout, name: str) -> Any:
+def _costs(layout: BlueprintInput, name: str) -> Any:
     table = rrb.TextDocumentView(origin="/tradeoff/table", name="What each detector costs")
     stages = {f"{label}: ms per frame by stage": paths for label, paths in layout.stages.items() if paths}
     plots = [_plot(layout, "/timing", title, paths) for title, paths in stages.items()]
@@ -252,7 +252,7 @@ def _costs(layout: Layout, name: str) -> Any:
     return rrb.Horizontal(*beside, table, column_shares=[0.62, 0.38] if plots else [1.0], name=name)
 
 
-def _effects(layout: Layout, views: EffectViews) -> Any:
+def _effects(layout: BlueprintInput, views: EffectViews) -> Any:
     """What happened in the room, when, and in numbers."""
     rows: list[Any] = []
     plots = list(views.plots.items())[:EFFECT_PLOTS]
@@ -268,6 +268,6 @@ def _effects(layout: Layout, views: EffectViews) -> Any:
     return rrb.Horizontal(left, *([rrb.Vertical(*rows, row_shares=shares)] if rows else []), name="Effects")
 
 
-def _detectors(layout: Layout) -> Any:
+def _detectors(layout: BlueprintInput) -> Any:
     words = "What each detector said of each pair (no colour: CLEAR)"
     return rrb.Horizontal(state_view("detectors", words, _whole(layout)), name="Detectors")

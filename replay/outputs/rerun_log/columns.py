@@ -26,7 +26,7 @@ KEPT_AROUND: Final = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Clock:
+class RecordingClock:
     """Stamps of the frames, and which frames are drawn.
 
     ``ns`` (T,) are nanoseconds since the first frame of the session, ``kept`` (K,) the increasing numbers of the frames
@@ -37,7 +37,9 @@ class Clock:
     kept: NDArray[np.int64]
 
     @classmethod
-    def of(cls, assembly: Assembly, whole: Iterable[tuple[float, float]] = (), limit: int = HELD_FRAMES) -> Clock:
+    def of(
+        cls, assembly: Assembly, whole: Iterable[tuple[float, float]] = (), limit: int = HELD_FRAMES
+    ) -> RecordingClock:
         """The clock of an assembly; around the spans ``whole`` (seconds) every frame is kept."""
         stamps, times = assembly.stamp_ns, assembly.motion.times
         if not len(stamps):
@@ -119,7 +121,7 @@ def ragged(columns: rr.ComponentColumnList, counts: ArrayLike) -> rr.ComponentCo
 class RecordingWriter:
     """A Rerun stream and the clock of its rows. Every error raises; Rerun alone would only log it."""
 
-    def __init__(self, stream: rr.RecordingStream, clock: Clock) -> None:
+    def __init__(self, stream: rr.RecordingStream, clock: RecordingClock) -> None:
         self.stream = stream
         self.clock = clock
 

@@ -13,7 +13,7 @@ from cdcore import Detection, FaceSets
 from cdcore.numerics import FloatArray, place_points
 from replay.comparison.outcome import Comparison, Outcome
 from replay.outputs.palette import FOUND, OUTCOMES
-from replay.outputs.rerun_log.columns import Clock, RecordingWriter, entity, packed
+from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity, packed
 from replay.outputs.rerun_log.world import face_normals
 from replay.prepare.assembly import Assembly
 
@@ -91,7 +91,9 @@ def _colours(contacts: Contacts, comparison: Comparison | None) -> NDArray[np.ui
     return table[comparison.outcome[contacts.frame, contacts.pair]]
 
 
-def collect_contacts(clock: Clock, assembly: Assembly, detection: Detection, comparison: Comparison | None) -> Contacts:
+def collect_contacts(
+    clock: RecordingClock, assembly: Assembly, detection: Detection, comparison: Comparison | None
+) -> Contacts:
     """Contacts with faces in the frames that are drawn, and the rows that clear them."""
     sets = detection.face_sets
     if sets is None:
@@ -117,7 +119,7 @@ def collect_contacts(clock: Clock, assembly: Assembly, detection: Detection, com
     return Contacts(frames, frame, pair, point, normal, joined, counts)
 
 
-def _drawn_frames(clock: Clock, sets: FaceSets, comparison: Comparison | None) -> NDArray[np.bool_]:
+def _drawn_frames(clock: RecordingClock, sets: FaceSets, comparison: Comparison | None) -> NDArray[np.bool_]:
     """Which frames get a row, (T,): all that are kept, or a stride of them, misses first."""
     frames = len(clock.ns)
     load = np.zeros(frames)

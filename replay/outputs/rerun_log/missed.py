@@ -14,7 +14,7 @@ from cdcore.numerics import FloatArray
 from replay.comparison.clusters import by_depth
 from replay.comparison.outcome import Miss
 from replay.outputs.palette import MISSED, MISSED_FACES, PARTLY_MISSED
-from replay.outputs.rerun_log.columns import Clock, RecordingWriter, packed
+from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, packed
 from replay.outputs.rerun_log.world import body_path, face_normals
 from replay.prepare.assembly import Assembly
 
@@ -130,7 +130,7 @@ def log_pins(writer: RecordingWriter, root: str, misses: Sequence[Miss], reach: 
     _log_numbers(writer, f"{root}/numbers", misses, frames, [bool(one) for one in current], reach)
 
 
-def current_misses(clock: Clock, misses: Sequence[Miss]) -> tuple[list[int], list[list[Miss]]]:
+def current_misses(clock: RecordingClock, misses: Sequence[Miss]) -> tuple[list[int], list[list[Miss]]]:
     """Frames at which the set of current misses changes, and the misses current from each on, longest cut first."""
     changes: dict[int, list[tuple[bool, Miss]]] = {0: []}
     begins_at = np.sort([_begin(miss) for miss in misses])

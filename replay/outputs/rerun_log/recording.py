@@ -17,8 +17,8 @@ from replay.comparison.contact_counts import contact_counts
 from replay.outputs.camera import Eye, overview
 from replay.outputs.lanes import number_boxes, ranked_pairs
 from replay.outputs.materials import is_ghost, tags_of
-from replay.outputs.rerun_log.blueprint import Layout, Subject, build_blueprint
-from replay.outputs.rerun_log.columns import Clock, RecordingWriter, entity
+from replay.outputs.rerun_log.blueprint import BlueprintInput, Subject, build_blueprint
+from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity
 from replay.outputs.rerun_log.contacts import contacts_path, log_contacts
 from replay.outputs.rerun_log.effects import effect_views, log_effects
 from replay.outputs.rerun_log.findings import finding_lanes, log_findings
@@ -56,7 +56,7 @@ def write_recording(result: RunResult, path: Path) -> None:
     are.
     """
     spans = [(miss.start, miss.end) for misses in result.misses.values() for miss in misses]
-    clock = Clock.of(result.assembly, spans)
+    clock = RecordingClock.of(result.assembly, spans)
     subjects = [_subject(result, label, k) for k, label in enumerate(result.comparisons)]
     partial = path.with_name(f"{path.stem}.{uuid4().hex[:8]}.partial.rrd")
     try:
@@ -139,11 +139,11 @@ def _spoken_of(result: RunResult) -> list[int]:
     return list(ranked)[:DETECTOR_LANES]
 
 
-def _layout(result: RunResult, subjects: Sequence[Subject]) -> Layout:
+def _layout(result: RunResult, subjects: Sequence[Subject]) -> BlueprintInput:
     costs = {label: cost_of(detection) for label, detection in result.detections.items()}
     timed = {label: cost.per_frame for label, cost in costs.items() if cost.per_frame is not None}
     name = result.session.scene.name or "Session"
-    return Layout(
+    return BlueprintInput(
         title=name,
         eye=_eye(result),
         subjects=tuple(subjects),

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay.errors import StudyError
-from replay.studies.class_study.codebook import Codebook, Item, Question
+from replay.studies.class_study.codebook import Codebook, Item, RegressionQuestion
 from replay.studies.class_study.joining import DETECTOR, RECALL, STUDENT, Metrics, Questionnaire, rows_of_students
-from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, RefusedError
+from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, StudyRefusedError
 from replay.studies.class_study.regression import Coefficient, Regression, holm, regress
 from replay.studies.class_study.reliability import Bartlett, Reliability, bartlett, kmo, reliability
 from sessions.scene_files.toml_table import nearest
@@ -68,7 +68,7 @@ class Study:
     bartlett: Bartlett | None
     regressions: tuple[Regression, ...]
     sensitivity: tuple[Sensitivity, ...]
-    refusals: tuple[RefusedError, ...]
+    refusals: tuple[StudyRefusedError, ...]
     warnings: tuple[str, ...]
 
 
@@ -80,12 +80,12 @@ def analyse(
 
     ``detector`` says whose contacts stand for behaviour; ``None``: of those there are, the one that misses least.
     Raises ``StudyError``: a regression names no construct or metric, or there is no such detector;
-    ``RefusedError`` ``ids`` or ``small-cell``: there is no study at all.
+    ``StudyRefusedError`` ``ids`` or ``small-cell``: there is no study at all.
     """
     if len(questionnaire.students) < LEAST_IN_CELL:
-        raise RefusedError("small-cell", f"a study of {len(questionnaire.students)} students")
+        raise StudyRefusedError("small-cell", f"a study of {len(questionnaire.students)} students")
     _check_names(codebook, metrics)
-    refusals: list[RefusedError] = []
+    refusals: list[StudyRefusedError] = []
     chosen = _choose(metrics, detector) if metrics is not None else ""
     own = metrics.of(chosen) if metrics is not None else None
     reliabilities = {}
@@ -126,11 +126,11 @@ def _choose(metrics: Metrics, detector: str | None) -> str:
     return detector
 
 
-def _try(make: Callable[[], Result], what: str, refusals: list[RefusedError]) -> Result | None:
+def _try(make: Callable[[], Result], what: str, refusals: list[StudyRefusedError]) -> Result | None:
     try:
         return make()
-    except RefusedError as refused:
-        refusals.append(RefusedError(refused.rule, what))
+    except StudyRefusedError as refused:
+        refusals.append(StudyRefusedError(refused.rule, what))
         return None
 
 
@@ -139,7 +139,7 @@ def _of_items(questionnaire: Questionnaire, items: Sequence[Item], figure: Calla
     answers = np.column_stack([questionnaire.answers[item.name] for item in items])
     answers = answers[np.isfinite(answers).all(axis=1)]
     if len(answers) < LEAST_IN_CELL:
-        raise RefusedError("small-cell", "")
+        raise StudyRefusedError("small-cell", "")
     return figure(answers)
 
 
@@ -170,7 +170,11 @@ def _check_names(codebook: Codebook, metrics: Metrics | None) -> None:
 
 
 def _regressions(
-    codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None, seed: int, refusals: list[RefusedError]
+    codebook: Codebook,
+    questionnaire: Questionnaire,
+    metrics: Metrics | None,
+    seed: int,
+    refusals: list[StudyRefusedError],
 ) -> tuple[Regression, ...]:
     done = []
     for question in codebook.questions:
@@ -180,24 +184,24 @@ def _regressions(
         if fitted is not None:
             done.append(fitted)
             if any(one.p is None for one in fitted.coefficients):
-                refusals.append(RefusedError("few-students", f"p of {words}"))
+                refusals.append(StudyRefusedError("few-students", f"p of {words}"))
     return holm(done)
 
 
 def _fit(
-    question: Question, codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None,
+    question: RegressionQuestion, codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None,
     random: np.random.Generator,
 ) -> Regression:  # fmt: skip
     named = (question.outcome, *question.predictors)
     if metrics is not None and any(name in metrics.columns for name in named):
         if metrics.recall() is None:
-            raise RefusedError("provenance", "")
+            raise StudyRefusedError("provenance", "")
         rows = rows_of_students(metrics, questionnaire)
     else:
         metrics, rows = None, np.arange(len(questionnaire.students), dtype=np.int64)
     outcome = _variable(question.outcome, codebook, questionnaire, metrics, rows)
     if len(outcome) > 1:
-        raise RefusedError("undeclared-groups", "")
+        raise StudyRefusedError("undeclared-groups", "")
     names: list[str] = []
     columns: list[Floats] = []
     for name in question.predictors:
@@ -207,7 +211,7 @@ def _fit(
     y = next(iter(outcome.values()))
     x = np.column_stack(columns)
     if len(np.unique(rows[np.isfinite(y) & np.isfinite(x).all(axis=1)])) < LEAST_IN_CELL:
-        raise RefusedError("small-cell", "")
+        raise StudyRefusedError("small-cell", "")
     return regress(question.outcome, y, names, x, rows, random)
 
 
@@ -221,7 +225,7 @@ def _variable(
         counts = Counter(questionnaire.group)
         first, *others = codebook.groups[1]
         if any(counts[group] < LEAST_IN_CELL for group in codebook.groups[1]):
-            raise RefusedError("small-cell", "")
+            raise StudyRefusedError("small-cell", "")
         mine = np.array(questionnaire.group)[rows]
         return {f"{name} {group} against {first}": (mine == group).astype(np.float64) for group in others}
     assert metrics is not None

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from replay.errors import StudyError
-from sessions.scene_files.toml_table import Table
+from sessions.scene_files.toml_table import TomlTable
 
 SCALE: Final = (1.0, 5.0)
 """Ends of the scale where the codebook names none."""
@@ -28,7 +28,7 @@ class Item:
 
 
 @dataclass(frozen=True)
-class Question:
+class RegressionQuestion:
     """One regression asked: an outcome and its predictors, by name."""
 
     outcome: str
@@ -45,7 +45,7 @@ class Codebook:
 
     student: str
     items: tuple[Item, ...]
-    questions: tuple[Question, ...] = ()
+    questions: tuple[RegressionQuestion, ...] = ()
     groups: tuple[str, tuple[str, ...]] | None = None
     path: Path | None = field(default=None, compare=False)
 
@@ -75,7 +75,7 @@ def read_codebook(path: Path) -> Codebook:
         if not isinstance(held, kind) or not all(isinstance(one, dict) for one in _entries(held)):
             raise StudyError(f"{path.name}: {key} must be {what}, not {held!r:.60}")
     failure: Any = StudyError
-    table = Table(loaded, path.name, "", failure)
+    table = TomlTable(loaded, path.name, "", failure)
     student, scale = table.text("student", "student"), _scale(table, SCALE)
     items = tuple(_item(name, one, scale) for name, one in table.named_tables("items").items())
     questions = tuple(_question(one) for one in table.tables("regressions") or ())
@@ -98,21 +98,21 @@ def _with_words(value: Any) -> Any:
     return [_with_words(one) for one in value] if isinstance(value, list) else value
 
 
-def _scale(table: Table, default: tuple[float, float]) -> tuple[float, float]:
+def _scale(table: TomlTable, default: tuple[float, float]) -> tuple[float, float]:
     low, high = table.vector("scale", default)
     if not low < high:
         raise table.fail(f"scale must rise, not [{low:g}, {high:g}]")
     return low, high
 
 
-def _item(name: str, table: Table, scale: tuple[float, float]) -> Item:
+def _item(name: str, table: TomlTable, scale: tuple[float, float]) -> Item:
     item = Item(name, table.text("construct", None), _scale(table, scale), table.flag("reversed"))
     table.done()
     return item
 
 
-def _question(table: Table) -> Question:
-    question = Question(table.text("outcome", None), table.texts("predictors"))
+def _question(table: TomlTable) -> RegressionQuestion:
+    question = RegressionQuestion(table.text("outcome", None), table.texts("predictors"))
     if not question.predictors:
         raise table.fail("predictors is empty; name one or more")
     if len({question.outcome, *question.predictors}) <= len(question.predictors):
@@ -121,7 +121,7 @@ def _question(table: Table) -> Question:
     return question
 
 
-def _groups(table: Table) -> tuple[str, tuple[str, ...]]:
+def _groups(table: TomlTable) -> tuple[str, tuple[str, ...]]:
     column, left = table.text("column", None), table.rest()
     names = left.pop("names", None)
     if left:

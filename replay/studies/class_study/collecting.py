@@ -14,7 +14,7 @@ from replay.errors import OutputError, RunFolderError, StudyError
 from replay.outputs.results.parquet import UNREADABLE
 from replay.outputs.results.run_folder import METRICS
 from replay.studies.class_study.joining import check_pseudonyms, read_rows
-from replay.studies.class_study.refusals import RefusedError
+from replay.studies.class_study.refusals import StudyRefusedError
 
 KEY: Final = ("session", "detector", "settings")
 ORDER: Final = [("student", "ascending"), ("session", "ascending"), ("detector", "ascending")]
@@ -24,7 +24,7 @@ def collect(runs: Sequence[Path], students: Path | None = None) -> pa.Table:
     """Join the metrics of run folders, or of folders of run folders.
 
     ``students`` is a CSV with the columns ``session`` (its digest, as metrics have it) and ``student``, for recordings
-    that carry no pseudonym. Raises ``RunFolderError``: a folder holds no metrics; ``RefusedError`` ``ids``: a row
+    that carry no pseudonym. Raises ``RunFolderError``: a folder holds no metrics; ``StudyRefusedError`` ``ids``: a row
     without a pseudonym, or one session of two students; ``StudyError``: the file of students cannot be read.
     """
     files = [file for run in runs for file in metric_files(run)]
@@ -75,7 +75,7 @@ def read_students(path: Path) -> dict[str, str]:
     for row in rows:
         session, student = (row["session"] or "").strip(), (row["student"] or "").strip()
         if named.setdefault(session, student) != student:
-            raise RefusedError("ids", f"{path.name}: session {session} belongs to two students")
+            raise StudyRefusedError("ids", f"{path.name}: session {session} belongs to two students")
     return named
 
 
@@ -97,5 +97,5 @@ def _without_repeats(table: pa.Table) -> pa.Table:
             seen[tuple(key)] = student
             keep.append(k)
         elif before != student:
-            raise RefusedError("ids", f"metrics: session {key[0]} belongs to two students")
+            raise StudyRefusedError("ids", f"metrics: session {key[0]} belongs to two students")
     return table.take(keep)

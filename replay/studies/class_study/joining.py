@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from replay.errors import StudyError
 from replay.outputs.results.parquet import UNREADABLE, read_columns
 from replay.studies.class_study.codebook import Codebook, Item
-from replay.studies.class_study.refusals import RefusedError
+from replay.studies.class_study.refusals import StudyRefusedError
 
 Floats = NDArray[np.float64]
 
@@ -50,7 +50,9 @@ def check_pseudonyms(students: Sequence[str], where: str) -> None:
     wrong = [k + 1 for k, student in enumerate(students) if not PSEUDONYM.fullmatch(student)]
     if wrong:
         rows = ", ".join(map(str, wrong[:5])) + (", ..." if len(wrong) > 5 else "")
-        raise RefusedError("ids", f"{where}, data row {rows}: no pseudonym (letters and at least one digit, as S01)")
+        raise StudyRefusedError(
+            "ids", f"{where}, data row {rows}: no pseudonym (letters and at least one digit, as S01)"
+        )
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
@@ -66,7 +68,7 @@ def read_questionnaire(path: Path, codebook: Codebook) -> Questionnaire:
     """Read the answers that the codebook names from a CSV file.
 
     Raises ``StudyError``: a column is missing, an answer is no number or off its scale (names row and column);
-    ``RefusedError``: ``ids``, a pseudonym is missing or there twice; ``undeclared-groups``.
+    ``StudyRefusedError``: ``ids``, a pseudonym is missing or there twice; ``undeclared-groups``.
     """
     rows = read_rows(path)
     if not rows:
@@ -80,7 +82,7 @@ def read_questionnaire(path: Path, codebook: Codebook) -> Questionnaire:
     check_pseudonyms(students, path.name)
     twice = sorted(student for student, count in Counter(students).items() if count > 1)
     if twice:
-        raise RefusedError("ids", f"{path.name}: {', '.join(twice[:5])} answered more than once")
+        raise StudyRefusedError("ids", f"{path.name}: {', '.join(twice[:5])} answered more than once")
     order = sorted(range(len(rows)), key=students.__getitem__)
     answers = {item.name: _column([rows[k] for k in order], item, path.name, order) for item in codebook.items}
     group = tuple(_group(rows[k], codebook, path.name) for k in order) if codebook.groups else ()
@@ -109,7 +111,9 @@ def _group(row: dict[str, str], codebook: Codebook, where: str) -> str:
     column, names = codebook.groups
     value = (row[column] or "").strip()
     if value not in names:
-        raise RefusedError("undeclared-groups", f"{where}: {column} holds a group that the codebook does not declare")
+        raise StudyRefusedError(
+            "undeclared-groups", f"{where}: {column} holds a group that the codebook does not declare"
+        )
     return value
 
 
@@ -146,7 +150,7 @@ class Metrics:
 
 
 def read_metrics(path: Path) -> Metrics:
-    """Read ``metrics.parquet``; raises ``StudyError`` for another table and ``RefusedError`` ``ids``."""
+    """Read ``metrics.parquet``; raises ``StudyError`` for another table and ``StudyRefusedError`` ``ids``."""
     try:
         columns = read_columns(path)
     except UNREADABLE as error:
@@ -161,12 +165,12 @@ def read_metrics(path: Path) -> Metrics:
 def rows_of_students(metrics: Metrics, questionnaire: Questionnaire) -> NDArray[np.int64]:
     """For each row of metrics the index of its student in the questionnaire.
 
-    Raises ``RefusedError`` ``ids``: a student is in one file only.
+    Raises ``StudyRefusedError`` ``ids``: a student is in one file only.
     """
     place = {student: k for k, student in enumerate(questionnaire.students)}
     seen = set(metrics.columns[STUDENT])
     lost = sorted(seen - place.keys()) + sorted(place.keys() - seen)
     if lost:
         words = ", ".join(lost[:5]) + (", ..." if len(lost) > 5 else "")
-        raise RefusedError("ids", f"joining answers and metrics: {words} in one of the files only")
+        raise StudyRefusedError("ids", f"joining answers and metrics: {words} in one of the files only")
     return np.array([place[student] for student in metrics.columns[STUDENT]], dtype=np.int64)

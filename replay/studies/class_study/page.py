@@ -10,7 +10,7 @@ from replay.outputs.report.drawing import PAPER, svg_in_page
 from replay.outputs.report.markup import Markup, element, page_html, page_section, page_table
 from replay.outputs.tables import table
 from replay.studies.class_study.analysis import LEVEL, Study, associated
-from replay.studies.class_study.refusals import RefusedError
+from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.reliability import kaiser_word
 from replay.studies.class_study.tables import (
     OBSERVED_ONLY,
@@ -38,7 +38,7 @@ CAUSAL: Final = re.compile(
 
 
 def study_html(study: Study, title: str) -> str:
-    """The page as text; ``RefusedError`` where a name from the codebook or the title claims a cause."""
+    """The page as text; ``StudyRefusedError`` where a name from the codebook or the title claims a cause."""
     named = [name for one, c in coefficients(study) for name in (one.outcome, c.name)]
     refuse_causal_words([title, *study.reliabilities, *named])
     top = [element("p", title), *(element("h1", line) for line in headlines(study)[:1])]
@@ -46,10 +46,10 @@ def study_html(study: Study, title: str) -> str:
 
 
 def refuse_causal_words(texts: Sequence[str]) -> None:
-    """Raise ``RefusedError`` for a text that claims a cause."""
+    """Raise ``StudyRefusedError`` for a text that claims a cause."""
     for text in texts:
         if CAUSAL.search(text):
-            raise RefusedError("causal-wording", f"the words {text!r}")
+            raise StudyRefusedError("causal-wording", f"the words {text!r}")
 
 
 def _sections(study: Study) -> list[Markup]:

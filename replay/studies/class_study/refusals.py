@@ -1,6 +1,6 @@
 """What a study does not say: each rule has a name, a reason, and what would lift it.
 
-A refusal is a result, not a failure: the analysis goes on and the page lists it. ``RefusedError`` carries it to
+A refusal is a result, not a failure: the analysis goes on and the page lists it. ``StudyRefusedError`` carries it to
 where the list is kept.
 """
 
@@ -59,7 +59,7 @@ RULES: Final[dict[str, Rule]] = {
 """Rule -> why and what lifts it."""
 
 
-class RefusedError(StudyError):
+class StudyRefusedError(StudyError):
     """The result ``what``, which a rule (key of ``RULES``) forbids."""
 
     def __init__(self, rule: str, what: str) -> None:

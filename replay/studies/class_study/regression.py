@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.studies.class_study.refusals import LEAST_STUDENTS, RefusedError
+from replay.studies.class_study.refusals import LEAST_STUDENTS, StudyRefusedError
 from replay.studies.class_study.reliability import interval
 
 Floats = NDArray[np.float64]
@@ -114,10 +114,10 @@ def inflation(x: Floats) -> list[float | None]:
 def _refuse(outcome: str, names: Sequence[str], y: Floats, x: Floats) -> None:
     what = f"the regression of {outcome} on {', '.join(names)}"
     if len(y) <= x.shape[1] + 1 or np.ptp(y) == 0.0 or np.any(np.ptp(x, axis=0) == 0.0):
-        raise RefusedError("no-variance", what)
+        raise StudyRefusedError("no-variance", what)
     spread = np.linalg.eigvalsh(np.atleast_2d(np.corrcoef(x, rowvar=False)))
     if spread[0] < LEAST_SPREAD:
-        raise RefusedError("collinear", what)
+        raise StudyRefusedError("collinear", what)
 
 
 def _least_squares(y: Floats, x: Floats, clusters: Ints | None) -> Any:

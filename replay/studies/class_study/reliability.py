@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.studies.class_study.refusals import LEAST_STUDENTS, RefusedError
+from replay.studies.class_study.refusals import LEAST_STUDENTS, StudyRefusedError
 
 Floats = NDArray[np.float64]
 
@@ -83,9 +83,9 @@ def cronbach_alpha(answers: Floats) -> float:
     Source: Cronbach (1951), Psychometrika 16, 297-334.
     """
     if answers.shape[1] < 2:
-        raise RefusedError("one-item", "Cronbach's alpha")
+        raise StudyRefusedError("one-item", "Cronbach's alpha")
     if len(answers) < 2 or not answers.sum(axis=1).var(ddof=1) > 0.0:
-        raise RefusedError("no-variance", "Cronbach's alpha")
+        raise StudyRefusedError("no-variance", "Cronbach's alpha")
     return float(_alphas(answers[None])[0])
 
 
@@ -124,12 +124,12 @@ def kaiser_word(kmo: float) -> str:
 def correlations(answers: Floats) -> Floats:
     """Correlation matrix of items, (k, k); refused as ``one-item``, ``no-variance`` or ``singular``."""
     if answers.shape[1] < 2:
-        raise RefusedError("one-item", "correlations of items")
+        raise StudyRefusedError("one-item", "correlations of items")
     if len(answers) < 2 or np.any(np.ptp(answers, axis=0) == 0.0):
-        raise RefusedError("no-variance", "correlations of items")
+        raise StudyRefusedError("no-variance", "correlations of items")
     matrix: Floats = np.asarray(np.corrcoef(answers, rowvar=False), dtype=np.float64)
     if len(answers) <= answers.shape[1] or np.linalg.cond(matrix) > WORST_CONDITION:
-        raise RefusedError("singular", "KMO and Bartlett's test")
+        raise StudyRefusedError("singular", "KMO and Bartlett's test")
     return matrix
 
 
@@ -158,7 +158,7 @@ def bartlett(answers: Floats) -> Bartlett:
     """
     students, items = answers.shape
     if students < LEAST_STUDENTS:
-        raise RefusedError("few-students", "Bartlett's test")
+        raise StudyRefusedError("few-students", "Bartlett's test")
     _, log_determinant = np.linalg.slogdet(correlations(answers))
     chi_square = -(students - 1 - (2 * items + 5) / 6) * float(log_determinant)
     degrees = items * (items - 1) // 2

@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.base.processes import Told, in_processes
+from replay.base.processes import OnDone, in_processes
 from replay.errors import OutputError
 from sessions.synthetic.rng import random_stream
 
@@ -63,7 +63,7 @@ def draw_class(students: int = STUDENTS, seed: int = 0, model: Model | None = No
 
 
 def make_class(
-    out: Path, *, students: int = STUDENTS, seed: int = 0, jobs: int = 1, told: Told | None = None
+    out: Path, *, students: int = STUDENTS, seed: int = 0, jobs: int = 1, on_done: OnDone | None = None
 ) -> dict[str, str]:
     """Write sessions, questionnaire, codebook and truth to a folder; what is there already is kept.
 
@@ -83,7 +83,7 @@ def make_class(
         for k, (one, path) in enumerate(zip(drawn, paths, strict=True))
         if not path.is_file()
     }
-    return in_processes(record_student, tasks, jobs, told)
+    return in_processes(record_student, tasks, jobs, on_done)
 
 
 def record_student(student: Student, path: Path, seed: int) -> str:

@@ -69,13 +69,13 @@ def read_calibration(path: Path, experiment: Mapping[str, Any], names: tuple[str
     Raises CalibrationError: no such file, no calibration, or of other targets, poses, seed or rows.
     """
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
+        stored = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
         raise CalibrationError(f"{path} cannot be read as a calibration ({error}); leave it out to measure") from error
-    if not isinstance(told, dict) or told.pop("version", None) != VERSION:
+    if not isinstance(stored, dict) or stored.pop("version", None) != VERSION:
         raise CalibrationError(f"{path} is no calibration of version {VERSION}; leave it out to measure anew")
     try:
-        found = Calibration(**told)
+        found = Calibration(**stored)
     except TypeError as error:
         raise CalibrationError(f"{path} is no calibration ({error}); leave it out to measure anew") from error
     if dict(found.experiment) != dict(experiment):

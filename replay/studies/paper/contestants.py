@@ -27,7 +27,7 @@ from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 from cdcore.narrow.trees.search import TREE_KINDS, TreeSearch
 from cdcore.search.features import Features, features_of
 from cdcore.search.pair_search import PairSearch
-from cdcore.search.result import Look
+from cdcore.search.result import SearchResult
 from cdcore.search.samples import Sample, sample_of
 from cdcore.search.settings import SearchSettings
 from replay.base.constants import HEADSET_HZ
@@ -79,7 +79,7 @@ class Group:
 
 
 @dataclass(frozen=True)
-class Answer:
+class PoseAnswer:
     """What was found in one pose, beside the truth: unique faces of both meshes, and face pairs; time if taken."""
 
     faces: int
@@ -120,7 +120,7 @@ def make(name: str, bodies: Sequence[Body], **settings: Any) -> Detector:
     return create_detector(row.detector, bodies, **dict(row.settings) | settings)
 
 
-def ask(name: str, detector: Detector, group: Group, pose: int) -> Answer:
+def ask(name: str, detector: Detector, group: Group, pose: int) -> PoseAnswer:
     """What ``detector``, made for row ``name``, finds in one pose."""
     frame = group.motion.frames(pose, pose + 1)
     start = perf_counter()
@@ -133,12 +133,12 @@ def ask(name: str, detector: Detector, group: Group, pose: int) -> Answer:
 
 def answer_of(
     pairs: NDArray[np.integer], truth: NDArray[np.int64], operations: int, seconds: float | None = None
-) -> Answer:
+) -> PoseAnswer:
     """Face pairs found (k, 2) held to the truth."""
     right = np.array(sorted(set(map(tuple, pairs.tolist())) & set(map(tuple, truth.tolist()))), dtype=np.int64)
     right = right.reshape(-1, 2)
     faces, true_faces = faces_of_pairs(right), faces_of_pairs(truth)
-    return Answer(faces, true_faces, len(pairs), len(truth), len(right), operations, seconds)
+    return PoseAnswer(faces, true_faces, len(pairs), len(truth), len(right), operations, seconds)
 
 
 TREES: Final = tuple(TREE_KINDS)
@@ -214,7 +214,7 @@ class SearchEngine:
         faces = np.stack([search.first.face[pairs[:, 0]], search.second.face[pairs[:, 1]]], axis=1)[:, self._order]
         return faces[np.lexsort((faces[:, 1], faces[:, 0]))], look.evaluations
 
-    def _look(self, frame: Motion, budget: int) -> Look:
+    def _look(self, frame: Motion, budget: int) -> SearchResult:
         pose_a, pose_b = ((frame.rotations[0, k], frame.translations[0, k]) for k in self._order)
         return self._search.look(pose_a, pose_b, float(frame.times[0]), budget=budget)
 
@@ -247,7 +247,7 @@ CAPS: Final = (1, 10, 100)
 FCL: Final = "python-fcl"
 CAPPED: Final = (*TREES, FCL)
 
-Capped = Mapping[tuple[str, int], list[tuple[int, Answer]]]
+Capped = Mapping[tuple[str, int], list[tuple[int, PoseAnswer]]]
 """Row and cap -> target and answer, a pose each."""
 
 
@@ -257,7 +257,7 @@ def ask_capped(group: Group, engines: Mapping[str, Engine], whole: Mapping[str, 
     ``engines``: of the trees.
     ``whole``: row -> operations of each pose when nothing stops it.
     """
-    found: dict[tuple[str, int], list[tuple[int, Answer]]] = {(name, cap): [] for name in CAPPED for cap in CAPS}
+    found: dict[tuple[str, int], list[tuple[int, PoseAnswer]]] = {(name, cap): [] for name in CAPPED for cap in CAPS}
     meshes = FclMeshes([body.mesh for body in group.bodies])
     for pose, truth in enumerate(group.truth):
         frame = group.motion.frames(pose, pose + 1)

@@ -63,19 +63,19 @@ def run_paper(
     progress: Progress | None = None,
 ) -> PaperResult:
     """Run it. Raises CalibrationError, FixtureError, WorkerError."""
-    told = progress or Silent()
+    reporter = progress or Silent()
     experiment = {"targets": list(targets), "poses": poses, "seed": seed}
     known = read_calibration(calibration, experiment, tuple(CONTESTANTS)) if calibration else None
     with Crew(jobs) as crew:
-        fixtures = _fixtures(crew, targets, poses, seed, told)
+        fixtures = _fixtures(crew, targets, poses, seed, reporter)
         groups = tuple(groups_of(fixtures))
-        times = known or measure(groups, experiment, told)
+        times = known or measure(groups, experiment, reporter)
         largest_first = sorted(groups, key=lambda group: -sum(len(body.mesh.faces) for body in group.bodies))
-        with told.stage("Table I", len(groups), "groups") as advance:
+        with reporter.stage("Table I", len(groups), "groups") as advance:
             found = crew.results([(ask_group, (group, times)) for group in largest_first], advance)
         order = [largest_first.index(group) for group in groups]
         table_one = joined([found[place] for place in order])
-        colony, drawn, sampled = _searches(crew, near, sessions, seed, told)
+        colony, drawn, sampled = _searches(crew, near, sessions, seed, reporter)
     if known is None:
         times = replace(times, pace=pace_of(drawn))
     tables = (
@@ -86,13 +86,13 @@ def run_paper(
     return PaperResult(whole, fixtures, groups, times, table_one, tables)
 
 
-def _fixtures(crew: Crew, targets: Sequence[int], poses: int, seed: int, told: Progress) -> tuple[Fixture, ...]:
+def _fixtures(crew: Crew, targets: Sequence[int], poses: int, seed: int, reporter: Progress) -> tuple[Fixture, ...]:
     """All fixtures in order of target and pose; those of the same meshes are made in one process."""
     families = range(min(poses, len(FAMILY_NAMES)))
     tasks = [
         (target, tuple(range(family, poses, len(FAMILY_NAMES))), seed) for target in targets for family in families
     ]
-    with told.stage("fixtures", len(tasks), "groups") as advance:
+    with reporter.stage("fixtures", len(tasks), "groups") as advance:
         made = crew.results([(_make_fixtures, task) for task in reversed(tasks)], advance)
     return tuple(sorted((one for some in made for one in some), key=lambda one: (one.target, one.number)))
 
@@ -102,7 +102,7 @@ def _make_fixtures(target: int, numbers: tuple[int, ...], seed: int) -> list[Fix
 
 
 def _searches(
-    crew: Crew, near: int, sessions: int, seed: int, told: Progress
+    crew: Crew, near: int, sessions: int, seed: int, reporter: Progress
 ) -> tuple[list[ColonyRows], list[Drawn], list[list[Sampled]]]:
     """What hangs on no fixture, in one round."""
     tasks: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
@@ -110,7 +110,7 @@ def _searches(
     ]
     tasks += [(sample_frames, (seed * sessions + number,)) for number in range(sessions)]
     tasks += [(search_samples, (family, draw, near, seed)) for family in FAMILY_NAMES for draw in range(DRAWS)]
-    with told.stage("searches near contact, sampled frames and faces", len(tasks), "parts") as advance:
+    with reporter.stage("searches near contact, sampled frames and faces", len(tasks), "parts") as advance:
         found = crew.results(tasks, advance)
     first, second = len(FAMILY_NAMES), len(FAMILY_NAMES) + sessions
     return found[:first], found[second:], found[first:second]

@@ -92,16 +92,16 @@ def _meeting_within(sampled: Sequence[NDArray[np.int64]], pairs: NDArray[np.inte
 
 def pace_of(drawn: Sequence[Drawn]) -> Pace:
     """Seconds of an evaluation, the least of all draws: whatever else the machine did only adds."""
-    told: dict[str, dict[str, dict[str, float]]] = {}
+    shares: dict[str, dict[str, dict[str, float]]] = {}
     for family in FAMILY_NAMES:
-        told[family] = {searcher: {} for searcher in SEARCHERS}
+        shares[family] = {searcher: {} for searcher in SEARCHERS}
         for searcher in SEARCHERS:
             for size in SIZES:
                 found = [one.pace[searcher, size] for one in drawn if one.family == family]
                 known = [seconds for seconds in found if seconds is not None]
                 if known:
-                    told[family][searcher][_word(size)] = min(known)
-    return told
+                    shares[family][searcher][_word(size)] = min(known)
+    return shares
 
 
 def least_evaluations(spent: Sequence[int | None], of: int) -> int | None:

@@ -18,12 +18,12 @@ from cdcore import create_detector
 from cdcore.protocol import counts_as_contact
 from replay.base.constants import HEADSET_HZ
 from replay.base.wilson import wilson
-from replay.comparison.contact_duration import dwell_of
+from replay.comparison.contact_duration import contact_durations
 from replay.comparison.episodes import episodes
 from replay.outputs.paper_table import Cell, PaperTable
 from replay.prepare.assemble import assemble
 from replay.studies.paper.printed import PRINTED, SECONDS
-from replay.studies.synthetic_sessions import made_up_session
+from replay.studies.synthetic_sessions import synthetic_session
 
 SCENE: Final = "bench-bumps"
 STEPS: Final = (1, 2, 4, 9)
@@ -49,10 +49,10 @@ class Sampled:
 
 def sample_frames(seed: int) -> list[Sampled]:
     """One made-up session, looked at with every step of ``STEPS``."""
-    assembly = assemble(made_up_session(SCENE, seed=seed)[0])
+    assembly = assemble(synthetic_session(SCENE, seed=seed)[0])
     truth = create_detector("continuous", assembly.bodies, pairs=assembly.pairs).detect(assembly.motion)
     contacts = episodes(truth)
-    dwell = dwell_of(assembly, truth, contacts)
+    dwell = contact_durations(assembly, truth, contacts)
     seen = create_detector("exact", assembly.bodies, pairs=assembly.pairs).detect(assembly.motion)
     touching = counts_as_contact(seen.verdict)
     found = []

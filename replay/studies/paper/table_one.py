@@ -17,9 +17,9 @@ from replay.studies.paper.calibration import SHARES, Calibration
 from replay.studies.paper.contestants import (
     CONTESTANTS,
     TREES,
-    Answer,
     Capped,
     Group,
+    PoseAnswer,
     answer_of,
     ask,
     ask_capped,
@@ -29,7 +29,7 @@ from replay.studies.paper.contestants import (
 from replay.studies.paper.printed import ACCURACY, OURS, PRINTED, TABLE_1, TIME_TO_RAPID, VARIANCE
 from sessions.synthetic.rng import random_stream
 
-Answers = Mapping[str, Sequence[tuple[int, Answer]]]
+Answers = Mapping[str, Sequence[tuple[int, PoseAnswer]]]
 """Row -> target and answer, a pose each."""
 
 RESAMPLES: Final = 1000
@@ -68,12 +68,12 @@ def measure(groups: Sequence[Group], experiment: Mapping[str, object], progress:
 def ask_group(group: Group, calibration: Calibration) -> TableOne:
     """Ask every row in every pose of a group: to completion, with the budgets of ``calibration``, and capped."""
     poses, target = range(len(group.truth)), group.target
-    complete: dict[str, list[tuple[int, Answer]]] = {}
+    complete: dict[str, list[tuple[int, PoseAnswer]]] = {}
     for name in CONTESTANTS:
         detector = make(name, group.bodies)
         complete[name] = [(target, ask(name, detector, group, pose)) for pose in poses]
     engines = engines_of(group.bodies, BUDGETED)
-    equal: dict[float, dict[str, list[tuple[int, Answer]]]] = {share: {} for share in SHARES}
+    equal: dict[float, dict[str, list[tuple[int, PoseAnswer]]]] = {share: {} for share in SHARES}
     for share, name in product(SHARES, BUDGETED):
         budget = calibration.budget(name, target, share)
         found = [engines[name].ask(group.motion.frames(pose, pose + 1), budget) for pose in poses]
@@ -121,7 +121,7 @@ def beside_printed(found: TableOne) -> PaperTable:
     )  # fmt: skip
 
 
-def _mean_faces(answers: Sequence[tuple[int, Answer]], target: int) -> float:
+def _mean_faces(answers: Sequence[tuple[int, PoseAnswer]], target: int) -> float:
     some = [one.faces for at, one in answers if at == target]
     return sum(some) / len(some)
 
@@ -144,7 +144,7 @@ MEANS: Final = (
 )
 
 
-def _shares(some: Sequence[Answer]) -> tuple[Cell, ...]:
+def _shares(some: Sequence[PoseAnswer]) -> tuple[Cell, ...]:
     """Mean faces, face recall, pair recall and precision over all poses together, and mean operations of a pose."""
     reported = sum(one.pairs for one in some)
     right = sum(one.right_pairs for one in some)
@@ -158,7 +158,7 @@ def _shares(some: Sequence[Answer]) -> tuple[Cell, ...]:
     )
 
 
-def _cut_short(name: str, answers: Sequence[tuple[int, Answer]], calibration: Calibration) -> tuple[Cell, ...]:
+def _cut_short(name: str, answers: Sequence[tuple[int, PoseAnswer]], calibration: Calibration) -> tuple[Cell, ...]:
     """``_shares``, and the mean time of a pose where operations are counted."""
     shares = _shares([one for _, one in answers])
     if name not in CONTESTANTS:

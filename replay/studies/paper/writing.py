@@ -66,12 +66,12 @@ def page(result: PaperResult, drawn: Mapping[str, tuple[str, bytes]]) -> str:
         ]
     )
     body = joined(
-        [element("header", element("p", _told(result)), element("h1", TITLE)), element("main", joined(parts))]
+        [element("header", element("p", _preamble(result)), element("h1", TITLE)), element("main", joined(parts))]
     )
     return f'<!doctype html>\n<html lang="en"><head>{head}</head><body>{body}</body></html>\n'
 
 
-def _told(result: PaperResult) -> str:
+def _preamble(result: PaperResult) -> str:
     """How much was run, on which machine the times were taken, and what printed values are."""
     size, machine = result.experiment, result.calibration.machine
     where = machine.get("processor")

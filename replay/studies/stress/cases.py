@@ -17,7 +17,7 @@ from cdcore import Body, Motion, TriangleMesh
 from cdcore.numerics import FloatArray
 from cdcore.protocol.detection import Covers
 from replay.errors import OutputError, StressError
-from replay.studies.stress.scenes import Scene
+from replay.studies.stress.scenes import StressScene
 
 ARRAYS = ("row", "triangles", "truth", "verdict")
 NUMBERS = ("family", "seed", "count")
@@ -95,7 +95,7 @@ def read_cases(path: Path) -> Cases:
 class FailedScene:
     """A scene, and what a detector said of it: as long as the scene's truth."""
 
-    scene: Scene
+    scene: StressScene
     said: NDArray[np.uint8]
 
 
@@ -142,4 +142,4 @@ def _scene(values: dict[str, NDArray[np.generic]]) -> FailedScene:
     motion = Motion(*poses, linked=values["linked"])
     covers: Covers = "intervals" if str(values["covers"]) == "intervals" else "instants"
     truth, said = (values[name].astype(np.uint8) for name in ("truth", "said"))
-    return FailedScene(Scene(str(values["name"]), (bodies[0], bodies[1]), motion, truth, covers), said)
+    return FailedScene(StressScene(str(values["name"]), (bodies[0], bodies[1]), motion, truth, covers), said)

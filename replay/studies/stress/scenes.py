@@ -27,7 +27,7 @@ LIFTS: Final = (1e-12, 1e-9, 1e-7, 5e-7, 1e-6, 2e-6, 1e-5)
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class StressScene:
     """Two bodies, a motion, and what is true of it."""
 
     name: str
@@ -69,29 +69,29 @@ def at(places: ArrayLike) -> Motion:
     return Motion(np.arange(len(first)) / HEADSET_HZ, both, np.tile(np.eye(3), (len(first), 2, 1, 1)))
 
 
-def of_all_pairs(name: str, bodies: tuple[Body, Body], motion: Motion) -> Scene:
+def of_all_pairs(name: str, bodies: tuple[Body, Body], motion: Motion) -> StressScene:
     """A scene whose truth all face pairs tell; nothing is inside anything in it."""
     meets = [len(meeting(bodies, motion, frame)) > 0 for frame in range(len(motion))]
-    return Scene(name, bodies, motion, np.array(meets, dtype=np.uint8) * np.uint8(Verdict.CONTACT))
+    return StressScene(name, bodies, motion, np.array(meets, dtype=np.uint8) * np.uint8(Verdict.CONTACT))
 
 
-def containment(rng: Generator) -> Iterator[Scene]:
+def containment(rng: Generator) -> Iterator[StressScene]:
     """27: a body wholly inside another."""
     inside = {"ball in a box": (ball_mesh(0.1), box_mesh()), "ball in a ball": (ball_mesh(0.2), ball_mesh(1.0))}
     for name, (inner, outer) in inside.items():
         for order, bodies in (("", two(inner, outer)), (", outer first", two(outer, inner))):
             motion = in_worlds(rng, 6)
-            yield Scene(name + order, bodies, motion, np.full(6, Verdict.CONTAINED, dtype=np.uint8))
+            yield StressScene(name + order, bodies, motion, np.full(6, Verdict.CONTAINED, dtype=np.uint8))
 
 
-def cavity(rng: Generator) -> Iterator[Scene]:
+def cavity(rng: Generator) -> Iterator[StressScene]:
     """28: a rod in the cavity of an open beaker, which is outside the glass."""
     rod, beaker = moved(rod_mesh(), [0.01, 0.005, 0.01]), beaker_mesh()
     for name, bodies in (("rod first", two(rod, beaker)), ("beaker first", two(beaker, rod))):
-        yield Scene(name, bodies, in_worlds(rng, 6), np.full(6, Verdict.CLEAR, dtype=np.uint8))
+        yield StressScene(name, bodies, in_worlds(rng, 6), np.full(6, Verdict.CLEAR, dtype=np.uint8))
 
 
-def odd_meshes(_rng: Generator) -> Iterator[Scene]:
+def odd_meshes(_rng: Generator) -> Iterator[StressScene]:
     """37: meshes with every common fault, beside a sound one; clear, in contact, far away."""
     box = box_mesh()
     stray = [*box.vertices.tolist(), [50.0, 0, 0]]
@@ -109,7 +109,7 @@ def odd_meshes(_rng: Generator) -> Iterator[Scene]:
         yield of_all_pairs(name, two(ball_mesh(0.5), mesh), at(np.array([[1.1, 0, 0], [0.9, 0.1, 0.2], [3, 0, 0]])))
 
 
-def far_away(_rng: Generator) -> Iterator[Scene]:
+def far_away(_rng: Generator) -> Iterator[StressScene]:
     """38: thousands of kilometres from the origin, by the poses or in the vertices."""
     near = np.array([[x, 0.1, 0.2] for x in (0.9, 0.99, 1.0, 1 + 1e-9, 1.01)])
     for shift in (1e3, 1e5, 1e7):
@@ -120,7 +120,7 @@ def far_away(_rng: Generator) -> Iterator[Scene]:
         yield of_all_pairs(f"{shift:g} m in the vertices", two(moved(ball, offset), moved(box, offset)), motion)
 
 
-def scaled(_rng: Generator) -> Iterator[Scene]:
+def scaled(_rng: Generator) -> Iterator[StressScene]:
     """39: all lengths times a power of two or of ten."""
     for scale in (2.0**-20, 2.0**-10, 2.0**10, 2.0**20, 1e-6, 1e-3, 1e3, 1e6):
         sized = (TriangleMesh(mesh.vertices * scale, mesh.faces) for mesh in (ball_mesh(0.5), box_mesh()))
@@ -128,14 +128,14 @@ def scaled(_rng: Generator) -> Iterator[Scene]:
         yield of_all_pairs(f"times {scale:.3g}", two(*sized), motion)
 
 
-def resting(rng: Generator) -> Iterator[Scene]:
+def resting(rng: Generator) -> Iterator[StressScene]:
     """41: a glass on a table, lifted or sunk by a hair."""
     table = box_mesh((0.3, 0.3, 0.02), (0, 0, -0.01))
     for lift in (0.0, *LIFTS, *(-lift for lift in LIFTS)):
         yield of_all_pairs(f"lifted by {lift:g} m", two(moved(beaker_mesh(), [0, 0, lift]), table), in_worlds(rng, 6))
 
 
-def degenerate(rng: Generator) -> Iterator[Scene]:
+def degenerate(rng: Generator) -> Iterator[StressScene]:
     """42: a mesh on itself, kisses in one vertex, a rod on a wall, blocks on one lattice."""
     beaker, ball, rod = beaker_mesh(sides=10), icosphere_mesh(1), rod_mesh(0.25, 4.0, 8)
     blocks = merged(*(box_mesh(centre=(x, y, 0)) for x in range(3) for y in range(2)))
@@ -178,18 +178,18 @@ def crossing(speed: float, phases: int = PHASES, aside: ArrayLike = 0.0) -> Moti
     return Motion(np.arange(count) / HEADSET_HZ, place.reshape(count, 2, 3), turn, linked=linked.reshape(count, 2))
 
 
-def thin_wall(_rng: Generator) -> Iterator[Scene]:
+def thin_wall(_rng: Generator) -> Iterator[StressScene]:
     """29: every crossing has a contact, and a pass beside the plate by 3 um to 1 mm has none."""
     bodies = two(box_mesh((0.005,) * 3), box_mesh((0.2, 0.2, 0.001)))
     for speed in SPEEDS:
-        yield Scene(f"{speed:g} m/s", bodies, crossing(speed), np.ones(PHASES, dtype=np.uint8), "intervals")
+        yield StressScene(f"{speed:g} m/s", bodies, crossing(speed), np.ones(PHASES, dtype=np.uint8), "intervals")
         beside = crossing(speed, aside=0.1 + 0.0025 + np.geomspace(3e-6, 1e-3, PHASES))
-        yield Scene(f"{speed:g} m/s beside", bodies, beside, np.zeros(PHASES, dtype=np.uint8), "intervals")
+        yield StressScene(f"{speed:g} m/s beside", bodies, beside, np.zeros(PHASES, dtype=np.uint8), "intervals")
 
 
-def one(name: str, meshes: tuple[TriangleMesh, TriangleMesh], motion: Motion, meets: bool) -> Scene:
+def one(name: str, meshes: tuple[TriangleMesh, TriangleMesh], motion: Motion, meets: bool) -> StressScene:
     """A scene of one motion that has a contact somewhere, or none."""
-    return Scene(name, two(*meshes), motion, np.array([meets], dtype=np.uint8), "intervals")
+    return StressScene(name, two(*meshes), motion, np.array([meets], dtype=np.uint8), "intervals")
 
 
 def turning(degrees: float) -> Motion:
@@ -201,7 +201,7 @@ def turning(degrees: float) -> Motion:
     return Motion([0, 1 / HEADSET_HZ], np.zeros((2, 2, 3)), spin)
 
 
-def rotation_only(_rng: Generator) -> Iterator[Scene]:
+def rotation_only(_rng: Generator) -> Iterator[StressScene]:
     """30: of 181 degrees the shortest arc is 179 the other way."""
     rod = box_mesh((0.1, 0.004, 0.004), (0.06, 0, 0))
     for degrees in (90.0, 179.0, 181.0):
@@ -211,7 +211,7 @@ def rotation_only(_rng: Generator) -> Iterator[Scene]:
             yield one(name, (rod, post), turning(degrees), (side > 0) == (degrees < 180))
 
 
-def ends(_rng: Generator) -> Iterator[Scene]:
+def ends(_rng: Generator) -> Iterator[StressScene]:
     """31: contact only at the first instant, only at the last, and no motion at all."""
     meshes = box_mesh(), box_mesh()
     yield one("at the start only", meshes, at([[1.0, 0, 0], [1.5, 0, 0]]), True)
@@ -220,7 +220,7 @@ def ends(_rng: Generator) -> Iterator[Scene]:
     yield one("standing apart", meshes, at([[1.1, 0, 0], [1.1, 0, 0]]), False)
 
 
-def grazing(_rng: Generator) -> Iterator[Scene]:
+def grazing(_rng: Generator) -> Iterator[StressScene]:
     """32: two tips that pass each other at one instant, touching or by a hair."""
     corners = np.concatenate([np.eye(3), -np.eye(3)])
     tip = TriangleMesh(corners, [[a, b, c] for a in (0, 3) for b in (1, 4) for c in (2, 5)])
@@ -228,7 +228,7 @@ def grazing(_rng: Generator) -> Iterator[Scene]:
         yield one(f"gap {gap:g} m", (tip, tip), at([[-0.5, 0, 2 + gap], [0.5, 0, 2 + gap]]), gap <= 0)
 
 
-def reversed_and_split(rng: Generator) -> Iterator[Scene]:
+def reversed_and_split(rng: Generator) -> Iterator[StressScene]:
     """33: a crossing, the same backwards, and the same with a frame at a half, a quarter or a third of it."""
     meshes = ball_mesh(0.01), box_mesh((0.3, 0.3, 0.002))
     for number in range(3):
@@ -242,7 +242,7 @@ def reversed_and_split(rng: Generator) -> Iterator[Scene]:
                 yield one(name, meshes, at(places + shift), meets)
 
 
-Maker = Callable[[Generator], Iterator[Scene]]
+Maker = Callable[[Generator], Iterator[StressScene]]
 
 SCENES: Final[dict[int, tuple[str, Maker]]] = {
     27: ("containment", containment),

@@ -20,7 +20,7 @@ from replay.studies.stress.attempts import ATTEMPTS
 from replay.studies.stress.cases import FailedScene, write_scenes
 from replay.studies.stress.families import FIRST_SEED
 from replay.studies.stress.peers import PEERS
-from replay.studies.stress.scenes import SCENES, Scene, meeting
+from replay.studies.stress.scenes import SCENES, StressScene, meeting
 
 NOT_ASKED: Final = {40: ("time stamps", "about recordings, not detectors: replay info names what lies")}
 """Number of a case that asks no detector -> its name, and why."""
@@ -106,7 +106,7 @@ def run_cases(
 
 
 def case_of(
-    detector: str, number: int, scenes: Sequence[Scene], *, seed: int, tau: float, out: Path | None = None
+    detector: str, number: int, scenes: Sequence[StressScene], *, seed: int, tau: float, out: Path | None = None
 ) -> CaseTally:
     """Ask one detector one case; ``scenes`` are those of the case, if it has any."""
     where: dict[str, Any] = {"detector": detector, "number": number, "name": CASES[number], "seed": seed}
@@ -139,7 +139,7 @@ def _attempted(detector: str, number: int) -> list[tuple[str, str]]:
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class SceneAnswer:
     """What a detector said of a scene (as long as its truth), and what that is worth."""
 
     said: NDArray[np.uint8]
@@ -153,13 +153,13 @@ class Answer:
         return any(self.counts[word] for word in ("missed", "invented", "refused"))
 
 
-def answer_of(detector: str, scene: Scene, tau: float) -> Answer:
+def answer_of(detector: str, scene: StressScene, tau: float) -> SceneAnswer:
     """Ask a detector about a scene, and count."""
     try:
         detections = _asked(detector, scene)
     except CollisionCoreError as error:
         said = np.full(len(scene.truth), Verdict.INVALID, dtype=np.uint8)
-        return Answer(said, dict.fromkeys(WORDS, 0) | {"refused": len(said)}, str(error), True)
+        return SceneAnswer(said, dict.fromkeys(WORDS, 0) | {"refused": len(said)}, str(error), True)
     verdict = np.concatenate([one.verdict[:, 0] for one in detections])
     reason = next((why for one in detections for why in one.reasons.values()), "")
     if scene.covers == "intervals":
@@ -182,10 +182,10 @@ def answer_of(detector: str, scene: Scene, tau: float) -> Answer:
     missed = wrong & ~within & (truth != Verdict.CLEAR) & ~((truth == Verdict.CONTAINED) & counts_as_contact(said))
     counts = {"missed": missed, "invented": wrong & ~within & ~missed, "within": within, "refused": refused}
     counts["unconfirmed"] = unconfirmed
-    return Answer(said, {name: int(rows.sum()) for name, rows in counts.items()}, reason, promised)
+    return SceneAnswer(said, {name: int(rows.sum()) for name, rows in counts.items()}, reason, promised)
 
 
-def _asked(detector: str, scene: Scene) -> list[Detection]:
+def _asked(detector: str, scene: StressScene) -> list[Detection]:
     """One detection, or one a frame where instants are asked of a detector of intervals."""
     engine = create_detector(detector, scene.bodies)
     first = engine.detect(scene.motion.take(np.array([0])))
@@ -209,7 +209,7 @@ def _over_crossings(verdict: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return said
 
 
-def _within(scene: Scene, wrong: NDArray[np.bool_], tau: float) -> NDArray[np.bool_]:
+def _within(scene: StressScene, wrong: NDArray[np.bool_], tau: float) -> NDArray[np.bool_]:
     """Which wrong answers about instants are about at most tau."""
     within = np.zeros(len(wrong), dtype=np.bool_)
     if scene.covers == "intervals" or tau <= 0 or not wrong.any():

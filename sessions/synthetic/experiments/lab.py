@@ -16,12 +16,12 @@ from sessions.geometry.rotations import IDENTITY, Array, quaternion_inverse, qua
 from sessions.model.event import Interval
 from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import START_NS, Recording
-from sessions.synthetic.bench import BENCH_TOP, Layout, Placed
+from sessions.synthetic.bench import BENCH_TOP, Instruments, Placed
 from sessions.synthetic.choreography import Buttons, Script
-from sessions.synthetic.experiments.things import Falling, Held, Placing, Standing
+from sessions.synthetic.experiments.things import Falling, Held, PosesAt, Standing
 from sessions.synthetic.paths import Path, Point, Quaternion, point, quaternion_of, relative
 from sessions.synthetic.rng import random_stream
-from sessions.synthetic.truth import Episode, Fact, levelled, ordered
+from sessions.synthetic.truth import Fact, PlantedEpisode, levelled, ordered
 
 SIDES = ("left", "right")
 UP = np.array([0.0, 1.0, 0.0])
@@ -46,17 +46,17 @@ class Lab:
     travel : hands cross the bench at least this high, metres.
     """
 
-    def __init__(self, name: str, layout: Layout, how: Recording, *, travel: float = 1.25) -> None:
+    def __init__(self, name: str, layout: Instruments, how: Recording, *, travel: float = 1.25) -> None:
         self.name, self.layout, self.how, self.travel = name, layout, how, travel
         self.rng = random_stream(how.seed, "procedure", name)
         pace = float(self.rng.uniform(0.9, 1.15))
         self.hands = {side: Script(REST[side], pace=pace) for side in SIDES}
-        self.things: dict[str, list[tuple[float, Placing]]] = {}  # phases: begin, and where the thing is from then on
+        self.things: dict[str, list[tuple[float, PosesAt]]] = {}  # phases: begin, and where the thing is from then on
         self.where: dict[str, tuple[Point, Quaternion]] = {}
         self.held: dict[str, str] = {}
         self.buttons = Buttons()
         self.facts: list[Fact] = []
-        self.episodes: list[Episode] = []
+        self.episodes: list[PlantedEpisode] = []
         self.intervals: list[Interval] = []
         self.keep: dict[str, list[tuple[float, float]]] = {side: [] for side in SIDES}
         self.attention: list[tuple[float, Point]] = [(0.0, (0.0, 1.0, 0.0))]
@@ -259,7 +259,7 @@ SPOUT_LEFT = turned_about((0.0, 1.0, 0.0), np.pi)
 """Turns a beaker's spout from +X to -X, for pouring with the right hand."""
 
 
-def layout_of(placed: Mapping[str, Placed], grips: tuple[float, float], faces: int) -> Layout:
+def layout_of(placed: Mapping[str, Placed], grips: tuple[float, float], faces: int) -> Instruments:
     """A layout with the two hands, made for grips of these radii, and the headset."""
     left, right = grips
     people = {
@@ -267,4 +267,4 @@ def layout_of(placed: Mapping[str, Placed], grips: tuple[float, float], faces: i
         "hand-right": Placed("hand_right", options={"grip_radius": right}),
         "headset": Placed("proxy_headset", faces=max(600, faces // 2)),
     }
-    return Layout({"bench": Placed("bench", faces=500, moves=False), **placed, **people}, faces)
+    return Instruments({"bench": Placed("bench", faces=500, moves=False), **placed, **people}, faces)

@@ -13,12 +13,12 @@ from sessions.model.event import Event
 from sessions.model.scene import Scene, SceneEffect
 from sessions.model.session import Session
 from sessions.synthetic.assembly import START_NS, Recording, recorded
-from sessions.synthetic.bench import Layout, Placed, made_session, with_text
+from sessions.synthetic.bench import Instruments, Placed, made_session, with_text
 from sessions.synthetic.experiments.lab import SIDES, Lab, layout_of
 from sessions.synthetic.experiments.things import placed_by
 from sessions.synthetic.paths import Key, KeyPath, Poses, point, quaternion_of
 from sessions.synthetic.rng import random_stream
-from sessions.synthetic.truth import Episode, Fact, Truth, sorted_episodes, sorted_facts
+from sessions.synthetic.truth import Fact, PlantedEpisode, Truth, sorted_episodes, sorted_facts
 from sessions.synthetic.truth import Interval as Span
 
 FACES = 3000
@@ -89,12 +89,12 @@ class Experiment:
         happened = {"events": _events(lab.facts), "intervals": intervals}
         return made_session(truth, seen, things, layout, lab.buttons, self._scene(layout), **happened), truth
 
-    def _scene(self, layout: Layout) -> Scene:
+    def _scene(self, layout: Instruments) -> Scene:
         bodies = tuple(replace(body, parent=self.parents.get(body.id, "")) for body in layout.bodies())
         return with_text(Scene(self.name, bodies, effects=self.effects), self.remarks)
 
 
-def _until(episodes: Sequence[Episode], seconds: float) -> list[Episode]:
+def _until(episodes: Sequence[PlantedEpisode], seconds: float) -> list[PlantedEpisode]:
     """Episodes that last to the end of the procedure end with the session."""
 
     def cut(span: Span | None) -> Span | None:

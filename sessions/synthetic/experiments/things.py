@@ -11,7 +11,7 @@ from sessions.geometry.rotations import Array
 from sessions.synthetic.experiments.pouring import GRAVITY
 from sessions.synthetic.paths import Point, Poses, Quaternion, carried
 
-Placing = Callable[[Array, Mapping[str, Poses]], Poses]
+PosesAt = Callable[[Array, Mapping[str, Poses]], Poses]
 """Times (n,) of the recorded clock and the recorded poses of the hands at them -> poses of the thing."""
 
 
@@ -65,7 +65,7 @@ class Falling:
         return place, np.tile(np.array(self.quaternion), (len(times), 1))
 
 
-def placed_by(phases: Sequence[tuple[float, Placing]], times: Array, hands: Mapping[str, Poses]) -> Poses:
+def placed_by(phases: Sequence[tuple[float, PosesAt]], times: Array, hands: Mapping[str, Poses]) -> Poses:
     """Poses (n, 3) and (n, 4) of a thing at all frames; each phase (start, placing) lasts until the next one starts."""
     position, quaternion = np.empty((len(times), 3)), np.empty((len(times), 4))
     rows = np.searchsorted(times, [*(start for start, _ in phases), np.inf])

@@ -7,7 +7,7 @@ from support.shapes import ball_mesh, box_mesh, lab
 from cdcore import Body, Motion, Verdict, create_detector, join
 from cdcore.detectors.continuous import GAP_BEFORE, LOST_BEFORE
 from cdcore.errors import InvalidSettingError
-from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, fill_leg, pose_at
+from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, fill_segment, pose_at
 
 BALL, PLATE = Body("ball", ball_mesh(0.01)), Body("plate", box_mesh((0.3, 0.3, 0.002)))
 
@@ -97,7 +97,7 @@ def between(motion, parts):
     leg, pose = np.empty(LEG_WIDTH), np.empty(12)
     for t in range(1, frames):
         for k in range(bodies):
-            fill_leg(*(x[s, k] for s in (t - 1, t) for x in (motion.rotations, motion.translations)), leg)
+            fill_segment(*(x[s, k] for s in (t - 1, t) for x in (motion.rotations, motion.translations)), leg)
             for n, share in enumerate(np.linspace(0, 1, parts)):
                 pose_at(leg, share, pose)
                 turn[t - 1, n, k], place[t - 1, n, k] = pose[:9].reshape(3, 3), pose[9:]

@@ -10,7 +10,7 @@ from cdcore.search import state
 from cdcore.search.advance import follow
 from cdcore.search.descent import DRAWS
 from cdcore.search.features import NEIGHBOURS, RADIUS, features_of
-from cdcore.search.resting_contact import Rest, distance_moved, relative_of
+from cdcore.search.resting_contact import RestingContact, distance_moved, relative_of
 from cdcore.search.sample_control import PROBE
 
 HERE = (I3, np.zeros(3))
@@ -134,7 +134,7 @@ def test_no_point_of_the_body_moves_farther_than_the_bound_says():
 
 def test_the_budget_is_whole_for_news_short_for_little_and_none_where_nothing_has_moved():
     features = features_of(BALL)
-    rest = Rest(features, features, 0.25)
+    rest = RestingContact(features, features, 0.25)
     face = 2 * features.mean_radius
     before = np.array([*np.eye(3).ravel(), 2.1, 0.0, 0.0, 2.1])
 
@@ -156,7 +156,7 @@ def test_the_finer_mesh_says_what_is_news_in_either_order():
     assert plate.mean_radius > 5 * ball.mean_radius
     before = np.array([*np.eye(3).ravel(), 0.0, 1.2, 0.0, 1.2])
     for bodies in ((ball, plate), (plate, ball)):
-        rest = Rest(*bodies, 0.25)
+        rest = RestingContact(*bodies, 0.25)
         budgets = [rest.budget(before + share * face * np.eye(13)[10], before, before, 2000) for share in (0.24, 0.26)]
         assert budgets == [PROBE, 2000]
 

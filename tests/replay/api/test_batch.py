@@ -43,10 +43,10 @@ def test_a_finished_session_is_kept_and_a_missing_or_half_written_one_is_run(fil
     shutil.rmtree(out / "s2")
     (out / "kept.json").unlink()
     (out / ".s2.deadbeef.partial").mkdir()
-    told = []
-    again = run_batch(files, out, settings=SETTINGS, told=lambda *one: told.append(one))
+    on_done = []
+    again = run_batch(files, out, settings=SETTINGS, on_done=lambda *one: on_done.append(one))
     assert again.digest == first.digest and again.kept == ("s0", "s1")
-    assert told[-1] == ("s2", "done") and ("s0", "kept") in told
+    assert on_done[-1] == ("s2", "done") and ("s0", "kept") in on_done
     assert (out / "s0" / "summary.json").stat().st_mtime_ns == when
     assert not list(out.glob(".*.partial"))
 
@@ -87,9 +87,9 @@ def test_the_digest_sees_every_answer(files, tmp_path):
     run_batch(files[:2], tmp_path / "runs", settings=SETTINGS)
     before = batch_digest(tmp_path / "runs", ["s0", "s1"])
     summary = tmp_path / "runs" / "s1" / "summary.json"
-    told = json.loads(summary.read_text())
-    told["detectors"]["hybrid"]["digest"] = "0" * 64
-    summary.write_text(json.dumps(told))
+    on_done = json.loads(summary.read_text())
+    on_done["detectors"]["hybrid"]["digest"] = "0" * 64
+    summary.write_text(json.dumps(on_done))
     assert batch_digest(tmp_path / "runs", ["s0", "s1"]) != before
 
 

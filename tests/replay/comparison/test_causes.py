@@ -9,9 +9,9 @@ from support.small_worlds import STILL, cube, cubes, verdict_column
 from cdcore import Verdict
 from cdcore.protocol import Explanation
 from replay.comparison import causes as module
-from replay.comparison.causes import Cause, Scene, find_causes, first_failed
+from replay.comparison.causes import Cause, MissEvidence, find_causes, first_failed
 from replay.comparison.compare import compare
-from replay.comparison.misses import Stretch
+from replay.comparison.misses import MissedStretch
 from replay.pipeline.engine import compute
 from sessions import Session
 from sessions.synthetic import make_analytic
@@ -71,7 +71,7 @@ def test_a_contact_that_no_instant_shows_is_lost_between_frames():
 def test_disagreement_within_tolerance_is_counted_as_such_and_is_no_miss():
     subject, oracle = verdict_column("...C"), verdict_column(".CCC")
     comparison = compare(subject, oracle, within=np.array([[False], [True], [True], [False]]))
-    told = find_causes((), comparison, Scene(None, subject, oracle, None, None))
+    told = find_causes((), comparison, MissEvidence(None, subject, oracle, None, None))
     assert told.pair_frames == {Cause.TOLERANCE: 2} and told.of_misses == ()
 
 
@@ -118,7 +118,7 @@ def test_a_search_that_says_not_found_and_no_more_is_a_search_that_failed():
 def test_looks_are_bounded_and_misses_without_one_are_not_examined(monkeypatch):
     monkeypatch.setattr(module, "LOOKS_IN_ALL", 10)
     monkeypatch.setattr(module, "LOOKS_AT_ONCE", 3)
-    places = [Stretch(0, 40 * k, 40 * k + 20, "interrupted", 1) for k in range(25)]
+    places = [MissedStretch(0, 40 * k, 40 * k + 20, "interrupted", 1) for k in range(25)]
     looks = list(module._looks(places))
     assert [number for number, _, _ in looks] == list(range(0, 25, 3))
     assert all(frames == [40 * number + 10] for number, _, frames in looks)
@@ -130,7 +130,7 @@ def test_looks_are_bounded_and_misses_without_one_are_not_examined(monkeypatch):
 
 
 def test_a_long_miss_is_looked_at_with_both_ends():
-    (look,) = module._looks([Stretch(0, 100, 900, "never found", 1)])
+    (look,) = module._looks([MissedStretch(0, 100, 900, "never found", 1)])
     assert len(look[2]) == 16 and look[2][0] == 100 and look[2][-1] == 900
 
 

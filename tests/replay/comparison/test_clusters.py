@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from replay.comparison.clusters import MANY, SHORTEST_GAP, Cluster, by_depth, clusters, seen_and_between
-from replay.comparison.outcome import Miss, Touch
+from replay.comparison.outcome import FirstTouch, Miss
 
 ONE = Miss(
     number=1, pair=0, body_a="a", body_b="b", first=0, last=0, start=0.0, end=0.0, kind="never found", episode=1,
@@ -44,7 +44,7 @@ def test_a_miss_that_no_frame_shows_comes_after_those_with_a_cut():
 
 
 def test_misses_that_no_frame_shows_stand_apart_in_order_of_time():
-    touch = Touch(3, 0.03, 0.031, 100, (0, 1), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    touch = FirstTouch(3, 0.03, 0.031, 100, (0, 1), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     misses = [
         at(1, 0.0), replace(at(2, 1.0, depth=0.0), touch=touch), at(3, 2.0, depth=0.02),
         replace(at(4, 3.0, depth=0.0), touch=touch), at(5, 4.0, depth=0.0),

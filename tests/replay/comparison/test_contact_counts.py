@@ -18,7 +18,7 @@ from replay.outputs.results.parquet_tables import episode_table
 from replay.outputs.run_tables import pair_table
 from replay.pipeline.engine import compute
 from replay.pipeline.headline import headline
-from replay.tradeoffs.scoring import Judge
+from replay.tradeoffs.scoring import Scoring
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -109,7 +109,7 @@ def test_all_who_count_contacts_say_the_same(run, label, figures):
     assert headline(run, label).startswith(f"{missed or part} of {contacts} contacts missed")
     rows = episode_table(run).to_pylist()
     assert sum(label in row["missed_by"].split(",") for row in rows) == missed
-    judged = Judge(run.assembly, parse_detector("exact"), 0, TAU).figures(run.detections[label])
+    judged = Scoring(run.assembly, parse_detector("exact"), 0, TAU).figures(run.detections[label])
     assert judged["contacts_missed"] == missed
     assert label != "drop" or len(run.misses[label]) == 5
 

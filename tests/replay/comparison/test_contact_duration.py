@@ -5,7 +5,7 @@ import pytest
 from support.small_worlds import cubes, verdict_column
 
 from replay.base.wilson import wilson
-from replay.comparison.contact_duration import RATES_HZ, dwell_of, expected_misses, miss_probability, safe_rate
+from replay.comparison.contact_duration import RATES_HZ, contact_durations, expected_misses, miss_probability, safe_rate
 from replay.comparison.episodes import episodes
 from replay.pipeline.engine import compute
 from replay.prepare.assemble import assemble
@@ -55,7 +55,7 @@ def test_the_thin_wall_of_the_hard_cases_gives_its_known_share():
 def test_ends_between_frames_are_those_of_the_closed_form(name):
     session, truth = make_analytic(name, seconds=6.0)
     result = compute(session, detectors="exact", oracle="exact")
-    dwell = dwell_of(result.assembly, result.detections["exact"], result.episodes["exact"])
+    dwell = contact_durations(result.assembly, result.detections["exact"], result.episodes["exact"])
     spans = [episode.nominal for episode in truth.episodes]
     # frames are joined by lines and even turns: within a frame a curved path differs by micrometres
     slack = {"fast-ball": 2e-6, "ball-plate": 2e-4, "spinning-rod": 1e-3}[name]
@@ -68,7 +68,7 @@ def test_ends_between_frames_are_those_of_the_closed_form(name):
 def test_a_contact_at_the_end_of_the_recording_is_cut_off():
     session = cubes({"a": [0.0] * 6, "b": [0.9, 3.0, 1.5, 0.5, 3.0, 0.9]}, step_ns=200_000_000)
     result = compute(session, detectors="exact", oracle="exact")
-    dwell = dwell_of(result.assembly, result.detections["exact"], result.episodes["exact"])
+    dwell = contact_durations(result.assembly, result.detections["exact"], result.episodes["exact"])
     assert dwell.open.tolist() == [True, False, True]
     assert dwell.begin[1] == pytest.approx(0.5, abs=1e-6) and dwell.end[1] == pytest.approx(0.64, abs=1e-6)
 
@@ -76,7 +76,7 @@ def test_a_contact_at_the_end_of_the_recording_is_cut_off():
 def test_a_time_of_impact_is_where_a_contact_between_frames_begins():
     session = cubes({"a": [0.0] * 4, "b": [3.0, 3.0, -3.0, -3.0]})
     oracle = verdict_column("..C.", covers="intervals", toi={(2, 0): (0.01 + 1e-9 + 0.01 * 2 / 6, 0.0133334)})
-    dwell = dwell_of(assemble(session), oracle, episodes(oracle))
+    dwell = contact_durations(assemble(session), oracle, episodes(oracle))
     assert dwell.seconds[0] == pytest.approx(0.01 * 2 / 6, abs=1e-6)
 
 

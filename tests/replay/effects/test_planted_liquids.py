@@ -5,7 +5,7 @@ from functools import cache
 import pytest
 
 from replay.pipeline.engine import compute
-from replay.studies.synthetic_sessions import made_up_session
+from replay.studies.synthetic_sessions import synthetic_session
 
 pytestmark = pytest.mark.slow
 
@@ -15,7 +15,7 @@ SEEDS = (0, 1)
 
 @cache
 def replayed(name, seed=0):
-    session, truth = made_up_session(name, seed)
+    session, truth = synthetic_session(name, seed)
     return compute(session, detectors=()), truth
 
 

@@ -5,7 +5,7 @@ import pytest
 from cdcore import DETECTORS
 from replay.guide.choosing import BEGIN, END, choosing_table, with_table
 from replay.guide.pages import page
-from replay.studies.synthetic_sessions import made_up_names, made_up_session
+from replay.studies.synthetic_sessions import made_up_names, synthetic_session
 from sessions.errors import SessionError
 
 
@@ -28,11 +28,11 @@ def test_only_what_stands_between_the_marks_is_replaced():
 
 def test_an_analytic_session_is_made_by_its_name_and_seed():
     assert "fast-ball" in made_up_names()
-    one, same, other = (made_up_session("fast-ball", seed)[0] for seed in (1, 1, 2))
+    one, same, other = (synthetic_session("fast-ball", seed)[0] for seed in (1, 1, 2))
     assert one.frames.position.tobytes() == same.frames.position.tobytes()
     assert one.frames.position.tobytes() != other.frames.position.tobytes()
 
 
 def test_an_unknown_name_is_answered_with_those_there_are():
     with pytest.raises(SessionError, match="no made-up session 'bench'; there are: bench-bumps"):
-        made_up_session("bench")
+        synthetic_session("bench")

@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 from replay.errors import AssemblyError
 from replay.prepare.assembly import PoseOrigin
 from replay.prepare.interpolation import FilledFrames
-from replay.prepare.kinematics import PlacedFrames, Placing
+from replay.prepare.kinematics import Kinematics, PlacedFrames
 from sessions.model.scene import Pose, Scene, SceneBody
 
 
@@ -41,7 +41,7 @@ def test_child_offset_and_fixed_body_compose_as_matrices_do():
         )
     )
     frames = random_frames(2)
-    placed = Placing(scene, ("hand", "glass"), ("hand", "glass", "label")).place(frames)
+    placed = Kinematics(scene, ("hand", "glass"), ("hand", "glass", "label")).place(frames)
     own = matrices(
         frames.position, Rotation.from_quat(frames.quaternion_xyzw.reshape(-1, 4)).as_matrix().reshape(5, 2, 3, 3)
     )
@@ -58,7 +58,7 @@ def test_a_child_is_there_only_where_its_parent_is():
     origin[1, 0], origin[2, 1], origin[3, 0] = PoseOrigin.NONE, PoseOrigin.NONE, PoseOrigin.HELD
     frames = FilledFrames(frames.stamp_ns, frames.position, frames.quaternion_xyzw, origin)
     scene = Scene(bodies=(SceneBody("glass", parent="hand"), SceneBody("label", parent="hand", fixed=Pose())))
-    placed = Placing(scene, ("hand", "glass"), ("hand", "glass", "label")).place(frames)
+    placed = Kinematics(scene, ("hand", "glass"), ("hand", "glass", "label")).place(frames)
     assert placed.origin[:, 1].tolist() == [1, 0, 0, 1, 1]
     assert placed.origin[:, 2].tolist() == [1, 0, 1, 2, 1]
     assert placed.translation[1].tolist() == [[0.0] * 3, [0.0] * 3, [0.0] * 3]
@@ -67,19 +67,19 @@ def test_a_child_is_there_only_where_its_parent_is():
 
 def test_a_fixed_body_of_the_world_is_there_in_every_frame():
     scene = Scene(bodies=(SceneBody("bench", fixed=Pose((0.0, 0.9, 0.0))),))
-    placed = Placing(scene, ("hand",), ("hand", "bench")).place(random_frames(1))
+    placed = Kinematics(scene, ("hand",), ("hand", "bench")).place(random_frames(1))
     assert (placed.origin[:, 1] == PoseOrigin.FIXED).all()
     assert (placed.translation[:, 1] == [0.0, 0.9, 0.0]).all()
 
 
 def test_bodies_without_parent_and_offset_keep_the_bits_of_their_position():
     frames = random_frames(2)
-    placed = Placing(Scene(), ("a", "b"), ("b",)).place(frames)
+    placed = Kinematics(Scene(), ("a", "b"), ("b",)).place(frames)
     assert placed.translation[:, 0].tobytes() == frames.position[:, 1].tobytes()
 
 
 def test_parts_and_joins_undo_each_other():
-    placed = Placing(Scene(), ("a",), ("a",)).place(random_frames(1))
+    placed = Kinematics(Scene(), ("a",), ("a",)).place(random_frames(1))
     joined = PlacedFrames.join([placed.part(0, 2), placed.part(2, 5)])
     for name in vars(placed):
         assert np.array_equal(getattr(placed, name), getattr(joined, name))
@@ -88,10 +88,10 @@ def test_parts_and_joins_undo_each_other():
 def test_a_parent_nobody_recorded_is_refused_by_name():
     scene = Scene(bodies=(SceneBody("glass", parent="hand"),))
     with pytest.raises(AssemblyError, match="body 'hand', parent of 'glass', has neither a track nor a fixed pose"):
-        Placing(scene, ("glass",), ("glass",))
+        Kinematics(scene, ("glass",), ("glass",))
 
 
 def test_a_circle_of_parents_is_refused_and_written_out():
     scene = Scene(bodies=(SceneBody("a", parent="b"), SceneBody("b", parent="a")))
     with pytest.raises(AssemblyError, match="a -> b -> a"):
-        Placing(scene, ("a", "b"), ("a",))
+        Kinematics(scene, ("a", "b"), ("a",))

@@ -1,7 +1,7 @@
 import pytest
 
 from replay.errors import PolicyError
-from replay.prepare.policy import KINDS, LIMIT_S, Rule, parse_policy
+from replay.prepare.policy import KINDS, LIMIT_S, PolicyRule, parse_policy
 from sessions.doctor.codes import CODES
 
 
@@ -21,7 +21,7 @@ def test_without_words_every_kind_is_met_with_its_default():
 )
 def test_words_and_mappings_change_what_they_name(words):
     policy = parse_policy(words)
-    assert policy.rule("frozen") == Rule("interpolate", 0.2) and policy.rule("gap").action == "refuse"
+    assert policy.rule("frozen") == PolicyRule("interpolate", 0.2) and policy.rule("gap").action == "refuse"
     assert policy.rule("teleport").action == "keep"
     assert parse_policy(policy) is policy and parse_policy(policy.as_json()) == policy
 

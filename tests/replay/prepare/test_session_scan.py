@@ -3,7 +3,7 @@ import pytest
 from support.small_worlds import framed
 
 from cdcore.errors import InvalidPoseError
-from replay.prepare.session_scan import survey
+from replay.prepare.session_scan import scan
 from sessions import Status
 
 V, L, A = int(Status.VALID), int(Status.LOST), int(Status.ABSENT)
@@ -15,12 +15,12 @@ def test_a_body_moves_when_two_usable_samples_differ_and_not_when_only_lost_ones
     position[2, 0, 0] = 1e-12
     position[1, 1, 0] = 5.0
     session = framed([0, 10, 20], [[V, V, A], [V, L, V], [V, V, V]], position)
-    assert survey(session).moves.tolist() == [True, False, False]
+    assert scan(session).moves.tolist() == [True, False, False]
 
 
 def test_counts_of_samples_and_losses_leave_out_dropped_frames():
     session = framed([0, 10, 10, 20], [[V], [V], [L], [L]])
-    seen = survey(session)
+    seen = scan(session)
     assert (seen.repeated, seen.backwards) == (1, 0)
     assert seen.notes() == ("1 frame left out: the stamp repeats the one before",)
 
@@ -29,7 +29,7 @@ def test_block_size_changes_nothing():
     rng = np.random.default_rng(0)
     stamps = np.cumsum(rng.integers(-1, 4, size=50))
     session = framed(stamps, rng.choice([V, L, A], size=(50, 3)), rng.normal(size=(50, 3, 3)))
-    whole, cut = survey(session), survey(session, 7)
+    whole, cut = scan(session), scan(session, 7)
     for name in vars(whole):
         assert np.array_equal(getattr(whole, name), getattr(cut, name)), name
 
@@ -52,20 +52,20 @@ def test_a_sample_that_is_no_pose_is_refused_with_frame_time_and_body(position, 
     status = np.full((4, 2), V)
     stamps = np.array([0, 10, 10, 20]) * MS
     with pytest.raises(InvalidPoseError) as refused:
-        survey(framed(stamps, status, where, turn), block_frames=2)
+        scan(framed(stamps, status, where, turn), block_frames=2)
     assert str(refused.value).startswith("frame 3 (0.020000 s), body b: ")
     assert words in str(refused.value)
     status[3, 1] = L
-    assert len(survey(framed(stamps, status, where, turn)).stamp_ns) == 3
+    assert len(scan(framed(stamps, status, where, turn)).stamp_ns) == 3
 
 
 def test_a_norm_slightly_off_is_noted_with_the_furthest():
     turn = np.tile([0.0, 0.0, 0.0, 1.0], (3, 1, 1))
     turn[1, 0, 3], turn[2, 0, 3] = 1.0005, 0.9999
-    seen = survey(framed([0, 1, 2], np.full((3, 1), V), quaternion=turn))
+    seen = scan(framed([0, 1, 2], np.full((3, 1), V), quaternion=turn))
     assert seen.notes() == ("2 quaternions renormalised; the furthest had norm 1.000500",)
 
 
 def test_a_session_without_frames_has_an_empty_survey():
-    seen = survey(framed(np.zeros(0), np.zeros((0, 2))))
+    seen = scan(framed(np.zeros(0), np.zeros((0, 2))))
     assert (len(seen.stamp_ns), seen.duration, seen.median_step_ns, seen.notes()) == (0, 0.0, 0, ())

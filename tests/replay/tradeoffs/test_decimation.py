@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from cdcore import TriangleMesh
 from replay.errors import TradeoffError
-from replay.tradeoffs.decimation import clustered, coarser
+from replay.tradeoffs.decimation import clustered, decimated
 
 
 def ball(rings=12):
@@ -50,5 +50,5 @@ def test_an_assembly_keeps_poses_and_pairs(bumped):
     from replay.prepare.assemble import assemble
 
     assembly = assemble(bumped)
-    coarse = coarser(assembly, 0.5)
+    coarse = decimated(assembly, 0.5)
     assert coarse.motion is assembly.motion and coarse.pairs is assembly.pairs and coarse.names == assembly.names

@@ -9,7 +9,7 @@ from support.planted_faults import FRAMES, STEP_NS, clean
 from sessions import Severity, Status
 from sessions.doctor.pose_pass import look_through
 from sessions.doctor.timing import out_of_order, time_findings
-from sessions.doctor.track_watch import Mark, Samples, TrackWatch
+from sessions.doctor.track_watch import Mark, TrackSamples, TrackWatch
 
 STEP = 1 / 90
 
@@ -18,7 +18,7 @@ def samples(position, quaternion=None, sample_ns=None):
     count = len(position)
     turn = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)) if quaternion is None else np.asarray(quaternion, float)
     stamps = np.arange(count) if sample_ns is None else np.asarray(sample_ns)
-    return Samples(np.arange(count), np.arange(count) * STEP, stamps, np.asarray(position, float), turn)
+    return TrackSamples(np.arange(count), np.arange(count) * STEP, stamps, np.asarray(position, float), turn)
 
 
 def watched(all_of, cuts=()):

@@ -7,7 +7,7 @@ import pytest
 from sessions import MeshData, Track, importers
 from sessions.errors import ImportFileError
 from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names
-from sessions.importers.finish import Samples, finished, proxy_for, side_of, usable_track
+from sessions.importers.finish import Imported, finished, proxy_for, side_of, usable_track
 from sessions.scene_files.scene_toml import parse_scene
 
 TRIANGLE = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
@@ -15,7 +15,7 @@ TRIANGLE = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
 def samples(*names):
     track = Track([0, 10], np.zeros((2, 3)), np.tile([0, 0, 0, 1.0], (2, 1)))
-    return Samples(dict.fromkeys(names, track), ("done",))
+    return Imported(dict.fromkeys(names, track), ("done",))
 
 
 def test_a_stamp_that_goes_back_costs_its_row_and_those_it_overtakes(tmp_path):
@@ -62,7 +62,7 @@ def test_the_side_of_a_hand_is_a_word_of_its_name():
 
 def test_a_recording_without_poses_is_refused(tmp_path):
     with pytest.raises(ImportFileError, match="there is no pose in it"):
-        finished(Samples({}, ()), tmp_path / "x")
+        finished(Imported({}, ()), tmp_path / "x")
 
 
 def test_an_unknown_format_names_those_there_are(tmp_path):

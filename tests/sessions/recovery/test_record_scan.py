@@ -21,7 +21,7 @@ from sessions.mcap_format.catalogue import Catalogue, ChannelInfo, Region
 from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.unpacking import listed
 from sessions.recovery.chunk_reading import read_chunk, unpacked_start
-from sessions.recovery.file_scan import Declared, guess_channels, survey
+from sessions.recovery.file_scan import Declared, guess_channels, scan_file
 from sessions.recovery.lost import LostChunk, Recovery
 from sessions.recovery.record_scan import RecordScan
 
@@ -111,7 +111,7 @@ def path(tmp_path_factory):
 
 def test_a_whole_file_is_known_completely(path):
     with path.open("rb") as stream:
-        found = survey(path, stream)
+        found = scan_file(path, stream)
     assert (found.frames, found.lost, found.bytes_skipped) == (900, [], 0)
     assert set(found.names) == {"body 0", "body 1", "body 2"}
     assert list(found.attachments) == ["meshes/a.glb"] and found.checked == {"meshes/a.glb"}
@@ -123,7 +123,7 @@ def test_a_checked_index_overrules_a_damaged_head(path):
     start, end = next((a, b) for opcode, a, b in records(bytes(data)) if opcode == Opcode.CHANNEL)
     at = bytes(data).index(b"/tf", start, end)
     data[at : at + 3] = b"/xx"
-    found = survey(path, io.BytesIO(bytes(data)))
+    found = scan_file(path, io.BytesIO(bytes(data)))
     assert found.frames == 900
 
 

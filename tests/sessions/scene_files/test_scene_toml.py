@@ -9,7 +9,7 @@ from sessions.meshes.glb import mesh_to_glb
 from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
 from sessions.scene_files.scene_meshes import scene_meshes
 from sessions.scene_files.scene_toml import parse_scene, read_scene, scene_to_toml
-from sessions.scene_files.toml_table import Table, is_number, nearest, parse_toml
+from sessions.scene_files.toml_table import TomlTable, is_number, nearest, parse_toml
 
 BENCH = """
 [scene]
@@ -187,7 +187,7 @@ def test_no_text_ends_in_anything_but_a_scene_or_one_named_error(text):
 
 
 def test_what_nobody_asked_for_is_unknown_and_the_nearest_asked_for_is_named():
-    table = Table({"colour": "red", "sise": 1}, "f.toml", "[x]", SceneError)
+    table = TomlTable({"colour": "red", "sise": 1}, "f.toml", "[x]", SceneError)
     assert table.text("colour") == "red"
     table.number("size", 0.0)
     with pytest.raises(SceneError, match=r"f.toml: \[x\]: unknown key 'sise'; did you mean 'size'\?"):

@@ -14,9 +14,9 @@ from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
 from sessions.scene_files.scene_meshes import scene_meshes
 from sessions.scene_files.scene_toml import parse_scene
 from sessions.synthetic.assembly import Recording
-from sessions.synthetic.bench import BENCH_TOP, STAND_M, Layout, Placed, standing, with_text
+from sessions.synthetic.bench import BENCH_TOP, STAND_M, Instruments, Placed, standing, with_text
 from sessions.synthetic.bench_bumps import PLACED, SECONDS, make_bench_bumps
-from sessions.synthetic.bump_scripts import Plan, left_hand, right_hand, watching
+from sessions.synthetic.bump_scripts import BumpPlan, left_hand, right_hand, watching
 from sessions.synthetic.looks import looks, predicted
 from sessions.synthetic.planting import Blinks
 from sessions.synthetic.truth import CLEAR, PRESENT
@@ -163,7 +163,7 @@ SCENE = Scene(
 
 @pytest.fixture(scope="module")
 def layout():
-    return Layout(
+    return Instruments(
         {
             "bench": Placed("bench", moves=False),
             "glass": Placed("beaker_100", standing(0.1, -0.2), properties={"liquid": "water"}, tags=("hot",)),
@@ -224,7 +224,7 @@ def test_an_effect_between_what_is_not_there_is_refused():
 @pytest.fixture(scope="module")
 def played():
     how = Recording(seconds=SECONDS, noise="vive", jitter="steady")
-    plan = Plan(Layout(PLACED, 600), Blinks(how.stamps() * 1e-9, how.latency_s), how, np.random.default_rng(0))
+    plan = BumpPlan(Instruments(PLACED, 600), Blinks(how.stamps() * 1e-9, how.latency_s), how, np.random.default_rng(0))
     return plan, right_hand(plan), left_hand(plan)
 
 

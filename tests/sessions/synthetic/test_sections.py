@@ -10,7 +10,7 @@ from sessions.synthetic.assembly import CLOCKS, stamps
 from sessions.synthetic.looks import looks, predicted
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.sections import _Posed, approach, inscribed_radius, round_in_round
-from sessions.synthetic.truth import Episode, Truth
+from sessions.synthetic.truth import PlantedEpisode, Truth
 
 TURN = quaternion_about((0.0, 1.0, 0.0), np.radians(45.0))
 
@@ -104,7 +104,7 @@ def test_no_frames_no_looks_and_no_rate_is_refused():
 
 def episode(start, end, slack=0.0):
     sure = (start + slack, end - slack)
-    return Episode(("a", "b"), "contact", (start, end), sure, (start - slack, end + slack))
+    return PlantedEpisode(("a", "b"), "contact", (start, end), sure, (start - slack, end + slack))
 
 
 def fates(*episodes):
@@ -121,8 +121,8 @@ def test_episodes_between_looks_are_missed_and_between_frames_unseen():
 
 
 def test_contained_and_near_misses_are_no_contact_episodes():
-    contained = Episode(("a", "b"), "contained", (1.0, 2.0), (1.0, 2.0), (1.0, 2.0))
-    near = Episode(("a", "b"), "contact", None, None, (1.0, 2.0))
+    contained = PlantedEpisode(("a", "b"), "contained", (1.0, 2.0), (1.0, 2.0), (1.0, 2.0))
+    near = PlantedEpisode(("a", "b"), "contact", None, None, (1.0, 2.0))
     assert fates(contained, near) == {}
 
 

@@ -12,8 +12,8 @@ from sessions.synthetic.truth import (
     CLEAR,
     OPEN,
     PRESENT,
-    Episode,
     Fact,
+    PlantedEpisode,
     Truth,
     levelled,
     ordered,
@@ -24,8 +24,8 @@ from sessions.synthetic.truth import (
     write_truth,
 )
 
-TOUCH = Episode(("a", "b"), "contact", (1.0, 2.0), (1.1, 1.9), (0.9, 2.1), "a touch")
-NEAR = Episode(("a", "b"), "contact", None, None, (5.0, 5.5))
+TOUCH = PlantedEpisode(("a", "b"), "contact", (1.0, 2.0), (1.1, 1.9), (0.9, 2.1), "a touch")
+NEAR = PlantedEpisode(("a", "b"), "contact", None, None, (5.0, 5.5))
 POUR = Fact("pour", 3.0, 4.0, ("a",), {"volume_ml": 0.1 + 0.2, "into": "b"})
 LOSS = Fact("loss", 1.4, 1.6, ("b",), {})
 
@@ -59,8 +59,8 @@ def test_while_a_body_is_lost_nothing_is_expected_of_it():
 
 
 def test_order_is_by_pair_and_time():
-    late = Episode(("a", "b"), "contact", None, None, (8.0, 9.0))
-    other = Episode(("a", "a2"), "contact", None, None, (9.0, 9.5))
+    late = PlantedEpisode(("a", "b"), "contact", None, None, (8.0, 9.0))
+    other = PlantedEpisode(("a", "a2"), "contact", None, None, (9.0, 9.5))
     assert sorted_episodes([late, TOUCH, other]) == (other, TOUCH, late)
     assert ordered("z", "a") == ("a", "z")
 

@@ -6,12 +6,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
-from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, fill_leg, leg_bounds, leg_pad, pose_at, seen_from
+from cdcore.narrow.continuous.motion_segments import (
+    LEG_WIDTH,
+    fill_segment,
+    pose_at,
+    seen_from,
+    segment_bounds,
+    segment_pad,
+)
 
 
 def leg_between(turn, place, turn_after, place_after):
     leg = np.empty(LEG_WIDTH)
-    fill_leg(turn, np.asarray(place, float), turn_after, np.asarray(place_after, float), leg)
+    fill_segment(turn, np.asarray(place, float), turn_after, np.asarray(place_after, float), leg)
     return leg
 
 
@@ -21,7 +28,7 @@ def pose_of(leg, share):
     return pose[:9].reshape(3, 3), pose[9:]
 
 
-def random_leg(rng, angle=None, size=1.0):
+def random_segment(rng, angle=None, size=1.0):
     first = Rotation.from_rotvec(rng.normal(size=3))
     axis = rng.normal(size=3)
     axis /= np.linalg.norm(axis)
@@ -69,17 +76,17 @@ def test_a_body_that_does_not_turn_keeps_its_rotation():
 @given(seed=st.integers(0, 10**6), start=st.floats(0, 0.9), width=st.floats(0.001, 1.0))
 def test_seen_from_the_other_body_no_point_leaves_its_chord_further_than_the_bound_says(seed, start, width):
     rng = np.random.default_rng(seed)
-    leg_a, leg_b = random_leg(rng), random_leg(rng, angle=rng.uniform(0, 1.5))
+    segment_a, segment_b = random_segment(rng), random_segment(rng, angle=rng.uniform(0, 1.5))
     reach = rng.uniform(0.01, 2)
     point = rng.normal(size=3)
     point *= reach / np.linalg.norm(point)
     stop = min(1.0, start + width)
-    speed, acceleration = leg_bounds(leg_a, reach, leg_b)
+    speed, acceleration = segment_bounds(segment_a, reach, segment_b)
 
     def seen(share):
         pose_a, pose_b, relative = np.empty(12), np.empty(12), np.empty(12)
-        pose_at(leg_a, share, pose_a)
-        pose_at(leg_b, share, pose_b)
+        pose_at(segment_a, share, pose_a)
+        pose_at(segment_b, share, pose_b)
         seen_from(pose_a, pose_b, relative)
         return relative[:9].reshape(3, 3) @ point + relative[9:]
 
@@ -95,18 +102,18 @@ def test_seen_from_the_other_body_no_point_leaves_its_chord_further_than_the_bou
 
 def test_bodies_that_move_as_one_have_almost_no_bound():
     rng = np.random.default_rng(0)
-    leg = random_leg(rng, angle=0.4)
+    leg = random_segment(rng, angle=0.4)
     leg[9:12] = leg[21:24] = 0.0
-    speed, acceleration = leg_bounds(leg, 1.0, leg.copy())
+    speed, acceleration = segment_bounds(leg, 1.0, leg.copy())
     assert speed < 1e-14
     assert acceleration < 1e-14
 
 
 def test_the_pad_grows_with_size_and_is_infinite_where_nothing_is_known():
     rng = np.random.default_rng(1)
-    near, far = random_leg(rng), random_leg(rng, size=1e6)
-    assert 1e-14 < leg_pad(near, 0.1, near, 0.1) < 1e-11
-    assert leg_pad(far, 0.1, near, 0.1) > 1e4 * leg_pad(near, 0.1, near, 0.1)
-    assert leg_pad(near, 1e80, near, 0.1) == np.inf
+    near, far = random_segment(rng), random_segment(rng, size=1e6)
+    assert 1e-14 < segment_pad(near, 0.1, near, 0.1) < 1e-11
+    assert segment_pad(far, 0.1, near, 0.1) > 1e4 * segment_pad(near, 0.1, near, 0.1)
+    assert segment_pad(near, 1e80, near, 0.1) == np.inf
     near[0] += 1e-3
-    assert leg_pad(near, 0.1, far, 0.1) == np.inf
+    assert segment_pad(near, 0.1, far, 0.1) == np.inf

@@ -10,7 +10,7 @@ from support.motions import KINDS, placed, soup
 from support.shapes import ball_mesh, box_mesh, random_rotations
 
 from cdcore.narrow.continuous import search
-from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, fill_leg, leg_bounds, leg_pad
+from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, fill_segment, segment_bounds, segment_pad
 from cdcore.narrow.continuous.search import (
     FACES,
     FREE,
@@ -28,8 +28,8 @@ from cdcore.narrow.continuous.segment_stage import (
     HALF_TURN,
     SHORTEST,
     TOO_LARGE,
-    LegStage,
-    decide_legs,
+    SegmentStage,
+    decide_segments,
 )
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.triangles.predicates import triangles_intersect
@@ -39,7 +39,7 @@ PAIR = np.array([[0, 1]])
 
 def stage_of(a, b, **options):
     asked = {"tolerance": DEFAULT_TOLERANCE, "effort": DEFAULT_EFFORT} | options
-    return LegStage([build_box_tree(a), build_box_tree(b)], PAIR, **asked)
+    return SegmentStage([build_box_tree(a), build_box_tree(b)], PAIR, **asked)
 
 
 def decide(stage, ways, times=(0.0, 1.0), turned=None):
@@ -138,7 +138,7 @@ TREES = [build_box_tree(box_mesh((0.1, 0.1, 0.1)).triangles), build_box_tree(box
 
 def decide_one(turn, move, trees=TREES):
     states, shares, faces = np.zeros(1, np.uint8), np.zeros((1, 2)), np.full((1, 2), -1)
-    decide_legs(
+    decide_segments(
         trees[0], 0, trees[1], 1, turn, move, np.array([1]), np.array([1.0]), np.array([1e-4, 1e-7]), 10_000,
         make_room(*trees), states, shares, faces,
     )  # fmt: skip
@@ -185,14 +185,14 @@ BALL = build_box_tree(ball_mesh(0.01).triangles)
 
 def straight(before, after):
     leg = np.empty(LEG_WIDTH)
-    fill_leg(np.eye(3), np.asarray(before, float), np.eye(3), np.asarray(after, float), leg)
+    fill_segment(np.eye(3), np.asarray(before, float), np.eye(3), np.asarray(after, float), leg)
     return leg
 
 
 def ask(before, after, *, tolerance=1e-4, shortest=1e-7, effort=10_000, pad=None):
     leg, rest = straight(before, after), straight((0, 0, 0), (0, 0, 0))
-    speed, acceleration = leg_bounds(leg, BALL.reach, rest)
-    rounding = leg_pad(leg, BALL.reach, rest, PLATE.reach)
+    speed, acceleration = segment_bounds(leg, BALL.reach, rest)
+    rounding = segment_pad(leg, BALL.reach, rest, PLATE.reach)
     room = make_room(BALL, PLATE)
     bounds = Bounds(speed, acceleration, rounding if pad is None else pad, tolerance, shortest, effort)
     return first_contact(BALL, leg, PLATE, rest, bounds, room), room
@@ -242,7 +242,7 @@ def test_faces_seen_to_meet_are_those_of_the_predicate_on_placed_triangles(kind)
     places = np.zeros((2, 3))
     legs = np.empty((2, LEG_WIDTH))
     for k in (0, 1):
-        fill_leg(turns[k], places[k], turns[k], places[k], legs[k])
+        fill_segment(turns[k], places[k], turns[k], places[k], legs[k])
     world = [placed(meshes[k], turns[k], places[k]) for k in (0, 1)]
     room = make_room(*trees)
     met = 0

@@ -15,8 +15,8 @@ from cdcore.narrow.spacetime.block import (
     MOST_AT_ONCE,
     SKIPPED_FRAMES,
     SPAN_TESTS,
+    BlockQuestion,
     Lists,
-    Question,
     append,
     have_room,
     note,
@@ -29,7 +29,7 @@ from cdcore.narrow.spacetime.traverse import Workspace
 
 def asked(scene, start, stop, faces=True):
     hits, work = np.zeros(24, dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
-    question = Question(start, stop, scene.pad, faces, False, 8, 8)
+    question = BlockQuestion(start, stop, scene.pad, faces, False, 8, 8)
     lists = Workspace().traverse(scene.trees[0], scene.poses[0], scene.trees[1], scene.poses[1], question, hits, work)
     return hits, lists, work
 
@@ -70,7 +70,7 @@ def test_lists_lengthen_when_thousands_of_faces_touch():
     poses = [pose_lanes(turn, move, k, np.arange(frames), tree.boxes[0], tree.reach) for k in range(2)]
     hits, work = np.zeros(frames, dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
     lists = Workspace().traverse(
-        tree, poses[0], tree, poses[1], Question(0, frames, 1e-12, True, False, 9, 9), hits, work
+        tree, poses[0], tree, poses[1], BlockQuestion(0, frames, 1e-12, True, False, 9, 9), hits, work
     )
     pairs = len(lists[0]) + len(lists[1])
     assert pairs >= frames * len(meeting_faces_exhaustive(plate, plate)) > 8 * 4096

@@ -4,7 +4,7 @@ import numpy as np
 from support.page_cells import Cells
 
 from replay.comparison.outcome import Outcome
-from replay.outputs.report.audit_parts import BINS, dwell_table, latency_histogram
+from replay.outputs.report.audit_parts import BINS, duration_table, latency_histogram
 from replay.pipeline.engine import compute
 from replay.pipeline.summary import frame_seconds
 
@@ -53,4 +53,4 @@ def test_step_rates_in_the_page_are_those_of_the_summary(run, page):
     told = run.summary["dwell"]
     assert np.allclose(float(rows["90 Hz"]), told["expected_misses"][told["rates_hz"].index(90.0)], atol=0.005)
     assert rows["none is missed from"] == f"{told['none_missed_from_hz']:.1f} Hz"
-    assert dwell_table(compute(run.session, detectors="hybrid", oracle="none")) is None
+    assert duration_table(compute(run.session, detectors="hybrid", oracle="none")) is None

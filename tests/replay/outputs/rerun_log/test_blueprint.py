@@ -20,7 +20,7 @@ from replay.outputs.rerun_log.recording import write_recording
 from replay.pipeline.run_result import RunResult
 
 
-class Layout:
+class BlueprintInput:
     """The blueprint as the file holds it: entity -> component -> values."""
 
     def __init__(self, path: Path) -> None:
@@ -45,8 +45,8 @@ class Layout:
 
 
 @pytest.fixture(scope="module")
-def layout(recording: Path) -> Layout:
-    return Layout(recording)
+def layout(recording: Path) -> BlueprintInput:
+    return BlueprintInput(recording)
 
 
 def selected(query: list[str], entities: list[str]) -> list[str]:
@@ -64,7 +64,7 @@ def selected(query: list[str], entities: list[str]) -> list[str]:
     return chosen
 
 
-def test_there_is_one_layout_and_it_has_a_tab_per_question(layout: Layout) -> None:
+def test_there_is_one_layout_and_it_has_a_tab_per_question(layout: BlueprintInput) -> None:
     assert len(layout.stores) == 1
     names = {
         v["ContainerBlueprint:display_name"][0]
@@ -75,7 +75,7 @@ def test_there_is_one_layout_and_it_has_a_tab_per_question(layout: Layout) -> No
 
 
 def test_every_view_shows_something_and_all_of_it_has_rows_where_the_cursor_goes(
-    layout: Layout, recording: Path, read: Any
+    layout: BlueprintInput, recording: Path, read: Any
 ) -> None:
     place = max(read_misses(recording), key=lambda one: one.cut_length)
     entities = [entity for entity in read.entities if not entity.startswith("/__")]
@@ -90,7 +90,7 @@ def test_every_view_shows_something_and_all_of_it_has_rows_where_the_cursor_goes
             assert min(min(rows) for rows in starts) <= place.session_ns, entity
 
 
-def test_exact_paths_of_the_layout_are_in_the_recording(layout: Layout, read: Any) -> None:
+def test_exact_paths_of_the_layout_are_in_the_recording(layout: BlueprintInput, read: Any) -> None:
     lines = [
         line for query in layout.views().values() for line in query if not line.startswith("-") and "*" not in line
     ]
@@ -98,7 +98,7 @@ def test_exact_paths_of_the_layout_are_in_the_recording(layout: Layout, read: An
     assert not [line for line in lines if line not in read.entities]
 
 
-def test_the_viewer_opens_paused_slow_and_on_the_session_timeline(layout: Layout) -> None:
+def test_the_viewer_opens_paused_slow_and_on_the_session_timeline(layout: BlueprintInput) -> None:
     panel = layout.values["/time_panel"]
     assert panel["TimePanelBlueprint:timeline"] == ["session"]
     assert panel["TimePanelBlueprint:playback_speed"] == [0.25]
@@ -107,11 +107,11 @@ def test_the_viewer_opens_paused_slow_and_on_the_session_timeline(layout: Layout
     assert layout.values["/blueprint_panel"]["PanelBlueprint:state"] == [1]
 
 
-def test_the_headline_is_the_title_of_the_list(layout: Layout) -> None:
+def test_the_headline_is_the_title_of_the_list(layout: BlueprintInput) -> None:
     assert any("contacts missed by 22.5Hz" in name for name in layout.views())
 
 
-def test_the_close_up_follows_the_camera_in_the_data(layout: Layout, read: Any) -> None:
+def test_the_close_up_follows_the_camera_in_the_data(layout: BlueprintInput, read: Any) -> None:
     tracked = [
         v["EyeControls3D:tracking_entity"] for v in layout.values.values() if "EyeControls3D:tracking_entity" in v
     ]
@@ -119,12 +119,12 @@ def test_the_close_up_follows_the_camera_in_the_data(layout: Layout, read: Any) 
     assert "/world/missed/eye" in read.entities
 
 
-def test_lanes_in_view_fit_the_screen(layout: Layout) -> None:
+def test_lanes_in_view_fit_the_screen(layout: BlueprintInput) -> None:
     lanes = next(query for name, query in layout.views().items() if name.startswith("When"))
     assert 2 <= len(lanes) <= LANES_IN_VIEW
 
 
-def test_the_number_lane_is_left_out_of_the_zoomed_view(layout: Layout) -> None:
+def test_the_number_lane_is_left_out_of_the_zoomed_view(layout: BlueprintInput) -> None:
     near = next(query for name, query in layout.views().items() if "around the cursor" in name)
     assert "/lanes/1_missed" not in near
     assert near
@@ -137,15 +137,17 @@ def test_the_budget_line_is_drawn_where_it_does_not_press_the_curves_down(
     slow = demo.detections["22.5Hz"]
     timed = replace(slow, seconds={"meshes": np.full(270, share / 90.0)})
     write_recording(replace(demo, detections={**demo.detections, "22.5Hz": timed}), tmp_path / "run.rrd")
-    name, query = next(item for item in Layout(tmp_path / "run.rrd").views().items() if item[0].startswith("Time per"))
+    name, query = next(
+        item for item in BlueprintInput(tmp_path / "run.rrd").views().items() if item[0].startswith("Time per")
+    )
     assert ("/timing/budget" in query) == drawn
     assert f"{share:.0%} of a frame at 90 Hz" in name
 
 
 def test_hundreds_of_misses_are_listed_by_clusters_first_and_each_in_a_tab_beside(
-    hundreds: tuple[RunResult, Any], layout: Layout
+    hundreds: tuple[RunResult, Any], layout: BlueprintInput
 ) -> None:
-    views = Layout(hundreds[1].path).views()
+    views = BlueprintInput(hundreds[1].path).views()
     (first,) = [query for name, query in views.items() if re.match(r"\d+ of \d+ contacts missed by 22\.5Hz", name)]
     assert any("/report/clusters" in line for line in first) and any("/report/missed" in line for line in views["All"])
     assert "All" not in layout.views(), "a dozen misses need no clusters"
@@ -153,7 +155,7 @@ def test_hundreds_of_misses_are_listed_by_clusters_first_and_each_in_a_tab_besid
 
 def built(subjects: tuple[Subject, ...], effects: EffectViews | None, *, tradeoff: bool = False) -> Any:
     """The tabs of a layout made by hand."""
-    layout = blueprint.Layout(
+    layout = blueprint.BlueprintInput(
         title="room", eye=Eye((1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), subjects=subjects, totals=(), stages={}, arrows=(),
         detector_lanes=False, finding_lanes=None, slowest_ms=1.0, start=0.0, end=1.0, effects=effects,
         tradeoff=tradeoff,

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from cdcore.transforms.rigid import rotation_from_quaternion
-from replay.outputs.rerun_log.columns import Clock, RecordingWriter, entity, quaternions_xyzw, ragged
+from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity, quaternions_xyzw, ragged
 from replay.pipeline.run_result import RunResult
 
 
@@ -31,23 +31,23 @@ def test_counts_that_add_up_may_hold_empty_rows() -> None:
 
 def test_values_that_rerun_drops_are_an_error(tmp_path: Path) -> None:
     stream = rr.RecordingStream("test")
-    writer = RecordingWriter(stream, Clock(np.arange(3), np.arange(3)))
+    writer = RecordingWriter(stream, RecordingClock(np.arange(3), np.arange(3)))
     with pytest.raises(ValueError, match="no columns for x"):
         writer.rows("x", [0, 1], rr.Points3D.columns())
 
 
 def test_session_time_counts_from_the_first_frame_of_the_session(demo: RunResult) -> None:
-    clock = Clock.of(demo.assembly)
+    clock = RecordingClock.of(demo.assembly)
     assert clock.ns[0] == 0
     assert clock.ns.tolist() == (demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]).tolist()
     later = replace(demo.assembly, motion=demo.assembly.motion.frames(90, 180), stamp_ns=demo.assembly.stamp_ns[90:180])
-    assert Clock.of(later).ns.tolist() == clock.ns[90:180].tolist()
+    assert RecordingClock.of(later).ns.tolist() == clock.ns[90:180].tolist()
 
 
 def test_a_long_session_is_strided_but_whole_around_a_miss(demo: RunResult) -> None:
-    clock = Clock.of(demo.assembly, [(2.9, 2.95)], limit=100)
+    clock = RecordingClock.of(demo.assembly, [(2.9, 2.95)], limit=100)
     times = demo.assembly.motion.times
-    assert Clock.of(demo.assembly, limit=270).kept.tolist() == list(range(270))
+    assert RecordingClock.of(demo.assembly, limit=270).kept.tolist() == list(range(270))
     near = np.flatnonzero((times >= 1.9) & (times <= 3.95))
     assert set(near) <= set(clock.kept.tolist())
     far = clock.kept[clock.kept < near[0]]
@@ -56,12 +56,12 @@ def test_a_long_session_is_strided_but_whole_around_a_miss(demo: RunResult) -> N
 
 def test_misses_everywhere_do_not_keep_every_frame_of_a_long_session(demo: RunResult) -> None:
     everywhere = [(second / 10, second / 10) for second in range(30)]
-    clock = Clock.of(demo.assembly, everywhere, limit=50)
+    clock = RecordingClock.of(demo.assembly, everywhere, limit=50)
     assert 91 <= len(clock.kept) <= 150
 
 
 def test_a_time_after_the_end_is_the_last_frame(demo: RunResult) -> None:
-    clock = Clock.of(demo.assembly)
+    clock = RecordingClock.of(demo.assembly)
     assert clock.frame_at(1e6) == 269
     assert clock.frame_at(0.0) == 0
 

@@ -13,7 +13,7 @@ from cdcore import Verdict
 from replay.comparison.outcome import Outcome
 from replay.outputs.palette import FOUND, MISSED
 from replay.outputs.rerun_log import contacts
-from replay.outputs.rerun_log.columns import Clock, packed
+from replay.outputs.rerun_log.columns import RecordingClock, packed
 from replay.outputs.rerun_log.contacts import collect_contacts, contact_point
 from replay.pipeline.run_result import RunResult
 
@@ -70,7 +70,7 @@ def test_normals_are_unit_or_nothing(read: Any) -> None:
 
 
 def test_a_normal_points_from_the_first_body_to_the_second(demo: RunResult) -> None:
-    found = collect_contacts(Clock.of(demo.assembly), demo.assembly, demo.detections[ORACLE], None)
+    found = collect_contacts(RecordingClock.of(demo.assembly), demo.assembly, demo.detections[ORACLE], None)
     dips = [k for k in range(len(found.frame)) if demo.assembly.pair_name(int(found.pair[k])) == "bench-rod"]
     assert dips
     assert np.allclose(found.normal[dips], [0, 1, 0], atol=1e-6)
@@ -86,7 +86,7 @@ def test_a_detection_without_faces_draws_nothing_and_breaks_nothing(
 
 def test_beyond_the_budget_frames_are_strided_but_misses_stay(demo: RunResult, monkeypatch: pytest.MonkeyPatch) -> None:
     detection, comparison = demo.detections[ORACLE], demo.comparisons[SUBJECT]
-    clock = Clock.of(demo.assembly)
+    clock = RecordingClock.of(demo.assembly)
     whole = collect_contacts(clock, demo.assembly, detection, comparison)
     missed = int((comparison.outcome[whole.frame, whole.pair] == Outcome.MISSED).sum())
     wrong = np.isin(comparison.outcome, (Outcome.MISSED, Outcome.INVENTED)).any(axis=1)

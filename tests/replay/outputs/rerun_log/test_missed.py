@@ -13,7 +13,7 @@ from support.small_worlds import jumping
 
 from cdcore import Body, TriangleMesh
 from replay.comparison.outcome import Miss
-from replay.outputs.rerun_log.columns import Clock
+from replay.outputs.rerun_log.columns import RecordingClock
 from replay.outputs.rerun_log.missed import (
     LARGE_FACE,
     PUSHED_OUT,
@@ -94,7 +94,7 @@ def test_numbers_and_flags_never_stand_at_the_same_time(demo: RunResult, read: A
 
 
 def test_a_flag_lingers_but_makes_way_for_the_next_miss(demo: RunResult) -> None:
-    clock = Clock.of(demo.assembly)
+    clock = RecordingClock.of(demo.assembly)
     frames, current = current_misses(clock, [miss(1, 10, 12), miss(2, 30, 31), miss(3, 200, 200)])
     now = {frame: [one.number for one in misses] for frame, misses in zip(frames, current, strict=True)}
     assert now[10] == [1]
@@ -105,7 +105,7 @@ def test_a_flag_lingers_but_makes_way_for_the_next_miss(demo: RunResult) -> None
 
 def test_misses_at_once_are_all_current(demo: RunResult) -> None:
     longer = replace(miss(2, 15, 20), cut_length=0.5)
-    frames, current = current_misses(Clock.of(demo.assembly), [miss(1, 10, 40), longer])
+    frames, current = current_misses(RecordingClock.of(demo.assembly), [miss(1, 10, 40), longer])
     assert [one.number for one in current[frames.index(15)]] == [2, 1]
 
 

@@ -101,7 +101,7 @@ def test_bodies_without_a_pose_give_no_pose_lanes_and_no_contact(demo: RunResult
 def test_above_an_hour_poses_are_strided_and_lanes_are_not(
     demo: RunResult, write: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(columns.Clock.of.__func__, "__defaults__", ((), 90))
+    monkeypatch.setattr(columns.RecordingClock.of.__func__, "__defaults__", ((), 90))
     few = replace(demo, misses={SUBJECT: demo.misses[SUBJECT][:1]})
     seen = write(few)
     rows = seen.column("world/rod", "Transform3D:translation")

@@ -4,7 +4,7 @@ from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.errors import StudyError
 from replay.studies.class_study.analysis import analyse, associated
-from replay.studies.class_study.refusals import RULES, RefusedError
+from replay.studies.class_study.refusals import RULES, StudyRefusedError
 from replay.studies.class_study.regression import Coefficient
 
 BEHAVIOUR = (("motivation", "ease of use"), ("motivation", "contacts_per_min"))
@@ -74,7 +74,7 @@ def test_nine_students_get_no_p_and_the_rule_is_named():
 
 def test_four_students_are_no_study():
     answers, _ = a_class(4)
-    with pytest.raises(RefusedError) as refused:
+    with pytest.raises(StudyRefusedError) as refused:
         analyse(codebook(), questionnaire(answers))
     assert refused.value.rule == "small-cell"
 
@@ -138,7 +138,7 @@ def test_one_seed_gives_one_study():
 
 @pytest.mark.parametrize("rule", RULES)
 def test_a_refusal_names_its_rule_its_reason_and_what_lifts_it(rule):
-    refused = RefusedError(rule, "this figure")
+    refused = StudyRefusedError(rule, "this figure")
     text = str(refused)
     assert text.startswith("this figure: ") and rule in text
     assert RULES[rule].reason in text and RULES[rule].lift in text
@@ -147,4 +147,4 @@ def test_a_refusal_names_its_rule_its_reason_and_what_lifts_it(rule):
 
 def test_an_unknown_rule_is_no_refusal():
     with pytest.raises(KeyError):
-        RefusedError("because", "this figure")
+        StudyRefusedError("because", "this figure")

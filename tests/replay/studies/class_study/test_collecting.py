@@ -4,7 +4,7 @@ import pytest
 
 from replay.errors import OutputError, RunFolderError, StudyError
 from replay.studies.class_study.collecting import collect, metric_files, read_students, write_table
-from replay.studies.class_study.refusals import RefusedError
+from replay.studies.class_study.refusals import StudyRefusedError
 
 
 def row(student, session, detector="exact", **more):
@@ -41,21 +41,23 @@ def test_a_run_collected_twice_counts_once(tmp_path):
 
 def test_a_session_of_two_students_is_refused(tmp_path):
     one, two = folder(tmp_path / "a", row("S1", "x")), folder(tmp_path / "b", row("S2", "x"))
-    with pytest.raises(RefusedError) as refused:
+    with pytest.raises(StudyRefusedError) as refused:
         collect([one, two])
     assert refused.value.rule == "ids"
 
 
 def test_recordings_without_a_pseudonym_get_theirs_from_a_file(tmp_path):
     one = folder(tmp_path / "a", row("", "x"))
-    with pytest.raises(RefusedError, match="ids"):
+    with pytest.raises(StudyRefusedError, match="ids"):
         collect([one])
     students = tmp_path / "students.csv"
     students.write_text("session,student\nx,S7\n")
     assert collect([one], students)["student"].to_pylist() == ["S7"]
 
 
-@pytest.mark.parametrize("text, error", [("a,b\n1,2\n", StudyError), ("session,student\nx,S1\nx,S2\n", RefusedError)])
+@pytest.mark.parametrize(
+    "text, error", [("a,b\n1,2\n", StudyError), ("session,student\nx,S1\nx,S2\n", StudyRefusedError)]
+)
 def test_a_file_of_students_that_is_none_is_refused(tmp_path, text, error):
     file = tmp_path / "students.csv"
     file.write_text(text)

@@ -14,7 +14,7 @@ from replay.studies.class_study.folder import (
     reliability_rows,
     write_study,
 )
-from replay.studies.class_study.refusals import RefusedError
+from replay.studies.class_study.refusals import StudyRefusedError
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def test_a_folder_is_not_replaced_unless_forced_and_only_if_it_is_a_study(study,
 
 
 def test_a_title_that_claims_a_cause_leaves_nothing_behind(study, tmp_path):
-    with pytest.raises(RefusedError):
+    with pytest.raises(StudyRefusedError):
         write_study(study, tmp_path / "study", title="The effect of VR", inputs={})
     assert list(tmp_path.iterdir()) == []
 

@@ -6,7 +6,7 @@ from support.study_samples import a_class, codebook, metrics, names, questionnai
 
 from replay.errors import StudyError
 from replay.studies.class_study.joining import check_pseudonyms, read_metrics, read_questionnaire, rows_of_students
-from replay.studies.class_study.refusals import RefusedError
+from replay.studies.class_study.refusals import StudyRefusedError
 
 BOOK = codebook()
 
@@ -55,7 +55,7 @@ def test_a_file_without_the_columns_is_refused(tmp_path, text, words):
 
 @pytest.mark.parametrize("student", ["", "Ada Lovelace", "ada", "ada@school.edu", "S 1", "S" * 40 + "1"])
 def test_what_may_be_a_name_is_refused_and_not_repeated(student):
-    with pytest.raises(RefusedError) as refused:
+    with pytest.raises(StudyRefusedError) as refused:
         check_pseudonyms(["S1", student], "q.csv")
     assert refused.value.rule == "ids" and "data row 2" in str(refused.value)
     assert not student or student not in str(refused.value)
@@ -63,7 +63,7 @@ def test_what_may_be_a_name_is_refused_and_not_repeated(student):
 
 def test_a_student_who_answered_twice_is_refused(tmp_path):
     answers, _ = a_class(3)
-    with pytest.raises(RefusedError, match=r"ids.*") as refused:
+    with pytest.raises(StudyRefusedError, match=r"ids.*") as refused:
         read_questionnaire(write_answers(tmp_path / "q.csv", answers, ["S1", "S2", "S1"]), BOOK)
     assert "S1 answered more than once" in str(refused.value)
 
@@ -72,7 +72,7 @@ def test_a_group_that_was_not_declared_is_refused(tmp_path):
     answers, _ = a_class(4)
     book = codebook(groups=("arm", ("first", "second")))
     file = write_answers(tmp_path / "q.csv", answers, extra={"arm": ["first", "second", "third", "first"]})
-    with pytest.raises(RefusedError) as refused:
+    with pytest.raises(StudyRefusedError) as refused:
         read_questionnaire(file, book)
     assert refused.value.rule == "undeclared-groups"
 
@@ -118,5 +118,5 @@ def test_students_are_joined_by_pseudonym_and_never_by_place():
 
 def test_a_student_in_one_file_only_is_refused_by_pseudonym():
     answers, contacts = a_class(8)
-    with pytest.raises(RefusedError, match="S07 in one of the files only"):
+    with pytest.raises(StudyRefusedError, match="S07 in one of the files only"):
         rows_of_students(metrics(contacts[:7]), questionnaire(answers))

@@ -5,7 +5,7 @@ from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.page import CAUSAL, study_html
-from replay.studies.class_study.refusals import RefusedError
+from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.tables import OBSERVED_ONLY, headlines
 
 QUESTIONS = (("motivation", "ease of use"), ("motivation", "contacts_per_min", "grasps"))
@@ -48,7 +48,7 @@ def test_nothing_on_the_page_claims_a_cause(page):
 
 @pytest.mark.parametrize("title", ["How VR improves learning", "The effect of contacts", "What leads to motivation"])
 def test_a_title_that_claims_a_cause_is_refused(study, title):
-    with pytest.raises(RefusedError) as refused:
+    with pytest.raises(StudyRefusedError) as refused:
         study_html(study, title)
     assert refused.value.rule == "causal-wording"
 

@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from replay.studies.class_study.refusals import RefusedError
+from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.regression import holm, inflation, permutation_p, regress
 
 REFERENCE = json.loads(Path(__file__).with_name("reference.json").read_text("utf-8"))
@@ -77,7 +77,7 @@ def test_nine_students_get_coefficients_and_no_p():
     ],
 )
 def test_what_cannot_be_told_apart_is_refused(y, x, rule):
-    with pytest.raises(RefusedError) as refused:
+    with pytest.raises(StudyRefusedError) as refused:
         fit(y, x)
     assert refused.value.rule == rule
 

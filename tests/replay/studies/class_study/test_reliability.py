@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from replay.studies.class_study.refusals import RefusedError
+from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.reliability import (
     bartlett,
     chi_square_tail,
@@ -31,12 +31,12 @@ def test_alpha_equals_the_stored_values_of_pingouin(k, columns):
 
 
 def test_one_item_has_no_alpha():
-    with pytest.raises(RefusedError, match=r"one-item.*at least two items"):
+    with pytest.raises(StudyRefusedError, match=r"one-item.*at least two items"):
         cronbach_alpha(ANSWERS[:, :1])
 
 
 def test_equal_answers_have_no_alpha():
-    with pytest.raises(RefusedError, match="no-variance"):
+    with pytest.raises(StudyRefusedError, match="no-variance"):
         cronbach_alpha(np.full((12, 3), 4.0))
 
 
@@ -135,14 +135,14 @@ def test_kmo_of_items_with_one_common_correlation_is_the_closed_form():
     ],
 )
 def test_what_has_no_inverse_has_no_kmo(answers, rule):
-    with pytest.raises(RefusedError) as refused:
+    with pytest.raises(StudyRefusedError) as refused:
         kmo(answers)
     assert refused.value.rule == rule
 
 
 def test_bartlett_gives_no_p_for_nine_students():
     assert bartlett(ANSWERS[:10, :3]).p <= 1.0
-    with pytest.raises(RefusedError, match=r"few-students.*at least 10 students"):
+    with pytest.raises(StudyRefusedError, match=r"few-students.*at least 10 students"):
         bartlett(ANSWERS[:9, :3])
 
 

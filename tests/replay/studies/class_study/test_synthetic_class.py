@@ -49,9 +49,9 @@ def test_a_class_on_disk_reads_back_and_a_session_that_is_there_is_kept(tmp_path
     assert json.loads((out / "truth.json").read_text())["model"]["ease_motivation"] == 0.6
     before = {path.name: path.stat().st_mtime_ns for path in (out / "sessions").iterdir()}
     (out / "sessions" / "S02.mcap").unlink()
-    told = []
-    assert make_class(out, students=3, seed=1, told=lambda *one: told.append(one)) == {}
-    assert told == [("S02", "done")]
+    on_done = []
+    assert make_class(out, students=3, seed=1, on_done=lambda *one: on_done.append(one)) == {}
+    assert on_done == [("S02", "done")]
     after = {path.name: path.stat().st_mtime_ns for path in (out / "sessions").iterdir()}
     assert {name for name in after if after[name] != before[name]} == {"S02.mcap"}
 
