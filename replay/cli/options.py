@@ -80,7 +80,7 @@ def output_format(command: Callable[..., int]) -> Callable[..., int]:
 
 force = click.option("--force", is_flag=True, help="Replace an earlier file or folder of that name.")
 seed = click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
-tau = click.option("--tau", type=click.FloatRange(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
+tau = click.option("--tau", type=Number(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
 no_picture = click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
 json_flag = click.option("--json", "as_json", is_flag=True, help="The same as --format json.")
 

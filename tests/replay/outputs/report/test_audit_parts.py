@@ -6,7 +6,7 @@ from support.page_cells import Cells
 from replay.comparison.outcome import Outcome
 from replay.outputs.report.audit_parts import BINS, duration_table, latency_histogram
 from replay.pipeline.engine import compute
-from replay.pipeline.summary import frame_seconds
+from replay.pipeline.summary import look_seconds
 
 
 def test_counts_in_the_page_are_those_of_the_summary(run, page):
@@ -40,10 +40,10 @@ def test_causes_in_the_page_are_those_counted(run, page):
     assert set(rows) == {"between looks", "decided again, of pair-frames missed"}
 
 
-def test_every_frame_is_in_the_histogram(run, page):
+def test_every_look_is_in_the_histogram(run, page):
     svg = str(latency_histogram(run))
     counted = [int(count) for count in re.findall(r"<title>(\d+) frames of", svg)]
-    assert sum(counted) == len(frame_seconds(run.detections["slow"])) and 1 <= len(counted) <= BINS
+    assert sum(counted) == len(look_seconds(run.detections["slow"])) and 1 <= len(counted) <= BINS
     assert svg in page
     assert not latency_histogram(compute(run.session, detectors="hybrid"))
 

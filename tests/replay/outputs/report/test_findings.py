@@ -42,9 +42,9 @@ def test_words_of_a_recording_are_escaped(doubtful):
 
 
 def test_notes_alone_leave_a_recording_trusted_and_no_examination_is_said():
-    assert trust((Finding("proxy", Severity.NOTE, "x"),)).startswith("Nothing was found")
+    assert trust((Finding("proxy", Severity.NOTE, "x"),)).startswith("Nothing suspicious found")
     result = compute(clean().session(), detectors="sphere", oracle="none")
-    assert "Nothing was found" in finding_tables(result)
+    assert "Nothing suspicious found" in finding_tables(result)
     assert "not examined" in finding_tables(replace(result, treatment=None))
 
 
