@@ -13,12 +13,12 @@ _NAMES = {
     "bench_bumps": ("make_bench_bumps",),
     "looks": ("Prediction", "looks", "predicted"),
     "scenes": ("SCENES", "make_scene_session"),
-    "truth": ("Episode", "Fact", "Truth", "read_truth", "write_truth"),
+    "truth": ("PlantedEpisode", "Fact", "Truth", "read_truth", "write_truth"),
 }
 _HOME = {name: f"sessions.synthetic.{module}" for module, names in _NAMES.items() for name in names}
 
 __all__ = [
-    "ANALYTIC", "SCENES", "Episode", "Fact", "Prediction", "Truth", "looks", "make_analytic", "make_bench_bumps",
+    "ANALYTIC", "SCENES", "PlantedEpisode", "Fact", "Prediction", "Truth", "looks", "make_analytic", "make_bench_bumps",
     "make_scene_session", "predicted", "read_truth", "write_truth",
 ]  # fmt: skip
 
