@@ -62,6 +62,7 @@ def test_types_hold():
     succeeds("-m", "mypy")
 
 
+@pytest.mark.slow
 def test_examples_in_docstrings_hold():
     """Doctests of the packages; modules without an example are not imported."""
     files = [

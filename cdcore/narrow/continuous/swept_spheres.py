@@ -16,7 +16,7 @@ from cdcore.kernels.compiling import kernel
 from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
 
 SWEPT_ULPS: Final = 4096.0
-"""Pad in eps of both bodies' sizes. ``leg_pad`` keeps as much, for rotations as far from orthonormal as
+"""Pad in eps of both bodies' sizes. ``segment_pad`` keeps as much, for rotations as far from orthonormal as
 a motion allows."""
 
 ANGLE_OF_CHORD: Final = 1.1108

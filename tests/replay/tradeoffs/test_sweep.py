@@ -70,7 +70,7 @@ def test_compiling_does_not_count_towards_the_time_limit(bumped, monkeypatch):
     def half_an_hour(tell):
         yield SimpleNamespace(seconds=1800.0)
 
-    monkeypatch.setattr(compiling, "told_of_compiling", half_an_hour)
+    monkeypatch.setattr(compiling, "compiling_reported", half_an_hour)
     clock = iter(range(100000))
     monkeypatch.setattr(trading, "perf_counter", lambda: float(next(clock)))
     assert not tradeoff(bumped, settings=LIST, repeats=1, time_limit=8.0).cut
