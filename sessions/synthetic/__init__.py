@@ -18,7 +18,7 @@ _NAMES = {
 _HOME = {name: f"sessions.synthetic.{module}" for module, names in _NAMES.items() for name in names}
 
 __all__ = [
-    "ANALYTIC", "SCENES", "PlantedEpisode", "Fact", "Prediction", "Truth", "looks", "make_analytic", "make_bench_bumps",
+    "ANALYTIC", "SCENES", "Fact", "PlantedEpisode", "Prediction", "Truth", "looks", "make_analytic", "make_bench_bumps",
     "make_scene_session", "predicted", "read_truth", "write_truth",
 ]  # fmt: skip
 
