@@ -69,7 +69,7 @@ def test_an_installation_that_cannot_be_written_keeps_machine_code_in_the_users_
     answer, folder = compiled_elsewhere(tmp_path)
     assert answer == "True"
     assert tmp_path in Path(folder.strip()).parents
-    assert list(tmp_path.rglob("legs.quaternion_of*.nbi"))
+    assert list(tmp_path.rglob("motion_segments.quaternion_of*.nbi"))
 
 
 @pytest.mark.slow
