@@ -85,11 +85,11 @@ def test_a_titration_asks_no_detector_anything():
 TITRATION = """
 import sys
 from pathlib import Path
-from replay.studies.synthetic_sessions import made_up_session
+from replay.studies.synthetic_sessions import synthetic_session
 from replay.api.runner import run
 from sessions import write_session
 folder = Path(sys.argv[1])
-session, _ = made_up_session("titration")
+session, _ = synthetic_session("titration")
 write_session(session, folder / "t.mcap")
 before = {name for name in sys.modules if "kernels" in name or name in ("numba", "fcl")}
 assert not before, before
