@@ -18,7 +18,7 @@ import sys, time
 import numpy as np
 from numba.core import event
 from cdcore import Body, Motion, TriangleMesh, create_detector, intersecting_faces, triangles_intersect
-from cdcore.kernels.compiling import told_of_compiling
+from cdcore.kernels.compiling import compiling_reported
 import cdcore.narrow.triangles.predicates, cdcore.narrow.spacetime.whole_motion
 import cdcore.narrow.containment.containment_stage
 
@@ -36,7 +36,7 @@ if "all" in sys.argv:
     move[-1], move[-2] = 0, [[0, 0, 1], [0, 0, 0]]
 families = []
 start = time.process_time()
-with told_of_compiling(lambda family, _: families.append(family)):
+with compiling_reported(lambda family, _: families.append(family)):
     detection = create_detector("exact", bodies).detect(Motion(np.arange(frames) / 90, move, turn), faces=True)
     first = time.process_time() - start
     if "all" in sys.argv:
