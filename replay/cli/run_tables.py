@@ -24,7 +24,7 @@ from replay.outputs.run_tables import (
 )
 from replay.outputs.tables import FAINT, FOUND, GOOD, IN_RED, INVENTED, Table, table
 from replay.outputs.words import CONTACT_WORDS_SHORT
-from replay.pipeline.headline import doubts, headline, invented, price, undecided
+from replay.pipeline.headline import beside, doubts, headline, price
 from replay.pipeline.run_result import RunResult
 
 MISS_ROWS: Final = 20
@@ -67,7 +67,7 @@ def headlines(result: RunResult) -> Iterator[RenderableType]:
     for label in result.comparisons:
         text = Text(" ").append(headline(result, label), style=STYLES[_mark(result, label)])
         yield text.append(f"   oracle: {result.oracle}", style="dim")
-    yield from (line(words, INVENTED) for words in (*undecided(result), *invented(result)))
+    yield from (line(words, INVENTED) for words in beside(result))
     yield from (line(words, FAINT) for words in price(result))
 
 

@@ -18,6 +18,8 @@ HEAD: Final = (
     "invented, %", "faces, %", "most of its work",
 )  # fmt: skip
 
+AT_PHASE: Final = "what a step rate misses it misses at this run's phase"
+
 NOT_DONE: Final = ("skipped", "reused", "held", "cache_hits")
 """Counters of work that was saved."""
 

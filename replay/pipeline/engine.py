@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Final
@@ -13,7 +13,7 @@ from cdcore.detectors import detector_names
 from replay.base.progress import Progress, Silent
 from replay.comparison.causes import examine
 from replay.comparison.compare import FaceRecall, compare, face_recall
-from replay.comparison.contact_duration import contact_durations
+from replay.comparison.contact_duration import ContactDurations, StepRates, contact_durations
 from replay.comparison.episodes import episodes
 from replay.comparison.matching import EpisodeMatches, match_episodes
 from replay.comparison.outcome import Comparison, Episode
@@ -122,10 +122,11 @@ def compute(
     with progress.stage("audit"), compiling_announced(progress if runs else None):
         found = {label: episodes(run.detection) for label, run in runs.items()}
         again = _face_source(assembly, seed)
-        comparisons = _comparisons(runs, lineup.oracle, Tolerance(assembly, again, tau))
+        tolerance = Tolerance(assembly, again, tau)
+        comparisons = _comparisons(runs, lineup.oracle, tolerance)
         matches = _matches(comparisons, found, runs)
         truth = found.get(lineup.oracle, ())
-        dwell = contact_durations(assembly, runs[lineup.oracle].detection, truth) if lineup.oracle else None
+        dwell = _durations(assembly, runs[lineup.oracle].detection, truth, tolerance, seed) if lineup.oracle else None
         missed, causes = examine(comparisons, truth, runs, assembly, again)
     recall = _face_recall(comparisons, runs, assembly, progress) if faces else {}
     effects: dict[str, EffectRun] = {}
@@ -177,6 +178,18 @@ def _comparisons(runs: dict[str, Run], oracle: str, tolerance: Tolerance) -> dic
             answer, truth = run.detection, runs[oracle].detection
             found[label] = compare(answer, truth, (label, oracle), tolerance.judge(answer, truth))
     return found
+
+
+def _durations(
+    assembly: Assembly, oracle: Detection, contacts: tuple[Episode, ...], tolerance: Tolerance, seed: int
+) -> ContactDurations:
+    """How long the contacts lasted; beside an oracle of intervals a look sees what ``exact`` sees at a frame."""
+    seen, between = oracle, oracle.covers == "intervals"
+    if between and contacts:
+        exact = DetectorSpec(TRUSTED, TRUSTED)
+        seen = run_detector(exact, assembly, seed=seed, faces=False, advance=lambda _: None).detection
+    rates = StepRates(seen, contacts, tolerance.judge(oracle, oracle), int(between))
+    return replace(contact_durations(assembly, oracle, contacts), rates=rates)
 
 
 def _matches(

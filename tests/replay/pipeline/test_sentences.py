@@ -200,6 +200,9 @@ def test_no_template_is_untested():
     everything += [line for rows, _ in ADVICE.values() for line in advice_of(rows)]
     everything += doubted(*(Finding("unit-suspect", Severity.WARNING, "far", "a") for _ in "ab"))
     two = [row("a", 0.5, 0.1, online=True, p99_ms=0.6), row("b", 0.6, 0.0, online=True, p99_ms=2.0)]
+    rated = SimpleNamespace(contacts=("one",), missed=lambda rate: (1, 0.5))
+    slow.summary["detectors"]["it"]["settings"], slow.dwell = {"rate_hz": 5.0}, SimpleNamespace(rates=rated)
+    everything += headline.phases(slow)
     text = "\n".join([*everything, *advice_of(two), "the whole recording at once", str(refused.value)])
     missing = [one for module in (headline, gates, pareto) for one in templates(module) if one not in text]
     assert missing == []
