@@ -94,8 +94,8 @@ def looked(*rates_hz, name="discrete", contacts=18):
 def test_who_looks_at_a_rate_is_said_to_miss_at_this_runs_phase_and_what_the_mean_is():
     lines = phases(looked(22.5, None, 72.0))
     assert lines == [
-        f"What at-{rate} missed it missed at this run's phase. A faultless look {rate:g} times a second misses "
-        f"{now} of 18 contacts at this phase, {mean} in the mean over phases."
+        f"at-{rate} looks {rate:g} times a second, at this run's phase. Faultless looks at that rate miss {now} of "
+        f"18 contacts at this phase, {mean} in the mean over phases."
         for rate, now, mean in ((22.5, 9, 4.53), (72.0, 1, 0.61))
     ]
     assert phases(looked(22.5, contacts=0)) == phases(looked(22.5, name="recorded")) == []
