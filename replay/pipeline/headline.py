@@ -92,8 +92,8 @@ def phases(result: RunResult) -> list[str]:
         if rate and made["name"] != RECORDED:
             now, mean = rates.missed(rate)
             lines.append(
-                f"{label} looks {rate:g} times a second, at this run's phase. Faultless looks at that rate miss {now} of "
-                f"{len(rates.contacts)} contacts at this phase, {mean:.2f} in the mean over phases."
+                f"{label} looks {rate:g} times a second, at this run's phase. Faultless looks at that rate miss "
+                f"{now} of {len(rates.contacts)} contacts at this phase, {mean:.2f} in the mean over phases."
             )
     return lines
 
