@@ -1,4 +1,4 @@
-"""Compiles kernels before tests ask for them: ``compile_first.py FILE`` makes the file when the common ones are there."""
+"""Compiles kernels before tests ask for them; ``compile_first.py FILE`` makes FILE when the common ones are there."""
 
 import shutil
 import sys
