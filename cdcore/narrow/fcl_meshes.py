@@ -54,19 +54,11 @@ class FclMeshes:
     """Meshes, one a body, that can be placed and asked whether, and in which faces, two of them meet.
 
     Equal meshes (by content hash) share one tree. A ``TriangleMesh`` is never empty and its indices exist: FCL would
-    end the process otherwise.
-
-    Raises
-    ------
-    InvalidMeshError
-        FCL could not build the tree.
+    end the process otherwise. InvalidMeshError where FCL could not build the tree.
     """
 
     def __init__(self, meshes: Sequence[TriangleMesh]) -> None:
-        trees: dict[str, Any] = {}
-        for mesh in meshes:
-            if mesh.content_hash not in trees:
-                trees[mesh.content_hash] = _tree(mesh)
+        trees = {key: _tree(mesh) for key, mesh in {mesh.content_hash: mesh for mesh in meshes}.items()}
         self._bodies = [_placed(trees[mesh.content_hash]) for mesh in meshes]
         self._first = fcl.CollisionRequest(num_max_contacts=1, enable_contact=False)
         # With enable_contact FCL lists some face pairs twice, and the indices come without it too.
@@ -77,6 +69,10 @@ class FclMeshes:
         if not (np.isfinite(rotation).all() and np.isfinite(translation).all()):
             raise InvalidPoseError(f"body {body}: the pose is not finite; flag it as not valid or repair it")
         self._place(body, rotation, translation)
+
+    def _place(self, body: int, rotation: FloatArray, translation: FloatArray) -> None:
+        self._bodies[body].turn(rotation)
+        self._bodies[body].move(translation)
 
     def touch(self, a: int, b: int) -> bool:
         """Whether the surfaces of two placed bodies meet."""
@@ -90,14 +86,8 @@ class FclMeshes:
             request = fcl.CollisionRequest(num_max_contacts=most, enable_contact=False)
         if not fcl.collide(self._bodies[a].thing, self._bodies[b].thing, request, found):
             return np.zeros((0, 2), dtype=np.int32)
-        keys = np.array(found.first, dtype=np.int64) << 32 | np.array(found.second, dtype=np.int64)
-        keys = np.unique(keys)
+        keys = np.unique(np.array(found.first, dtype=np.int64) << 32 | np.array(found.second, dtype=np.int64))
         return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)
-
-    def _place(self, body: int, rotation: FloatArray, translation: FloatArray) -> None:
-        placed = self._bodies[body]
-        placed.turn(rotation)
-        placed.move(translation)
 
     def touch_along(
         self, a: int, b: int, poses_a: tuple[FloatArray, FloatArray], poses_b: tuple[FloatArray, FloatArray]

@@ -68,9 +68,7 @@ def features_of(mesh: TriangleMesh) -> Features:
     near = _neighbours(corners, start, members)
     size = float(_length(rows[:, CENTROID:RADIUS]).max() + rows[:, RADIUS].max())
     links = np.concatenate([corners.ravel(), 3 * len(face) + len(start) + start, members])
-    for array in (face, rows, near, links):
-        readonly(array)
-    return Features(face, rows, near, links, size)
+    return Features(readonly(face), readonly(rows), readonly(near), readonly(links), size)
 
 
 def morton_codes(points: FloatArray) -> IntArray:
@@ -92,9 +90,8 @@ def _length(vectors: FloatArray) -> FloatArray:
     """Norms over the last axis; nothing overflows that is not itself too long for a double."""
     scale = np.abs(vectors).max(axis=-1)
     safe = np.where(scale > 0.0, scale, 1.0)
-    length: FloatArray = scale * np.sqrt(((vectors / safe[..., None]) ** 2).sum(axis=-1))
     # one rounding more than the true length must not cut off a corner
-    return length * (1.0 + 2.0**-48)
+    return scale * np.sqrt(((vectors / safe[..., None]) ** 2).sum(axis=-1)) * (1.0 + 2.0**-48)
 
 
 def _neighbours(corners: IntArray, start: IntArray, members: IntArray) -> IntArray:

@@ -79,5 +79,4 @@ def make_instrument(name: str, faces: int = 5000, **options: Any) -> Instrument:
     if unknown:
         known = ", ".join(sorted(allowed)) or "none"
         raise UnknownInstrumentError(f"{name} has no option {', '.join(sorted(unknown))}; its options: {known}")
-    instrument: Instrument = make(faces, **spec.options, **options)
-    return instrument
+    return make(faces, **spec.options, **options)

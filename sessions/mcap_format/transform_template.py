@@ -53,8 +53,7 @@ class TransformTemplate:
 
     def agrees(self, rows: NDArray[np.uint8]) -> NDArray[np.bool_]:
         """Which rows (n, length) have this layout."""
-        agreed: NDArray[np.bool_] = ((rows & self.mask) == self.pattern).all(axis=1)
-        return agreed
+        return ((rows & self.mask) == self.pattern).all(axis=1)
 
     def values(self, rows: NDArray[np.uint8]) -> NDArray[np.float64]:
         """Position and quaternion of each row, (n, 7)."""
@@ -77,8 +76,7 @@ def stamp_overflows(seconds: NDArray[np.int64]) -> bool:
 
 def _varints(rows: NDArray[np.uint8], place: int, width: int) -> NDArray[np.uint64]:
     groups = (rows[:, place : place + width] & np.uint8(0x7F)).astype(np.uint64)
-    total: NDArray[np.uint64] = groups @ _GROUP_WEIGHTS[:width]
-    return total
+    return groups @ _GROUP_WEIGHTS[:width]
 
 
 class _UnexpectedError(Exception):

@@ -78,8 +78,7 @@ class Dips:
         """Value at each time."""
         centre = np.asarray(self.times)
         nearest = np.abs(np.asarray(times)[..., None] - centre).argmin(axis=-1)
-        value: Array = np.asarray(self.floors)[nearest] + self.steepness * (times - centre[nearest]) ** 2
-        return value
+        return np.asarray(self.floors)[nearest] + self.steepness * (times - centre[nearest]) ** 2
 
     def between(self, low: float, high: float, seconds: float) -> list[Interval]:
         """Intervals below ``high`` by the square root; a dip below ``low`` is not foreseen.

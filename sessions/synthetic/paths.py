@@ -31,8 +31,7 @@ def minimum_jerk(share_of_time: ArrayLike) -> Array:
     a hand from point to point so that the integral of the squared jerk is least.
     """
     u = np.clip(np.asarray(share_of_time, dtype=np.float64), 0.0, 1.0)
-    share: Array = u * u * u * (10.0 + u * (6.0 * u - 15.0))
-    return share
+    return u * u * u * (10.0 + u * (6.0 * u - 15.0))
 
 
 def minimum_jerk_inverse(share_of_way: float) -> float:
@@ -50,8 +49,7 @@ def knock(share_of_time: ArrayLike) -> Array:
     Unlike two reaches put together, which rest at the turning point, this turns as a tapping finger does.
     """
     u = np.clip(np.asarray(share_of_time, dtype=np.float64), 0.0, 1.0)
-    share: Array = np.sin(np.pi * u) ** 2
-    return share
+    return np.sin(np.pi * u) ** 2
 
 
 def knock_interval(share_of_way: float) -> tuple[float, float] | None:
@@ -139,8 +137,7 @@ class Tap:
     def __call__(self, times: Array) -> Array:
         """Displacements (n, 3)."""
         share = knock((times - self.start) / self.period)
-        displacement: Array = self.amplitude * share[..., None] * np.asarray(self.direction)
-        return displacement
+        return self.amplitude * share[..., None] * np.asarray(self.direction)
 
 
 @dataclass(frozen=True)
@@ -174,8 +171,7 @@ class Stir:
         """Displacements (n, 3)."""
         angle = 2.0 * np.pi * self.turns_per_second * (times - self.start)
         circle = np.stack([np.cos(angle), np.zeros_like(angle), np.sin(angle)], axis=-1)
-        displacement: Array = self.reach(times)[..., None] * circle
-        return displacement
+        return self.reach(times)[..., None] * circle
 
 
 class Tremor:
@@ -201,8 +197,7 @@ class Tremor:
         for start, end in self._quiet:
             outside = np.maximum(start - times, times - end)
             gate = gate * minimum_jerk(outside / self.FADE_S)
-        displacement: Array = self._amplitude * gate[..., None] * sway
-        return displacement
+        return self._amplitude * gate[..., None] * sway
 
 
 def still(position: ArrayLike, quaternion: ArrayLike = IDENTITY) -> KeyPath:

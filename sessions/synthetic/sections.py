@@ -64,8 +64,7 @@ class Approach:
         forward = np.asarray(self.direction)
         right = np.cross(forward, (0.0, 1.0, 0.0))
         up = np.array([0.0, self.height, 0.0])
-        spot: Array = np.asarray(target) - (self.distance + apart) * forward + self.aside * right + up
-        return spot
+        return np.asarray(target) - (self.distance + apart) * forward + self.aside * right + up
 
 
 def inscribed_radius(points: Array) -> float:
@@ -197,8 +196,7 @@ class _Posed:
     def section(self, height: float) -> Array:
         crossing = np.flatnonzero((self._lowest <= height) & (self._highest >= height))
         start, way = self._starts[crossing], self._ways[crossing]
-        points: Array = start + ((height - start[:, 1]) / way[:, 1])[:, None] * way
-        return points
+        return start + ((height - start[:, 1]) / way[:, 1])[:, None] * way
 
     def cuts(self, height: float) -> Array:
         """Segments (k, 2, 3) in which faces cross a level plane that goes through none of their corners."""
@@ -207,8 +205,7 @@ class _Posed:
         cut = crossing.any(axis=1)
         rise = np.where(crossing, end[..., 1] - start[..., 1], 1.0)
         points = start + ((height - start[..., 1]) / rise)[..., None] * (end - start)
-        segments: Array = points[cut][crossing[cut]].reshape(-1, 2, 3)
-        return segments
+        return points[cut][crossing[cut]].reshape(-1, 2, 3)
 
     def reach(self, direction: Array, sections: tuple[Array, Array], heights: tuple[float, float]) -> float:
         """Farthest the surface between two level planes extends along a direction (-inf where there is none)."""
