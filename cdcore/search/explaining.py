@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
 from typing import Final
 
 import numpy as np
@@ -23,22 +22,26 @@ TIMES_MORE: Final = 10
 class SearchExplainer:
     """Searches single pair-frames again, with ten times the budget.
 
-    Bodies, pairs and settings are those of the detector that missed; features of a pair are made when it is first asked
-    about.
+    Parameters
+    ----------
+    bodies, pairs, settings : of the detector that missed; trees of a pair are built when it is first asked about.
     """
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings) -> None:
         self._bodies, self._pairs = bodies, pairs
         more, whole_frame = settings.budget * TIMES_MORE, settings.frame_budget * TIMES_MORE
         self._settings = replace(settings, budget=more, frame_budget=whole_frame, budget_seconds=None)
-        self._stage = cache(lambda pair: SearchStage(bodies, pairs[[pair]], self._settings))
-        self._sample = cache(self._draw)
+        self._stages: dict[int, SearchStage] = {}
+        self._drawn: dict[int, IntArray] = {}
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray, *, volumes_meet: bool) -> Explanation:
-        """What spheres and search make of one pair in one frame; ``volumes_meet``: they let the pair through.
+        """What spheres and search make of one pair in one frame.
 
-        ``faces`` (k, 2) are the face pairs that meet, in the order of the pair. With ``samples`` a number they are
-        looked up in the sample; without it, and with "auto", which probes them all, every face can be drawn.
+        Parameters
+        ----------
+        faces : (k, 2) the face pairs that meet, in the order of the pair. With ``samples`` a number they are looked
+            up in the sample; without it, and with "auto", which probes them all, every face can be drawn.
+        volumes_meet : whether spheres and boxes let the pair through.
         """
         sampled = self._sample_meets(pair, faces) if len(faces) else None
         found = self._finds(motion, frame, pair) if sampled else None
@@ -51,12 +54,17 @@ class SearchExplainer:
         first, second = (self._sample(body, self._settings.samples) for body in self._pairs[pair].tolist())
         return bool((np.isin(faces[:, 0], first) & np.isin(faces[:, 1], second)).any())
 
-    def _draw(self, body: int, size: int) -> IntArray:
+    def _sample(self, body: int, size: int) -> IntArray:
         """Numbers of the faces of a body that its searches draw from."""
-        features = features_of(self._bodies[body].mesh)
-        return features.face[sample_of(features, size, self._settings.seed, self._bodies[body].name).pick]
+        if body not in self._drawn:
+            features = features_of(self._bodies[body].mesh)
+            sample = sample_of(features, size, self._settings.seed, self._bodies[body].name)
+            self._drawn[body] = features.face[sample.pick]
+        return self._drawn[body]
 
     def _finds(self, motion: Motion, frame: int, pair: int) -> bool:
-        stage = self._stage(pair)
+        if pair not in self._stages:
+            self._stages[pair] = SearchStage(self._bodies, self._pairs[[pair]], self._settings)
+        stage = self._stages[pair]
         now = motion.frames(frame, frame + 1)
         return bool(stage.decide(now, np.ones((1, 1), dtype=np.bool_), stage.fresh_memory()).hits[0, 0])

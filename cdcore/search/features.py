@@ -26,23 +26,19 @@ CENTROID, RADIUS, CORNERS, ROW = 0, 3, 4, 13
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """The faces of a mesh in the order of the search.
-
-    Parameters
-    ----------
-    face : (f,) number in the mesh of the face at each place in the order.
-    rows : (f, 13) centroid, radius of the ball around it that holds the face, corners; body frame, metres.
-    near : (f, 15) places of up to 14 faces sharing a corner, those sharing an edge first, -1 where there is none;
-        last column: how many share an edge.
-    links : (6 f + v + 1,) three vertices of each face; for each vertex where its faces start; the faces at each vertex.
-    size : largest distance of a point of the mesh to the origin of the body.
-    """
+    """The faces of a mesh in the order of the search."""
 
     face: IntArray
+    """(f,) number in the mesh of the face at each place in the order."""
     rows: FloatArray
+    """(f, 13) centroid, radius of the ball around it that holds the face, corners; body frame, metres."""
     near: IntArray
+    """(f, 15) places of up to 14 faces sharing a corner, those sharing an edge first, -1 where there is none; last
+    column: how many share an edge."""
     links: IntArray
+    """(6 f + v + 1,) three vertices of each face; for each vertex where its faces start; the faces at each vertex."""
     size: float
+    """Largest distance of a point of the mesh to the origin of the body."""
 
     def __len__(self) -> int:
         return len(self.face)

@@ -67,10 +67,7 @@ def quaternion_from_vector(turn: ArrayLike) -> Array:
 def quaternion_facing(forward: ArrayLike) -> Array:
     """Quaternion (4,) that turns -Z to ``forward`` and keeps +Y as upright as it can.
 
-    Raises
-    ------
-    ValueError
-        ``forward`` is zero or vertical.
+    ValueError where ``forward`` is zero or vertical.
     """
     back = -np.asarray(forward, dtype=np.float64)
     right = np.cross((0.0, 1.0, 0.0), back)

@@ -161,11 +161,9 @@ def _cut_tetrahedra(
         chosen = corners[(inside * np.array([1, 2, 4, 8])).sum(axis=1) == code]
         if not len(chosen):
             continue
-        within = [k for k in range(4) if code >> k & 1]
-        for face in _pattern(within):
-            pairs = np.stack([np.sort(chosen[:, list(edge)], axis=1) for edge in face], axis=1)
-            triangles.append(pairs)
-    return np.concatenate(triangles) if triangles else np.empty((0, 3, 2), dtype=np.int64)
+        for face in _pattern([k for k in range(4) if code >> k & 1]):
+            triangles.append(np.stack([np.sort(chosen[:, list(edge)], axis=1) for edge in face], axis=1))
+    return np.concatenate([np.empty((0, 3, 2), dtype=np.int64), *triangles])
 
 
 def _pattern(within: list[int]) -> list[list[tuple[int, int]]]:

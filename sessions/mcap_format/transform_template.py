@@ -31,16 +31,7 @@ _GROUP_WEIGHTS = np.uint64(1) << np.arange(0, 7 * MAX_VARINT, 7, dtype=np.uint64
 
 @dataclass(eq=False)
 class TransformTemplate:
-    """The layout of one transform.
-
-    Parameters
-    ----------
-    mask, pattern : (length,) uint8; bytes x of the same layout satisfy ``x & mask == pattern``.
-    parent, child : the two frame names.
-    stamped : whether there is a timestamp.
-    seconds, nanos : (place, width) of the two varints, width 0 where left out.
-    doubles : value number (x y z, then x y z w) -> place; those left out are 0.
-    """
+    """The layout of one transform: bytes x (length,) of it satisfy ``x & mask == pattern``."""
 
     mask: NDArray[np.uint8]
     pattern: NDArray[np.uint8]
@@ -49,7 +40,9 @@ class TransformTemplate:
     stamped: bool = False
     seconds: tuple[int, int] = (0, 0)
     nanos: tuple[int, int] = (0, 0)
+    """(place, width) of the two varints, width 0 where left out."""
     doubles: dict[int, int] = field(default_factory=dict)
+    """Value number (x y z, then x y z w) -> place; those left out are 0."""
 
     def agrees(self, rows: NDArray[np.uint8]) -> NDArray[np.bool_]:
         """Which rows (n, length) have this layout."""

@@ -64,31 +64,21 @@ def knock_interval(share_of_way: float) -> tuple[float, float] | None:
 
 @dataclass(frozen=True)
 class Key:
-    """A pose at a time, and how it is reached from the key before.
-
-    Parameters
-    ----------
-    time : seconds.
-    position : (3,) metres.
-    quaternion : (4,) xyzw.
-    ease : ``minimum-jerk`` or ``linear``.
-    arc : how far the way there rises above the straight line, metres, as a hand does over things in its way.
-    """
+    """A pose (metres, xyzw) at a time (seconds), and how it is reached from the key before."""
 
     time: float
     position: Point
     quaternion: Quaternion = IDENTITY
     ease: str = "minimum-jerk"
+    """``minimum-jerk`` or ``linear``."""
     arc: float = 0.0
+    """How far the way there rises above the straight line, metres, as a hand does over things in its way."""
 
 
 class KeyPath:
     """Poses at keys, blended between them, held before the first and after the last; overlays are added.
 
-    Raises
-    ------
-    ValueError
-        Keys that are not in order of time.
+    ValueError for keys that are not in order of time.
     """
 
     def __init__(self, keys: Sequence[Key], overlays: Sequence[Overlay] = ()) -> None:
@@ -120,8 +110,7 @@ class KeyPath:
         eased = np.where(self._linear[after], share, minimum_jerk(share))
         step = self._position[after] - self._position[before]
         position = self._position[before] + eased[..., None] * step
-        rise = 16.0 * eased**2 * (1.0 - eased) ** 2 * self._arc[after]
-        position[..., 1] += rise
+        position[..., 1] += 16.0 * eased**2 * (1.0 - eased) ** 2 * self._arc[after]
         return position, slerp(self._quaternion[before], self._quaternion[after], eased)
 
 
@@ -144,19 +133,16 @@ class Tap:
 class Stir:
     """Circles in the horizontal plane, with taps of the radius on top.
 
-    Parameters
-    ----------
-    start, end : seconds; the circle opens in the first `OPENING_S` seconds and closes in the last.
-    radius : metres.
-    turns_per_second : of the angle, which starts at +X and turns towards +Z.
-    taps : (start, period, amplitude) of the taps of the radius.
+    The circle (metres) opens in the first `OPENING_S` seconds after ``start`` and closes in the last before ``end``.
     """
 
     start: float
     end: float
     radius: float
     turns_per_second: float
+    """Of the angle, which starts at +X and turns towards +Z."""
     taps: tuple[tuple[float, float, float], ...] = ()
+    """(start, period, amplitude) of the taps of the radius."""
 
     def reach(self, times: Array) -> Array:
         """Distance (n,) from the middle of the circles."""
