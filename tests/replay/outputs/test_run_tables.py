@@ -1,13 +1,17 @@
 """The counts of the tables are those of the run."""
 
-import pytest
-from support.small_worlds import cubes
+from dataclasses import replace
 
+import numpy as np
+import pytest
+from support.small_worlds import cube, cubes
+
+from replay.cli.run_tables import contact_table as cli_table
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
-from replay.outputs.run_tables import cost_table, finding_table, miss_table, pair_table
+from replay.outputs.run_tables import contact_table, cost_table, finding_table, miss_table, pair_table
 from replay.pipeline.engine import compute
-from sessions import Finding, Severity
+from sessions import Finding, MeshData, Severity
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +32,18 @@ def test_pairs_have_their_contacts_and_frames(run):
     words = {"frames found": Outcome.BOTH, "frames missed": Outcome.MISSED, "frames invented": Outcome.INVENTED}
     assert all(column(made, word) == [compared.count(kind)] for word, kind in words.items())
     assert "within tolerance" not in [one.name for one in made.columns]
+
+
+def test_a_pair_whose_containment_is_refused_says_why_beside_its_verdicts(run):
+    assert pair_table(run, "slow").notes == () and run.summary["pairs"][0]["containment"]["exact"] == "decided"
+    one, session = cube(), cubes({"a": [0] * 3, "b": [0.2, 0.3, 3.0]})
+    shell = MeshData(np.concatenate([9 * one.vertices, one.vertices + 1]), np.concatenate([one.faces, one.faces + 8]))
+    result = compute(replace(session, meshes={"a": shell, "b": one}), detectors="sphere")
+    word = "containment refused for 1 of 1 pair: a has doubled or overlapping faces"
+    (note,) = pair_table(result, "sphere").only("pair").notes
+    assert note == f"exact: {word}" and contact_table(result, "exact").notes == (note,)
+    assert note in cli_table(result).notes
+    assert result.summary["pairs"][0]["containment"]["exact"] == "refused: a has doubled or overlapping faces"
 
 
 def test_every_miss_has_the_command_that_shows_it(run):
