@@ -62,7 +62,7 @@ class Flags:
         marks = np.zeros((len(assembly.stamp_ns), len(assembly.names)), dtype=np.uint8)
         columns: dict[str, list[int]] = {}
         for column, name in enumerate(assembly.names):
-            for source in _chain(name, scene):
+            for source in chain_of(name, scene):
                 columns.setdefault(source, []).append(column)
         for span in spans:
             first, last = np.searchsorted(assembly.stamp_ns, [span.start_ns, span.end_ns + 1])
@@ -84,7 +84,7 @@ def flag_words() -> list[str]:
     return ["+".join(kind for k, kind in enumerate(FLAG_KINDS) if value >> k & 1) for value in range(256)]
 
 
-def _chain(name: str, scene: Scene) -> list[str]:
+def chain_of(name: str, scene: Scene) -> list[str]:
     """A body, its parent, the parent's parent and so on."""
     chain = [name]
     while (declared := scene.body(chain[-1])) is not None and declared.parent and declared.parent not in chain:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -29,6 +29,10 @@ LEAST_OTHERS: Final = 300
 LOST_JUMP_M: Final = 0.01
 """An exact identity pose that is entered or left by less than a centimetre may be where the body is;"""
 LOST_JUMP_STEPS: Final = 5.0  # ... and so it may by less than five of its ordinary steps.
+
+
+Jumps = dict[str, NDArray[np.int64]]
+"""Body -> stamps (k, 2) between which it jumped."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,18 @@ def pose_spans(looked: PosePass) -> list[PoseSpan]:
         if unit_guess(looked, column) is None:
             found += track.teleports()
     return sorted(found, key=lambda span: (span.column, span.first, span.code))
+
+
+def teleports(looked: PosePass, spans: Sequence[PoseSpan] | None = None) -> Jumps:
+    """When each body jumped, from its sample before to the one that marks it; ``spans`` are those of this pass."""
+    found: Jumps = {}
+    spans = pose_spans(looked) if spans is None else spans
+    rows = [(one.column, one.first) for one in spans if one.code == "teleport"]
+    for column in {column for column, _ in rows}:
+        usable = np.flatnonzero(looked.usable[:, column])
+        after = np.searchsorted(usable, [row for there, row in rows if there == column])
+        found[looked.names[column]] = looked.stamp_ns[np.stack([usable[after - 1], usable[after]], axis=1)]
+    return found
 
 
 def rest_spans(looked: PosePass) -> list[PoseSpan]:
