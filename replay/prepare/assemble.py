@@ -121,7 +121,8 @@ def lay_out(
             f"no pair to look at: none of {', '.join(names)} moves against another; name pairs in the scene"
         )
     if jumps is None:
-        jumps = teleports(look_through(block.frames for block in in_order(session.blocks(BLOCK_FRAMES))))
+        ordered = (block.frames for block in in_order(session.blocks(BLOCK_FRAMES)))
+        jumps = teleports(look_through(ordered, session.scene.space_radius))
     return AssemblyLayout(
         scan=seen, bodies=bodies, pairs=rows, held=held_pairs(session.scene, names, rows),
         breaks=tuple(_breaks(seen.stamp_ns, jumps, chain_of(name, session.scene)) for name in names),

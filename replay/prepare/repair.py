@@ -19,11 +19,11 @@ from sessions.doctor.pose_spans import Jumps, PoseSpan, pose_spans, teleports
 from sessions.doctor.session_findings import examine_session
 from sessions.doctor.timing import gap_rows
 
-DAMAGE: Final = frozenset({"not-finite", "zero-quaternion", "non-unit-quaternion", "identity-while-lost"})
-"""Kinds whose samples claimed to be poses: dropping them loses data that a reader would expect."""
-
 NAMED_BY_SURVEY: Final = frozenset({"not-finite", "zero-quaternion", "non-unit-quaternion"})
 """Kinds that the assembly refuses by frame, body and value when nothing replaces them."""
+
+DAMAGE: Final = NAMED_BY_SURVEY | {"identity-while-lost", "out-of-space"}
+"""Kinds whose samples claimed to be poses: dropping them loses data that a reader would expect."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def repair_session(session: Session, policy: Policy) -> Repair:
     Raises ``RefusedError``: the session has a fault that the policy refuses. Invalid samples are left to the session
     scan, which names them.
     """
-    looked = look_through(session.blocks(BLOCK_FRAMES))
+    looked = look_through(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
     findings = tuple(in_order([*examine_session(session, looked)]))
     for finding in findings:
         if policy.rule(finding.code).action == REFUSE and finding.code not in NAMED_BY_SURVEY:

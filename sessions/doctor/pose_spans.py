@@ -59,7 +59,8 @@ SIMPLE: Final = {
 def pose_spans(looked: PosePass) -> list[PoseSpan]:
     """Every span in which a sample is no trustworthy pose, by body and then time.
 
-    A body whose positions are not in metres would teleport in every frame; of such a body no step is called a teleport.
+    A body whose positions are not in metres would teleport in every frame, and lie out of every room; of such a body
+    neither is said.
     """
     found: list[PoseSpan] = []
     for column in range(len(looked.names)):
@@ -69,6 +70,7 @@ def pose_spans(looked: PosePass) -> list[PoseSpan]:
         found += track.identity()
         found += track.still("frozen")
         if unit_guess(looked, column) is None:
+            found += track.simple("out-of-space", Mark.OUT_OF_SPACE)
             found += track.teleports()
     return sorted(found, key=lambda span: (span.column, span.first, span.code))
 
@@ -104,7 +106,7 @@ class _Track:
     @classmethod
     def of(cls, looked: PosePass, column: int) -> _Track:
         marks = looked.marks[:, column]
-        there, gone = marked(marks, Mark.PRESENT), marked(marks, Mark.LOST | Mark.NOT_FINITE)
+        there, gone = marked(marks, Mark.PRESENT), marked(marks, Mark.NO_POSE)
         usable = np.flatnonzero(there & ~gone)
         return cls(column, looked.stamp_ns, marks, looked.steps[:, column], np.flatnonzero(there), usable)
 

@@ -46,6 +46,8 @@ class Mark(IntFlag):
     SAMPLE_REPEATED = 2048
     SAMPLE_SKEWED = 4096
     PRESENT = 8192
+    OUT_OF_SPACE = 1 << 14
+    NO_POSE = LOST | NOT_FINITE | OUT_OF_SPACE
 
 
 def marked(marks: NDArray[np.uint16], mark: Mark) -> NDArray[np.bool_]:
@@ -55,7 +57,7 @@ def marked(marks: NDArray[np.uint16], mark: Mark) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, eq=False)
 class TrackSamples:
-    """Consecutive samples of one body that are present and finite."""
+    """Consecutive samples of one body that may be poses."""
 
     rows: NDArray[np.int64]  # (n,) frame numbers
     time: FloatArray  # (n,) seconds

@@ -75,3 +75,13 @@ def test_what_the_doctor_calls_a_teleport_is_no_contact_between_frames():
     result = compute(draft.session(), detectors="exact", oracle="continuous", pairs=[("hand-left", "tray")])
     assert "teleport" in {one.code for one in result.treatment.findings}
     assert result.episodes == {"exact": (), "continuous": ()} and result.misses == {"exact": ()}
+
+
+def test_a_position_that_no_room_holds_is_dropped_and_the_rest_is_answered():
+    draft = clean()
+    FAULTS["out of space"](draft, 1, 400)
+    result = compute(draft.session(), detectors="sphere", oracle="none")
+    assert np.flatnonzero(~result.assembly.motion.valid[:, 1]).tolist() == [400, 401]
+    (told,) = (one for one in result.summary["flagged"] if one["kind"] == "out-of-space")
+    assert (told["action"], told["dropped"]) == ("drop", 2)
+    assert np.flatnonzero(~result.assembly.motion.linked[:, 1]).tolist() == [0, 400, 401, 402]
