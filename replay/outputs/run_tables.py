@@ -108,13 +108,20 @@ def miss_table(title: str, misses: Sequence[Miss], run: object = "RUN") -> Table
     rows = [
         (
             Marked(str(one.number), STRONG), f"{one.body_a} - {one.body_b}", one.kind, one.cause,
-            Marked(f"replay view {run} --miss {one.number}", CODE), f"{one.seconds:.3f}", one.last - one.first + 1,
+            Marked(f"replay view {run} --miss {one.number}", CODE), _moment(one), one.last - one.first + 1,
             depth_words(one), one.face_pairs, one.shown[0],
             "" if one.touch is None else "{} and {}".format(*one.touch.faces),
         )
         for one in misses
     ]  # fmt: skip
     return table(title, (*head, "after frame", "first faces"), rows, words=5, whole=("miss", "pair"))
+
+
+def _moment(miss: Miss) -> Cell:
+    """Seconds; below them how far a first touch is uncertain where it is by more than the microsecond promised."""
+    known = 0.0 if miss.touch is None else miss.touch.moment - miss.touch.free
+    words = f"{miss.seconds:.3f}"
+    return Marked(words, "", f"within {1e6 * known:.2g} microseconds") if known > 1e-6 else words
 
 
 MISS_HEAD = ("miss", "pair", "what", "cause", "look at it", "at s")

@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import cube, cubes
+from support.small_worlds import cube, cubes, jumping
 
 from replay.cli.run_tables import contact_table as cli_table
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
 from replay.outputs.run_tables import contact_table, cost_table, finding_table, miss_table, pair_table
+from replay.outputs.tables import Marked
 from replay.pipeline.engine import compute
 from sessions import Finding, MeshData, Severity
 
@@ -50,6 +51,14 @@ def test_every_miss_has_the_command_that_shows_it(run):
     made = miss_table("missed", run.misses["slow"], "RUN")
     commands = [cell.text for cell in column(made, "look at it")]
     assert commands == [f"replay view RUN --miss {miss.number}" for miss in run.misses["slow"]]
+
+
+def test_a_first_touch_that_is_not_known_to_a_microsecond_says_how_well_it_is():
+    (miss,) = compute(jumping(), detectors="exact", oracle="continuous").misses["exact"]
+    moment = f"{miss.touch.moment:.3f}"
+    vague = replace(miss, touch=replace(miss.touch, free=miss.touch.moment - 8.9e-6))
+    assert column(miss_table("missed", [miss]), "at s") == [moment]
+    assert column(miss_table("missed", [vague]), "at s") == [Marked(moment, "", "within 8.9 microseconds")]
 
 
 def test_the_oracle_is_named_in_the_table_of_times(run):
