@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -121,10 +121,8 @@ def _events(
     values.update(_judgement(declared, impact.speed, values.get("energy_j")))
     words = f"{pair[0]} meets {pair[1]} at {impact.speed:.2f} m/s"
     events = [EffectEvent(impact.time, "impact", pair, None, values, words, point=point)]
-    if values.get("broken"):
-        events.append(
-            EffectEvent(impact.time, "broken", pair, None, values, f"{pair[0]} breaks: {words}", "error", point)
-        )
+    if values["broken"]:
+        events.append(replace(events[0], name="broken", message=f"{pair[0]} breaks: {words}", level="error"))
     return events
 
 

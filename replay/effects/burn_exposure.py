@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -80,9 +81,8 @@ def _judged(
     words = f"{pair[0]} on {pair[1]} at {hottest:.0f} degC for {end - start:.2f} s"
     last = inputs.end(touch.stop)
     exposed = EffectEvent(start, "exposed", pair, last, values, words, "warning" if above else "info", touch.point)
-    if above < declared.number("seconds"):
-        return [exposed]
-    return [exposed, EffectEvent(start, "burn", pair, last, values, f"burn: {words}", "error", touch.point)]
+    burn = replace(exposed, name="burn", message=f"burn: {words}", level="error")
+    return [exposed] if above < declared.number("seconds") else [exposed, burn]
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

@@ -15,11 +15,6 @@ from replay.effects.output import EffectEvent, EffectOutput, FloatArray, Series,
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of, steadied
 
-FRAMES_IN: Final = 2
-FRAMES_OUT: Final = 2
-"""Frames in a row. A resting tracker steps by 0.14-0.77 mm from frame to frame, so that a contact at rest flickers."""
-
-
 FLAT: Final = 1e-3
 """A curve narrower than this share of its length is a line, and a line has no plane."""
 
@@ -64,8 +59,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         reported = heard[pair] = inputs.contact(pair)
         inputs.count("pair-frames", len(inputs))
         touches[pair] = tuple(
-            _touch(reported, first, stop)
-            for first, stop in steadied(reported.touching, reported.known, FRAMES_IN, FRAMES_OUT)
+            _touch(reported, first, stop) for first, stop in steadied(reported.touching, reported.known)
         )
         inputs.count("flickers", len(spans_of(reported.touching)) - len(touches[pair]))
         if touches[pair] and reported.detection.face_sets is not None:
