@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from replay.effects.declaring import Declaration, bodies, body, number, vector
 from replay.effects.inputs import EffectInputs
@@ -17,12 +16,10 @@ from replay.effects.spans import BoolArray, spans_of
 from replay.effects.vessels import ML, Vessel, flow_event, landing, vessels_of
 from sessions.model.scene import Scene
 
-Array = NDArray[np.float64]
-
 
 def volume_run_out(
-    times: Array, area: Array, *, discharge: float, section: float, head: float, available: float
-) -> Array:
+    times: FloatArray, area: FloatArray, *, discharge: float, section: float, head: float, available: float
+) -> FloatArray:
     """Volume (n,) in m3 that has run out by each time; it never falls and never exceeds what is there.
 
     Torricelli: dV/dt = c A sqrt(2 g h) with dV = -S dh, so sqrt(h) falls by sqrt(g / 2) c / S times the integral of A.
@@ -42,7 +39,7 @@ def volume_run_out(
     return np.asarray(np.minimum(section * fall * (2.0 * top - fall), max(0.0, available)))
 
 
-def twist(rotation: Array, axis: Array) -> Array:
+def twist(rotation: FloatArray, axis: FloatArray) -> FloatArray:
     """Angle (T,) in radians, -pi to pi, by which rotations (T, 3, 3) about the unit ``axis`` (3,) turn."""
     vee = np.stack(
         [rotation[:, 2, 1] - rotation[:, 1, 2], rotation[:, 0, 2] - rotation[:, 2, 0],

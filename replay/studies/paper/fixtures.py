@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from cdcore import Body, Detector, Motion, TriangleMesh, create_detector
 from cdcore.bounding.sphere import sphere_by_box_centre
+from cdcore.numerics import FloatArray
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.base.constants import HEADSET_HZ
 from replay.errors import ReplayError
@@ -40,8 +41,6 @@ ATTEMPTS: Final = 40
 """Fresh directions before a pose is given up; one or two do."""
 PROBES: Final = 4
 """Random directions over which the typical number of faces of a tessellation is taken."""
-
-FloatArray = NDArray[np.float64]
 
 
 class FixtureError(ReplayError):
