@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
+from replay.effects.contact import EffectContact, Touches
 from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.gas_laws import GAS_CONSTANT, KELVIN
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec, Need
 from sessions.model.scene import Scene
-
-if TYPE_CHECKING:
-    from replay.effects.contact import EffectContact, Touches
 
 DAMAGE: Final = ("damage_rate_per_s", "damage_energy_j_mol", "skin_c", "skin_effusivity", "part_effusivity")
 

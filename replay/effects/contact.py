@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from replay.effects.declaring import Pair, pairs
 from replay.effects.inputs import EffectInputs, PairContact
-from replay.effects.output import EffectEvent, EffectOutput, FloatArray, Series, Vector, vector_of
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series, Vector, vector_of
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of, steadied
 
@@ -54,7 +54,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``contact`` with begin and end, a lane and a count of face pairs per pair."""
     touches: dict[Pair, tuple[EffectContact, ...]] = {}
     heard: dict[Pair, PairContact] = {}
-    series: dict[str, Series] = {}
+    collected = Findings(len(inputs))
     for pair in inputs.pairs:
         reported = heard[pair] = inputs.contact(pair)
         inputs.count("pair-frames", len(inputs))
@@ -63,17 +63,12 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         )
         inputs.count("flickers", len(spans_of(reported.touching)) - len(touches[pair]))
         if touches[pair] and reported.detection.face_sets is not None:
-            series[f"{pair[0]}-{pair[1]}/face_pairs"] = _faces(inputs, reported)
+            collected.series[f"{pair[0]}-{pair[1]}/face_pairs"] = _faces(inputs, reported)
+        spans = [(one.first, one.stop) for one in touches[pair]]
+        collected.lane(f"{pair[0]}-{pair[1]}", *inputs.shown(spans, "contact"))
     found = sorted((one for many in touches.values() for one in many), key=lambda one: (one.first, one.pair))
-    return EffectOutput(
-        events=tuple(_event(inputs, one) for one in found),
-        series=series,
-        lanes={
-            f"{a}-{b}": tuple(inputs.shown([(one.first, one.stop) for one in many], "contact"))
-            for (a, b), many in touches.items() if many
-        },
-        data=Touches(touches, heard),
-    )  # fmt: skip
+    collected.events = [_event(inputs, one) for one in found]
+    return collected.output(Touches(touches, heard), always=True)
 
 
 def _touch(reported: PairContact, first: int, stop: int) -> EffectContact:

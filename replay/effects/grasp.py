@@ -5,20 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from replay.effects.contact import Touches
 from replay.effects.declaring import number, pairs
 from replay.effects.inputs import HANDS, BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, LaneSpan
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import Span, spans_of, switched
 from sessions.model.hand import HandTrack
-
-if TYPE_CHECKING:
-    from replay.effects.contact import Touches
 
 TWO_DEGREES: Final = float(np.radians(2.0))
 

@@ -69,8 +69,8 @@ class _Warmth:
     def over(self, times: FloatArray) -> FloatArray:
         """(n,) at times from the first change on."""
         last = np.searchsorted([row[1] for row in self.rows], times, side="right") - 1
-        since = [self.rows[k] for k in last.tolist()]
-        return np.array([self._after(*row[2:], float(time) - row[1]) for row, time in zip(since, times, strict=True)])
+        changes = zip((self.rows[k] for k in last.tolist()), times.tolist(), strict=True)
+        return np.array([self._after(celsius, ml, time - then) for (_, then, celsius, ml), time in changes])
 
     def _after(self, celsius: float, volume_ml: float, seconds: float) -> float:
         ambient = self.declared.number("ambient_c")

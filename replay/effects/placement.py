@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
+from replay.effects.contact import EffectContact, Touches
 from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.fitting import settled_runs, velocities
 from replay.effects.inputs import EffectInputs
@@ -13,9 +14,6 @@ from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArra
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of
 from sessions.mesh_data import MeshData
-
-if TYPE_CHECKING:
-    from replay.effects.contact import EffectContact, Touches
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
@@ -59,9 +57,7 @@ def _event(inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], f
     centre = thing.rotation[frame] @ centre_of_mass(inputs.mesh(pair[0])) + thing.translation[frame]
     points = inputs.output("contact").data.meeting(pair, frame)
     margin = margin_over(centre[[0, 2]], points[:, [0, 2]]) if len(points) else float("nan")
-    values: dict[str, float | int | str | bool] = {"tilt_deg": tilt}
-    if len(points):
-        values["margin_m"] = margin
+    values = {"tilt_deg": tilt} | ({"margin_m": margin} if len(points) else {})
     tipped = tilt > declared.number("tilt_deg") or margin < 0.0
     word, level = ("tipped", "warning") if tipped else ("placed", "info")
     message = f"{pair[0]} {'tips over' if tipped else 'is placed'} on {pair[1]}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,11 +11,8 @@ from replay.effects.declaring import Declaration, mapping, number, text
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec
+from replay.effects.reaction import Reacted
 from replay.effects.vessels import COLOURS, WATERY, blended
-
-if TYPE_CHECKING:
-    from replay.effects.reaction import Reacted
-
 
 HALVINGS = 200
 """Of the logarithm of what stays dissolved, between 1e-300 and all: more than doubles tell apart."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 from replay.outputs.tables import Table, table
 
@@ -19,10 +18,6 @@ class PaperTable:
     head: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]  # ``None`` is shown as a dash
     note: str = ""  # what a reader must know
-
-    def as_json(self) -> dict[str, Any]:
-        """The same as plain data."""
-        return dict(vars(self))
 
     def where(self, **wanted: Cell) -> PaperTable:
         """The rows whose cells are as wanted, heading by heading."""

@@ -17,13 +17,14 @@ from replay.comparison.contact_counts import contact_counts
 from replay.outputs.camera import Eye, overview
 from replay.outputs.lanes import number_boxes, ranked_pairs
 from replay.outputs.materials import is_ghost, tags_of
+from replay.outputs.palette import OUTCOMES
 from replay.outputs.rerun_log.blueprint import BlueprintInput, Subject, build_blueprint
 from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity
 from replay.outputs.rerun_log.contacts import log_contacts
 from replay.outputs.rerun_log.effects import log_effects
 from replay.outputs.rerun_log.findings import log_findings
 from replay.outputs.rerun_log.focus import eyes_of, focus, log_eye, log_miss_table
-from replay.outputs.rerun_log.lanes import audit_lanes, log_audit_lanes, log_detector_lanes
+from replay.outputs.rerun_log.lanes import audit_lanes, log_detector_lanes, log_lane, log_number_lane
 from replay.outputs.rerun_log.missed import log_missed_faces, log_pins
 from replay.outputs.rerun_log.recording_file import recording_file
 from replay.outputs.rerun_log.report import log_cluster_list, log_missed_list, log_notes, log_worst, report_text
@@ -115,7 +116,11 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
 def _log_subject(writer: RecordingWriter, result: RunResult, subject: Subject, reach: float) -> None:
     assembly, misses = result.assembly, result.misses.get(subject.label, ())
     oracle = result.detections[result.oracle]
-    log_audit_lanes(writer, subject.lanes, result.comparisons[subject.label], misses)
+    for path, column in subject.lanes.items():
+        if column is None:
+            log_number_lane(writer, path, misses)
+        else:
+            log_lane(writer, path, result.comparisons[subject.label].outcome[:, column], OUTCOMES)
     log_missed_faces(writer, subject.faces, assembly, oracle, misses)
     log_pins(writer, subject.missed, misses, reach)
     log_missed_list(writer, f"{subject.words}/missed", misses, f"nothing missed by {subject.label}")

@@ -44,7 +44,7 @@ def as_json(result: PaperResult) -> dict[str, Any]:
         "experiment": result.experiment,
         "hard_fixtures": result.hard,
         "fixtures": [one.record for one in result.fixtures],
-        "tables": [one.as_json() for one in result.tables],
+        "tables": [vars(one) for one in result.tables],
     }
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import zipfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -113,7 +113,7 @@ def read_scenes(path: Path) -> tuple[FailedScene, ...]:
     """Read a file of ``write_scenes``; `StressError` where it is no such file."""
     with stored_arrays(path, "scenes") as file:
         count = len({name.split("/")[0] for name in file.files if "/" in name})
-        return tuple(_scene(lambda name, k=k: file[f"{k}/{name}"]) for k in range(count))
+        return tuple(_scene(file, f"{k}/") for k in range(count))
 
 
 POSES = ("times", "translations", "rotations", "valid", "linked")
@@ -127,9 +127,10 @@ def _arrays(one: FailedScene) -> dict[str, NDArray[np.generic]]:
     return arrays | {name: getattr(scene.motion, name) for name in POSES}
 
 
-def _scene(array: Callable[[str], NDArray[Any]]) -> FailedScene:
-    first, second = (TriangleMesh(array(f"vertices {k}"), array(f"faces {k}")) for k in range(2))
-    motion = Motion(**{name: array(name) for name in POSES})
-    covers: Covers = "intervals" if str(array("covers")) == "intervals" else "instants"
-    truth, said = (array(name).astype(np.uint8) for name in ("truth", "said"))
-    return FailedScene(StressScene(str(array("name")), two(first, second), motion, truth, covers), said)
+def _scene(file: Any, head: str) -> FailedScene:
+    first, second = (TriangleMesh(file[f"{head}vertices {k}"], file[f"{head}faces {k}"]) for k in range(2))
+    *poses, linked = (file[head + name] for name in POSES)
+    covers: Covers = "intervals" if str(file[f"{head}covers"]) == "intervals" else "instants"
+    truth, said = (file[head + name].astype(np.uint8) for name in ("truth", "said"))
+    motion, name = Motion(*poses, linked=linked), str(file[f"{head}name"])
+    return FailedScene(StressScene(name, two(first, second), motion, truth, covers), said)
