@@ -84,9 +84,11 @@ def invented(result: RunResult) -> list[str]:
 
 def phases(result: RunResult) -> list[str]:
     """A line per audited detector of fixed steps: where its looks fall is chance, and other phases miss others."""
-    rates = result.dwell and result.dwell.rates
+    rates = None if result.dwell is None else result.dwell.rates
+    if rates is None or not rates.contacts:
+        return []
     lines = []
-    for label in result.comparisons if rates and rates.contacts else ():
+    for label in result.comparisons:
         made = result.summary["detectors"][label]
         rate = made["settings"].get("rate_hz")
         if rate and made["name"] != RECORDED:
