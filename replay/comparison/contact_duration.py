@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, Final
 
@@ -58,8 +58,14 @@ class StepRates:
         """How many this run's phase misses, whose ticks count from second 0, and how many in the mean over phases."""
         brief = [one for one, shown in zip(self.contacts, self._shown, strict=True) if shown * rate_hz < SURELY_SEEN]
         asked = [one for one in brief if self._counts(one)]
+        if not asked:
+            return 0, 0.0
+        spans = [self._frames(one) for one in asked]
+        sizes = [len(span) for span in spans]
+        frames, columns = np.concatenate(spans), np.repeat([one.pair for one in asked], sizes)
         phases = [0.0, *((np.arange(PHASES) + 0.5) / PHASES / rate_hz).tolist()]
-        counts = [self._missed_at(rate_hz, phase, asked) if asked else 0 for phase in phases]
+        found = [self._found(looks_of(self._seen.times - phase, rate_hz)[0], frames, columns) for phase in phases]
+        counts = [int((~np.logical_or.reduceat(one, np.cumsum([0, *sizes[:-1]]))).sum()) for one in found]
         return counts[0], float(np.mean(counts[1:]))
 
     def table(self) -> dict[str, Any]:
@@ -76,17 +82,16 @@ class StepRates:
     def _frames(self, one: Episode) -> NDArray[np.int64]:
         return np.arange(max(one.first - self._reach, 0), one.last + 1)
 
-    def _missed_at(self, rate_hz: float, phase: float, contacts: Sequence[Episode]) -> int:
-        spans = [self._frames(one) for one in contacts]
-        sizes = [len(span) for span in spans]
-        columns = np.repeat([one.pair for one in contacts], sizes)
-        looks = np.flatnonzero(looks_of(self._seen.times - phase, rate_hz)[0])
-        last = np.searchsorted(looks, np.concatenate(spans), side="right") - 1
+    def _found(
+        self, looked: NDArray[np.bool_], frames: NDArray[np.int64], columns: NDArray[np.int64]
+    ) -> NDArray[np.bool_]:
+        """Whether contact is believed in K pair-frames, (K,), by looks at the frames ``looked`` (T,)."""
+        looks = np.flatnonzero(looked)
+        last = np.searchsorted(looks, frames, side="right") - 1
         # A look without a pose keeps the answer before.
         while len(blind := np.flatnonzero((self._seen.verdict[looks[last], columns] == Verdict.NO_POSE) & (last > 0))):
             last[blind] -= 1
-        found = counts_as_contact(self._seen.verdict[looks[last], columns])
-        return int((~np.logical_or.reduceat(found, np.cumsum([0, *sizes[:-1]]))).sum())
+        return counts_as_contact(self._seen.verdict[looks[last], columns])
 
 
 def _counts(one: Episode, within: Within) -> bool:
@@ -96,7 +101,7 @@ def _counts(one: Episode, within: Within) -> bool:
 
 
 def _longest_shown(seen: Detection, frames: NDArray[np.int64], pair: int) -> float:
-    """Seconds of the longest time in which every tick has a look that sees the contact; ticks before a frame see it."""
+    """Seconds of the longest stretch of ticks whose look, at the first frame from each on, sees the contact."""
     times, shown = seen.times, runs(counts_as_contact(seen.verdict[frames, pair])) + frames[0]
     return max((np.inf if a == 0 else float(times[b] - times[a - 1]) for a, b in shown.tolist()), default=0.0)
 
@@ -117,7 +122,7 @@ class ContactDurations:
     end: FloatArray
     open: NDArray[np.bool_]
     refined: bool
-    rates: StepRates | None = None
+    rates: StepRates | None = field(default=None, repr=False)
 
     @property
     def seconds(self) -> FloatArray:
