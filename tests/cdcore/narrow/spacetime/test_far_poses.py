@@ -141,6 +141,7 @@ SHAPES = {
     "ball": lambda rng: ball_mesh(rng.uniform(0.2, 2.0), 4, 6).triangles,
     "box": lambda rng: CUBE.triangles * 9,
 }
+SHORT = {"effort": 200}
 MOTIONS = int(os.environ.get("CORRUPT_MOTIONS", "2000"))
 """Motions drawn by the slow test, five a second."""
 
@@ -184,20 +185,19 @@ def answers(bodies, motion, pairs):
 def check(seed):
     """What each detector says of all frames but the corrupt one, and of intervals that do not touch it."""
     bodies, sound, corrupt, frame = drawn(seed)
-    exact, collider = (create_detector(name, bodies) for name in ("exact", "collider"))
-    rest = np.arange(13) != frame
-    for detector, solids in ((exact, bodies), (collider, collider.colliders)):
-        want = answers(solids, sound, detector.pairs)
-        np.testing.assert_array_equal(detector.detect(corrupt).verdict[rest], want[rest], str((seed, detector.name)))
-    continuous = create_detector("continuous", bodies, effort=200)
-    found, want = continuous.detect(corrupt), continuous.detect(sound)
-    contact = answers(bodies, sound, continuous.pairs) == Verdict.CONTACT
-    contact[1:] |= contact[:-1]
-    rest[1:] &= rest[:-1]
-    np.testing.assert_array_equal(found.verdict[rest], want.verdict[rest], str(seed))
-    assert (found.verdict[rest & (np.arange(13) > 0)][contact[rest & (np.arange(13) > 0)]] == Verdict.CONTACT).all(), (
-        seed
+    exact, collider, between = (
+        create_detector(name, bodies, **how) for name, how in (("exact", {}), ("collider", {}), ("continuous", SHORT))
     )
+    rest, truth = np.arange(13) != frame, answers(bodies, sound, exact.pairs)
+    hulls = answers(collider.colliders, sound, collider.pairs)
+    np.testing.assert_array_equal(exact.detect(corrupt).verdict[rest], truth[rest], str(seed))
+    np.testing.assert_array_equal(collider.detect(corrupt).verdict[rest], hulls[rest], str(seed))
+    rest[1:] &= rest[:-1]
+    found = between.detect(corrupt).verdict[rest]
+    np.testing.assert_array_equal(found, between.detect(sound).verdict[rest], str(seed))
+    touching = truth == Verdict.CONTACT
+    touching[1:] |= touching[:-1]
+    assert (found[touching[rest]] == Verdict.CONTACT).all(), seed
 
 
 def test_detectors_equal_brute_force_on_all_other_frames_of_random_motions():
