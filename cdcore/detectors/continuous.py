@@ -52,13 +52,6 @@ class _Found:
     work: dict[str, int]
 
 
-@dataclass(eq=False)
-class _ContinuousMemory:
-    """The last frame of the block before, where the first interval of the next one starts."""
-
-    last: Motion | None
-
-
 class ContinuousDetector(PairDetector[ContinuousSettings]):
     """Follows faces from frame to frame: row t is the interval before frame t, clear by proof or in contact since when.
 
@@ -95,17 +88,16 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         self._segments = SegmentStage(self._trees, ordered, tolerance=settings.tolerance, effort=settings.effort)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
-    def _fresh_memory(self) -> _ContinuousMemory:
-        return _ContinuousMemory(None)
+    def _fresh_memory(self) -> list[Motion]:
+        return []
 
-    def _run(self, motion: Motion, memory: _ContinuousMemory, faces: bool) -> Detection:
-        """Detect from the last pose of the block before on, and leave out that row."""
-        del faces
-        block, first = motion, 0
-        if memory.last is not None:
-            motion, first = _joined(memory.last, block), 1
+    def _run(self, motion: Motion, memory: list[Motion], _faces: bool) -> Detection:
+        """Detect from the last frame of the block before on, which is the memory, and leave out that row."""
+        block, first = motion, len(memory)
+        if memory:
+            motion = _joined(memory[0], block)
         if len(block):
-            memory.last = block.frames(len(block) - 1, len(block))
+            memory[:] = [block.frames(len(block) - 1, len(block))]
         clock = [perf_counter()]
         poses = Poses(motion.rotations, motion.translations, motion.valid)
         answer = decide_motion(self._trees, self.pairs, poses)
@@ -139,8 +131,10 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         nowhere = has_pose & ~way & ~hits
         nowhere[:1] = False
         verdict[nowhere] = Verdict.NO_POSE
-        found = _Found(verdict, _no_way(motion, self.pairs, nowhere, first), {}, {})
-        found.toi.update(_instants(motion, hits & ~way, first))
+        # A contact in a frame without an interval before it begins, as far as is known, in that frame.
+        begun = [(t, p) for t, p in np.argwhere(hits & ~way).tolist() if t >= first]
+        toi = {(t, p): (float(motion.times[t]), float(motion.times[t])) for t, p in begun}
+        found = _Found(verdict, _no_way(motion, self.pairs, nowhere, first), toi, {})
         self._search(motion, way & ~before, hits, found, first)
         return found
 
@@ -176,14 +170,9 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
 
 def _joined(last: Motion, motion: Motion) -> Motion:
     """A block with the last frame of the block before at its head; poses keep their bits."""
-    both = (last, motion)
-    return Motion(
-        np.concatenate([part.times for part in both]),
-        np.concatenate([part.translations for part in both]),
-        np.concatenate([part.rotations for part in both]),
-        np.concatenate([part.valid for part in both]),
-        linked=np.concatenate([part.linked for part in both]),
-    )
+    names = ("times", "translations", "rotations", "valid", "linked")
+    *poses, linked = (np.concatenate([getattr(last, name), getattr(motion, name)]) for name in names)
+    return Motion(*poses, linked=linked)
 
 
 def _moves(motion: Motion) -> BoolArray:
@@ -202,10 +191,3 @@ def _no_way(motion: Motion, pairs: IntArray, nowhere: BoolArray, first: int) -> 
             known = motion.valid[t - 1, pairs[p, 0]] and motion.valid[t - 1, pairs[p, 1]]
             reasons[t, p] = GAP_BEFORE if known else LOST_BEFORE
     return reasons
-
-
-def _instants(motion: Motion, contact: BoolArray, first: int) -> dict[tuple[int, int], tuple[float, float]]:
-    """A contact in a frame without an interval before it begins, as far as is known, in that frame."""
-    return {
-        (t, p): (float(motion.times[t]), float(motion.times[t])) for t, p in np.argwhere(contact).tolist() if t >= first
-    }

@@ -22,11 +22,6 @@ def mixed(colour: Rgba, other: Rgba, share: float) -> Rgba:
     return r, g, b, colour[3]
 
 
-def faded(colour: Rgba, alpha: int) -> Rgba:
-    """The same colour with another alpha."""
-    return *colour[:3], alpha
-
-
 def hex_of(colour: Rgba) -> str:
     """``#rrggbb``, without alpha."""
     return "#{:02x}{:02x}{:02x}".format(*colour[:3])
@@ -44,7 +39,7 @@ MISSED_DARK: Final = mixed(MISSED, BLACK, 0.31)
 PARTLY_MISSED: Final = mixed(MISSED, PAPER, 0.44)
 """For a miss whose contact was found late, lost early or interrupted."""
 
-MISSED_FACES: Final = faded(MISSED, 150)
+MISSED_FACES: Final[Rgba] = (*MISSED[:3], 150)
 """A veil over faces: the curve of intersection stays visible through it."""
 
 INVENTED: Final[Rgba] = (255, 204, 0, 255)

@@ -104,7 +104,6 @@ def _contacts(result: RunResult, found: Sequence[Episode], pair: int) -> tuple[s
 
 def miss_table(title: str, misses: Sequence[Miss], run: object = "RUN") -> Table:
     """A row per miss, in the order given, with everything there is to say of one."""
-    head = ("miss", "pair", "what", "cause", "look at it", "at s", "frames", "cut mm", "face pairs")
     rows = [
         (
             Marked(str(one.number), STRONG), f"{one.body_a} - {one.body_b}", one.kind, one.cause,
@@ -114,7 +113,7 @@ def miss_table(title: str, misses: Sequence[Miss], run: object = "RUN") -> Table
         )
         for one in misses
     ]  # fmt: skip
-    return table(title, (*head, "after frame", "first faces"), rows, words=5, whole=("miss", "pair"))
+    return table(title, (*SEEN_HEAD, *BETWEEN_HEAD[-2:]), rows, words=5, whole=("miss", "pair"))
 
 
 def _moment(miss: Miss) -> Cell:

@@ -13,7 +13,6 @@ from mcap.writer import CompressionType, Writer
 from support.small_worlds import cube
 
 from sessions import Frames, MeshData, Session, Status, write_session
-from sessions.model.session import ArraySource
 
 FRAMES = 900
 STEP_NS = 11_111_111
@@ -35,7 +34,7 @@ class Draft:
 
     def session(self) -> Session:
         """As a session in memory."""
-        return Session(ArraySource(Frames(BODIES, *(self.arrays[name].copy() for name in FIELDS))), self.meshes)
+        return Session(Frames(BODIES, *(self.arrays[name].copy() for name in FIELDS)), self.meshes)
 
     def write(self, path: Path) -> Path:
         """As a file."""

@@ -4,7 +4,6 @@ import numpy as np
 
 from cdcore import Detection, Verdict
 from sessions import Frames, MeshData, Session
-from sessions.model.session import ArraySource
 
 STEP_NS = 10_000_000
 """One frame every 10 ms."""
@@ -57,7 +56,7 @@ def framed(stamps, status, position=None, quaternion=None, names=None) -> Sessio
     sample = np.where(status == 0, 0, stamps[:, None])
     position[status == 0], quaternion[status == 0] = np.nan, np.nan
     names = tuple(names or "abcdefgh"[:bodies])
-    source = ArraySource(Frames(names, stamps, stamps.copy(), sample, position, quaternion, status))
+    source = Frames(names, stamps, stamps.copy(), sample, position, quaternion, status)
     return Session(source, {name: cube() for name in names})
 
 
