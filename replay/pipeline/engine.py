@@ -109,9 +109,8 @@ def compute(
         treatment = repair_session(decoded_once(session), rules)
         session = treatment.session
     with progress.stage("assemble"):
-        layout = lay_out(
-            session, pairs=_wanted(planned, pairs, session, bool(lineup.specs)), looking=bool(lineup.specs)
-        )
+        wanted, looking = _wanted(planned, pairs, session, bool(lineup.specs)), bool(lineup.specs)
+        layout = lay_out(session, pairs=wanted, looking=looking, jumps=treatment.jumps)
         assembly = assemble_bounded(session, layout, start=start, end=end)
     runs: dict[str, Run] = {}
     for spec in lineup.specs:

@@ -202,7 +202,7 @@ def _doubt(result: RunResult, episode: Episode) -> str | None:
 
 
 def _flag_column(result: RunResult, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> pa.DictionaryArray:
-    flag = np.zeros(len(rows), dtype=np.uint8)
+    flag = np.zeros(len(rows), dtype=np.uint16)
     if result.flags is not None:
         ends = result.assembly.pairs[columns]
         flag = result.flags.bodies[rows, ends[:, 0]] | result.flags.bodies[rows, ends[:, 1]]
