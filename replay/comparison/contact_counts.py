@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from replay.base.wilson import clustered
+from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Comparison, Episode, Outcome
 
 
@@ -72,6 +74,11 @@ class ContactCounts:
         """The contacts of one pair."""
         return ContactCounts(self.pairs[self.pairs == pair], self.frames[self.pairs == pair])
 
+    def share(self, outcome: Outcome) -> dict[str, Any]:
+        """Pair-frames that ended so, of these and of those found; the interval is over contacts."""
+        ended = self.frames[:, outcome]
+        return clustered(ended, ended + self.frames[:, Outcome.BOTH])
+
     def _any(self, outcome: Outcome) -> NDArray[np.bool_]:
         return self.frames[:, outcome] > 0
 
@@ -110,3 +117,10 @@ def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> Conta
     for row, one in zip(frames, contacts, strict=True):
         row[:] = np.bincount(comparison.outcome[one.first : one.last + 1, one.pair], minlength=len(Outcome))
     return ContactCounts(np.array([one.pair for one in contacts], dtype=np.int64), frames)
+
+
+def count_reports(comparison: Comparison) -> ContactCounts:
+    """What became of the contacts that the detector reports: stretches found, invented, or within tolerance."""
+    said = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
+    found = column_runs(np.isin(column, said) for column in comparison.outcome.T)
+    return count_contacts(comparison, [Episode(*stretch, 0.0, 0.0) for stretch in found.tolist()])

@@ -11,6 +11,7 @@ import numpy as np
 from cdcore import Detection, Verdict
 from replay.base.constants import CAVEAT, VERDICT_FRAMES
 from replay.base.machine import machine, versions
+from replay.base.wilson import INTERVALS
 from replay.detection.run_detector import Run
 from replay.effects.effect_plan import Plan
 from replay.effects.effect_summary import effect_summary, plan_summary
@@ -32,6 +33,7 @@ def summarise(
     return {
         "schema": SCHEMA,
         "caveat": CAVEAT,
+        "intervals": INTERVALS,
         "session": _session(result, seen),
         "window": {"start": window[0], "end": window[1]},
         "seed": seed,
