@@ -93,6 +93,7 @@ def _detector(run: Run, contacts: int) -> dict[str, Any]:
     return {
         "name": run.spec.name, "settings": dict(run.settings), "covers": detection.covers,
         "online": run.detector.online, "approximate": detection.approximate, "contacts": contacts,
+        "faces_asked": run.faces,
         "verdicts": {verdict.name: int(verdicts[verdict]) for verdict in Verdict if verdicts[verdict]},
         "seconds": _seconds(run), "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
         "digest": detection.digest, "faces_digest": detection.faces_digest if detection.face_sets is not None else None,
