@@ -31,6 +31,8 @@ Result = TypeVar("Result")
 LEVEL: Final = 0.05
 """Associated: p after Holm's correction is below this, and the interval leaves out zero."""
 
+UNDECIDED: Final = "undecided"
+
 DOMINANT: Final = 0.25
 """A warning is given where this share of the students, or less, brings half of the sessions."""
 
@@ -128,7 +130,7 @@ def conclusion(coefficient: Coefficient) -> str:
         return "not tested"
     if coefficient.p >= LEVEL:
         return "not told from chance"
-    return "undecided after Holm" if coefficient.apart else "undecided: interval holds zero"
+    return f"{UNDECIDED} after Holm" if coefficient.apart else f"{UNDECIDED}: interval holds zero"
 
 
 def _choose(metrics: Metrics, detector: str | None) -> str:
@@ -182,7 +184,7 @@ def _dominance(metrics: Metrics) -> list[str]:
     most = int(np.searchsorted(np.cumsum(counts), len(metrics) / 2)) + 1
     if most > len(counts) * DOMINANT:
         return []
-    who = f"{_few(most)} of {len(counts)} students bring half of the {len(metrics)} sessions or more"
+    who = f"{_few(most)} of {len(counts)} students bring half or more of the {len(metrics)} sessions"
     return [f"{who}; every student counts once, by the mean of their sessions"]
 
 

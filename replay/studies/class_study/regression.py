@@ -86,7 +86,7 @@ def regress(
     table = np.zeros((len(people), 1 + x.shape[1]))
     np.add.at(table, row, np.column_stack([y, x])[whole])
     table /= np.bincount(row)[:, None]
-    _refuse(outcome, names, table[:, 0], table[:, 1:])
+    _refuse(f"the regression of {outcome} on {', '.join(names)}", table)
     table = (table - table.mean(axis=0)) / table.std(axis=0, ddof=1)
     y, x = table[:, 0], table[:, 1:]
     fitted = sm.OLS(y, sm.add_constant(x)).fit()
@@ -122,11 +122,12 @@ def inflation(x: Floats) -> list[float | None]:
     return [float(value) for value in np.diag(np.linalg.inv(np.corrcoef(x, rowvar=False)))]
 
 
-def _refuse(outcome: str, names: Sequence[str], y: Floats, x: Floats) -> None:
-    what = f"the regression of {outcome} on {', '.join(names)}"
-    if len(y) <= x.shape[1] + 1 or np.ptp(y) == 0.0 or np.any(np.ptp(x, axis=0) == 0.0):
+def _refuse(what: str, table: Floats) -> None:
+    # The mean of equal values may differ from them in its last digit.
+    alike = np.ptp(table, axis=0) <= LEAST_SPREAD * np.abs(table).max(axis=0)
+    if len(table) <= table.shape[1] or alike.any():
         raise StudyRefusedError("no-variance", what)
-    spread = np.linalg.eigvalsh(np.atleast_2d(np.corrcoef(x, rowvar=False)))
+    spread = np.linalg.eigvalsh(np.atleast_2d(np.corrcoef(table[:, 1:], rowvar=False)))
     if spread[0] < LEAST_SPREAD:
         raise StudyRefusedError("collinear", what)
 

@@ -6,7 +6,7 @@ import re
 from typing import Final
 
 from replay.outputs.tables import STRONG, Marked, Table, table
-from replay.studies.class_study.analysis import Study, associated, conclusion
+from replay.studies.class_study.analysis import UNDECIDED, Study, associated, conclusion
 from replay.studies.class_study.regression import Coefficient, Regression
 
 OBSERVED_ONLY: Final = (
@@ -40,7 +40,9 @@ def headlines(study: Study) -> list[str]:
     if not tested:
         return ["No association was tested"]
     least = "" if min(tested) == max(tested) else f"{min(tested)} to "
-    return [f"No association was told from chance in {least}{max(tested)} students"]
+    open_ = sum(conclusion(c).startswith(UNDECIDED) for _, c in every)
+    more = f"; {open_} of {len(every)} {UNDECIDED}" if open_ else ""
+    return [f"No association was told from chance in {least}{max(tested)} students{more}"]
 
 
 def _sentence(regression: Regression, c: Coefficient) -> str:

@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -91,6 +92,13 @@ def test_the_first_sentence_says_how_many_students_and_sessions_stand_behind_it(
         codebook((("motivation", "contacts_per_min"),)), questionnaire(answers), metrics(contacts, sessions=3)
     )
     assert headlines(study)[0].endswith("n = 30 students in 90 sessions")
+
+
+def test_what_p_and_interval_disagree_about_is_counted_as_undecided(study):
+    one = study.regressions[0]
+    (c,) = one.coefficients
+    unsure = replace(study, regressions=(replace(one, coefficients=(replace(c, low=-0.1),)),))
+    assert headlines(unsure) == ["No association was told from chance in 40 students; 1 of 1 undecided"]
 
 
 @pytest.mark.parametrize("students, first", [(9, "No association was tested"), (5, "No association was tested")])

@@ -113,6 +113,13 @@ def test_what_cannot_be_told_apart_is_refused(y, x, rule):
     assert refused.value.rule == rule
 
 
+def test_a_behaviour_that_is_the_same_in_all_sessions_of_all_has_no_variance_though_means_round():
+    students = np.repeat(np.arange(12), np.arange(12) * 7 + 1)
+    with pytest.raises(StudyRefusedError) as refused:
+        fit(SCORES[students, 3], np.full((len(students), 1), 0.1), students)
+    assert refused.value.rule == "no-variance"
+
+
 def test_a_row_with_a_missing_value_is_left_out():
     y = SCORES[:, 3].copy()
     y[5] = np.nan
