@@ -52,15 +52,19 @@ def clustered(counts: ArrayLike, wholes: ArrayLike) -> dict[str, Any]:
 
     ``counts`` (C,) of ``wholes`` (C,) are those of each cluster; one without members is none.
     """
-    both = np.array([counts, wholes], dtype=np.int64)
+    both = np.array([counts, wholes], dtype=object)  # whole numbers of Python: squares of face pairs pass 64 bits
     (squared, crossed), (_, whole) = (both @ both.T).tolist()
-    return share(*both.sum(axis=1).tolist(), int((both[1] > 0).sum()), (squared, crossed, whole))
+    count, of = both.sum(axis=1).tolist()
+    return share(count, of, int((both[1] > 0).sum()), (squared, crossed, whole))
 
 
 def pooled(shares: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """The share of several sessions together, from the counts of each."""
-    sums = [sum(one[name] for one in shares) for name in ("count", "of", "clusters") if name in shares[0]]
-    return share(*sums, squares=np.sum([one.get("squares", ()) for one in shares], axis=0).tolist())
+    count, of = (sum(one[name] for one in shares) for name in ("count", "of"))
+    if "clusters" not in shares[0]:
+        return share(count, of)
+    squares = [sum(column) for column in zip(*(one["squares"] for one in shares), strict=True)]
+    return share(count, of, sum(one["clusters"] for one in shares), squares)
 
 
 def _effective(count: int, of: int, clusters: int, squares: Sequence[int]) -> float:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from replay.base.wilson import clustered
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Comparison, Episode, Outcome
+
+if TYPE_CHECKING:
+    from replay.pipeline.run_result import Measured
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,26 +90,7 @@ class ContactCounts:
         return self._any(Outcome.BOTH) | self._any(Outcome.MISSED)
 
 
-class Audited(Protocol):
-    """What a run says of its contacts."""
-
-    @property
-    def oracle(self) -> str:
-        """Label of the oracle."""
-        ...
-
-    @property
-    def comparisons(self) -> Mapping[str, Comparison]:
-        """Label -> comparison with the oracle."""
-        ...
-
-    @property
-    def episodes(self) -> Mapping[str, Sequence[Episode]]:
-        """Label -> contacts, in order."""
-        ...
-
-
-def contact_counts(result: Audited, label: str) -> ContactCounts:
+def contact_counts(result: Measured, label: str) -> ContactCounts:
     """What an audited detector of a run made of the oracle's contacts."""
     return count_contacts(result.comparisons[label], result.episodes[result.oracle])
 
@@ -123,4 +107,5 @@ def count_reports(comparison: Comparison) -> ContactCounts:
     """What became of the contacts that the detector reports: stretches found, invented, or within tolerance."""
     said = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
     found = column_runs(np.isin(column, said) for column in comparison.outcome.T)
-    return count_contacts(comparison, [Episode(*stretch, 0.0, 0.0) for stretch in found.tolist()])
+    reports = [Episode(pair, first, last, 0.0, 0.0) for pair, first, last in found.tolist()]
+    return count_contacts(comparison, reports)

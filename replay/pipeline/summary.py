@@ -31,13 +31,8 @@ def summarise(
 ) -> dict[str, Any]:  # fmt: skip
     """Everything that was settled and counted; ``began`` is the ``perf_counter`` at which the run began."""
     return {
-        "schema": SCHEMA,
-        "caveat": CAVEAT,
-        "intervals": INTERVALS,
-        "session": _session(result, seen),
-        "window": {"start": window[0], "end": window[1]},
-        "seed": seed,
-        "tau": tau,
+        "schema": SCHEMA, "caveat": CAVEAT, "intervals": INTERVALS, "session": _session(result, seen),
+        "window": {"start": window[0], "end": window[1]}, "seed": seed, "tau": tau,
         "pairs": [
             {"name": result.assembly.pair_name(p), "held": bool(result.assembly.held[p])}
             for p in range(len(result.assembly.pairs))
@@ -48,11 +43,9 @@ def summarise(
         "dwell": None if result.dwell is None else result.dwell.table(),
         **({} if result.treatment is None else result.treatment.as_json()),
         "flagged_verdicts": {label: _flagged(result, label) for label in runs},
-        "versions": versions(),
-        "machine": machine(),
-        "plan": plan_summary(planned),
+        "versions": versions(), "machine": machine(), "plan": plan_summary(planned),
         "effects": effect_summary(result.effects, perf_counter() - began),
-    }
+    }  # fmt: skip
 
 
 def _flagged(result: Measured, label: str) -> dict[str, int]:
@@ -70,21 +63,16 @@ def _session(result: Measured, seen: SessionScan) -> dict[str, Any]:
     assembly, session = result.assembly, result.session
     times = assembly.motion.times
     return {
-        "origin": session.origin,
-        "scene": session.scene.name,
-        "frames": len(times),
-        "duration": float(times[-1] - times[0]),
+        "origin": session.origin, "scene": session.scene.name, "frames": len(times),
+        "duration": float(times[-1] - times[0]), "median_step": seen.median_step_ns / 1e9,
         "dropped_frames": {"repeated": seen.repeated, "backwards": seen.backwards},
-        "median_step": seen.median_step_ns / 1e9,
-        "first_stamp_ns": int(assembly.stamp_ns[0]),
+        "first_stamp_ns": int(assembly.stamp_ns[0]), "left_out": list(assembly.left_out),
+        "notes": list(assembly.notes), "facts": {k: v for k, v in session.facts.items() if k not in PRIVATE_FACTS},
         "bodies": {
             body.name: {"faces": len(body.mesh.faces), "proxy": body.name in assembly.proxies}
             for body in assembly.bodies
         },
-        "left_out": list(assembly.left_out),
-        "notes": list(assembly.notes),
-        "facts": {key: value for key, value in session.facts.items() if key not in PRIVATE_FACTS},
-    }
+    }  # fmt: skip
 
 
 def _detector(run: Run, contacts: int) -> dict[str, Any]:

@@ -200,12 +200,9 @@ def _check_names(codebook: Codebook, metrics: Metrics | None) -> None:
 
 
 def _regressions(
-    codebook: Codebook,
-    questionnaire: Questionnaire,
-    metrics: Metrics | None,
-    seed: int,
+    codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None, seed: int,
     refusals: list[StudyRefusedError],
-) -> tuple[Regression, ...]:
+) -> tuple[Regression, ...]:  # fmt: skip
     done = []
     for question in codebook.questions:
         words = f"the regression of {question.outcome} on {', '.join(question.predictors)}"

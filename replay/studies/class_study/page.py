@@ -23,7 +23,7 @@ from replay.studies.class_study.tables import (
     reliability_table,
     sensitivity_table,
     words,
-)
+)  # fmt: skip
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -43,6 +43,11 @@ def test_one_contact_or_one_that_outweighs_all_says_as_much_as_one_draw():
     assert ends(clustered([500, 0], [1000, 1])) == pytest.approx(wilson(0.5, 1), abs=1e-3)
 
 
+def test_face_pairs_of_an_hour_do_not_overflow():
+    ends_of = [ends(clustered([size, 0, 2 * size], [3 * size] * 3)) for size in (10**3, 10**10)]
+    assert ends_of[0] == pytest.approx(ends_of[1])
+
+
 def test_several_sessions_say_what_their_contacts_say_together():
     random = np.random.default_rng(2)
     of = random.integers(1, 50, 30)
