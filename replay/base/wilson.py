@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-INTERVALS: Final = "In brackets: 95 % intervals over contacts drawn anew, not over look phases alone."
+OVER_CONTACTS: Final = "In brackets: 95 % intervals over contacts drawn anew, not over look phases alone."
 """What the intervals beside every share of contacts, pair-frames and faces are about."""
 
 Z95: Final = 1.959963984540054
@@ -47,7 +47,7 @@ def share(count: int, of: int, clusters: int | None = None, squares: Sequence[in
     return told if clusters is None else {**told, "clusters": clusters, "squares": list(squares)}
 
 
-def clustered(counts: ArrayLike, wholes: ArrayLike) -> dict[str, Any]:
+def share_of_clusters(counts: ArrayLike, wholes: ArrayLike) -> dict[str, Any]:
     """As ``share``, of what is drawn in clusters, as pair-frames are drawn in contacts.
 
     ``counts`` (C,) of ``wholes`` (C,) are those of each cluster; one without members is none.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.base.wilson import clustered
+from replay.base.wilson import share_of_clusters
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Comparison, Episode, Outcome
 
@@ -80,7 +80,7 @@ class ContactCounts:
     def share(self, outcome: Outcome) -> dict[str, Any]:
         """Pair-frames that ended so, of these and of those found; the interval is over contacts."""
         ended = self.frames[:, outcome]
-        return clustered(ended, ended + self.frames[:, Outcome.BOTH])
+        return share_of_clusters(ended, ended + self.frames[:, Outcome.BOTH])
 
     def _any(self, outcome: Outcome) -> NDArray[np.bool_]:
         return self.frames[:, outcome] > 0

@@ -91,17 +91,13 @@ def price(result: RunResult) -> list[str]:
     """
     if not result.comparisons:
         return []
-    figures = {
-        label: one
-        for label, one in result.summary["detectors"].items()
-        if label == result.oracle or (label in result.comparisons and one["name"] != RECORDED)
-    }
-    kinds = {label: _kind(one) for label, one in figures.items()}
-    took = {label: f"{1e3 * one['seconds']['per_frame_mean']:.3g} ms" for label, one in figures.items()}
-    trusted = result.oracle
+    figures, trusted = result.summary["detectors"], result.oracle
+    labels = [trusted, *(label for label in result.comparisons if figures[label]["name"] != RECORDED)]
+    kinds = {label: _kind(figures[label]) for label in labels}
+    took = {label: f"{1e3 * figures[label]['seconds']['per_frame_mean']:.3g} ms" for label in labels}
     did = "Every contact counted here was found by" if result.episodes[trusted] else "No contact was found by"
     parts = [f"{did} {trusted} in {took[trusted]} a frame ({kinds[trusted]})"]
-    parts += [f"{label} took {took[label]} ({kinds[label]})" for label in figures if label != trusted]
+    parts += [f"{label} took {took[label]} ({kinds[label]})" for label in labels[1:]]
     alike = "" if len(set(kinds.values())) == 1 else ", not alike"
     return [f"{'; '.join(parts)}. One pass of each{alike}: `replay tradeoff` compares like with like."]
 

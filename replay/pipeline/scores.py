@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Verdict
-from replay.base.wilson import clustered, pooled, share
+from replay.base.wilson import pooled, share, share_of_clusters
 from replay.comparison.compare import FaceRecall
 from replay.comparison.contact_counts import contact_counts, count_reports
 from replay.comparison.matching import EpisodeMatches
@@ -77,13 +77,13 @@ def undecided_share(result: Measured, label: str) -> dict[str, Any]:
     """
     posed = result.detections[result.oracle].verdict != Verdict.NO_POSE
     left = posed & (result.comparisons[label].outcome == Outcome.LEFT_OUT)
-    return clustered(left.sum(axis=0), posed.sum(axis=0))
+    return share_of_clusters(left.sum(axis=0), posed.sum(axis=0))
 
 
 def _faces(recall: FaceRecall | None) -> dict[str, Any] | None:
     if recall is None:
         return None
-    found = clustered(recall.found, recall.total)
+    found = share_of_clusters(recall.found, recall.total)
     return {"recall": found, "pair_frames": recall.pair_frames, "invented": recall.invented}
 
 

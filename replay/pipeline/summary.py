@@ -11,7 +11,7 @@ import numpy as np
 from cdcore import Detection, Verdict
 from replay.base.constants import CAVEAT, VERDICT_FRAMES
 from replay.base.machine import machine, versions
-from replay.base.wilson import INTERVALS
+from replay.base.wilson import OVER_CONTACTS
 from replay.detection.run_detector import Run
 from replay.effects.effect_plan import Plan
 from replay.effects.effect_summary import effect_summary, plan_summary
@@ -31,7 +31,7 @@ def summarise(
 ) -> dict[str, Any]:  # fmt: skip
     """Everything that was settled and counted; ``began`` is the ``perf_counter`` at which the run began."""
     return {
-        "schema": SCHEMA, "caveat": CAVEAT, "intervals": INTERVALS, "session": _session(result, seen),
+        "schema": SCHEMA, "caveat": CAVEAT, "intervals": OVER_CONTACTS, "session": _session(result, seen),
         "window": {"start": window[0], "end": window[1]}, "seed": seed, "tau": tau,
         "pairs": [
             {"name": result.assembly.pair_name(p), "held": bool(result.assembly.held[p])}

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from support.small_worlds import cubes, verdict_column, verdicts
 
 from cdcore import Detection, Verdict
-from replay.base.wilson import clustered
+from replay.base.wilson import share_of_clusters
 from replay.comparison.compare import compare
 from replay.comparison.contact_counts import contact_counts, count_contacts, count_reports
 from replay.comparison.episodes import episodes
@@ -143,7 +143,7 @@ def drawn(random, contacts, every=4, longest=0.8):
     return {
         "missed": count_contacts(comparison, episodes(oracle)).share(Outcome.MISSED),
         "invented": count_reports(comparison).share(Outcome.INVENTED),
-        "faces": clustered(random.binomial(faces, random.beta(8, 1, contacts)), faces),
+        "faces": share_of_clusters(random.binomial(faces, random.beta(8, 1, contacts)), faces),
     }
 
 
