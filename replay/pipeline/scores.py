@@ -93,11 +93,9 @@ def _spread(errors: list[float]) -> dict[str, float] | None:
         return None
     away = np.abs(errors)
     return {
-        "mean": float(np.mean(errors)),
-        "median": float(np.median(errors)),
-        "p95_off": float(np.quantile(away, 0.95)),
-        "most_off": float(away.max()),
-    }
+        "mean": float(np.mean(errors)), "median": float(np.median(errors)),
+        "p95_off": float(np.quantile(away, 0.95)), "most_off": float(away.max()),
+    }  # fmt: skip
 
 
 def pool(audits: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
