@@ -42,13 +42,7 @@ def detector_names() -> list[str]:
 
 
 def load_detector(name: str) -> type[Any]:
-    """The class behind a name, or behind ``module:Class``.
-
-    Raises
-    ------
-    UnknownDetectorError
-        Lists the names there are.
-    """
+    """The class behind a name, or behind ``module:Class``; UnknownDetectorError with the names there are."""
     entry = DETECTORS.get(name, name if ":" in name else None)
     if entry is None:
         for point in entry_points(group=ENTRY_POINT_GROUP, name=name):

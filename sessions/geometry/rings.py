@@ -62,11 +62,6 @@ def turned_solid(polyline: Polyline, sections: int) -> MeshData:
     return sewn(turned(polyline, even_angles(sections)))
 
 
-def capped(rings: Sequence[Ring]) -> MeshData:
-    """Return the closed mesh of the rings with the middle of the first and last ring as poles."""
-    return sewn([rings[0].mean(axis=0, keepdims=True), *rings, rings[-1].mean(axis=0, keepdims=True)])
-
-
 def _band(a: NDArray[np.int64], b: NDArray[np.int64], falling: bool) -> NDArray[np.int64]:
     if len(a) == 1:
         return np.column_stack([np.broadcast_to(a, b.shape), b, np.roll(b, -1)])
