@@ -3,8 +3,6 @@
 Every tolerance of the core has its name, its reason and its scale here or beside the algorithm it belongs to.
 """
 
-from __future__ import annotations
-
 from typing import Any, Final, TypeVar
 
 import numpy as np

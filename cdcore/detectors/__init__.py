@@ -1,7 +1,5 @@
 """The table of detectors: a name leads to a class, imported when it is used and not before."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import fields
 from difflib import get_close_matches

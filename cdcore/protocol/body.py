@@ -1,7 +1,5 @@
 """A body is a name and a surface. Its poses belong to a motion."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """What one search of one pair of bodies found and took; a hit in it has passed the exact triangle test."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 Pair = tuple[int, int]

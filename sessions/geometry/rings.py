@@ -1,7 +1,5 @@
 """Closed surfaces sewn from rings: every edge belongs to two faces, which run along it in opposite directions."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Rods, boxes, rings and tubes along bent paths: the closed solids of unions, and the search for a face count."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -3,8 +3,6 @@
 The stopcock of the burette turns in the barrel about Z.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from sessions.geometry.profile import Arc, Line, level_holding, rounded, sampled

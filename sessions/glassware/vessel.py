@@ -5,8 +5,6 @@ enlarged to the area of its circle (`rings.area_factor`) and the mark is solved 
 volume up to the mark is the nominal one at 500 faces as at 50,000.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -4,8 +4,6 @@ An exact answer can hang on 1e-15 m, where a float64 distance is all rounding. S
 on one power-of-two scale, shifted to a common origin there, and only the root at the end rounds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from fractions import Fraction
 from itertools import chain

@@ -3,8 +3,6 @@
 Rounding never decides which edges pierce which faces; it only moves the point where they do.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 
