@@ -175,6 +175,11 @@ def identity_while_lost(draft: Draft, body: int, at: int) -> Planted:
     return Planted("identity-while-lost", BODIES[body], (at, at + 19))
 
 
+def out_of_space(draft: Draft, body: int, at: int) -> Planted:
+    draft.arrays["position"][at : at + 2, body, 0] = 1e200, -1001.0
+    return Planted("out-of-space", BODIES[body], (at, at + 1))
+
+
 FAULTS: dict[str, Fault] = {
     "nan position": nan_position,
     "zero quaternion": zero_quaternion,
@@ -191,6 +196,7 @@ FAULTS: dict[str, Fault] = {
     "mirrored mesh": mirrored_mesh,
     "wrong hash": wrong_hash,
     "identity while lost": identity_while_lost,
+    "out of space": out_of_space,
 }
 
 
