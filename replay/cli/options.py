@@ -81,25 +81,46 @@ def output_format(command: Callable[..., int]) -> Callable[..., int]:
 force = click.option("--force", is_flag=True, help="Replace an earlier file or folder of that name.")
 seed = click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
 tau = click.option("--tau", type=Number(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
-no_picture = click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
 json_flag = click.option("--json", "as_json", is_flag=True, help="The same as --format json.")
+cite = click.option("--cite", is_flag=True, help="Print the sources behind the detectors and effects that ran.")
 
 
-def lineup(command: Callable[..., int]) -> Callable[..., int]:
+def specs_named(context: click.Context, option: click.Parameter, value: str | tuple[str, ...] | None) -> Any:
+    """One detector, or a list of them, as given; ``None`` if none is named."""
+    del context, option
+    specs = [value] if isinstance(value, str) else list(value or ())
+    let_modules_here_be_found(specs)
+    return value if isinstance(value, str) else specs or None
+
+
+oracle = click.option(
+    "--oracle", metavar="SPEC", callback=specs_named,
+    help="The detector to trust: exact, continuous, a label. Default: exact.",
+)  # fmt: skip
+
+
+def lineup(command: Command) -> Command:
     """``--detectors --oracle --seed``: what is audited, what is trusted; ``detectors`` is ``None`` if none is named."""
+    words = "What to audit: hybrid-qaco, slow=discrete[rate_hz=22.5], package.module:Class; several with commas."
+    detectors = click.option(
+        "--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", callback=specs_named, help=words
+    )
+    return _with(command, detectors, oracle, seed)
 
-    @wraps(command)
-    def named(*, detectors: tuple[str, ...], oracle: str | None, **given: Any) -> int:
-        let_modules_here_be_found([*detectors, oracle or ""])
-        return command(detectors=list(detectors) or None, oracle=oracle, **given)
 
-    detectors = "What to audit: hybrid-qaco, slow=discrete[rate_hz=22.5], package.module:Class; several with commas."
-    oracle = "The detector to trust: exact, continuous, a label. Default: exact."
+def replaying(command: Callable[..., int]) -> Callable[..., int]:
+    """What every verb takes that replays a session: which part of it, what is trusted, and how the answer is said."""
+    policy = "What to do with a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it."
     return _with(
-        named,
-        click.option("--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", help=detectors),
-        click.option("--oracle", metavar="SPEC", help=oracle),
-        seed,
+        command,
+        force,
+        window,
+        tau,
+        click.option("--policy", multiple=True, metavar="KIND=ACTION", help=policy),
+        click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun."),
+        cite,
+        output_format,
+        common,
     )
 
 

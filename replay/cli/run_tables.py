@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, Final
 
 from rich.console import Group, RenderableType
@@ -28,11 +29,11 @@ from replay.pipeline.headline import doubts, headline, invented, price, undecide
 from replay.pipeline.run_result import RunResult
 
 MISS_ROWS: Final = 20
-"""Misses listed in a terminal; the tables of the run folder hold them all."""
+"""Misses listed of each detector; JSON and the tables of the run folder hold them all."""
 
 PAIR_ROWS: Final = 20
 
-MISS_HEAD: Final = ("miss", "at s", "pair", "frames", "what", "cut mm", "face pairs")
+MISS_HEAD: Final = ("miss", "at s", "pair", "frames", "what", "cut mm", "cause")
 COST_HEAD: Final = ("detector", "how", "whole s", "mean ms", "worst ms", "longest stage")
 
 
@@ -43,8 +44,7 @@ def run_tables(result: RunResult) -> Group:
     for label in result.comparisons:
         pairs = pair_table(result, label).only("pair", "contacts", *AUDIT_MARKS)
         parts.append(pairs.first(PAIR_ROWS, "… and {} more").titled(f"contacts, and what {label} made of them"))
-        if result.misses[label]:
-            parts.append(misses_of(result, label))
+    parts += missed_tables([result])
     if not result.comparisons and result.detections:
         parts.append(contact_table(result))
     if result.detections:
@@ -85,11 +85,21 @@ def no_detection(result: RunResult) -> str:
     return f"No contact was looked for: the scene calls for {effects}. Ask with --detectors."
 
 
-def misses_of(result: RunResult, label: str) -> Table:
-    """The numbered misses: never found ones first, then in order of time."""
-    misses = sorted(result.misses[label], key=lambda miss: (miss.kind != NEVER_FOUND, miss.number))
-    made = miss_table(f"missed by {label}", misses).only(*MISS_HEAD)
-    return made.first(MISS_ROWS, "… and {} more in misses.parquet")
+def missed_tables(results: Sequence[RunResult]) -> list[Table]:
+    """A table per detector that missed anything, over all sessions: never found ones first, then in order of time.
+
+    The number of a miss is that of its session; where there are several sessions a column names it.
+    """
+    where = " in misses.parquet" if all(result.out for result in results) else " with --format json"
+    tables = []
+    for label in dict.fromkeys(label for result in results for label in result.comparisons):
+        found = [(result, miss) for result in results for miss in result.misses.get(label, ())]
+        found.sort(key=lambda one: one[1].kind != NEVER_FOUND)
+        made = miss_table(f"missed by {label}", [miss for _, miss in found]).only(*MISS_HEAD)
+        if len(results) > 1:
+            made = made.beside("session", [Path(result.session.origin).name for result, _ in found])
+        tables += [made.first(MISS_ROWS, "… and {} more" + where)] if found else []
+    return tables
 
 
 def contact_table(result: RunResult) -> Table:

@@ -29,8 +29,9 @@ COLUMNS: Final = ("missed", "invented", "within tolerance", "refused", "unconfir
 
 @click.command()
 @click.option(
-    "--detector", "--detectors", default="all", show_default=True, metavar="NAME", help="A row, coal, trimesh, or all."
-)
+    "--detectors", "--detector", "detector", default="all", show_default=True, metavar="NAMES",
+    help="Detectors, coal, trimesh or all; several with commas.",
+)  # fmt: skip
 @click.option("--family", "--families", metavar="RANGE", help="Ask families: 9, 3-5 or 1,7-9.")
 @click.option(
     "--relation", "--relations", metavar="NAMES", help="Ask relations: swap, order, axes, scale, shift or all."
@@ -70,7 +71,7 @@ def command(
     \b
     replay stress --quick
     replay stress --detector exact --seed 7
-    replay stress --detector hybrid --family 9-12 --out failures
+    replay stress --detectors exact,hybrid --family 9-12 --out failures
     replay stress --detector hybrid --relation axes,shift
     replay stress --detector discrete --case 29,41
     """
@@ -83,7 +84,7 @@ def command(
     everything = family is None and relation is None and case is None
     at_most = QUICK_PAIRS if quick else pairs
     absent = [name for name in PEERS if name not in installed_peers()]
-    if detector == ALL and absent:
+    if ALL in detector.split(",") and absent:
         people.say(f'not installed, so not asked: {", ".join(absent)}; pip install -e ".[peers]"')
     result = StressResult(seed, min(pairs, at_most), tau, ())
     shared: dict[str, Any] = {"families": chosen, "seed": seed, "out": out, "progress": TerminalProgress(people)}

@@ -59,6 +59,11 @@ class Table:
         rows = tuple(tuple(row[k] for k in chosen) for row in self.rows)
         return replace(self, columns=tuple(self.columns[k] for k in chosen), rows=rows)
 
+    def beside(self, name: str, words: Sequence[str]) -> Table:
+        """With a column of words in front."""
+        rows = tuple((word, *row) for word, row in zip(words, self.rows, strict=True))
+        return replace(self, columns=(Column(name, True), *self.columns), rows=rows)
+
     def first(self, most: int, more: str) -> Table:
         """The first rows; where there are others, a row says how many: ``more`` with their number in its braces."""
         rest = len(self.rows) - most

@@ -69,6 +69,7 @@ def _session(result: Measured, seen: SessionScan) -> dict[str, Any]:
     times = assembly.motion.times
     return {
         "origin": session.origin,
+        "digest": None if result.treatment is None else result.treatment.digest,
         "scene": session.scene.name,
         "frames": len(times),
         "duration": float(times[-1] - times[0]),

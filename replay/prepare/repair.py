@@ -34,12 +34,14 @@ class Repair:
     policy : the rules.
     findings : everything the doctor says of it, the worst first.
     spans : what was in doubt, and what was done about it.
+    digest : of the recording, before any repair.
     """
 
     session: Session
     policy: Policy
     findings: tuple[Finding, ...]
     spans: tuple[FlagSpan, ...]
+    digest: str
 
     def as_json(self) -> dict[str, Any]:
         """What the summary of a run says of it."""
@@ -69,7 +71,7 @@ def repair_session(session: Session, policy: Policy) -> Repair:
     flagged = [_flagged(looked, span, policy, replaced.get(span.column)) for span in spans]
     # The frame after a gap is flagged: the path into it is not known.
     gaps = [_span(looked, "gap", "", row, row, 1, policy) for row in (gap_rows(looked.stamp_ns) + 1).tolist()]
-    return Repair(repaired, policy, findings, (*flagged, *gaps))
+    return Repair(repaired, policy, findings, (*flagged, *gaps), looked.digest)
 
 
 def _flagged(looked: PosePass, span: PoseSpan, policy: Policy, replaced: Replacement | None) -> FlagSpan:
