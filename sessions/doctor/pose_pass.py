@@ -155,6 +155,7 @@ class _RunningPass:
             (Mark.PRESENT, present), (Mark.LOST, lost), (Mark.NOT_FINITE, claims & ~finite),
             (Mark.ZERO_QUATERNION, zero), (Mark.NON_UNIT, rejected), (Mark.OFF_UNIT, rounded),
             (Mark.IDENTITY, claims & still), (Mark.SAMPLE_SKEWED, skewed),
+            (Mark.HOLLOW, lost & ~(finite & (off <= NORM_REJECT))),
         ):  # fmt: skip
             marks[where] |= np.uint16(mark)
         return marks

@@ -46,6 +46,8 @@ class Mark(IntFlag):
     SAMPLE_REPEATED = 2048
     SAMPLE_SKEWED = 4096
     PRESENT = 8192
+    HOLLOW = 16384
+    """Lost, and its numbers are no pose: perhaps no tracker lost it, and an export left it out."""
 
 
 def marked(marks: NDArray[np.uint16], mark: Mark) -> NDArray[np.bool_]:

@@ -67,6 +67,7 @@ class FileScan:
     parts: list[tuple[Region, bool]] = field(default_factory=list)  # with messages; whether the file ends inside
     lost: list[LostChunk] = field(default_factory=list)
     bytes_skipped: int = 0
+    closed: bool = False  # the record that ends the data is there
     names: tuple[str, ...] = ()
     frames: int = 0
     first_ns: int = 0
@@ -100,6 +101,8 @@ def scan_file(path: Path, stream: BinaryIO) -> FileScan:
         elif piece.opcode in DECLARING:
             indexed = index_start is not None and piece.start >= index_start
             (later if indexed else first).append((piece.opcode, scan.bytes_of(piece)))
+        elif piece.opcode == Opcode.DATA_END:
+            found.closed = True
         elif piece.opcode == 0:
             found.bytes_skipped += piece.end - piece.start
     # The copies in a checked index come last, because the last of an id counts.

@@ -87,6 +87,7 @@ def _write(found: FileScan, stream: BinaryIO, target: Path) -> Recovery:
         bytes_skipped=found.bytes_skipped,
         bodies=tuple(name for name in listed if name not in found.names),
         attachments=lost,
+        closed=found.closed,
         notes=(f"{declared.unread} records make no sense",) if declared.unread else (),
     )
     profile = PROFILE if own and not declared.profile.startswith(PROFILE_FAMILY) else declared.profile
