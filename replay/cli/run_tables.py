@@ -33,7 +33,7 @@ MISS_ROWS: Final = 20
 
 PAIR_ROWS: Final = 20
 
-MISS_HEAD: Final = ("miss", "at s", "pair", "frames", "what", "cut mm", "cause")
+MISS_HEAD: Final = ("miss", "at s", "pair", "frames", "what", "cause")
 COST_HEAD: Final = ("detector", "how", "whole s", "mean ms", "worst ms", "longest stage")
 
 
