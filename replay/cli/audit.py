@@ -40,8 +40,8 @@ def command(
     result = audit(list(sessions), **asked, **shown, progress=TerminalProgress(people))
     broken = limits.broken(result.summary, [one.summary for one in result.results])
     plain = {"audit": result.summary, "runs": [run_json(one) for one in result.results], "broken": broken}
-    parts = answers(result.results), *missed_tables(result.results), audit_tables(result.summary)
-    answer_cited(as_json, plain, lambda: terminal(*parts), sources_of(result.results) if cite else {})
+    parts = terminal(answers(result.results), *missed_tables(result.results), audit_tables(result.summary))
+    answer_cited(as_json, plain, lambda: parts, sources_of(result.results) if cite else {})
     codes = [close_run(one, people) for one in result.results]
     for one in result.results:
         people.say(*where_to_look(one, picture=not no_picture))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, cite, common, json_flag, output_format
+from replay.cli.options import ANY_PATH, cite, reporting
 from replay.outputs.tables import Table, table
 
 if TYPE_CHECKING:
@@ -38,9 +38,7 @@ REPEATS: Final = 5
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the made-up session.")
 @click.option("--out", "-o", type=ANY_PATH, metavar="FILE", help="Write all figures here as JSON.")
 @cite
-@output_format
-@json_flag
-@common
+@reporting
 def command(
     quick: bool, frames: int | None, seed: int, out: Path | None, cite: bool, as_json: bool, people: People
 ) -> int:

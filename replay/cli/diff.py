@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from replay.cli.console import People, answer
-from replay.cli.options import ANY_PATH, common, output_format
+from replay.cli.options import ANY_PATH, reporting
 from replay.outputs.tables import Table, table
 from replay.outputs.words import counted
 
@@ -33,8 +33,7 @@ TRUTH: Final[Mapping[str, str]] = {
 @click.argument("run_a", type=ANY_PATH, metavar="RUN_A")
 @click.argument("run_b", type=ANY_PATH, metavar="RUN_B")
 @click.option("--different-sessions", is_flag=True, help="Compare runs of two recordings; else they are refused.")
-@output_format
-@common
+@reporting
 def command(run_a: Path, run_b: Path, different_sessions: bool, as_json: bool, people: People) -> int:
     """Say which contacts RUN_B gained, lost or shifted beside RUN_A, what it took, and what was set differently.
 

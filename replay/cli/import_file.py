@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, answer
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, output_format
+from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting
 
 if TYPE_CHECKING:
     from sessions import Session
@@ -29,8 +29,7 @@ if TYPE_CHECKING:
 @click.option(
     "--offset", type=float, metavar="SECONDS", help="contacts: what to add to their clock. Default: estimated."
 )
-@output_format
-@common
+@reporting
 def command(
     kind: str, source: Path, out: Path, force: bool, meshes: tuple[str, ...], scene: Path | None,
     session: Path | None, offset: float | None, as_json: bool, people: People, **options: Any,

@@ -16,6 +16,7 @@ from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effect_summary import happened_words
 from replay.outputs.run_tables import (
     AUDIT_MARKS,
+    contact_table,
     cost_table,
     effect_table,
     matched_table,
@@ -23,7 +24,7 @@ from replay.outputs.run_tables import (
     pair_frame_table,
     pair_table,
 )
-from replay.outputs.tables import FAINT, FOUND, GOOD, IN_RED, INVENTED, Table, table
+from replay.outputs.tables import FAINT, GOOD, IN_RED, INVENTED, Table, table
 from replay.outputs.words import CONTACT_WORDS_SHORT
 from replay.pipeline.headline import doubts, headline, invented, price, undecided
 from replay.pipeline.run_result import RunResult
@@ -46,7 +47,7 @@ def run_tables(result: RunResult) -> Group:
         parts.append(pairs.first(PAIR_ROWS, "… and {} more").titled(f"contacts, and what {label} made of them"))
     parts += missed_tables([result])
     if not result.comparisons and result.detections:
-        parts.append(contact_table(result))
+        parts += [contact_table(result, label) for label in result.detections]
     if result.detections:
         parts.append(cost_table(result).only(*COST_HEAD))
     else:
@@ -100,16 +101,6 @@ def missed_tables(results: Sequence[RunResult]) -> list[Table]:
             made = made.beside("session", [Path(result.session.origin).name for result, _ in found])
         tables += [made.first(MISS_ROWS, "… and {} more" + where)] if found else []
     return tables
-
-
-def contact_table(result: RunResult) -> Table:
-    """Contacts per pair and detector, where nobody is audited."""
-    touched = sorted({episode.pair for found in result.episodes.values() for episode in found})
-    found = result.episodes.values()
-    rows = [(result.assembly.pair_name(k), *(sum(one.pair == k for one in some) for some in found)) for k in touched]
-    head = ("pair", *result.detections)
-    nothing = [("none", *[""] * len(result.detections))]
-    return table("contacts", head, rows or nothing, marks=dict.fromkeys(head[1:], FOUND))
 
 
 def answers(results: Sequence[RunResult]) -> Group:

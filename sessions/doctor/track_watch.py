@@ -46,8 +46,7 @@ class Mark(IntFlag):
     SAMPLE_REPEATED = 2048
     SAMPLE_SKEWED = 4096
     PRESENT = 8192
-    HOLLOW = 16384
-    """Lost, and its numbers are no pose: perhaps no tracker lost it, and an export left it out."""
+    HOLLOW = 1 << 14  # lost, and its numbers are no pose: perhaps an export left it out, and no tracker lost it
 
 
 def marked(marks: NDArray[np.uint16], mark: Mark) -> NDArray[np.bool_]:

@@ -92,6 +92,7 @@ def scan_file(path: Path, stream: BinaryIO) -> FileScan:
     run: Region | None = None
     for piece in scan.pieces():
         run = _run(piece, run, found)
+        found.closed |= piece.opcode == Opcode.DATA_END
         if piece.opcode == Opcode.CHUNK:
             chunks.append((piece, []))
         elif piece.opcode == Opcode.MESSAGE_INDEX and chunks:
@@ -101,8 +102,6 @@ def scan_file(path: Path, stream: BinaryIO) -> FileScan:
         elif piece.opcode in DECLARING:
             indexed = index_start is not None and piece.start >= index_start
             (later if indexed else first).append((piece.opcode, scan.bytes_of(piece)))
-        elif piece.opcode == Opcode.DATA_END:
-            found.closed = True
         elif piece.opcode == 0:
             found.bytes_skipped += piece.end - piece.start
     # The copies in a checked index come last, because the last of an id counts.

@@ -24,7 +24,8 @@ def small(monkeypatch):
 
 @pytest.mark.slow
 def test_json_and_the_file_hold_the_race_the_stages_and_the_growth(capsys, tmp_path):
-    assert main(["bench", "--quick", "--frames", "60", "--format", "json", "--cite", "--out", str(tmp_path / "new" / "b.json")]) == 0
+    words = ["bench", "--quick", "--frames", "60", "--format", "json", "--cite", "--out"]
+    assert main([*words, str(tmp_path / "new" / "b.json")]) == 0
     told = json.loads(capsys.readouterr().out)
     raced = [(row["what"], row["engine"]) for row in told["race"]]
     assert raced == [(what, name) for what in ("bool", "faces") for name in engines.installed_engines()]
