@@ -2,15 +2,18 @@
 
 import gc
 import os
+import shutil
 import subprocess
 import sys
+import tempfile
+import time
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.register_profile("without slow tests", settings.get_profile("any machine"), max_examples=40)
+settings.register_profile("without slow tests", settings.get_profile("any machine"), max_examples=25)
 settings.load_profile("any machine")
 
 TOGETHER = (
@@ -21,39 +24,68 @@ TOGETHER = (
 """Folders whose files share what takes seconds to make."""
 
 
+WITHOUT_KERNELS = (
+    "tests/.ci",
+    "tests/architecture",
+    "tests/sessions/doctor",
+    "tests/sessions/geometry",
+    "tests/sessions/glassware",
+    "tests/sessions/importers",
+    "tests/sessions/mcap_format",
+    "tests/sessions/meshes",
+    "tests/sessions/model",
+    "tests/sessions/recovery",
+    "tests/sessions/scene_files",
+)
+"""Folders whose tests compile nothing: they run first, while the kernels compile."""
 COMPILING = pytest.StashKey[subprocess.Popen]()
-COMPILED = pytest.StashKey[bool]()
+KERNELS_ARE_THERE = pytest.StashKey[Path]()
 
 
 def pytest_configure(config):
-    """A property that asks for no number of examples gets 100, and 40 where slow tests are left out.
+    """A property that asks for no number of examples gets 100, and 25 where slow tests are left out.
 
-    Under ``-n`` kernels are compiled in a process of their own while the workers look for tests: otherwise each worker
+    Under ``-n`` kernels are compiled in a process of their own while the workers begin: otherwise each worker
     compiles them all. And what pytest makes of the test files is written down, or each worker makes it again.
     """
     if "not slow" in config.getoption("markexpr"):
         settings.load_profile("without slow tests")
     if hasattr(config, "workerinput"):
         sys.dont_write_bytecode = False
+        config.stash[KERNELS_ARE_THERE] = Path(config.workerinput["kernels_are_there"])
     elif config.getoption("numprocesses", None) and not config.getoption("collectonly"):
         paths = [str(config.rootpath), str(config.rootpath / "tests"), os.environ.get("PYTHONPATH", "")]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
-        program = [sys.executable, str(Path(__file__).parent / "support" / "compile_first.py")]
-        config.stash[COMPILING] = subprocess.Popen(program, stdout=subprocess.PIPE, env=environment)
+        said = config.stash[KERNELS_ARE_THERE] = Path(tempfile.mkdtemp(prefix="kernels-")) / "compiled"
+        program = [sys.executable, str(Path(__file__).parent / "support" / "compile_first.py"), str(said)]
+        config.stash[COMPILING] = subprocess.Popen(program, env=environment)
 
 
 @pytest.hookimpl(optionalhook=True)
-def pytest_xdist_node_collection_finished(node):
-    """No test begins before the kernels that most of them need are there."""
-    if (compiling := node.config.stash.get(COMPILING, None)) and not node.config.stash.get(COMPILED, False):
-        node.config.stash[COMPILED] = bool(compiling.stdout.readline())
+def pytest_configure_node(node):
+    """Each worker learns which file says that the common kernels are compiled."""
+    node.workerinput["kernels_are_there"] = str(node.config.stash[KERNELS_ARE_THERE])
+
+
+def pytest_collection_modifyitems(items):
+    """What needs no kernel comes first; else the order of the folders stays."""
+    items.sort(key=lambda item: not item.nodeid.startswith(WITHOUT_KERNELS))
+
+
+def pytest_runtest_setup(item):
+    """No test of a worker begins before the kernels that it needs are there; a compiler that died is not waited for."""
+    said = item.config.stash.get(KERNELS_ARE_THERE, None)
+    if said and not item.nodeid.startswith(WITHOUT_KERNELS):
+        while said.parent.exists() and not said.exists():
+            time.sleep(0.05)
 
 
 def pytest_unconfigure(config):
     """The process that compiles ends with the tests."""
     if compiling := config.stash.get(COMPILING, None):
         compiling.kill()
-        compiling.communicate()
+        compiling.wait()
+        shutil.rmtree(config.stash[KERNELS_ARE_THERE].parent, ignore_errors=True)
 
 
 @pytest.hookimpl(wrapper=True)

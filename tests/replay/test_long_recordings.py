@@ -97,7 +97,7 @@ def every_verb(folder, *, frames, tried):
     return summary["audit"]
 
 
-@pytest.mark.parametrize("limit", [FRAMES, FRAMES - 1])
+@pytest.mark.parametrize("limit", [pytest.param(FRAMES, marks=pytest.mark.slow), FRAMES - 1])
 def test_every_verb_reads_a_recording_at_its_limit(limit, tmp_path, monkeypatch):
     monkeypatch.setattr(assemble_stored, "HELD_FRAMES", limit)
     assert every_verb(tmp_path, frames=FRAMES, tried=["--time-limit", "0.01"])["slow"]["contacts"] == 22
