@@ -110,18 +110,18 @@ def detectors_of(names: str) -> list[str]:
     Raises StressError: no name, or a peer that is not installed.
     Raises UnknownDetectorError: lists the names there are.
     """
-    asked = list(dict.fromkeys(name.strip() for name in names.split(",") if name.strip()))
+    asked = [name.strip() for name in names.split(",") if name.strip()]
     if not asked:
         raise StressError(f"{names!r} names no detector; there are: {', '.join([*detector_names(), *PEERS])}, {ALL}")
-    if ALL in asked:
-        usual = [row for row in detector_names() if row not in NOT_IN_ALL] + installed_peers()
-        asked = list(dict.fromkeys([*usual, *(name for name in asked if name != ALL)]))
+    found: list[str] = []
     for name in asked:
         if name in PEERS and name not in installed_peers():
             raise StressError(f"{name} is not installed; install it, or ask another of: {', '.join(detector_names())}")
-        if name not in PEERS:
+        if name not in (ALL, *PEERS):
             load_detector(name)
-    return asked
+        usual = [row for row in detector_names() if row not in NOT_IN_ALL] + installed_peers()
+        found += usual if name == ALL else [name]
+    return list(dict.fromkeys(found))
 
 
 def families_of(text: str) -> list[Family]:
