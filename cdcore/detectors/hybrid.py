@@ -61,8 +61,7 @@ class HybridDetector(PairDetector[HybridSettings]):
         self._meshes = MeshStage(bodies, pairs)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
-    def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
-        del memory
+    def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         near = self._broad.candidates(motion)
         verdict, frames, columns, clock = near.verdict, near.frames, near.columns, near.clock
         meshes = self._meshes.decide(motion, frames, columns, faces=faces)

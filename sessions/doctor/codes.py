@@ -57,6 +57,8 @@ _MEANINGS: Final[dict[str, dict[str, tuple[str, str]]]] = {
         "non-unit-quaternion": ("the rotation is scaled; engines that do not notice stretch the mesh",
                                 "normalise it in the exporter"),
         "off-unit-quaternion": ("the rotation was rounded; a run renormalises it", _DIGITS),
+        "out-of-space": ("the position is corrupt: no room holds it",
+                         "run with --policy to choose what stands in for it, or set `[space] radius_m` in the scene"),
         "identity-while-lost": ("the tracker lost the body and wrote the origin instead, as a valid pose", _TRACKER),
         "tracking-lost": ("the recording says that there is no pose",
                           f"{_TRACKER}; at the export, where samples hold no pose"),

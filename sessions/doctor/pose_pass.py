@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.doctor.track_watch import Mark, TrackSamples, TrackWatch, marked
+from sessions.model.constants import SPACE_RADIUS
 from sessions.model.frames import Frames, Status
 
 NORM_REJECT: Final = 1e-3
@@ -60,8 +61,8 @@ class PosePass:
 
     @property
     def usable(self) -> NDArray[np.bool_]:
-        """(T, N) samples that claim to be poses and are finite."""
-        return self.has(Mark.PRESENT) & ~self.has(Mark.LOST | Mark.NOT_FINITE)
+        """(T, N) samples that claim to be poses, are finite, and lie where a room may be."""
+        return self.has(Mark.PRESENT) & ~self.has(Mark.NO_POSE)
 
     @property
     def digest(self) -> str:
@@ -72,9 +73,9 @@ class PosePass:
         return hashlib.sha256(repr(self.names).encode() + self.stamp_ns.tobytes() + self.steps.tobytes()).hexdigest()
 
 
-def look_through(blocks: Iterable[Frames]) -> PosePass:
-    """Mark every sample; later blocks may know more bodies than earlier ones."""
-    looking = _RunningPass()
+def look_through(blocks: Iterable[Frames], space_radius: float = SPACE_RADIUS) -> PosePass:
+    """Mark every sample; later blocks may know more bodies than earlier ones; the radius is that of the scene."""
+    looking = _RunningPass(space_radius)
     waiting: Frames | None = None
     for block in _larger(blocks):
         if waiting is not None:
@@ -98,7 +99,8 @@ def _larger(blocks: Iterable[Frames]) -> Iterator[Frames]:
 
 
 class _RunningPass:
-    def __init__(self) -> None:
+    def __init__(self, space_radius: float) -> None:
+        self.space_radius = space_radius
         self.names: tuple[str, ...] = ()
         self.count, self.least_step = 0, 0.0
         self.stamps: list[NDArray[np.int64]] = []
@@ -142,6 +144,7 @@ class _RunningPass:
         q = frames.quaternion_xyzw
         norm = np.sqrt((q * q).sum(axis=-1))
         finite = np.isfinite(frames.position).all(axis=-1) & np.isfinite(q).all(axis=-1)
+        away = claims & finite & (np.abs(frames.position).max(axis=-1) > self.space_radius)
         off = np.abs(norm - 1.0)
         zero = claims & finite & (norm == 0)
         rejected = claims & finite & ~zero & ~(off <= NORM_REJECT)
@@ -154,7 +157,7 @@ class _RunningPass:
         for mark, where in (
             (Mark.PRESENT, present), (Mark.LOST, lost), (Mark.NOT_FINITE, claims & ~finite),
             (Mark.ZERO_QUATERNION, zero), (Mark.NON_UNIT, rejected), (Mark.OFF_UNIT, rounded),
-            (Mark.IDENTITY, claims & still), (Mark.SAMPLE_SKEWED, skewed),
+            (Mark.IDENTITY, claims & still), (Mark.SAMPLE_SKEWED, skewed), (Mark.OUT_OF_SPACE, away),
             (Mark.HOLLOW, lost & ~(finite & (off <= NORM_REJECT))),
         ):  # fmt: skip
             marks[where] |= np.uint16(mark)
@@ -162,7 +165,7 @@ class _RunningPass:
 
     def _track(self, frames: Frames, first: int, column: int) -> TrackSamples:
         marks = self.marks[first : self.count, column]
-        rows = np.flatnonzero(marked(marks, Mark.PRESENT) & ~marked(marks, Mark.LOST | Mark.NOT_FINITE))
+        rows = np.flatnonzero(marked(marks, Mark.PRESENT) & ~marked(marks, Mark.NO_POSE))
         return TrackSamples(
             rows + first,
             (frames.stamp_ns[rows] - self.stamps[0][0]) / 1e9,

@@ -46,7 +46,9 @@ class Mark(IntFlag):
     SAMPLE_REPEATED = 2048
     SAMPLE_SKEWED = 4096
     PRESENT = 8192
-    HOLLOW = 1 << 14  # lost, and its numbers are no pose: perhaps an export left it out, and no tracker lost it
+    OUT_OF_SPACE = 1 << 14
+    NO_POSE = LOST | NOT_FINITE | OUT_OF_SPACE
+    HOLLOW = 1 << 15  # lost, and its numbers are no pose: perhaps an export left it out, and no tracker lost it
 
 
 def marked(marks: NDArray[np.uint16], mark: Mark) -> NDArray[np.bool_]:
@@ -56,7 +58,7 @@ def marked(marks: NDArray[np.uint16], mark: Mark) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, eq=False)
 class TrackSamples:
-    """Consecutive samples of one body that are present and finite."""
+    """Consecutive samples of one body that may be poses."""
 
     rows: NDArray[np.int64]  # (n,) frame numbers
     time: FloatArray  # (n,) seconds
@@ -111,7 +113,7 @@ class TrackWatch:
         since = np.diff(window.sample_ns)
         found = np.zeros(len(way), dtype=np.uint16)
         for mark, where in (
-            (Mark.TELEPORT, _teleports(way / step[:, None])), (Mark.SAME_PLACE, same_place),
+            (Mark.TELEPORT, _no_motion(way / step[:, None])), (Mark.SAME_PLACE, same_place),
             (Mark.SAME_ROTATION, same_rotation), (Mark.SIGN_FLIP, cosine < 0), (Mark.SAMPLE_BACKWARDS, since < 0),
             (Mark.SAMPLE_REPEATED, (since == 0) & ~(same_place & same_rotation)),
         ):  # fmt: skip
@@ -122,7 +124,7 @@ class TrackWatch:
         steps[rows] = distance[begin - 1 : stop - 1]
 
 
-def _teleports(velocity: FloatArray) -> NDArray[np.bool_]:
+def _no_motion(velocity: FloatArray) -> NDArray[np.bool_]:
     """Which of consecutive velocities (n, 3) are no motion."""
     speed = np.sqrt((velocity * velocity).sum(axis=1))
     if len(velocity) < 3:

@@ -26,6 +26,7 @@ from replay.studies.stress.families import FAMILIES
 from replay.studies.stress.system import CASES
 from sessions import mesh_to_glb
 from sessions.glassware.catalogue import MOST_FACES
+from sessions.model.constants import SPACE_RADIUS
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
@@ -224,7 +225,7 @@ SETTLED = {
     f"{100 * (2 * NormalDist().cdf(Z95) - 1):.0f} %", f"{float(re.search('=([^=]+)]', SLOW)[1]):g} Hz",
     *(f"{one} mm" for one in re.findall(r"0\.\d+", CAVEAT)), "99 %", f"{FULL.poses} poses", f"{MOST_FACES:,} faces",
     f"{LEAST_STUDENTS} students", f"{PERMUTATION_BELOW} students", f"{len(FAMILIES)} families", f"{len(CASES)} cases",
-    f"{QUICK_PAIRS} pairs", "18 bumps",  # as the tests of that session count
+    f"{QUICK_PAIRS} pairs", f"{SPACE_RADIUS:g} m", "18 bumps",  # as the tests of that session count
     "1 m", f"{1000 / HEADSET_HZ:.0f} mm",  # of a hand at 1 m/s, from frame to frame
 }  # fmt: skip
 """Numbers of the pages that the code decides, written as they are there."""
