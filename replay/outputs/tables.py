@@ -70,8 +70,8 @@ class Table:
         return self if rest <= 0 else replace(self, rows=self.rows[:most], notes=(*self.notes, more.format(rest)))
 
     def titled(self, title: str, *notes: str) -> Table:
-        """The same table below another title."""
-        return replace(self, title=title, notes=notes or self.notes)
+        """The same table below another title, with further notes."""
+        return replace(self, title=title, notes=(*self.notes, *notes))
 
 
 NO_MARKS: Final[Mapping[str, str]] = {}

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 from replay.base.constants import BUDGET_MS
+from replay.base.wilson import OVER_CONTACTS
 from replay.outputs.tables import Table, table
 from replay.pipeline.gates import figure
 from replay.pipeline.run_result import Tradeoff
@@ -50,7 +51,8 @@ def measured_on(done: Tradeoff) -> str:
 
 def tradeoff_table(title: str, rows: Iterable[Row]) -> Table:
     """These rows, in the order given and numbered in it."""
-    return table(title, HEAD, (_cells(number, row) for number, row in enumerate(rows, 1)), words=HEAD[1:3])
+    cells = (_cells(number, row) for number, row in enumerate(rows, 1))
+    return table(title, HEAD, cells, words=HEAD[1:3], notes=(OVER_CONTACTS,))
 
 
 def _cells(number: int, row: Row) -> tuple[str, ...]:

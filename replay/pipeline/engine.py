@@ -126,7 +126,7 @@ def compute(
         truth = found.get(lineup.oracle, ())
         dwell = contact_durations(assembly, runs[lineup.oracle].detection, truth) if lineup.oracle else None
         missed, causes = examine(comparisons, truth, runs, assembly, again)
-    recall = _face_recall(comparisons, runs, assembly, progress) if faces else {}
+    recall = _face_recall(comparisons, found, runs, assembly, progress) if faces else {}
     effects: dict[str, EffectRun] = {}
     if planned.effects:
         with progress.stage("effects"):
@@ -184,8 +184,9 @@ def _compared(
 
 
 def _face_recall(
-    comparisons: dict[str, Comparison], runs: dict[str, Run], assembly: Assembly, progress: Progress
-) -> dict[str, FaceRecall]:
+    comparisons: dict[str, Comparison], found: dict[str, tuple[Episode, ...]], runs: dict[str, Run],
+    assembly: Assembly, progress: Progress,
+) -> dict[str, FaceRecall]:  # fmt: skip
     recalls = {}
     for label, comparison in comparisons.items():
         truth = runs[comparison.oracle].detection
@@ -194,7 +195,7 @@ def _face_recall(
         with progress.stage(f"faces of {label}", len(assembly.motion)) as advance:
             said = face_sets_again(runs[label].detector, assembly, advance)
         if said is not None:
-            recalls[label] = face_recall(said, truth.face_sets, comparison)
+            recalls[label] = face_recall(said, truth.face_sets, comparison, found[comparison.oracle])
     return recalls
 
 

@@ -10,7 +10,7 @@ import pytest
 from support.small_worlds import cube
 
 from replay.base.constants import BUDGET_MS, CAVEAT, HEADSET_HZ
-from replay.base.wilson import Z95
+from replay.base.wilson import Z95, wilson
 from replay.cli.commands import COMMANDS
 from replay.cli.demo import SLOW
 from replay.cli.main import cli, main
@@ -225,7 +225,8 @@ SETTLED = {
     f"{100 * (2 * NormalDist().cdf(Z95) - 1):.0f} %", f"{float(re.search('=([^=]+)]', SLOW)[1]):g} Hz",
     *(f"{one} mm" for one in re.findall(r"0\.\d+", CAVEAT)), "99 %", f"{FULL.poses} poses", f"{MOST_FACES:,} faces",
     f"{LEAST_STUDENTS} students", f"{PERMUTATION_BELOW} students", f"{len(FAMILIES)} families", f"{len(CASES)} cases",
-    f"{QUICK_PAIRS} pairs", f"{SPACE_RADIUS:g} m", "18 bumps",  # as the tests of that session count
+    f"{QUICK_PAIRS} pairs", f"{SPACE_RADIUS:g} m", f"{100 * wilson(0, 18)[1]:.1f} %",
+    "18 bumps",  # as the tests of that session count
     "1 m", f"{1000 / HEADSET_HZ:.0f} mm",  # of a hand at 1 m/s, from frame to frame
 }  # fmt: skip
 """Numbers of the pages that the code decides, written as they are there."""

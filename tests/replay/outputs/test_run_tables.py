@@ -9,8 +9,19 @@ from support.small_worlds import cube, cubes, jumping
 from replay.cli.run_tables import contact_table as cli_table
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
-from replay.outputs.run_tables import contact_table, cost_table, finding_table, miss_table, pair_table
+from replay.guide.pages import page
+from replay.outputs.run_tables import (
+    contact_table,
+    cost_table,
+    finding_table,
+    matched_table,
+    miss_table,
+    pair_frame_table,
+    pair_table,
+)
 from replay.outputs.tables import Marked
+from replay.outputs.tradeoff_table import tradeoff_table
+from replay.outputs.words import CONTACT_WORDS
 from replay.pipeline.engine import compute
 from sessions import Finding, MeshData, Severity
 
@@ -69,3 +80,12 @@ def test_a_code_is_explained_at_its_first_finding_only():
     lost = [Finding("tracking-lost", Severity.WARNING, f"loss {k}", start=1.0, end=2.0) for k in range(3)]
     cells = column(finding_table(lost), "what")
     assert [bool(cell.below) for cell in cells] == [True, False, False]
+
+
+def test_intervals_are_said_to_be_over_contacts_wherever_they_stand(run):
+    audit = run.summary["audit"]
+    tables = pair_frame_table("", audit), matched_table("", audit, CONTACT_WORDS), tradeoff_table("", [])
+    texts = [run.summary["intervals"], *(" ".join(made.titled("", "more").notes) for made in tables)]
+    texts += [" ".join(page(topic).split()) for topic in ("audit", "price")]
+    assert all("contacts drawn anew" in text.replace("contacts are", "contacts") for text in texts)
+    assert all("over look phases alone" in text for text in texts)
