@@ -15,6 +15,7 @@ from replay.cli.commands import COMMANDS
 from replay.cli.demo import SLOW
 from replay.cli.main import cli, main
 from replay.cli.stress import QUICK_PAIRS
+from replay.comparison.clock_offset import MOST_DRIFT
 from replay.comparison.tolerance import TAU
 from replay.guide.pages import FOLDER, INDEX, page, topics
 from replay.outputs.results.run_folder import read_run_folder
@@ -225,7 +226,7 @@ SETTLED = {
     f"{100 * (2 * NormalDist().cdf(Z95) - 1):.0f} %", f"{float(re.search('=([^=]+)]', SLOW)[1]):g} Hz",
     *(f"{one} mm" for one in re.findall(r"0\.\d+", CAVEAT)), "99 %", f"{FULL.poses} poses", f"{MOST_FACES:,} faces",
     f"{LEAST_STUDENTS} students", f"{PERMUTATION_BELOW} students", f"{len(FAMILIES)} families", f"{len(CASES)} cases",
-    f"{QUICK_PAIRS} pairs", f"{SPACE_RADIUS:g} m", f"{100 * wilson(0, 18)[1]:.1f} %",
+    f"{QUICK_PAIRS} pairs", f"{SPACE_RADIUS:g} m", f"{100 * MOST_DRIFT:g} %", f"{100 * wilson(0, 18)[1]:.1f} %",
     "18 bumps",  # as the tests of that session count
     "1 m", f"{1000 / HEADSET_HZ:.0f} mm",  # of a hand at 1 m/s, from frame to frame
 }  # fmt: skip

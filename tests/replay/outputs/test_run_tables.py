@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from support.small_worlds import cube, cubes, jumping
 
-from replay.cli.run_tables import contact_table as cli_table
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
 from replay.guide.pages import page
@@ -54,7 +53,6 @@ def test_a_pair_whose_containment_is_refused_says_why_beside_its_verdicts(run):
     word = "containment refused for 1 of 1 pair: a has doubled or overlapping faces"
     (note,) = pair_table(result, "sphere").only("pair").notes
     assert note == f"exact: {word}" and contact_table(result, "exact").notes == (note,)
-    assert note in cli_table(result).notes
     assert result.summary["pairs"][0]["containment"]["exact"] == "refused: a has doubled or overlapping faces"
 
 
