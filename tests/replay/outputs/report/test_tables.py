@@ -14,6 +14,9 @@ def test_facts_name_every_body_and_the_length(run):
     text = fact_table(run)
     assert all(f"{body.name} ({len(body.mesh.faces):,} faces)" in text for body in run.assembly.bodies)
     assert f"{len(run.assembly.motion):,} frames" in text
+    session = {**run.summary["session"], "facts": {"headset_model": "VIVE Pro", "room": "not stated"}}
+    text = fact_table(replace(run, summary={**run.summary, "session": session}))
+    assert "headset model" in text and "VIVE Pro" in text and "room" not in text and "not stated" not in text
 
 
 def test_settings_hold_what_it_takes_to_run_again(run):
