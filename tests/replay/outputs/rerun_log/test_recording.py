@@ -1,10 +1,6 @@
 """A recording appears whole or not at all, under an application of its own, whatever the run holds."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,12 +11,11 @@ from replay.comparison.outcome import Outcome
 from replay.outputs.rerun_log import columns
 from replay.outputs.rerun_log import recording as module
 from replay.outputs.rerun_log.recording import write_recording
-from replay.pipeline.run_result import RunResult
 
 SUBJECT, ORACLE = "22.5Hz", "hybrid"
 
 
-def test_two_recordings_of_one_run_are_two_applications(demo: RunResult, recording: Path, tmp_path: Path) -> None:
+def test_two_recordings_of_one_run_are_two_applications(demo, recording, tmp_path):
     write_recording(demo, tmp_path / "again.rrd")
     stores = [RrdReader(path).recordings() for path in (recording, tmp_path / "again.rrd")]
     assert [len(one) for one in stores] == [1, 1]
@@ -28,17 +23,15 @@ def test_two_recordings_of_one_run_are_two_applications(demo: RunResult, recordi
     assert stores[0][0].recording_id != stores[1][0].recording_id
 
 
-def test_the_layout_belongs_to_the_application_of_its_recording(recording: Path) -> None:
+def test_the_layout_belongs_to_the_application_of_its_recording(recording):
     reader = RrdReader(recording)
     assert reader.blueprints()[0].application_id == reader.recordings()[0].application_id
 
 
-def test_a_failed_write_leaves_the_old_file_and_no_other(
-    demo: RunResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failed_write_leaves_the_old_file_and_no_other(demo, tmp_path, monkeypatch):
     (tmp_path / "run.rrd").write_bytes(b"old")
 
-    def fail(*args: object) -> None:
+    def fail(*args):
         raise RuntimeError("disk full")
 
     monkeypatch.setattr(module, "report_text", fail)
@@ -47,14 +40,14 @@ def test_a_failed_write_leaves_the_old_file_and_no_other(
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("run.rrd", b"old")]
 
 
-def test_an_old_file_is_replaced(demo: RunResult, tmp_path: Path) -> None:
+def test_an_old_file_is_replaced(demo, tmp_path):
     (tmp_path / "run.rrd").write_bytes(b"old")
     write_recording(demo, tmp_path / "run.rrd")
     assert [path.name for path in tmp_path.iterdir()] == ["run.rrd"]
     assert len(RrdReader(tmp_path / "run.rrd").recordings()) == 1
 
 
-def test_two_audited_detectors_share_one_recording(demo: RunResult, write: Any) -> None:
+def test_two_audited_detectors_share_one_recording(demo, write):
     second = replace(demo.comparisons[SUBJECT], subject="15Hz")
     seen = write(
         replace(
@@ -75,7 +68,7 @@ def test_two_audited_detectors_share_one_recording(demo: RunResult, write: Any) 
         assert "/" + other in seen.entities
 
 
-def test_a_run_without_an_audit_shows_the_session(demo: RunResult, write: Any) -> None:
+def test_a_run_without_an_audit_shows_the_session(demo, write):
     seen = write(
         replace(demo, detections={ORACLE: demo.detections[ORACLE]}, comparisons={}, misses={}, oracle="", episodes={})
     )
@@ -84,12 +77,12 @@ def test_a_run_without_an_audit_shows_the_session(demo: RunResult, write: Any) -
     assert not [path for path in seen.entities if path.startswith("/lanes")]
 
 
-def test_a_run_without_detectors_shows_the_bodies(demo: RunResult, write: Any) -> None:
+def test_a_run_without_detectors_shows_the_bodies(demo, write):
     seen = write(replace(demo, detections={}, comparisons={}, misses={}, oracle="", episodes={}))
     assert "/world/rod" in seen.entities
 
 
-def test_bodies_without_a_pose_give_no_pose_lanes_and_no_contact(demo: RunResult, read: Any) -> None:
+def test_bodies_without_a_pose_give_no_pose_lanes_and_no_contact(demo, read):
     lost = np.flatnonzero(~demo.assembly.motion.valid[:, demo.assembly.names.index("hand")])
     assert (demo.comparisons[SUBJECT].outcome[lost, 1] == Outcome.LEFT_OUT).all()
     words = [state for _, state in read.lane("lanes/4_rod-hand_held")]
@@ -98,9 +91,7 @@ def test_bodies_without_a_pose_give_no_pose_lanes_and_no_contact(demo: RunResult
     assert Verdict.NO_POSE.name in [state for _, state in read.lane(path[1:])]
 
 
-def test_above_an_hour_poses_are_strided_and_lanes_are_not(
-    demo: RunResult, write: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_above_an_hour_poses_are_strided_and_lanes_are_not(demo, write, monkeypatch):
     monkeypatch.setattr(columns.RecordingClock.of.__func__, "__defaults__", ((), 90))
     few = replace(demo, misses={SUBJECT: demo.misses[SUBJECT][:1]})
     seen = write(few)
