@@ -1,11 +1,13 @@
-"""The counts of the tables are those of the run."""
+"""Tables are plain data, and their counts are those of the run."""
 
 import pytest
+from support.small_tables import ROWS, made
 from support.small_worlds import cubes
 
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
 from replay.outputs.run_tables import cost_table, finding_table, miss_table, pair_table
+from replay.outputs.tradeoff_table import HEAD, quickest_first, tradeoff_table
 from replay.pipeline.engine import compute
 from sessions import Finding, Severity
 
@@ -44,3 +46,35 @@ def test_a_code_is_explained_at_its_first_finding_only():
     lost = [Finding("tracking-lost", Severity.WARNING, f"loss {k}", start=1.0, end=2.0) for k in range(3)]
     cells = column(finding_table(lost), "what")
     assert [bool(cell.below) for cell in cells] == [True, False, False]
+
+
+def test_columns_are_chosen_by_name_and_in_the_order_asked_for():
+    chosen = made().only("mark", "absent", "body")
+    assert [column.name for column in chosen.columns] == ["mark", "body"] and chosen.rows[0][1] == "cup|lid"
+
+
+def test_a_long_table_says_how_much_it_leaves_out_in_a_column_of_words():
+    cut = made(words=("mark",)).first(1, "and {} more")
+    assert cut.rows == (ROWS[0], ("", "", "and 1 more")) and made().first(2, "{}") == made()
+
+
+ROW = {
+    "label": "a", "oracle": False, "front": True, "front_online": True, "ms_per_frame": 0.5, "ms_high": 0.75,
+    "p99_ms": 1.25, "over_share": 0.02, "seconds_per_minute": 2.7, "missed": 0.1, "missed_low": 0.05,
+    "missed_high": 0.2, "precision": 0.75, "face_recall": None, "work": {"tests": 12_345, "skipped": 99_999},
+}  # fmt: skip
+
+
+def test_shares_are_percentages_and_what_was_not_measured_is_empty():
+    (row,) = tradeoff_table("", [ROW]).rows
+    assert dict(zip(HEAD, row, strict=True)) == {
+        "#": "1", "setting": "a", "front": "front, live front", "ms per frame": "0.5000", "slowest": "0.7500",
+        "p99 ms (over 11.1)": "1.250 (2.00 %)", "s per minute": "2.70", "missed, % [95 %]": "10.0 [5.0, 20.0]",
+        "invented, %": "25.0", "faces, %": "", "most of its work": "12k tests",
+    }  # fmt: skip
+
+
+def test_rows_are_numbered_in_the_order_given():
+    slow = {**ROW, "label": "b", "ms_per_frame": 2.0, "p99_ms": None, "precision": None, "work": {}}
+    rows = tradeoff_table("", quickest_first([slow, ROW])).rows
+    assert [row[:2] for row in rows] == [("1", "a"), ("2", "b")] and rows[1][-1] == rows[1][5] == rows[1][8] == ""

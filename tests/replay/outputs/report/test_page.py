@@ -1,3 +1,6 @@
+"""The page says what the result says, and what accuracy costs."""
+
+import base64
 import re
 import shutil
 import subprocess
@@ -9,8 +12,12 @@ from support.page_cells import Cells
 from support.small_worlds import cubes, jumping
 
 from replay.outputs.report.page import _telling, report_html, write_report
+from replay.outputs.report.tradeoff import tradeoff_section
+from replay.outputs.report.tradeoff_picture import DARK, LIGHT
 from replay.pipeline.engine import compute
 from replay.pipeline.headline import headline, invented, price
+from replay.tradeoffs.settings import Setting
+from replay.tradeoffs.sweep import tradeoff
 
 
 def test_the_headline_counts_what_the_result_counts(run, page):
@@ -143,3 +150,25 @@ def test_every_detector_that_missed_something_has_a_picture_before_any_has_a_sec
     shown = [(label, replace(one, number=k, cut_length=1.0 - 0.1 * k)) for k in range(1, 6)]
     shown.append(("fast", replace(one, number=1, cut_length=0.01)))
     assert [(who, miss.number) for who, miss in _telling(shown)][:3] == [("slow", 1), ("fast", 1), ("slow", 2)]
+
+
+def test_the_page_holds_the_curve_the_advice_and_a_row_per_setting(run):
+    tried = [Setting("hybrid", "as it comes", ""), Setting("discrete", "step rate", "20 Hz", {"rate_hz": 20.0})]
+    done = replace(tradeoff(run.session, settings=tried, repeats=1), cut=("image-space",))
+    part = str(tradeoff_section(done))
+    assert (
+        "data:image/svg+xml;base64," in part
+        and "<summary>1 settings were not tried, for want of time</summary><p>image-space.</p>" in part
+    )
+    themes = [base64.b64decode(one).decode().upper() for one in re.findall(r"svg\+xml;base64,([^\"]+)", part)]
+    assert [[theme.grid in one for theme in (DARK, LIGHT)] for one in themes] == [[True, False], [False, True]]
+    assert part.index("(prefers-color-scheme: dark)") < part.index("<img")
+    for sentence in done.advice:
+        assert sentence in part
+    assert part.count("<tr") == 1 + len(tried)
+    hybrid = next(row for row in done.rows if row["detector"] == "hybrid")
+    counted = [f">{count} {name.replace('_', ' ')}<" for name, count in hybrid["work"].items() if count]
+    assert any(one in part for one in counted) and "skipped" not in part and done.about["machine"]["processor"] in part
+    page = report_html(replace(run, tradeoff=done))
+    assert part in page and "What accuracy costs" in page and "What accuracy costs" not in report_html(run)
+    assert "<h1>What accuracy costs: 2 settings tried" in page and page.index(part) < page.index("When: slow")

@@ -2,11 +2,14 @@
 
 from dataclasses import replace
 
+from support.small_tables import made
+
 from replay.comparison.clusters import MANY, clusters
 from replay.comparison.outcome import Outcome
 from replay.outputs.palette import MISSED, PARTLY_MISSED
 from replay.outputs.rerun_log.columns import packed
 from replay.outputs.rerun_log.focus import moments, read_misses
+from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.rerun_log.report import report_text
 from replay.pipeline.headline import invented
 
@@ -102,3 +105,10 @@ def test_the_words_beside_hundreds_begin_with_the_clusters_deepest_first(hundred
     )
     cuts = [float(line.split("|")[-2]) for line in clusters_.splitlines() if "**" in line]
     assert len(cuts) > 1 and cuts == sorted(cuts, reverse=True)
+
+
+def test_markdown_escapes_what_would_end_a_cell():
+    assert markdown(made(), level=2).splitlines() == [
+        "## a title", "", "| body | count | mark |", "|---|---|---|", "| cup\\|lid | 1,234 | **7** |",
+        "| rod | 0 | `x` |", "", "a note",
+    ]  # fmt: skip

@@ -1,15 +1,18 @@
-"""What a scene says of itself is so: exact agrees with all face pairs, and cases hold both answers."""
+"""What a scene says of itself is so, its solids are closed, and attempts are refused or taken as they should be."""
 
 import numpy as np
 import pytest
 
 from cdcore import Verdict, create_detector
+from replay.studies.stress import attempts
+from replay.studies.stress.attempts import ATTEMPTS
 from replay.studies.stress.scenes import (
     SCENES,
     crossing,
     meeting,
     resting,
 )
+from replay.studies.stress.solids import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, merged, moved, rod_mesh
 
 BETWEEN = range(29, 34)
 
@@ -57,3 +60,53 @@ def test_crossings_are_apart_at_both_ends_and_not_linked_to_each_other():
     height = motion.translations[:, 0, 2].reshape(7, -1)
     assert (height[:, 0] > 0.003).all() and (height[:, -1] < -0.003).all()
     assert not motion.linked.reshape(7, -1, 2)[:, 0].any() and motion.linked.reshape(7, -1, 2)[:, 1:].all()
+
+
+def volume(mesh):
+    a, b, c = (mesh.triangles[:, k] for k in range(3))
+    return np.einsum("nk,nk->n", a, np.cross(b, c)).sum() / 6
+
+
+@pytest.mark.parametrize(
+    "mesh", [box_mesh(), ball_mesh(), beaker_mesh(), rod_mesh(), icosphere_mesh(), merged(box_mesh(), box_mesh())]
+)
+def test_every_edge_is_run_once_each_way(mesh):
+    edges = np.concatenate([mesh.faces[:, [k, (k + 1) % 3]] for k in range(3)]).tolist()
+    assert sorted(edges) == sorted([b, a] for a, b in edges)
+
+
+def test_volumes_are_those_of_the_shapes():
+    assert volume(box_mesh((1, 2, 3))) == pytest.approx(6)
+    assert volume(moved(box_mesh((1, 2, 3)), [9, 8, 7])) == pytest.approx(6)
+    assert volume(ball_mesh(1.0, 64, 64)) == pytest.approx(4 / 3 * np.pi, rel=5e-3)
+    assert volume(icosphere_mesh(4)) == pytest.approx(4 / 3 * np.pi, rel=5e-3)
+    assert volume(rod_mesh(1.0, 2.0, 400)) == pytest.approx(2 * np.pi, rel=1e-3)
+
+
+def test_an_icosphere_has_six_faces_at_a_vertex_exactly_on_each_half_axis():
+    mesh = icosphere_mesh(1)
+    assert len(mesh.faces) == 80
+    for axis in (*np.eye(3), *-np.eye(3)):
+        (vertex,) = np.flatnonzero((mesh.vertices == axis).all(axis=1))
+        assert (mesh.faces == vertex).sum() == 6
+
+
+@pytest.mark.parametrize("detector", ["exact", "hybrid"])
+@pytest.mark.parametrize("number", ATTEMPTS)
+def test_nothing_goes_wrong_with_a_sound_detector(number, detector):
+    found = {name: attempt(detector) for name, attempt in ATTEMPTS[number][1]()}
+    assert set(found.values()) == {""}
+    assert len(found) >= 5
+
+
+@pytest.mark.parametrize("number", [34, 36])
+def test_an_engine_that_takes_everything_is_seen(number, monkeypatch):
+    monkeypatch.setattr(attempts, "_matrix", lambda values: attempts.at([[0, 0, 0]]))
+    found = {name: attempt("exact") for name, attempt in ATTEMPTS[number][1]()}
+    assert "taken as if it were sound" in found.values()
+
+
+def test_an_answer_that_depends_on_blocks_is_seen(monkeypatch):
+    monkeypatch.setattr(attempts, "join", lambda parts: parts[0])
+    found = {name: attempt("exact") for name, attempt in ATTEMPTS[43][1]()}
+    assert found["blocks of 1"] == "another digest" and found["1 threads"] == ""
