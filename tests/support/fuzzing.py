@@ -88,17 +88,16 @@ def mutant(files: dict[str, bytes], number: int) -> tuple[str, bytes]:
     data = files[name]
     if name in ("own.mcap", "live.mcap", "foreign.mcap") and number % 2:
         places = range(len(chunks(data)))
-        return name, with_chunk(data, int(random.choice(places)), lambda plain: mutated(plain, random, name))
-    return name, mutated(data, random, name)
+        return name, with_chunk(data, int(random.choice(places)), lambda plain: mutated(plain, random))
+    return name, mutated(data, random)
 
 
-def mutated(data: bytes, random: np.random.Generator, name: str) -> bytes:
+def mutated(data: bytes, random: np.random.Generator) -> bytes:
     """One to four changes, one after the other."""
     for _ in range(int(random.integers(1, 5))):
         if not data:
             return data
         data = CHANGES[int(random.integers(len(CHANGES)))](data, random)
-    del name
     return data
 
 

@@ -6,11 +6,10 @@ from itertools import chain, combinations
 
 import pytest
 from support import effect_proofs as proofs
-from support.effect_proofs import LAMP, MEET, NEAR, QUERIES, files_of, run_small, scene_of, small_session
+from support.effect_proofs import MEET, NEAR, QUERIES, files_of, run_small, scene_of, small_session
 
 from replay.effects import EFFECTS, load_effect
 from replay.effects.effect_plan import plan
-from replay.effects.effects_runner import run_effects
 from replay.effects.protocol import Need
 from replay.pipeline.engine import compute
 from sessions import read_session, write_session
@@ -206,15 +205,6 @@ def test_an_effect_that_looks_at_who_else_is_there_is_found_by_its_outputs(mutan
     assert run_small(NEAR).effects[NEAR.kind].output.digest != whole
 
 
-def test_an_effect_that_asks_for_contacts_it_did_not_name_is_stopped():
-    spec = replace(load_effect(NEAR.kind), compute=lambda inputs: inputs.contact(("hand-left", "lamp")))
-    session = small_session(NEAR)
-    planned = plan(session.scene)
-    step = replace(planned.steps[NEAR.kind], spec=spec)
-    with pytest.raises(ValueError, match="name a `detector`"):
-        run_effects(replace(planned, steps={NEAR.kind: step}), session, compute(session).assembly, {})
-
-
 OUTSIDE = """
 from replay.effects.declaring import bodies
 from replay.effects.output import EffectEvent, EffectOutput
@@ -242,4 +232,3 @@ def test_an_effect_from_outside_is_one_file_and_one_row(tmp_path, monkeypatch):
     assert [event.bodies for event in result.effects["glow"].events] == [("lamp",), ("hand-left",)]
     assert "glow_effect" in sys.modules
     sys.modules.pop("glow_effect")
-    assert LAMP["hazard"] == "lamp"

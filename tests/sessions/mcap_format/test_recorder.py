@@ -166,6 +166,8 @@ def test_nothing_that_was_recorded_is_overwritten_by_accident(tmp_path):
         (lambda r: r.poses(1, {"wand": None}), r"pose of 'wand'"),
         (lambda r: r.poses(1.5, {"wand": POSE}), r"stamp 1.5 is no time; give integer nanoseconds"),
         (lambda r: r.poses(-1, {"wand": POSE}), r"stamp -1 is no time"),
+        (lambda r: r.poses(2**63, {"wand": POSE}), r"stamp 9223372036854775808 is no time"),
+        (lambda r: r.poses("5", {"wand": POSE}), r"is no time"),
         (lambda r: r.poses(1, {"wand": POSE}, lost=["cup"]), r"'cup' has no pose in this frame"),
         (lambda r: r.poses(1, {3: POSE}), r"not all named by text"),
         (lambda r: r.hand(1, "a/b", "left"), r"holds a slash"),

@@ -234,14 +234,6 @@ def test_both_scripts_end_within_the_session(played):
     assert 40.0 < left.now < SECONDS
 
 
-def test_half_of_the_taps_are_brief(played):
-    plan, _, _ = played
-    lengths = sorted(episode.nominal[1] - episode.nominal[0] for episode in plan.episodes)
-    assert len(lengths) == 18
-    assert lengths[8] < 0.026 < 0.15 < lengths[9]
-    assert sum("briefly" in episode.note for episode in plan.episodes) == 9
-
-
 def test_every_bump_lies_in_a_window_in_which_its_hand_is_not_lost(played):
     plan, _, _ = played
     left = {"hand-left", "cylinder"}

@@ -33,15 +33,13 @@ def test_a_coordinate_that_is_not_finite_is_refused_by_its_pair(bad):
         triangles_intersect(pairs)
 
 
-@pytest.mark.parametrize("shape", [(2, 3, 3), (4, 6, 3), (1, 2, 3, 2)])
-def test_a_wrong_shape_is_refused(shape):
-    with pytest.raises(InvalidTrianglesError, match="shape"):
-        triangles_intersect(np.zeros(shape))
-
-
-def test_words_are_refused():
-    with pytest.raises(InvalidTrianglesError, match="numbers"):
-        triangles_intersect([["a", "b"]])
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [*((np.zeros(shape), "shape") for shape in ((2, 3, 3), (4, 6, 3), (1, 2, 3, 2))), ([["a", "b"]], "numbers")],
+)
+def test_what_is_no_triangle_is_refused(given, words):
+    with pytest.raises(InvalidTrianglesError, match=words):
+        triangles_intersect(given)
 
 
 def test_no_pairs_give_no_answers():

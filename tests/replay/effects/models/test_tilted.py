@@ -45,11 +45,6 @@ def test_the_volume_kept_is_the_integral_for_any_cylinder(degrees, radius, heigh
     assert volume_kept(tilt, radius, height) == pytest.approx(integral(tilt, radius, height), rel=1e-9)
 
 
-@pytest.mark.parametrize(("degrees", "millilitres"), [(10, 211.24), (50, 125.11), (70, 46.09), (85, 5.96)])
-def test_four_tilts_keep_what_was_worked_out_elsewhere(degrees, millilitres):
-    assert volume_kept(math.radians(degrees), RADIUS, HEIGHT) * 1e6 == pytest.approx(millilitres, abs=0.005)
-
-
 def test_more_tilt_never_keeps_more_up_to_a_billionth_of_a_degree_from_level():
     degrees = np.concatenate([np.linspace(0, 89, 2000), 90 - np.logspace(0, -9, 4000)])
     kept = [volume_kept(math.radians(value), RADIUS, HEIGHT) for value in degrees]

@@ -2,12 +2,12 @@
 
 import base64
 import re
-import shutil
-import subprocess
 from dataclasses import replace
 from importlib.resources import files
 
+import numpy as np
 import pytest
+from support.headless import photographed
 from support.page_cells import Cells
 from support.small_worlds import cubes, jumping
 
@@ -126,23 +126,10 @@ def test_proxies_are_named_as_such(run):
 
 @pytest.mark.slow
 def test_a_browser_shows_the_page(page, tmp_path):
-    browser = shutil.which("chromium") or shutil.which("chromium-browser")
-    if browser is None:
-        pytest.skip("Chromium is not installed: install the package chromium to look at the page")
-    (tmp_path / "report.html").write_text(page, encoding="utf-8")
-    words = [
-        browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-        "--disable-background-networking", "--disable-component-update", "--disable-sync", "--enable-logging=stderr",
-        f"--user-data-dir={tmp_path / 'profile'}", f"--screenshot={tmp_path / 'page.png'}", "--window-size=1280,3000",
-        (tmp_path / "report.html").as_uri(),
-    ]  # fmt: skip
-    done = subprocess.run(words, capture_output=True, text=True, timeout=120)
-    from PIL import Image
-
-    with Image.open(tmp_path / "page.png") as picture:
-        colours = {colour for _, colour in picture.convert("RGB").getcolors(1 << 24)}
-    assert (255, 45, 85) in colours and len(colours) > 500, "the red of the missed and the pictures are on the page"
-    assert "CONSOLE" not in done.stderr
+    picture, said = photographed(page, tmp_path, "1280,3000")
+    colours = np.unique(picture.reshape(-1, 3), axis=0).tolist()
+    assert [255, 45, 85] in colours and len(colours) > 500, "the red of the missed and the pictures are on the page"
+    assert "CONSOLE" not in said
 
 
 def test_every_detector_that_missed_something_has_a_picture_before_any_has_a_second_of_a_pair(run):

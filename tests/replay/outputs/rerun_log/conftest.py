@@ -1,12 +1,12 @@
 """A run put together by hand from real parts, for tests of the picture: a slow look misses taps on thin walls."""
 
 from functools import cache
-from itertools import pairwise
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from rerun.chunk import RrdReader
+from support.shapes import box_mesh, revolved_mesh
 from support.small_worlds import jumping
 
 from cdcore import Body, Motion, TriangleMesh, create_detector
@@ -29,38 +29,19 @@ Vertices = NDArray[np.float64]
 
 
 def lathe(profile, sides=40):
-    """A closed profile of (radius, height) turned about +Y; corners at radius 0 become one vertex each."""
-    angle = np.arange(sides) * (2 * np.pi / sides)
-    rings = []
-    vertices = []
-    for radius, height in profile:
-        ring = [(radius * np.cos(a), height, radius * np.sin(a)) for a in angle] if radius else [(0.0, height, 0.0)]
-        rings.append(list(range(len(vertices), len(vertices) + len(ring))))
-        vertices += ring
-    faces = []
-    for low, high in pairwise(rings):
-        for k in range(sides):
-            a, b = low[k % len(low)], low[(k + 1) % len(low)]
-            c, d = high[k % len(high)], high[(k + 1) % len(high)]
-            faces += [face for face in ((a, c, b), (b, c, d)) if len(set(face)) == 3]
-    return TriangleMesh(vertices, faces)
-
-
-def box(x, y, z):
-    corners = np.array([[i, j, k] for i in (-0.5, 0.5) for j in (-0.5, 0.5) for k in (-0.5, 0.5)]) * [x, y, z]
-    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    faces = [face for a, b, c, d in sides for face in ((a, b, c), (a, c, d))]
-    return TriangleMesh(corners, faces)
+    """A closed profile of (radius, height) turned about +Y."""
+    upright = revolved_mesh(profile, sides)
+    return TriangleMesh(upright.vertices[:, [1, 2, 0]], upright.faces)
 
 
 MESHES = {
-    "bench": lambda: box(1.2, 0.04, 0.7),
+    "bench": lambda: box_mesh((1.2, 0.04, 0.7)),
     "beaker": lambda: lathe(
         [(0, 0), (0.035, 0), (0.035, 0.095), (BEAKER_RADIUS, 0.095), (BEAKER_RADIUS, 0.002), (0, 0.002)]
     ),
     "rod": lambda: lathe([(0, 0), (ROD_RADIUS, 0), (ROD_RADIUS, 0.2), (0, 0.2)], 12),
-    "hand": lambda: box(0.07, 0.03, 0.09),
-    "headset": lambda: box(0.18, 0.1, 0.1),
+    "hand": lambda: box_mesh((0.07, 0.03, 0.09)),
+    "headset": lambda: box_mesh((0.18, 0.1, 0.1)),
 }
 TAGS = {
     "bench": ("furniture",),

@@ -1,19 +1,18 @@
 """A run opens in a viewer of its own, on this machine only, and the picture shows what it says it shows."""
 
-import io
 import socket
 import time
 
 import numpy as np
 import psutil
 import pytest
-from PIL import Image
 from rerun.chunk import RrdReader
+from support.headless import pixels, viewer_or_skip
 
 from replay.errors import RunFolderError
 from replay.outputs.rerun_log import viewer as module
 from replay.outputs.rerun_log.focus import read_misses
-from replay.outputs.rerun_log.viewer import NO_ADAPTER, ViewerError, free_port, open_viewer, start_viewer
+from replay.outputs.rerun_log.viewer import ViewerError, free_port, open_viewer, start_viewer
 
 SUBJECT = "22.5Hz"
 
@@ -50,13 +49,7 @@ def test_a_free_port_can_be_bound():
 
 @pytest.fixture(scope="module")
 def opened(recording):
-    try:
-        opened = open_viewer(recording.parent, headless=True)
-    except ViewerError as error:
-        if NO_ADAPTER in str(error):
-            pytest.skip(f"no picture can be drawn: {NO_ADAPTER} (Debian: mesa-vulkan-drivers libvulkan1)")
-        raise
-    with opened:
+    with viewer_or_skip(open_viewer, recording.parent, headless=True) as opened:
         yield opened
 
 
@@ -70,7 +63,7 @@ def settled(opened, title):
             break
         before = picture
         time.sleep(0.2)
-    return np.asarray(Image.open(io.BytesIO(before)).convert("RGB"), dtype=np.int16)
+    return pixels(before)
 
 
 @pytest.mark.slow

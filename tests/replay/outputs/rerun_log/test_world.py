@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support.shapes import box_mesh
 
 from cdcore import TriangleMesh
 from cdcore.transforms.rigid import rotation_from_quaternion
@@ -45,14 +46,8 @@ def test_glass_is_translucent_in_the_file(read):
     assert read.column("world/bench/mesh", "Mesh3D:albedo_factor")[0][2][0] & 0xFF == 255
 
 
-def cube():
-    corners = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
-    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    return TriangleMesh(corners, [face for a, b, c, d in sides for face in ((a, b, c), (a, c, d))])
-
-
 def test_a_box_has_flat_sides():
-    vertices, normals, faces = shaded(cube())
+    vertices, normals, faces = shaded(box_mesh())
     assert len(vertices) == 24
     assert np.allclose(np.abs(normals).max(axis=1), 1.0)
     assert (normals[faces] == normals[faces][:, :1]).all()
@@ -68,7 +63,7 @@ def test_a_fine_cylinder_is_smooth_around():
 
 
 def test_drawing_keeps_every_face_and_its_corners():
-    mesh = cube()
+    mesh = box_mesh()
     vertices, _, faces = shaded(mesh)
     assert np.array_equal(vertices[faces], mesh.triangles.astype(np.float32))
 
