@@ -79,14 +79,6 @@ def test_permuting_faces_permutes_the_face_pairs(kind):
     same_faces(before, after, lambda faces: np.stack([numbers[0][faces[:, 0]], numbers[1][faces[:, 1]]], axis=1))
 
 
-@by_kind
-def test_the_other_order_of_a_pair_swaps_the_columns(kind):
-    bodies, motion = scene(kind)
-    before, after = asked(bodies, motion, [(0, 1)]), asked(bodies, motion, [(1, 0)])
-    assert np.array_equal(before.verdict, after.verdict)
-    same_faces(before, after, lambda faces: faces[:, ::-1])
-
-
 @pytest.mark.parametrize("kind", ["lattice", "degenerate", "non-manifold"])
 def test_splitting_each_face_in_four_at_dyadic_midpoints_keeps_the_verdicts(kind):
     """In poses that round nothing: quarter turns and shifts on a grid, where midpoints stay midpoints."""

@@ -8,11 +8,7 @@ from support.shapes import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, lab
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.protocol import counts_as_contact
-from replay.comparison.compare import compare
-from replay.comparison.outcome import Outcome
-from replay.comparison.tolerance import Tolerance
-from replay.prepare.assembly import Assembly
-from replay.studies.stress.scenes import LIFTS, SCENES, in_worlds, meeting
+from replay.studies.stress.scenes import SCENES, meeting
 
 ON_MESHES = ["hybrid", "static", "discrete", "exact"]
 REFUSED = {"faces listed twice": "has doubled or overlapping faces"} | dict.fromkeys(
@@ -108,30 +104,6 @@ def test_39_scenes_scaled_by_a_power_of_two_have_the_same_answers_and_faces(powe
     )
     assert (one.verdict == Verdict.CONTACT).any()
     assert (one.digest, one.faces_digest) == (other.digest, other.faces_digest)
-
-
-def resting_outcomes(lift):
-    """What python-fcl says of a glass on a table, lifted by so much, in twenty poses."""
-    table = box_mesh((0.3, 0.3, 0.02), (0, 0, -0.01))
-    bodies = (Body("glass", moved(beaker_mesh(), [0, 0, lift])), Body("table", table))
-    motion, pairs = in_worlds(np.random.default_rng(1), 20), np.array([[0, 1]])
-    exact = create_detector("exact", bodies, pairs=pairs)
-    truth, said = exact.detect(motion), create_detector("hybrid", bodies, pairs=pairs).detect(motion)
-    nothing = np.zeros(len(motion), dtype=np.int64)
-    assembly = Assembly(bodies, motion, pairs, np.zeros(1, bool), nothing, np.ones((len(motion), 2), np.uint8))
-    tolerance = Tolerance(assembly, lambda part: exact.detect(part, faces=True))
-    outcome = compare(said, truth, within=tolerance.judge(said, truth)).outcome[:, 0]
-    return [Outcome(value) for value in outcome.tolist()]
-
-
-@pytest.mark.parametrize("lift", [0.0, *LIFTS[:4], *(-lift for lift in LIFTS[:4])])
-def test_41_what_python_fcl_says_otherwise_of_resting_glass_is_within_tolerance(lift):
-    assert not {Outcome.MISSED, Outcome.INVENTED} & set(resting_outcomes(lift))
-
-
-def test_41_python_fcl_does_say_otherwise_and_not_of_a_tenth_of_a_millimetre():
-    assert any(Outcome.WITHIN_TOLERANCE in resting_outcomes(lift) for lift in (0.0, 1e-16, -1e-16))
-    assert [set(resting_outcomes(lift)) for lift in (1e-4, -1e-4)] == [{Outcome.NEITHER}, {Outcome.BOTH}]
 
 
 def test_42_meshes_that_kiss_in_a_vertex_meet_in_every_pair_of_the_faces_there_and_one_on_itself_in_every_face():

@@ -8,7 +8,7 @@ from cdcore import Body, Motion
 from cdcore.transforms.rigid import rotation_from_quaternion
 
 
-def crossing_paths(seed: int, frames: int = 300) -> tuple[list[Body], Motion]:
+def crossing_paths(seed, frames=300):
     """Two rings, a ball and a rod of some thousand faces on smooth random paths, 90 frames a second."""
     rng = np.random.default_rng(seed)
     bodies = [

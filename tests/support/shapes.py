@@ -4,9 +4,7 @@ import numpy as np
 
 from cdcore import Body, Motion, TriangleMesh
 from cdcore.transforms.rigid import rotation_from_quaternion
-from replay.studies.stress.solids import (
-    BOX_CORNERS,
-    BOX_FACES,
+from replay.studies.stress.solids import (  # noqa: F401
     ball_mesh,
     beaker_mesh,
     box_mesh,
@@ -15,13 +13,7 @@ from replay.studies.stress.solids import (
     moved,
     revolved_mesh,
     rod_mesh,
-)
-
-__all__ = [
-    "BOX_CORNERS", "BOX_FACES", "ball_mesh", "beaker_mesh", "box_mesh", "icosphere_mesh", "lab", "merged", "moved",
-    "nearest_rotation", "orthonormality_error", "random_rotations", "revolved_mesh", "rod_mesh", "still",
-    "without_faces",
-]  # fmt: skip
+)  # fmt: skip
 
 
 def without_faces(mesh: TriangleMesh, count: int) -> TriangleMesh:

@@ -7,7 +7,6 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 from hypothesis import HealthCheck, given, settings
 from mcap.writer import CompressionType
 from support.mcap_samples import (
-    SECOND,
     any_frames,
     assert_same_frames,
     protobuf_messages,
@@ -22,11 +21,8 @@ from support.reference_reader import read_frames_plainly
 from sessions import read_session, write_session
 from sessions.errors import SessionError, SessionFileError, TornFileError
 from sessions.mcap_format import unpacking
-from sessions.mcap_format.annotations import interval_message
-from sessions.mcap_format.container import ContainerWriter
 from sessions.mcap_format.reader import MISSING
-from sessions.mcap_format.record_block import RecordBlock
-from sessions.model.event import Event, Interval
+from sessions.model.event import Event
 from sessions.model.frames import Status
 from sessions.model.hand import HandTrack
 from sessions.model.session import ArraySource, Session
@@ -212,26 +208,6 @@ def test_every_cut_ends_in_a_session_or_one_named_error(tmp_path):
 def test_torn_must_be_a_known_word(file):
     with pytest.raises(SessionError, match="'refuse' or 'keep'"):
         read_session(file, torn="yes")
-
-
-def test_an_interval_that_nobody_closed_lasts_to_the_last_frame_and_says_so(tmp_path):
-    path = tmp_path / "s.mcap"
-    write_session(session_of(random_frames(4, 20)), path)
-    last = int(read_session(path).frames.stamp_ns.max())
-    begun = Interval(last - SECOND, last - SECOND, "task", "pour")
-    with path.open("r+b") as stream:
-        data = stream.read()
-    with (tmp_path / "t.mcap").open("wb") as stream:
-        writer = ContainerWriter(stream, "vrlab/1")
-        writer.metadata("vrlab.session", {})
-        writer.metadata("vrlab.bodies", {"names": '["a"]'})
-        tf, channel = writer.channel("/tf"), writer.channel("/intervals")
-        payload = interval_message(begun, closed=False)[2]
-        writer.messages(RecordBlock.of([(channel, 0, 1, 1, payload), (tf, 0, last, last, b"")]))
-        writer.finish()
-    assert data[:5] == b"\x89MCAP"
-    (found,) = read_session(tmp_path / "t.mcap").intervals
-    assert (found.start_ns, found.end_ns, found.data) == (begun.start_ns, last, {"unclosed": "true"})
 
 
 LONG = """
