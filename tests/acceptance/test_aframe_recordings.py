@@ -17,10 +17,9 @@ CAPTURES = DATA / "aframe-motion-capture"
 DANCE = DATA / "a-saturday-night" / "dance.json"
 
 TRUTH = {
-    "grabLeft": (1127, 59, [(195, 278)]),
-    "grabRight": (1436, 121, []),
+    "grabLeft": (1127, 59, [(195, 278)]), "grabRight": (1436, 121, []),
     "tracked-recording": (2568, 114, [(140, 155), (2124, 2567)]),
-}
+}  # fmt: skip
 """Recording -> frames, gaps over 1.5 times the median step, first and last frame of each contact episode.
 
 Source: README.md beside the recordings.

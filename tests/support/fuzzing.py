@@ -59,12 +59,10 @@ def seeds(folder: Path) -> dict[str, bytes]:
     times = frames.stamp_ns
     hand = HandTrack(times, np.linspace(0, 1, 60), np.zeros(60), ("menu",), np.zeros((60, 1)))
     parts = {
-        "meshes": {"body 1": tetrahedron()},
-        "events": [Event(int(times[3]), "grasp", "takes", "body 1")],
-        "intervals": [Interval(int(times[0]), int(times[9]), "task", "stir")],
-        "hands": {"student/right": hand},
+        "meshes": {"body 1": tetrahedron()}, "events": [Event(int(times[3]), "grasp", "takes", "body 1")],
+        "intervals": [Interval(int(times[0]), int(times[9]), "task", "stir")], "hands": {"student/right": hand},
         "scene": parse_scene('[[body]]\nid = "body 1"\n'),
-    }
+    }  # fmt: skip
     write_session(session_of(frames, **parts), folder / "own.mcap")
     with Recorder(folder / "live.mcap", overwrite=True) as recorder:
         for k in range(40):

@@ -32,11 +32,9 @@ def test_an_effect_gets_the_outputs_of_its_inputs_and_no_others():
         return EffectOutput()
 
     ran(
-        spec("one", lambda i: EffectOutput(data=1)),
-        spec("two", lambda i: EffectOutput(data=2)),
-        spec("x", second),
-        x=("two",),
-    )
+        spec("one", lambda i: EffectOutput(data=1)), spec("two", lambda i: EffectOutput(data=2)), spec("x", second),
+        x=("two"),
+    )  # fmt: skip
     assert {kind: output.data for kind, output in seen.items()} == {"two": 2}
 
 

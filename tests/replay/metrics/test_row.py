@@ -105,11 +105,9 @@ def test_without_an_oracle_nobody_knows_the_recall():
 
 def test_a_flicker_is_one_contact_and_a_second_touch_is_two():
     found = [
-        Episode(0, 0, 1, 0.0, 1.0),
-        Episode(0, 2, 3, 1.05, 2.0),
-        Episode(0, 9, 9, 3.0, 3.0),
+        Episode(0, 0, 1, 0.0, 1.0), Episode(0, 2, 3, 1.05, 2.0), Episode(0, 9, 9, 3.0, 3.0),
         Episode(1, 0, 0, 1.0, 1.0),
-    ]
+    ]  # fmt: skip
     assert [(one.pair, one.start, one.end) for one in joined(found)] == [(0, 0.0, 2.0), (0, 3.0, 3.0), (1, 1.0, 1.0)]
 
 

@@ -228,9 +228,8 @@ def test_files_shapes_and_instruments_become_meshes(tmp_path):
     bodies = (
         SceneBody("file", mesh="t.glb", scale=0.5),
         SceneBody("shape", shape="sphere", size={"radius": 0.1}, extra={"faces": 500}),
-        SceneBody("glass", instrument="beaker_100", extra={"faces": 600}),
-        SceneBody("tracked"),
-    )
+        SceneBody("glass", instrument="beaker_100", extra={"faces": 600}), SceneBody("tracked"),
+    )  # fmt: skip
     meshes = scene_meshes(Scene(bodies=bodies), tmp_path)
     assert list(meshes) == ["file", "shape", "glass"]
     assert np.array_equal(meshes["file"].vertices, TRIANGLE.vertices * 0.5)

@@ -135,13 +135,12 @@ CASES = [
     ("just above", [[1, 1, 1], [1, 2, 4], [2, 1, 4]], False),
     ("corner to corner", [[0, 0, 0], [-1, 0, 0], [0, -1, 0]], True),
     ("coplanar apart", [[5, 5, 0], [6, 5, 0], [5, 6, 0]], False),
-    ("coplanar inside", [[1, 1, 0], [2, 1, 0], [1, 2, 0]], True),
-    ("point on face", [[1, 1, 0]] * 3, True),
+    ("coplanar inside", [[1, 1, 0], [2, 1, 0], [1, 2, 0]], True), ("point on face", [[1, 1, 0]] * 3, True),
     ("point beside face in its plane", [[3, 3, 0]] * 3, False),
     ("segment through", [[1, 1, -1], [1, 1, 1], [1, 1, 0]], True),
     ("segment in plane across", [[-1, 1, 0], [5, 1, 0], [2, 1, 0]], True),
     ("segment past a corner", [[-1, 0, 1], [0, -1, -1], [-1, 0, 1]], False),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("name", "other", "meets"), CASES, ids=[case[0] for case in CASES])

@@ -44,12 +44,8 @@ MESHES = {
     "headset": lambda: box_mesh((0.18, 0.1, 0.1)),
 }
 TAGS = {
-    "bench": ("furniture",),
-    "beaker": ("glass",),
-    "rod": ("glass", "rod"),
-    "hand": ("hand",),
-    "headset": ("headset",),
-}
+    "bench": ("furniture",), "beaker": ("glass",), "rod": ("glass", "rod"), "hand": ("hand",), "headset": ("headset",),
+}  # fmt: skip
 PAIRS = [("beaker", "rod"), ("rod", "hand"), ("bench", "rod")]
 
 
@@ -103,14 +99,9 @@ def demo_run(frames=270):
     evidence = Evidence(assembly, faces_of, [(one.pair, one.first, one.last) for one in places])
     names = [(assembly.bodies[i].name, assembly.bodies[j].name) for i, j in assembly.pairs.tolist()]
     return RunResult(
-        session=session,
-        assembly=assembly,
-        detections=detections,
-        oracle=ORACLE,
-        comparisons={SUBJECT: comparison},
-        episodes=found,
-        misses={SUBJECT: misses(places, names, assembly.motion.times, evidence)},
-    )
+        session=session, assembly=assembly, detections=detections, oracle=ORACLE, comparisons={SUBJECT: comparison},
+        episodes=found, misses={SUBJECT: misses(places, names, assembly.motion.times, evidence)},
+    )  # fmt: skip
 
 
 class Read:

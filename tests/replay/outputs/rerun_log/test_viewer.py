@@ -97,14 +97,12 @@ def test_the_viewer_listens_on_the_loopback_interface_alone(opened):
 
 
 LEFT_OUT = {
-    "nothing": ([], "Close-up"),
-    "contacts": (["/world/contacts/**"], "Close-up"),
+    "nothing": ([], "Close-up"), "contacts": (["/world/contacts/**"], "Close-up"),
     "red faces": (["/world/beaker/missed_faces", "/world/rod/missed_faces"], "Close-up"),
     "pins and flags": (["/world/missed/pins", "/world/missed/flag/**", "/world/missed/numbers"], "Where"),
     "meshes": ([f"/world/{body}/mesh" for body in ("bench", "beaker", "rod", "hand", "headset")], "Where"),
-    "numbers in lanes": (["/lanes/1_missed"], "When"),
-    "the list": (["/report/missed"], ""),
-}
+    "numbers in lanes": (["/lanes/1_missed"], "When"), "the list": (["/report/missed"], ""),
+}  # fmt: skip
 
 
 @pytest.mark.slow

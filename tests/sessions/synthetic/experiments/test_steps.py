@@ -17,10 +17,9 @@ GLASS_AT = standing(0.1, 0.15)
 def layout():
     placed = {
         "from": Placed("beaker_50", standing(0.1, 0.02), SPOUT_LEFT),
-        "into": Placed("beaker_100", standing(-0.08, 0.0)),
-        "rod": Placed("stirring_rod", standing(0.3, 0.0)),
+        "into": Placed("beaker_100", standing(-0.08, 0.0)), "rod": Placed("stirring_rod", standing(0.3, 0.0)),
         "glass": Placed("beaker_50", GLASS_AT, SPOUT_LEFT),
-    }
+    }  # fmt: skip
     return layout_of(placed, (0.034, 0.034), 600)
 
 
