@@ -73,13 +73,8 @@ def metrics(contacts, *, detectors=("exact",), recall=(1.0,), sessions=1):
     """Rows per session and detector: each detector sees the contacts its recall leaves it."""
     rows = [(s, d, r, c * (1.0 if r is None else r)) for s, c in zip(names(len(contacts)), contacts, strict=True)
             for d, r in zip(detectors, recall, strict=True) for _ in range(sessions)]  # fmt: skip
-    return Metrics(
-        {
-            "student": [row[0] for row in rows],
-            "detector": [row[1] for row in rows],
-            "recall": [row[2] for row in rows],
-            "contact_frames": [None if row[2] is None else 100 for row in rows],
-            "contacts_per_min": [row[3] for row in rows],
-            "grasps": [float(k % 7) for k in range(len(rows))],
-        }
-    )
+    return Metrics({
+        "student": [row[0] for row in rows], "detector": [row[1] for row in rows], "recall": [row[2] for row in rows],
+        "contact_frames": [None if row[2] is None else 100 for row in rows],
+        "contacts_per_min": [row[3] for row in rows], "grasps": [float(k % 7) for k in range(len(rows))],
+    })  # fmt: skip

@@ -17,7 +17,7 @@ from replay.metrics.row import (
     joined,
     metric_rows,
     recall,
-)
+)  # fmt: skip
 from replay.outputs.results.parquet import TYPES
 from replay.outputs.results.parquet_tables import metrics_table
 from sessions.synthetic.scenes import make_scene_session

@@ -84,12 +84,8 @@ def test_a_body_nobody_declared_is_told_by_its_name():
 
 
 def test_one_thing_is_singular_and_all_other_numbers_are_plural():
-    assert [counted(number, "frame") for number in (0, 1, 2, 1000)] == [
-        "0 frames",
-        "1 frame",
-        "2 frames",
-        "1,000 frames",
-    ]
+    words = [counted(number, "frame") for number in (0, 1, 2, 1000)]
+    assert words == ["0 frames", "1 frame", "2 frames", "1,000 frames"]
 
 
 def test_a_span_without_length_is_one_number_and_an_unknown_one_is_nothing():

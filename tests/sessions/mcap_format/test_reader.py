@@ -14,7 +14,7 @@ from support.mcap_samples import (
     session_of,
     tetrahedron,
     write_foreign,
-)
+)  # fmt: skip
 from support.peak_memory import environment
 from support.reference_reader import read_frames_plainly
 

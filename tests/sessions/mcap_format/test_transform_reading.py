@@ -29,10 +29,8 @@ def messages_of(count, bodies, seed=0):
         message = FrameTransforms()
         for body in rng.permutation(bodies)[: rng.integers(0, bodies + 1)]:
             one = message.transforms.add(parent_frame_id="world", child_frame_id=f"body {body}")
-            one.timestamp.seconds, one.timestamp.nanos = (
-                int(rng.integers(0, 3)),
-                int(rng.integers(0, 10 ** rng.integers(1, 9))),
-            )
+            one.timestamp.seconds = int(rng.integers(0, 3))
+            one.timestamp.nanos = int(rng.integers(0, 10 ** rng.integers(1, 9)))
             one.translation.x, one.rotation.w = rng.normal(), float(rng.integers(0, 2))
         yield message.SerializeToString()
 
@@ -40,9 +38,8 @@ def messages_of(count, bodies, seed=0):
 def counted(monkeypatch):
     parsed = []
     plain = TransformReader._parsed
-    monkeypatch.setattr(
-        TransformReader, "_parsed", lambda self, row, data: parsed.append(row) or plain(self, row, data)
-    )
+    noted = lambda self, row, data: parsed.append(row) or plain(self, row, data)  # noqa: E731
+    monkeypatch.setattr(TransformReader, "_parsed", noted)
     return parsed
 
 

@@ -19,7 +19,7 @@ from replay.outputs.rerun_log.missed import (
     face_areas,
     number_ranges,
     pushed_out,
-)
+)  # fmt: skip
 from replay.pipeline.engine import compute
 
 SUBJECT, ORACLE = "22.5Hz", "hybrid"

@@ -17,7 +17,7 @@ from replay.studies.paper.fixtures import (
     sphere,
     table_fixtures,
     torus,
-)
+)  # fmt: skip
 
 FEW = [(100, number) for number in range(4)] + [(300, 0), (300, 1)]
 ALL = [(target, number) for target in TARGETS for number in range(POSES)]
