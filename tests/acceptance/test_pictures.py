@@ -76,7 +76,7 @@ def test_the_first_picture_of_the_readme_is_what_the_demo_looks_like_today(demo)
     place = re.search(r"!\[[^\]]*\]\(([^)]+\.png)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
     kept = small(np.asarray(Image.open(ROOT / place[1]).convert("RGB")))
     now = small(pixels(demo.screenshot()))
-    assert np.abs(kept - now).mean() < 2.5, "make it anew: python tests/first_picture.py .github/pictures/overview.png"
+    assert np.abs(kept - now).mean() < 2.5, "make it anew: tests/support/first_picture.py"
     assert np.abs(kept[:, ::-1] - now).mean() > 7.5, "so much differs in a picture that is not the same"
 
 

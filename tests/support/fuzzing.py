@@ -1,6 +1,6 @@
 """Mutants of good files, and what each reader makes of them: a result, a finding, a salvage or one named error.
 
-``python tests/fuzzing.py FOLDER FIRST LAST`` tries the mutants of these numbers; any number is one file for ever.
+``python tests/support/fuzzing.py FOLDER FIRST LAST`` tries these mutants; any number is one file for ever.
 """
 
 import faulthandler

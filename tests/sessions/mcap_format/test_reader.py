@@ -149,9 +149,9 @@ def test_a_version_that_is_not_known_is_one_sentence(tmp_path, profile, words):
 
 def test_poses_in_json_or_of_another_schema_are_refused(tmp_path):
     messages = protobuf_messages(random_frames(2))
-    for options in ({"encoding": "json"}, {"schema": "foxglove.PosesInFrame"}):
+    for options, words in (({"encoding": "json"}, " as json"), ({"schema": "foxglove.Poses"}, "foxglove.Poses as ")):
         path = write_foreign(tmp_path / "f.mcap", messages, **options)
-        with pytest.raises(SessionFileError, match=r"/tf holds .*write poses as foxglove.FrameTransforms"):
+        with pytest.raises(SessionFileError, match=f"/tf holds .*{words}.*write poses as foxglove.FrameTransforms"):
             read_session(path)
 
 

@@ -163,14 +163,9 @@ SCENE = Scene(
 
 @pytest.fixture(scope="module")
 def layout():
-    return Instruments(
-        {
-            "bench": Placed("bench", moves=False),
-            "glass": Placed("beaker_100", standing(0.1, -0.2), properties={"liquid": "water"}, tags=("hot",)),
-            "hand": Placed("hand_left", options={"grip_radius": 0.02}, faces=800),
-        },
-        600,
-    )
+    glass = Placed("beaker_100", standing(0.1, -0.2), properties={"liquid": "water"}, tags=("hot",))
+    hand = Placed("hand_left", options={"grip_radius": 0.02}, faces=800)
+    return Instruments({"bench": Placed("bench", moves=False), "glass": glass, "hand": hand}, 600)
 
 
 def test_what_stands_is_lifted_from_the_bench_by_a_tenth_of_a_millimetre(layout):

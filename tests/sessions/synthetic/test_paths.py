@@ -25,13 +25,8 @@ def test_a_path_is_at_its_keys_and_rests_there():
 
 
 def test_an_arc_rises_over_the_line_and_a_linear_key_keeps_its_speed():
-    path = paths.KeyPath(
-        [
-            paths.Key(0.0, (0.0, 0.0, 0.0)),
-            paths.Key(1.0, (1.0, 0.0, 0.0), arc=0.2),
-            paths.Key(2.0, (3.0, 0.0, 0.0), ease="linear"),
-        ]
-    )
+    arc, straight = paths.Key(1.0, (1.0, 0.0, 0.0), arc=0.2), paths.Key(2.0, (3.0, 0.0, 0.0), ease="linear")
+    path = paths.KeyPath([paths.Key(0.0, (0.0, 0.0, 0.0)), arc, straight])
     position, _ = path(np.array([0.5, 1.0, 1.25, 1.5]))
     assert position[0, 1] == pytest.approx(0.2)
     np.testing.assert_allclose(position[1:], [[1.0, 0, 0], [1.5, 0, 0], [2.0, 0, 0]], atol=1e-12)

@@ -59,13 +59,9 @@ def test_a_flickering_lane_shows_shares_and_hides_no_miss():
     outcome = np.full(5400, Outcome.BOTH, dtype=np.uint8)
     outcome[:2700:4] = Outcome.MISSED
     outcome[4000] = Outcome.MISSED
-    bars = [
-        (float(x), int(y), float(width), int(high), word)
-        for x, y, width, high, word in re.findall(
-            r'<rect x="([0-9.]+)" y="(\d+)" width="([0-9.]+)" height="(\d+)"[^>]*><title>(\w+)',
-            "".join(lane_bars(outcome, times, 0)),
-        )
-    ]
+    bar = r'<rect x="([0-9.]+)" y="(\d+)" width="([0-9.]+)" height="(\d+)"[^>]*><title>(\w+)'
+    found = re.findall(bar, "".join(lane_bars(outcome, times, 0)))
+    bars = [(float(x), int(y), float(width), int(high), word) for x, y, width, high, word in found]
     red = [bar for bar in bars if bar[4] == "MISSED"]
     quarter = sum(width for _, _, width, high, _ in red if high == round((LANE - 6) / 4))
     assert abs(quarter - (WIDTH - RIGHT - LABEL) / 2) < 60

@@ -31,13 +31,9 @@ def test_settings_hold_what_it_takes_to_run_again(run):
 def many(run):
     """The run as if it had missed 1,100 contacts, some of them one after the other."""
     one = run.misses["slow"][0]
-    made = tuple(
-        replace(
-            one, number=k, start=0.5 * k + 20 * (k // 50), end=0.5 * k + 20 * (k // 50), cut_length=k * 7 % 1103 / 1e3
-        )
-        for k in range(1, 1101)
-    )
-    return replace(run, misses={"slow": made})
+    at = {k: 0.5 * k + 20 * (k // 50) for k in range(1, 1101)}
+    made = (replace(one, number=k, start=at[k], end=at[k], cut_length=k * 7 % 1103 / 1e3) for k in at)
+    return replace(run, misses={"slow": tuple(made)})
 
 
 def test_hundreds_of_misses_are_clusters_first_and_rows_deepest_first_in_a_fold(many):

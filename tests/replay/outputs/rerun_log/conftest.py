@@ -4,7 +4,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from rerun.chunk import RrdReader
 from support.shapes import box_mesh, revolved_mesh
 from support.small_worlds import jumping
@@ -24,8 +23,6 @@ from sessions.model.scene import SceneBody
 RATE = 90.0
 ORACLE, SUBJECT = "hybrid", "22.5Hz"
 BEAKER_RADIUS, ROD_RADIUS = 0.033, 0.003
-
-Vertices = NDArray[np.float64]
 
 
 def lathe(profile, sides=40):

@@ -14,8 +14,6 @@ from replay.outputs.rerun_log import viewer as module
 from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.viewer import ViewerError, free_port, open_viewer, start_viewer
 
-SUBJECT = "22.5Hz"
-
 
 def test_a_folder_without_a_recording_is_one_sentence(tmp_path):
     with pytest.raises(RunFolderError, match=r"holds no run\.rrd; replay a session into it first"):

@@ -45,7 +45,6 @@ def test_an_exact_row_detects_all_and_a_search_nothing_that_is_free(poses):
     assert false == 0 and hits < len(poses.colliding) and 0 < spent <= 100 * len(poses.colliding)
 
 
-@pytest.mark.slow
 def test_every_variant_and_equation_has_its_row_with_a_rate_in_its_interval(small):
     rates = next(one for one in small.tables if one.key == "F7e")
     assert sum(rates.column("reported though free")) == 0

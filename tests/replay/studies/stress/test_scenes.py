@@ -83,14 +83,6 @@ def test_volumes_are_those_of_the_shapes():
     assert volume(rod_mesh(1.0, 2.0, 400)) == pytest.approx(2 * np.pi, rel=1e-3)
 
 
-def test_an_icosphere_has_six_faces_at_a_vertex_exactly_on_each_half_axis():
-    mesh = icosphere_mesh(1)
-    assert len(mesh.faces) == 80
-    for axis in (*np.eye(3), *-np.eye(3)):
-        (vertex,) = np.flatnonzero((mesh.vertices == axis).all(axis=1))
-        assert (mesh.faces == vertex).sum() == 6
-
-
 @pytest.mark.parametrize("detector", ["exact", "hybrid"])
 @pytest.mark.parametrize("number", ATTEMPTS)
 def test_nothing_goes_wrong_with_a_sound_detector(number, detector):
