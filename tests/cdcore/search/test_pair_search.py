@@ -49,6 +49,7 @@ def test_on_tiny_meshes_an_exhaustive_budget_finds_everything(variant):
         truth = exact_pairs(search, box, box, pose, HERE)
         look, found = search.look(pose, HERE, stamp), set()
         while look.hit is not None:
+            assert look.hit not in found, "a pair is found once"
             found.add(look.hit)
             look = search.look_on()
         assert found == truth

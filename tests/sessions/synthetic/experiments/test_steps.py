@@ -33,6 +33,7 @@ def test_a_pour_moves_liquid_and_nothing_is_lost(lab):
     lab.grasp("right", "from", (0.0, 0.05, 0.0))
     pour(lab, volumes, "right", "into", 12.0)
     assert volumes == {"from": 18.0, "into": 52.0}
+    assert set(lab.things) == {"from", "into", "rod", "glass"}, "hands and what stands for good are no things"
     fact = lab.last("pour")
     assert fact.start < fact.end and fact.values["volume_ml"] == 12.0
     assert fact.values["onset_tilt_deg"] < fact.values["greatest_tilt_deg"] < 90.0
@@ -150,6 +151,7 @@ def test_a_dropped_thing_lands_in_contact_and_breaks_when_fast_enough(lab):
     lab.drop("left", threshold_speed=1.5)
     speed = np.sqrt(2.0 * 9.80665 * 0.3)
     assert lab.last("break").values["speed_m_s"] == pytest.approx(speed)
+    assert 0.5 < lab.hands["left"].now + lab.late - lab.last("drop").end < 1.0, "the hand waits for what it sees"
     (episode,) = lab.episodes
     assert episode.pair == ("bench", "glass")
     assert episode.nominal[0] == pytest.approx(lab.last("drop").end)
