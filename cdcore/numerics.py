@@ -3,9 +3,7 @@
 Every tolerance of the core has its name, its reason and its scale here or beside the algorithm it belongs to.
 """
 
-from __future__ import annotations
-
-from typing import Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +13,7 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ByteArray = NDArray[np.uint8]
 Int32Array = NDArray[np.int32]
+AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
 
 EPS: Final = float(np.finfo(np.float64).eps)
 """Spacing of float64 at 1, 2^-52."""
@@ -47,15 +46,8 @@ def place_points(points: FloatArray, rotation: FloatArray, translation: FloatArr
     that every machine gets the same bits. Every confirmation of a contact uses these points; searches and trees may use
     any other arithmetic with a bound that covers the difference.
 
-    Parameters
-    ----------
-    points : (..., n, 3) body coordinates, metres.
-    rotation : (..., 3, 3), body to world, column convention.
-    translation : (..., 3), metres.
-
-    Returns
-    -------
-    (..., n, 3) world coordinates.
+    ``points`` (..., n, 3) body coordinates, ``rotation`` (..., 3, 3) body to world, column convention, ``translation``
+    (..., 3), in metres, give (..., n, 3) world coordinates.
     """
     x, y, z = points[..., 0], points[..., 1], points[..., 2]
     rows = [
@@ -66,6 +58,7 @@ def place_points(points: FloatArray, rotation: FloatArray, translation: FloatArr
     return np.stack(rows, axis=-1)
 
 
-def readonly(array: NDArray[np.generic]) -> None:
-    """Make an array refuse writing, so that frozen data is frozen."""
+def readonly(array: AnyArray) -> AnyArray:
+    """The array itself, which from here on refuses writing, so that frozen data is frozen."""
     array.setflags(write=False)
+    return array

@@ -6,8 +6,6 @@ centre they gave: a pad from the world centre missed 1,478 of 3,000 tangent pair
 own origin.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -131,17 +129,11 @@ class SphereAnswer:
 
 
 class SphereStage:
-    """Finds the pair-frames whose spheres overlap.
+    """Finds the pair-frames whose spheres, one a body, overlap; ``pairs`` (P, 2) are body numbers.
 
-    *For a short time, made exact*: where two spheres are apart by a gap, the pair is not looked at again before the
-    recorded paths of both centres add up to that gap. The trajectory is known, so nothing can be missed; verdicts
-    with and without skipping are identical.
-
-    Parameters
-    ----------
-    spheres : one per body.
-    pairs : (P, 2) body numbers.
-    skip : whether to skip.
+    *For a short time, made exact*: where two spheres are apart by a gap, with ``skip`` the pair is not looked at again
+    before the recorded paths of both centres add up to that gap. The trajectory is known, so nothing can be missed;
+    verdicts with and without skipping are identical.
     """
 
     def __init__(self, spheres: Sequence[Sphere], pairs: IntArray, *, skip: bool = True) -> None:

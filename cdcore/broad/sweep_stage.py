@@ -4,8 +4,6 @@ Source: D. Baraff, Dynamic simulation of non-penetrating rigid bodies (1992); J.
 M. K. Ponamgi, I-COLLIDE (1995).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -116,15 +114,10 @@ class SweepMemory:
 
 
 class SweepStage:
-    """Finds the pair-frames whose world boxes overlap.
+    """Finds the pair-frames whose world boxes overlap: of one box a body, along its own axes; ``pairs`` (P, 2) numbers.
 
     Choose it for many bodies that move little from frame to frame; ``SphereStage`` knows the paths and is cheaper over
     a recording.
-
-    Parameters
-    ----------
-    boxes : one per body, along its own axes.
-    pairs : (P, 2) body numbers.
     """
 
     def __init__(self, boxes: Sequence[Box], pairs: IntArray) -> None:

@@ -1,7 +1,5 @@
 """The table of detectors: a name leads to a class, imported when it is used and not before."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import fields
 from difflib import get_close_matches
@@ -42,16 +40,8 @@ def detector_names() -> list[str]:
 
 
 def load_detector(name: str) -> type[Any]:
-    """The class behind a name, or behind ``module:Class``.
-
-    Raises
-    ------
-    UnknownDetectorError
-        Lists the names there are.
-    """
-    entry = DETECTORS.get(name)
-    if entry is None and ":" in name:
-        entry = name
+    """The class behind a name, or behind ``module:Class``; UnknownDetectorError with the names there are."""
+    entry = DETECTORS.get(name, name if ":" in name else None)
     if entry is None:
         for point in entry_points(group=ENTRY_POINT_GROUP, name=name):
             return _checked(name, point.load())
@@ -98,5 +88,4 @@ def create_detector(
     if unknown:
         has = f"it has: {', '.join(known)}" if known else "it has none"
         raise InvalidSettingError(f"detector {name!r} has no setting {unknown[0]!r}; {has}")
-    made: Detector = detector(bodies, resolve_pairs(bodies, pairs), detector.Settings(**settings))
-    return made
+    return detector(bodies, resolve_pairs(bodies, pairs), detector.Settings(**settings))

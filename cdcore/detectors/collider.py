@@ -1,7 +1,5 @@
 """The collider that was shipped: a hull, box, sphere or capsule in place of each mesh, tested at fixed steps."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -80,8 +78,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
     def _fresh_memory(self) -> _ColliderMemory:
         return _ColliderMemory(-np.inf, np.full(len(self.pairs), Verdict.NO_POSE, dtype=np.uint8))
 
-    def _run(self, motion: Motion, memory: _ColliderMemory, faces: bool) -> Detection:
-        del faces
+    def _run(self, motion: Motion, memory: _ColliderMemory, _faces: bool) -> Detection:
         looks, memory.tick = looks_of(motion.times, self.settings.rate_hz, memory.tick)
         seen, work, seconds = self._decide(motion.take(np.flatnonzero(looks)))
         known = pair_has_pose(motion, self.pairs)

@@ -1,7 +1,5 @@
 """Fixed time steps: tests every pair at its ticks, as a live engine does, and sees nothing between them."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,11 +11,11 @@ import numpy as np
 from cdcore.bounding.sphere import require_sphere_mode
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.narrow.containment.containment_stage import ContainmentStage
-from cdcore.narrow.mesh_stage import NO_FACES, MeshStage
+from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import Pose, section_of_faces
 from cdcore.numerics import ByteArray, FloatArray, Int32Array, IntArray
-from cdcore.protocol import Body, Detection, Explanation, FaceSets, Motion, PairDetector, Verdict, pair_has_pose
-from cdcore.protocol.blocks import looks_at, looks_of, require_rate
+from cdcore.protocol import NO_FACES, Body, Detection, Explanation, FaceSets, Motion, PairDetector, Verdict
+from cdcore.protocol.blocks import looks_at, looks_of, pair_has_pose, require_rate
 from cdcore.protocol.detection import SectionSource
 
 STAGES: Final = ("spheres", "boxes", "meshes", "containment")

@@ -1,7 +1,5 @@
 """The truth about recorded poses and meshes: every contact and no other, over the whole motion at once."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -66,8 +64,7 @@ class ExactDetector(PairDetector[ExactSettings]):
         self._trees = [build_box_tree(body.mesh.triangles) for body in bodies]
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
-    def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
-        del memory
+    def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         poses = Poses(motion.rotations, motion.translations, motion.valid)
         answer = decide_motion(
             self._trees, self.pairs, poses, faces=faces, threads=self.settings.threads, verify=self.settings.verify

@@ -1,7 +1,5 @@
 """Spheres, boxes, then FCL meshes: complete about contact, and only what volumes leave open reaches a triangle."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -61,8 +59,7 @@ class HybridDetector(PairDetector[HybridSettings]):
         self._meshes = MeshStage(bodies, pairs)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
-    def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
-        del memory
+    def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         near = self._broad.candidates(motion)
         verdict, frames, columns, clock = near.verdict, near.frames, near.columns, near.clock
         meshes = self._meshes.decide(motion, frames, columns, faces=faces)

@@ -1,7 +1,5 @@
 """Spheres only: the cheapest answer, and never a false negative."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -45,8 +43,7 @@ class SphereDetector(PairDetector[SphereSettings]):
         spheres = [sphere_in_mode(body.mesh, settings.sphere) for body in bodies]
         self._spheres = SphereStage(spheres, pairs, skip=settings.skip)
 
-    def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
-        del memory, faces
+    def _run(self, motion: Motion, _memory: None, _faces: bool) -> Detection:
         start = perf_counter()
         answer = self._spheres.candidates(motion)
         seconds = {"spheres": perf_counter() - start}

@@ -1,7 +1,5 @@
 """One query per pair at load and after any change of a pose; between changes the answer is the cached one."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -13,10 +11,10 @@ from cdcore.bounding.sphere import Sphere, sphere_best
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.containment_stage import ContainmentStage
-from cdcore.narrow.mesh_stage import NO_FACES, MeshStage
+from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray
-from cdcore.protocol import Body, Detection, FaceSets, Motion, PairDetector, Verdict, pair_has_pose
+from cdcore.protocol import NO_FACES, Body, Detection, FaceSets, Motion, PairDetector, Verdict, pair_has_pose
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,8 +136,7 @@ class StaticDetector(PairDetector[StaticSettings]):
         if self.settings.epsilon == 0.0:
             before = np.concatenate([poses[:1] * np.nan if last is None else last[None], poses[:-1]])
             memory.poses[column] = poses[-1].copy()
-            changed: BoolArray = (poses != before).any(axis=1)
-            return changed
+            return (poses != before).any(axis=1)
         fresh, memory.poses[column] = _moved(poses, last, self._spheres[i], self.settings.epsilon)
         return fresh
 

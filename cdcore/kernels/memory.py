@@ -5,8 +5,6 @@ to four hundred numbers per call and most of the time to compile. Inside a kerne
 one-dimensional array, without any check: the caller keeps the arrays alive and their sizes right.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -26,8 +24,7 @@ Memory = Any
 def address_of(array: NDArray[Any]) -> int:
     """Address of the first entry of a contiguous array; valid as long as the caller keeps the array."""
     assert array.flags.c_contiguous, "kernels read arrays as one row"
-    start: int = array.__array_interface__["data"][0]
-    return start
+    return array.__array_interface__["data"][0]
 
 
 def _at(kind: Any, bits: Any) -> Callable[[int], Memory]:

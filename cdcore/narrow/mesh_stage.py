@@ -1,7 +1,5 @@
 """The mesh stage: which of many pair-frames meet, and in which faces; a pose that repeats is not tested again."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,8 +8,8 @@ from numpy.typing import NDArray
 
 from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns, turned_faces
-from cdcore.numerics import BoolArray, FloatArray, IntArray
-from cdcore.protocol import Body, FaceSets, Motion, ordered_by_name
+from cdcore.numerics import BoolArray, IntArray
+from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, ordered_by_name
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +46,7 @@ class MeshStage:
         queries = 0
         for column, rows in rows_of_columns(columns):
             a, b = self._pairs[column].tolist()
-            pose_a, pose_b = (_poses(motion, frames[rows], body) for body in (a, b))
+            pose_a, pose_b = ((motion.rotations[frames[rows], k], motion.translations[frames[rows], k]) for k in (a, b))
             fresh = differs_from_before(pose_a) | differs_from_before(pose_b)
             asked = np.flatnonzero(fresh)
             number = np.cumsum(fresh) - 1
@@ -72,11 +70,3 @@ class MeshStage:
             return self._meshes.touch(a, b), NO_FACES
         found = self._meshes.faces(a, b)
         return len(found) > 0, turned_faces(found) if self._turned[column] else found
-
-
-NO_FACES: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
-NO_FACES.setflags(write=False)
-
-
-def _poses(motion: Motion, frames: IntArray, body: int) -> tuple[FloatArray, FloatArray]:
-    return motion.rotations[frames, body], motion.translations[frames, body]

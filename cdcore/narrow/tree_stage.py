@@ -1,15 +1,12 @@
-"""Makes a detection of all pairs from a search of one pair, in the same way for every kind of tree.
+"""Asks a search of one pair about all pairs, in the same way for every kind of tree.
 
 A search that runs to completion is complete: a pad around volumes covers rounding, and faces are decided at the
 reference vertices. A search that its budget ends says what it found, and NOT_FOUND where that is nothing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from time import perf_counter
 from typing import Final
 
 import numpy as np
@@ -17,14 +14,12 @@ from numpy.typing import NDArray
 
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.face_pair import decided_by_integers
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns, turned_faces
-from cdcore.narrow.sections.section_source import sections_of
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, position_pad
 from cdcore.narrow.trees.search import UNLIMITED, PairPoses, Searched, TreeSearch
-from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, ByteArray, FloatArray, IntArray, place_points
-from cdcore.protocol import Body, Detection, FaceSets, Motion, Verdict, ordered_by_name, pair_has_pose
+from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
+from cdcore.protocol import Body, Motion, ordered_by_name
 
 MODES: Final = ("all", "first")
 
@@ -65,54 +60,17 @@ class TreeAnswer:
 
 
 class TreeStage:
-    """Asks a search about pair-frames of its bodies, and makes a detection of its answers.
+    """Asks a search about pair-frames of its bodies.
 
     Each of the ``pairs`` (P, 2) is tested in the order of its names; its order here does not matter.
     """
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, search: TreeSearch, settings: TreeSettings) -> None:
         self._bodies = tuple(bodies)
-        self._pairs = pairs
         self._ordered, self._turned = ordered_by_name(bodies, pairs)
         self._search = search
         self._settings = settings
         self._reach = [_reach(body.mesh.triangles) for body in bodies]
-        self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
-
-    def everywhere(self, motion: Motion) -> ByteArray:
-        """CANDIDATE wherever a pair has its poses, (T, P): the traversal itself is the only filter."""
-        return np.where(pair_has_pose(motion, self._pairs), Verdict.CANDIDATE, Verdict.NO_POSE).astype(np.uint8)
-
-    def detection(
-        self, name: str, motion: Motion, verdict: ByteArray, *, faces: bool, broad: float, work: dict[str, int]
-    ) -> Detection:
-        """Decide every CANDIDATE of ``verdict`` (T, P).
-
-        ``broad`` and ``work`` are seconds and counters of the stage that named the candidates.
-        """
-        columns, frames = np.nonzero(verdict.T == Verdict.CANDIDATE)
-        clock = [perf_counter()]
-        answer = self.decide(motion, frames, columns, every=faces and self._settings.mode == "all")
-        verdict = verdict.copy()
-        verdict[frames, columns] = np.where(answer.truncated, Verdict.NOT_FOUND, Verdict.CLEAR)
-        verdict[frames[answer.hits], columns[answer.hits]] = Verdict.CONTACT
-        clock.append(perf_counter())
-        left = ~answer.hits & ~answer.truncated
-        asked = self._containment.mark(motion, frames[left], columns[left], verdict)
-        clock.append(perf_counter())
-        seconds = dict(zip(("traversal", "containment"), np.diff(clock).tolist(), strict=True))
-        return Detection(
-            detector=name,
-            names=tuple(body.name for body in self._bodies),
-            pairs=self._pairs,
-            times=motion.times,
-            verdict=verdict,
-            face_sets=FaceSets.from_shared(frames, columns, answer.which, answer.sets) if faces else None,
-            containment=self._containment.words,
-            work=work | answer.work | {"containment_tests": asked},
-            seconds={"broad": broad} | seconds,
-            section_source=sections_of(self._bodies, self._pairs, motion) if faces else None,
-        )
 
     def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, every: bool) -> TreeAnswer:
         """Answer for K pair-frames at which both bodies have a pose, sorted by column, then frame."""

@@ -1,7 +1,5 @@
 """The short way to write a detector: say which pairs touch in one frame, and this class does the rest."""
 
-from __future__ import annotations
-
 import sys
 import traceback
 from abc import abstractmethod
@@ -76,8 +74,7 @@ class FrameDetector(PairDetector[Any]):
         self.prepare()
         return [0]
 
-    def _run(self, motion: Motion, memory: list[int], faces: bool) -> Detection:
-        del faces
+    def _run(self, motion: Motion, memory: list[int], _faces: bool) -> Detection:
         verdict = np.zeros((len(motion), len(self.pairs)), dtype=np.uint8)
         seconds = np.zeros(len(motion))
         for frame in range(len(motion)):

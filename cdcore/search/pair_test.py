@@ -4,8 +4,6 @@ What the filter of that test cannot decide is noted and asked of the exact predi
 these kernels: with the exact sums linked into them they took 13 s to compile instead of 4.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
@@ -119,8 +117,7 @@ def grow_table(old: IntArray, new: IntArray, count: IntArray) -> None:
 
 def meeting_pairs(first: Features, second: Features, pose: FloatArray, pairs: IntArray) -> IntArray:
     """Those of the pairs (k, 2), places of faces, that meet at the reference vertices; order kept."""
-    meeting: IntArray = pairs[triangles_intersect(placed_pairs(first, second, pose, pairs))]
-    return meeting
+    return pairs[triangles_intersect(placed_pairs(first, second, pose, pairs))]
 
 
 def placed_pairs(first: Features, second: Features, pose: FloatArray, pairs: IntArray) -> FloatArray:

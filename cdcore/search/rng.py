@@ -1,7 +1,5 @@
 """Random numbers that depend on the seed, the two bodies, the stamp and the restart, and on nothing else."""
 
-from __future__ import annotations
-
 import hashlib
 
 import numpy as np
@@ -17,7 +15,6 @@ def stream_of(
 
     Each restart has a separate stream. So the answer does not depend on block sizes, workers or other pairs.
     """
-    low, high = sorted((first, second))
-    words = [str(seed), purpose, low, high, float(stamp).hex(), str(restart)]
+    words = [str(seed), purpose, *sorted((first, second)), float(stamp).hex(), str(restart)]
     key = hashlib.sha256("\x1f".join(words).encode()).digest()
     return np.random.Generator(np.random.PCG64(int.from_bytes(key, "big")))

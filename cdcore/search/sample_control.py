@@ -6,8 +6,6 @@ nearest first, and no more of it than past hits have needed. Where a contact of 
 frame in 25 may run on: most of what a search misses lies between two frames in which it hit.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 
@@ -48,17 +46,13 @@ def band_of(gap: float) -> int:
 
 @dataclass(eq=False)
 class SampleControl:
-    """What the searches of a session so far have taught.
-
-    Parameters
-    ----------
-    frame_budget : evaluations a frame may take, all its pairs together; at most one in 25 of the frames so far takes
-        more, up to four times as many.
-    target_recall : share of the hits to be had for the whole budget that is to be had for less.
-    """
+    """What the searches of a session so far have taught."""
 
     frame_budget: int
+    """Evaluations a frame may take, all its pairs together; at most one in 25 of the frames so far takes more, up to
+    four times as many."""
     target_recall: float
+    """Share of the hits to be had for the whole budget that is to be had for less."""
     searches: int = 0
     passed_over: int = 0
     frames: int = 0

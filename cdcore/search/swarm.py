@@ -1,7 +1,5 @@
 """The quantum ant colony: equations (15) to (20) as corrected, each of which can be switched off."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, stay_one_function
@@ -21,8 +19,7 @@ FARTHEST = 1e-3
 @hot_kernel
 def wrapped(angle: float) -> float:
     """The same direction in [-pi, pi]."""
-    turned: float = angle - TWO_PI * np.floor(angle / TWO_PI + 0.5)
-    return turned
+    return angle - TWO_PI * np.floor(angle / TWO_PI + 0.5)
 
 
 @hot_kernel

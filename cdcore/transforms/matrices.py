@@ -5,8 +5,6 @@ rotation, then translation. Poses in this project are column matrices: the trans
 sign error; they leave out the order of composition, and that a scale is about the origin. Angles are radians.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -40,5 +38,4 @@ def row_rotation(axis: int, angle: float) -> FloatArray:
 
 def apply_row(points: ArrayLike, matrix: FloatArray) -> FloatArray:
     """``[x y z 1] C`` for points (..., 3). Source: equations (3), (5), (10), (12), (14)."""
-    moved: FloatArray = np.asarray(points, dtype=np.float64) @ matrix[:3, :3] + matrix[3, :3]
-    return moved
+    return np.asarray(points, dtype=np.float64) @ matrix[:3, :3] + matrix[3, :3]

@@ -15,6 +15,7 @@ from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effect_summary import happened_words
 from replay.outputs.run_tables import (
     AUDIT_MARKS,
+    containment_notes,
     cost_table,
     effect_table,
     matched_table,
@@ -24,7 +25,7 @@ from replay.outputs.run_tables import (
 )
 from replay.outputs.tables import FAINT, FOUND, GOOD, IN_RED, INVENTED, Table, table
 from replay.outputs.words import CONTACT_WORDS_SHORT
-from replay.pipeline.headline import doubts, headline, invented, price, undecided
+from replay.pipeline.headline import beside, doubts, headline, price
 from replay.pipeline.run_result import RunResult
 
 MISS_ROWS: Final = 20
@@ -67,7 +68,7 @@ def headlines(result: RunResult) -> Iterator[RenderableType]:
     for label in result.comparisons:
         text = Text(" ").append(headline(result, label), style=STYLES[_mark(result, label)])
         yield text.append(f"   oracle: {result.oracle}", style="dim")
-    yield from (line(words, INVENTED) for words in (*undecided(result), *invented(result)))
+    yield from (line(words, INVENTED) for words in beside(result))
     yield from (line(words, FAINT) for words in price(result))
 
 
@@ -99,7 +100,8 @@ def contact_table(result: RunResult) -> Table:
     rows = [(result.assembly.pair_name(k), *(sum(one.pair == k for one in some) for some in found)) for k in touched]
     head = ("pair", *result.detections)
     nothing = [("none", *[""] * len(result.detections))]
-    return table("contacts", head, rows or nothing, marks=dict.fromkeys(head[1:], FOUND))
+    notes = containment_notes(result, *result.detections)
+    return table("contacts", head, rows or nothing, marks=dict.fromkeys(head[1:], FOUND), notes=notes)
 
 
 def answers(results: Sequence[RunResult]) -> Group:

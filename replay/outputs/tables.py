@@ -70,8 +70,8 @@ class Table:
         return replace(self, rows=(*self.rows[:most], tuple(cells)))
 
     def titled(self, title: str, *notes: str) -> Table:
-        """The same table below another title."""
-        return replace(self, title=title, notes=notes or self.notes)
+        """The same table below another title, with further notes."""
+        return replace(self, title=title, notes=(*self.notes, *notes))
 
 
 NO_MARKS: Final[Mapping[str, str]] = {}

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 from replay.base.constants import BUDGET_MS
+from replay.base.wilson import OVER_CONTACTS
 from replay.outputs.tables import Table, table
 from replay.pipeline.run_result import Tradeoff
 from replay.tradeoffs.pareto import Row, front_of
@@ -17,6 +18,8 @@ HEAD: Final = (
     "#", "setting", "front", "ms per frame", "slowest", OVER_BUDGET, "s per minute", "missed, % [95 %]",
     "invented, %", "faces, %", "most of its work",
 )  # fmt: skip
+
+AT_PHASE: Final = "what a step rate misses it misses at this run's phase"
 
 NOT_DONE: Final = ("skipped", "reused", "held", "cache_hits")
 """Counters of work that was saved."""
@@ -49,7 +52,8 @@ def measured_on(done: Tradeoff) -> str:
 
 def tradeoff_table(title: str, rows: Iterable[Row]) -> Table:
     """These rows, in the order given and numbered in it."""
-    return table(title, HEAD, (_cells(number, row) for number, row in enumerate(rows, 1)), words=HEAD[1:3])
+    cells = (_cells(number, row) for number, row in enumerate(rows, 1))
+    return table(title, HEAD, cells, words=HEAD[1:3], notes=(OVER_CONTACTS,))
 
 
 def _cells(number: int, row: Row) -> tuple[str, ...]:

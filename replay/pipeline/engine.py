@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from time import perf_counter
 from typing import Final
@@ -13,7 +14,7 @@ from cdcore.detectors import detector_names
 from replay.base.progress import Progress, Silent
 from replay.comparison.causes import examine
 from replay.comparison.compare import FaceRecall, compare, face_recall
-from replay.comparison.contact_duration import contact_durations
+from replay.comparison.contact_duration import ContactDurations, StepRates, contact_durations
 from replay.comparison.episodes import episodes
 from replay.comparison.matching import EpisodeMatches, match_episodes
 from replay.comparison.outcome import Comparison, Episode
@@ -108,9 +109,8 @@ def compute(
         treatment = repair_session(decoded_once(session), rules)
         session = treatment.session
     with progress.stage("assemble"):
-        layout = lay_out(
-            session, pairs=_wanted(planned, pairs, session, bool(lineup.specs)), looking=bool(lineup.specs)
-        )
+        wanted, looking = _wanted(planned, pairs, session, bool(lineup.specs)), bool(lineup.specs)
+        layout = lay_out(session, pairs=wanted, looking=looking, jumps=treatment.jumps)
         assembly = assemble_bounded(session, layout, start=start, end=end)
     runs: dict[str, Run] = {}
     for spec in lineup.specs:
@@ -122,12 +122,12 @@ def compute(
     with progress.stage("audit"), compiling_announced(progress if runs else None):
         found = {label: episodes(run.detection) for label, run in runs.items()}
         again = _face_source(assembly, seed)
-        comparisons = _comparisons(runs, lineup.oracle, Tolerance(assembly, again, tau))
-        matches = _matches(comparisons, found, runs)
+        tolerance = Tolerance(assembly, again, tau)
+        comparisons, matches = _compared(runs, lineup.oracle, found, tolerance)
         truth = found.get(lineup.oracle, ())
-        dwell = contact_durations(assembly, runs[lineup.oracle].detection, truth) if lineup.oracle else None
+        dwell = _durations(assembly, runs[lineup.oracle].detection, truth, tolerance, seed) if lineup.oracle else None
         missed, causes = examine(comparisons, truth, runs, assembly, again)
-    recall = _face_recall(comparisons, runs, assembly, progress) if faces else {}
+    recall = _face_recall(comparisons, found, runs, assembly, progress) if faces else {}
     effects: dict[str, EffectRun] = {}
     if planned.effects:
         with progress.stage("effects"):
@@ -170,29 +170,36 @@ def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Det
     return {name: run.detection for name, run in found.items() if run is not None}
 
 
-def _comparisons(runs: dict[str, Run], oracle: str, tolerance: Tolerance) -> dict[str, Comparison]:
-    found = {}
+def _compared(
+    runs: dict[str, Run], oracle: str, found: dict[str, tuple[Episode, ...]], tolerance: Tolerance
+) -> tuple[dict[str, Comparison], dict[str, EpisodeMatches]]:
+    """By label: pair-frames held to the oracle's, and contacts matched with its own."""
+    comparisons, matches = {}, {}
     for label, run in runs.items():
         if oracle and label != oracle:
             answer, truth = run.detection, runs[oracle].detection
-            found[label] = compare(answer, truth, (label, oracle), tolerance.judge(answer, truth))
-    return found
+            one = comparisons[label] = compare(answer, truth, (label, oracle), tolerance.judge(answer, truth))
+            reach = 1 if (answer.covers, truth.covers) == ("instants", "intervals") else 0
+            matches[label] = match_episodes(one, found[oracle], found[label], reach=reach)
+    return comparisons, matches
 
 
-def _matches(
-    comparisons: dict[str, Comparison], found: dict[str, tuple[Episode, ...]], runs: dict[str, Run]
-) -> dict[str, EpisodeMatches]:
-    matches = {}
-    for label, comparison in comparisons.items():
-        kinds = runs[label].detection.covers, runs[comparison.oracle].detection.covers
-        reach = 1 if kinds == ("instants", "intervals") else 0
-        matches[label] = match_episodes(comparison, found[comparison.oracle], found[label], reach=reach)
-    return matches
+def _durations(
+    assembly: Assembly, oracle: Detection, contacts: tuple[Episode, ...], tolerance: Tolerance, seed: int
+) -> ContactDurations:
+    """How long the contacts lasted; beside an oracle of intervals a look sees what ``exact`` sees at a frame."""
+    seen, between = oracle, oracle.covers == "intervals"
+    if between and contacts:
+        exact = DetectorSpec(TRUSTED, TRUSTED)
+        seen = run_detector(exact, assembly, seed=seed, faces=False, advance=lambda _: None).detection
+    rates = StepRates(seen, contacts, tolerance.judge(oracle, oracle), int(between))
+    return replace(contact_durations(assembly, oracle, contacts), rates=rates)
 
 
 def _face_recall(
-    comparisons: dict[str, Comparison], runs: dict[str, Run], assembly: Assembly, progress: Progress
-) -> dict[str, FaceRecall]:
+    comparisons: dict[str, Comparison], found: dict[str, tuple[Episode, ...]], runs: dict[str, Run],
+    assembly: Assembly, progress: Progress,
+) -> dict[str, FaceRecall]:  # fmt: skip
     recalls = {}
     for label, comparison in comparisons.items():
         truth = runs[comparison.oracle].detection
@@ -201,7 +208,7 @@ def _face_recall(
         with progress.stage(f"faces of {label}", len(assembly.motion)) as advance:
             said = face_sets_again(runs[label].detector, assembly, advance)
         if said is not None:
-            recalls[label] = face_recall(said, truth.face_sets, comparison)
+            recalls[label] = face_recall(said, truth.face_sets, comparison, found[comparison.oracle])
     return recalls
 
 
@@ -210,12 +217,10 @@ def _face_source(assembly: Assembly, seed: int) -> Callable[[Motion], Detection]
 
     An oracle of intervals, of volumes or of a lower rate says that there is contact, but not in which faces at a frame.
     """
-    made: list[Detector] = []
 
-    def faces_of(motion: Motion) -> Detection:
-        if not made:
-            best = next(name for name in ORACLES if name in detector_names())
-            made.append(make_detector(DetectorSpec("faces", best), assembly, seed))
-        return made[0].detect(motion, faces=True)
+    @cache
+    def trusted() -> Detector:
+        best = next(name for name in ORACLES if name in detector_names())
+        return make_detector(DetectorSpec("faces", best), assembly, seed)
 
-    return faces_of
+    return lambda motion: trusted().detect(motion, faces=True)

@@ -14,6 +14,7 @@ import numpy as np
 
 from cdcore import Detection, Detector, Motion
 from replay.base.machine import machine, versions
+from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.tolerance import TAU
 from replay.detection.detector_spec import SpecLike, parse_detector
 from replay.detection.run_detector import make_detector, warm_frames
@@ -194,6 +195,7 @@ def _whole(
         "session": session.scene.name or session.origin, "frames": len(times), "bodies": len(assembly.bodies),
         "seconds": float(times[-1] - times[0]), "pairs": len(assembly.pairs), "oracle": scoring.spec.name,
         "contacts": len(scoring.contacts), "seed": seed, "machine": machine(), "versions": versions(),
+        "intervals": OVER_CONTACTS,
         "processor_share": sum(one.processor for one in passes) / sum(one.seconds for one in passes),
     }  # fmt: skip
     return Tradeoff(tuple(rows), tuple(front), tuple(online), tuple(advice_of(rows)), cut, about)

@@ -4,8 +4,6 @@ A profile is a chain of strokes (straight lines and arcs). It is sampled to a po
 the *offset* of that polyline, joint by joint, so both sides are parallel at any resolution.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -148,8 +146,7 @@ def solved(rising: Callable[[float], float], low: float, high: float) -> float:
 def _frusta(polyline: Polyline) -> NDArray[np.float64]:
     """Return the signed volume under each turned segment."""
     r0, r1 = polyline[:-1, 0], polyline[1:, 0]
-    volumes: NDArray[np.float64] = np.pi / 3.0 * np.diff(polyline[:, 1]) * (r0 * r0 + r0 * r1 + r1 * r1)
-    return volumes
+    return np.pi / 3.0 * np.diff(polyline[:, 1]) * (r0 * r0 + r0 * r1 + r1 * r1)
 
 
 def _mirror_on_axis(point: NDArray[np.float64]) -> NDArray[np.float64]:

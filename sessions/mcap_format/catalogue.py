@@ -4,8 +4,6 @@ The walk reads record heads and skips chunks: a few reads per chunk. It does not
 without an index, or with messages outside chunks, is read the same way.
 """
 
-from __future__ import annotations
-
 import io
 import struct
 import zlib
@@ -162,10 +160,7 @@ DECLARING = {Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA}  # S
 def read_catalogue(path: Path) -> Catalogue:
     """Walk a file from its magic to its footer, or to where it is cut short (see ``tear``).
 
-    Raises
-    ------
-    SessionFileError
-        The file cannot be opened, is empty, is no MCAP, or a record in it is damaged.
+    SessionFileError where it cannot be opened, is empty, is no MCAP, or a record in it is damaged.
     """
     with opened(path) as stream:
         size = stream.seek(0, io.SEEK_END)

@@ -1,7 +1,5 @@
 """Every synthetic session by name: `make_scene_session("bench-bumps")` gives the session and what is planted in it."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import Any
 
@@ -44,7 +42,4 @@ def make_scene_session(
     if name not in SCENES:
         raise SessionError(f"no scene {name!r}; there are: {', '.join(SCENES)}")
     module, function = SCENES[name].split(":")
-    made: tuple[Session, Truth] = getattr(import_module(module), function)(
-        seed=seed, rate_hz=rate_hz, noise=noise, **settings
-    )
-    return made
+    return getattr(import_module(module), function)(seed=seed, rate_hz=rate_hz, noise=noise, **settings)

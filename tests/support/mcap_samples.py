@@ -9,7 +9,7 @@ from mcap.writer import CompressionType, Writer
 from sessions.mcap_format.schemas import channel_spec
 from sessions.mesh_data import MeshData
 from sessions.model.frames import Frames, Status
-from sessions.model.session import ArraySource, Session
+from sessions.model.session import Session
 
 COLUMNS = ("stamp_ns", "log_ns", "sample_ns", "position", "quaternion_xyzw", "status")
 SECOND = 1_000_000_000
@@ -42,7 +42,7 @@ def random_frames(seed, count=50, bodies=3, *, absent=0.0, odd=0.0):
 
 
 def session_of(frames, **parts):
-    return Session(ArraySource(frames), parts.pop("meshes", {}), **parts)
+    return Session(frames, parts.pop("meshes", {}), **parts)
 
 
 def tetrahedron(size=0.1):

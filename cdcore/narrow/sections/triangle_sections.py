@@ -3,8 +3,6 @@
 Rounding never decides which edges pierce which faces; it only moves the point where they do.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -28,23 +26,11 @@ MOST_POINTS = 64
 
 
 def triangle_pair_sections(triangles: ArrayLike) -> FloatArray:
-    """The segment in which the two triangles of each pair meet.
+    """The ends (n, 2, 3) of the segments in which the ``triangles`` (n, 2, 3, 3) of each pair meet, in their frame.
 
     Of a coplanar overlap, which is a polygon, this is the polygon's longest chord between corners. A single common
-    point gives a segment with equal ends. Pairs that do not meet give NaN.
-
-    Parameters
-    ----------
-    triangles : (n, 2, 3, 3) finite numbers.
-
-    Returns
-    -------
-    (n, 2, 3) ends of the segments, in the frame of the triangles.
-
-    Raises
-    ------
-    InvalidTrianglesError
-        Wrong shape, or a coordinate that is not finite.
+    point gives a segment with equal ends. Pairs that do not meet give NaN. InvalidTrianglesError for a wrong shape, or
+    a coordinate that is not finite.
     """
     pairs = checked_triangles(triangles).reshape(-1, 6, 3)
     segments = np.full((len(pairs), 2, 3), np.nan)
@@ -90,8 +76,7 @@ def signed_volume(p: Memory, a: int, b: int, c: int, d: int) -> float:
     x, y, z = p[3 * d] - p[3 * a], p[3 * d + 1] - p[3 * a + 1], p[3 * d + 2] - p[3 * a + 2]
     ux, uy, uz = p[3 * b] - p[3 * a], p[3 * b + 1] - p[3 * a + 1], p[3 * b + 2] - p[3 * a + 2]
     vx, vy, vz = p[3 * c] - p[3 * a], p[3 * c + 1] - p[3 * a + 1], p[3 * c + 2] - p[3 * a + 2]
-    volume: float = x * (uy * vz - uz * vy) + y * (uz * vx - ux * vz) + z * (ux * vy - uy * vx)
-    return volume
+    return x * (uy * vz - uz * vy) + y * (uz * vx - ux * vz) + z * (ux * vy - uy * vx)
 
 
 @hot_kernel
@@ -99,8 +84,7 @@ def signed_area(p: Memory, a: int, b: int, c: int, axis: int) -> float:
     """Rounded area whose exact sign is that of the turn a, b, c seen along ``axis``."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     a_i, a_j = p[3 * a + i], p[3 * a + j]
-    area: float = (p[3 * b + i] - a_i) * (p[3 * c + j] - a_j) - (p[3 * b + j] - a_j) * (p[3 * c + i] - a_i)
-    return area
+    return (p[3 * b + i] - a_i) * (p[3 * c + j] - a_j) - (p[3 * b + j] - a_j) * (p[3 * c + i] - a_i)
 
 
 @hot_kernel

@@ -37,18 +37,14 @@ class PairPoses:
 
 @dataclass(frozen=True, eq=False)
 class Searched:
-    """The result of a search at K poses.
-
-    Parameters
-    ----------
-    found : (M, 4) row, face of A, face of B, and 1, or UNDECIDED where only integers can tell; in order of discovery.
-    counts : (K, C) tests of each row, in the order of the search's ``counters``.
-    truncated : (K,) the budget ended before the search did.
-    """
+    """The result of a search at K poses."""
 
     found: IntArray
+    """(M, 4) row, face of A, face of B, and 1, or UNDECIDED where only integers can tell; in order of discovery."""
     counts: IntArray
+    """(K, C) tests of each row, in the order of the search's ``counters``."""
     truncated: BoolArray
+    """(K,): the budget ended before the search did."""
 
 
 @dataclass(frozen=True)
@@ -72,12 +68,9 @@ TREE_KINDS: Final = {
 
 
 class TreeSearch:
-    """A tree of one kind over each body, and the way through two of them.
+    """A tree of one kind, a row of ``TREE_KINDS``, over each body, and the way through two of them.
 
-    Parameters
-    ----------
-    kind : a row of ``TREE_KINDS``.
-    corners : (f, 3, 3) of each body, body frame.
+    ``corners`` (f, 3, 3) of each body, body frame.
     """
 
     def __init__(self, kind: str, corners: Sequence[FloatArray]) -> None:

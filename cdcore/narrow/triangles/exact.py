@@ -4,8 +4,6 @@ A pair is one array (6, 3): rows 0-2 are the first triangle, rows 3-5 the second
 the segment between its lexicographic extremes, or as the point it is.
 """
 
-from __future__ import annotations
-
 from cdcore.kernels.compiling import hot_kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory
 from cdcore.narrow.triangles.orientation import cross_sign, orientation_sign
@@ -45,8 +43,7 @@ def ranges_apart(p: Memory, a: int, b: int, c: int, d: int, k: int) -> bool:
     """Along one coordinate, all of segment ab lies before or behind all of segment cd."""
     stay_one_function()
     a_k, b_k, c_k, d_k = p[3 * a + k], p[3 * b + k], p[3 * c + k], p[3 * d + k]
-    apart: bool = max(a_k, b_k) < min(c_k, d_k) or max(c_k, d_k) < min(a_k, b_k)
-    return apart
+    return max(a_k, b_k) < min(c_k, d_k) or max(c_k, d_k) < min(a_k, b_k)
 
 
 @hot_kernel

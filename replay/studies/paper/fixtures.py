@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from cdcore import Body, Detector, Motion, TriangleMesh, create_detector
 from cdcore.bounding.sphere import sphere_by_box_centre
+from cdcore.numerics import FloatArray
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.base.constants import HEADSET_HZ
 from replay.errors import ReplayError
@@ -40,8 +41,6 @@ ATTEMPTS: Final = 40
 """Fresh directions before a pose is given up; one or two do."""
 PROBES: Final = 4
 """Random directions over which the typical number of faces of a tessellation is taken."""
-
-FloatArray = NDArray[np.float64]
 
 
 class FixtureError(ReplayError):
@@ -86,14 +85,9 @@ def faces_of_pairs(pairs: NDArray[np.integer]) -> int:
     return len(np.unique(pairs[:, 0])) + len(np.unique(pairs[:, 1]))
 
 
-def table_fixtures(targets: tuple[int, ...] = TARGETS, poses: int = POSES, seed: int = 0) -> tuple[Fixture, ...]:
-    """All fixtures of Table I, in order of target and pose; families take turns. Made once, then remembered."""
-    return tuple(fixture(target, number, seed) for target in targets for number in range(poses))
-
-
 @cache
 def fixture(target: int, number: int, seed: int = 0) -> Fixture:
-    """One fixture. Raises FixtureError: no pose meets the target; names it."""
+    """One fixture; families take turns. Made once, then remembered. Raises FixtureError: no pose meets the target."""
     family = FAMILY_NAMES[number % len(FAMILY_NAMES)]
     bodies = _bodies_for(family, target, seed)
     rng = random_stream(seed, f"table-1/{target}/{number}", family)
@@ -191,15 +185,13 @@ def torus(sections: int, large: float = 0.05, small: float = 0.02) -> TriangleMe
     u = 2 * np.pi * np.arange(around)[:, None] / around
     v = 2 * np.pi * np.arange(tube)[None] / tube
     ring = large + small * np.cos(v)
-    points = np.stack(
-        [ring * np.cos(u), np.broadcast_to(small * np.sin(v), (around, tube)), -ring * np.sin(u)], axis=-1
-    )
+    height = np.broadcast_to(small * np.sin(v), (around, tube))
+    points = np.stack([ring * np.cos(u), height, -ring * np.sin(u)], axis=-1)
     number = np.arange(around * tube).reshape(around, tube)
     on, up = np.roll(number, -1, axis=0), np.roll(number, -1, axis=1)
     both = np.roll(on, -1, axis=1)
-    faces = np.concatenate(
-        [np.stack(part, axis=-1).reshape(-1, 3) for part in ((number, on, both), (number, both, up))]
-    )
+    halves = ((number, on, both), (number, both, up))
+    faces = np.concatenate([np.stack(part, axis=-1).reshape(-1, 3) for part in halves])
     return TriangleMesh(points.reshape(-1, 3), faces)
 
 
@@ -208,9 +200,8 @@ def sphere(sections: int, radius: float = 0.035) -> TriangleMesh:
     rings = max(3, sections // 2)
     u = 2 * np.pi * np.arange(sections)[None] / sections
     v = np.pi * np.arange(1, rings)[:, None] / rings
-    band = np.stack(
-        [np.sin(v) * np.cos(u), np.broadcast_to(np.cos(v), (rings - 1, sections)), -np.sin(v) * np.sin(u)], axis=-1
-    )
+    height = np.broadcast_to(np.cos(v), (rings - 1, sections))
+    band = np.stack([np.sin(v) * np.cos(u), height, -np.sin(v) * np.sin(u)], axis=-1)
     points = radius * np.concatenate([[[0.0, 1.0, 0.0]], band.reshape(-1, 3), [[0.0, -1.0, 0.0]]])
     number = 1 + np.arange((rings - 1) * sections).reshape(rings - 1, sections)
     on = np.roll(number, -1, axis=1)

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import create_detector
+from cdcore.numerics import BoolArray, FloatArray
 from cdcore.protocol import counts_as_contact
 from replay.base.constants import HEADSET_HZ
 from replay.base.wilson import wilson
@@ -30,9 +30,6 @@ STEPS: Final = (1, 2, 4, 9)
 """Frames from look to look: 90, 45, 22.5 and 10 looks a second."""
 BESIDE: Final = {9: "hybrid-qaco"}
 """Step -> the row whose printed time leaves about so many looks a second."""
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -112,6 +109,6 @@ def frame_sampling_table(sessions: Sequence[Sequence[Sampled]]) -> PaperTable:
     note = (
         f"{len(sessions)} x 60 s of {SCENE} at {HEADSET_HZ:g} Hz, half of its contacts planted to last 16 to 24 ms. "
         "Mean, least, and most of all phases of the looks; what a look saw holds until the next. Truth: continuous. "
-        "Intervals: Wilson, 95 %, at the whole number nearest to the mean."
+        "Intervals: Wilson, 95 %, over contacts, not over look phases alone, at the whole number nearest to the mean."
     )
     return PaperTable("T1d", "Contacts that frame sampling misses", head, tuple(rows), note)

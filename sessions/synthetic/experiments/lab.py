@@ -4,8 +4,6 @@ A `Lab` has a method for each step of a procedure. It turns steps into paths of 
 things, and keeps the truth: facts on the recorded clock, tasks, stages and features as intervals.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
@@ -37,14 +35,7 @@ LANDS_BELOW = 0.0005
 
 
 class Lab:
-    """The bench, the hands and the record of one session.
-
-    Parameters
-    ----------
-    layout : instruments.
-    how : how it is recorded.
-    travel : hands cross the bench at least this high, metres.
-    """
+    """The bench, the hands and the record of one session; hands cross the bench at least ``travel`` metres high."""
 
     def __init__(self, name: str, layout: Instruments, how: Recording, *, travel: float = 1.25) -> None:
         self.name, self.layout, self.how, self.travel = name, layout, how, travel

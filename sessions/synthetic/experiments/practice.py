@@ -3,8 +3,6 @@
 It is meant for classes of many sessions: half a minute, few things, a pseudonym, and a given clumsiness.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -25,14 +23,10 @@ CLEARANCE_M = 0.004
 def make_practice(
     touches: Sequence[float] = (), near: int = 0, *, pseudonym: str = "S01", **settings: Any
 ) -> tuple[Session, Truth]:
-    """Make a session and its truth.
+    """Make a session of the student ``pseudonym`` and its truth.
 
-    Parameters
-    ----------
-    touches : seconds that each accidental touch lasts.
-    near : how often the hand stops short of the glass.
-    pseudonym : of the student.
-    **settings : of every made-up session (``seed``, ``rate_hz``, ``noise`` ...).
+    ``touches``: seconds that each accidental touch lasts; ``near``: how often the hand stops short of the glass;
+    ``settings``: those of every made-up session (``seed``, ``rate_hz``, ``noise`` ...).
     """
 
     def perform(lab: Lab) -> None:

@@ -4,6 +4,7 @@ import pytest
 from support.small_worlds import cubes
 
 from replay.cli.main import main
+from replay.outputs.tradeoff_table import AT_PHASE
 from replay.tradeoffs import sweep as trading
 from replay.tradeoffs.settings import Setting
 from sessions import write_session
@@ -23,6 +24,7 @@ def test_front_and_advice_are_printed_and_the_folder_is_written(file, tmp_path, 
     assert main(["tradeoff", file, "--out", str(tmp_path / "costs"), "--repeats", "1"]) == 0
     out, err = capsys.readouterr()
     assert err.index("outside the time limit: one audit") < err.index("wrote ")
+    assert AT_PHASE in " ".join(out.split())
     assert "hybrid" in out and "To audit a recording" in out and "tradeoff.png" in err
     assert (tmp_path / "costs" / "tradeoff.parquet").is_file()
     assert main(["tradeoff", file, "--out", str(tmp_path / "costs")]) != 0

@@ -3,8 +3,6 @@
 A box lies along the principal axes of its faces or along the body's axes, whichever box has the smaller surface.
 """
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -48,8 +46,7 @@ def build_obb_tree(corners: FloatArray) -> tuple[ObbTree, int]:
         axes, low, high = _tighter_boxes(scaled[faces], node, first)
         boxes.append((axes, low, high))
         longest = axes[np.arange(len(first)), np.argmax(high - low, axis=1)]
-        keys: FloatArray = np.einsum("eci,ei->e", scaled[faces], longest[node])
-        return keys
+        return np.einsum("eci,ei->e", scaled[faces], longest[node])
 
     shape = grow_tree(len(corners), LEAF_FACES, fit, balanced=True)
     axes, low, high = (np.concatenate(part) for part in zip(*boxes, strict=True))
@@ -79,8 +76,7 @@ def _tighter_boxes(corners: FloatArray, node: IntArray, first: IntArray) -> tupl
 
 def _half_surface(low: FloatArray, high: FloatArray) -> FloatArray:
     x, y, z = (high - low).T
-    area: FloatArray = x * y + y * z + z * x
-    return area
+    return x * y + y * z + z * x
 
 
 @kernel

@@ -8,8 +8,6 @@ section 4, for the search of a separating axis and its caching; C. Ericson, Real
 section 5.1, for the regions of a triangle. Differs: GJK as published finds the nearest point with Johnson's recursion.
 """
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np
@@ -30,8 +28,7 @@ MEETING: Final = -1
 @hot_kernel
 def dot(a: FloatArray, b: FloatArray) -> float:
     """a . b"""
-    product: float = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-    return product
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @hot_kernel

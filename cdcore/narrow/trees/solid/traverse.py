@@ -6,8 +6,6 @@ Source: G. van den Bergen, Efficient collision detection of complex deformable m
 Collision detection in interactive 3D environments (2003).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -48,8 +46,7 @@ def build_solid_tree(corners: FloatArray) -> tuple[SolidTree, int]:
         centre, half = low / 2 + high / 2, high / 2 - low / 2
         boxes.append((centre, half))
         longest = np.argmax(half, axis=1)
-        keys: FloatArray = middles[faces, longest[node]] - centre[np.arange(len(first)), longest][node]
-        return keys
+        return middles[faces, longest[node]] - centre[np.arange(len(first)), longest][node]
 
     shape = grow_tree(len(corners), 1, fit, balanced=False)
     centre, half = (np.concatenate(part) for part in zip(*boxes, strict=True))

@@ -3,6 +3,7 @@
 import base64
 import re
 from dataclasses import replace
+from html import escape
 from importlib.resources import files
 
 import numpy as np
@@ -14,8 +15,9 @@ from support.small_worlds import cubes, jumping
 from replay.outputs.report.page import _telling, report_html, write_report
 from replay.outputs.report.tradeoff import tradeoff_section
 from replay.outputs.report.tradeoff_picture import DARK, LIGHT
+from replay.outputs.tradeoff_table import AT_PHASE
 from replay.pipeline.engine import compute
-from replay.pipeline.headline import headline, invented, price
+from replay.pipeline.headline import beside, headline, price
 from replay.tradeoffs.settings import Setting
 from replay.tradeoffs.sweep import tradeoff
 
@@ -27,8 +29,8 @@ def test_the_headline_counts_what_the_result_counts(run, page):
 
 
 def test_the_answer_and_its_price_come_before_the_facts(run, page):
-    told = [*invented(run), *price(run)]
-    assert len(told) == 2 and "".join(f'<p class="price">{one}</p>' for one in told) + "</header>" in page.replace(
+    told = [escape(one) for one in (*beside(run), *price(run))]
+    assert len(told) == 3 and "".join(f'<p class="price">{one}</p>' for one in told) + "</header>" in page.replace(
         "\n", ""
     )
     titles = re.findall("<h2>([^<]*)</h2>", page)
@@ -152,6 +154,8 @@ def test_the_page_holds_the_curve_the_advice_and_a_row_per_setting(run):
     assert part.index("(prefers-color-scheme: dark)") < part.index("<img")
     for sentence in done.advice:
         assert sentence in part
+    # that it does is shown where a sweep's misses are held against an audit's
+    assert escape(AT_PHASE) in part
     assert part.count("<tr") == 1 + len(tried)
     hybrid = next(row for row in done.rows if row["detector"] == "hybrid")
     counted = [f">{count} {name.replace('_', ' ')}<" for name, count in hybrid["work"].items() if count]
