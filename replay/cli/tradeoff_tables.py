@@ -48,9 +48,10 @@ def front_table(done: Tradeoff, *, everything: bool = False) -> Table:
 def front_words(rows: Sequence[dict[str, Any]]) -> str:
     """The front so far in one line: ``0.003 ms 17 %, 0.007 ms 0 %``."""
     from replay.outputs.tradeoff_table import front_rows
+    from replay.pipeline.gates import figure
 
     front = front_rows(rows)
-    words = [f"{row['ms_per_frame']:.3g} ms {100 * row['missed']:.0f} %" for row in front[-SHOWN:]]
+    words = [f"{row['ms_per_frame']:.3g} ms {figure(100 * row['missed'])} %" for row in front[-SHOWN:]]
     return ("... " if len(front) > SHOWN else "") + ", ".join(words)
 
 

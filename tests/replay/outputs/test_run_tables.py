@@ -7,7 +7,6 @@ import pytest
 from support.small_tables import ROWS, made
 from support.small_worlds import cube, cubes, jumping
 
-from replay.cli.run_tables import contact_table as cli_table
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
 from replay.guide.pages import page
@@ -55,7 +54,6 @@ def test_a_pair_whose_containment_is_refused_says_why_beside_its_verdicts(run):
     word = "containment refused for 1 of 1 pair: a has doubled or overlapping faces"
     (note,) = pair_table(result, "sphere").only("pair").notes
     assert note == f"exact: {word}" and contact_table(result, "exact").notes == (note,)
-    assert note in cli_table(result).notes
     assert result.summary["pairs"][0]["containment"]["exact"] == "refused: a has doubled or overlapping faces"
 
 
@@ -88,9 +86,9 @@ def test_columns_are_chosen_by_name_and_in_the_order_asked_for():
     assert [column.name for column in chosen.columns] == ["mark", "body"] and chosen.rows[0][1] == "cup|lid"
 
 
-def test_a_long_table_says_how_much_it_leaves_out_in_a_column_of_words():
-    cut = made(words=("mark",)).first(1, "and {} more")
-    assert cut.rows == (ROWS[0], ("", "", "and 1 more")) and made().first(2, "{}") == made()
+def test_a_long_table_says_how_much_it_leaves_out_in_a_note():
+    cut = made().first(1, "and {} more")
+    assert cut.rows == tuple(ROWS[:1]) and cut.notes[-1] == "and 1 more" and made().first(2, "{}") == made()
 
 
 ROW = {
@@ -104,8 +102,8 @@ def test_shares_are_percentages_and_what_was_not_measured_is_empty():
     (row,) = tradeoff_table("", [ROW]).rows
     assert dict(zip(HEAD, row, strict=True)) == {
         "#": "1", "setting": "a", "front": "front, live front", "ms per frame": "0.5000", "slowest": "0.7500",
-        "p99 ms (over 11.1)": "1.250 (2.00 %)", "s per minute": "2.70", "missed, % [95 %]": "10.0 [5.0, 20.0]",
-        "invented, %": "25.0", "faces, %": "", "most of its work": "12k tests",
+        "p99 ms (over 11.1)": "1.250 (2 %)", "s per minute": "2.70", "missed, % [95 %]": "10 [5, 20]",
+        "invented, %": "25", "faces, %": "", "most of its work": "12k tests",
     }  # fmt: skip
 
 
@@ -113,6 +111,14 @@ def test_rows_are_numbered_in_the_order_given():
     slow = {**ROW, "label": "b", "ms_per_frame": 2.0, "p99_ms": None, "precision": None, "work": {}}
     rows = tradeoff_table("", quickest_first([slow, ROW])).rows
     assert [row[:2] for row in rows] == [("1", "a"), ("2", "b")] and rows[1][-1] == rows[1][5] == rows[1][8] == ""
+
+
+def test_a_share_that_is_not_zero_is_not_shown_as_zero():
+    few = {"missed": 1 / 9000, "missed_low": 1 / 90000, "missed_high": 4 / 9000, "precision": 8999 / 9000}
+    (row,) = tradeoff_table("", [{**ROW, **few, "over_share": 1 / 81000}]).rows
+    cells = dict(zip(HEAD, row, strict=True))
+    assert cells["missed, % [95 %]"] == "0.011 [0.0011, 0.044]" and cells["invented, %"] == "0.011"
+    assert cells["p99 ms (over 11.1)"] == "1.250 (0.0012 %)"
 
 
 def test_intervals_are_said_to_be_over_contacts_wherever_they_stand(run):

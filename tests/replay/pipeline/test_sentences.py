@@ -118,16 +118,16 @@ AUDIT = "To audit a recording, "
 ADVICE = {
     "none": ([], []),
     "one": ([row("a", 0.5, 0.1)], [
-        "only a was tried that reports more contacts than it invents: it misses 10.0 % [10.0, 10.0]"]),
+        "only a was tried that reports more contacts than it invents: it misses 10 % [10, 10]"]),
     "several": ([row("a", 0.5, 0.1), row("b", 5.0, 0.0, 0.9)], [
-        "at 1 ms per frame: a, misses 10.0 % [10.0, 10.0]",
-        "at 10 ms per frame: b, misses 0.0 % [0.0, 0.0], invents 10.0 % [10.0, 10.0]; to invent nothing, "
-        "a, misses 10.0 % [10.0, 10.0]"]),
+        "at 1 ms per frame: a, misses 10 % [10, 10]",
+        "at 10 ms per frame: b, misses 0 % [0, 0], invents 10 % [10, 10]; to invent nothing, "
+        "a, misses 10 % [10, 10]"]),
     "dominated": ([row("a", 0.5, 0.0), row("b", 5.0, 0.1)], [
-        "a dominates 1 other: nothing is quicker, misses less or invents less: it misses 0.0 % [0.0, 0.0]"]),
+        "a dominates 1 other: nothing is quicker, misses less or invents less: it misses 0 % [0, 0]"]),
     "invents less": ([row("a", 0.5, 0.0, 0.8), row("b", 5.0, 0.1, 0.9)], [
-        "nothing is quicker or misses less than a, misses 0.0 % [0.0, 0.0], invents 20.0 % [20.0, 20.0]; to invent "
-        "less, b, misses 10.0 % [10.0, 10.0], invents 10.0 % [10.0, 10.0]"]),
+        "nothing is quicker or misses less than a, misses 0 % [0, 0], invents 20 % [20, 20]; to invent "
+        "less, b, misses 10 % [10, 10], invents 10 % [10, 10]"]),
     "undecided": ([row("a", 0.5, 0.0, contact_frames_undecided=3)], []),
     "not measured": ([row("a", 0.5, 0.0, None)], []),
     "more invented than found": ([row("a", 0.5, 0.0, 0.4)], []),
