@@ -149,3 +149,17 @@ class SweepStage:
             BOX_PAD_ULPS * EPS, self._first, self._second, memory.ends, memory.order, memory.shared, verdict,
         )  # fmt: skip
         return SweepAnswer(verdict, int(swaps), int(events))
+
+
+class SweepLooks:
+    """Sweep and prune, asked one frame after the other; ``verdict`` (P,) is its answer to the last."""
+
+    def __init__(self, stage: SweepStage) -> None:
+        self._stage, self._memory = stage, stage.fresh_memory()
+        self.verdict: ByteArray = np.zeros(0, dtype=np.uint8)
+
+    def near(self, now: Motion) -> list[int]:
+        """The pairs whose world boxes overlap, by number."""
+        self.verdict = self._stage.candidates(now, self._memory).verdict[0]
+        near: list[int] = np.flatnonzero(self.verdict == CANDIDATE).tolist()
+        return near

@@ -11,12 +11,25 @@ from typing import ClassVar, Final
 import numpy as np
 
 from cdcore.bounding.sphere import require_sphere_mode
+from cdcore.broad.broad_looks import BroadLooks
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import NO_FACES, MeshStage
 from cdcore.narrow.sections.section_source import Pose, section_of_faces
 from cdcore.numerics import ByteArray, FloatArray, Int32Array, IntArray
-from cdcore.protocol import Body, Detection, Explanation, FaceSets, Motion, PairDetector, Verdict, pair_has_pose
+from cdcore.protocol import (
+    Body,
+    Detection,
+    Explanation,
+    FaceSets,
+    Live,
+    LiveHeld,
+    LivePairs,
+    Motion,
+    PairDetector,
+    Verdict,
+    pair_has_pose,
+)
 from cdcore.protocol.blocks import looks_at, looks_of, require_rate
 from cdcore.protocol.detection import SectionSource
 
@@ -103,6 +116,11 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
         """Say whether a frame was tested; where it was, spheres and boxes let every contact through."""
         del pair, faces
         return Explanation(looked=looks_at(motion.times, frame, self.settings.rate_hz), spheres_meet=True)
+
+    def live(self) -> Live:
+        """A session that is asked one frame after the other."""
+        looks = LivePairs(BroadLooks(self._broad), self._meshes.decide_now, self._containment.question)
+        return LiveHeld(looks, self.pairs, self.settings.rate_hz) if self.settings.rate_hz else looks
 
     def _fresh_memory(self) -> _DiscreteMemory:
         count = len(self.pairs)

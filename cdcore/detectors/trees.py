@@ -13,12 +13,14 @@ from typing import Any, ClassVar, Final
 
 from cdcore.bounding.box import box_by_body_axes
 from cdcore.bounding.sphere import sphere_best
+from cdcore.broad.broad_looks import BroadLooks
+from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import SphereStage
-from cdcore.broad.sweep_stage import SweepMemory, SweepStage
+from cdcore.broad.sweep_stage import SweepLooks, SweepMemory, SweepStage
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 from cdcore.narrow.trees.search import TreeSearch
 from cdcore.numerics import ByteArray, IntArray
-from cdcore.protocol import Body, Detection, Motion, PairDetector
+from cdcore.protocol import Body, Detection, Live, Motion, Near, PairDetector
 
 OBB_TREE: Final = (
     "S. Gottschalk, M. C. Lin, D. Manocha, OBBTree: a hierarchical structure for rapid interference detection, "
@@ -29,7 +31,7 @@ AABB_TREE: Final = (
     "Graphics Tools 2(4), 1997"
 )
 
-Near = tuple[ByteArray, dict[str, int]]
+Broad = tuple[ByteArray, dict[str, int]]
 """Verdicts (T, P) of a broad phase, CANDIDATE where the trees are to be asked, and its work counters."""
 
 
@@ -63,7 +65,16 @@ class TreeDetector(PairDetector[TreeSettings]):
         search = TreeSearch(self.name, [body.mesh.triangles for body in bodies])
         self._trees = TreeStage(bodies, pairs, search, settings)
 
-    def _near(self, motion: Motion, memory: Any) -> Near:
+    def live(self) -> Live:
+        """A session that is asked one frame after the other; a budget is spent as over the whole motion."""
+        if self.settings.budget is not None:
+            return super().live()
+        return self._trees.live(self._volumes())
+
+    def _volumes(self) -> Near:
+        return BroadLooks(BroadPhase(self.bodies, self.pairs))
+
+    def _near(self, motion: Motion, memory: Any) -> Broad:
         del memory
         return self._trees.everywhere(motion), {}
 
@@ -93,7 +104,7 @@ class AabbDetector(TreeDetector):
         super().__init__(bodies, pairs, settings)
         self._spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs)
 
-    def _near(self, motion: Motion, memory: Any) -> Near:
+    def _near(self, motion: Motion, memory: Any) -> Broad:
         del memory
         near = self._spheres.candidates(motion)
         return near.verdict, {"sphere_tests": near.tests, "skipped": near.skipped}
@@ -156,9 +167,12 @@ class SolidStyleDetector(TreeDetector):
         super().__init__(bodies, pairs, settings)
         self._sweep = SweepStage([box_by_body_axes(body.mesh) for body in bodies], pairs)
 
+    def _volumes(self) -> Near:
+        return SweepLooks(self._sweep)
+
     def _fresh_memory(self) -> SweepMemory:
         return self._sweep.fresh_memory()
 
-    def _near(self, motion: Motion, memory: SweepMemory) -> Near:
+    def _near(self, motion: Motion, memory: SweepMemory) -> Broad:
         near = self._sweep.candidates(motion, memory)
         return near.verdict, {"swaps": near.swaps, "pair_events": near.events}

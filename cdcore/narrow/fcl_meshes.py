@@ -76,7 +76,7 @@ class FclMeshes:
         """Put a body at a rigid pose; InvalidPoseError where it is not finite, to which FCL would answer *contact*."""
         if not (np.isfinite(rotation).all() and np.isfinite(translation).all()):
             raise InvalidPoseError(f"body {body}: the pose is not finite; flag it as not valid or repair it")
-        self._place(body, rotation, translation)
+        self.place_known(body, rotation, translation)
 
     def touch(self, a: int, b: int) -> bool:
         """Whether the surfaces of two placed bodies meet."""
@@ -94,7 +94,8 @@ class FclMeshes:
         keys = np.unique(keys)
         return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)
 
-    def _place(self, body: int, rotation: FloatArray, translation: FloatArray) -> None:
+    def place_known(self, body: int, rotation: FloatArray, translation: FloatArray) -> None:
+        """Put a body at a pose of a ``Motion``, which is known to be finite."""
         placed = self._bodies[body]
         placed.turn(rotation)
         placed.move(translation)
@@ -121,8 +122,8 @@ class FclMeshes:
         """The face pairs at each of K pairs of poses; arguments as for ``touch_along``."""
         found = []
         for ra, ta, rb, tb in zip(*poses_a, *poses_b, strict=True):
-            self._place(a, ra, ta)
-            self._place(b, rb, tb)
+            self.place_known(a, ra, ta)
+            self.place_known(b, rb, tb)
             found.append(self.faces(a, b))
         return found
 
@@ -136,7 +137,7 @@ class FclMeshes:
         counts = np.zeros((len(rotations), len(pairs)), dtype=np.int64)
         moves = (rotations != rotations[:1]).any(axis=(0, 2, 3)) | (translations != translations[:1]).any(axis=(0, 2))
         for body in np.unique(pairs).tolist():
-            self._place(body, rotations[0, body], translations[0, body])
+            self.place_known(body, rotations[0, body], translations[0, body])
         moving = [(body, self._bodies[body].turn, self._bodies[body].move) for body in np.flatnonzero(moves).tolist()]
         asked = [(k, self._bodies[i].thing, self._bodies[j].thing) for k, (i, j) in enumerate(pairs.tolist())]
         collide, request, found = fcl.collide, self._all if faces else self._first, _FacePairs()

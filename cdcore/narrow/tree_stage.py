@@ -6,6 +6,7 @@ reference vertices. A search that its budget ends says what it found, and NOT_FO
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -24,8 +25,10 @@ from cdcore.narrow.sections.section_source import sections_of
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, position_pad
 from cdcore.narrow.trees.search import UNLIMITED, PairPoses, Searched, TreeSearch
 from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, ByteArray, FloatArray, IntArray, place_points
-from cdcore.protocol import Body, Detection, FaceSets, Motion, Verdict, ordered_by_name, pair_has_pose
+from cdcore.protocol import Body, Detection, FaceSets, LivePairs, Motion, Near, Verdict, ordered_by_name, pair_has_pose
 
+FIRST_FRAME: Final = np.zeros(1, dtype=np.int64)
+CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)
 MODES: Final = ("all", "first")
 
 SKEW: Final = 2.0 * 3.0 * ORTHONORMAL_KEEP
@@ -74,8 +77,10 @@ class TreeStage:
         self._bodies = tuple(bodies)
         self._pairs = pairs
         self._ordered, self._turned = ordered_by_name(bodies, pairs)
+        self._ends: list[tuple[int, int]] = [(a, b) for a, b in self._ordered.tolist()]
         self._search = search
         self._settings = settings
+        self._scratch = np.zeros((1, len(search.counters)), dtype=np.int64), np.zeros(1, dtype=np.uint8), np.zeros(1)
         self._reach = [_reach(body.mesh.triangles) for body in bodies]
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
@@ -141,6 +146,30 @@ class TreeStage:
         work = dict(zip(self._search.counters, total.tolist(), strict=True))
         work |= {"tree_queries": queries, "reused": len(frames) - queries, "exhaustive": exhaustive}
         return TreeAnswer(hits, truncated & ~hits, which, sets, work)
+
+    def live(self, near: Near) -> LivePairs:
+        """Looks of these pairs, those named by ``near``."""
+        return LivePairs(near, self._decide_now, self._containment.question)
+
+    def _decide_now(self, now: Motion, column: int) -> int:
+        """The verdict of one pair about its surfaces in a motion of one frame, without a budget."""
+        a, b = self._ends[column]
+        move_a, move_b = now.translations[0, a].tolist(), now.translations[0, b].tolist()
+        size = self._reach[a] + self._reach[b] + math.hypot(*move_a) + math.hypot(*move_b)
+        if not size <= LARGEST_SIZE:
+            return CONTACT if self.decide(now, FIRST_FRAME, np.array([column]), every=False).hits[0] else CLEAR
+        # copies: the kernels are compiled for arrays that can be written to
+        turns = now.rotations[:, a].copy(), now.rotations[:, b].copy()
+        moves = now.translations[:, a].copy(), now.translations[:, b].copy()
+        counts, truncated, pad = self._scratch
+        pad[0] = position_pad(size, SKEW) + UNDERFLOW_PAD
+        found = self._search.found_by(
+            a, b, turns[0], moves[0], turns[1], moves[1], pad, False, UNLIMITED, counts, truncated
+        )
+        if not len(found):
+            return CLEAR
+        corners = self._bodies[a].mesh.triangles, self._bodies[b].mesh.triangles
+        return CONTACT if len(decided_by_integers(found, corners, turns, moves)) else CLEAR
 
     def _poses(
         self, a: int, b: int, pose_a: tuple[FloatArray, FloatArray], pose_b: tuple[FloatArray, FloatArray],
