@@ -18,24 +18,15 @@ __all__ = [
     "TriangleMesh", "Verdict", "create_detector", "intersecting_faces", "join", "time_of_impact", "triangles_intersect",
 ]  # fmt: skip
 
-_HOME = {
-    "DETECTORS": "cdcore.detectors",
-    "Body": "cdcore.protocol",
-    "Detection": "cdcore.protocol",
-    "Detector": "cdcore.protocol",
-    "FaceSets": "cdcore.protocol",
-    "FrameDetector": "cdcore.protocol",
-    "Impact": "cdcore.narrow.continuous.time_of_impact",
-    "Motion": "cdcore.protocol",
-    "TimeOfImpact": "cdcore.narrow.continuous.time_of_impact",
-    "TriangleMesh": "cdcore.mesh",
-    "Verdict": "cdcore.protocol",
-    "create_detector": "cdcore.detectors",
-    "intersecting_faces": "cdcore.narrow.intersecting_faces",
-    "join": "cdcore.protocol",
-    "time_of_impact": "cdcore.narrow.continuous.time_of_impact",
-    "triangles_intersect": "cdcore.narrow.triangles.predicates",
+_NAMES = {
+    "detectors": "DETECTORS create_detector",
+    "mesh": "TriangleMesh",
+    "narrow.continuous.time_of_impact": "Impact TimeOfImpact time_of_impact",
+    "narrow.intersecting_faces": "intersecting_faces",
+    "narrow.triangles.predicates": "triangles_intersect",
+    "protocol": "Body Detection Detector FaceSets FrameDetector Motion Verdict join",
 }
+_HOME = {name: f"cdcore.{module}" for module, names in _NAMES.items() for name in names.split()}
 """Public name -> module; loaded on first use, so that ``import cdcore`` costs nothing."""
 
 

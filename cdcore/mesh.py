@@ -49,16 +49,12 @@ class TriangleMesh:
     @cached_property
     def triangles(self) -> FloatArray:
         """Corners of every face, (f, 3, 3), body frame."""
-        corners = np.ascontiguousarray(self.vertices[self.faces])
-        readonly(corners)
-        return corners
+        return readonly(np.ascontiguousarray(self.vertices[self.faces]))
 
     @cached_property
     def referenced_vertices(self) -> FloatArray:
         """Vertices that a face uses, (r, 3): an unreferenced far vertex must not inflate a bounding volume."""
-        used = self.vertices[np.unique(self.faces)]
-        readonly(used)
-        return used
+        return readonly(self.vertices[np.unique(self.faces)])
 
     @cached_property
     def is_closed(self) -> bool:
@@ -84,13 +80,23 @@ class TriangleMesh:
     def merged_faces(self) -> IntArray:
         """Faces over vertices merged where bitwise equal, (f, 3); -0.0 and 0.0 are one."""
         _, inverse = np.unique(self.vertices + 0.0, axis=0, return_inverse=True)
-        merged: IntArray = inverse.reshape(-1)[self.faces].astype(np.int64)
-        return merged
+        return inverse.reshape(-1)[self.faces].astype(np.int64)
 
     @cached_property
     def components(self) -> IntArray:
         """Lowest face number of the connected component each face belongs to, (f,)."""
-        return _components(self.merged_faces)
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        # Faces and vertices as one bipartite graph: linear in the faces even where thousands of them share one vertex.
+        merged, count = self.merged_faces, len(self.faces)
+        face = np.repeat(np.arange(count), 3)
+        size = count + int(merged.max()) + 1
+        graph = coo_array((np.ones(3 * count, dtype=np.int8), (face, count + merged.ravel())), shape=(size, size))
+        label = connected_components(graph, directed=False)[1][:count]
+        first = np.full(label.max() + 1, count, dtype=np.int64)
+        np.minimum.at(first, label, np.arange(count))
+        return first[label]
 
     @cached_property
     def content_hash(self) -> str:
@@ -114,8 +120,7 @@ def _vertices(vertices: ArrayLike) -> FloatArray:
     if not finite.all():
         where = int(np.flatnonzero(~finite)[0])
         raise InvalidMeshError(f"vertex {where} is not finite: {array[where].tolist()}; repair or remove it")
-    readonly(array)
-    return array
+    return readonly(array)
 
 
 def _faces(faces: ArrayLike, vertex_count: int) -> Int32Array:
@@ -138,22 +143,4 @@ def _faces(faces: ArrayLike, vertex_count: int) -> Int32Array:
     array = np.ascontiguousarray(given, dtype=np.int32)
     if array is given or array.base is not None:
         array = array.copy()
-    readonly(array)
-    return array
-
-
-def _components(merged: IntArray) -> IntArray:
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    # Faces and vertices as one bipartite graph: linear in the faces even where thousands of them share one vertex.
-    count = len(merged)
-    face = np.repeat(np.arange(count), 3)
-    size = count + int(merged.max()) + 1
-    graph = coo_array((np.ones(3 * count, dtype=np.int8), (face, count + merged.ravel())), shape=(size, size))
-    _, label = connected_components(graph, directed=False)
-    label = label[:count]
-    first = np.full(label.max() + 1, count, dtype=np.int64)
-    np.minimum.at(first, label, np.arange(count))
-    result: IntArray = first[label]
-    return result
+    return readonly(array)

@@ -5,7 +5,7 @@ Every tolerance of the core has its name, its reason and its scale here or besid
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ByteArray = NDArray[np.uint8]
 Int32Array = NDArray[np.int32]
+AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
 
 EPS: Final = float(np.finfo(np.float64).eps)
 """Spacing of float64 at 1, 2^-52."""
@@ -66,6 +67,7 @@ def place_points(points: FloatArray, rotation: FloatArray, translation: FloatArr
     return np.stack(rows, axis=-1)
 
 
-def readonly(array: NDArray[np.generic]) -> None:
-    """Make an array refuse writing, so that frozen data is frozen."""
+def readonly(array: AnyArray) -> AnyArray:
+    """The array itself, which from here on refuses writing, so that frozen data is frozen."""
     array.setflags(write=False)
+    return array

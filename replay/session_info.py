@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from replay.base.constants import BLOCK_FRAMES
 from sessions import Session, Status
-
-GAP_STEPS: Final = 1.5
-"""A step longer than one and a half median steps is listed as a gap: a frame is missing there."""
+from sessions.doctor.timing import gap_rows
 
 
 @dataclass(frozen=True)
@@ -25,7 +23,7 @@ class ClockInfo:
     count : stamps.
     duration : seconds from the first to the last.
     rate_hz : one over the median step; 0 with fewer than two stamps.
-    gaps : steps longer than ``GAP_STEPS`` median steps; ``longest_gap`` in seconds.
+    gaps : what the doctor calls so; ``longest_gap`` in seconds.
     not_forward : steps that do not go forward.
     """
 
@@ -42,9 +40,9 @@ class ClockInfo:
         step = np.diff(stamps)
         forward = step[step > 0]
         median = float(np.median(forward)) if len(forward) else 0.0
-        gaps = forward[forward > GAP_STEPS * median]
+        gaps = step[gap_rows(stamps)]
         duration = float(stamps.max() - stamps.min()) / 1e9 if len(stamps) else 0.0
-        longest = float(gaps.max()) / 1e9 if len(gaps) else 0.0
+        longest = float(gaps.max(initial=0)) / 1e9
         return cls(len(stamps), duration, 1e9 / median if median else 0.0, len(gaps), longest, len(step) - len(forward))
 
 

@@ -33,33 +33,16 @@ __all__ = [
     "mesh_to_glb", "parse_scene", "read_scene", "read_session", "recover", "write_session",
 ]  # fmt: skip
 
-_HOME = {
-    "IMPORTERS": "sessions.importers",
-    "Event": "sessions.model.event",
-    "Finding": "sessions.doctor.finding",
-    "Frames": "sessions.model.frames",
-    "HandTrack": "sessions.model.hand",
-    "Interval": "sessions.model.event",
-    "LiveContact": "sessions.model.live_contact",
-    "MeshData": "sessions.mesh_data",
-    "Recorder": "sessions.mcap_format.recorder",
-    "Scene": "sessions.model.scene",
-    "Session": "sessions.model.session",
-    "Severity": "sessions.doctor.finding",
-    "Status": "sessions.model.frames",
-    "Track": "sessions.model.track",
-    "examine": "sessions.doctor.examine",
-    "import_session": "sessions.importers",
-    "load_mesh": "sessions.meshes.mesh_files",
-    "make_instrument": "sessions.glassware.catalogue",
-    "make_shape": "sessions.geometry.shapes",
-    "mesh_to_glb": "sessions.meshes.glb",
-    "parse_scene": "sessions.scene_files.scene_toml",
-    "read_scene": "sessions.scene_files.scene_toml",
-    "read_session": "sessions.mcap_format.reader",
-    "recover": "sessions.recovery.recover",
-    "write_session": "sessions.mcap_format.writer",
-}
+_NAMES = {
+    "doctor.examine": "examine", "doctor.finding": "Finding Severity", "geometry.shapes": "make_shape",
+    "glassware.catalogue": "make_instrument", "importers": "IMPORTERS import_session",
+    "mcap_format.reader": "read_session", "mcap_format.recorder": "Recorder", "mcap_format.writer": "write_session",
+    "mesh_data": "MeshData", "meshes.glb": "mesh_to_glb", "meshes.mesh_files": "load_mesh",
+    "model.event": "Event Interval", "model.frames": "Frames Status", "model.hand": "HandTrack",
+    "model.live_contact": "LiveContact", "model.scene": "Scene", "model.session": "Session", "model.track": "Track",
+    "recovery.recover": "recover", "scene_files.scene_toml": "parse_scene read_scene",
+}  # fmt: skip
+_HOME = {name: f"sessions.{module}" for module, names in _NAMES.items() for name in names.split()}
 """Public name -> module; loaded on first use, so that ``import sessions`` costs nothing."""
 
 

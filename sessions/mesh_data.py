@@ -55,8 +55,7 @@ class MeshData:
     @property
     def triangles(self) -> NDArray[np.float64]:
         """Corners of every face, (f, 3, 3) in metres."""
-        corners: NDArray[np.float64] = self.vertices[self.faces]
-        return corners
+        return self.vertices[self.faces]
 
     @property
     def volume(self) -> float:

@@ -17,13 +17,9 @@ FIT_ULPS: Final = 16.0
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """A box in a body's frame: ``centre + axes @ s`` with ``|s| <= half``.
+    """A box in a body's frame: ``centre + axes @ s`` with ``|s| <= half``, in metres.
 
-    Parameters
-    ----------
-    centre : (3,) metres.
-    axes : (3, 3), columns are the box's axes, orthonormal.
-    half : (3,) half extents along them.
+    ``centre`` (3,); ``axes`` (3, 3), whose columns are the box's axes, orthonormal; ``half`` (3,) extents along them.
     """
 
     centre: FloatArray
@@ -44,8 +40,7 @@ class Box:
     def corners(self) -> FloatArray:
         """Its corners, (8, 3), body frame."""
         signs = np.array(list(product((-1.0, 1.0), repeat=3)))
-        corners: FloatArray = self.centre + (signs * self.half) @ self.axes.T
-        return corners
+        return self.centre + (signs * self.half) @ self.axes.T
 
 
 def box_by_body_axes(mesh: TriangleMesh) -> Box:

@@ -36,7 +36,7 @@ class Sphere:
 def sphere_about(mesh: TriangleMesh, centre: ArrayLike) -> Sphere:
     """The smallest ball about a given centre, (3,), that holds every referenced vertex."""
     middle = np.array(centre, dtype=np.float64)
-    return Sphere(middle, _reach(mesh.referenced_vertices, middle))
+    return Sphere(middle, float(np.sqrt(_squares(mesh.referenced_vertices, middle).max())))
 
 
 def sphere_by_triangle_mean(mesh: TriangleMesh) -> Sphere:
@@ -48,7 +48,9 @@ def sphere_by_triangle_mean(mesh: TriangleMesh) -> Sphere:
 
     Source: equation (21). Differs: printed without the index i and with a radius over all vertices, used or not.
     """
-    return sphere_about(mesh, _mean(mesh.triangles.reshape(-1, 3)))
+    points = mesh.triangles.reshape(-1, 3)
+    # Summed about one of the points: a mesh far from its own origin keeps its digits, and no sum can overflow.
+    return sphere_about(mesh, points[0] + (points - points[0]).mean(axis=0))
 
 
 def sphere_by_box_centre(mesh: TriangleMesh) -> Sphere:
@@ -114,25 +116,9 @@ def sphere_in_mode(mesh: TriangleMesh, mode: str) -> Sphere:
 
 
 def require_sphere_mode(mode: str) -> None:
-    """Refuse a mode that ``SPHERES`` does not have.
-
-    Raises
-    ------
-    InvalidSettingError
-    """
+    """Refuse a mode that ``SPHERES`` does not have with an InvalidSettingError."""
     if mode not in SPHERES:
         raise InvalidSettingError(f"sphere={mode!r} is no mode; choose one of: {', '.join(SPHERES)}")
-
-
-def _mean(points: FloatArray) -> FloatArray:
-    # Summed about one of the points: a mesh far from its own origin keeps its digits, and no sum can overflow.
-    anchor = points[0]
-    mean: FloatArray = anchor + (points - anchor).mean(axis=0)
-    return mean
-
-
-def _reach(points: FloatArray, centre: FloatArray) -> float:
-    return float(np.sqrt(_squares(points, centre).max()))
 
 
 def _farthest(points: FloatArray, centre: FloatArray) -> int:
@@ -142,5 +128,4 @@ def _farthest(points: FloatArray, centre: FloatArray) -> int:
 def _squares(points: FloatArray, centre: FloatArray) -> FloatArray:
     """Squared distances; beyond 1e154 m they are infinite, and a ball that rejects nothing is right."""
     with np.errstate(over="ignore"):
-        squares: FloatArray = ((points - centre) ** 2).sum(axis=1)
-    return squares
+        return ((points - centre) ** 2).sum(axis=1)

@@ -70,11 +70,9 @@ class BoxStage:
         self._second = np.ascontiguousarray(pairs[:, 1])
 
     def may_meet(self, motion: Motion, frames: IntArray, columns: IntArray) -> BoolArray:
-        """(K,) for K pair-frames: False only where the bodies are certainly apart.
+        """(K,): False only where the bodies are certainly apart.
 
-        Parameters
-        ----------
-        frames, columns : (K,) frame numbers and columns of the pairs; both bodies have a pose there.
+        ``frames`` and ``columns`` (K,): frame numbers and columns of the pairs; both bodies have a pose there.
         """
         meets = np.empty(len(frames), dtype=np.bool_)
         boxes_may_meet(

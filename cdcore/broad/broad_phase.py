@@ -18,21 +18,16 @@ from cdcore.protocol import Body, Motion, Verdict
 
 @dataclass(frozen=True, eq=False)
 class BroadAnswer:
-    """What volumes decide.
-
-    Parameters
-    ----------
-    verdict : (T, P) CLEAR or NO_POSE; the caller writes its answers about the pair-frames below into it.
-    frames, columns : (K,) pair-frames that may meet, sorted by pair, then frame.
-    work : counters of sphere and box tests.
-    clock : seconds of the performance counter at the start, after the spheres and after the boxes.
-    """
+    """What volumes decide: ``frames`` and ``columns`` (K,) of the pair-frames that may meet, by pair, then frame."""
 
     verdict: ByteArray
+    """(T, P) CLEAR or NO_POSE; the caller writes its answers about the pair-frames into it."""
     frames: IntArray
     columns: IntArray
     work: dict[str, int]
+    """Counters of sphere and box tests."""
     clock: list[float]
+    """Seconds of the performance counter at the start, after the spheres and after the boxes."""
 
 
 class BroadPhase:

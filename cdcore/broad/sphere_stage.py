@@ -131,17 +131,11 @@ class SphereAnswer:
 
 
 class SphereStage:
-    """Finds the pair-frames whose spheres overlap.
+    """Finds the pair-frames whose spheres, one a body, overlap; ``pairs`` (P, 2) are body numbers.
 
-    *For a short time, made exact*: where two spheres are apart by a gap, the pair is not looked at again before the
-    recorded paths of both centres add up to that gap. The trajectory is known, so nothing can be missed; verdicts
-    with and without skipping are identical.
-
-    Parameters
-    ----------
-    spheres : one per body.
-    pairs : (P, 2) body numbers.
-    skip : whether to skip.
+    *For a short time, made exact*: where two spheres are apart by a gap, with ``skip`` the pair is not looked at again
+    before the recorded paths of both centres add up to that gap. The trajectory is known, so nothing can be missed;
+    verdicts with and without skipping are identical.
     """
 
     def __init__(self, spheres: Sequence[Sphere], pairs: IntArray, *, skip: bool = True) -> None:

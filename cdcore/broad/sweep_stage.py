@@ -4,8 +4,6 @@ Source: D. Baraff, Dynamic simulation of non-penetrating rigid bodies (1992); J.
 M. K. Ponamgi, I-COLLIDE (1995).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -116,15 +114,10 @@ class SweepMemory:
 
 
 class SweepStage:
-    """Finds the pair-frames whose world boxes overlap.
+    """Finds the pair-frames whose world boxes overlap: of one box a body, along its own axes; ``pairs`` (P, 2) numbers.
 
     Choose it for many bodies that move little from frame to frame; ``SphereStage`` knows the paths and is cheaper over
     a recording.
-
-    Parameters
-    ----------
-    boxes : one per body, along its own axes.
-    pairs : (P, 2) body numbers.
     """
 
     def __init__(self, boxes: Sequence[Box], pairs: IntArray) -> None:
@@ -149,17 +142,3 @@ class SweepStage:
             BOX_PAD_ULPS * EPS, self._first, self._second, memory.ends, memory.order, memory.shared, verdict,
         )  # fmt: skip
         return SweepAnswer(verdict, int(swaps), int(events))
-
-
-class SweepLooks:
-    """Sweep and prune, asked one frame after the other; ``verdict`` (P,) is its answer to the last."""
-
-    def __init__(self, stage: SweepStage) -> None:
-        self._stage, self._memory = stage, stage.fresh_memory()
-        self.verdict: ByteArray = np.zeros(0, dtype=np.uint8)
-
-    def near(self, now: Motion) -> list[int]:
-        """The pairs whose world boxes overlap, by number."""
-        self.verdict = self._stage.candidates(now, self._memory).verdict[0]
-        near: list[int] = np.flatnonzero(self.verdict == CANDIDATE).tolist()
-        return near

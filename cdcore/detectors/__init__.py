@@ -49,9 +49,7 @@ def load_detector(name: str) -> type[Any]:
     UnknownDetectorError
         Lists the names there are.
     """
-    entry = DETECTORS.get(name)
-    if entry is None and ":" in name:
-        entry = name
+    entry = DETECTORS.get(name, name if ":" in name else None)
     if entry is None:
         for point in entry_points(group=ENTRY_POINT_GROUP, name=name):
             return _checked(name, point.load())
@@ -98,5 +96,4 @@ def create_detector(
     if unknown:
         has = f"it has: {', '.join(known)}" if known else "it has none"
         raise InvalidSettingError(f"detector {name!r} has no setting {unknown[0]!r}; {has}")
-    made: Detector = detector(bodies, resolve_pairs(bodies, pairs), detector.Settings(**settings))
-    return made
+    return detector(bodies, resolve_pairs(bodies, pairs), detector.Settings(**settings))

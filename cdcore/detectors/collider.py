@@ -101,8 +101,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
     def _fresh_memory(self) -> _ColliderMemory:
         return _ColliderMemory(-np.inf, np.full(len(self.pairs), Verdict.NO_POSE, dtype=np.uint8))
 
-    def _run(self, motion: Motion, memory: _ColliderMemory, faces: bool) -> Detection:
-        del faces
+    def _run(self, motion: Motion, memory: _ColliderMemory, _faces: bool) -> Detection:
         looks, memory.tick = looks_of(motion.times, self.settings.rate_hz, memory.tick)
         seen, work, seconds = self._decide(motion.take(np.flatnonzero(looks)))
         known = pair_has_pose(motion, self.pairs)

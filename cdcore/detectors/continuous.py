@@ -52,20 +52,14 @@ class _Found:
     work: dict[str, int]
 
 
-@dataclass(eq=False)
-class _ContinuousMemory:
-    """The last frame of the block before, where the first interval of the next one starts."""
-
-    last: Motion | None
-
-
 class ContinuousDetector(PairDetector[ContinuousSettings]):
     """Follows faces from frame to frame: row t is the interval before frame t, clear by proof or in contact since when.
 
     Row t of its answer is the closed interval from frame t-1 to t; row 0 is the pose itself.
     CONTACT: the surfaces meet at either end or between, seen exactly on triangles. ``toi`` holds, for every contact
     that begins in the interval, seconds (low, high): proven clear before ``low``, in contact at ``high``, at most 1e-6
-    s apart; a contact that the interval starts in has no entry. CLEAR and CONTAINED: proven for the whole way.
+    s apart unless rounding hides a slow approach; a contact that the interval starts in has no entry. CLEAR and
+    CONTAINED: proven for the whole way.
     UNRESOLVED: neither, with a reason in ``reasons``. Where a pose is missing before a frame, or the track has a gap or
     a teleport, there is no way to speak of: CONTACT if the frame's own poses meet, else NO_POSE with the reason.
 
@@ -94,17 +88,16 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         self._segments = SegmentStage(self._trees, ordered, tolerance=settings.tolerance, effort=settings.effort)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
-    def _fresh_memory(self) -> _ContinuousMemory:
-        return _ContinuousMemory(None)
+    def _fresh_memory(self) -> list[Motion]:
+        return []
 
-    def _run(self, motion: Motion, memory: _ContinuousMemory, faces: bool) -> Detection:
-        """Detect from the last pose of the block before on, and leave out that row."""
-        del faces
-        block, first = motion, 0
-        if memory.last is not None:
-            motion, first = _joined(memory.last, block), 1
+    def _run(self, motion: Motion, memory: list[Motion], _faces: bool) -> Detection:
+        """Detect from the last frame of the block before on, which is the memory, and leave out that row."""
+        block, first = motion, len(memory)
+        if memory:
+            motion = _joined(memory[0], block)
         if len(block):
-            memory.last = block.frames(len(block) - 1, len(block))
+            memory[:] = [block.frames(len(block) - 1, len(block))]
         clock = [perf_counter()]
         poses = Poses(motion.rotations, motion.translations, motion.valid)
         answer = decide_motion(self._trees, self.pairs, poses)
@@ -138,8 +131,10 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         nowhere = has_pose & ~way & ~hits
         nowhere[:1] = False
         verdict[nowhere] = Verdict.NO_POSE
-        found = _Found(verdict, _no_way(motion, self.pairs, nowhere, first), {}, {})
-        found.toi.update(_instants(motion, hits & ~way, first))
+        # A contact in a frame without an interval before it begins, as far as is known, in that frame.
+        begun = [(t, p) for t, p in np.argwhere(hits & ~way).tolist() if t >= first]
+        toi = {(t, p): (float(motion.times[t]), float(motion.times[t])) for t, p in begun}
+        found = _Found(verdict, _no_way(motion, self.pairs, nowhere, first), toi, {})
         self._search(motion, way & ~before, hits, found, first)
         return found
 
@@ -175,14 +170,9 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
 
 def _joined(last: Motion, motion: Motion) -> Motion:
     """A block with the last frame of the block before at its head; poses keep their bits."""
-    both = (last, motion)
-    return Motion(
-        np.concatenate([part.times for part in both]),
-        np.concatenate([part.translations for part in both]),
-        np.concatenate([part.rotations for part in both]),
-        np.concatenate([part.valid for part in both]),
-        linked=np.concatenate([part.linked for part in both]),
-    )
+    names = ("times", "translations", "rotations", "valid", "linked")
+    *poses, linked = (np.concatenate([getattr(last, name), getattr(motion, name)]) for name in names)
+    return Motion(*poses, linked=linked)
 
 
 def _moves(motion: Motion) -> BoolArray:
@@ -201,10 +191,3 @@ def _no_way(motion: Motion, pairs: IntArray, nowhere: BoolArray, first: int) -> 
             known = motion.valid[t - 1, pairs[p, 0]] and motion.valid[t - 1, pairs[p, 1]]
             reasons[t, p] = GAP_BEFORE if known else LOST_BEFORE
     return reasons
-
-
-def _instants(motion: Motion, contact: BoolArray, first: int) -> dict[tuple[int, int], tuple[float, float]]:
-    """A contact in a frame without an interval before it begins, as far as is known, in that frame."""
-    return {
-        (t, p): (float(motion.times[t]), float(motion.times[t])) for t, p in np.argwhere(contact).tolist() if t >= first
-    }

@@ -14,10 +14,11 @@ from cdcore.bounding.sphere import require_sphere_mode
 from cdcore.broad.broad_looks import BroadLooks
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.narrow.containment.containment_stage import ContainmentStage
-from cdcore.narrow.mesh_stage import NO_FACES, MeshStage
+from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import Pose, section_of_faces
 from cdcore.numerics import ByteArray, FloatArray, Int32Array, IntArray
 from cdcore.protocol import (
+    NO_FACES,
     Body,
     Detection,
     Explanation,
@@ -28,9 +29,8 @@ from cdcore.protocol import (
     Motion,
     PairDetector,
     Verdict,
-    pair_has_pose,
-)
-from cdcore.protocol.blocks import looks_at, looks_of, require_rate
+)  # fmt: skip
+from cdcore.protocol.blocks import looks_at, looks_of, pair_has_pose, require_rate
 from cdcore.protocol.detection import SectionSource
 
 STAGES: Final = ("spheres", "boxes", "meshes", "containment")

@@ -74,8 +74,7 @@ class ExactDetector(PairDetector[ExactSettings]):
         broad, surfaces = BroadPhase(self.bodies, self.pairs), FrameLooks(self._trees, self.pairs)
         return LivePairs(BroadLooks(broad), surfaces.decide, self._containment.question)
 
-    def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
-        del memory
+    def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         poses = Poses(motion.rotations, motion.translations, motion.valid)
         answer = decide_motion(
             self._trees, self.pairs, poses, faces=faces, threads=self.settings.threads, verify=self.settings.verify

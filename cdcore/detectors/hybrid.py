@@ -66,8 +66,7 @@ class HybridDetector(PairDetector[HybridSettings]):
         """A session that is asked one frame after the other."""
         return LivePairs(BroadLooks(self._broad), self._meshes.decide_now, self._containment.question)
 
-    def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
-        del memory
+    def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         near = self._broad.candidates(motion)
         verdict, frames, columns, clock = near.verdict, near.frames, near.columns, near.clock
         meshes = self._meshes.decide(motion, frames, columns, faces=faces)

@@ -13,10 +13,10 @@ from cdcore.bounding.sphere import require_sphere_mode
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.containment_stage import REFUSAL, ContainmentStage
-from cdcore.narrow.mesh_stage import NO_FACES, MeshAnswer, MeshStage
+from cdcore.narrow.mesh_stage import MeshAnswer, MeshStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import ByteArray, Int32Array, IntArray
-from cdcore.protocol import Body, Detection, Explanation, FaceSets, Motion, PairDetector, Verdict
+from cdcore.protocol import NO_FACES, Body, Detection, Explanation, FaceSets, Motion, PairDetector, Verdict
 from cdcore.search.explaining import SearchExplainer
 from cdcore.search.settings import SearchSettings
 from cdcore.search.stage import CONTAINMENT_REFUSED, SearchAnswer, SearchMemory, SearchStage

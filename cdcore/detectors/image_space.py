@@ -53,8 +53,7 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
         self._spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs)
         self._turns = [turn_of_normals(body.mesh) if body.mesh.is_closed else 0 for body in bodies]
 
-    def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
-        del memory, faces
+    def _run(self, motion: Motion, _memory: None, _faces: bool) -> Detection:
         verdict, reasons, _, work, seconds = self._look(motion)
         refused = ("refused: depth images are sampled",) * len(self.pairs)
         return self._detection(

@@ -45,8 +45,7 @@ class SphereDetector(PairDetector[SphereSettings]):
         spheres = [sphere_in_mode(body.mesh, settings.sphere) for body in bodies]
         self._spheres = SphereStage(spheres, pairs, skip=settings.skip)
 
-    def _run(self, motion: Motion, memory: None, faces: bool) -> Detection:
-        del memory, faces
+    def _run(self, motion: Motion, _memory: None, _faces: bool) -> Detection:
         start = perf_counter()
         answer = self._spheres.candidates(motion)
         seconds = {"spheres": perf_counter() - start}

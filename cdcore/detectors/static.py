@@ -15,10 +15,21 @@ from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.containment_stage import ContainmentStage
-from cdcore.narrow.mesh_stage import NO_FACES, MeshStage
+from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray
-from cdcore.protocol import Body, Detection, FaceSets, Live, LivePairs, Motion, PairDetector, Verdict, pair_has_pose
+from cdcore.protocol import (
+    NO_FACES,
+    Body,
+    Detection,
+    FaceSets,
+    Live,
+    LivePairs,
+    Motion,
+    PairDetector,
+    Verdict,
+    pair_has_pose,
+)  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,8 +158,7 @@ class StaticDetector(PairDetector[StaticSettings]):
         if self.settings.epsilon == 0.0:
             before = np.concatenate([poses[:1] * np.nan if last is None else last[None], poses[:-1]])
             memory.poses[column] = poses[-1].copy()
-            changed: BoolArray = (poses != before).any(axis=1)
-            return changed
+            return (poses != before).any(axis=1)
         fresh, memory.poses[column] = _moved(poses, last, self._spheres[i], self.settings.epsilon)
         return fresh
 

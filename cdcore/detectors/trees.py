@@ -7,20 +7,23 @@ Run to completion, none of them loses a face.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, ClassVar, Final
+
+import numpy as np
 
 from cdcore.bounding.box import box_by_body_axes
 from cdcore.bounding.sphere import sphere_best
 from cdcore.broad.broad_looks import BroadLooks
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import SphereStage
-from cdcore.broad.sweep_stage import SweepLooks, SweepMemory, SweepStage
+from cdcore.broad.sweep_stage import SweepMemory, SweepStage
+from cdcore.narrow.containment.containment_stage import ContainmentStage
+from cdcore.narrow.sections.section_source import sections_of
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 from cdcore.narrow.trees.search import TreeSearch
 from cdcore.numerics import ByteArray, IntArray
-from cdcore.protocol import Body, Detection, Live, Motion, Near, PairDetector
+from cdcore.protocol import Body, Detection, FaceSets, Live, LivePairs, Motion, PairDetector, Verdict, pair_has_pose
 
 OBB_TREE: Final = (
     "S. Gottschalk, M. C. Lin, D. Manocha, OBBTree: a hierarchical structure for rapid interference detection, "
@@ -31,58 +34,53 @@ AABB_TREE: Final = (
     "Graphics Tools 2(4), 1997"
 )
 
-Broad = tuple[ByteArray, dict[str, int]]
+Near = tuple[ByteArray, dict[str, int]]
 """Verdicts (T, P) of a broad phase, CANDIDATE where the trees are to be asked, and its work counters."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class AabbSettings(TreeSettings):
-    """Settings of ``aabb``: ``mode``, ``budget``, ``containment``."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ObbSettings(TreeSettings):
-    """Settings of ``obb``: ``mode``, ``budget``, ``containment``."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class RapidStyleSettings(TreeSettings):
-    """Settings of ``rapid-style``: ``mode``, ``budget``, ``containment``."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class SolidStyleSettings(TreeSettings):
-    """Settings of ``solid-style``: ``mode`` ("first" is what the library offers), ``budget``, ``containment``."""
 
 
 class TreeDetector(PairDetector[TreeSettings]):
     """Searches two trees wherever the broad phase says; without a broad phase of its own, in every pair-frame."""
 
-    online: ClassVar[bool] = False
+    Settings: ClassVar[type] = TreeSettings
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: TreeSettings) -> None:
         super().__init__(bodies, pairs, settings)
         search = TreeSearch(self.name, [body.mesh.triangles for body in bodies])
         self._trees = TreeStage(bodies, pairs, search, settings)
+        self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
     def live(self) -> Live:
         """A session that is asked one frame after the other; a budget is spent as over the whole motion."""
         if self.settings.budget is not None:
             return super().live()
-        return self._trees.live(self._volumes())
+        looks = BroadLooks(BroadPhase(self.bodies, self.pairs))
+        return LivePairs(looks, self._trees.decide_now, self._containment.question)
 
-    def _volumes(self) -> Near:
-        return BroadLooks(BroadPhase(self.bodies, self.pairs))
-
-    def _near(self, motion: Motion, memory: Any) -> Broad:
-        del memory
-        return self._trees.everywhere(motion), {}
+    def _near(self, motion: Motion, _memory: Any) -> Near:
+        verdict = np.where(pair_has_pose(motion, self.pairs), Verdict.CANDIDATE, Verdict.NO_POSE)
+        return verdict.astype(np.uint8), {}
 
     def _run(self, motion: Motion, memory: Any, faces: bool) -> Detection:
-        start = perf_counter()
+        clock = [perf_counter()]
         verdict, work = self._near(motion, memory)
-        broad = perf_counter() - start
-        return self._trees.detection(self.name, motion, verdict, faces=faces, broad=broad, work=work)
+        columns, frames = np.nonzero(verdict.T == Verdict.CANDIDATE)
+        clock.append(perf_counter())
+        found = self._trees.decide(motion, frames, columns, every=faces and self.settings.mode == "all")
+        verdict[frames, columns] = np.where(found.truncated, Verdict.NOT_FOUND, Verdict.CLEAR)
+        verdict[frames[found.hits], columns[found.hits]] = Verdict.CONTACT
+        clock.append(perf_counter())
+        left = ~found.hits & ~found.truncated
+        asked = self._containment.mark(motion, frames[left], columns[left], verdict)
+        clock.append(perf_counter())
+        return self._detection(
+            motion,
+            verdict,
+            face_sets=FaceSets.from_shared(frames, columns, found.which, found.sets) if faces else None,
+            containment=self._containment.words,
+            work=work | found.work | {"containment_tests": asked},
+            seconds=dict(zip(("broad", "traversal", "containment"), np.diff(clock).tolist(), strict=True)),
+            section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
+        )
 
 
 class AabbDetector(TreeDetector):
@@ -95,7 +93,6 @@ class AabbDetector(TreeDetector):
     """
 
     name: ClassVar[str] = "aabb"
-    Settings: ClassVar[type] = AabbSettings
     sources: ClassVar[tuple[str, ...]] = (AABB_TREE,)
     choose_when: ClassVar[str] = "you want a complete tree without any tolerance, to compare others with"
     cannot: ClassVar[str] = "be fast on large meshes: it refits every box in every pose"
@@ -104,8 +101,7 @@ class AabbDetector(TreeDetector):
         super().__init__(bodies, pairs, settings)
         self._spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs)
 
-    def _near(self, motion: Motion, memory: Any) -> Broad:
-        del memory
+    def _near(self, motion: Motion, _memory: Any) -> Near:
         near = self._spheres.candidates(motion)
         return near.verdict, {"sphere_tests": near.tests, "skipped": near.skipped}
 
@@ -120,7 +116,6 @@ class ObbDetector(TreeDetector):
     """
 
     name: ClassVar[str] = "obb"
-    Settings: ClassVar[type] = ObbSettings
     sources: ClassVar[tuple[str, ...]] = (OBB_TREE,)
     choose_when: ClassVar[str] = "you want a complete tree of rigid bodies whose work you can count or cut"
     cannot: ClassVar[str] = "use what the frame before knew, as `exact` does"
@@ -136,7 +131,6 @@ class RapidStyleDetector(TreeDetector):
     """
 
     name: ClassVar[str] = "rapid-style"
-    Settings: ClassVar[type] = RapidStyleSettings
     sources: ClassVar[tuple[str, ...]] = (OBB_TREE,)
     choose_when: ClassVar[str] = "you compare with RAPID: its descent, its counters, its first-contact mode"
     cannot: ClassVar[str] = "speak for RAPID's own rounding: its leaf test here is exact"
@@ -153,7 +147,6 @@ class SolidStyleDetector(TreeDetector):
     """
 
     name: ClassVar[str] = "solid-style"
-    Settings: ClassVar[type] = SolidStyleSettings
     sources: ClassVar[tuple[str, ...]] = (
         AABB_TREE,
         "G. van den Bergen, A fast and robust GJK implementation for collision detection of convex objects, Journal of "
@@ -167,12 +160,9 @@ class SolidStyleDetector(TreeDetector):
         super().__init__(bodies, pairs, settings)
         self._sweep = SweepStage([box_by_body_axes(body.mesh) for body in bodies], pairs)
 
-    def _volumes(self) -> Near:
-        return SweepLooks(self._sweep)
-
     def _fresh_memory(self) -> SweepMemory:
         return self._sweep.fresh_memory()
 
-    def _near(self, motion: Motion, memory: SweepMemory) -> Broad:
+    def _near(self, motion: Motion, memory: SweepMemory) -> Near:
         near = self._sweep.candidates(motion, memory)
         return near.verdict, {"swaps": near.swaps, "pair_events": near.events}

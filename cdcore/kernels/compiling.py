@@ -104,12 +104,9 @@ def _jit(**options: Any) -> Any:
 class Compiled(event.Listener):
     """Listens to numba: which families of kernels were compiled, and how long that took.
 
-    Meanwhile the garbage collector rests: a compiler makes many objects that live and few cycles, and the search for
-    cycles took a tenth of its time (2026-11).
-
-    Parameters
-    ----------
-    tell : called with a family and the seconds spent so far, when the first kernel of that family is about to compile.
+    ``tell`` is called with a family and the seconds spent so far, when the first kernel of that family is about to
+    compile. Meanwhile the garbage collector rests: a compiler makes many objects that live and few cycles, and the
+    search for cycles took a tenth of its time (2026-11).
     """
 
     def __init__(self, tell: Callable[[str, float], None]) -> None:
@@ -135,9 +132,8 @@ class Compiled(event.Listener):
         gc.disable()
         self._since = perf_counter()
 
-    def on_end(self, event: Any) -> None:
+    def on_end(self, _event: Any) -> None:
         """A kernel is compiled."""
-        del event
         self._depth -= 1
         if self._depth == 0:
             self.seconds += perf_counter() - self._since

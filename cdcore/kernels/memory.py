@@ -26,8 +26,7 @@ Memory = Any
 def address_of(array: NDArray[Any]) -> int:
     """Address of the first entry of a contiguous array; valid as long as the caller keeps the array."""
     assert array.flags.c_contiguous, "kernels read arrays as one row"
-    start: int = array.__array_interface__["data"][0]
-    return start
+    return array.__array_interface__["data"][0]
 
 
 def _at(kind: Any, bits: Any) -> Callable[[int], Memory]:

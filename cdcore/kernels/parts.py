@@ -54,17 +54,16 @@ class PartLibrary(JITCodeLibrary):
         """Where numba would note the address of what Python code needs; a part has no address and no Python."""
         return _Nowhere
 
-    def get_pointer_to_function(self, name: str) -> int:
-        """0: there is no machine code of ``name`` here."""
-        del name
+    def get_pointer_to_function(self, _name: str) -> int:
+        """0: there is no machine code here."""
         return 0
 
     def add_linking_library(self, library: Any) -> None:
         """Remember what this part calls."""
         self._linking_libraries.append(library)
 
-    def _optimize_functions(self, ll_module: Any) -> None:
-        del ll_module
+    def _optimize_functions(self, _ll_module: Any) -> None:
+        return
 
     def _ensure_finalized(self) -> None:
         return

@@ -79,5 +79,4 @@ def decided_by_integers(
             for side, face in enumerate(faces)
         ]
         meets[k] = pair_intersects_integers(placed)
-    kept: IntArray = found[meets]
-    return kept
+    return found[meets]

@@ -10,8 +10,7 @@ area), needles, coordinates near 2^400, and ties within rounding in a rotated wo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any, Final
 
 import fcl
@@ -43,31 +42,16 @@ class _FacePairs:
         self.second.append(contact.b2)
 
 
-@dataclass(frozen=True, eq=False)
-class _Placed:
-    thing: Any
-    turn: Callable[[FloatArray], None]
-    move: Callable[[FloatArray], None]
-
-
 class FclMeshes:
     """Meshes, one a body, that can be placed and asked whether, and in which faces, two of them meet.
 
     Equal meshes (by content hash) share one tree. A ``TriangleMesh`` is never empty and its indices exist: FCL would
-    end the process otherwise.
-
-    Raises
-    ------
-    InvalidMeshError
-        FCL could not build the tree.
+    end the process otherwise. InvalidMeshError where FCL could not build the tree.
     """
 
     def __init__(self, meshes: Sequence[TriangleMesh]) -> None:
-        trees: dict[str, Any] = {}
-        for mesh in meshes:
-            if mesh.content_hash not in trees:
-                trees[mesh.content_hash] = _tree(mesh)
-        self._bodies = [_placed(trees[mesh.content_hash]) for mesh in meshes]
+        trees = {key: _tree(mesh) for key, mesh in {mesh.content_hash: mesh for mesh in meshes}.items()}
+        self._bodies = [fcl.CollisionObject(trees[mesh.content_hash]) for mesh in meshes]
         self._first = fcl.CollisionRequest(num_max_contacts=1, enable_contact=False)
         # With enable_contact FCL lists some face pairs twice, and the indices come without it too.
         self._all = fcl.CollisionRequest(num_max_contacts=EVERY_CONTACT, enable_contact=False)
@@ -78,9 +62,14 @@ class FclMeshes:
             raise InvalidPoseError(f"body {body}: the pose is not finite; flag it as not valid or repair it")
         self.place_known(body, rotation, translation)
 
+    def place_known(self, body: int, rotation: FloatArray, translation: FloatArray) -> None:
+        """Put a body at a pose of a ``Motion``, which is finite."""
+        self._bodies[body].setRotation(rotation)
+        self._bodies[body].setTranslation(translation)
+
     def touch(self, a: int, b: int) -> bool:
         """Whether the surfaces of two placed bodies meet."""
-        return bool(fcl.collide(self._bodies[a].thing, self._bodies[b].thing, self._first, _FacePairs()))
+        return bool(fcl.collide(self._bodies[a], self._bodies[b], self._first, _FacePairs()))
 
     def faces(self, a: int, b: int, *, most: int = EVERY_CONTACT) -> NDArray[np.int32]:
         """The face pairs of two placed bodies that meet, (k, 2), unique and sorted; FCL stops after ``most``."""
@@ -88,17 +77,10 @@ class FclMeshes:
         request = self._all
         if most != EVERY_CONTACT:
             request = fcl.CollisionRequest(num_max_contacts=most, enable_contact=False)
-        if not fcl.collide(self._bodies[a].thing, self._bodies[b].thing, request, found):
+        if not fcl.collide(self._bodies[a], self._bodies[b], request, found):
             return np.zeros((0, 2), dtype=np.int32)
-        keys = np.array(found.first, dtype=np.int64) << 32 | np.array(found.second, dtype=np.int64)
-        keys = np.unique(keys)
+        keys = np.unique(np.array(found.first, dtype=np.int64) << 32 | np.array(found.second, dtype=np.int64))
         return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)
-
-    def place_known(self, body: int, rotation: FloatArray, translation: FloatArray) -> None:
-        """Put a body at a pose of a ``Motion``, which is known to be finite."""
-        placed = self._bodies[body]
-        placed.turn(rotation)
-        placed.move(translation)
 
     def touch_along(
         self, a: int, b: int, poses_a: tuple[FloatArray, FloatArray], poses_b: tuple[FloatArray, FloatArray]
@@ -106,13 +88,14 @@ class FclMeshes:
         """Whether two bodies meet at each of K pairs of poses of a ``Motion``, (K, 3, 3) and (K, 3) each; (K,)."""
         hits = np.zeros(len(poses_a[0]), dtype=np.bool_)
         one, other = self._bodies[a], self._bodies[b]
+        turn_a, move_a, turn_b, move_b = one.setRotation, one.setTranslation, other.setRotation, other.setTranslation
         collide, request, found = fcl.collide, self._first, _FacePairs()
         for k, (ra, ta, rb, tb) in enumerate(zip(*poses_a, *poses_b, strict=True)):
-            one.turn(ra)
-            one.move(ta)
-            other.turn(rb)
-            other.move(tb)
-            if collide(one.thing, other.thing, request, found):
+            turn_a(ra)
+            move_a(ta)
+            turn_b(rb)
+            move_b(tb)
+            if collide(one, other, request, found):
                 hits[k] = True
         return hits
 
@@ -138,8 +121,9 @@ class FclMeshes:
         moves = (rotations != rotations[:1]).any(axis=(0, 2, 3)) | (translations != translations[:1]).any(axis=(0, 2))
         for body in np.unique(pairs).tolist():
             self.place_known(body, rotations[0, body], translations[0, body])
-        moving = [(body, self._bodies[body].turn, self._bodies[body].move) for body in np.flatnonzero(moves).tolist()]
-        asked = [(k, self._bodies[i].thing, self._bodies[j].thing) for k, (i, j) in enumerate(pairs.tolist())]
+        things = [(body, self._bodies[body]) for body in np.flatnonzero(moves).tolist()]
+        moving = [(body, thing.setRotation, thing.setTranslation) for body, thing in things]
+        asked = [(k, self._bodies[i], self._bodies[j]) for k, (i, j) in enumerate(pairs.tolist())]
         collide, request, found = fcl.collide, self._all if faces else self._first, _FacePairs()
         for frame, (turns, places) in enumerate(zip(rotations, translations, strict=True)):
             for body, turn, move in moving:
@@ -160,8 +144,3 @@ def _tree(mesh: TriangleMesh) -> Any:
     if tree.endModel() != 0:
         raise InvalidMeshError(f"FCL cannot build a tree of {mesh!r}; repair the mesh or use another detector")
     return tree
-
-
-def _placed(tree: Any) -> _Placed:
-    thing = fcl.CollisionObject(tree)
-    return _Placed(thing, thing.setRotation, thing.setTranslation)

@@ -8,6 +8,7 @@ their face pairs only touches.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from cdcore.narrow.margins.margin_kernels import POSE_ULPS, boxes_of, certainly_apart, overlap_bounds
 from cdcore.narrow.margins.separating_moves import come_apart, shell_vectors
 from cdcore.narrow.margins.triangle_margins import near_faces, triangle_margins
-from cdcore.narrow.spacetime.box_tree import BoxTree, build_box_tree
+from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import EPS, BoolArray, FloatArray, IntArray, place_points
 from cdcore.protocol import Body
@@ -31,8 +32,8 @@ class MarginStage:
         meshes = [body.mesh for body in bodies]
         self._triangles = [mesh.triangles for mesh in meshes]
         self._faces = [mesh.faces for mesh in meshes]
-        self._shells: dict[int, FloatArray] = {}
-        self._trees: dict[int, BoxTree] = {}
+        self._shell = cache(lambda body: shell_vectors(self._triangles[body], self._faces[body]))
+        self._tree = cache(lambda body: build_box_tree(self._triangles[body]))
         self._tau = tau
 
     def shallow(
@@ -95,16 +96,6 @@ class MarginStage:
 
     def _placed(self, body: int, rotation: FloatArray, translation: FloatArray) -> FloatArray:
         return place_points(self._triangles[body].reshape(-1, 3), rotation, translation).reshape(-1, 3, 3)
-
-    def _shell(self, body: int) -> FloatArray:
-        if body not in self._shells:
-            self._shells[body] = shell_vectors(self._triangles[body], self._faces[body])
-        return self._shells[body]
-
-    def _tree(self, body: int) -> BoxTree:
-        if body not in self._trees:
-            self._trees[body] = build_box_tree(self._triangles[body])
-        return self._trees[body]
 
 
 def _bounds(pairs: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

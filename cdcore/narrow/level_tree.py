@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.numerics import FloatArray, IntArray
 
 Keys = Callable[[IntArray, IntArray, IntArray], FloatArray]
 """``(faces, node, first) -> key``: called once a level with the faces of all its nodes (E,), the node within the
@@ -51,7 +51,11 @@ def grow_tree(count: int, leaf_faces: int, keys: Keys, *, balanced: bool) -> Top
         rank = key if balanced else key > 0
         order[place] = faces[np.lexsort((faces, rank, node))]
         opened = sizes > leaf_faces
-        cut = (sizes // 2 if balanced else _cut_at_zero(rank, first, sizes))[opened]
+        cut = sizes // 2
+        if not balanced:
+            below = sizes - np.add.reduceat(rank.astype(np.int64), first)
+            cut = np.where((below > 0) & (below < sizes), below, cut)
+        cut = cut[opened]
         nodes += len(start)
         child = np.full(len(start), -1, dtype=np.int64)
         child[opened] = nodes + 2 * np.arange(len(cut))
@@ -60,12 +64,6 @@ def grow_tree(count: int, leaf_faces: int, keys: Keys, *, balanced: bool) -> Top
         start, stop = np.column_stack([low, low + cut]).ravel(), np.column_stack([low + cut, high]).ravel()
     child, start, stop = (np.concatenate(part) for part in zip(*levels, strict=True))
     return Topology(child, start, stop, order, len(levels))
-
-
-def _cut_at_zero(above: BoolArray | FloatArray, first: IntArray, sizes: IntArray) -> IntArray:
-    below = sizes - np.add.reduceat(above.astype(np.int64), first)
-    cut: IntArray = np.where((below > 0) & (below < sizes), below, sizes // 2)
-    return cut
 
 
 def extents(along: FloatArray, first: IntArray) -> tuple[FloatArray, FloatArray]:

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns, turned_faces
-from cdcore.numerics import BoolArray, FloatArray, IntArray
-from cdcore.protocol import Body, FaceSets, Motion, Verdict, ordered_by_name
+from cdcore.numerics import BoolArray, IntArray
+from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, Verdict, ordered_by_name
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class MeshStage:
         queries = 0
         for column, rows in rows_of_columns(columns):
             a, b = self._pairs[column].tolist()
-            pose_a, pose_b = (_poses(motion, frames[rows], body) for body in (a, b))
+            pose_a, pose_b = ((motion.rotations[frames[rows], k], motion.translations[frames[rows], k]) for k in (a, b))
             fresh = differs_from_before(pose_a) | differs_from_before(pose_b)
             asked = np.flatnonzero(fresh)
             number = np.cumsum(fresh) - 1
@@ -74,15 +74,9 @@ class MeshStage:
         found = self._meshes.faces(a, b)
         return len(found) > 0, turned_faces(found) if self._turned[column] else found
 
-    def decide_now(self, now: Motion, column: int) -> int:
-        """CONTACT or CLEAR for one pair in a motion of one frame."""
-        return CONTACT if self.look(now, 0, column)[0] else CLEAR
+    def decide_now(self, now: Motion, column: int, _margin: float) -> tuple[int, bool]:
+        """CONTACT or CLEAR for one pair in a motion of one frame, and False: how far it is apart is not asked."""
+        return (CONTACT if self.look(now, 0, column)[0] else CLEAR), False
 
 
 CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)
-NO_FACES: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
-NO_FACES.setflags(write=False)
-
-
-def _poses(motion: Motion, frames: IntArray, body: int) -> tuple[FloatArray, FloatArray]:
-    return motion.rotations[frames, body], motion.translations[frames, body]

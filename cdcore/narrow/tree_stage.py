@@ -1,4 +1,4 @@
-"""Makes a detection of all pairs from a search of one pair, in the same way for every kind of tree.
+"""Asks a search of one pair about all pairs, in the same way for every kind of tree.
 
 A search that runs to completion is complete: a pad around volumes covers rounding, and faces are decided at the
 reference vertices. A search that its budget ends says what it found, and NOT_FOUND where that is nothing.
@@ -10,7 +10,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from time import perf_counter
 from typing import Final
 
 import numpy as np
@@ -18,17 +17,17 @@ from numpy.typing import NDArray
 
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.face_pair import decided_by_integers
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns, turned_faces
-from cdcore.narrow.sections.section_source import sections_of
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, position_pad
 from cdcore.narrow.trees.search import UNLIMITED, PairPoses, Searched, TreeSearch
-from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, ByteArray, FloatArray, IntArray, place_points
-from cdcore.protocol import Body, Detection, FaceSets, LivePairs, Motion, Near, Verdict, ordered_by_name, pair_has_pose
+from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
+from cdcore.protocol import Body, Motion, Verdict, ordered_by_name
 
 FIRST_FRAME: Final = np.zeros(1, dtype=np.int64)
 CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)
+MARGIN_TESTS: Final = 256
+"""Tests spent on whether surfaces are apart by a margin, before they are asked without one."""
 MODES: Final = ("all", "first")
 
 SKEW: Final = 2.0 * 3.0 * ORTHONORMAL_KEEP
@@ -68,56 +67,19 @@ class TreeAnswer:
 
 
 class TreeStage:
-    """Asks a search about pair-frames of its bodies, and makes a detection of its answers.
+    """Asks a search about pair-frames of its bodies.
 
     Each of the ``pairs`` (P, 2) is tested in the order of its names; its order here does not matter.
     """
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, search: TreeSearch, settings: TreeSettings) -> None:
         self._bodies = tuple(bodies)
-        self._pairs = pairs
         self._ordered, self._turned = ordered_by_name(bodies, pairs)
         self._ends: list[tuple[int, int]] = [(a, b) for a, b in self._ordered.tolist()]
         self._search = search
         self._settings = settings
         self._scratch = np.zeros((1, len(search.counters)), dtype=np.int64), np.zeros(1, dtype=np.uint8), np.zeros(1)
         self._reach = [_reach(body.mesh.triangles) for body in bodies]
-        self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
-
-    def everywhere(self, motion: Motion) -> ByteArray:
-        """CANDIDATE wherever a pair has its poses, (T, P): the traversal itself is the only filter."""
-        return np.where(pair_has_pose(motion, self._pairs), Verdict.CANDIDATE, Verdict.NO_POSE).astype(np.uint8)
-
-    def detection(
-        self, name: str, motion: Motion, verdict: ByteArray, *, faces: bool, broad: float, work: dict[str, int]
-    ) -> Detection:
-        """Decide every CANDIDATE of ``verdict`` (T, P).
-
-        ``broad`` and ``work`` are seconds and counters of the stage that named the candidates.
-        """
-        columns, frames = np.nonzero(verdict.T == Verdict.CANDIDATE)
-        clock = [perf_counter()]
-        answer = self.decide(motion, frames, columns, every=faces and self._settings.mode == "all")
-        verdict = verdict.copy()
-        verdict[frames, columns] = np.where(answer.truncated, Verdict.NOT_FOUND, Verdict.CLEAR)
-        verdict[frames[answer.hits], columns[answer.hits]] = Verdict.CONTACT
-        clock.append(perf_counter())
-        left = ~answer.hits & ~answer.truncated
-        asked = self._containment.mark(motion, frames[left], columns[left], verdict)
-        clock.append(perf_counter())
-        seconds = dict(zip(("traversal", "containment"), np.diff(clock).tolist(), strict=True))
-        return Detection(
-            detector=name,
-            names=tuple(body.name for body in self._bodies),
-            pairs=self._pairs,
-            times=motion.times,
-            verdict=verdict,
-            face_sets=FaceSets.from_shared(frames, columns, answer.which, answer.sets) if faces else None,
-            containment=self._containment.words,
-            work=work | answer.work | {"containment_tests": asked},
-            seconds={"broad": broad} | seconds,
-            section_source=sections_of(self._bodies, self._pairs, motion) if faces else None,
-        )
 
     def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, every: bool) -> TreeAnswer:
         """Answer for K pair-frames at which both bodies have a pose, sorted by column, then frame."""
@@ -147,29 +109,34 @@ class TreeStage:
         work |= {"tree_queries": queries, "reused": len(frames) - queries, "exhaustive": exhaustive}
         return TreeAnswer(hits, truncated & ~hits, which, sets, work)
 
-    def live(self, near: Near) -> LivePairs:
-        """Looks of these pairs, those named by ``near``."""
-        return LivePairs(near, self._decide_now, self._containment.question)
+    def decide_now(self, now: Motion, column: int, margin: float) -> tuple[int, bool]:
+        """CONTACT or CLEAR for one pair in a motion of one frame, without a budget.
 
-    def _decide_now(self, now: Motion, column: int) -> int:
-        """The verdict of one pair about its surfaces in a motion of one frame, without a budget."""
+        Also whether the surfaces are known to be more than ``margin`` apart.
+        """
         a, b = self._ends[column]
         move_a, move_b = now.translations[0, a].tolist(), now.translations[0, b].tolist()
         size = self._reach[a] + self._reach[b] + math.hypot(*move_a) + math.hypot(*move_b)
         if not size <= LARGEST_SIZE:
-            return CONTACT if self.decide(now, FIRST_FRAME, np.array([column]), every=False).hits[0] else CLEAR
+            hit = self.decide(now, FIRST_FRAME, np.array([column]), every=False).hits[0]
+            return (CONTACT if hit else CLEAR), False
         # copies: the kernels are compiled for arrays that can be written to
         turns = now.rotations[:, a].copy(), now.rotations[:, b].copy()
         moves = now.translations[:, a].copy(), now.translations[:, b].copy()
         counts, truncated, pad = self._scratch
-        pad[0] = position_pad(size, SKEW) + UNDERFLOW_PAD
-        found = self._search.found_by(
-            a, b, turns[0], moves[0], turns[1], moves[1], pad, False, UNLIMITED, counts, truncated
-        )
+        tight, left = position_pad(size, SKEW) + UNDERFLOW_PAD, self._search.undismissed
+        # With a margin some hundred tests only: where surfaces are near each other, most faces lie within it.
+        for extra, budget in ((margin, MARGIN_TESTS), (0.0, UNLIMITED))[left is None :]:
+            counts[:], truncated[0], pad[0] = 0, 0, tight + extra
+            found = self._search.found_by(
+                a, b, turns[0], moves[0], turns[1], moves[1], pad, False, budget, counts, truncated
+            )
+            if len(found) or not truncated[0]:
+                break
         if not len(found):
-            return CLEAR
+            return CLEAR, left is not None and extra > 0.0 and counts[0, left] == 0
         corners = self._bodies[a].mesh.triangles, self._bodies[b].mesh.triangles
-        return CONTACT if len(decided_by_integers(found, corners, turns, moves)) else CLEAR
+        return (CONTACT if len(decided_by_integers(found, corners, turns, moves)) else CLEAR), False
 
     def _poses(
         self, a: int, b: int, pose_a: tuple[FloatArray, FloatArray], pose_b: tuple[FloatArray, FloatArray],

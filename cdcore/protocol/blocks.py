@@ -15,13 +15,7 @@ from cdcore.protocol.verdict import Verdict
 
 
 def require_bodies(motion: Motion, bodies: Sequence[Body]) -> None:
-    """Refuse a motion of other bodies.
-
-    Raises
-    ------
-    InvalidPoseError
-        The motion has another number of bodies than the detector.
-    """
+    """Refuse a motion of another number of bodies than the detector has with an InvalidPoseError."""
     if motion.body_count != len(bodies):
         names = ", ".join(body.name for body in bodies)
         raise InvalidPoseError(
@@ -31,13 +25,7 @@ def require_bodies(motion: Motion, bodies: Sequence[Body]) -> None:
 
 
 def blocks_in_order(motions: Iterable[Motion]) -> Iterator[Motion]:
-    """The blocks of a stream, each checked to come after the one before.
-
-    Raises
-    ------
-    InvalidPoseError
-        A block starts before the end of the block before it.
-    """
+    """The blocks of a stream; InvalidPoseError where one starts before the end of the block before it."""
     last: float | None = None
     for number, motion in enumerate(motions):
         if len(motion):
@@ -53,8 +41,7 @@ def blocks_in_order(motions: Iterable[Motion]) -> Iterator[Motion]:
 
 def pair_has_pose(motion: Motion, pairs: IntArray) -> BoolArray:
     """Whether both bodies of a pair have a pose, (T, P)."""
-    both: BoolArray = motion.valid[:, pairs[:, 0]] & motion.valid[:, pairs[:, 1]]
-    return both
+    return motion.valid[:, pairs[:, 0]] & motion.valid[:, pairs[:, 1]]
 
 
 def contact_or_clear(hits: BoolArray, motion: Motion, pairs: IntArray) -> ByteArray:
@@ -84,12 +71,7 @@ TICK_SLACK: Final = 1e-6
 
 
 def require_rate(rate_hz: float | None) -> None:
-    """Refuse a rate that is none.
-
-    Raises
-    ------
-    InvalidSettingError
-    """
+    """Refuse a rate that is none with an InvalidSettingError."""
     if rate_hz is not None and not 0.0 < rate_hz < float("inf"):
         raise InvalidSettingError(f"rate_hz={rate_hz!r} is no rate; give looks per second above 0, or None")
 
@@ -97,11 +79,8 @@ def require_rate(rate_hz: float | None) -> None:
 def looks_of(times: FloatArray, rate_hz: float | None, before: float = -np.inf) -> tuple[BoolArray, float]:
     """Which frames are tested, (T,), and the number of the last tick, which is ``before`` of the next block.
 
-    Parameters
-    ----------
-    times : (T,) seconds, increasing.
-    rate_hz : ticks per second; ``None``: every frame is tested.
-    before : number of the last tick that had a look; minus infinity: none, so that the first frame has one.
+    ``times`` (T,) are seconds, increasing; ``rate_hz``: ticks per second, ``None``: every frame is tested; ``before``:
+    number of the last tick that had a look, minus infinity: none, so that the first frame has one.
     """
     if rate_hz is None or not len(times):
         return np.ones(len(times), dtype=np.bool_), before

@@ -47,7 +47,8 @@ def resolve_pairs(bodies: Sequence[Body], pairs: ArrayLike | None) -> IntArray:
         rows = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
         return np.array(rows, dtype=np.int64).reshape(-1, 2)
     number = {name: index for index, name in enumerate(names)}
-    resolved = [_resolve_pair(row, number) for row in _rows(pairs)]
+    given: Any = pairs.tolist() if isinstance(pairs, np.ndarray) else pairs
+    resolved = [_resolve_pair(tuple(row), number) for row in given]
     unordered = [tuple(sorted(row)) for row in resolved]
     if len(set(unordered)) != len(unordered):
         twice = next(row for row in unordered if unordered.count(row) > 1)
@@ -55,18 +56,9 @@ def resolve_pairs(bodies: Sequence[Body], pairs: ArrayLike | None) -> IntArray:
     return np.array(resolved, dtype=np.int64).reshape(-1, 2)
 
 
-def _rows(pairs: ArrayLike) -> list[tuple[object, object]]:
-    given: Any = pairs.tolist() if isinstance(pairs, np.ndarray) else pairs
-    rows = []
-    for row in given:
-        ends = tuple(row)
-        if len(ends) != 2:
-            raise InvalidPairError(f"a pair has two bodies, not {len(ends)}: {ends}")
-        rows.append((ends[0], ends[1]))
-    return rows
-
-
-def _resolve_pair(row: tuple[object, object], number: dict[str, int]) -> tuple[int, int]:
+def _resolve_pair(row: tuple[object, ...], number: dict[str, int]) -> tuple[int, int]:
+    if len(row) != 2:
+        raise InvalidPairError(f"a pair has two bodies, not {len(row)}: {row}")
     i, j = (_resolve_body(end, number) for end in row)
     if i == j:
         raise InvalidPairError(f"body {row[0]!r} is paired with itself; a pair needs two bodies")

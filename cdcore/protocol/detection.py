@@ -82,19 +82,17 @@ class Detection:
 
     def faces(self, frame: int, pair: int) -> IntArray:
         """Face pairs of one frame and pair (column), (k, 2) int64, unique and sorted; k = 0 without contact."""
-        frame, pair = self._place(frame, pair)
-        return self._faces_asked().at(frame, pair)
+        return self._faces_asked().at(*self._place(frame, pair))
 
     def section(self, frame: int, pair: int) -> FloatArray:
         """Intersection segments of the faces that meet, (k, 2, 3) world metres; degenerate ones have equal ends.
 
         Fewer than the face pairs only where a rounding engine listed pairs that, taken exactly, do not meet.
         """
-        frame, pair = self._place(frame, pair)
-        faces = self._faces_asked().at(frame, pair)
+        faces = self.faces(frame, pair)
         if self.section_source is None:
             raise NotRecordedError(f"{self.detector} computes no intersection segments; ask a detector on meshes")
-        return self.section_source(frame, pair, faces)
+        return self.section_source(*self._place(frame, pair), faces)
 
     @cached_property
     def digest(self) -> str | None:
@@ -134,12 +132,10 @@ def join(detections: Iterable[Detection]) -> Detection:
         raise ValueError("there is no block to join; stream at least one motion")
     head = parts[0]
     first = [0, *accumulate(len(part.times) for part in parts)]
+    blocks = list(zip(first, parts, strict=False))
     faces = None
     if all(part.face_sets is not None for part in parts):
-        faces = FaceSets.join(
-            (start, part.face_sets) for start, part in zip(first, parts, strict=False) if part.face_sets
-        )
-    blocks = list(zip(first, parts, strict=False))
+        faces = FaceSets.join((start, part.face_sets) for start, part in blocks if part.face_sets)
     return replace(
         head,
         times=np.concatenate([part.times for part in parts]),

@@ -46,7 +46,6 @@ class Explains(Protocol):
         frame, pair : row and column of its answer.
         faces : (k, 2) the face pairs that meet there, by an exact detector; empty for one body inside another.
         """
-        ...
 
 
 @runtime_checkable
@@ -65,12 +64,9 @@ class Detector(Protocol):
     @property
     def settings(self) -> Any:
         """The settings in force."""
-        ...
 
     def detect(self, motion: Motion, *, faces: bool = False) -> Detection:
         """Answer for every frame and pair of the whole motion; face pairs on request."""
-        ...
 
     def stream(self, motions: Iterable[Motion], *, faces: bool = False) -> Iterator[Detection]:
         """Answer block by block; the joined answers equal those of ``detect`` on the whole, for any block size."""
-        ...

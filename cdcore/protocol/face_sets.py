@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from cdcore.numerics import Int32Array, IntArray, readonly
 
+NO_FACES: Int32Array = readonly(np.zeros((0, 2), dtype=np.int32))
+
 
 @dataclass(frozen=True, eq=False)
 class FaceSets:
@@ -54,7 +56,7 @@ class FaceSets:
         keep = np.flatnonzero(sizes[which]) if len(which) else np.zeros(0, dtype=np.int64)
         order = keep[np.lexsort((pair[keep], frame[keep]))]
         rows = [np.asarray(one, dtype=np.int32).reshape(-1, 2) for one in sets]
-        faces = np.concatenate(rows) if rows else np.zeros((0, 2), dtype=np.int32)
+        faces = np.concatenate([NO_FACES, *rows])
         number = which[order].astype(np.int64)
         start = (stop - sizes)[number]
         return cls(frame[order].astype(np.int64), pair[order].astype(np.int64), start, stop[number], faces)

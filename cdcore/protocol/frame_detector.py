@@ -76,8 +76,7 @@ class FrameDetector(PairDetector[Any]):
         self.prepare()
         return [0]
 
-    def _run(self, motion: Motion, memory: list[int], faces: bool) -> Detection:
-        del faces
+    def _run(self, motion: Motion, memory: list[int], _faces: bool) -> Detection:
         verdict = np.zeros((len(motion), len(self.pairs)), dtype=np.uint8)
         seconds = np.zeros(len(motion))
         for frame in range(len(motion)):

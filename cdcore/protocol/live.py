@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
-from typing import Any, Final, Protocol
+from typing import Final, Protocol
 
 import numpy as np
 
@@ -17,8 +17,9 @@ from cdcore.protocol.motion import Motion
 from cdcore.protocol.verdict import Verdict
 
 CLEAR: Final = int(Verdict.CLEAR)
-Decide = Callable[[Motion, int], Any]
-"""``(now, pair)``: about one pair in a motion of one frame."""
+Decide = Callable[[Motion, int, float], tuple[int, bool]]
+"""``(now, pair, margin)``: the verdict of one pair in a motion of one frame, and whether its surfaces are known to be
+apart by the margin."""
 
 
 class Live(Protocol):
@@ -56,6 +57,14 @@ class Near(Protocol):
         """The pairs that are to be asked."""
         ...
 
+    def margin(self, pair: int) -> float:
+        """A distance of surfaces that is worth to be known."""
+        ...
+
+    def keep_apart(self, pair: int, margin: float, apart: bool) -> None:
+        """Take note of what was found about it."""
+        ...
+
 
 class LiveBlocks:
     """Looks of a detector that answers any block: each frame is a block."""
@@ -81,7 +90,7 @@ class LivePairs:
     is CLEAR is inside the other; ``None`` where that is not asked.
     """
 
-    def __init__(self, near: Near, decide: Decide, inside: Decide | None) -> None:
+    def __init__(self, near: Near, decide: Decide, inside: Callable[[Motion, int], bool] | None) -> None:
         self._near, self._decide, self._inside = near, decide, inside
         self.seconds: dict[str, float] = {}
         self.work: Counter[str] = Counter()
@@ -92,14 +101,16 @@ class LivePairs:
         columns = self._near.near(now)
         volumes, verdict, asked = perf_counter(), self._near.verdict, 0
         for column in columns:
-            verdict[column] = self._decide(now, column)
+            margin = self._near.margin(column)
+            verdict[column], apart = self._decide(now, column, margin)
+            self._near.keep_apart(column, margin, apart)
         surfaces = perf_counter()
         if self._inside is not None:
-            apart = [column for column in columns if verdict[column] == CLEAR]
-            for column in apart:
+            clear = [column for column in columns if verdict[column] == CLEAR]
+            for column in clear:
                 if self._inside(now, column):
                     verdict[column] = Verdict.CONTAINED
-            asked = len(apart)
+            asked = len(clear)
         self.seconds = {
             "volumes": volumes - start, "surfaces": surfaces - volumes, "containment": perf_counter() - surfaces
         }  # fmt: skip

@@ -23,8 +23,7 @@ RANDOM_STEP = 16
 @hot_kernel
 def random_round(
     pick_a: IntArray, pick_b: IntArray, rows_a: FloatArray, rows_b: FloatArray, pose: FloatArray, number: FloatArray,
-    count: IntArray, table: IntArray,
-    pair: FloatArray, random: FloatArray,
+    count: IntArray, table: IntArray, pair: FloatArray, random: FloatArray,
 ) -> None:  # fmt: skip
     """Sixteen uniform random pairs; needs 32 random numbers."""
     stay_one_function()
@@ -58,8 +57,8 @@ def outcome(count: IntArray) -> int:
 @kernel
 def advance(
     who: int, swarm: FloatArray, pick_a: IntArray, pick_b: IntArray, rows_a: FloatArray, rows_b: FloatArray,
-    near_a: IntArray, near_b: IntArray,
-    pose: FloatArray, number: FloatArray, count: IntArray, table: IntArray, random: FloatArray,
+    near_a: IntArray, near_b: IntArray, pose: FloatArray, number: FloatArray, count: IntArray, table: IntArray,
+    random: FloatArray,
 ) -> int:  # fmt: skip
     """Search on: FOUND, SPENT, HUNGRY (give random numbers, cursor at 0), STALE (give those of another restart), FULL
     (grow the table) or UNSURE (ask about the pairs left open).

@@ -8,8 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.numerics import IntArray
-from cdcore.protocol import Body, Explanation, Motion
+from cdcore.numerics import BoolArray, IntArray
+from cdcore.protocol import Body, Explanation, Motion, pair_has_pose
 from cdcore.search.features import features_of
 from cdcore.search.samples import sample_of
 from cdcore.search.settings import SearchSettings
@@ -19,8 +19,14 @@ TIMES_MORE: Final = 10
 """A miss is blamed on the budget where this many times the budget finds the contact."""
 
 
+FRAMES_BEFORE: Final = 32
+"""At least so many frames before a miss are searched again too, because a search starts where the one before ended.
+Of 74 misses of ``hybrid-qaco[budget=100]`` in bench-bumps a cold search finds 40, one warm for 16 frames 67, for 32 72;
+a run with ten times the budget finds as many. To begin from the run's own closest faces changes none of these."""
+
+
 class SearchExplainer:
-    """Searches single pair-frames again, with ten times the budget.
+    """Searches pair-frames again with ten times the budget, warm from frames before as the run was.
 
     Parameters
     ----------
@@ -33,6 +39,8 @@ class SearchExplainer:
         self._settings = replace(settings, budget=more, frame_budget=whole_frame, budget_seconds=None)
         self._stages: dict[int, SearchStage] = {}
         self._drawn: dict[int, IntArray] = {}
+        self._motion: Motion | None = None
+        self._found: dict[tuple[int, int], BoolArray] = {}
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray, *, volumes_meet: bool) -> Explanation:
         """What spheres and search make of one pair in one frame.
@@ -63,8 +71,17 @@ class SearchExplainer:
         return self._drawn[body]
 
     def _finds(self, motion: Motion, frame: int, pair: int) -> bool:
+        """Whether it is found with ten times the budget; neighbours in time share a search, which is kept."""
+        if motion is not self._motion:
+            self._motion, self._found = motion, {}
+        first = max(0, frame // FRAMES_BEFORE - 1) * FRAMES_BEFORE
+        if (pair, first) not in self._found:
+            self._found[pair, first] = self._search_again(motion, first, pair)
+        return bool(self._found[pair, first][frame - first])
+
+    def _search_again(self, motion: Motion, first: int, pair: int) -> BoolArray:
         if pair not in self._stages:
             self._stages[pair] = SearchStage(self._bodies, self._pairs[[pair]], self._settings)
         stage = self._stages[pair]
-        now = motion.frames(frame, frame + 1)
-        return bool(stage.decide(now, np.ones((1, 1), dtype=np.bool_), stage.fresh_memory()).hits[0, 0])
+        known, now = stage.fresh_memory(), motion.frames(first, first + 2 * FRAMES_BEFORE)
+        return stage.decide(now, pair_has_pose(now, self._pairs[[pair]]), known).hits[:, 0]

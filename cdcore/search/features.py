@@ -26,23 +26,19 @@ CENTROID, RADIUS, CORNERS, ROW = 0, 3, 4, 13
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """The faces of a mesh in the order of the search.
-
-    Parameters
-    ----------
-    face : (f,) number in the mesh of the face at each place in the order.
-    rows : (f, 13) centroid, radius of the ball around it that holds the face, corners; body frame, metres.
-    near : (f, 15) places of up to 14 faces sharing a corner, those sharing an edge first, -1 where there is none;
-        last column: how many share an edge.
-    links : (6 f + v + 1,) three vertices of each face; for each vertex where its faces start; the faces at each vertex.
-    size : largest distance of a point of the mesh to the origin of the body.
-    """
+    """The faces of a mesh in the order of the search."""
 
     face: IntArray
+    """(f,) number in the mesh of the face at each place in the order."""
     rows: FloatArray
+    """(f, 13) centroid, radius of the ball around it that holds the face, corners; body frame, metres."""
     near: IntArray
+    """(f, 15) places of up to 14 faces sharing a corner, those sharing an edge first, -1 where there is none; last
+    column: how many share an edge."""
     links: IntArray
+    """(6 f + v + 1,) three vertices of each face; for each vertex where its faces start; the faces at each vertex."""
     size: float
+    """Largest distance of a point of the mesh to the origin of the body."""
 
     def __len__(self) -> int:
         return len(self.face)
@@ -68,9 +64,7 @@ def features_of(mesh: TriangleMesh) -> Features:
     near = _neighbours(corners, start, members)
     size = float(_length(rows[:, CENTROID:RADIUS]).max() + rows[:, RADIUS].max())
     links = np.concatenate([corners.ravel(), 3 * len(face) + len(start) + start, members])
-    for array in (face, rows, near, links):
-        readonly(array)
-    return Features(face, rows, near, links, size)
+    return Features(readonly(face), readonly(rows), readonly(near), readonly(links), size)
 
 
 def morton_codes(points: FloatArray) -> IntArray:
@@ -92,9 +86,8 @@ def _length(vectors: FloatArray) -> FloatArray:
     """Norms over the last axis; nothing overflows that is not itself too long for a double."""
     scale = np.abs(vectors).max(axis=-1)
     safe = np.where(scale > 0.0, scale, 1.0)
-    length: FloatArray = scale * np.sqrt(((vectors / safe[..., None]) ** 2).sum(axis=-1))
     # one rounding more than the true length must not cut off a corner
-    return length * (1.0 + 2.0**-48)
+    return scale * np.sqrt(((vectors / safe[..., None]) ** 2).sum(axis=-1)) * (1.0 + 2.0**-48)
 
 
 def _neighbours(corners: IntArray, start: IntArray, members: IntArray) -> IntArray:

@@ -39,13 +39,9 @@ Pose = tuple[FloatArray, FloatArray]
 
 
 class PairSearch:
-    """Searches one pair of bodies, again and again.
+    """Searches one pair of bodies, again and again, from the features of both.
 
-    Parameters
-    ----------
-    first, second : features of both bodies.
-    names : names of both; with seed and stamp they choose the random stream.
-    settings : who searches, and with which constants.
+    The names of both choose the random stream, with seed and stamp; settings say who searches, with which constants.
     """
 
     def __init__(self, first: Features, second: Features, names: tuple[str, str], settings: SearchSettings) -> None:
@@ -70,14 +66,10 @@ class PairSearch:
     def look(
         self, pose_a: Pose, pose_b: Pose, stamp: float, *, start: Pair | None = None, budget: int | None = None
     ) -> SearchResult:
-        """Search until the first hit or the end of the budget.
+        """Search until the first hit or the end of the budget (evaluations; ``None``: that of the settings).
 
-        Parameters
-        ----------
-        pose_a, pose_b : rotation (3, 3) and translation (3,) of both bodies.
-        stamp : time of the frame, part of the key of the random stream.
-        start : places of a pair to begin at, such as the closest of the frame before.
-        budget : evaluations; ``None``: that of the settings.
+        Poses are rotation (3, 3) and translation (3,); ``stamp``, the time of the frame, is part of the key of the
+        random stream; ``start``: places of a pair to begin at, such as the closest of the frame before.
         """
         self._place(pose_a, pose_b, stamp)
         self._count[state.BUDGET] = self.settings.budget if budget is None else budget

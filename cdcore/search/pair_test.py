@@ -119,8 +119,7 @@ def grow_table(old: IntArray, new: IntArray, count: IntArray) -> None:
 
 def meeting_pairs(first: Features, second: Features, pose: FloatArray, pairs: IntArray) -> IntArray:
     """Those of the pairs (k, 2), places of faces, that meet at the reference vertices; order kept."""
-    meeting: IntArray = pairs[triangles_intersect(placed_pairs(first, second, pose, pairs))]
-    return meeting
+    return pairs[triangles_intersect(placed_pairs(first, second, pose, pairs))]
 
 
 def placed_pairs(first: Features, second: Features, pose: FloatArray, pairs: IntArray) -> FloatArray:

@@ -18,8 +18,7 @@ def printed_gate(theta: FloatArray, qubits: FloatArray) -> FloatArray:
     """(17) as printed on qubits (..., 2) by angles (...): its last entry is ``-cos``, so that it is no rotation."""
     cos, sin = np.cos(theta), np.sin(theta)
     a, b = qubits[..., 0], qubits[..., 1]
-    turned: FloatArray = np.stack([cos * a - sin * b, sin * a - cos * b], axis=-1)
-    return turned
+    return np.stack([cos * a - sin * b, sin * a - cos * b], axis=-1)
 
 
 def signed_power(change: float, exponent: float) -> float:
@@ -31,8 +30,7 @@ def probabilities(pheromone: FloatArray, heuristic: FloatArray, alpha: float, be
     """(16) as a plain ratio of powers; what it gives may be negative or no number."""
     with np.errstate(all="ignore"):
         weight = pheromone**alpha * heuristic**beta
-        ratio: FloatArray = weight / weight.sum()
-    return ratio
+        return weight / weight.sum()
 
 
 def search_as_printed(
@@ -42,18 +40,10 @@ def search_as_printed(
     settings: SearchSettings,
     stream: np.random.Generator,
 ) -> tuple[int, bool]:
-    """Search until a hit, the end of the budget, or probabilities that are none.
+    """Search until a hit, the end of the budget, or probabilities that are none; iterations, and whether they broke.
 
-    Parameters
-    ----------
-    evaluate : distance of a pair of features by their places.
-    is_over : whether a pair was hit or the budget is spent.
-    sizes : features of both bodies.
-    settings : ants, turn, mutation, alpha, beta and evaporation count.
-
-    Returns
-    -------
-    iterations done, and whether the probabilities broke.
+    ``evaluate`` gives the distance of a pair of features by their places; ``is_over``: a pair was hit or the budget is
+    spent; ``sizes``: features of both bodies. Of the settings ants, turn, mutation, alpha, beta and evaporation count.
     """
     ants = settings.ants
     angle = 2 * np.pi * stream.random((ants, 2))

@@ -51,12 +51,9 @@ def distance_moved(pose: FloatArray, before: FloatArray, size: float) -> float:
 class RestingContact:
     """Decides how much to search a pair that rests, or nearly rests, against each other.
 
-    Parameters
-    ----------
-    first, second : features of both.
-    share : a pair that has moved farther than this counts as new; in diameters of the mean face of the finer mesh. The
-        finer mesh limits how small a contact can be. With the mean of both, a ball of 512 faces was searched in brief
-        for 18 frames on its way to a plate of 12, and the first two frames of their contact were missed.
+    A pair that has moved farther than ``share`` counts as new; in diameters of the mean face of the finer mesh. The
+    finer mesh limits how small a contact can be. With the mean of both, a ball of 512 faces was searched in brief for
+    18 frames on its way to a plate of 12, and the first two frames of their contact were missed.
     """
 
     def __init__(self, first: Features, second: Features, share: float) -> None:
@@ -65,13 +62,10 @@ class RestingContact:
         self._news = share * 2.0 * min(first.mean_radius, second.mean_radius)
 
     def budget(self, pose: FloatArray, searched: FloatArray | None, seen: FloatArray | None, whole: int) -> int:
-        """Evaluations for a pair at a relative pose (13,); 0: the whole budget found nothing at this pose before.
+        """Evaluations, of the ``whole`` budget, at a relative pose (13,); 0: all of it found nothing here before.
 
-        Parameters
-        ----------
-        searched : relative pose at which the whole budget found nothing; ``None``: there is none.
-        seen : relative pose at the search before. A pair that comes to rest at a new pose is searched there once.
-        whole : the budget.
+        ``searched``: relative pose at which the whole budget found nothing; ``None``: there is none. ``seen``: relative
+        pose at the search before. A pair that comes to rest at a new pose is searched there once.
         """
         if searched is None or seen is None:
             return whole

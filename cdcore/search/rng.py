@@ -17,7 +17,6 @@ def stream_of(
 
     Each restart has a separate stream. So the answer does not depend on block sizes, workers or other pairs.
     """
-    low, high = sorted((first, second))
-    words = [str(seed), purpose, low, high, float(stamp).hex(), str(restart)]
+    words = [str(seed), purpose, *sorted((first, second)), float(stamp).hex(), str(restart)]
     key = hashlib.sha256("\x1f".join(words).encode()).digest()
     return np.random.Generator(np.random.PCG64(int.from_bytes(key, "big")))

@@ -48,17 +48,13 @@ def band_of(gap: float) -> int:
 
 @dataclass(eq=False)
 class SampleControl:
-    """What the searches of a session so far have taught.
-
-    Parameters
-    ----------
-    frame_budget : evaluations a frame may take, all its pairs together; at most one in 25 of the frames so far takes
-        more, up to four times as many.
-    target_recall : share of the hits to be had for the whole budget that is to be had for less.
-    """
+    """What the searches of a session so far have taught."""
 
     frame_budget: int
+    """Evaluations a frame may take, all its pairs together; at most one in 25 of the frames so far takes more, up to
+    four times as many."""
     target_recall: float
+    """Share of the hits to be had for the whole budget that is to be had for less."""
     searches: int = 0
     passed_over: int = 0
     frames: int = 0

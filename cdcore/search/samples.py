@@ -16,13 +16,10 @@ from cdcore.search.rng import stream_of
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """The faces a search may look at, as places in the order of the features.
+    """The faces a search may look at: ``pick`` (S,), places in the order of the features, ascending.
 
-    Parameters
-    ----------
-    pick : (S,) places, ascending.
-    near : (f, 15) for every face of the mesh up to 14 neighbours in the sample, -1 where there is none; the last
-        column is not used.
+    ``near`` (f, 15): for every face of the mesh up to 14 neighbours in the sample, -1 where there is none; the last
+    column is not used.
     """
 
     pick: IntArray
@@ -33,28 +30,19 @@ class Sample:
 
 
 def sample_of(features: Features, size: int | None, seed: int, name: str) -> Sample:
-    """Draw a sample.
+    """Draw ``size`` faces of a body; ``None`` or as many as there are: all, with their neighbours on the mesh.
 
-    Parameters
-    ----------
-    features : of a body.
-    size : faces to draw; ``None`` or as many as there are: all, with their neighbours on the mesh. Of fewer, the
-        neighbours are the 14 nearest centroids, because few of them share a corner.
-    seed, name : key of the draw; the same key draws nested samples.
+    Of fewer, the neighbours are the 14 nearest centroids, because few of them share a corner. ``seed`` and ``name`` are
+    the key of the draw; the same key draws nested samples.
     """
     if size is None or size >= len(features):
-        everything = np.arange(len(features))
-        readonly(everything)
-        return Sample(everything, features.near)
+        return Sample(readonly(np.arange(len(features))), features.near)
     stream = stream_of(seed, name, name, 0.0, 0, purpose="samples")
     with np.errstate(divide="ignore"):
         # the S largest u^(1/area): a draw by weight without repeats (Efraimidis and Spirakis 2006)
         rank = np.log(stream.random(len(features))) / _areas(features)
     pick = np.sort(np.argsort(-rank, kind="stable")[:size])
-    near = _nearest(features.rows[:, :RADIUS], pick)
-    for array in (pick, near):
-        readonly(array)
-    return Sample(pick, near)
+    return Sample(readonly(pick), readonly(_nearest(features.rows[:, :RADIUS], pick)))
 
 
 def _areas(features: Features) -> FloatArray:

@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 
 from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray, readonly
-from cdcore.protocol import Body, FaceSets, Motion, ordered_by_name
+from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, ordered_by_name
 from cdcore.search.features import RADIUS, Features, features_of
 from cdcore.search.pair_search import PairSearch
 from cdcore.search.resting_contact import RestingContact, relative_of
@@ -25,10 +25,7 @@ from cdcore.search.settings import SearchSettings
 SEEDS = 64
 """Pairs of the frame before from which the flood fill starts as well: a second curve then is found again."""
 
-NO_FACES: Int32Array = np.zeros((0, 2), dtype=np.int32)
-NO_SEEDS: IntArray = np.zeros((0, 2), dtype=np.int64)
-readonly(NO_FACES)
-readonly(NO_SEEDS)
+NO_SEEDS: IntArray = readonly(np.zeros((0, 2), dtype=np.int64))
 
 CONTAINMENT_REFUSED = "refused: a search that finds nothing does not know that surfaces are disjoint"
 """What a detector that ends with a search says about containment."""
@@ -88,13 +85,9 @@ class SearchAnswer:
 
 
 class SearchStage:
-    """Searches candidate pair-frames for contact.
+    """Searches candidate pair-frames of ``pairs`` (P, 2) for contact, with the constants, seed and budget of settings.
 
-    Parameters
-    ----------
-    bodies : N bodies.
-    pairs : (P, 2) body numbers; each pair is searched in the order of its names; its order here does not matter.
-    settings : who searches, with which constants, seed and budget.
+    Each pair is searched in the order of its names; its order here does not matter.
     """
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings) -> None:
@@ -179,13 +172,12 @@ class SearchStage:
         """Search beyond the frame's budget for the nearest of the pairs that met in the frame before, if it may."""
         for column in lost:
             before = looks[column]
-            if before is None or before.hit is not None:
-                continue
-            more = control.run_on()
-            if more > 0:
-                self._searches[column].use(*self._samples[column][0])
-                looks[column] = self._searches[column].look_longer(before.evaluations + more)
-            return
+            if before is not None and before.hit is None:
+                more = control.run_on()
+                if more > 0:
+                    self._searches[column].use(*self._samples[column][0])
+                    looks[column] = self._searches[column].look_longer(before.evaluations + more)
+                return
 
     def _relative(self, motion: Motion, near: BoolArray) -> list[Iterator[FloatArray]] | None:
         """Relative poses of every pair, candidate by candidate; ``None`` where every frame gets the whole budget."""

@@ -21,8 +21,7 @@ FARTHEST = 1e-3
 @hot_kernel
 def wrapped(angle: float) -> float:
     """The same direction in [-pi, pi]."""
-    turned: float = angle - TWO_PI * np.floor(angle / TWO_PI + 0.5)
-    return turned
+    return angle - TWO_PI * np.floor(angle / TWO_PI + 0.5)
 
 
 @hot_kernel

@@ -40,5 +40,4 @@ def row_rotation(axis: int, angle: float) -> FloatArray:
 
 def apply_row(points: ArrayLike, matrix: FloatArray) -> FloatArray:
     """``[x y z 1] C`` for points (..., 3). Source: equations (3), (5), (10), (12), (14)."""
-    moved: FloatArray = np.asarray(points, dtype=np.float64) @ matrix[:3, :3] + matrix[3, :3]
-    return moved
+    return np.asarray(points, dtype=np.float64) @ matrix[:3, :3] + matrix[3, :3]

@@ -32,8 +32,7 @@ def matrix_error(r: Memory, o: int) -> float:
     if a * (e * i - h * f) + d * (h * c - b * i) + g * (b * f - e * c) < 0.0:
         error = np.inf
     # NaN and infinity among the six make their sum times 0 a NaN, which no comparison above would have kept
-    checked: float = error + 0.0 * (aa + ab + ac + bb + bc + cc)
-    return checked
+    return error + 0.0 * (aa + ab + ac + bb + bc + cc)
 
 
 @hot_kernel
@@ -94,18 +93,11 @@ def check_poses(
     place: FloatArray, turn: FloatArray, valid: BoolArray, given: FloatArray, keep: float, reject: float,
     scratch: FloatArray,
 ) -> tuple[int, int, float]:  # fmt: skip
-    """Check N poses, repair what is within ``reject``, put identity where nothing is valid.
+    """Check N poses, repair what is within ``reject``, put identity where nothing is ``valid`` (N,).
 
-    Parameters
-    ----------
-    place, turn : (N, 3) and (N, 3, 3), contiguous, changed in place.
-    valid : (N,).
-    given : (N, 4, 4) matrices that are cut into ``place`` and ``turn`` first, their last row checked; or none of them.
-    scratch : (18,).
-
-    Returns
-    -------
-    number of the first bad pose or GOOD, how many were repaired, the worst error among the valid.
+    ``place`` (N, 3) and ``turn`` (N, 3, 3), contiguous, are changed in place; ``given`` (N, 4, 4): matrices that are
+    cut into them first, their last row checked, or none; ``scratch`` (18,). Returns the number of the first bad pose or
+    GOOD, how many were repaired, and the worst error among the valid.
     """
     places, turns, matrices, room = doubles_of(place), doubles_of(turn), doubles_of(given), doubles_of(scratch)
     whole, repaired, worst = len(given) > 0, 0, 0.0

@@ -15,6 +15,7 @@ from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effect_summary import happened_words
 from replay.outputs.run_tables import (
     AUDIT_MARKS,
+    containment_notes,
     cost_table,
     effect_table,
     matched_table,
@@ -99,7 +100,8 @@ def contact_table(result: RunResult) -> Table:
     rows = [(result.assembly.pair_name(k), *(sum(one.pair == k for one in some) for some in found)) for k in touched]
     head = ("pair", *result.detections)
     nothing = [("none", *[""] * len(result.detections))]
-    return table("contacts", head, rows or nothing, marks=dict.fromkeys(head[1:], FOUND))
+    notes = containment_notes(result, *result.detections)
+    return table("contacts", head, rows or nothing, marks=dict.fromkeys(head[1:], FOUND), notes=notes)
 
 
 def answers(results: Sequence[RunResult]) -> Group:

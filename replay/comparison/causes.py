@@ -9,9 +9,11 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cache
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdcore import Detection, Motion, Verdict
 from cdcore.protocol import Explains, Explanation, counts_as_contact
@@ -30,8 +32,11 @@ LOOKS_IN_ALL: Final = 4000
 LOOKS_AT_ONCE: Final = 1024
 """Looks whose faces are held together."""
 
-TIMES_MORE: Final = 10
-"""A budget *ran out* where ten times as much finds the contact."""
+LATEST: Final = 0.25
+"""Seconds: a report that comes later is no report of the same moment."""
+
+FEWER_WRONG: Final = 4
+"""A detector is *late* where moving its answers leaves at most a quarter of its wrong frames; steps held leave half."""
 
 
 class Cause(StrEnum):
@@ -47,6 +52,8 @@ class Cause(StrEnum):
     """Within what is not known of the detector's clock."""
     COLLIDER_SHAPE = "collider shape"
     """The colliders that replace the meshes do not meet."""
+    LATE = "late"
+    """The detector says the same a constant number of frames later."""
     CONTAINMENT = "inside, not asked"
     """One body is inside the other, and the detector does not ask that."""
     SPHERE_STAGE = "sphere stage"
@@ -54,7 +61,7 @@ class Cause(StrEnum):
     SAMPLING = "sampling"
     """No pair of faces that meets is in the sample."""
     BUDGET = "budget ran out"
-    """Ten times the budget finds it."""
+    """Ten times the budget finds it, spent from some frames before."""
     SEARCH = "search"
     """In the sample, not found."""
     UNEXPLAINED = "unexplained"
@@ -121,7 +128,9 @@ def find_causes(places: Sequence[MissedStretch], comparison: Comparison, scene: 
     return Causes(words, dict(frames), sum(map(len, found)), comparison.count(Outcome.MISSED))
 
 
-def first_failed(stages: Explanation, verdict: int, *, at_instant: bool, asks_inside: bool = True) -> Cause:
+def first_failed(
+    stages: Explanation, verdict: int, *, at_instant: bool, asks_inside: bool = True, late: bool = False
+) -> Cause:  # fmt: skip
     """The first stage that lost a contact.
 
     Parameters
@@ -129,13 +138,15 @@ def first_failed(stages: Explanation, verdict: int, *, at_instant: bool, asks_in
     stages, verdict : the detector's explanation and its verdict there.
     at_instant : whether the contact shows at the frame itself.
     asks_inside : False where one body is inside the other and the detector does not decide that.
+    late : whether the detector says so as many frames later as it says everything of this pair.
     """
     # A detector may answer with numpy's booleans.
     answers = {name: bool(value) for name, value in vars(stages).items() if value is not None}
     no, yes = ({name for name, value in answers.items() if value is answer} for answer in (False, True))
+    # Shape before rate: a look at a shape that does not meet there would not have found the contact either.
     asked = (
-        (not at_instant, Cause.BETWEEN_FRAMES), ("looked" in no, Cause.BETWEEN_LOOKS),
-        ("within_clock" in yes, Cause.CLOCK), ("shapes_meet" in no, Cause.COLLIDER_SHAPE),
+        (not at_instant, Cause.BETWEEN_FRAMES), ("within_clock" in yes, Cause.CLOCK),
+        ("shapes_meet" in no, Cause.COLLIDER_SHAPE), ("looked" in no, Cause.BETWEEN_LOOKS), (late, Cause.LATE),
         (not asks_inside, Cause.CONTAINMENT), ("spheres_meet" in no, Cause.SPHERE_STAGE),
         ("sample_meets" in no, Cause.SAMPLING), ("found_with_more" in yes, Cause.BUDGET),
         ("sample_meets" in yes or verdict == Verdict.NOT_FOUND, Cause.SEARCH),
@@ -146,6 +157,7 @@ def first_failed(stages: Explanation, verdict: int, *, at_instant: bool, asks_in
 def _causes(places: Sequence[MissedStretch], scene: MissEvidence) -> Iterator[tuple[int, Cause]]:
     """Number of a miss and the cause at one of its frames, for every frame examined."""
     instants, subject = scene.oracle.covers == "instants", scene.subject
+    late_frames = cache(lambda pair: _late_frames(scene, pair))
     for group in grouped(_looks(places), lambda look: len(look[2]), LOOKS_AT_ONCE):
         frames = np.unique([frame for _, _, looked in group for frame in looked])
         if not instants:
@@ -166,7 +178,25 @@ def _causes(places: Sequence[MissedStretch], scene: MissEvidence) -> Iterator[tu
                 refuses = bool(subject.containment) and subject.containment[pair].startswith("refused")
                 asks = int(truth.verdict[row[at], pair]) != Verdict.CONTAINED or not refuses
                 verdict, at_instant = int(subject.verdict[at, pair]), bool(ends) or instants
-                yield number, first_failed(stages, verdict, at_instant=at_instant, asks_inside=asks)
+                late = bool(late_frames(pair)[at])
+                yield number, first_failed(stages, verdict, at_instant=at_instant, asks_inside=asks, late=late)
+
+
+def _late_frames(scene: MissEvidence, pair: int) -> NDArray[np.bool_]:
+    """(T,) frames in which a pair is reported the number of frames later by which all is; none where that is none."""
+    said, true = (counts_as_contact(one.verdict[:, pair]) for one in (scene.subject, scene.oracle))
+    if (scene.subject.covers, scene.oracle.covers) == ("instants", "intervals"):
+        # An interval is found when a contact is reported at either of its ends.
+        said = said | np.append(False, said[:-1])
+    frames = len(said)
+    most = int(np.searchsorted(scene.motion.times, scene.motion.times[0] + LATEST)) if frames else 0
+    wrong = [int((said[by:] != true[: frames - by]).sum()) for by in range(most)]
+    by = int(np.argmin(wrong)) if wrong else 0
+    late = np.zeros(frames, dtype=np.bool_)
+    # What is only lost, and never said too long, is not late.
+    if by and wrong[by] * FEWER_WRONG <= wrong[0] and bool((said & ~true).any()):
+        late[: frames - by] = said[by:]
+    return late
 
 
 Look = tuple[int, int, list[int]]

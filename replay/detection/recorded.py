@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from cdcore import Body, Detection, Motion, Verdict, create_detector
 from cdcore.protocol import Explains, Explanation, PairDetector, pair_has_pose
+from cdcore.protocol.blocks import TICK_SLACK
 from replay.errors import AuditError
 from sessions.model.live_contact import LiveContact
 
@@ -46,7 +47,8 @@ class _RecordedMemory:
 class RecordedDetector(PairDetector[RecordedSettings]):
     """Says of every frame what the engine's reports say: contact from a begin to the next end, both included.
 
-    A contact that began and ended between two frames is reported at the next one. With ``shape`` or ``rate_hz`` a miss
+    A stamp up to a microsecond from a frame's is at that frame: engines and scripts write six decimals. A contact that
+    began and ended between two frames is reported at the next one. With ``shape`` or ``rate_hz`` a miss
     is explained as that collider would explain it. It lists no faces.
     """
 
@@ -131,10 +133,13 @@ def recorded_detector(
 
 
 def _seconds(spans: Sequence[Span], first_ns: int) -> NDArray[np.float64]:
-    """Spans (n, 2) in seconds of the session, open ends at infinity."""
+    """Spans (n, 2) in seconds of the session, open ends at infinity; a stamp near a frame's is made to hold it."""
     return np.array(
         [
-            [far if at is None else (at - first_ns) / 1e9 for at, far in zip(span, (-np.inf, np.inf), strict=True)]
+            [
+                far if at is None else (at - first_ns) / 1e9 + np.copysign(TICK_SLACK, far)
+                for at, far in zip(span, (-np.inf, np.inf), strict=True)
+            ]
             for span in spans
         ]
     ).reshape(-1, 2)

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from replay.effects.contact import EffectContact, Touches
 from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.fitting import Parabola, before, fitted, settled_runs
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Vector
 from replay.effects.protocol import EffectSpec
 from sessions.model.scene import Scene
-
-if TYPE_CHECKING:
-    from replay.effects.contact import EffectContact, Touches
 
 MISFIT_M: Final = 0.002
 """Six times the noise of a VIVE tracker (0.3 mm): a path into an impact further from a parabola holds a jump."""
@@ -121,10 +119,8 @@ def _events(
     values.update(_judgement(declared, impact.speed, values.get("energy_j")))
     words = f"{pair[0]} meets {pair[1]} at {impact.speed:.2f} m/s"
     events = [EffectEvent(impact.time, "impact", pair, None, values, words, point=point)]
-    if values.get("broken"):
-        events.append(
-            EffectEvent(impact.time, "broken", pair, None, values, f"{pair[0]} breaks: {words}", "error", point)
-        )
+    if values["broken"]:
+        events.append(replace(events[0], name="broken", message=f"{pair[0]} breaks: {words}", level="error"))
     return events
 
 

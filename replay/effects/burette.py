@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from replay.effects.declaring import Declaration, bodies, body, number, vector
 from replay.effects.inputs import EffectInputs
@@ -17,12 +16,10 @@ from replay.effects.spans import BoolArray, spans_of
 from replay.effects.vessels import ML, Vessel, flow_event, landing, vessels_of
 from sessions.model.scene import Scene
 
-Array = NDArray[np.float64]
-
 
 def volume_run_out(
-    times: Array, area: Array, *, discharge: float, section: float, head: float, available: float
-) -> Array:
+    times: FloatArray, area: FloatArray, *, discharge: float, section: float, head: float, available: float
+) -> FloatArray:
     """Volume (n,) in m3 that has run out by each time; it never falls and never exceeds what is there.
 
     Torricelli: dV/dt = c A sqrt(2 g h) with dV = -S dh, so sqrt(h) falls by sqrt(g / 2) c / S times the integral of A.
@@ -42,7 +39,7 @@ def volume_run_out(
     return np.asarray(np.minimum(section * fall * (2.0 * top - fall), max(0.0, available)))
 
 
-def twist(rotation: Array, axis: Array) -> Array:
+def twist(rotation: FloatArray, axis: FloatArray) -> FloatArray:
     """Angle (T,) in radians, -pi to pi, by which rotations (T, 3, 3) about the unit ``axis`` (3,) turn."""
     vee = np.stack(
         [rotation[:, 2, 1] - rotation[:, 1, 2], rotation[:, 0, 2] - rotation[:, 2, 0],
@@ -51,43 +48,33 @@ def twist(rotation: Array, axis: Array) -> Array:
     return np.asarray(np.arctan2(vee @ axis, np.trace(rotation, axis1=1, axis2=2) - 1.0))
 
 
-@dataclass(frozen=True, eq=False)
-class _Run:
-    """One burette: its angle, what has run out, and in which frames it was open."""
-
-    declared: Declaration
-    name: str
-    delivered_ml: FloatArray
-    open: BoolArray
-
-
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``run-in`` and ``spill`` with volumes; delivered and left volume as series; a lane of the open spans."""
     found = Findings(len(inputs))
-    runs = [_run(inputs, declared) for declared in inputs.declared]
-    transfers = sorted(
-        (one for run in runs for one in _transfers(inputs, run)), key=lambda one: (one.frame, one.source)
-    )
+    transfers: list[Transfer] = []
     initial: dict[str, float] = {}
-    for run in runs:
-        vessels = vessels_of(inputs, (run.name, *run.declared.bodies("into")))
-        initial.update({name: vessel.volume_ml for name, vessel in vessels.items()})
-        left = _shown(inputs, run, initial[run.name] - run.delivered_ml)
-        found.series[f"{run.name}/delivered"] = _shown(inputs, run, run.delivered_ml)
-        found.series[f"{run.name}/volume"] = left
-        found.liquids[run.name] = vessels[run.name].drawn(left.times, left.values)
-        found.lanes[run.name] = inputs.shown(spans_of(run.open), "open")
-        found.ran |= run.open
+    for declared in inputs.declared:
+        name, into = declared.body("body"), vessels_of(inputs, declared.bodies("into"))
+        burette = Vessel(inputs.body(name))
+        delivered, opened = _run_out(inputs, declared, burette)
+        transfers += _transfers(inputs, declared, into, delivered)
+        initial.update({one: vessel.volume_ml for one, vessel in {name: burette, **into}.items()})
+        left = _shown(inputs, opened, initial[name] - delivered)
+        found.series[f"{name}/delivered"] = _shown(inputs, opened, delivered)
+        found.series[f"{name}/volume"] = left
+        found.liquids[name] = burette.drawn(left.times, left.values)
+        found.lanes[name] = inputs.shown(spans_of(opened), "open")
+        found.ran |= opened
+    transfers.sort(key=lambda one: (one.frame, one.source))
     for flow in flows(transfers, 0.0):
         source, target = flow[0].source, flow[0].target
-        name, where = ("run-in", f"into {target}") if target else ("spill", "beside everything")
-        found.events.append(flow_event(inputs, flow, name, f"run from {source} {where}", digits=2))
+        what, where = ("run-in", f"into {target}") if target else ("spill", "beside everything")
+        found.events.append(flow_event(inputs, flow, what, f"run from {source} {where}", digits=2))
     return found.output(Liquids(initial, tuple(transfers)))
 
 
-def _run(inputs: EffectInputs, declared: Declaration) -> _Run:
-    name = declared.body("body")
-    vessel = Vessel(inputs.body(name))
+def _run_out(inputs: EffectInputs, declared: Declaration, vessel: Vessel) -> tuple[FloatArray, BoolArray]:
+    """Millilitres (T,) that have run out by each frame, and whether it is open in it."""
     angle = np.abs(np.degrees(_angle(inputs, declared)))
     angle[angle < declared.number("closed_below_deg")] = 0.0
     area = declared.number("full_area_m2") * np.minimum(1.0, angle / declared.number("full_angle_deg"))
@@ -99,7 +86,7 @@ def _run(inputs: EffectInputs, declared: Declaration) -> _Run:
         inputs.times, area, discharge=declared.number("discharge"), section=vessel.section_m2, head=level,
         available=vessel.volume_ml * ML,
     )  # fmt: skip
-    return _Run(declared, name, delivered / ML, area > 0.0)
+    return delivered / ML, area > 0.0
 
 
 def _angle(inputs: EffectInputs, declared: Declaration) -> FloatArray:
@@ -110,24 +97,26 @@ def _angle(inputs: EffectInputs, declared: Declaration) -> FloatArray:
     return np.where(relative.valid, twist(relative.rotation, axis / np.sqrt(axis @ axis)), 0.0)
 
 
-def _transfers(inputs: EffectInputs, run: _Run) -> list[Transfer]:
-    held = {name: inputs.poses(name).held() for name in run.declared.bodies("into")}
-    vessels = vessels_of(inputs, tuple(held))
-    burette = inputs.poses(run.name).held()
-    tips = burette.point(run.declared.vector("tip"))
-    gained = np.diff(run.delivered_ml, prepend=0.0)
+def _transfers(
+    inputs: EffectInputs, declared: Declaration, vessels: Mapping[str, Vessel], delivered_ml: FloatArray
+) -> list[Transfer]:
+    held = {name: inputs.poses(name).held() for name in vessels}
+    burette = inputs.poses(declared.body("body")).held()
+    tips = burette.point(declared.vector("tip"))
+    gained = np.diff(delivered_ml, prepend=0.0)
     found: list[Transfer] = []
     for frame in np.flatnonzero((gained > 0.0) & burette.valid).tolist():
         target, point = landing(inputs, vessels, held, frame, tips[frame], np.zeros(3))
-        found.append(Transfer(frame, float(inputs.times[frame]), run.name, target, float(gained[frame]), point))
+        time, volume = float(inputs.times[frame]), float(gained[frame])
+        found.append(Transfer(frame, time, declared.body("body"), target, volume, point))
     return found
 
 
-def _shown(inputs: EffectInputs, run: _Run, values: FloatArray) -> Series:
+def _shown(inputs: EffectInputs, opened: BoolArray, values: FloatArray) -> Series:
     """Where it changed, at the frame before, and at the first and last frame."""
-    wanted = run.open.copy()
-    wanted[:-1] |= run.open[1:]
-    wanted[1:] |= run.open[:-1]
+    wanted = opened.copy()
+    wanted[:-1] |= opened[1:]
+    wanted[1:] |= opened[:-1]
     wanted[[0, -1]] = True
     return Series(inputs.times[wanted], values[wanted], "mL")
 

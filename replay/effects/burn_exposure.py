@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
+from replay.effects.contact import EffectContact, Touches
 from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.gas_laws import GAS_CONSTANT, KELVIN
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec, Need
 from sessions.model.scene import Scene
-
-if TYPE_CHECKING:
-    from replay.effects.contact import EffectContact, Touches
 
 DAMAGE: Final = ("damage_rate_per_s", "damage_energy_j_mol", "skin_c", "skin_effusivity", "part_effusivity")
 
@@ -80,9 +79,8 @@ def _judged(
     words = f"{pair[0]} on {pair[1]} at {hottest:.0f} degC for {end - start:.2f} s"
     last = inputs.end(touch.stop)
     exposed = EffectEvent(start, "exposed", pair, last, values, words, "warning" if above else "info", touch.point)
-    if above < declared.number("seconds"):
-        return [exposed]
-    return [exposed, EffectEvent(start, "burn", pair, last, values, f"burn: {words}", "error", touch.point)]
+    burn = replace(exposed, name="burn", message=f"burn: {words}", level="error")
+    return [exposed] if above < declared.number("seconds") else [exposed, burn]
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

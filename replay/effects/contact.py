@@ -11,14 +11,9 @@ from numpy.typing import NDArray
 
 from replay.effects.declaring import Pair, pairs
 from replay.effects.inputs import EffectInputs, PairContact
-from replay.effects.output import EffectEvent, EffectOutput, FloatArray, Series, Vector, vector_of
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series, Vector, vector_of
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of, steadied
-
-FRAMES_IN: Final = 2
-FRAMES_OUT: Final = 2
-"""Frames in a row. A resting tracker steps by 0.14-0.77 mm from frame to frame, so that a contact at rest flickers."""
-
 
 FLAT: Final = 1e-3
 """A curve narrower than this share of its length is a line, and a line has no plane."""
@@ -59,27 +54,21 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``contact`` with begin and end, a lane and a count of face pairs per pair."""
     touches: dict[Pair, tuple[EffectContact, ...]] = {}
     heard: dict[Pair, PairContact] = {}
-    series: dict[str, Series] = {}
+    collected = Findings(len(inputs))
     for pair in inputs.pairs:
         reported = heard[pair] = inputs.contact(pair)
         inputs.count("pair-frames", len(inputs))
         touches[pair] = tuple(
-            _touch(reported, first, stop)
-            for first, stop in steadied(reported.touching, reported.known, FRAMES_IN, FRAMES_OUT)
+            _touch(reported, first, stop) for first, stop in steadied(reported.touching, reported.known)
         )
         inputs.count("flickers", len(spans_of(reported.touching)) - len(touches[pair]))
         if touches[pair] and reported.detection.face_sets is not None:
-            series[f"{pair[0]}-{pair[1]}/face_pairs"] = _faces(inputs, reported)
+            collected.series[f"{pair[0]}-{pair[1]}/face_pairs"] = _faces(inputs, reported)
+        spans = [(one.first, one.stop) for one in touches[pair]]
+        collected.lane(f"{pair[0]}-{pair[1]}", *inputs.shown(spans, "contact"))
     found = sorted((one for many in touches.values() for one in many), key=lambda one: (one.first, one.pair))
-    return EffectOutput(
-        events=tuple(_event(inputs, one) for one in found),
-        series=series,
-        lanes={
-            f"{a}-{b}": tuple(inputs.shown([(one.first, one.stop) for one in many], "contact"))
-            for (a, b), many in touches.items() if many
-        },
-        data=Touches(touches, heard),
-    )  # fmt: skip
+    collected.events = [_event(inputs, one) for one in found]
+    return collected.output(Touches(touches, heard), always=True)
 
 
 def _touch(reported: PairContact, first: int, stop: int) -> EffectContact:

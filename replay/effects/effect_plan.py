@@ -71,7 +71,10 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
         return Plan({}, scene.pairs, detection=True, not_run=effect_kinds(table))
     declared, not_built = _declared(scene, file, table)
     specs, because = _closure(declared, table)
-    inputs = {kind: _inputs(spec, declared.get(kind, ()), specs) for kind, spec in specs.items()}
+    inputs = {
+        kind: tuple(dict.fromkeys((*spec.needed(declared.get(kind, ())), *(one for one in spec.uses if one in specs))))
+        for kind, spec in specs.items()
+    }
     order = _ordered(specs, inputs)
     asked = _asked(order, declared, specs)
     steps = {
@@ -132,10 +135,6 @@ def _closure(
     return specs, because
 
 
-def _inputs(spec: EffectSpec, declared: tuple[Declaration, ...], specs: Mapping[str, EffectSpec]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys((*spec.needed(declared), *(kind for kind in spec.uses if kind in specs))))
-
-
 def _ordered(specs: Mapping[str, EffectSpec], inputs: Mapping[str, tuple[str, ...]]) -> tuple[str, ...]:
     try:
         return tuple(TopologicalSorter({kind: inputs[kind] for kind in sorted(specs)}).static_order())
@@ -144,15 +143,15 @@ def _ordered(specs: Mapping[str, EffectSpec], inputs: Mapping[str, tuple[str, ..
 
 
 def _asked(
-    order: tuple[str, ...],
-    declared: Mapping[str, tuple[Declaration, ...]],
-    specs: Mapping[str, EffectSpec],
+    order: tuple[str, ...], declared: Mapping[str, tuple[Declaration, ...]], specs: Mapping[str, EffectSpec]
 ) -> dict[str, dict[Pair, tuple[str, ...]]]:
     """For each effect the pairs it speaks of, and who asks for each: its own tables, and the effects that need it."""
     asked: dict[str, dict[Pair, tuple[str, ...]]] = {kind: {} for kind in order}
     for kind in reversed(order):
-        for pair in _own_pairs(specs[kind], declared.get(kind, ())):
-            _ask(asked[kind], pair, (kind,))
+        keys = [key for key, field in specs[kind].fields.items() if field.kind == "pairs"]
+        for declaration in declared.get(kind, ()):
+            for pair in (pair for key in keys for pair in declaration.pairs(key)):
+                _ask(asked[kind], pair, (kind,))
         for needed in specs[kind].needed(declared.get(kind, ())):
             for pair, who in asked[kind].items():
                 _ask(asked[needed], pair, who)
@@ -162,11 +161,6 @@ def _asked(
 def _ask(asked: dict[Pair, tuple[str, ...]], pair: Pair, who: tuple[str, ...]) -> None:
     known = pair if pair in asked or pair[::-1] not in asked else pair[::-1]
     asked[known] = tuple(dict.fromkeys((*asked.get(known, ()), *who)))
-
-
-def _own_pairs(spec: EffectSpec, declared: tuple[Declaration, ...]) -> list[Pair]:
-    keys = [key for key, field in spec.fields.items() if field.kind == "pairs"]
-    return [pair for declaration in declared for key in keys for pair in declaration.pairs(key)]
 
 
 def _whole(scene: Scene, steps: Mapping[str, Step], not_built: tuple[str, ...], not_run: tuple[str, ...]) -> Plan:

@@ -13,9 +13,6 @@ from replay.effects.vessels import Vessel, inside
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import nearest
 
-FRAMES = 2
-"""Frames in a row that begin or end a visit: one alone is noise."""
-
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``dip`` and ``flame`` with the salt and the colour seen, ``""`` when the visit was too short."""
@@ -32,16 +29,12 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             start, words = float(inputs.times[span[0]]), f"{wire} dipped into {salt}"
             found.events.append(EffectEvent(start, "dip", (wire, vessel), inputs.end(span[1]), {"salt": salt}, words))
             found.lane(wire, *inputs.shown([span], f"in {vessel}"))
-        for span in _spans(_in_cone(inputs, declared, tips), poses):
+        for span in steadied(_in_cone(inputs, declared, tips), poses.valid):
             found.ran[slice(*span)] = True
             event = _visit(inputs, declared, span, dips)
             found.events.append(event)
             found.lane(wire, *inputs.shown([span], str(event.values["seen"]) or "in the flame"))
     return found.output()
-
-
-def _spans(flag: BoolArray, poses: BodyPoses) -> list[Span]:
-    return steadied(flag, poses.valid, FRAMES, FRAMES)
 
 
 def _dips(inputs: EffectInputs, declared: Declaration, tips: FloatArray, poses: BodyPoses) -> list[tuple[str, Span]]:
@@ -52,7 +45,7 @@ def _dips(inputs: EffectInputs, declared: Declaration, tips: FloatArray, poses: 
         there = inputs.poses(name)
         height = there.local(tips)[:, 1]
         wet = inside(tips, there, vessel) & (height > vessel.floor) & (height <= vessel.level)
-        found += [(name, span) for span in _spans(wet, poses)]
+        found += [(name, span) for span in steadied(wet, poses.valid)]
     return sorted(found, key=lambda one: one[1])
 
 
@@ -71,9 +64,10 @@ def _visit(inputs: EffectInputs, declared: Declaration, span: Span, dips: list[t
     long_enough = end - start >= declared.number("seconds")
     seen = str(declared.mapping("colours").get(salt, "")) if long_enough else ""
     words = f"{salt or 'clean wire'} in the flame for {end - start:.1f} s: {seen or 'no colour'}"
-    values: dict[str, float | int | str | bool] = {"salt": salt, "seen": seen, "seconds": end - start}
     bodies = (declared.body("wire"), declared.body("flame"))
-    return EffectEvent(start, "flame", bodies, inputs.end(span[1]), values, words)
+    return EffectEvent(
+        start, "flame", bodies, inputs.end(span[1]), {"salt": salt, "seen": seen, "seconds": end - start}, words
+    )
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

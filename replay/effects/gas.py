@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from replay.effects.declaring import Declaration, body, number, text, vector
@@ -11,13 +9,11 @@ from replay.effects.inputs import EffectInputs
 from replay.effects.models.gas_laws import gas_ml_per_mol, vapour_pressure_pa
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec
+from replay.effects.reaction import Reacted
 from replay.effects.spans import BoolArray, Span, spans_of
 from replay.effects.vessels import Vessel, inside, vessels_of
 from replay.errors import EffectError
 from sessions.model.scene import Scene
-
-if TYPE_CHECKING:
-    from replay.effects.reaction import Reacted
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:

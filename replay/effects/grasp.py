@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Final
+from functools import partial
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.effects.declaring import Pair, number, pairs
+from replay.effects.contact import Touches
+from replay.effects.declaring import number, pairs
 from replay.effects.inputs import HANDS, BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, LaneSpan
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import Span, spans_of, switched
 from sessions.model.hand import HandTrack
 
-if TYPE_CHECKING:
-    from replay.effects.contact import Touches
+TWO_DEGREES: Final = float(np.radians(2.0))
 
 CATCH_S: Final = 0.3
 """A thing may take this long after the press to snap to the hand."""
@@ -38,11 +39,10 @@ class Limits:
 
 @dataclass(frozen=True)
 class Hold:
-    """A thing that rode on a hand from frame ``first`` to before ``stop``, and how far it went (metres)."""
+    """A thing that rode on a hand, how long, and how far it went (metres)."""
 
-    pair: Pair
-    first: int
-    stop: int
+    thing: str
+    seconds: float
     moved: float
 
 
@@ -86,29 +86,28 @@ def _judged(
     inputs: EffectInputs, hand: str, things: Mapping[str, Limits], press: Span, found: Findings
 ) -> list[EffectEvent]:
     inputs.count("presses")
-    holds = [_hold(inputs, hand, thing, press, limits) for thing, limits in things.items()]
-    held = [hold for hold in holds if hold is not None and _is_success(inputs, hold, things[hold.pair[1]])]
-    times = inputs.times
-    if held:
-        best = max(held, key=lambda hold: hold.moved)
-        (start, last), end, name = inputs.ends(press), inputs.end(press[1]), best.pair[1]
+    (start, last), end = inputs.ends(press), inputs.end(press[1])
+    touched = _touched(inputs, hand, things, press)
+    holds = [hold for thing, limits in things.items() if (hold := _hold(inputs, hand, thing, press, limits))]
+    if holds:
+        best = max(holds, key=lambda hold: hold.moved)
+        name = best.thing
         found.lane(hand, LaneSpan(start, last, name))
-        values = {
-            "held_s": float(times[best.stop - 1] - times[best.first]), "moved_m": best.moved,
-            "touching": name in _touched(inputs, hand, things, press),
-        }  # fmt: skip
+        values = {"held_s": best.seconds, "moved_m": best.moved, "touching": name in touched}
         grasp = EffectEvent(start, "grasp", (hand, name), end, values, f"{hand} takes {name}")
         release = EffectEvent(last, "release", (hand, name), message=f"{hand} lets go of {name}")
         return [grasp] if end is None else [grasp, release]
-    start = float(times[press[0]])
     return [
         EffectEvent(start, "failed", (hand, thing), None, {}, f"{hand} fails to take {thing}", "warning")
-        for thing in _touched(inputs, hand, things, press)
+        for thing in touched
     ]
 
 
 def _hold(inputs: EffectInputs, hand: str, thing: str, press: Span, limits: Limits) -> Hold | None:
-    """The longest stretch of the press in which the thing rides on the hand, if it began soon after the press."""
+    """The longest stretch of the press in which the thing rides on the hand, if it began soon after the press.
+
+    ``None`` too where that was not long enough, or not far enough, for a grasp.
+    """
     inputs.count("hand-thing looks")
     part = slice(*press)
     one, other = (_cut(inputs.poses(name), part) for name in (hand, thing))
@@ -125,8 +124,8 @@ def _hold(inputs: EffectInputs, hand: str, thing: str, press: Span, limits: Limi
     if not len(place):
         return None
     away = place - place[0]
-    moved = float(np.sqrt((away * away).sum(axis=1)).max())
-    return Hold((hand, thing), press[0] + first, press[0] + stop, moved)
+    hold = Hold(thing, float(times[stop - 1] - times[first]), float(np.sqrt((away * away).sum(axis=1)).max()))
+    return hold if hold.seconds > limits.held_s and hold.moved > limits.moved_m else None
 
 
 def riding(relative: BodyPoses, limits: Limits) -> NDArray[np.bool_]:
@@ -144,11 +143,6 @@ def riding(relative: BodyPoses, limits: Limits) -> NDArray[np.bool_]:
     return steady
 
 
-def _is_success(inputs: EffectInputs, hold: Hold, limits: Limits) -> bool:
-    length = float(inputs.times[hold.stop - 1] - inputs.times[hold.first])
-    return length > limits.held_s and hold.moved > limits.moved_m
-
-
 def _touched(inputs: EffectInputs, hand: str, things: Mapping[str, Limits], press: Span) -> list[str]:
     touches: Touches = inputs.output("contact").data
     return [
@@ -164,6 +158,7 @@ def _cut(poses: BodyPoses, part: slice) -> BodyPoses:
 OURS: Final = (
     "project specification, section 8.1 (chosen by us: above a tracker's noise, below a person's quickest grasp)"
 )
+_ours = partial(number, source=OURS)
 
 SPEC = EffectSpec(
     kind="grasp",
@@ -172,19 +167,13 @@ SPEC = EffectSpec(
     needs=("contact",),
     fields={
         "between": pairs("[hands, what they may take]"),
-        "press": number(
-            "level at which trigger or grip counts as pressed", default=0.6, above=0.0, most=1.0, source=OURS
-        ),
-        "release": number("level at which it counts as let go", default=0.4, least=0.0, most=1.0, source=OURS),
-        "spread_m": number(
-            "most the thing moves in the hand within the window", "m", default=0.002, above=0.0, source=OURS
-        ),
-        "spread_rad": number(
-            "most it turns in the hand within the window", "rad", default=float(np.radians(2.0)), above=0.0, source=OURS
-        ),
-        "window_s": number("the window", "s", default=0.1, above=0.0, source=OURS),
-        "held_s": number("held longer than this it is a grasp", "s", default=0.3, least=0.0, source=OURS),
-        "moved_m": number("moved further than this it is a grasp", "m", default=0.02, least=0.0, source=OURS),
+        "press": _ours("level at which trigger or grip counts as pressed", default=0.6, above=0.0, most=1.0),
+        "release": _ours("level at which it counts as let go", default=0.4, least=0.0, most=1.0),
+        "spread_m": _ours("most the thing moves in the hand within the window", "m", default=0.002, above=0.0),
+        "spread_rad": _ours("most it turns in the hand within the window", "rad", default=TWO_DEGREES, above=0.0),
+        "window_s": _ours("the window", "s", default=0.1, above=0.0),
+        "held_s": _ours("held longer than this it is a grasp", "s", default=0.3, least=0.0),
+        "moved_m": _ours("moved further than this it is a grasp", "m", default=0.02, least=0.0),
     },
     reads=(HANDS,),
     trigger="a pressed trigger or grip",

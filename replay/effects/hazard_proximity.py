@@ -50,7 +50,8 @@ def _distance(inputs: EffectInputs, declared: Declaration, visitor: str, hazard:
     middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2.0
     radius = float(np.sqrt(((vertices - middle) ** 2).sum(axis=1)).max())
     centre = relative.point(middle)
-    gate = _box_distance(centre, low, high) - radius <= declared.number("distance") + declared.number("leave_by")
+    away = np.maximum(0.0, np.maximum(low - centre, centre - high))
+    gate = np.sqrt((away * away).sum(axis=-1)) - radius <= declared.number("distance") + declared.number("leave_by")
     rows = np.flatnonzero(gate & relative.valid)
     inputs.count("ball tests", int(relative.valid.sum()))
     inputs.count("vertex tests", len(rows) * len(vertices))
@@ -72,12 +73,6 @@ def _nearest(
         along *= along
         square += along
     return np.asarray(np.sqrt(square.min(axis=1)))
-
-
-def _box_distance(places: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Distance (...) of places (..., 3) to a box, 0 inside."""
-    away = np.maximum(0.0, np.maximum(low - places, places - high))
-    return np.asarray(np.sqrt((away * away).sum(axis=-1)))
 
 
 def _near(distance: FloatArray, declared: Declaration) -> list[Span]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from replay.effects.declaring import Declaration, body, number, text, vector
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.transfers import flows, total_ml
+from replay.effects.models.transfers import Load, Mixture, flows, total_ml
 from replay.effects.models.warming import cooled, heat_given_off, warmed
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec, Need
@@ -18,20 +19,14 @@ from replay.errors import EffectError
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import is_number
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from replay.effects.models.transfers import Load, Mixture
-
-
 LEAST_ML = 0.05
 """What is less in one go, about a drop, is no mistake of order; chosen by us."""
 
 WATER = "H2O"
 
 
-def diluted(inputs: EffectInputs, declared: Declaration) -> EffectOutput:
-    """Events ``wrong-order`` and ``boil``; the temperature of every vessel from its first change on."""
+def diluted(inputs: EffectInputs, declared: Declaration, found: Findings) -> None:
+    """Find events ``wrong-order`` and ``boil``, and the temperature of every vessel from its first change on."""
     mixed: Mixture = inputs.output("mixing").data
     warmth: dict[str, _Warmth] = {
         name: _Warmth(declared, float(history.volume_ml[0])) for name, history in mixed.histories.items() if len(inputs)
@@ -39,19 +34,15 @@ def diluted(inputs: EffectInputs, declared: Declaration) -> EffectOutput:
     for load in mixed.loads:
         _receive(declared, warmth, load)
     inputs.count("mixtures heated", len(mixed.loads))
-    found = Findings(len(inputs))
-    found.events = _wrong_orders(declared, mixed.loads)
-    for event in found.events:
+    for event in _wrong_orders(declared, mixed.loads):
+        found.events.append(event)
         found.lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
     for name, one in warmth.items():
         if one.rows:
             first = one.rows[0][0]
             found.ran[first:] = True
             times = inputs.times[first:]
-            celsius = one.over(times)
-            found.series[f"{name}/temperature"] = Series(times, celsius, "degC")
-            found.events += boiling(declared, name, times, celsius)
-    return found.output()
+            _note_temperature(declared, found, name, Series(times, one.over(times), "degC"))
 
 
 @dataclass
@@ -78,12 +69,8 @@ class _Warmth:
     def over(self, times: FloatArray) -> FloatArray:
         """(n,) at times from the first change on."""
         last = np.searchsorted([row[1] for row in self.rows], times, side="right") - 1
-        return np.array(
-            [
-                self._after(self.rows[k][2], self.rows[k][3], float(time) - self.rows[k][1])
-                for k, time in zip(last.tolist(), times, strict=True)
-            ]
-        )
+        changes = zip((self.rows[k] for k in last.tolist()), times.tolist(), strict=True)
+        return np.array([self._after(celsius, ml, time - then) for (_, then, celsius, ml), time in changes])
 
     def _after(self, celsius: float, volume_ml: float, seconds: float) -> float:
         ambient = self.declared.number("ambient_c")
@@ -151,24 +138,20 @@ def _wrong_orders(declared: Declaration, loads: tuple[Load, ...]) -> list[Effect
     return events
 
 
-FRAMES = 2
-"""Frames in a row that begin or end being over the flame: one alone is noise."""
-
-
-def heated(inputs: EffectInputs, declared: Declaration) -> EffectOutput:
-    """Events ``heated`` and ``boil``, the temperature from the first heat on."""
+def heated(inputs: EffectInputs, declared: Declaration, found: Findings) -> None:
+    """Find events ``heated`` and ``boil``, and the temperature from the first heat on."""
     name, lamp = declared.body("heats"), declared.body("source")
     over = _over(inputs, declared)
-    spans = steadied(over, np.ones(len(inputs), dtype=np.bool_), FRAMES, FRAMES)
+    spans = steadied(over, np.ones(len(inputs), dtype=np.bool_))
     inputs.count("frames over a flame", int(over.sum()))
-    ran = np.zeros(len(inputs), dtype=np.bool_)
     ambient = declared.number("ambient_c")
     times = inputs.times
     if not spans:
         ends = times[[0, -1]] if len(times) else times
-        return EffectOutput(series={f"{name}/temperature": Series(ends, np.full(len(ends), ambient), "degC")}, ran=ran)
+        found.series[f"{name}/temperature"] = Series(ends, np.full(len(ends), ambient), "degC")
+        return
     first = spans[0][0]
-    ran[first:] = True
+    found.ran[first:] = True
     power = np.zeros(len(inputs))
     for begin, stop in spans:
         power[begin:stop] = declared.number("power_w")
@@ -179,22 +162,18 @@ def heated(inputs: EffectInputs, declared: Declaration) -> EffectOutput:
     whole = np.concatenate([np.full(first, ambient), celsius])
     shown = np.arange(len(times)) >= max(0, first - 1)
     shown[0] = True
-    events = [_event(inputs, name, lamp, span, whole) for span in spans]
-    events += boiling(declared, name, times, whole)
-    lane = tuple(inputs.shown(spans, "over the flame"))
-    series = {f"{name}/temperature": Series(times[shown], whole[shown], "degC")}
-    return EffectOutput(tuple(events), series, {name: lane}, ran)
+    found.events += [_event(inputs, name, lamp, span, whole) for span in spans]
+    found.lanes[name] = inputs.shown(spans, "over the flame")
+    _note_temperature(declared, found, name, Series(times[shown], whole[shown], "degC"))
 
 
-def boiling(declared: Declaration, name: str, times: FloatArray, celsius: FloatArray) -> list[EffectEvent]:
-    """An event when a temperature first reaches the declared boiling point."""
-    if declared.values["boils_c"] is None:
-        return []
-    rows = np.flatnonzero(celsius >= declared.number("boils_c"))
-    if not len(rows):
-        return []
-    words = f"{name} reaches {declared.number('boils_c'):g} degC and would boil"
-    return [EffectEvent(float(times[rows[0]]), "boil", (name,), None, {}, words, "warning")]
+def _note_temperature(declared: Declaration, found: Findings, name: str, celsius: Series) -> None:
+    """The series, and an event when it first reaches the declared boiling point."""
+    found.series[f"{name}/temperature"] = celsius
+    if declared.values["boils_c"] is not None:
+        for row in np.flatnonzero(celsius.values >= declared.number("boils_c"))[:1].tolist():
+            words = f"{name} reaches {declared.number('boils_c'):g} degC and would boil"
+            found.events.append(EffectEvent(float(celsius.times[row]), "boil", (name,), None, {}, words, "warning"))
 
 
 def _over(inputs: EffectInputs, declared: Declaration) -> BoolArray:
@@ -230,15 +209,10 @@ WANTED = {
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``heated``, ``boil``, ``wrong-order``; temperatures as series."""
-    parts = [(heated if declared.text("of") == "flame" else diluted)(inputs, declared) for declared in inputs.declared]
     found = Findings(len(inputs))
-    for part in parts:
-        assert part.ran is not None
-        found.ran |= part.ran
-        found.events += part.events
-        found.series.update(part.series)
-        found.lanes.update({name: list(spans) for name, spans in part.lanes.items()})
-    return found.output() if parts else EffectOutput()
+    for declared in inputs.declared:
+        (heated if declared.text("of") == "flame" else diluted)(inputs, declared, found)
+    return found.output() if inputs.declared else EffectOutput()
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

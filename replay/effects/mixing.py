@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from replay.effects.declaring import bodies
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.transfers import Contents, mixture
-from replay.effects.output import EffectOutput, Series
+from replay.effects.models.transfers import Contents, Liquids, Transfer, mixture
+from replay.effects.output import EffectOutput, Findings, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.vessels import Vessel, vessels_of
-
-if TYPE_CHECKING:
-    from replay.effects.models.transfers import Liquids, Transfer
 
 MOVERS: Final = ("pour", "burette")
 
@@ -36,20 +33,19 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             moved += liquids.transfers
     vessels = vessels_of(inputs, tuple(names))
     mixed = mixture({name: contents_of(vessel) for name, vessel in vessels.items()}, moved, inputs.times)
-    ran = np.zeros(len(inputs), dtype=np.bool_)
-    series: dict[str, Series] = {}
+    found = Findings(len(inputs))
     for one in moved:
-        ran[one.frame] |= one.source in shown or one.target in shown
+        found.ran[one.frame] |= one.source in shown or one.target in shown
     inputs.count("transfers mixed", len(moved))
     for name in shown:
         history = mixed.histories[name]
-        series[f"{name}/volume"] = Series(history.times, history.volume_ml, "mL")
+        found.series[f"{name}/volume"] = Series(history.times, history.volume_ml, "mL")
         litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.nan)
         for formula, amount in history.amounts.items():
             if formula not in (WATER, *contents_of(vessels[name]).solids):
-                series[f"{name}/{formula} as brought"] = Series(history.times, amount / litres, "mol/L")
-    drawn = {name: vessels[name].drawn(mixed.histories[name].times, mixed.histories[name].volume_ml) for name in shown}
-    return EffectOutput(series=series, ran=ran, liquids=drawn, data=mixed)
+                found.series[f"{name}/{formula} as brought"] = Series(history.times, amount / litres, "mol/L")
+        found.liquids[name] = vessels[name].drawn(history.times, history.volume_ml)
+    return found.output(mixed)
 
 
 def contents_of(vessel: Vessel) -> Contents:

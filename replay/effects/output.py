@@ -153,11 +153,11 @@ class Findings:
         if spans:
             self.lanes.setdefault(name, []).extend(spans)
 
-    def output(self, data: Any = None) -> EffectOutput:
-        """Everything so far."""
+    def output(self, data: Any = None, *, always: bool = False) -> EffectOutput:
+        """Everything so far; ``always``: it computed in every frame."""
         events = tuple(sorted(self.events, key=lambda event: event.time))
         lanes = {name: tuple(sorted(spans, key=lambda span: span.start)) for name, spans in self.lanes.items()}
-        return EffectOutput(events, self.series, lanes, self.ran, self.liquids, data)
+        return EffectOutput(events, self.series, lanes, None if always else self.ran, self.liquids, data)
 
 
 def plain_value(value: Any) -> Any:

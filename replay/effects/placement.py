@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from replay.effects.contact import EffectContact, Touches
 from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.fitting import settled_runs, velocities
-from replay.effects.inputs import BodyPoses, EffectInputs
+from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, vector_of
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of
 from sessions.mesh_data import MeshData
-
-if TYPE_CHECKING:
-    from replay.effects.contact import EffectContact, Touches
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
@@ -40,25 +37,18 @@ def _rest(inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], to
     moving = inputs.poses(pair[0]).relative_to(inputs.poses(pair[1]))
     runs = settled_runs(moving.times, moving.valid, moving.linked)
     rows = slice(touch.first, touch.stop)
-    still = _speed(moving, runs, rows) < declared.number("speed_m_s")
-    still &= _turning(moving, runs, rows) < declared.number("turn_rad_s")
+
+    def square_speed(places: FloatArray) -> FloatArray:
+        return np.asarray((velocities(moving.times[rows], places[rows], runs[rows]) ** 2).sum(axis=1))
+
+    still = np.sqrt(square_speed(moving.translation)) < declared.number("speed_m_s")
+    # Angular speed: how fast the columns of the rotation move, |dR| = sqrt(2) omega.
+    still &= np.sqrt(0.5 * square_speed(moving.rotation.reshape(-1, 9))) < declared.number("turn_rad_s")
     times = inputs.times[rows]
     for first, stop in spans_of(still):
         if times[stop - 1] - times[first] >= declared.number("still_s"):
             return touch.first + first
     return None
-
-
-def _speed(moving: BodyPoses, runs: NDArray[np.int64], rows: slice) -> FloatArray:
-    velocity = velocities(moving.times[rows], moving.translation[rows], runs[rows])
-    return np.asarray(np.sqrt((velocity * velocity).sum(axis=1)))
-
-
-def _turning(moving: BodyPoses, runs: NDArray[np.int64], rows: slice) -> FloatArray:
-    """Angular speed: how fast the columns of the rotation move, ``|dR| = sqrt(2) omega``."""
-    columns = moving.rotation[rows].reshape(-1, 9)
-    rate = velocities(moving.times[rows], columns, runs[rows])
-    return np.asarray(np.sqrt(0.5 * (rate * rate).sum(axis=1)))
 
 
 def _event(inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], frame: int) -> EffectEvent:
@@ -67,9 +57,7 @@ def _event(inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], f
     centre = thing.rotation[frame] @ centre_of_mass(inputs.mesh(pair[0])) + thing.translation[frame]
     points = inputs.output("contact").data.meeting(pair, frame)
     margin = margin_over(centre[[0, 2]], points[:, [0, 2]]) if len(points) else float("nan")
-    values: dict[str, float | int | str | bool] = {"tilt_deg": tilt}
-    if len(points):
-        values["margin_m"] = margin
+    values = {"tilt_deg": tilt} | ({"margin_m": margin} if len(points) else {})
     tipped = tilt > declared.number("tilt_deg") or margin < 0.0
     word, level = ("tipped", "warning") if tipped else ("placed", "info")
     message = f"{pair[0]} {'tips over' if tipped else 'is placed'} on {pair[1]}"

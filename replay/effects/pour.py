@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
-from numpy.typing import NDArray
 
 from replay.effects.declaring import Declaration, bodies, number
 from replay.effects.fitting import HALF_WINDOW, LEAST_SAMPLES, fitted, settled_runs
-from replay.effects.inputs import BodyPoses, EffectInputs
+from replay.effects.inputs import EffectInputs
 from replay.effects.models.tilted import tilt_of_onset, volume_kept
 from replay.effects.models.transfers import GAP_S, Ledger, Liquids, Transfer, flows
 from replay.effects.output import EffectOutput, Findings, FloatArray, LaneSpan, Vector
@@ -46,34 +43,23 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return found.output(Liquids(initial, moved))
 
 
-@dataclass
 class _Bench:
     """The vessels, and where each of them will pour next."""
 
-    inputs: EffectInputs
-    vessels: dict[str, Vessel]
-    routes: dict[str, tuple[str, ...]]
-    ledger: Ledger = field(init=False)
-    ran: NDArray[np.bool_] = field(init=False)
-    tilts: dict[str, FloatArray] = field(default_factory=dict)
-    poses: dict[str, BodyPoses] = field(default_factory=dict)
-    held: dict[str, BodyPoses] = field(default_factory=dict)
-    after: dict[str, int] = field(default_factory=dict)
-    next: dict[str, int] = field(default_factory=dict)
-    coming: list[Transfer] = field(default_factory=list)
-    received: list[Transfer] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        inputs = self.inputs
-        self.ledger = Ledger({name: vessel.volume_ml for name, vessel in self.vessels.items()})
+    def __init__(self, inputs: EffectInputs, vessels: dict[str, Vessel], routes: dict[str, tuple[str, ...]]) -> None:
+        self.inputs, self.vessels, self.routes = inputs, vessels, routes
+        self.ledger = Ledger({name: vessel.volume_ml for name, vessel in vessels.items()})
         self.ran = np.zeros(len(inputs), dtype=np.bool_)
-        self.poses = {name: inputs.poses(name) for name in self.vessels}
+        self.poses = {name: inputs.poses(name) for name in vessels}
         self.held = {name: poses.held() for name, poses in self.poses.items()}
+        self.tilts: dict[str, FloatArray] = {}
+        self.after, self.next = dict[str, int](), dict[str, int]()
+        self.coming, self.received = list[Transfer](), list[Transfer]()
         if inputs.has("burette"):
             moved: Liquids = inputs.output("burette").data
-            self.coming = [one for one in moved.transfers if one.target in self.vessels]
-        for source in self.routes:
-            if self.vessels[source].cylinder is None:
+            self.coming = [one for one in moved.transfers if one.target in vessels]
+        for source in routes:
+            if vessels[source].cylinder is None:
                 raise EffectError(
                     f"scene: body {source!r} is poured from and its cavity has no radius and height; give those of the "
                     "cylinder that it is, from its floor to its lip"
@@ -116,7 +102,9 @@ class _Bench:
         leaving = self.ledger.volume_ml[source] - kept
         target = ""
         if leaving > 0.0:
-            target, point = self._destination(frame, source)
+            targets = {name: self.held[name] for name in self.routes[source]}
+            start, velocity = self._exit(frame, source), self._velocity(frame, source)
+            target, point = landing(self.inputs, self.vessels, targets, frame, start, velocity)
             self._book(frame, source, target, leaving, point)
         # What is left is what this tilt keeps: it pours again beyond it, and no onset has to be searched for.
         self._look_ahead(source, float(self.tilts[source][frame]) if leaving > 0.0 else None)
@@ -144,13 +132,6 @@ class _Bench:
         later = self.tilts[source][start:] > onset
         found = volume > 0.0 and bool(later.any())
         self.next[source] = start + int(np.argmax(later)) if found else len(self.inputs)
-
-    def _destination(self, frame: int, source: str) -> tuple[str, Vector]:
-        """Name of the vessel it falls into, with the place it left; ``""`` with the place where it lands."""
-        start = self._exit(frame, source)
-        velocity = self._velocity(frame, source)
-        targets = {name: self.held[name] for name in self.routes[source]}
-        return landing(self.inputs, self.vessels, targets, frame, start, velocity)
 
     def _exit(self, frame: int, source: str) -> FloatArray:
         """Where it leaves: the lip, or the lowest point of the rim where that is lower."""

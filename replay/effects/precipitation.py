@@ -4,22 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from replay.effects.declaring import Declaration, mapping, number, text
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec
+from replay.effects.reaction import Reacted
 from replay.effects.vessels import COLOURS, WATERY, blended
-
-if TYPE_CHECKING:
-    from replay.effects.reaction import Reacted
-
-
-Array = NDArray[np.float64]
 
 HALVINGS = 200
 """Of the logarithm of what stays dissolved, between 1e-300 and all: more than doubles tell apart."""
@@ -27,7 +20,9 @@ HALVINGS = 200
 LEAST = 1e-300
 
 
-def amount_fallen(amounts: Mapping[str, Array], exponents: Mapping[str, float], litres: Array, product: float) -> Array:
+def amount_fallen(
+    amounts: Mapping[str, FloatArray], exponents: Mapping[str, float], litres: FloatArray, product: float
+) -> FloatArray:
     """Mol (n,) of solid from mol (n,) of each ion brought into ``litres`` (n,).
 
     ``exponents``: ion -> how often it is in one formula of the solid; same names as ``amounts``.
@@ -52,7 +47,7 @@ def amount_fallen(amounts: Mapping[str, Array], exponents: Mapping[str, float], 
     return np.asarray(np.where(dissolved | (least <= LEAST) | (litres <= 0.0), 0.0, np.maximum(0.0, fallen)))
 
 
-def _log_product(log_left: Array, excess: Array, powers: Array, volume: Array) -> Array:
+def _log_product(log_left: FloatArray, excess: FloatArray, powers: FloatArray, volume: FloatArray) -> FloatArray:
     left = powers * (excess + np.exp(log_left))
     with np.errstate(divide="ignore"):
         return np.asarray((powers * (np.log(left) - np.log(volume))).sum(axis=0))

@@ -29,8 +29,8 @@ The spec (`EffectSpec`) is data, and what it does not name cannot be had:
   ``Need("pour", when="of", equals=("dilution",))`` where that depends on a field. ``uses``: kinds it builds on when the
   plan holds them anyway (``mixing`` uses ``pour`` and ``burette``, whichever is declared). Both run before it;
   ``inputs.output(kind)`` is their `EffectOutput`, ``inputs.has(kind)`` whether a used one is there. What one effect
-  tells another goes through ``EffectOutput.data``, a frozen dataclass of the telling effect's file (to be imported
-  below ``TYPE_CHECKING``, or from a module of models that both share).
+  tells another goes through ``EffectOutput.data``, a frozen dataclass of the telling effect's file, which ``needs``
+  has imported anyway, or of a module of models that both share.
 - ``reads``: topics beyond the poses: ``HANDS`` gives ``inputs.hand_of(body)``. Others are never decoded.
 - ``detector``: name of the detector whose verdicts on the effect's pairs it reads with ``inputs.contact(pair)``; empty
   for most: pouring, mixing and reactions make no collision query. An effect that needs one with a detector (``grasp``

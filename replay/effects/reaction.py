@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,13 +10,11 @@ from replay.effects.declaring import Declaration, mapping, number, text
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.acid_base import AcidBase
 from replay.effects.models.equation import Equation, approach, equation_of
+from replay.effects.models.transfers import History, Mixture
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import is_number
-
-if TYPE_CHECKING:
-    from replay.effects.models.transfers import History, Mixture
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +28,6 @@ class Reacted:
     # times, extent: (n,) seconds and mol of reaction; every frame from the begin on where it has a rate
     times: FloatArray
     extent: FloatArray
-    rate_per_s: float  # 0: at once
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
@@ -41,9 +37,10 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     for declared in inputs.declared:
         equation, chemistry = equation_of(declared.text("equation")), _chemistry(declared)
         for vessel, history in mixed.histories.items():
-            if not _meet(equation, history):
-                continue
-            one = _reacted(inputs, declared, equation, vessel, history)
+            goal = equation.extent({formula: history.amount(formula) for formula in equation.reagents})
+            if not (goal > 0.0).any():
+                continue  # the reagents are never together
+            one = Reacted(vessel, equation, history, *_course(inputs, declared, history, goal))
             reacted.append(one)
             found.ran |= np.isin(inputs.times, one.times)
             inputs.count("rows reacted", len(one.times))
@@ -55,25 +52,22 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return found.output(tuple(reacted))
 
 
-def _meet(equation: Equation, history: History) -> bool:
-    """Whether all reagents are ever together in a vessel."""
-    return bool((equation.extent({formula: history.amount(formula) for formula in equation.reagents}) > 0.0).any())
-
-
 def _begin(one: Reacted) -> float:
     there = np.flatnonzero(one.extent > 0.0)
     return float(one.times[max(0, int(there[0]) - 1)]) if len(there) else float(one.times[0])
 
 
-def _reacted(inputs: EffectInputs, declared: Declaration, equation: Equation, vessel: str, history: History) -> Reacted:
-    goal = equation.extent({formula: history.amount(formula) for formula in equation.reagents})
+def _course(
+    inputs: EffectInputs, declared: Declaration, history: History, goal: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Times and extent, from the extent at the end of the limiting reagent."""
     rate = declared.values["rate_per_s"]
     if rate is None:
-        return Reacted(vessel, equation, history, history.times, goal, 0.0)
+        return history.times, goal
     first = int(history.frames[max(0, int(np.argmax(goal > 0.0)) - 1)])
     times = inputs.times[first:]
     held = goal[np.maximum(0, np.searchsorted(history.times, times, side="right") - 1)]
-    return Reacted(vessel, equation, history, times, approach(times, held, float(rate)), float(rate))
+    return times, approach(times, held, float(rate))
 
 
 def _ph(inputs: EffectInputs, one: Reacted, chemistry: AcidBase) -> Series:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +14,17 @@ BoolArray = NDArray[np.bool_]
 Span = tuple[int, int]
 """First frame, and the frame after the last."""
 
+FRAMES: Final = 2
+"""Frames in a row that begin or end a stretch: one alone is noise. A resting tracker steps by 0.14-0.77 mm from frame
+to frame, so that a contact at rest flickers."""
+
 
 def spans_of(mask: BoolArray) -> list[Span]:
     """Maximal stretches of True in (T,), each ``(first, stop)``."""
     return [(first, last + 1) for first, last in runs(mask).tolist()]
 
 
-def steadied(flag: BoolArray, known: BoolArray, frames_in: int, frames_out: int) -> list[Span]:
+def steadied(flag: BoolArray, known: BoolArray, frames_in: int = FRAMES, frames_out: int = FRAMES) -> list[Span]:
     """Spans that begin with ``frames_in`` frames of True in a row and end with ``frames_out`` of False in a row.
 
     A span begins at the first of the frames that opened it and stops at the first of those that closed it. Frames that

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from replay.effects.declaring import bodies, number
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.transfers import Transfer, flows
+from replay.effects.models.transfers import Liquids, Transfer, flows
 from replay.effects.output import EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.vessels import flow_event
-
-if TYPE_CHECKING:
-    from replay.effects.models.transfers import Liquids
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:

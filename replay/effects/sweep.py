@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from cdcore import Verdict
@@ -26,7 +24,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         # A contact of an interval began after the frame before it.
         found.lane(f"{pair[0]}-{pair[1]}", *inputs.shown([(max(0, first - 1), stop) for first, stop in spans], "hit"))
     found.events.sort(key=lambda event: (event.time, event.bodies))
-    return replace(found.output(), ran=None)
+    return found.output(always=True)
 
 
 def _hit(inputs: EffectInputs, reported: PairContact, first: int, stop: int) -> EffectEvent:

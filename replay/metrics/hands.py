@@ -57,27 +57,19 @@ def grasps(assembly: Assembly, session: Session) -> tuple[Grasp, ...] | None:
     motion = assembly.motion
     zero = int(assembly.stamp_ns[0]) - round(float(motion.times[0]) * 1e9)
     window = (float(motion.times[0]), float(motion.times[-1]))
-    movable = _movable(assembly, session)
+    hands = hand_bodies(assembly, session)
+    moved = np.ptp(motion.translations, axis=0).max(axis=1) > LEAST_MOVED_M
+    movable = [k for k in range(len(assembly.bodies)) if k not in hands and moved[k]]
     found = []
-    for body, side in hand_bodies(assembly, session).items():
+    for body, side in hands.items():
         for key, track in session.hands.items():
             if side and key.rpartition("/")[2] == side:
                 times = (track.times_ns - zero) / 1e9
-                for start, end in _presses(times, track.trigger):
+                for first, stop in switched(track.trigger.astype(np.float64), PRESSED, RELEASED):
+                    start, end = float(times[first]), float(times[min(stop, len(times) - 1)])
                     if start <= window[1] and end >= window[0]:
                         found.append(Grasp(body, start, end, _taken(motion, body, movable, start, end)))
     return tuple(sorted(found, key=lambda one: (one.start, one.hand)))
-
-
-def _presses(times: NDArray[np.float64], trigger: NDArray[np.float64]) -> list[tuple[float, float]]:
-    spans = switched(trigger.astype(np.float64), PRESSED, RELEASED)
-    return [(float(times[first]), float(times[min(stop, len(times) - 1)])) for first, stop in spans]
-
-
-def _movable(assembly: Assembly, session: Session) -> list[int]:
-    hands = hand_bodies(assembly, session)
-    moved = np.ptp(assembly.motion.translations, axis=0).max(axis=1) > LEAST_MOVED_M
-    return [k for k in range(len(assembly.bodies)) if k not in hands and moved[k]]
 
 
 def _taken(motion: Motion, hand: int, movable: list[int], start: float, end: float) -> int:

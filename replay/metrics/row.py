@@ -133,9 +133,11 @@ def _shared(result: RunResult, seen: _Seen) -> dict[str, Any]:
 
 def _of_detector(result: RunResult, label: str, seen: _Seen, minutes: float) -> dict[str, Any]:
     assembly = result.assembly
-    own = [one for one in joined(result.episodes[label]) if not assembly.held[one.pair]]
+    whole = joined(result.episodes[label])
+    own = [one for one in whole if not assembly.held[one.pair]]
     unintended = [one for one in own if not intended(one, assembly.pairs, seen.fixed, seen.hands, seen.grasps or ())]
-    near = without_contact(seen.close, _spans(joined(result.episodes[label])))
+    spans = np.array([(one.pair, one.start, one.end) for one in whole], dtype=np.float64).reshape(-1, 3)
+    near = without_contact(seen.close, spans)
     return {
         "settings": settings_digest(result, label),
         "detector": label,
@@ -212,7 +214,3 @@ def settings_digest(result: RunResult, label: str) -> str:
     decided = {"name": summarised["name"], "settings": summarised["settings"], "oracle": result.oracle,
                "versions": result.summary.get("versions")}  # fmt: skip
     return hashlib.sha256(json.dumps(decided, sort_keys=True, default=str).encode()).hexdigest()[:16]
-
-
-def _spans(found: Sequence[Episode]) -> NDArray[np.float64]:
-    return np.array([(one.pair, one.start, one.end) for one in found], dtype=np.float64).reshape(-1, 3)

@@ -16,6 +16,7 @@ from cdcore import Motion, TriangleMesh
 from cdcore.numerics import FloatArray
 from replay.comparison.first_touch import at_touch
 from replay.comparison.outcome import Miss
+from replay.effects.output import vector_of
 from replay.outputs.materials import is_ghost, tags_of
 from replay.prepare.assembly import Assembly
 from sessions.model.scene import Scene
@@ -95,7 +96,7 @@ class Obstacles:
                 cost += self._costs[body] * surface.crossings(local, choices @ turn, CLOSE_UP)
         cost += USER_SIDE * 0.5 * (1.0 - choices @ towards_user)
         best = choices[int(np.argmin(cost))]
-        return Eye(_tuple(place + CLOSE_UP * best), _tuple(place))
+        return Eye(vector_of(place + CLOSE_UP * best), vector_of(place))
 
 
 class _Surface:
@@ -175,7 +176,7 @@ def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int) -
     cos, sin = np.cos(turn), np.sin(turn)
     aside = np.array([side[0] * cos + side[2] * sin, 0.0, side[2] * cos - side[0] * sin])
     back = aside * np.cos(rise) + np.array([0.0, np.sin(rise), 0.0])
-    axes = look_rotation(Eye(_tuple(back), (0.0, 0.0, 0.0)))
+    axes = look_rotation(Eye(vector_of(back), (0.0, 0.0, 0.0)))
     local = points @ axes
     centre = (local.min(axis=0) + local.max(axis=0)) / 2
     across, up = np.abs(local - centre)[:, :2].T
@@ -183,7 +184,7 @@ def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int) -
     slope = np.tan(FIELD_OF_VIEW / 2)
     distance = max(0.2, float(np.max(depth + np.maximum(up / slope, across / (slope * ASPECT)) * MARGIN)))
     target = axes @ centre
-    return Eye(_tuple(target + distance * back), _tuple(target))
+    return Eye(vector_of(target + distance * back), vector_of(target))
 
 
 def look_rotation(eye: Eye) -> FloatArray:
@@ -193,8 +194,3 @@ def look_rotation(eye: Eye) -> FloatArray:
     right = np.cross([0.0, 1.0, 0.0], back)
     right = right / np.linalg.norm(right)
     return np.stack([right, np.cross(back, right), back], axis=1)
-
-
-def _tuple(values: FloatArray) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in values)
-    return x, y, z

@@ -22,11 +22,6 @@ def mixed(colour: Rgba, other: Rgba, share: float) -> Rgba:
     return r, g, b, colour[3]
 
 
-def faded(colour: Rgba, alpha: int) -> Rgba:
-    """The same colour with another alpha."""
-    return *colour[:3], alpha
-
-
 def hex_of(colour: Rgba) -> str:
     """``#rrggbb``, without alpha."""
     return "#{:02x}{:02x}{:02x}".format(*colour[:3])
@@ -44,7 +39,7 @@ MISSED_DARK: Final = mixed(MISSED, BLACK, 0.31)
 PARTLY_MISSED: Final = mixed(MISSED, PAPER, 0.44)
 """For a miss whose contact was found late, lost early or interrupted."""
 
-MISSED_FACES: Final = faded(MISSED, 150)
+MISSED_FACES: Final[Rgba] = (*MISSED[:3], 150)
 """A veil over faces: the curve of intersection stays visible through it."""
 
 INVENTED: Final[Rgba] = (255, 204, 0, 255)
@@ -74,7 +69,7 @@ SERIES: Final[tuple[Rgba, ...]] = (
 
 DOUBTS: Final[tuple[Rgba, ...]] = (
     SERIES[3], (160, 120, 210, 255), (130, 96, 190, 255), SERIES[1], (150, 110, 60, 255), SERIES[0], SERIES[2],
-    WITHIN_TOLERANCE,
+    WITHIN_TOLERANCE, (90, 120, 120, 255),
 )  # fmt: skip
 """Colours of poses in doubt, in the order of ``replay.prepare.flags.FLAG_KINDS``."""
 

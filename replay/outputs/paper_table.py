@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 from replay.outputs.tables import Table, table
 
@@ -20,9 +19,10 @@ class PaperTable:
     rows: tuple[tuple[Cell, ...], ...]  # ``None`` is shown as a dash
     note: str = ""  # what a reader must know
 
-    def as_json(self) -> dict[str, Any]:
-        """The same as plain data."""
-        return dict(vars(self))
+    def where(self, **wanted: Cell) -> PaperTable:
+        """The rows whose cells are as wanted, heading by heading."""
+        places = {self.head.index(heading): cell for heading, cell in wanted.items()}
+        return replace(self, rows=tuple(row for row in self.rows if all(row[k] == one for k, one in places.items())))
 
     def column(self, heading: str) -> list[Cell]:
         """The cells below a heading."""

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from cdcore.protocol import DECIDED
 from replay.comparison.clusters import clusters
 from replay.comparison.contact_counts import contact_counts
 from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.outputs.tables import CODE, FAINT, FOUND, IN_RED, INVENTED, PARTLY, STRONG, Cell, Marked, Table, table
-from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, depth_words, span_words
+from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, counted, depth_words, span_words
 from replay.pipeline.gates import percent
 from replay.pipeline.run_result import RunResult
 from sessions import Finding
@@ -20,6 +21,9 @@ AUDIT_MARKS = {
     "missed": IN_RED, "in part": PARTLY, "frames found": FOUND, "frames missed": PARTLY, "frames invented": INVENTED,
     WITHIN: FAINT,
 }  # fmt: skip
+
+MOST_REASONS = 4
+"""Reasons listed why containment was refused; each open body makes one of its own."""
 
 
 def pair_frame_table(title: str, audit: Mapping[str, Any]) -> Table:
@@ -66,7 +70,8 @@ def pair_table(result: RunResult, label: str) -> Table:
         own, counts = became.of_pair(pair), (frames[Outcome.BOTH][pair], missed[pair], wrong[pair], excused[pair])
         rows.append((*_contacts(result, truth, pair), own.missed, own.in_part, *counts))
     head = ("pair", "contacts", "seconds", "longest s", *AUDIT_MARKS)
-    made = table(f"Contacts ({result.oracle}) and what {label} made of them", head, rows, marks=AUDIT_MARKS)
+    title, notes = f"Contacts ({result.oracle}) and what {label} made of them", containment_notes(result, result.oracle)
+    made = table(title, head, rows, marks=AUDIT_MARKS, notes=notes)
     return made if any(excused) else made.only(*head[:-1])
 
 
@@ -74,7 +79,21 @@ def contact_table(result: RunResult, label: str) -> Table:
     """Contacts that a detector found, a row per pair."""
     found = result.episodes[label]
     rows = [_contacts(result, found, pair) for pair in sorted({one.pair for one in found})]
-    return table(f"Contacts found by {label}", ("pair", "contacts", "seconds", "longest s"), rows)
+    notes = containment_notes(result, label)
+    return table(f"Contacts found by {label}", ("pair", "contacts", "seconds", "longest s"), rows, notes=notes)
+
+
+def containment_notes(result: RunResult, *labels: str) -> list[str]:
+    """A line for each of these detectors that did not decide of every pair if one body is inside the other."""
+    notes = []
+    for label in labels:
+        refused = [word for word in result.detections[label].containment if word != DECIDED]
+        why = [word.removeprefix("refused: ") for word in dict.fromkeys(refused)]
+        more = f"; {len(why) - MOST_REASONS} more in summary.json" * (len(why) > MOST_REASONS)
+        if refused:
+            of = f"{len(refused)} of {counted(len(result.assembly.pairs), 'pair')}"
+            notes.append(f"{label}: containment refused for {of}: {'; '.join(why[:MOST_REASONS])}{more}")
+    return notes
 
 
 def _contacts(result: RunResult, found: Sequence[Episode], pair: int) -> tuple[str, int, str, str]:
@@ -85,17 +104,23 @@ def _contacts(result: RunResult, found: Sequence[Episode], pair: int) -> tuple[s
 
 def miss_table(title: str, misses: Sequence[Miss], run: object = "RUN") -> Table:
     """A row per miss, in the order given, with everything there is to say of one."""
-    head = ("miss", "pair", "what", "cause", "look at it", "at s", "frames", "cut mm", "face pairs")
     rows = [
         (
             Marked(str(one.number), STRONG), f"{one.body_a} - {one.body_b}", one.kind, one.cause,
-            Marked(f"replay view {run} --miss {one.number}", CODE), f"{one.seconds:.3f}", one.last - one.first + 1,
+            Marked(f"replay view {run} --miss {one.number}", CODE), _moment(one), one.last - one.first + 1,
             depth_words(one), one.face_pairs, one.shown[0],
             "" if one.touch is None else "{} and {}".format(*one.touch.faces),
         )
         for one in misses
     ]  # fmt: skip
-    return table(title, (*head, "after frame", "first faces"), rows, words=5, whole=("miss", "pair"))
+    return table(title, (*SEEN_HEAD, *BETWEEN_HEAD[-2:]), rows, words=5, whole=("miss", "pair"))
+
+
+def _moment(miss: Miss) -> Cell:
+    """Seconds; below them how far a first touch is uncertain where it is by more than the microsecond promised."""
+    known = 0.0 if miss.touch is None else miss.touch.moment - miss.touch.free
+    words = f"{miss.seconds:.3f}"
+    return Marked(words, "", f"within {1e6 * known:.2g} microseconds") if known > 1e-6 else words
 
 
 MISS_HEAD = ("miss", "pair", "what", "cause", "look at it", "at s")

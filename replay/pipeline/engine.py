@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from time import perf_counter
 from typing import Final
@@ -108,9 +109,8 @@ def compute(
         treatment = repair_session(decoded_once(session), rules)
         session = treatment.session
     with progress.stage("assemble"):
-        layout = lay_out(
-            session, pairs=_wanted(planned, pairs, session, bool(lineup.specs)), looking=bool(lineup.specs)
-        )
+        wanted, looking = _wanted(planned, pairs, session, bool(lineup.specs)), bool(lineup.specs)
+        layout = lay_out(session, pairs=wanted, looking=looking, jumps=treatment.jumps)
         assembly = assemble_bounded(session, layout, start=start, end=end)
     runs: dict[str, Run] = {}
     for spec in lineup.specs:
@@ -122,8 +122,7 @@ def compute(
     with progress.stage("audit"), compiling_announced(progress if runs else None):
         found = {label: episodes(run.detection) for label, run in runs.items()}
         again = _face_source(assembly, seed)
-        comparisons = _comparisons(runs, lineup.oracle, Tolerance(assembly, again, tau))
-        matches = _matches(comparisons, found, runs)
+        comparisons, matches = _compared(runs, lineup.oracle, found, Tolerance(assembly, again, tau))
         truth = found.get(lineup.oracle, ())
         dwell = contact_durations(assembly, runs[lineup.oracle].detection, truth) if lineup.oracle else None
         missed, causes = examine(comparisons, truth, runs, assembly, again)
@@ -170,24 +169,18 @@ def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Det
     return {name: run.detection for name, run in found.items() if run is not None}
 
 
-def _comparisons(runs: dict[str, Run], oracle: str, tolerance: Tolerance) -> dict[str, Comparison]:
-    found = {}
+def _compared(
+    runs: dict[str, Run], oracle: str, found: dict[str, tuple[Episode, ...]], tolerance: Tolerance
+) -> tuple[dict[str, Comparison], dict[str, EpisodeMatches]]:
+    """By label: pair-frames held to the oracle's, and contacts matched with its own."""
+    comparisons, matches = {}, {}
     for label, run in runs.items():
         if oracle and label != oracle:
             answer, truth = run.detection, runs[oracle].detection
-            found[label] = compare(answer, truth, (label, oracle), tolerance.judge(answer, truth))
-    return found
-
-
-def _matches(
-    comparisons: dict[str, Comparison], found: dict[str, tuple[Episode, ...]], runs: dict[str, Run]
-) -> dict[str, EpisodeMatches]:
-    matches = {}
-    for label, comparison in comparisons.items():
-        kinds = runs[label].detection.covers, runs[comparison.oracle].detection.covers
-        reach = 1 if kinds == ("instants", "intervals") else 0
-        matches[label] = match_episodes(comparison, found[comparison.oracle], found[label], reach=reach)
-    return matches
+            one = comparisons[label] = compare(answer, truth, (label, oracle), tolerance.judge(answer, truth))
+            reach = 1 if (answer.covers, truth.covers) == ("instants", "intervals") else 0
+            matches[label] = match_episodes(one, found[oracle], found[label], reach=reach)
+    return comparisons, matches
 
 
 def _face_recall(
@@ -210,12 +203,10 @@ def _face_source(assembly: Assembly, seed: int) -> Callable[[Motion], Detection]
 
     An oracle of intervals, of volumes or of a lower rate says that there is contact, but not in which faces at a frame.
     """
-    made: list[Detector] = []
 
-    def faces_of(motion: Motion) -> Detection:
-        if not made:
-            best = next(name for name in ORACLES if name in detector_names())
-            made.append(make_detector(DetectorSpec("faces", best), assembly, seed))
-        return made[0].detect(motion, faces=True)
+    @cache
+    def trusted() -> Detector:
+        best = next(name for name in ORACLES if name in detector_names())
+        return make_detector(DetectorSpec("faces", best), assembly, seed)
 
-    return faces_of
+    return lambda motion: trusted().detect(motion, faces=True)

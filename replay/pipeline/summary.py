@@ -37,7 +37,11 @@ def summarise(
         "seed": seed,
         "tau": tau,
         "pairs": [
-            {"name": result.assembly.pair_name(p), "held": bool(result.assembly.held[p])}
+            {
+                "name": result.assembly.pair_name(p),
+                "held": bool(result.assembly.held[p]),
+                "containment": {k: one.containment[p] for k, one in result.detections.items() if one.containment},
+            }
             for p in range(len(result.assembly.pairs))
         ],
         "oracle": result.oracle,

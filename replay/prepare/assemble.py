@@ -19,20 +19,18 @@ from cdcore.errors import InvalidMeshError
 from replay.base.constants import BLOCK_FRAMES
 from replay.errors import AssemblyError
 from replay.prepare.assembly import Assembly, PoseOrigin
+from replay.prepare.flags import chain_of
 from replay.prepare.frame_order import in_order
 from replay.prepare.interpolation import filled
 from replay.prepare.kinematics import Kinematics, PlacedFrames
 from replay.prepare.pair_choice import chosen_pairs, held_pairs
 from replay.prepare.session_scan import SessionScan, scan
 from sessions import Session
+from sessions.doctor.pose_pass import look_through
+from sessions.doctor.pose_spans import Jumps, teleports
+from sessions.doctor.timing import gap_rows
 from sessions.model.live_contact import LiveContact
 from sessions.model.scene_pairs import absent_bodies
-
-GAP_STEPS: Final = 3.0
-"""A step longer than three median steps is a gap: what happened in it is not known to be a straight path."""
-
-TELEPORT_SPEED: Final = 20.0
-"""Metres per second above which a pose did not get there by moving: a thrown ball reaches 20 m/s, a hand half of it."""
 
 RESIDUAL_FACT: Final = "contacts_clock_residual_s"
 """Fact of a session whose reported contacts came from another clock."""
@@ -46,9 +44,10 @@ class AssemblyLayout:
 
     Parameters
     ----------
-    survey : the first pass over the frames.
+    scan : the first pass over the frames.
     bodies : N bodies, tracked ones first, then fixed ones.
     pairs : (P, 2) int64 body numbers; ``held`` (P,) bool.
+    breaks : per body, stamps (k, 2) between which its path is unknown; each column ascends.
     proxies, left_out, notes, live_contacts, live_residual : as in ``Assembly``.
     """
 
@@ -56,16 +55,23 @@ class AssemblyLayout:
     bodies: tuple[Body, ...]
     pairs: NDArray[np.int64]
     held: NDArray[np.bool_]
+    breaks: tuple[NDArray[np.int64], ...]
     proxies: tuple[str, ...]
     left_out: tuple[str, ...]
     notes: tuple[str, ...]
     live_contacts: Sequence[LiveContact] = ()
     live_residual: float = 0.0
 
-    def assembly(self, frames: PlacedFrames, linked: NDArray[np.bool_], carried: int = 0) -> Assembly:
+    def assembly(self, frames: PlacedFrames, carried: int = 0) -> Assembly:
         """An assembly of placed frames, without the first ``carried`` ones, which only give the path into the rest."""
         times = (frames.stamp_ns - self.scan.stamp_ns[0]) / 1e9
         valid = frames.origin != PoseOrigin.NONE
+        linked = valid & np.roll(valid, 1, axis=0)
+        linked[:1] = False
+        for column, breaks in enumerate(self.breaks):
+            # a frame lies in a break that begins before it and does not end before it
+            begun, ended = (np.searchsorted(edge, frames.stamp_ns) for edge in breaks.T)
+            linked[:, column] &= begun == ended
         if len(self.pairs):
             names = [body.name for body in self.bodies]
             motion = Motion(times, frames.translation, frames.rotation, valid, linked=linked, names=names)
@@ -77,13 +83,16 @@ class AssemblyLayout:
         return Assembly(motion=motion, stamp_ns=frames.stamp_ns[carried:], origin=frames.origin[carried:], **shared)
 
 
-def lay_out(session: Session, *, pairs: Pairs | None = None, looking: bool = True) -> AssemblyLayout:
+def lay_out(
+    session: Session, *, pairs: Pairs | None = None, looking: bool = True, jumps: Jumps | None = None
+) -> AssemblyLayout:
     """Pass over a session once and choose its bodies and pairs.
 
     Parameters
     ----------
     pairs : as ``assemble``.
     looking : whether a detector will run; without one, a session may have no pair.
+    jumps : what the doctor calls a teleport in these frames; ``None``: it is asked here.
 
     Raises
     ------
@@ -111,8 +120,12 @@ def lay_out(session: Session, *, pairs: Pairs | None = None, looking: bool = Tru
         raise AssemblyError(
             f"no pair to look at: none of {', '.join(names)} moves against another; name pairs in the scene"
         )
+    if jumps is None:
+        ordered = (block.frames for block in in_order(session.blocks(BLOCK_FRAMES)))
+        jumps = teleports(look_through(ordered, session.scene.space_radius))
     return AssemblyLayout(
         scan=seen, bodies=bodies, pairs=rows, held=held_pairs(session.scene, names, rows),
+        breaks=tuple(_breaks(seen.stamp_ns, jumps, chain_of(name, session.scene)) for name in names),
         proxies=tuple(name for name in names if (known := session.scene.body(name)) is not None and known.proxy),
         left_out=tuple(name for name in session.names if name not in session.meshes),
         notes=(*seen.notes(), *_absent(session)), live_contacts=session.live_contacts, live_residual=_residual(session),
@@ -146,10 +159,7 @@ def assemble(
     'a-b'
     """
     layout = layout or lay_out(session, pairs=pairs)
-    parts = list(_linked_blocks(session, layout, 4 * BLOCK_FRAMES, start, end))
-    frames = PlacedFrames.join([part.frames.part(part.carried, len(part.frames)) for part in parts])
-    linked = np.concatenate([part.linked[part.carried :] for part in parts])
-    return layout.assembly(frames, linked)
+    return layout.assembly(PlacedFrames.join([*_placed_blocks(session, layout, 4 * BLOCK_FRAMES, start, end)]))
 
 
 def assemble_blocks(
@@ -162,33 +172,21 @@ def assemble_blocks(
     ``motion.linked`` of a block's first frame tells whether the path from the block before is known.
     """
     layout = layout or lay_out(session)
-    for part in _linked_blocks(session, layout, frames, start, end):
-        yield layout.assembly(part.frames, part.linked, part.carried)
+    carried: list[PlacedFrames] = []
+    for part in _placed_blocks(session, layout, frames, start, end):
+        yield layout.assembly(PlacedFrames.join([*carried, part]), len(carried))
+        carried = [part.part(len(part) - 1, len(part))]
 
 
-@dataclass(frozen=True, eq=False)
-class _Linked:
-    """Placed frames, the first ``carried`` of them from the block before, and whether each path is known."""
-
-    frames: PlacedFrames
-    linked: NDArray[np.bool_]
-    carried: int
-
-
-def _linked_blocks(
+def _placed_blocks(
     session: Session, layout: AssemblyLayout, size: int, start: float | None, end: float | None
-) -> Iterator[_Linked]:
+) -> Iterator[PlacedFrames]:
     low, high = _window(layout.scan, start, end)
     kinematics = Kinematics(session.scene, session.names, [body.name for body in layout.bodies])
-    carried: PlacedFrames | None = None
     for frames in filled(block.frames for block in in_order(session.blocks(size))):
         first, stop = np.searchsorted(frames.stamp_ns, [low, high + 1])
         placed = kinematics.place(frames).part(int(first), int(stop))
-        for begin in range(0, len(placed), size):
-            part = placed.part(begin, begin + size)
-            whole = part if carried is None else PlacedFrames.join([carried, part])
-            yield _Linked(whole, _linked(whole, layout.scan.median_step_ns), len(whole) - len(part))
-            carried = part.part(len(part) - 1, len(part))
+        yield from (placed.part(begin, begin + size) for begin in range(0, len(placed), size))
         if len(frames) and frames.stamp_ns[-1] > high:
             return
 
@@ -210,17 +208,10 @@ def _window(seen: SessionScan, start: float | None, end: float | None) -> tuple[
     return low, high
 
 
-def _linked(frames: PlacedFrames, median_step_ns: int) -> NDArray[np.bool_]:
-    """Whether the path from the frame before is known: no gap in time, no teleport."""
-    linked = np.zeros(frames.origin.shape, dtype=np.bool_)
-    step = np.diff(frames.stamp_ns)
-    there = frames.origin != PoseOrigin.NONE
-    way = np.diff(frames.translation, axis=0)
-    with np.errstate(over="ignore"):
-        distance = np.sqrt((way * way).sum(axis=-1))
-    near = distance <= TELEPORT_SPEED * (step[:, None] / 1e9)
-    linked[1:] = near & (step <= GAP_STEPS * median_step_ns)[:, None] & there[1:] & there[:-1]
-    return linked
+def _breaks(stamps: NDArray[np.int64], jumps: Jumps, chain: Sequence[str]) -> NDArray[np.int64]:
+    """Stamps (k, 2) between which a body, or one of those that carry it, has no known path: gaps and teleports."""
+    gaps = stamps[gap_rows(stamps)[:, None] + [0, 1]]
+    return np.sort(np.concatenate([gaps, *(jumps[one] for one in chain if one in jumps)]), axis=0)
 
 
 def _body(session: Session, name: str) -> Body:

@@ -13,7 +13,7 @@ from replay.prepare.assemble import AssemblyLayout, assemble, assemble_blocks, w
 from replay.prepare.assembly import Assembly
 from replay.prepare.stored_motion import StoredMotion
 from sessions import Frames, Session
-from sessions.model.session import ArraySource, FrameSource
+from sessions.model.session import FrameSource
 
 
 class _DecodedOnce:
@@ -44,7 +44,7 @@ class _DecodedOnce:
 
 def decoded_once(session: Session) -> Session:
     """The same session, whose file is read once instead of in every pass over its frames, unless it is too long."""
-    if isinstance(session.source, ArraySource) or "frames" in vars(session):
+    if isinstance(session.source, Frames) or "frames" in vars(session):
         return session
     return replace(session, source=_DecodedOnce(session.source))
 

@@ -14,11 +14,11 @@ from sessions import Scene
 
 FLAG_KINDS: Final = (
     "not-finite", "zero-quaternion", "non-unit-quaternion", "identity-while-lost", "tracking-lost", "frozen",
-    "teleport", "gap",
+    "teleport", "gap", "out-of-space",
 )  # fmt: skip
 """Kinds that flag single frames; the n-th is bit n."""
 
-POSE_DOUBT: Final = np.uint8(0xFF ^ 1 << FLAG_KINDS.index("gap"))
+POSE_DOUBT: Final = np.uint16(0xFFFF ^ 1 << FLAG_KINDS.index("gap"))
 """Bits that doubt the pose itself; after a gap only the path to it is unknown."""
 
 
@@ -52,39 +52,40 @@ class FlagSpan:
 
 @dataclass(frozen=True, eq=False)
 class Flags:
-    """Flags of an assembly: (T, N) uint8, bits of `FLAG_KINDS`; a child carries its parents' flags."""
+    """Flags of an assembly: (T, N) uint16, bits of `FLAG_KINDS`; a child carries its parents' flags."""
 
-    bodies: NDArray[np.uint8]
+    bodies: NDArray[np.uint16]
 
     @classmethod
     def of(cls, spans: Sequence[FlagSpan], assembly: Assembly, scene: Scene) -> Flags:
         """Flag the frames of an assembly that spans cover."""
-        marks = np.zeros((len(assembly.stamp_ns), len(assembly.names)), dtype=np.uint8)
+        marks = np.zeros((len(assembly.stamp_ns), len(assembly.names)), dtype=np.uint16)
         columns: dict[str, list[int]] = {}
         for column, name in enumerate(assembly.names):
-            for source in _chain(name, scene):
+            for source in chain_of(name, scene):
                 columns.setdefault(source, []).append(column)
         for span in spans:
             first, last = np.searchsorted(assembly.stamp_ns, [span.start_ns, span.end_ns + 1])
-            bit = np.uint8(1 << FLAG_KINDS.index(span.kind))
+            bit = np.uint16(1 << FLAG_KINDS.index(span.kind))
             chosen = columns.get(span.body, []) if span.body else range(marks.shape[1])
             for column in chosen:
                 marks[first:last, column] |= bit
         return cls(marks)
 
-    def of_pairs(self, pairs: NDArray[np.int64], start: int = 0, stop: int | None = None) -> NDArray[np.uint8]:
+    def of_pairs(self, pairs: NDArray[np.int64], start: int = 0, stop: int | None = None) -> NDArray[np.uint16]:
         """(n, P) flags of pairs in some frames: those of either body."""
         part = self.bodies[start:stop]
-        both: NDArray[np.uint8] = part[:, pairs[:, 0]] | part[:, pairs[:, 1]]
+        both: NDArray[np.uint16] = part[:, pairs[:, 0]] | part[:, pairs[:, 1]]
         return both
 
 
 def flag_words() -> list[str]:
     """Each value of a flag in words: ``frozen+gap``; an empty text for 0."""
-    return ["+".join(kind for k, kind in enumerate(FLAG_KINDS) if value >> k & 1) for value in range(256)]
+    values, kinds = range(1 << len(FLAG_KINDS)), [*enumerate(FLAG_KINDS)]
+    return ["+".join(kind for k, kind in kinds if value >> k & 1) for value in values]
 
 
-def _chain(name: str, scene: Scene) -> list[str]:
+def chain_of(name: str, scene: Scene) -> list[str]:
     """A body, its parent, the parent's parent and so on."""
     chain = [name]
     while (declared := scene.body(chain[-1])) is not None and declared.parent and declared.parent not in chain:

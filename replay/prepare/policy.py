@@ -53,6 +53,7 @@ KINDS: Final[dict[str, KindSpec]] = {
     "not-finite": KindSpec(REFUSE, _STAND_IN),
     "zero-quaternion": KindSpec(REFUSE, _STAND_IN),
     "non-unit-quaternion": KindSpec(REFUSE, _STAND_IN),
+    "out-of-space": KindSpec(DROP, (*_STAND_IN, KEEP)),
     "identity-while-lost": KindSpec(DROP, (*_STAND_IN, KEEP)),
     "tracking-lost": KindSpec(DROP, _STAND_IN),
     # Kept by default: the position may be right, and only a person can tell.

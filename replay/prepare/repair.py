@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
+import numpy as np
+
 from replay.base.constants import BLOCK_FRAMES
 from replay.errors import RefusedError
 from replay.prepare.flags import FlagSpan
@@ -13,15 +15,15 @@ from replay.prepare.repaired_frames import RepairedFrames, Replacement, replacem
 from sessions import Finding, Session, Status
 from sessions.doctor.finding import in_order
 from sessions.doctor.pose_pass import PosePass, look_through
-from sessions.doctor.pose_spans import PoseSpan, pose_spans
+from sessions.doctor.pose_spans import Jumps, PoseSpan, pose_spans, teleports
 from sessions.doctor.session_findings import examine_session
 from sessions.doctor.timing import gap_rows
 
-DAMAGE: Final = frozenset({"not-finite", "zero-quaternion", "non-unit-quaternion", "identity-while-lost"})
-"""Kinds whose samples claimed to be poses: dropping them loses data that a reader would expect."""
-
 NAMED_BY_SURVEY: Final = frozenset({"not-finite", "zero-quaternion", "non-unit-quaternion"})
 """Kinds that the assembly refuses by frame, body and value when nothing replaces them."""
+
+DAMAGE: Final = NAMED_BY_SURVEY | {"identity-while-lost", "out-of-space"}
+"""Kinds whose samples claimed to be poses: dropping them loses data that a reader would expect."""
 
 
 @dataclass(frozen=True)
@@ -34,12 +36,14 @@ class Repair:
     policy : the rules.
     findings : everything the doctor says of it, the worst first.
     spans : what was in doubt, and what was done about it.
+    jumps : teleports of ``session``; ``None`` where it is not as recorded and they are to be sought in it.
     """
 
     session: Session
     policy: Policy
     findings: tuple[Finding, ...]
     spans: tuple[FlagSpan, ...]
+    jumps: Jumps | None = None
 
     def as_json(self) -> dict[str, Any]:
         """What the summary of a run says of it."""
@@ -56,7 +60,7 @@ def repair_session(session: Session, policy: Policy) -> Repair:
     Raises ``RefusedError``: the session has a fault that the policy refuses. Invalid samples are left to the session
     scan, which names them.
     """
-    looked = look_through(session.blocks(BLOCK_FRAMES))
+    looked = look_through(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
     findings = tuple(in_order([*examine_session(session, looked)]))
     for finding in findings:
         if policy.rule(finding.code).action == REFUSE and finding.code not in NAMED_BY_SURVEY:
@@ -69,7 +73,8 @@ def repair_session(session: Session, policy: Policy) -> Repair:
     flagged = [_flagged(looked, span, policy, replaced.get(span.column)) for span in spans]
     # The frame after a gap is flagged: the path into it is not known.
     gaps = [_span(looked, "gap", "", row, row, 1, policy) for row in (gap_rows(looked.stamp_ns) + 1).tolist()]
-    return Repair(repaired, policy, findings, (*flagged, *gaps))
+    as_recorded = not replaced and bool((np.diff(looked.stamp_ns) > 0).all())
+    return Repair(repaired, policy, findings, (*flagged, *gaps), teleports(looked, spans) if as_recorded else None)
 
 
 def _flagged(looked: PosePass, span: PoseSpan, policy: Policy, replaced: Replacement | None) -> FlagSpan:

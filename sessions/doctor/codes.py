@@ -55,6 +55,8 @@ _MEANINGS: Final[dict[str, dict[str, tuple[str, str]]]] = {
         "non-unit-quaternion": ("the rotation is scaled; engines that do not notice stretch the mesh",
                                 "normalise it in the exporter"),
         "off-unit-quaternion": ("the rotation was rounded; a run renormalises it", _DIGITS),
+        "out-of-space": ("the position is corrupt: no room holds it",
+                         "run with --policy to choose what stands in for it, or set `[space] radius_m` in the scene"),
         "identity-while-lost": ("the tracker lost the body and wrote the origin instead, as a valid pose", _TRACKER),
         "tracking-lost": ("the tracker said that it had lost the body; there is no pose", _TRACKER),
         "frozen": ("the position stood still because nothing was measured", _TRACKER),

@@ -108,8 +108,8 @@ def _session_file(path: Path) -> Iterator[Finding]:
         except SessionFileError as error:
             yield Finding("unreadable", Severity.ERROR, str(error))
     frames = TolerantFrames(file, names)
-    looked = look_through(frames.blocks())
     scene, scene_faults = _scene(file)
+    looked = look_through(frames.blocks(), scene.space_radius)
     yield from scene_faults
     yield from _noted(frames.noted, looked, names if own else looked.names, file)
     if not len(looked.stamp_ns):

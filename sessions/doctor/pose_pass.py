@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.doctor.track_watch import Mark, TrackSamples, TrackWatch, marked
+from sessions.model.constants import SPACE_RADIUS
 from sessions.model.frames import Frames, Status
 
 NORM_REJECT: Final = 1e-3
@@ -59,13 +60,13 @@ class PosePass:
 
     @property
     def usable(self) -> NDArray[np.bool_]:
-        """(T, N) samples that claim to be poses and are finite."""
-        return self.has(Mark.PRESENT) & ~self.has(Mark.LOST | Mark.NOT_FINITE)
+        """(T, N) samples that claim to be poses, are finite, and lie where a room may be."""
+        return self.has(Mark.PRESENT) & ~self.has(Mark.NO_POSE)
 
 
-def look_through(blocks: Iterable[Frames]) -> PosePass:
-    """Mark every sample; later blocks may know more bodies than earlier ones."""
-    looking = _RunningPass()
+def look_through(blocks: Iterable[Frames], space_radius: float = SPACE_RADIUS) -> PosePass:
+    """Mark every sample; later blocks may know more bodies than earlier ones; the radius is that of the scene."""
+    looking = _RunningPass(space_radius)
     waiting: Frames | None = None
     for block in _larger(blocks):
         if waiting is not None:
@@ -89,7 +90,8 @@ def _larger(blocks: Iterable[Frames]) -> Iterator[Frames]:
 
 
 class _RunningPass:
-    def __init__(self) -> None:
+    def __init__(self, space_radius: float) -> None:
+        self.space_radius = space_radius
         self.names: tuple[str, ...] = ()
         self.count, self.least_step = 0, 0.0
         self.stamps: list[NDArray[np.int64]] = []
@@ -133,6 +135,7 @@ class _RunningPass:
         q = frames.quaternion_xyzw
         norm = np.sqrt((q * q).sum(axis=-1))
         finite = np.isfinite(frames.position).all(axis=-1) & np.isfinite(q).all(axis=-1)
+        away = claims & finite & (np.abs(frames.position).max(axis=-1) > self.space_radius)
         off = np.abs(norm - 1.0)
         zero = claims & finite & (norm == 0)
         rejected = claims & finite & ~zero & ~(off <= NORM_REJECT)
@@ -145,14 +148,14 @@ class _RunningPass:
         for mark, where in (
             (Mark.PRESENT, present), (Mark.LOST, lost), (Mark.NOT_FINITE, claims & ~finite),
             (Mark.ZERO_QUATERNION, zero), (Mark.NON_UNIT, rejected), (Mark.OFF_UNIT, rounded),
-            (Mark.IDENTITY, claims & still), (Mark.SAMPLE_SKEWED, skewed),
+            (Mark.IDENTITY, claims & still), (Mark.SAMPLE_SKEWED, skewed), (Mark.OUT_OF_SPACE, away),
         ):  # fmt: skip
             marks[where] |= np.uint16(mark)
         return marks
 
     def _track(self, frames: Frames, first: int, column: int) -> TrackSamples:
         marks = self.marks[first : self.count, column]
-        rows = np.flatnonzero(marked(marks, Mark.PRESENT) & ~marked(marks, Mark.LOST | Mark.NOT_FINITE))
+        rows = np.flatnonzero(marked(marks, Mark.PRESENT) & ~marked(marks, Mark.NO_POSE))
         return TrackSamples(
             rows + first,
             (frames.stamp_ns[rows] - self.stamps[0][0]) / 1e9,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -31,6 +31,10 @@ LOST_JUMP_M: Final = 0.01
 LOST_JUMP_STEPS: Final = 5.0  # ... and so it may by less than five of its ordinary steps.
 
 
+Jumps = dict[str, NDArray[np.int64]]
+"""Body -> stamps (k, 2) between which it jumped."""
+
+
 @dataclass(frozen=True)
 class PoseSpan:
     """Consecutive samples of one body with one fault; ``first`` and ``last`` frame are included."""
@@ -55,7 +59,8 @@ SIMPLE: Final = {
 def pose_spans(looked: PosePass) -> list[PoseSpan]:
     """Every span in which a sample is no trustworthy pose, by body and then time.
 
-    A body whose positions are not in metres would teleport in every frame; of such a body no step is called a teleport.
+    A body whose positions are not in metres would teleport in every frame, and lie out of every room; of such a body
+    neither is said.
     """
     found: list[PoseSpan] = []
     for column in range(len(looked.names)):
@@ -65,8 +70,21 @@ def pose_spans(looked: PosePass) -> list[PoseSpan]:
         found += track.identity()
         found += track.still("frozen")
         if unit_guess(looked, column) is None:
+            found += track.simple("out-of-space", Mark.OUT_OF_SPACE)
             found += track.teleports()
     return sorted(found, key=lambda span: (span.column, span.first, span.code))
+
+
+def teleports(looked: PosePass, spans: Sequence[PoseSpan] | None = None) -> Jumps:
+    """When each body jumped, from its sample before to the one that marks it; ``spans`` are those of this pass."""
+    found: Jumps = {}
+    spans = pose_spans(looked) if spans is None else spans
+    rows = [(one.column, one.first) for one in spans if one.code == "teleport"]
+    for column in {column for column, _ in rows}:
+        usable = np.flatnonzero(looked.usable[:, column])
+        after = np.searchsorted(usable, [row for there, row in rows if there == column])
+        found[looked.names[column]] = looked.stamp_ns[np.stack([usable[after - 1], usable[after]], axis=1)]
+    return found
 
 
 def rest_spans(looked: PosePass) -> list[PoseSpan]:
@@ -88,7 +106,7 @@ class _Track:
     @classmethod
     def of(cls, looked: PosePass, column: int) -> _Track:
         marks = looked.marks[:, column]
-        there, gone = marked(marks, Mark.PRESENT), marked(marks, Mark.LOST | Mark.NOT_FINITE)
+        there, gone = marked(marks, Mark.PRESENT), marked(marks, Mark.NO_POSE)
         usable = np.flatnonzero(there & ~gone)
         return cls(column, looked.stamp_ns, marks, looked.steps[:, column], np.flatnonzero(there), usable)
 

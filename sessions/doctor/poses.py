@@ -20,6 +20,7 @@ SEVERITIES: Final = {
     "not-finite": Severity.ERROR,
     "zero-quaternion": Severity.ERROR,
     "non-unit-quaternion": Severity.ERROR,
+    "out-of-space": Severity.ERROR,
     "identity-while-lost": Severity.ERROR,
     "tracking-lost": Severity.WARNING,
     "frozen": Severity.WARNING,
@@ -57,6 +58,7 @@ def _listed(looked: PosePass, span: PoseSpan) -> Finding:
         "zero-quaternion": f"{samples} with a quaternion of zeros",
         "non-unit-quaternion": f"{samples} with a quaternion of norm {looked.worst_norm[span.column]:.6g}"
         + (" at worst" if span.count > 1 else ""),
+        "out-of-space": f"{samples} further from the origin than any room is large",
         "identity-while-lost": f"{samples} say the origin, unturned, {span.size:.3g} m from where the body was",
         "tracking-lost": f"{samples} flagged as lost",
         "frozen": f"the position repeats in {samples}, then steps {1e3 * span.size:.3g} mm",

@@ -82,7 +82,8 @@ def unit_guess(looked: PosePass, column: int) -> tuple[str, float] | None:
     place = _there(looked.position[:, column])
     if len(place) < 2:
         return None
-    far = float(np.median(np.sqrt((place * place).sum(axis=1))))
+    with np.errstate(over="ignore"):
+        far = float(np.median(np.sqrt((place * place).sum(axis=1))))
     moving = looked.steps[:, column]
     moving = moving[moving > 0]
     step = float(np.median(np.diff(looked.stamp_ns))) / 1e9

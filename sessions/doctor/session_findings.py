@@ -18,7 +18,7 @@ from sessions.model.session import Session
 
 def examine_session(session: Session, looked: PosePass | None = None) -> Iterator[Finding]:
     """Everything about a session but its file; ``looked`` is the pass over its frames, made here when not given."""
-    looked = looked or look_through(session.blocks(BLOCK_FRAMES))
+    looked = looked or look_through(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
     yield from frame_findings(looked, session.scene, dict(session.facts))
     yield from all_mesh_findings(session.meshes)
     yield from table_findings(session.meshes, session.scene)

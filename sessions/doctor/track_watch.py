@@ -46,6 +46,8 @@ class Mark(IntFlag):
     SAMPLE_REPEATED = 2048
     SAMPLE_SKEWED = 4096
     PRESENT = 8192
+    OUT_OF_SPACE = 1 << 14
+    NO_POSE = LOST | NOT_FINITE | OUT_OF_SPACE
 
 
 def marked(marks: NDArray[np.uint16], mark: Mark) -> NDArray[np.bool_]:
@@ -55,7 +57,7 @@ def marked(marks: NDArray[np.uint16], mark: Mark) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, eq=False)
 class TrackSamples:
-    """Consecutive samples of one body that are present and finite."""
+    """Consecutive samples of one body that may be poses."""
 
     rows: NDArray[np.int64]  # (n,) frame numbers
     time: FloatArray  # (n,) seconds
@@ -110,7 +112,7 @@ class TrackWatch:
         since = np.diff(window.sample_ns)
         found = np.zeros(len(way), dtype=np.uint16)
         for mark, where in (
-            (Mark.TELEPORT, _teleports(way / step[:, None])), (Mark.SAME_PLACE, same_place),
+            (Mark.TELEPORT, _no_motion(way / step[:, None])), (Mark.SAME_PLACE, same_place),
             (Mark.SAME_ROTATION, same_rotation), (Mark.SIGN_FLIP, cosine < 0), (Mark.SAMPLE_BACKWARDS, since < 0),
             (Mark.SAMPLE_REPEATED, (since == 0) & ~(same_place & same_rotation)),
         ):  # fmt: skip
@@ -121,7 +123,7 @@ class TrackWatch:
         steps[rows] = distance[begin - 1 : stop - 1]
 
 
-def _teleports(velocity: FloatArray) -> NDArray[np.bool_]:
+def _no_motion(velocity: FloatArray) -> NDArray[np.bool_]:
     """Which of consecutive velocities (n, 3) are no motion."""
     speed = np.sqrt((velocity * velocity).sum(axis=1))
     if len(velocity) < 3:

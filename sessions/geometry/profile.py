@@ -148,8 +148,7 @@ def solved(rising: Callable[[float], float], low: float, high: float) -> float:
 def _frusta(polyline: Polyline) -> NDArray[np.float64]:
     """Return the signed volume under each turned segment."""
     r0, r1 = polyline[:-1, 0], polyline[1:, 0]
-    volumes: NDArray[np.float64] = np.pi / 3.0 * np.diff(polyline[:, 1]) * (r0 * r0 + r0 * r1 + r1 * r1)
-    return volumes
+    return np.pi / 3.0 * np.diff(polyline[:, 1]) * (r0 * r0 + r0 * r1 + r1 * r1)
 
 
 def _mirror_on_axis(point: NDArray[np.float64]) -> NDArray[np.float64]:

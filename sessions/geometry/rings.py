@@ -15,14 +15,11 @@ Ring = NDArray[np.float64]  # (n, 3), or (1, 3): a pole
 
 
 def sewn(rings: Sequence[Ring], *, around: bool = False, falling_from: int | None = None) -> MeshData:
-    """Return the closed mesh that joins each ring to the next.
+    """Return the closed mesh that joins each ring (n, 3), all of the same n, to the next; a pole is a ring (1, 3).
 
-    Parameters
-    ----------
-    rings : arrays (n, 3) with the same n, or (1, 3): a pole. First and last are poles unless ``around``.
-    around : join the last ring to the first: a tube open at both ends.
-    falling_from : from this band on quads are cut along their other diagonal. So both sides of a bent wall, one sewn
-        upwards and one downwards, are cut alike: cut crosswise, a spout was up to 31 % too thick at 500 faces.
+    First and last are poles unless ``around``: then the last ring is joined to the first, a tube open at both ends.
+    From band ``falling_from`` on quads are cut along their other diagonal. So both sides of a bent wall, one sewn
+    upwards and one downwards, are cut alike: cut crosswise, a spout was up to 31 % too thick at 500 faces.
     """
     starts = np.cumsum([0, *(len(ring) for ring in rings)])
     labels = [np.arange(start, start + len(ring)) for start, ring in zip(starts, rings, strict=False)]

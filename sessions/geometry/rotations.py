@@ -31,8 +31,7 @@ def quaternion_product(a: ArrayLike, b: ArrayLike) -> Array:
 
 def quaternion_inverse(q: ArrayLike) -> Array:
     """Inverse of unit quaternions (..., 4)."""
-    back: Array = np.asarray(q, dtype=np.float64) * np.array([-1.0, -1.0, -1.0, 1.0])
-    return back
+    return np.asarray(q, dtype=np.float64) * np.array([-1.0, -1.0, -1.0, 1.0])
 
 
 def rotated(q: ArrayLike, v: ArrayLike) -> Array:
@@ -68,10 +67,7 @@ def quaternion_from_vector(turn: ArrayLike) -> Array:
 def quaternion_facing(forward: ArrayLike) -> Array:
     """Quaternion (4,) that turns -Z to ``forward`` and keeps +Y as upright as it can.
 
-    Raises
-    ------
-    ValueError
-        ``forward`` is zero or vertical.
+    ValueError where ``forward`` is zero or vertical.
     """
     back = -np.asarray(forward, dtype=np.float64)
     right = np.cross((0.0, 1.0, 0.0), back)
@@ -112,5 +108,4 @@ def slerp(start: ArrayLike, end: ArrayLike, share: ArrayLike) -> Array:
     sine = np.sin(angle)
     arc = (np.sin((1.0 - u) * angle) * a + np.sin(u * angle) * b) / sine
     blend = np.where(cosine >= SLERP_CHORD_COSINE, (1.0 - u) * a + u * b, arc)
-    unit: Array = blend / np.linalg.norm(blend, axis=-1, keepdims=True)
-    return unit
+    return blend / np.linalg.norm(blend, axis=-1, keepdims=True)

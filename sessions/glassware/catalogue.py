@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -12,14 +11,6 @@ from sessions.errors import SessionError
 from sessions.glassware.instrument import Instrument
 
 LEAST_FACES, MOST_FACES = 500, 50_000
-
-
-@dataclass(frozen=True)
-class InstrumentSpec:
-    """Where an instrument is made (``module:function``, imported on use) and the options that make it this one."""
-
-    entry: str
-    options: Mapping[str, Any] = field(default_factory=dict)
 
 
 _MODULE_OF = {
@@ -32,13 +23,11 @@ _MODULE_OF = {
     "tripod": "furniture", "wire_gauze": "furniture", "bench": "furniture", "hand_left": "hands",
     "hand_right": "hands", "proxy_wand": "proxies", "proxy_headset": "proxies",
 }  # fmt: skip
-INSTRUMENTS: Mapping[str, InstrumentSpec] = MappingProxyType(
-    {
-        f"beaker_{size}": InstrumentSpec("sessions.glassware.beakers:beaker", MappingProxyType({"millilitres": size}))
-        for size in (50, 100, 250, 400, 600)
-    }
-    | {name: InstrumentSpec(f"sessions.glassware.{module}:{name}") for name, module in _MODULE_OF.items()}
+INSTRUMENTS: Mapping[str, tuple[str, str, dict[str, int]]] = MappingProxyType(
+    {f"beaker_{size}": ("beakers", "beaker", {"millilitres": size}) for size in (50, 100, 250, 400, 600)}
+    | {name: (module, name, {}) for name, module in _MODULE_OF.items()}
 )
+"""Name -> module of this package, imported on use, function in it, and the options that make it this instrument."""
 
 
 class UnknownInstrumentError(SessionError):
@@ -71,13 +60,11 @@ def make_instrument(name: str, faces: int = 5000, **options: Any) -> Instrument:
         raise UnknownInstrumentError(f"no instrument {name!r}; there are: {', '.join(INSTRUMENTS)}")
     if not LEAST_FACES <= faces <= MOST_FACES:
         raise UnknownInstrumentError(f"{name} with {faces} faces; ask for {LEAST_FACES} to {MOST_FACES:,}")
-    spec = INSTRUMENTS[name]
-    module, function = spec.entry.split(":")
-    make = getattr(importlib.import_module(module), function)
-    allowed = set(make.__kwdefaults__ or ()) - set(spec.options)
+    module, function, fixed = INSTRUMENTS[name]
+    make = getattr(importlib.import_module(f"sessions.glassware.{module}"), function)
+    allowed = set(make.__kwdefaults__ or ()) - set(fixed)
     unknown = set(options) - allowed
     if unknown:
         known = ", ".join(sorted(allowed)) or "none"
         raise UnknownInstrumentError(f"{name} has no option {', '.join(sorted(unknown))}; its options: {known}")
-    instrument: Instrument = make(faces, **spec.options, **options)
-    return instrument
+    return make(faces, **fixed, **options)

@@ -59,8 +59,7 @@ def rounded_box(points: Points, centre: ArrayLike, half: ArrayLike, radius: floa
     """Return the distance to a box of half extents ``half`` whose edges are rounded by ``radius``."""
     beyond = np.abs(points - np.asarray(centre)) - (np.asarray(half, dtype=np.float64) - radius)
     outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=1)
-    distance: Distance = outside + np.minimum(beyond.max(axis=1), 0.0) - radius
-    return distance
+    return outside + np.minimum(beyond.max(axis=1), 0.0) - radius
 
 
 def ellipsoid(points: Points, centre: ArrayLike, half: ArrayLike) -> Distance:
@@ -71,8 +70,7 @@ def ellipsoid(points: Points, centre: ArrayLike, half: ArrayLike) -> Distance:
     slope = np.linalg.norm(local / axes**2, axis=1)
     # At the very middle, where the direction to the surface is undefined, the least half axis is right.
     scale = np.where(slope > 1e-9, level / np.maximum(slope, 1e-9), axes.min())
-    distance: Distance = (level - 1.0) * scale
-    return distance
+    return (level - 1.0) * scale
 
 
 def hoop(
@@ -122,8 +120,7 @@ def _evened(solid: Solid, points: Points, middles: Points, most: float) -> Point
     normal = gradient / length
     drift = 0.5 * (middles - points)
     drift -= normal * np.einsum("ij,ij->i", drift, normal)[:, None]
-    moved: Points = points + drift - normal * np.clip(value[:, None] / length, -most, most)
-    return moved
+    return points + drift - normal * np.clip(value[:, None] / length, -most, most)
 
 
 def _marched(solid: Solid, low: Points, high: Points, spacing: float) -> tuple[Points, NDArray[np.int64]]:
@@ -164,11 +161,9 @@ def _cut_tetrahedra(
         chosen = corners[(inside * np.array([1, 2, 4, 8])).sum(axis=1) == code]
         if not len(chosen):
             continue
-        within = [k for k in range(4) if code >> k & 1]
-        for face in _pattern(within):
-            pairs = np.stack([np.sort(chosen[:, list(edge)], axis=1) for edge in face], axis=1)
-            triangles.append(pairs)
-    return np.concatenate(triangles) if triangles else np.empty((0, 3, 2), dtype=np.int64)
+        for face in _pattern([k for k in range(4) if code >> k & 1]):
+            triangles.append(np.stack([np.sort(chosen[:, list(edge)], axis=1) for edge in face], axis=1))
+    return np.concatenate([np.empty((0, 3, 2), dtype=np.int64), *triangles])
 
 
 def _pattern(within: list[int]) -> list[list[tuple[int, int]]]:

@@ -61,11 +61,8 @@ def _hand(name: str, faces: int, grip_radius: float, side: float) -> Instrument:
         "grip": Site(point=(0.0, 0.0, 0.0)),
         "wrist": Site(point=(side * (grip + 0.022), -0.003, WRIST), direction=(0.0, 0.0, 1.0)),
     }
-    origin, sources = (
-        "on the axis of what is held, between the second and third finger",
-        (f"a hand of 185 mm: {TYPICAL}",),
-    )
-    tags = f"hand {name.removeprefix('hand_')}"
+    origin = "on the axis of what is held, between the second and third finger"
+    tags, sources = f"hand {name.removeprefix('hand_')}", (f"a hand of 185 mm: {TYPICAL}",)
     return weighed(name, mesh, tags, "tissue", sources, sites=sites, origin=origin)
 
 

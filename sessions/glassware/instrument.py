@@ -52,12 +52,8 @@ class Opening:
 class Cavity:
     """The space where liquid stands: closed meshes whose walls are the inner walls of the glass.
 
-    Attributes
-    ----------
-    capacity_m3 : nominal volume up to the mark; ``to_mark`` encloses it.
-    floor_height, mark_height : heights y between which ``to_mark`` stands.
-    to_mark, to_brim : closed meshes of the liquid when filled to the mark, and to the rim.
-    opening : where liquid enters and leaves.
+    ``to_mark`` and ``to_brim`` are the liquid when filled to the mark, and to the rim. ``capacity_m3`` is the nominal
+    volume up to the mark, which ``to_mark`` encloses between the heights y ``floor_height`` and ``mark_height``.
     """
 
     capacity_m3: float

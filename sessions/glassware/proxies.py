@@ -98,8 +98,7 @@ def _band(points: Points) -> Distance:
     out = np.linalg.norm(oval, axis=1) - 0.080
     section = np.column_stack([out, local[:, 1] + 0.06 * local[:, 2], np.zeros_like(out)])
     ribbon = rounded_box(section, (0.0, 0.0, 0.0), (0.0060, 0.0150, 0.01), 0.0058)
-    strap: Distance = np.maximum(ribbon, -0.100 - local[:, 2])
-    return strap
+    return np.maximum(ribbon, -0.100 - local[:, 2])
 
 
 def _crown(points: Points) -> Distance:
@@ -109,5 +108,4 @@ def _crown(points: Points) -> Distance:
     out = np.linalg.norm(oval, axis=1) - 0.107
     section = np.column_stack([local[:, 0], out, np.zeros_like(out)])
     ribbon = rounded_box(section, (0.0, 0.0, 0.0), (0.0140, 0.0060, 0.01), 0.0058)
-    strap: Distance = np.maximum(ribbon, -local[:, 1] + 0.005)
-    return strap
+    return np.maximum(ribbon, -local[:, 1] + 0.005)

@@ -231,8 +231,7 @@ def _walls(
 def _leaving(rings: Sequence[Ring]) -> NDArray[np.float64]:
     """Return the unit direction, point by point, in which the last ring leaves the one before it."""
     step = rings[-1] - rings[-2]
-    direction: NDArray[np.float64] = step / np.linalg.norm(step, axis=1, keepdims=True)
-    return direction
+    return step / np.linalg.norm(step, axis=1, keepdims=True)
 
 
 def _half_round(start: Ring, end: Ring, segments: int, outward: NDArray[np.float64]) -> list[Ring]:

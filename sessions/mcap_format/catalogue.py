@@ -162,10 +162,7 @@ DECLARING = {Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA}  # S
 def read_catalogue(path: Path) -> Catalogue:
     """Walk a file from its magic to its footer, or to where it is cut short (see ``tear``).
 
-    Raises
-    ------
-    SessionFileError
-        The file cannot be opened, is empty, is no MCAP, or a record in it is damaged.
+    SessionFileError where it cannot be opened, is empty, is no MCAP, or a record in it is damaged.
     """
     with opened(path) as stream:
         size = stream.seek(0, io.SEEK_END)

@@ -30,14 +30,10 @@ ZSTD_LEVEL = 1
 
 
 class ContainerWriter:
-    """An MCAP file being written to a binary stream from its position 0 on.
+    """An MCAP file being written to a binary stream from its position 0 on, which this object never closes.
 
-    Parameters
-    ----------
-    stream : open for writing; this object never closes it.
-    profile : the header's profile.
-    chunk_bytes : a chunk closes with the first group boundary at or beyond this many uncompressed bytes.
-    chunk_ns : a chunk closes before a group logged this long after its first message; ``None``: by size alone.
+    A chunk closes with the first group boundary at or beyond ``chunk_bytes`` uncompressed bytes, and before a group
+    logged ``chunk_ns`` after its first message; ``None``: by size alone. ``profile`` is that of the header.
     """
 
     def __init__(self, stream: BinaryIO, profile: str, chunk_bytes: int = 1 << 20, chunk_ns: int | None = None) -> None:

@@ -22,10 +22,7 @@ class McapFile:
         if self.catalogue.tear is not None and self.catalogue.regions:
             # The message index of the last whole chunk may be cut short, so what it lists may not be all.
             self.catalogue.regions[-1].channels = None
-        self._discover_channels()
-
-    def _discover_channels(self) -> None:
-        """Unpack the regions that speak of channels which no record outside chunks has declared."""
+        # The regions that speak of channels which no record outside chunks has declared are unpacked now.
         with self.catalogue.path.open("rb") as stream:
             for region in self.catalogue.regions:
                 known = self.catalogue.channels.keys()
@@ -94,7 +91,8 @@ class McapFrames:
     def blocks(self, frames: int) -> Iterator[Frames]:
         """All frames in file order, in blocks of this many (the last may be shorter)."""
         held: list[Frames] = []
-        for part in self._parts():
+        decoder = self.file.decoder(self.names)
+        for part in (part for table in self.file.tables(TF, TRACKING) for part in decoder.decode(table)):
             held.append(part)
             while sum(map(len, held)) >= frames:
                 whole = Frames.join(held) if len(held) > 1 else held[0]
@@ -102,8 +100,3 @@ class McapFrames:
                 held = [whole.part(frames, len(whole))] if len(whole) > frames else []
         if held:
             yield Frames.join(held)
-
-    def _parts(self) -> Iterator[Frames]:
-        decoder = self.file.decoder(self.names)
-        for table in self.file.tables(TF, TRACKING):
-            yield from decoder.decode(table)

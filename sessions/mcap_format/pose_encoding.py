@@ -119,7 +119,9 @@ class FrameEncoder:
         channel = np.where((frames.status == Status.ABSENT).all(axis=1), self._tracking, self._tf)
         for rows, table in tables:
             _fill_headers(table, int(channel[rows[0]]), sequence[rows], frames.log_ns[rows], frames.stamp_ns[rows])
-            _window(out, table.shape[1])[tf_starts[rows]] = table
+            # Row i of this view is the bytes of one message that begin at byte i; none of those written overlap.
+            window = as_strided(out, (len(out) - table.shape[1] + 1, table.shape[1]), (1, 1))
+            window[tf_starts[rows]] = table
         noted = np.flatnonzero(note_size)
         for row in noted.tolist():
             header = MESSAGE_HEADER.pack(
@@ -137,17 +139,12 @@ class FrameEncoder:
         for row in np.flatnonzero(odd.any(axis=1)).tolist():
             key = (frames.names, frames.status[row].tobytes())
             if key not in self._payloads:
-                self._payloads[key] = _tracking_payload(*key)
+                message = message_class("Tracking")()
+                for column in np.flatnonzero(odd[row]).tolist():
+                    message.bodies.add(name=frames.names[column], status=int(frames.status[row, column]))
+                self._payloads[key] = bytes(message.SerializeToString(deterministic=True))
             notes[row] = self._payloads[key]
         return notes
-
-
-def _tracking_payload(names: tuple[str, ...], status: bytes) -> bytes:
-    message = message_class("Tracking")()
-    for name, value in zip(names, status, strict=True):
-        if value not in (Status.ABSENT, Status.VALID):
-            message.bodies.add(name=name, status=value)
-    return bytes(message.SerializeToString(deterministic=True))
 
 
 def _message_tables(frames: Frames) -> list[tuple[NDArray[np.int64], NDArray[np.uint8]]]:
@@ -211,11 +208,6 @@ def _fill_headers(table: NDArray[np.uint8], channel: int, sequence: Ints, log_ns
     column_view(table, 11, "<u4")[:] = sequence
     column_view(table, 15, "<u8")[:] = log_ns
     column_view(table, 23, "<u8")[:] = stamp_ns
-
-
-def _window(out: NDArray[np.uint8], length: int) -> NDArray[np.uint8]:
-    """Row ``i`` is the ``length`` bytes that begin at byte ``i``; rows overlap, so write only to rows that do not."""
-    return as_strided(out, (len(out) - length + 1, length), (1, 1))
 
 
 def _block(

@@ -9,7 +9,7 @@ import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, Generic, TypeVar, overload
+from typing import Any, Generic, TypeVar
 
 from google.protobuf.message import DecodeError
 
@@ -36,8 +36,7 @@ from sessions.mcap_format.schemas import (
 )  # fmt: skip
 from sessions.mcap_format.writer import SCENE_FILE
 from sessions.mesh_data import MeshData
-from sessions.model.event import Event, Interval
-from sessions.model.live_contact import LiveContact
+from sessions.model.event import Interval
 from sessions.model.scene import Scene
 from sessions.model.session import Session
 
@@ -83,26 +82,25 @@ def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
     _check_pose_channels(file)
     if file.catalogue.tear is not None:
         metadata[MISSING] = _missing(file)
+    listed = file.catalogue.metadata_record(BODIES_RECORD)
     return Session(
-        McapFrames(file, _listed_names(file) if own else _scanned_names(file)),
+        McapFrames(file, _named(file, lambda: names_of(listed)) if own else _scanned_names(file)),
         {name: _mesh(file, name, expected) for name, expected in hashes.items()},
         _scene(file),
-        events=_read(file, EVENTS, _events),
+        events=_read(file, EVENTS, lambda found: tuple(read_event(payload, time_ns) for time_ns, payload in found)),
         intervals=_read(file, INTERVALS, lambda found: _intervals(file, found)),
         facts=metadata,
         origin=str(path),
         hands=LazyMapping(
             file.topics_below(HANDS_PREFIX), lambda key: _read(file, HANDS_PREFIX + key, _payloads(read_hand))
         ),
-        live_contacts=LazySequence(lambda: _read(file, LIVE_CONTACTS, _payloads(_contacts))),
+        live_contacts=LazySequence(
+            lambda: _read(file, LIVE_CONTACTS, _payloads(lambda found: tuple(map(read_contact, found))))
+        ),
         fast_tracks=LazyMapping(
             file.topics_below(TRACKS_PREFIX), lambda key: _read(file, TRACKS_PREFIX + key, _payloads(read_track))
         ),
     )
-
-
-def _listed_names(file: McapFile) -> tuple[str, ...]:
-    return _named(file, lambda: names_of(file.catalogue.metadata_record(BODIES_RECORD)))
 
 
 def _scanned_names(file: McapFile) -> tuple[str, ...]:
@@ -173,17 +171,9 @@ def _payloads(read: Callable[[Iterator[bytes]], Result]) -> Callable[[list[tuple
     return lambda messages: read(payload for _, payload in messages)
 
 
-def _events(messages: list[tuple[int, bytes]]) -> tuple[Event, ...]:
-    return tuple(read_event(payload, publish_ns) for publish_ns, payload in messages)
-
-
 def _intervals(file: McapFile, messages: list[tuple[int, bytes]]) -> tuple[Interval, ...]:
     last_ns = (file.last_stamp() or 0) if messages else 0
     return read_intervals((payload for _, payload in messages), last_ns)
-
-
-def _contacts(payloads: Iterator[bytes]) -> tuple[LiveContact, ...]:
-    return tuple(map(read_contact, payloads))
 
 
 class LazyMapping(Mapping[str, Value], Generic[Value]):
@@ -213,10 +203,6 @@ class LazySequence(Sequence[Value], Generic[Value]):
     def __init__(self, load: Callable[[], Sequence[Value]]) -> None:
         self._load = cache(lambda: tuple(load()))
 
-    @overload
-    def __getitem__(self, index: int) -> Value: ...
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[Value]: ...
     def __getitem__(self, index: Any) -> Any:
         return self._load()[index]
 

@@ -30,25 +30,19 @@ _TRANSFORM_TAG = 0x0A
 
 @dataclass(eq=False)
 class BodySamples:
-    """Samples of one body.
-
-    Parameters
-    ----------
-    rows : (n,) numbers of their messages, ascending.
-    step : their place in the messages.
-    parent, child : frame names.
-    stamped : whether they have device stamps.
-    sample_ns : (n,) device stamps.
-    values : (n, 7) position and quaternion xyzw.
-    """
+    """Samples of one body, whose frames are ``parent`` and ``child``."""
 
     rows: NDArray[np.int64]
+    """(n,) numbers of their messages, ascending."""
     step: int
+    """Their place in the messages."""
     parent: str
     child: str
     stamped: bool
+    """Whether they have device stamps."""
     sample_ns: NDArray[np.int64]
     values: NDArray[np.float64]
+    """(n, 7) position and quaternion xyzw."""
 
     def without(self, rows: NDArray[np.bool_]) -> BodySamples:
         """These samples but those of messages that are read another way."""

@@ -31,16 +31,7 @@ _GROUP_WEIGHTS = np.uint64(1) << np.arange(0, 7 * MAX_VARINT, 7, dtype=np.uint64
 
 @dataclass(eq=False)
 class TransformTemplate:
-    """The layout of one transform.
-
-    Parameters
-    ----------
-    mask, pattern : (length,) uint8; bytes x of the same layout satisfy ``x & mask == pattern``.
-    parent, child : the two frame names.
-    stamped : whether there is a timestamp.
-    seconds, nanos : (place, width) of the two varints, width 0 where left out.
-    doubles : value number (x y z, then x y z w) -> place; those left out are 0.
-    """
+    """The layout of one transform: bytes x (length,) of it satisfy ``x & mask == pattern``."""
 
     mask: NDArray[np.uint8]
     pattern: NDArray[np.uint8]
@@ -49,12 +40,13 @@ class TransformTemplate:
     stamped: bool = False
     seconds: tuple[int, int] = (0, 0)
     nanos: tuple[int, int] = (0, 0)
+    """(place, width) of the two varints, width 0 where left out."""
     doubles: dict[int, int] = field(default_factory=dict)
+    """Value number (x y z, then x y z w) -> place; those left out are 0."""
 
     def agrees(self, rows: NDArray[np.uint8]) -> NDArray[np.bool_]:
         """Which rows (n, length) have this layout."""
-        agreed: NDArray[np.bool_] = ((rows & self.mask) == self.pattern).all(axis=1)
-        return agreed
+        return ((rows & self.mask) == self.pattern).all(axis=1)
 
     def values(self, rows: NDArray[np.uint8]) -> NDArray[np.float64]:
         """Position and quaternion of each row, (n, 7)."""
@@ -77,8 +69,7 @@ def stamp_overflows(seconds: NDArray[np.int64]) -> bool:
 
 def _varints(rows: NDArray[np.uint8], place: int, width: int) -> NDArray[np.uint64]:
     groups = (rows[:, place : place + width] & np.uint8(0x7F)).astype(np.uint64)
-    total: NDArray[np.uint64] = groups @ _GROUP_WEIGHTS[:width]
-    return total
+    return groups @ _GROUP_WEIGHTS[:width]
 
 
 class _UnexpectedError(Exception):

@@ -32,13 +32,9 @@ ZSTD_WINDOW_BYTES = 128 << 20
 
 @dataclass(frozen=True, eq=False)
 class MessageTable:
-    """The m messages of one region in file order.
+    """The m messages of one region in file order; all columns are (m,) int64.
 
-    Parameters
-    ----------
-    data : the region's bytes; ``data[start[i]:end[i]]`` is the payload of message i.
-    start, end, channel, sequence : (m,) int64.
-    log_ns, publish_ns : (m,) int64.
+    ``data`` are the region's bytes; ``data[start[i]:end[i]]`` is the payload of message i.
     """
 
     data: bytes

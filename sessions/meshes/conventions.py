@@ -62,13 +62,7 @@ CONVENTIONS: dict[str, Convention] = {
 
 
 def convention(name: str) -> Convention:
-    """The row of ``CONVENTIONS`` of this name.
-
-    Raises
-    ------
-    SessionError
-        Lists the names there are.
-    """
+    """The row of ``CONVENTIONS`` of this name; SessionError with the names there are."""
     if name not in CONVENTIONS:
         raise SessionError(f"no convention {name!r}; there are: {', '.join(CONVENTIONS)}")
     return CONVENTIONS[name]
@@ -79,12 +73,8 @@ def quaternion_from_euler(angles: ArrayLike, order: str) -> Array:
 
     ``order`` is read as SciPy reads it: capital letters turn about the body's own axes in this order (``YXZ`` of
     A-Frame and three.js), small letters about the fixed axes (``zxy`` of Unity). ``angles[..., k]`` is the angle
-    about ``order[k]``.
-
-    Raises
-    ------
-    SessionError
-        The order does not name three axes, all capital or all small, or names one twice in a row.
+    about ``order[k]``. SessionError where it does not name three axes, all capital or all small, or names one twice in
+    a row.
     """
     own = order.isupper()
     known = len(order) == 3 and set(order) <= set("XYZ" if own else "xyz")

@@ -67,13 +67,7 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> MeshData:
 
 
 def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0) -> MeshData:
-    """Read one mesh from the bytes of a file; see `load_mesh`.
-
-    Raises
-    ------
-    MeshFileError
-        When the bytes are empty, damaged, of an unknown type, or hold no triangle.
-    """
+    """Read one mesh from the bytes of a file; errors as in `load_mesh`."""
     kind = file_type.lower().removeprefix(".")
     if kind not in FILE_TYPES:
         raise MeshFileError(f"no mesh type {file_type!r}; there are: {', '.join(FILE_TYPES)}")

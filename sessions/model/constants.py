@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
+SPACE_RADIUS: Final = 1000.0
+"""Metres from the origin beyond which no room holds a pose, unless the scene says otherwise."""
+
 HEADSET_HZ: Final = 90.0
 """Frames per second of the headsets that the tool is made for, and of synthetic sessions by default."""
 

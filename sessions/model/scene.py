@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from sessions.model.constants import SPACE_RADIUS
+
 
 @dataclass(frozen=True)
 class Pose:
@@ -70,6 +72,7 @@ class Scene:
     pairs : declared pairs of body names; ``None``: all with relative motion, minus groups and ``ignore``.
     ignore : pairs of body names left out.
     effects : declared effects; ``None`` when the scene has no effects table at all, ``()`` when it declares none.
+    space_radius : metres from the origin; a pose further out is none that was measured.
     text : the TOML it was read from, kept so that the file carries what the author wrote.
     """
 
@@ -78,6 +81,7 @@ class Scene:
     pairs: tuple[tuple[str, str], ...] | None = None
     ignore: tuple[tuple[str, str], ...] = ()
     effects: tuple[SceneEffect, ...] | None = None
+    space_radius: float = SPACE_RADIUS
     text: str = ""
 
     def body(self, name: str) -> SceneBody | None:

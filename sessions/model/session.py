@@ -25,16 +25,14 @@ if TYPE_CHECKING:
 
 
 class FrameSource(Protocol):
-    """Where frames come from: arrays in memory, or a file read block by block."""
+    """Where frames come from: `Frames` in memory, or a file read block by block."""
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the tracked bodies, one per column."""
-        ...
 
     def blocks(self, frames: int) -> Iterator[Frames]:
         """All frames in file order, in blocks of at most this many."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,24 +131,7 @@ class Session:
     ) -> Session:
         """A session whose bodies have clocks of their own; a frame is made for every stamp that any body has."""
         given = {name: mesh_of(name, mesh) for name, mesh in (meshes or {}).items()}
-        source = ArraySource(_frames(tracks))
-        return cls(source, given, scene or Scene(), tuple(events), tuple(intervals), dict(facts or {}))
-
-
-@dataclass(frozen=True, eq=False)
-class ArraySource:
-    """Frames that lie in memory."""
-
-    held: Frames
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the bodies."""
-        return self.held.names
-
-    def blocks(self, frames: int) -> Iterator[Frames]:
-        """Views of the frames held."""
-        return self.held.blocks(frames)
+        return cls(_frames(tracks), given, scene or Scene(), tuple(events), tuple(intervals), dict(facts or {}))
 
 
 def _track_of(name: str, times_ns: ArrayLike, pose: tuple[ArrayLike, ArrayLike]) -> Track:

@@ -15,10 +15,7 @@ INSTRUMENT_FACES = 5000
 def scene_meshes(scene: Scene, folder: str | Path = ".") -> dict[str, MeshData]:
     """Name -> mesh of every body that declares one; paths are relative to ``folder``.
 
-    Raises
-    ------
-    SceneError
-        Names the body and what is wrong with its mesh.
+    A SceneError names the body and what is wrong with its mesh.
     """
     meshes = {}
     for body in scene.bodies:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 from typing import Any, cast
@@ -9,6 +10,7 @@ from typing import Any, cast
 from sessions.errors import SceneError, SessionError
 from sessions.geometry.shapes import DEFAULT_FACES, MOST_FACES, SIZES
 from sessions.meshes.conventions import quaternion_from_euler
+from sessions.model.constants import SPACE_RADIUS
 from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
 from sessions.scene_files.toml_table import TomlTable, is_number, nearest, parse_toml, read_text
 
@@ -37,7 +39,10 @@ def parse_scene(text: str, file: str = "scene.toml") -> Scene:
     whole = parse_toml(text, file, SceneError)
     head = whole.table("scene") or TomlTable({}, file, "[scene]", SceneError)
     name = head.text("name")
+    space = whole.table("space") or TomlTable({}, file, "[space]", SceneError)
+    space_radius = space.number("radius_m", SPACE_RADIUS, above=0.0)
     head.done()
+    space.done()
     bodies = tuple(_body(table) for table in whole.tables("body") or [])
     _check_bodies(bodies, whole)
     pairs, ignore = whole.tables("pair"), whole.tables("ignore")
@@ -48,6 +53,7 @@ def parse_scene(text: str, file: str = "scene.toml") -> Scene:
         pairs=None if pairs is None else _selected(pairs, bodies),
         ignore=_selected(ignore or [], bodies),
         effects=None if effects is None else tuple(_effect(table, bodies) for table in effects),
+        space_radius=space_radius,
         text=text,
     )
     whole.done()
@@ -216,6 +222,7 @@ def scene_to_toml(scene: Scene) -> str:
     """The scene as TOML; read again it is the same scene, and the same scene gives the same text."""
     lines = [f"{key} = []" for key, value in (("effect", scene.effects), ("pair", scene.pairs)) if value == ()]
     lines += ["[scene]", f"name = {_value(scene.name)}"] if scene.name else []
+    lines += ["[space]", f"radius_m = {scene.space_radius!r}"] if scene.space_radius != SPACE_RADIUS else []
     tables = [("body", _body_keys(body)) for body in scene.bodies]
     tables += [("pair", {"between": pair}) for pair in scene.pairs or ()]
     tables += [("ignore", {"between": pair}) for pair in scene.ignore]
@@ -243,15 +250,9 @@ def _value(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        return '"' + "".join(_escaped(letter) for letter in value) + '"'
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")  # TOML escapes DEL too
     if isinstance(value, dict):
         return "{" + ", ".join(f"{_value(key)} = {_value(one)}" for key, one in value.items()) + "}"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(_value(one) for one in value) + "]"
     return repr(value) if is_number(value) else str(value)
-
-
-def _escaped(letter: str) -> str:
-    if letter in '"\\':
-        return "\\" + letter
-    return f"\\u{ord(letter):04x}" if ord(letter) < 0x20 or ord(letter) == 0x7F else letter

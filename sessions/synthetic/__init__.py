@@ -9,13 +9,13 @@ from importlib import import_module
 from typing import Any
 
 _NAMES = {
-    "analytic": ("ANALYTIC", "make_analytic"),
-    "bench_bumps": ("make_bench_bumps",),
-    "looks": ("Prediction", "looks", "predicted"),
-    "scenes": ("SCENES", "make_scene_session"),
-    "truth": ("PlantedEpisode", "Fact", "Truth", "read_truth", "write_truth"),
+    "analytic": "ANALYTIC make_analytic",
+    "bench_bumps": "make_bench_bumps",
+    "looks": "Prediction looks predicted",
+    "scenes": "SCENES make_scene_session",
+    "truth": "PlantedEpisode Fact Truth read_truth write_truth",
 }
-_HOME = {name: f"sessions.synthetic.{module}" for module, names in _NAMES.items() for name in names}
+_HOME = {name: f"sessions.synthetic.{module}" for module, names in _NAMES.items() for name in names.split()}
 
 __all__ = [
     "ANALYTIC", "SCENES", "Fact", "PlantedEpisode", "Prediction", "Truth", "looks", "make_analytic", "make_bench_bumps",

@@ -45,44 +45,33 @@ UPRIGHT = np.array([0.0, 1.0, 0.0])
 
 @dataclass(frozen=True)
 class AnalyticCase:
-    """Meshes, paths, and when each pair is in contact or contained.
-
-    Parameters
-    ----------
-    meshes, paths : by body name.
-    contact : pair -> intervals at a level.
-    contained : pair -> intervals at a level (at a higher level more counts as contained).
-    tessellation : how much farther apart than the smooth shapes the meshes may be, metres.
-    lever : largest distance of a surface point from its body's origin, metres.
-    """
+    """Meshes and paths by body name, and when each pair is in contact or contained."""
 
     meshes: Mapping[str, MeshData]
     paths: Mapping[str, Path]
     contact: Mapping[Pair, Level]
     contained: Mapping[Pair, Level] = field(default_factory=dict)
+    """At a higher level more counts as contained."""
     tessellation: float = 0.0
+    """How much farther apart than the smooth shapes the meshes may be, metres."""
     lever: float = 0.1
+    """Largest distance of a surface point from its body's origin, metres."""
 
 
 def ball_plate(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     """A ball comes down on a plate and rises, again and again; it touches with a corner that points down."""
     plate = 1.0 / 64.0
     profile = Swing(BALL + 0.02, 0.03, float(rng.uniform(1.1, 1.5)), float(rng.uniform(0.0, 1.0)))
-
-    def contact(level: float) -> list[Interval]:
-        return profile.between(-plate - BALL - level, BALL + level, seconds)
-
     return AnalyticCase(
         {"ball": pointed_ball(BALL), "plate": box((0.5, plate, 0.5))},
         {"ball": _on_axis(1, profile), "plate": still((0.0, -plate / 2.0, 0.0))},
-        {ordered("ball", "plate"): contact},
+        {ordered("ball", "plate"): lambda level: profile.between(-plate - BALL - level, BALL + level, seconds)},
     )
 
 
 def ball_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     """Two balls head on: corner meets corner, so the distance of the centres decides exactly."""
     profile = Swing(BALL + SMALL_BALL + 0.02, 0.025, float(rng.uniform(0.9, 1.3)), float(rng.uniform(0.0, 1.0)))
-
     return AnalyticCase(
         {"ball": pointed_ball(BALL), "small-ball": pointed_ball(SMALL_BALL)},
         {"ball": still((0.0, 0.0, 0.0)), "small-ball": _on_axis(0, profile)},
@@ -119,13 +108,10 @@ def rod_ring(rng: np.random.Generator, seconds: float) -> AnalyticCase:
         position = np.stack([sway(times), slide(times), np.zeros_like(times)], axis=-1)
         return position, _unturned(times)
 
-    def contact(level: float) -> list[Interval]:
-        return outside(sway, hole - rod - level, outer + rod + level, seconds)
-
     return AnalyticCase(
         {"rod": prism(12, rod, 0.25), "ring": prism(16, outer, 1.0 / 64.0, hole=hole)},
         {"rod": path, "ring": still((0.0, 0.0, 0.0))},
-        {ordered("ring", "rod"): contact},
+        {ordered("ring", "rod"): lambda level: outside(sway, hole - rod - level, outer + rod + level, seconds)},
         lever=0.15,
     )
 
@@ -135,7 +121,6 @@ def fast_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     ball, wall, speeds = 0.0025, 0.001, [0.4, 0.6, 1.0, 2.0, 4.0]
     count = max(1, int(seconds / 0.55))
     profile = passes([speeds[k % 5] for k in range(count)], rng.uniform(0.15, 0.35, count).tolist(), 0.1)
-
     return AnalyticCase(
         {"ball": pointed_ball(ball), "wall": box((0.2, wall, 0.2))},
         {"ball": _on_axis(1, profile), "wall": still((0.0, 0.0, 0.0))},
@@ -174,30 +159,21 @@ def grazing_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     order = rng.permutation(count)
     times = tuple(float(k + 1) for k in range(count))
     profile = Dips(times, tuple(BALL + clearances[int(k) % 5] for k in order), 0.3)
-
-    def contact(level: float) -> list[Interval]:
-        return profile.between(-BALL, BALL + level, seconds)
-
     return AnalyticCase(
         {"ball": pointed_ball(BALL), "plate": box((0.5, plate, 0.5))},
         {"ball": _on_axis(1, profile), "plate": still((0.0, -plate / 2.0, 0.0))},
-        {ordered("ball", "plate"): contact},
+        {ordered("ball", "plate"): lambda level: profile.between(-BALL, BALL + level, seconds)},
     )
 
 
 def ball_in_box(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     """A ball inside a closed box comes out through one wall or the other: contained, contact, clear."""
-    half = 1.0 / 16.0
+    half, pair = 1.0 / 16.0, ordered("ball", "box")
     profile = Swing(0.0, half + SMALL_BALL + 0.02, float(rng.uniform(2.5, 3.5)), float(rng.uniform(0.0, 1.0)))
-
-    def contact(level: float) -> list[Interval]:
-        return outside(profile, half - SMALL_BALL - level, half + SMALL_BALL + level, seconds)
-
-    pair = ordered("ball", "box")
     return AnalyticCase(
         {"ball": pointed_ball(SMALL_BALL), "box": box((2.0 * half, 2.0 * half, 2.0 * half))},
         {"ball": _on_axis(0, profile), "box": still((0.0, 0.0, 0.0))},
-        {pair: contact},
+        {pair: lambda level: outside(profile, half - SMALL_BALL - level, half + SMALL_BALL + level, seconds)},
         {pair: _within(profile, half - SMALL_BALL, seconds)},
     )
 

@@ -24,18 +24,12 @@ NOISES: Mapping[str, TrackerNoise | None] = {"off": None, "vive": VIVE}
 
 @dataclass(frozen=True, kw_only=True)
 class Jitter:
-    """How far a frame's stamp strays from the rate.
-
-    Parameters
-    ----------
-    jitter_s : standard deviation of a stamp about its place, seconds.
-    gap_probability : chance that a step leaves frames out.
-    longest_gap_s : no step is longer.
-    shortest_step_s : no step is shorter.
-    """
+    """How far a frame's stamp strays from the rate; no step is longer or shorter than the last two."""
 
     jitter_s: float = 0.0
+    """Standard deviation of a stamp about its place, seconds."""
     gap_probability: float = 0.0
+    """Chance that a step leaves frames out."""
     longest_gap_s: float = 0.128
     shortest_step_s: float = 0.0023
 
@@ -51,20 +45,9 @@ in 15-30 s, steps from 2.3 to 128 ms. ``steady`` is a native program that rarely
 
 @dataclass(frozen=True, kw_only=True)
 class Recording:
-    """How a made-up motion is recorded.
+    """How a made-up motion is recorded; SessionError for an unknown name, or a rate or length that is not positive.
 
-    Parameters
-    ----------
-    seed : of everything random.
-    rate_hz, seconds : frames.
-    noise : a name of `NOISES`.
-    jitter : a name of `CLOCKS`.
-    losses : a name of `LOSSES`; without noise nothing is lost.
-
-    Raises
-    ------
-    SessionError
-        An unknown name, a rate or length that is not positive.
+    ``noise``, ``jitter`` and ``losses`` are names of `NOISES`, `CLOCKS` and `LOSSES`; without noise nothing is lost.
     """
 
     seed: int = 0
@@ -147,10 +130,7 @@ def recorded(
 def stamps(seconds: float, rate_hz: float, clock: Jitter, rng: np.random.Generator) -> NDArray[np.int64]:
     """Stamps in nanoseconds from 0 up to ``seconds``, strictly increasing.
 
-    Raises
-    ------
-    ValueError
-        A rate or length that is not positive, or a rate whose period is below the shortest step.
+    ValueError for a rate or length that is not positive, or a rate whose period is below the shortest step.
     """
     if not (seconds > 0.0 and rate_hz > 0.0):
         raise ValueError(f"{seconds} s at {rate_hz} Hz is no recording; both must be positive")

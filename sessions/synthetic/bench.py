@@ -31,37 +31,26 @@ STAND_M = 1e-4
 
 @dataclass(frozen=True)
 class Placed:
-    """One instrument of a scene: what it is, where it stands at first, and what the scene says of it.
-
-    Parameters
-    ----------
-    instrument : a name of the catalogue.
-    position, quaternion : at time 0; the origin is the centre of the base.
-    options : for the instrument's maker.
-    moves : whether it has a track; otherwise the scene fixes it.
-    faces : resolution, ``None``: that of the layout.
-    properties : keys that effects read.
-    """
+    """One instrument of a scene: what it is, where it stands at time 0, and what the scene says of it."""
 
     instrument: str
+    """A name of the catalogue; the origin is the centre of the base."""
     position: Point = (0.0, 0.0, 0.0)
     quaternion: Quaternion = IDENTITY
     options: Mapping[str, Any] = field(default_factory=dict)
+    """For the instrument's maker."""
     moves: bool = True
+    """Whether it has a track; otherwise the scene fixes it."""
     group: str = ""
     faces: int | None = None
+    """Resolution, ``None``: that of the layout."""
     tags: tuple[str, ...] = ()
     properties: Mapping[str, Any] = field(default_factory=dict)
+    """Keys that effects read."""
 
 
 class Instruments:
-    """Instruments by body name, made once.
-
-    Parameters
-    ----------
-    placed : body name -> instrument and place.
-    faces : resolution of the meshes.
-    """
+    """Instruments by body name, made once with so many ``faces``, and where each is placed."""
 
     def __init__(self, placed: Mapping[str, Placed], faces: int) -> None:
         self.placed, self._faces = dict(placed), faces
@@ -80,13 +69,7 @@ class Instruments:
         return {name: instrument.mesh for name, instrument in self.instruments.items()}
 
     def cavity(self, name: str) -> Cavity:
-        """The body's space for liquid.
-
-        Raises
-        ------
-        ValueError
-            The body is no vessel.
-        """
+        """The body's space for liquid; ValueError where the body is no vessel."""
         cavity = self.instruments[name].cavity
         if cavity is None:
             raise ValueError(f"{name} is no vessel; pour from a beaker")
@@ -196,10 +179,7 @@ def made_session(
 def with_text(scene: Scene, remarks: Sequence[str] = ()) -> Scene:
     """The scene as read from its own TOML, headed by remarks: as an author would have written it.
 
-    Raises
-    ------
-    SceneError
-        The scene names a body, tag or instrument that it does not have.
+    SceneError where it names a body, tag or instrument that it does not have.
     """
     head = "".join(f"# {line}\n" for line in remarks)
     return parse_scene(f"{head}\n{scene_to_toml(scene)}" if head else scene_to_toml(scene), f"{scene.name}.toml")

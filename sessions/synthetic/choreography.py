@@ -40,12 +40,9 @@ GRASP_LEVEL, RELEASE_LEVEL = 0.6, 0.4
 
 
 class Script:
-    """Builds the path of one body step by step.
+    """Builds the path of one body step by step from where it rests at time 0.
 
-    Parameters
-    ----------
-    position, quaternion : where it rests at time 0.
-    pace : factor on the time that reaches take when no duration is given.
+    ``pace`` is a factor on the time that reaches take when no duration is given.
     """
 
     def __init__(self, position: ArrayLike, quaternion: ArrayLike = IDENTITY, *, pace: float = 1.0) -> None:
@@ -104,16 +101,12 @@ class Script:
     def tap(self, centre: float, period: float, direction: Sequence[float], amplitude: float) -> Tap:
         """Knock along a direction, farthest at ``centre``; before, the body rests where it is.
 
-        Raises
-        ------
-        ValueError
-            The knock would begin before the script has come this far.
+        ValueError where the knock would begin before the script has come this far.
         """
         start = centre - period / 2.0
         if start < self.now:
             raise ValueError(f"a knock from {start} s begins before {self.now} s; plant it later")
-        x, y, z = direction
-        tap = Tap(start, period, (x, y, z), amplitude)
+        tap = Tap(start, period, point(direction), amplitude)
         self.overlays.append(tap)
         self.quiet.append((start, start + period))
         self.wait_until(start + period)

@@ -17,12 +17,9 @@ TICK_SLACK_NS = 1
 class Prediction:
     """What a detector at a lower rate will make of each contact episode, from the closed form alone.
 
-    Parameters
-    ----------
-    caught : at least one look falls surely into the episode.
-    missed : no look falls possibly into it, but at least one recorded frame surely does.
-    unseen : no recorded frame falls possibly into it: no detector of instants can see it at any rate.
-    undecided : tessellation or noise decides.
+    ``caught``: at least one look falls surely into the episode. ``missed``: no look falls possibly into it, but at
+    least one recorded frame surely does. ``unseen``: no recorded frame falls possibly into it, so that no detector of
+    instants can see it at any rate. ``undecided``: tessellation or noise decides.
     """
 
     caught: tuple[PlantedEpisode, ...]
@@ -35,12 +32,7 @@ def looks(stamps_ns: ArrayLike, rate_hz: float) -> NDArray[np.int64]:
     """Indices of the frames at which a detector of this rate looks: the first frame at or after each tick.
 
     Ticks are k / rate after the first stamp. A frame serves at most once, so after a gap ticks are skipped, as in a
-    live engine that is late.
-
-    Raises
-    ------
-    ValueError
-        The rate is not positive.
+    live engine that is late. ValueError for a rate that is not positive.
     """
     if not rate_hz > 0.0:
         raise ValueError(f"a detector cannot look at {rate_hz} Hz; give a positive rate")

@@ -24,8 +24,7 @@ class Swing:
 
     def __call__(self, times: Array) -> Array:
         """Value at each time."""
-        phase = 2.0 * np.pi * (times - self.start) / self.period
-        return self.middle + self.amplitude * np.cos(phase)
+        return self.middle + self.amplitude * np.cos(2.0 * np.pi * (times - self.start) / self.period)
 
     def between(self, low: float, high: float, seconds: float) -> list[Interval]:
         """Intervals by the arc cosine, period by period."""
@@ -78,17 +77,10 @@ class Dips:
         """Value at each time."""
         centre = np.asarray(self.times)
         nearest = np.abs(np.asarray(times)[..., None] - centre).argmin(axis=-1)
-        value: Array = np.asarray(self.floors)[nearest] + self.steepness * (times - centre[nearest]) ** 2
-        return value
+        return np.asarray(self.floors)[nearest] + self.steepness * (times - centre[nearest]) ** 2
 
     def between(self, low: float, high: float, seconds: float) -> list[Interval]:
-        """Intervals below ``high`` by the square root; a dip below ``low`` is not foreseen.
-
-        Raises
-        ------
-        ValueError
-            A dip goes below ``low``.
-        """
+        """Intervals below ``high`` by the square root; ValueError where a dip goes below ``low``: not foreseen."""
         if min(self.floors) < low:
             raise ValueError(f"a dip reaches {min(self.floors)}, below {low}; lower the bound")
         spans = []

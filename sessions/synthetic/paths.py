@@ -31,8 +31,7 @@ def minimum_jerk(share_of_time: ArrayLike) -> Array:
     a hand from point to point so that the integral of the squared jerk is least.
     """
     u = np.clip(np.asarray(share_of_time, dtype=np.float64), 0.0, 1.0)
-    share: Array = u * u * u * (10.0 + u * (6.0 * u - 15.0))
-    return share
+    return u * u * u * (10.0 + u * (6.0 * u - 15.0))
 
 
 def minimum_jerk_inverse(share_of_way: float) -> float:
@@ -50,8 +49,7 @@ def knock(share_of_time: ArrayLike) -> Array:
     Unlike two reaches put together, which rest at the turning point, this turns as a tapping finger does.
     """
     u = np.clip(np.asarray(share_of_time, dtype=np.float64), 0.0, 1.0)
-    share: Array = np.sin(np.pi * u) ** 2
-    return share
+    return np.sin(np.pi * u) ** 2
 
 
 def knock_interval(share_of_way: float) -> tuple[float, float] | None:
@@ -66,31 +64,21 @@ def knock_interval(share_of_way: float) -> tuple[float, float] | None:
 
 @dataclass(frozen=True)
 class Key:
-    """A pose at a time, and how it is reached from the key before.
-
-    Parameters
-    ----------
-    time : seconds.
-    position : (3,) metres.
-    quaternion : (4,) xyzw.
-    ease : ``minimum-jerk`` or ``linear``.
-    arc : how far the way there rises above the straight line, metres, as a hand does over things in its way.
-    """
+    """A pose (metres, xyzw) at a time (seconds), and how it is reached from the key before."""
 
     time: float
     position: Point
     quaternion: Quaternion = IDENTITY
     ease: str = "minimum-jerk"
+    """``minimum-jerk`` or ``linear``."""
     arc: float = 0.0
+    """How far the way there rises above the straight line, metres, as a hand does over things in its way."""
 
 
 class KeyPath:
     """Poses at keys, blended between them, held before the first and after the last; overlays are added.
 
-    Raises
-    ------
-    ValueError
-        Keys that are not in order of time.
+    ValueError for keys that are not in order of time.
     """
 
     def __init__(self, keys: Sequence[Key], overlays: Sequence[Overlay] = ()) -> None:
@@ -122,8 +110,7 @@ class KeyPath:
         eased = np.where(self._linear[after], share, minimum_jerk(share))
         step = self._position[after] - self._position[before]
         position = self._position[before] + eased[..., None] * step
-        rise = 16.0 * eased**2 * (1.0 - eased) ** 2 * self._arc[after]
-        position[..., 1] += rise
+        position[..., 1] += 16.0 * eased**2 * (1.0 - eased) ** 2 * self._arc[after]
         return position, slerp(self._quaternion[before], self._quaternion[after], eased)
 
 
@@ -139,27 +126,23 @@ class Tap:
     def __call__(self, times: Array) -> Array:
         """Displacements (n, 3)."""
         share = knock((times - self.start) / self.period)
-        displacement: Array = self.amplitude * share[..., None] * np.asarray(self.direction)
-        return displacement
+        return self.amplitude * share[..., None] * np.asarray(self.direction)
 
 
 @dataclass(frozen=True)
 class Stir:
     """Circles in the horizontal plane, with taps of the radius on top.
 
-    Parameters
-    ----------
-    start, end : seconds; the circle opens in the first `OPENING_S` seconds and closes in the last.
-    radius : metres.
-    turns_per_second : of the angle, which starts at +X and turns towards +Z.
-    taps : (start, period, amplitude) of the taps of the radius.
+    The circle (metres) opens in the first `OPENING_S` seconds after ``start`` and closes in the last before ``end``.
     """
 
     start: float
     end: float
     radius: float
     turns_per_second: float
+    """Of the angle, which starts at +X and turns towards +Z."""
     taps: tuple[tuple[float, float, float], ...] = ()
+    """(start, period, amplitude) of the taps of the radius."""
 
     def reach(self, times: Array) -> Array:
         """Distance (n,) from the middle of the circles."""
@@ -174,8 +157,7 @@ class Stir:
         """Displacements (n, 3)."""
         angle = 2.0 * np.pi * self.turns_per_second * (times - self.start)
         circle = np.stack([np.cos(angle), np.zeros_like(angle), np.sin(angle)], axis=-1)
-        displacement: Array = self.reach(times)[..., None] * circle
-        return displacement
+        return self.reach(times)[..., None] * circle
 
 
 class Tremor:
@@ -201,8 +183,7 @@ class Tremor:
         for start, end in self._quiet:
             outside = np.maximum(start - times, times - end)
             gate = gate * minimum_jerk(outside / self.FADE_S)
-        displacement: Array = self._amplitude * gate[..., None] * sway
-        return displacement
+        return self._amplitude * gate[..., None] * sway
 
 
 def still(position: ArrayLike, quaternion: ArrayLike = IDENTITY) -> KeyPath:

@@ -52,12 +52,9 @@ class Dent:
 
 @dataclass(frozen=True, eq=False)
 class Blinks:
-    """The times between the looks of a slow detector, as recorded.
+    """The times between the looks of a slow detector, as recorded: ``latency_s`` later than a pose happens.
 
-    Parameters
-    ----------
-    frames : (T,) seconds of all recorded frames.
-    latency_s : how much later than it happens a pose is recorded.
+    ``frames`` (T,) are the seconds of all recorded frames.
     """
 
     frames: NDArray[np.float64]
@@ -66,20 +63,13 @@ class Blinks:
     def centre(self, earliest: float, half_width: float) -> float:
         """Time of the first motion, not before ``earliest``, that is recorded on a frame midway between two looks.
 
-        From it to either look lies at least ``half_width`` seconds.
-
-        Raises
-        ------
-        ValueError
-            The recording ends before.
+        From it to either look lies at least ``half_width`` seconds. ValueError where the recording ends before.
         """
         rows = looks(np.rint(self.frames * 1e9).astype(np.int64), SLOW_RATE_HZ)
         seen = self.frames[rows]
         for k in range(int(np.searchsorted(seen, earliest + self.latency_s)), len(rows) - 1):
             between = self.frames[rows[k] + 1 : rows[k + 1]]
-            if not len(between):
-                continue
             room = np.minimum(between - seen[k], seen[k + 1] - between)
-            if room.max() > half_width:
+            if room.max(initial=-np.inf) > half_width:
                 return float(between[room.argmax()]) - self.latency_s
         raise ValueError(f"no frame after {earliest} s lies {half_width} s from both looks; lengthen the session")

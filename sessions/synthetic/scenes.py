@@ -44,7 +44,4 @@ def make_scene_session(
     if name not in SCENES:
         raise SessionError(f"no scene {name!r}; there are: {', '.join(SCENES)}")
     module, function = SCENES[name].split(":")
-    made: tuple[Session, Truth] = getattr(import_module(module), function)(
-        seed=seed, rate_hz=rate_hz, noise=noise, **settings
-    )
-    return made
+    return getattr(import_module(module), function)(seed=seed, rate_hz=rate_hz, noise=noise, **settings)

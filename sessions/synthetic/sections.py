@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sessions.geometry.rotations import Array, rotated
 from sessions.mesh_data import MeshData
+from sessions.synthetic.paths import Point, point
 
 # Between two sections the surfaces are bounded by straight edges, so a finer step only narrows the gap between the
 # bounds: on the steepest wall here (a flask's, 15 degrees off the vertical) 0.5 mm leaves 0.14 mm.
@@ -32,18 +33,14 @@ END_INSET_M = 1e-6
 
 @dataclass(frozen=True)
 class Approach:
-    """When a body pushed along ``direction`` meets an upright turned one.
+    """When a body pushed along ``direction`` (3,), unit and level, meets an upright turned one; lengths in metres.
 
-    Parameters
-    ----------
-    direction : (3,) unit, level.
-    height : of the mover's origin over the target's, metres.
-    aside : the mover's origin lies this far to the right of the line through the target's axis, metres, so that its
-        foremost point is on that line.
-    sure, possible : distances of the origins along the direction, metres, ``sure <= possible``.
+    ``height``: of the mover's origin over the target's. ``aside``: the mover's origin lies this far to the right of the
+    line through the target's axis, so that its foremost point is on that line. ``sure <= possible``: distances of the
+    origins along the direction.
     """
 
-    direction: tuple[float, float, float]
+    direction: Point
     height: float
     aside: float
     sure: float
@@ -64,17 +61,17 @@ class Approach:
         forward = np.asarray(self.direction)
         right = np.cross(forward, (0.0, 1.0, 0.0))
         up = np.array([0.0, self.height, 0.0])
-        spot: Array = np.asarray(target) - (self.distance + apart) * forward + self.aside * right + up
-        return spot
+        return np.asarray(target) - (self.distance + apart) * forward + self.aside * right + up
 
 
 def inscribed_radius(points: Array) -> float:
     """Radius of the largest circle about the Y axis inside the convex hull of level points (k, 3); 0 if none."""
-    if len(points) < 3:
-        return 0.0
+    from scipy.spatial import ConvexHull, QhullError
+
     order = np.unique(points[:, [0, 2]], axis=0)
-    hull = _hull(order)
-    if len(hull) < 3:
+    try:
+        hull = order[ConvexHull(order).vertices]  # counter-clockwise
+    except (QhullError, ValueError):  # fewer than three points, or all on a line
         return 0.0
     step = np.roll(hull, -1, axis=0) - hull
     length = np.linalg.norm(step, axis=1)
@@ -86,10 +83,7 @@ def inscribed_radius(points: Array) -> float:
 def approach(mover: MeshData, turn: ArrayLike, target: MeshData, direction: ArrayLike, height: float) -> Approach:
     """Bound the distance at which ``mover``, turned by the quaternion ``turn``, meets an upright turned target.
 
-    Raises
-    ------
-    ValueError
-        The two share no height.
+    ValueError where the two share no height.
     """
     forward = np.asarray(direction, dtype=np.float64)
     right = np.cross(forward, (0.0, 1.0, 0.0))
@@ -105,20 +99,16 @@ def approach(mover: MeshData, turn: ArrayLike, target: MeshData, direction: Arra
         placed.reach(forward, (below[0], above[0]), span) + other.reach(-forward, (below[1], above[1]), span)
         for (below, above), span in zip(pairwise(sections), pairwise(planes.tolist()), strict=True)
     )
-    x, y, z = (float(value) for value in forward)
-    return Approach((x, y, z), height, aside, sure, float(max(possible, sure)))
+    return Approach(point(forward), height, aside, sure, float(max(possible, sure)))
 
 
 def round_in_round(inside: MeshData, outside: MeshData, height: float) -> tuple[float, float]:
     """Bound the distance of two upright turned bodies' axes at which one touches the other's wall from within.
 
+    Returns (sure, possible) in metres, ``possible <= sure``; contact begins at an axis distance between them.
     ``height`` is how far the inner body's origin lies above the outer's. The bounds hold whatever the direction:
     beyond *sure* the inner body's inscribed circle leaves the wall's circumscribed one at some height, below
     *possible* its circumscribed circle is within the wall's inscribed one at every height.
-
-    Returns
-    -------
-    (sure, possible) : metres, ``possible <= sure``; contact begins at an axis distance between them.
     """
     shift = np.array([0.0, height, 0.0])
     inner, outer = _Posed(inside.vertices + shift, inside.faces), _Posed(outside.vertices, outside.faces)
@@ -197,8 +187,7 @@ class _Posed:
     def section(self, height: float) -> Array:
         crossing = np.flatnonzero((self._lowest <= height) & (self._highest >= height))
         start, way = self._starts[crossing], self._ways[crossing]
-        points: Array = start + ((height - start[:, 1]) / way[:, 1])[:, None] * way
-        return points
+        return start + ((height - start[:, 1]) / way[:, 1])[:, None] * way
 
     def cuts(self, height: float) -> Array:
         """Segments (k, 2, 3) in which faces cross a level plane that goes through none of their corners."""
@@ -207,29 +196,10 @@ class _Posed:
         cut = crossing.any(axis=1)
         rise = np.where(crossing, end[..., 1] - start[..., 1], 1.0)
         points = start + ((height - start[..., 1]) / rise)[..., None] * (end - start)
-        segments: Array = points[cut][crossing[cut]].reshape(-1, 2, 3)
-        return segments
+        return points[cut][crossing[cut]].reshape(-1, 2, 3)
 
     def reach(self, direction: Array, sections: tuple[Array, Array], heights: tuple[float, float]) -> float:
         """Farthest the surface between two level planes extends along a direction (-inf where there is none)."""
         points = self._vertices
         between = points[(points[:, 1] >= heights[0]) & (points[:, 1] <= heights[1])]
         return max((float((part @ direction).max()) for part in (*sections, between) if len(part)), default=-np.inf)
-
-
-def _hull(points: Array) -> Array:
-    """Corners of the convex hull of sorted points (k, 2), counter-clockwise (Andrew's monotone chain)."""
-
-    def chain(rows: list[tuple[float, float]]) -> list[tuple[float, float]]:
-        kept: list[tuple[float, float]] = []
-        for x, y in rows:
-            while len(kept) > 1:
-                (ax, ay), (bx, by) = kept[-2], kept[-1]
-                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
-                    break
-                kept.pop()
-            kept.append((x, y))
-        return kept[:-1]
-
-    rows = [(float(x), float(y)) for x, y in points]
-    return np.array(chain(rows) + chain(rows[::-1]))

@@ -20,29 +20,26 @@ LOSSES = ("flagged", "identity", "off")
 class TrackerNoise:
     """How far recorded poses are from the truth.
 
-    Parameters
-    ----------
-    position_rms_m : root mean square length of the position error.
-    rotation_rms_deg : the same of the rotation error's angle.
-    correlation_s : the errors of two samples this far apart correlate by 1/e. With white noise of this size a resting
-        tracker would step by 0.38 mm (median) from frame to frame; real ones step by 0.14 mm.
-    latency_s : a sample shows where the body was this much earlier.
-    most_losses_per_minute : each body's rate is drawn between 0 and this.
-    loss_s, reentry_m : ranges of a loss's length and of the position error when tracking returns.
-    settle_s : the error after a loss falls by 1/e in this time.
-
     Source: sizes from Niehorster et al. 2017, Bauer et al. 2021 and Sansone et al. 2021 on the accuracy of HTC VIVE;
     the step of a resting tracker from a published raw log.
     """
 
     position_rms_m: float = 0.0003
+    """Root mean square length of the position error."""
     rotation_rms_deg: float = 0.02
+    """The same of the rotation error's angle."""
     correlation_s: float = 0.074
+    """The errors of two samples this far apart correlate by 1/e. With white noise of this size a resting tracker would
+    step by 0.38 mm (median) from frame to frame; real ones step by 0.14 mm."""
     latency_s: float = 0.022
+    """A sample shows where the body was this much earlier."""
     most_losses_per_minute: float = 2.0
+    """Each body's rate is drawn between 0 and this."""
     loss_s: tuple[float, float] = (0.05, 0.5)
     reentry_m: tuple[float, float] = (0.005, 0.03)
+    """Ranges of a loss's length and of the position error when tracking returns."""
     settle_s: float = 0.06
+    """The error after a loss falls by 1/e in this time."""
 
     def margin(self, lever_m: float, bodies: int = 2) -> float:
         """Distance in metres by which noise may move one of ``bodies`` surfaces against the other: five sigma."""

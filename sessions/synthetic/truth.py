@@ -164,7 +164,7 @@ def read_truth(path: str | Path) -> Truth:
         if held.pop("format") != TRUTH_FORMAT:
             raise KeyError("format")
         episodes = tuple(_episode(item) for item in held.pop("episodes"))
-        facts = tuple(_fact(item) for item in held.pop("facts"))
+        facts = tuple(Fact(**{**item, "bodies": tuple(item["bodies"])}) for item in held.pop("facts"))
         return Truth(**held, episodes=episodes, facts=facts)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise SessionError(f"{path} is no truth file of format {TRUTH_FORMAT} ({error}); make it again") from error
@@ -175,11 +175,9 @@ def levelled(
 ) -> list[PlantedEpisode]:
     """Episodes of a pair from its intervals at three levels.
 
-    Parameters
-    ----------
-    blur : metres by which rounding and noise may move the surfaces either way.
-    tessellation : metres by which the meshes may be farther apart than the smooth shapes.
-    clock : (how much later than it happened a pose is recorded, length of the session) in seconds.
+    By ``blur`` metres rounding and noise may move the surfaces either way, by ``tessellation`` the meshes may be
+    farther apart than the smooth shapes; ``clock``: how much later than it happened a pose is recorded, and the length
+    of the session, in seconds.
     """
     near = blur + (tessellation if kind == "contained" else 0.0)
     deep = blur + (tessellation if kind == "contact" else 0.0)
@@ -202,10 +200,6 @@ def _span(value: Any) -> Interval | None:
 def _episode(item: dict[str, Any]) -> PlantedEpisode:
     spans = {key: _span(item[key]) for key in ("nominal", "surely", "possibly")}
     return PlantedEpisode(**{**item, **spans, "pair": tuple(item["pair"])})
-
-
-def _fact(item: dict[str, Any]) -> Fact:
-    return Fact(**{**item, "bodies": tuple(item["bodies"])})
 
 
 def _shifted(spans: list[Interval], clock: tuple[float, float]) -> list[Interval]:

@@ -15,7 +15,7 @@ from replay.prepare.policy import KINDS
 FAULTY = {
     "not-finite": ("nan position", 100), "zero-quaternion": ("zero quaternion", 200),
     "non-unit-quaternion": ("non-unit quaternion", 250), "identity-while-lost": ("identity while lost", 300),
-    "frozen": ("frozen pose", 400), "teleport": ("teleport", 700),
+    "out-of-space": ("out of space", 550), "frozen": ("frozen pose", 400), "teleport": ("teleport", 700),
 }  # fmt: skip
 STAND_INS = [(kind, action) for kind in FAULTY for action in KINDS[kind].allowed if action != "refuse"]
 

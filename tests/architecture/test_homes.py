@@ -19,6 +19,10 @@ HOMES = {
     "frames held in memory": "replay.base.constants:HELD_FRAMES",
     "frames whose verdicts are processed together": "replay.base.constants:VERDICT_FRAMES",
     "the caveat below every result": "replay.base.constants:CAVEAT",
+    "a teleport": "sessions.doctor.pose_spans:teleports",
+    "the speed of no motion": "sessions.doctor.track_watch:SPEED_BOUND",
+    "a gap": "sessions.doctor.timing:gap_rows",
+    "the length of a gap": "sessions.doctor.timing:GAP_STEPS",
     "runs of a mask": "sessions.doctor.runs:runs",
     "runs of every column": "replay.comparison.episodes:column_runs",
     "spans of a mask": "replay.effects.spans:spans_of",
@@ -104,6 +108,11 @@ def a_rate_of_90(tree):
     return named or any(isinstance(one.op, ast.Div) and is_number(one.right, 90) for one in of(tree, ast.BinOp))
 
 
+def a_bound_of_motion(tree):
+    bounds = (value for name, value in names_and_values(tree) if re.search("teleport|gap_step", name.lower()))
+    return any(isinstance(value, ast.Constant) and isinstance(value.value, int | float) for value in bounds)
+
+
 def text(pattern):
     """Whether a string that is no docstring, so perhaps a sentence that is printed, matches."""
 
@@ -141,6 +150,7 @@ def a_matrix_of_a_quaternion(tree):
 RATES, FIGURES = "sessions.model.constants", "replay.base.constants"
 COPIES = [
     (a_rate_of_90, [RATES]),
+    (a_bound_of_motion, ["sessions.doctor"]),
     (numbers(16384), [RATES, "cdcore"]),
     (numbers(324_000, 65536), [FIGURES, "cdcore"]),
     (numbers(11.1, 11.11, 11.111, 0.0111), []),
@@ -195,6 +205,8 @@ def test_a_result_is_made_in_one_place():
     "planted",
     [
         "FRAMES_HZ = 90.0",
+        "TELEPORT_SPEED: Final = 20.0",
+        "def _gap_rows(stamps): ...",
         "def make(*, rate_hz: float = 90.0): ...",
         "times = count / 90",
         "BUDGETS = (1.0, 3.0, 11.1)",

@@ -9,6 +9,7 @@ from support.shapes import lab, random_rotations
 from cdcore import DETECTORS, Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.errors import CollisionCoreError, InvalidPairError, InvalidPoseError, InvalidSettingError, NotRecordedError
 from cdcore.protocol import Detector, counts_as_contact, detect_live
+from cdcore.transforms.rigid import rotation_from_quaternion
 
 NAMES = list(DETECTORS)
 FRAMES = 40
@@ -79,16 +80,19 @@ def test_asked_live_it_gives_the_answer_of_the_whole_and_times_every_frame(name,
 
 @cache
 def restless():
-    """Bodies in one heap that jump, stand still for some frames, lose their pose, and lie in each other."""
+    """Bodies in one heap that jump for 30 frames, then drift, stand still now and then, and lose their pose."""
     bodies, rng = lab(2)[0], np.random.default_rng(8)
-    stays = rng.random((60, 5)) < 0.3
-    places, turns = rng.normal(scale=0.12, size=(60, 5, 3)), random_rotations(rng, 60, 5)
-    for frame in range(1, 60):
-        places[frame, stays[frame]], turns[frame, stays[frame]] = (
-            places[frame - 1, stays[frame]], turns[frame - 1, stays[frame]]
-        )  # fmt: skip
-    places[30:, :] += rng.normal(scale=0.002, size=(30, 5, 3))
-    return bodies, Motion(np.arange(60) / 90, places, turns, rng.random((60, 5)) < 0.9)
+    count = 120
+    places, turns = rng.normal(scale=0.12, size=(count, 5, 3)), random_rotations(rng, count, 5)
+    little = rotation_from_quaternion(np.array([0, 0, 0, 1]) + rng.normal(scale=0.004, size=(count, 5, 4)))
+    stays = rng.random((count, 5)) < 0.3
+    for frame in range(1, count):
+        if frame >= 30:
+            places[frame] = places[frame - 1] + rng.normal(scale=0.003, size=(5, 3))
+            turns[frame] = little[frame] @ turns[frame - 1]
+        places[frame, stays[frame]] = places[frame - 1, stays[frame]]
+        turns[frame, stays[frame]] = turns[frame - 1, stays[frame]]
+    return bodies, Motion(np.arange(count) / 90, places, turns, rng.random((count, 5)) < 0.95)
 
 
 @pytest.mark.parametrize("settings", LIVE, ids=str)

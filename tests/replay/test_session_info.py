@@ -6,17 +6,20 @@ import pytest
 from support.small_worlds import cube, framed
 
 from replay.session_info import ClockInfo, session_info
-from sessions import Event, Interval, Scene, Status
+from sessions import Event, Interval, Scene, Status, examine
 from sessions.model.scene import Pose, SceneBody
 
 V, L, A, H = int(Status.VALID), int(Status.LOST), int(Status.ABSENT), int(Status.HELD)
 MS = 1_000_000
 
 
-def test_a_clock_counts_gaps_over_one_and_a_half_median_steps():
-    clock = ClockInfo.of(np.array([0, 10, 20, 35, 51, 61]) * MS)
-    assert (clock.count, clock.gaps, clock.longest_gap, clock.not_forward) == (6, 1, 0.016, 0)
-    assert clock.rate_hz == pytest.approx(100.0) and clock.duration == 0.061
+def test_a_clock_counts_the_gaps_that_the_doctor_finds():
+    stamps = np.array([0, 10, 20, 36, 66, 97, 107, 117]) * MS
+    clock = ClockInfo.of(stamps)
+    assert (clock.count, clock.gaps, clock.longest_gap, clock.not_forward) == (8, 1, 0.031, 0)
+    assert clock.rate_hz == pytest.approx(100.0) and clock.duration == 0.117
+    (gap,) = (one for one in examine(framed(stamps, np.ones((8, 1)))) if one.code == "gap" and not one.body)
+    assert gap.count == clock.gaps
 
 
 def test_a_clock_that_repeats_or_steps_back_is_counted_not_refused():

@@ -26,7 +26,10 @@ def glass(name, volume_ml=0.0, *, solute="", molar=0.0, cavity=None, **liquid) -
 
 
 def tilted(degrees, lip=(0.0, LOW, 0.0)):
-    """Poses of a glass tilted towards +X about its lip, which stays where it is."""
+    """Poses of a glass tilted towards +X about its lip, which stays where it is.
+
+    A tilt by some 50 degrees in one frame is a jump to the doctor: what it pours counts from the frame after.
+    """
     half = -0.5 * np.radians(np.asarray(degrees, dtype=np.float64))
     turns = np.zeros((len(half), 4))
     turns[:, 2], turns[:, 3] = np.sin(half), np.cos(half)

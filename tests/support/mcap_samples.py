@@ -11,7 +11,7 @@ from mcap.writer import CompressionType, Writer
 from sessions.mcap_format.schemas import channel_spec
 from sessions.mesh_data import MeshData
 from sessions.model.frames import Frames, Status
-from sessions.model.session import ArraySource, Session
+from sessions.model.session import Session
 
 COLUMNS = ("stamp_ns", "log_ns", "sample_ns", "position", "quaternion_xyzw", "status")
 SECOND = 1_000_000_000
@@ -44,7 +44,7 @@ def random_frames(seed: int, count: int = 50, bodies: int = 3, *, absent: float 
 
 
 def session_of(frames: Frames, **parts) -> Session:
-    return Session(ArraySource(frames), parts.pop("meshes", {}), **parts)
+    return Session(frames, parts.pop("meshes", {}), **parts)
 
 
 def tetrahedron(size: float = 0.1) -> MeshData:

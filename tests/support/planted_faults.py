@@ -13,7 +13,6 @@ from mcap.writer import CompressionType, Writer
 from support.small_worlds import cube
 
 from sessions import Frames, MeshData, Session, Status, write_session
-from sessions.model.session import ArraySource
 
 FRAMES = 900
 STEP_NS = 11_111_111
@@ -35,7 +34,7 @@ class Draft:
 
     def session(self) -> Session:
         """As a session in memory."""
-        return Session(ArraySource(Frames(BODIES, *(self.arrays[name].copy() for name in FIELDS))), self.meshes)
+        return Session(Frames(BODIES, *(self.arrays[name].copy() for name in FIELDS)), self.meshes)
 
     def write(self, path: Path) -> Path:
         """As a file."""
@@ -176,6 +175,11 @@ def identity_while_lost(draft: Draft, body: int, at: int) -> Planted:
     return Planted("identity-while-lost", BODIES[body], (at, at + 19))
 
 
+def out_of_space(draft: Draft, body: int, at: int) -> Planted:
+    draft.arrays["position"][at : at + 2, body, 0] = 1e200, -1001.0
+    return Planted("out-of-space", BODIES[body], (at, at + 1))
+
+
 FAULTS: dict[str, Fault] = {
     "nan position": nan_position,
     "zero quaternion": zero_quaternion,
@@ -192,6 +196,7 @@ FAULTS: dict[str, Fault] = {
     "mirrored mesh": mirrored_mesh,
     "wrong hash": wrong_hash,
     "identity while lost": identity_while_lost,
+    "out of space": out_of_space,
 }
 
 

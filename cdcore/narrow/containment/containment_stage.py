@@ -15,6 +15,7 @@ import numpy as np
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.kernels.memory import Memory, doubles_of
 from cdcore.mesh import TriangleMesh
+from cdcore.narrow.containment.closed_parts import parity_is_inside
 from cdcore.narrow.containment.ray_parity import (
     INSIDE,
     OUTSIDE,
@@ -23,7 +24,7 @@ from cdcore.narrow.containment.ray_parity import (
     build_inside_grid,
     point_inside,
     point_state,
-)
+)  # fmt: skip
 from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.numerics import EPS, BoolArray, ByteArray, FloatArray, IntArray, place_points
 from cdcore.protocol import DECIDED, Body, Motion, Verdict
@@ -135,8 +136,7 @@ def containment_word(a: Body, b: Body) -> str:
     opened = [body.name for body in (a, b) if not body.mesh.is_closed]
     if opened:
         return f"refused: {_are(opened, 'is open', 'are open')}"
-    # Doubled, a surface is crossed twice at once: parity says outside all through the body.
-    doubled = [body.name for body in (a, b) if body.mesh.has_doubled_faces]
+    doubled = [body.name for body in (a, b) if not parity_is_inside(body.mesh)]
     what = "doubled or overlapping faces"
     return f"refused: {_are(doubled, f'has {what}', f'have {what}')}" if doubled else DECIDED
 

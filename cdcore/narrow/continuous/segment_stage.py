@@ -41,7 +41,8 @@ DEFAULT_EFFORT: Final = 50_000
 """Tests spent on one leg below the tolerance, some 20 ms: a sliding graze within micrometres needs a few thousand."""
 
 SHORTEST: Final = 2.5e-7
-"""Seconds. A hit lies at most this far from what is proven clear: a quarter of the microsecond that is promised."""
+"""Seconds. A hit lies at most this far from what is proven clear: a quarter of the microsecond that is promised. Where
+rounding, kilometres from the origin, hides the last micrometre of a slow approach, it lies further, and says so."""
 
 SHARE_SLACK: Final = 2.0**-51
 """Added to the share of a leg at which a contact was seen: poses and the reference vertices are rounded there."""
@@ -121,8 +122,11 @@ class SegmentStage:
 
 def _seconds(start: FloatArray, steps: FloatArray, stop: FloatArray, shares: FloatArray) -> FloatArray:
     """Shares of legs as seconds, rounded outwards, (K, 2)."""
-    low = np.nextafter(start + shares[:, 0] * steps, -np.inf)
-    high = np.nextafter(start + (shares[:, 1] + SHARE_SLACK) * steps, np.inf)
+    # Relative to the frame, and rounded once: in Unix time a double steps by a quarter of a microsecond.
+    before, after = shares[:, 0] * steps * (1 - SHARE_SLACK), (shares[:, 1] + SHARE_SLACK) * steps * (1 + SHARE_SLACK)
+    low, high = start + before, start + after
+    low = np.where(low - start > before, np.nextafter(low, -np.inf), low)
+    high = np.where(high - start < after, np.nextafter(high, np.inf), high)
     low = np.where(shares[:, 0] == 0.0, start, np.maximum(start, low))
     return np.stack([low, np.where(shares[:, 1] == 1.0, stop, np.minimum(stop, high))], axis=1)
 

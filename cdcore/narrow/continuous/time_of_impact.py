@@ -73,7 +73,7 @@ def time_of_impact(
     Returns
     -------
     TimeOfImpact
-        ``toi`` is at most 1e-6 s wide where HIT, unless the bodies graze just before it, too close to decide.
+        ``toi`` is at most 1e-6 s wide where HIT, unless the bodies graze or creep just before it, too close to decide.
 
     Raises
     ------

@@ -30,23 +30,20 @@ MOST_PIXELS: Final = 4096
 
 @dataclass(frozen=True, eq=False)
 class Overlap:
-    """What the rays of three axes saw: volumes in cubic metres, ``volume`` the mean of those along x, y and z.
+    """What the rays of three axes saw: ``volume`` in cubic metres is the mean of those along x, y and z.
 
-    ``pixel``: metres, the longest side of the window by the resolution. ``unbalanced``: rays that did not leave a mesh
-    as often as they entered it; above 0 the volume means nothing. ``inside``: 0 where A, 1 where B lies wholly inside
-    the other as far as the rays tell; else -1.
+    ``unbalanced``: rays that did not leave a mesh as often as they entered it; above 0 the volume means nothing.
+    ``inside``: 0 where A, 1 where B lies wholly inside the other as far as the rays tell; else -1.
     """
 
     volume: float
-    by_axis: tuple[float, float, float]
-    pixel: float
     rays: int
     layers: int
     unbalanced: int
     inside: int
 
 
-NOTHING: Final = Overlap(0.0, (0.0, 0.0, 0.0), 0.0, 0, 0, 0, -1)
+NOTHING: Final = Overlap(0.0, 0, 0, 0, -1)
 """Boxes that have no volume in common."""
 
 
@@ -88,11 +85,9 @@ def overlap_of_placed(world_a: FloatArray, flip_a: int, world_b: FloatArray, fli
         rays += int(count[(axis + 1) % 3] * count[(axis + 2) % 3])
         unbalanced, layers = unbalanced + bad, layers + met
     areas = np.array([size[1] * size[2], size[2] * size[0], size[0] * size[1]])
-    by_axis = lengths[:, 2] * areas
-    volume = float(by_axis.mean())
+    volume = float((lengths[:, 2] * areas).mean())
     inside = _inside(lengths, (low_a, high_a, low_b, high_b)) if volume > 0.0 else -1
-    x, y, z = by_axis.tolist()
-    return Overlap(volume, (x, y, z), pixel, rays, layers, unbalanced, inside)
+    return Overlap(volume, rays, layers, unbalanced, inside)
 
 
 def _inside(lengths: FloatArray, boxes: tuple[FloatArray, ...]) -> int:

@@ -42,8 +42,7 @@ def shell_vectors(triangles: FloatArray, faces: NDArray[np.integer]) -> FloatArr
     vectors = (np.linalg.pinv(squares, rcond=FLATTEST, hermitian=True) @ sums[:, :, None])[:, :, 0]
     length = np.sqrt((vectors * vectors).sum(axis=1, keepdims=True))
     vectors *= np.minimum(1.0, LONGEST_MITRE / np.maximum(length, 1.0))
-    shell: FloatArray = vectors[faces]
-    return shell
+    return vectors[faces]
 
 
 def come_apart(
@@ -95,5 +94,4 @@ def _directions(placed: FloatArray, meeting: NDArray[np.integer]) -> FloatArray:
 def unit(vectors: FloatArray) -> FloatArray:
     """Vectors (..., 3) of length 1; those without length stay zero."""
     length = np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True))
-    result: FloatArray = vectors / np.where(length > 0, length, 1.0)
-    return result
+    return vectors / np.where(length > 0, length, 1.0)

@@ -25,8 +25,7 @@ def section_of_faces(a: Body, pose_a: Pose, b: Body, pose_b: Pose, faces: IntArr
         corners = body.mesh.triangles[faces[:, side]]
         triangles[:, side] = place_points(corners.reshape(-1, 3), *pose).reshape(-1, 3, 3)
     segments: FloatArray = triangle_pair_sections(triangles)
-    meeting: FloatArray = segments[np.isfinite(segments).all(axis=(1, 2))]
-    return meeting
+    return segments[np.isfinite(segments).all(axis=(1, 2))]
 
 
 def sections_of(bodies: Sequence[Body], pairs: IntArray, motion: Motion) -> Callable[[int, int, IntArray], FloatArray]:

@@ -90,8 +90,7 @@ def signed_volume(p: Memory, a: int, b: int, c: int, d: int) -> float:
     x, y, z = p[3 * d] - p[3 * a], p[3 * d + 1] - p[3 * a + 1], p[3 * d + 2] - p[3 * a + 2]
     ux, uy, uz = p[3 * b] - p[3 * a], p[3 * b + 1] - p[3 * a + 1], p[3 * b + 2] - p[3 * a + 2]
     vx, vy, vz = p[3 * c] - p[3 * a], p[3 * c + 1] - p[3 * a + 1], p[3 * c + 2] - p[3 * a + 2]
-    volume: float = x * (uy * vz - uz * vy) + y * (uz * vx - ux * vz) + z * (ux * vy - uy * vx)
-    return volume
+    return x * (uy * vz - uz * vy) + y * (uz * vx - ux * vz) + z * (ux * vy - uy * vx)
 
 
 @hot_kernel
@@ -99,8 +98,7 @@ def signed_area(p: Memory, a: int, b: int, c: int, axis: int) -> float:
     """Rounded area whose exact sign is that of the turn a, b, c seen along ``axis``."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     a_i, a_j = p[3 * a + i], p[3 * a + j]
-    area: float = (p[3 * b + i] - a_i) * (p[3 * c + j] - a_j) - (p[3 * b + j] - a_j) * (p[3 * c + i] - a_i)
-    return area
+    return (p[3 * b + i] - a_i) * (p[3 * c + j] - a_j) - (p[3 * b + j] - a_j) * (p[3 * c + i] - a_i)
 
 
 @hot_kernel

@@ -55,8 +55,8 @@ class FrameLooks:
             self._workspace.make_room(trees[a], trees[b])
         self._rows = [self._row(a, b) for a, b in self._ends]
 
-    def decide(self, now: Motion, column: int) -> int:
-        """CONTACT or CLEAR for one pair."""
+    def decide(self, now: Motion, column: int, _margin: float) -> tuple[int, bool]:
+        """CONTACT or CLEAR for one pair, and False: to know how far it is apart costs more than to ask again."""
         a, b = self._ends[column]
         if self._ready[a] is not now:
             self._place(now, a)
@@ -66,10 +66,10 @@ class FrameLooks:
         pad = pad_between((self._trees[a], self._trees[b]), size_a + size_b, skew_a + skew_b)
         self._hits[0] = 0
         if pad < np.inf and (self._workspace.traverse_one(self._rows[column], pad) or self._hits[0]):
-            return CONTACT if self._hits[0] else CLEAR
+            return (CONTACT if self._hits[0] else CLEAR), False
         # Sizes beyond the kernels and ties that only exact arithmetic decides are rare.
         poses = Poses(now.rotations, now.translations, now.valid)
-        return CONTACT if decide_motion(self._trees, self._pairs[[column]], poses).hits[0, 0] else CLEAR
+        return (CONTACT if decide_motion(self._trees, self._pairs[[column]], poses).hits[0, 0] else CLEAR), False
 
     def _row(self, a: int, b: int) -> IntArray:
         trees = self._trees[a], self._trees[b]

@@ -37,51 +37,49 @@ class PairPoses:
 
 @dataclass(frozen=True, eq=False)
 class Searched:
-    """The result of a search at K poses.
-
-    Parameters
-    ----------
-    found : (M, 4) row, face of A, face of B, and 1, or UNDECIDED where only integers can tell; in order of discovery.
-    counts : (K, C) tests of each row, in the order of the search's ``counters``.
-    truncated : (K,) the budget ended before the search did.
-    """
+    """The result of a search at K poses."""
 
     found: IntArray
+    """(M, 4) row, face of A, face of B, and 1, or UNDECIDED where only integers can tell; in order of discovery."""
     counts: IntArray
+    """(K, C) tests of each row, in the order of the search's ``counters``."""
     truncated: BoolArray
+    """(K,): the budget ended before the search did."""
 
 
 @dataclass(frozen=True)
 class TreeKind:
-    """A hierarchy: ``build`` makes a tree of corners (f, 3, 3) and says its depth, ``search_rows`` searches two."""
+    """A hierarchy: ``build`` makes a tree of corners (f, 3, 3) and says its depth, ``search_rows`` searches two.
+
+    ``undismissed``: the counter of face pairs that no volume kept apart by the pad; ``None`` where pads are not used.
+    """
 
     build: Callable[[FloatArray], tuple[Any, int]]
     search_rows: Callable[..., IntArray]
     more_counters: tuple[str, ...] = ()
+    undismissed: int | None = 1
 
 
 TREE_KINDS: Final = {
     "rapid-style": TreeKind(rapid_style.build_rapid_tree, rapid_style.search_rows),
     "solid-style": TreeKind(
-        solid_style.build_solid_tree, solid_style.search_rows, ("cache_hits", "gjk_steps", "exact_tests")
+        solid_style.build_solid_tree, solid_style.search_rows, ("cache_hits", "gjk_steps", "exact_tests"), 4
     ),
-    "aabb": TreeKind(aabb.build_world_box_tree, aabb.search_rows, ("boxes_fitted",)),
+    "aabb": TreeKind(aabb.build_world_box_tree, aabb.search_rows, ("boxes_fitted",), None),
     "obb": TreeKind(obb.build_obb_tree, obb.search_rows),
 }
 """Detector -> its hierarchy."""
 
 
 class TreeSearch:
-    """A tree of one kind over each body, and the way through two of them.
+    """A tree of one kind, a row of ``TREE_KINDS``, over each body, and the way through two of them.
 
-    Parameters
-    ----------
-    kind : a row of ``TREE_KINDS``.
-    corners : (f, 3, 3) of each body, body frame.
+    ``corners`` (f, 3, 3) of each body, body frame.
     """
 
     def __init__(self, kind: str, corners: Sequence[FloatArray]) -> None:
         self._kind = TREE_KINDS[kind]
+        self.undismissed = self._kind.undismissed
         self.counters = ("node_tests", "leaf_tests", *self._kind.more_counters)
         built = [self._kind.build(one) for one in corners]
         self.trees = [tree for tree, _ in built]

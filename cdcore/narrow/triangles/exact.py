@@ -45,8 +45,7 @@ def ranges_apart(p: Memory, a: int, b: int, c: int, d: int, k: int) -> bool:
     """Along one coordinate, all of segment ab lies before or behind all of segment cd."""
     stay_one_function()
     a_k, b_k, c_k, d_k = p[3 * a + k], p[3 * b + k], p[3 * c + k], p[3 * d + k]
-    apart: bool = max(a_k, b_k) < min(c_k, d_k) or max(c_k, d_k) < min(a_k, b_k)
-    return apart
+    return max(a_k, b_k) < min(c_k, d_k) or max(c_k, d_k) < min(a_k, b_k)
 
 
 @hot_kernel

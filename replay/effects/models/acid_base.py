@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from cdcore.numerics import FloatArray
 
 STRONG_ACIDS: Final[Mapping[str, int]] = {"HCl": 1, "HBr": 1, "HI": 1, "HNO3": 1, "HClO4": 1}
 """Formula -> protons given off completely in water. Source: the six strong acids of general chemistry without H2SO4,
@@ -43,7 +42,7 @@ class AcidBase:
         """Whether it takes protons."""
         return formula in self.bases or formula in STRONG_BASES
 
-    def ph(self, concentrations: Mapping[str, Array]) -> Array:
+    def ph(self, concentrations: Mapping[str, FloatArray]) -> FloatArray:
         """pH (n,) of mol/L (n,) of each formula; others are spectators. Activities are taken as concentrations."""
         count = max((len(one) for one in concentrations.values()), default=0)
         low, high = np.full(count, LOWEST), np.full(count, HIGHEST)
@@ -53,7 +52,7 @@ class AcidBase:
             low, high = np.where(acid, middle, low), np.where(acid, high, middle)
         return np.asarray(0.5 * (low + high))
 
-    def _charge(self, ph: Array, concentrations: Mapping[str, Array]) -> Array:
+    def _charge(self, ph: FloatArray, concentrations: Mapping[str, FloatArray]) -> FloatArray:
         """Positive less negative charge, mol/L, that a pH would mean: it falls as pH rises, and is 0 at the true one.
 
         Free protons and hydroxide, cations of strong bases, protonated weak bases, anions of acids.
@@ -71,7 +70,7 @@ class AcidBase:
         return np.asarray(charge + strong)
 
 
-def _protons_given(ph: Array, pka: Sequence[float]) -> Array:
+def _protons_given(ph: FloatArray, pka: Sequence[float]) -> FloatArray:
     """Mean number (n,) of protons that a molecule has given off."""
     # Weights of the species relative to the largest, so that none overflows far from the pKa.
     logs = np.stack([np.zeros_like(ph), *(step * ph - sum(pka[:step]) for step in range(1, len(pka) + 1))])

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from cdcore.numerics import FloatArray
 
 GRAVITY: Final = 9.80665
 """m/s2. Source: standard gravity, 3rd CGPM 1901."""
@@ -22,12 +21,12 @@ class Disc:
 
     name: str  # whose it is
     # centre, normal: (3,) world metres, and the unit direction out of the vessel
-    centre: Array
-    normal: Array
+    centre: FloatArray
+    normal: FloatArray
     radius: float  # metres
 
 
-def disc_entered(start: Array, velocity: Array, discs: Iterable[Disc]) -> str:
+def disc_entered(start: FloatArray, velocity: FloatArray, discs: Iterable[Disc]) -> str:
     """Name of the opening that liquid let go at ``start`` (3,) with ``velocity`` (3,) enters first; ``""``: none.
 
     World Y is up. An opening that faces down or sideways is not entered, nor one that the liquid starts below.
@@ -36,13 +35,13 @@ def disc_entered(start: Array, velocity: Array, discs: Iterable[Disc]) -> str:
     return min(entered)[1] if entered else ""
 
 
-def place_at_height(start: Array, velocity: Array, height: float) -> Array:
+def place_at_height(start: FloatArray, velocity: FloatArray, height: float) -> FloatArray:
     """Where (3,) it falls through a height; ``start`` itself where it starts no higher and does not rise to it."""
     time = _fall(start[1] - height, -velocity[1], 0.5 * GRAVITY)
     return start.copy() if time is None else _place(start, velocity, time)
 
 
-def _entry(start: Array, velocity: Array, disc: Disc) -> float | None:
+def _entry(start: FloatArray, velocity: FloatArray, disc: Disc) -> float | None:
     if disc.normal[1] <= 0.0:
         return None
     above = float(disc.normal @ (start - disc.centre))
@@ -65,7 +64,7 @@ def _fall(above: float, speed: float, pull: float) -> float | None:
     return (math.sqrt(root) - speed) / (2.0 * pull)
 
 
-def _place(start: Array, velocity: Array, time: float) -> Array:
+def _place(start: FloatArray, velocity: FloatArray, time: float) -> FloatArray:
     place = start + time * velocity
     place[1] -= 0.5 * GRAVITY * time * time
     return np.asarray(place)

@@ -8,9 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from cdcore.numerics import FloatArray
 
 _TERM = re.compile(r"^(\d+)?\s*([A-Z][A-Za-z0-9().]*)$")
 _PART = re.compile(r"([A-Z][a-z]?|\(|\))(\d*)")
@@ -24,7 +23,7 @@ class Equation:
     reagents: Mapping[str, int]
     products: Mapping[str, int]
 
-    def extent(self, amounts: Mapping[str, Array]) -> Array:
+    def extent(self, amounts: Mapping[str, FloatArray]) -> FloatArray:
         """Mol of reaction (n,) at the end of the limiting reagent, from mol (n,) of each reagent."""
         shares = [amounts[formula] / coefficient for formula, coefficient in self.reagents.items()]
         return np.asarray(np.maximum(0.0, np.min(shares, axis=0)))
@@ -55,7 +54,7 @@ def atoms(formula: str) -> Counter[str]:
     return total
 
 
-def approach(times: Array, goal: Array, rate: float) -> Array:
+def approach(times: FloatArray, goal: FloatArray, rate: float) -> FloatArray:
     """First-order approach (n,) to a goal that is constant from each time to the next: dx/dt = rate (goal - x), x >= 0.
 
     Closed form from row to row, so that rows may be as far apart as they like.

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cdcore.numerics import FloatArray
 from replay.effects.output import Vector
 
 GAP_S: Final = 0.5
@@ -74,9 +75,6 @@ def total_ml(transfers: Iterable[Transfer]) -> float:
     return sum(one.volume_ml for one in transfers)
 
 
-Array = NDArray[np.float64]
-
-
 @dataclass
 class Contents:
     """What is in a vessel."""
@@ -110,14 +108,14 @@ class History:
     """One vessel, a row wherever it changed, and at the first and last time."""
 
     # times, frames: (n,)
-    times: Array
+    times: FloatArray
     frames: NDArray[np.int64]
     # volume_ml, added_ml: (n,) what is in it, and all that ever came in
-    volume_ml: Array
-    added_ml: Array
-    amounts: Mapping[str, Array]  # formula -> (n,) mol, as brought
+    volume_ml: FloatArray
+    added_ml: FloatArray
+    amounts: Mapping[str, FloatArray]  # formula -> (n,) mol, as brought
 
-    def amount(self, formula: str) -> Array:
+    def amount(self, formula: str) -> FloatArray:
         """(n,) mol; zeros for what never was in it."""
         return self.amounts.get(formula, np.zeros(len(self.times)))
 
@@ -141,7 +139,7 @@ class Mixture:
     loads: tuple[Load, ...]  # in order of time
 
 
-def mixture(initial: Mapping[str, Contents], transfers: Iterable[Transfer], times: Array) -> Mixture:
+def mixture(initial: Mapping[str, Contents], transfers: Iterable[Transfer], times: FloatArray) -> Mixture:
     """Follow transfers in order of time; ``times`` (T,) are those of the frames."""
     there = {name: Contents(one.volume_ml, dict(one.amounts), dict(one.solids)) for name, one in initial.items()}
     logs = {name: _History(contents) for name, contents in there.items()}

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from cdcore.numerics import FloatArray
 
 
 def cooled(celsius: float, seconds: float, *, power_w: float, capacity: float, loss: float, ambient: float) -> float:
@@ -21,7 +20,7 @@ def cooled(celsius: float, seconds: float, *, power_w: float, capacity: float, l
     return celsius + (power_w - loss * (celsius - ambient)) * seconds / capacity * share
 
 
-def warmed(times: Array, power_w: Array, *, capacity: float, loss: float, ambient: float) -> Array:
+def warmed(times: FloatArray, power_w: FloatArray, *, capacity: float, loss: float, ambient: float) -> FloatArray:
     """Temperature (n,) at each time, from ambient at the first; power (n,) holds from its time to the next."""
     found = np.full(len(times), ambient)
     for row in range(1, len(times)):

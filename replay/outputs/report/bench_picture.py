@@ -53,8 +53,11 @@ def bench_picture(assembly: Assembly, scene: Scene, frame: int, eye: Eye, marked
     # A bench top is one triangle as long as the room. Sorted by its middle, it would cover what stands on it.
     edge = np.linalg.norm(local - np.roll(local, 1, axis=1), axis=2).max(axis=1)
     order = np.lexsort((-depth.mean(axis=1), edge < LARGE, red))
-    order = order[(inside & ((edge < LARGE) | _faces_the_eye(local)))[order]]
-    return _drawn(flat[order], _shaded(local, colours)[order], half)
+    normal = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
+    # Nor must its underside shine through its top.
+    front = (normal * local.mean(axis=1)).sum(axis=1) < 0.0
+    order = order[(inside & ((edge < LARGE) | front))[order]]
+    return _drawn(flat[order], _shaded(normal, colours)[order], half)
 
 
 def _triangles(
@@ -82,16 +85,8 @@ def _triangles(
     return np.concatenate(corners), np.concatenate(colours), np.concatenate(red)
 
 
-def _faces_the_eye(local: FloatArray) -> NDArray[np.bool_]:
-    """Whether a triangle shows its front: the underside of a bench must not shine through its top."""
-    normal = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
-    front: NDArray[np.bool_] = (normal * local.mean(axis=1)).sum(axis=1) < 0.0
-    return front
-
-
-def _shaded(local: FloatArray, colours: FloatArray) -> FloatArray:
+def _shaded(normal: FloatArray, colours: FloatArray) -> FloatArray:
     """Light comes from the eye and a little from above."""
-    normal = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
     length = np.linalg.norm(normal, axis=1)
     facing = np.abs(normal @ np.array([0.15, 0.45, 0.88])) / np.where(length > 0, length, 1.0)
     shaded = colours.copy()

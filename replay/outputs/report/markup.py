@@ -34,7 +34,7 @@ def joined(parts: Iterable[object]) -> Markup:
     return Markup("\n".join(safe(part) for part in parts))
 
 
-def page_html(title: str, top: Iterable[object], sections: Iterable[object], caveat: str, style: str = "") -> str:
+def page_html(title: str, top: Iterable[object], sections: Iterable[object], caveat: str = "", style: str = "") -> str:
     """A self-contained page: ``top`` is its header, ``caveat`` its footer, ``style`` goes before the common one."""
     common = files("replay.outputs.report").joinpath("style.css").read_text(encoding="utf-8")
     head = [
@@ -42,7 +42,8 @@ def page_html(title: str, top: Iterable[object], sections: Iterable[object], cav
         element("title", title),
         Markup(f"<style>{style}{common}</style>"),
     ]
-    body = [element("header", *top), element("main", joined(sections)), element("footer", element("p", caveat))]
+    body = [element("header", *top), element("main", joined(sections))]
+    body += [element("footer", element("p", caveat))] if caveat else []
     return f'<!doctype html>\n<html lang="en"><head>{joined(head)}</head><body>{joined(body)}</body></html>\n'
 
 

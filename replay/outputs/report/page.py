@@ -13,18 +13,11 @@ from replay.comparison.outcome import Miss
 from replay.effects.effect_summary import happened, happened_words
 from replay.outputs.camera import Eye, Obstacles, overview, standing, towards_user
 from replay.outputs.palette import MISSED, hex_of
+from replay.outputs.report import tables
 from replay.outputs.report.audit_parts import cause_table, count_tables, duration_table, heat_map, latency_histogram
 from replay.outputs.report.bench_picture import bench_picture
 from replay.outputs.report.charts import timeline, timing
 from replay.outputs.report.markup import Markup, element, joined, page_html, page_section, page_table, picture
-from replay.outputs.report.tables import (
-    contact_table,
-    effect_section,
-    fact_table,
-    finding_tables,
-    miss_table,
-    settings_table,
-)
 from replay.outputs.run_tables import cost_table
 from replay.outputs.words import NOT_LOOKED_FOR
 from replay.pipeline.headline import doubts, headline, invented, price, undecided
@@ -85,12 +78,12 @@ def _sections(result: RunResult) -> list[Markup]:
     parts += [page_section(f"When: {label}", timeline(result, label)) for label in result.comparisons]
     parts.append(page_section("The bench", joined(_pictures(result))))
     if result.detections:
-        parts.append(page_section("Contacts", contact_table(result)))
+        parts.append(page_section("Contacts", tables.contact_table(result)))
     if result.comparisons:
         causes = [cause_table(result)] if result.causes else []
         parts.append(page_section("What was missed, and why", count_tables(result), heat_map(result), *causes))
     parts += [
-        page_section(f"Every miss of {label}", miss_table(result, label))
+        page_section(f"Every miss of {label}", tables.miss_table(result, label))
         for label in result.comparisons
         if result.misses[label]
     ]
@@ -100,10 +93,10 @@ def _sections(result: RunResult) -> list[Markup]:
     if result.comparisons and (steps := duration_table(result)) is not None:
         parts.append(page_section("Which step rate would have missed it", steps))
     if result.effects or result.summary["plan"]["not_built"]:
-        parts.append(page_section("Effects that the scene calls for", effect_section(result)))
-    parts.append(page_section("What is suspicious about the recording", finding_tables(result)))
-    parts.append(page_section("The session", fact_table(result)))
-    parts.append(page_section("How to get the same again", settings_table(result)))
+        parts.append(page_section("Effects that the scene calls for", tables.effect_section(result)))
+    parts.append(page_section("What is suspicious about the recording", tables.finding_tables(result)))
+    parts.append(page_section("The session", tables.fact_table(result)))
+    parts.append(page_section("How to get the same again", tables.settings_table(result)))
     return parts
 
 
@@ -121,7 +114,10 @@ def _pictures(result: RunResult) -> list[Markup]:
         side = towards_user(there, scene, row, miss.point)
         near = _from_farther(obstacles.close_up(row, miss.point, side, there.motion))
         png = bench_picture(there, scene, row, near, _marked(result, miss))
-        what = f"{miss.body_a} and {miss.body_b} at {there.motion.times[row]:.3f} s, {miss.kind}; red: {_red(miss)}"
+        red = "the faces that meet"
+        if miss.touch is not None:
+            red = f"the faces that touch first, between frames {miss.touch.frame} and {miss.touch.frame + 1}"
+        what = f"{miss.body_a} and {miss.body_b} at {there.motion.times[row]:.3f} s, {miss.kind}; red: {red}"
         pictures.append(picture(png, f"Miss {miss.number} of {label}: {what}"))
     return [element("div", *pictures, class_="pictures")]
 
@@ -141,13 +137,6 @@ def _from_farther(eye: Eye) -> Eye:
     """The same view from a little farther: a page has no way to step back."""
     away = [t + 1.35 * (p - t) for p, t in zip(eye.position, eye.target, strict=True)]
     return Eye((away[0], away[1], away[2]), eye.target)
-
-
-def _red(miss: Miss) -> str:
-    """What the red faces are."""
-    if miss.touch is None:
-        return "the faces that meet"
-    return f"the faces that touch first, between frames {miss.touch.frame} and {miss.touch.frame + 1}"
 
 
 def _marked(result: RunResult, miss: Miss) -> dict[int, np.ndarray[tuple[int], np.dtype[np.int64]]]:

@@ -9,17 +9,9 @@ from typing import Final
 
 from replay.comparison.clusters import MANY, seen_and_between
 from replay.effects.effect_summary import happened
+from replay.outputs import run_tables
 from replay.outputs.report.markup import Markup, element, joined, page_table, table
-from replay.outputs.run_tables import (
-    BETWEEN_HEAD,
-    SEEN_HEAD,
-    cluster_table,
-    effect_table,
-    finding_table,
-    pair_table,
-)
-from replay.outputs.run_tables import contact_table as contacts_found
-from replay.outputs.run_tables import miss_table as every_miss
+from replay.outputs.run_tables import BETWEEN_HEAD, SEEN_HEAD
 from replay.outputs.words import NOTHING_SUSPICIOUS, counted
 from replay.pipeline.run_result import RunResult
 from sessions import Finding, Severity
@@ -76,8 +68,8 @@ def _gaps(result: RunResult) -> Iterator[tuple[str, object]]:
 def contact_table(result: RunResult) -> Markup:
     """A row per pair that touched, or was said to; in an audit the most missed first, as in the lanes."""
     if not result.comparisons:
-        return joined(page_table(contacts_found(result, label)) for label in result.episodes)
-    return joined(page_table(pair_table(result, label).only(*PAIR_HEAD)) for label in result.comparisons)
+        return joined(page_table(run_tables.contact_table(result, label)) for label in result.episodes)
+    return joined(page_table(run_tables.pair_table(result, label).only(*PAIR_HEAD)) for label in result.comparisons)
 
 
 def miss_table(result: RunResult, label: str) -> Markup:
@@ -89,8 +81,8 @@ def miss_table(result: RunResult, label: str) -> Markup:
     seen, between = seen_and_between(misses)
     shown, hidden = seen[:MOST_ROWS], between[:MOST_ROWS]
     words = f"What {label} missed between frames: no frame shows it, so it has no depth; in order of time"
-    parts = [page_table(every_miss(f"What {label} missed", shown, run).only(*SEEN_HEAD))] if shown else []
-    parts += [page_table(every_miss(words, hidden, run).only(*BETWEEN_HEAD))] if hidden else []
+    tables = ((f"What {label} missed", shown, SEEN_HEAD), (words, hidden, BETWEEN_HEAD))
+    parts = [page_table(run_tables.miss_table(title, some, run).only(*head)) for title, some, head in tables if some]
     if len(misses) <= MANY:
         return joined(parts)
     count = len(shown) + len(hidden)
@@ -99,7 +91,7 @@ def miss_table(result: RunResult, label: str) -> Markup:
         rest = f"the other {len(misses) - count:,} are in misses.parquet"
         words = f"The {count:,} with the longest cuts, each with the command that shows it; {rest}"
     heads = ("pair", "cause", "look at the longest cut", "misses", "frames", "s", "longest cut mm")
-    found = page_table(cluster_table(label, misses, run).only(*heads))
+    found = page_table(run_tables.cluster_table(label, misses, run).only(*heads))
     return joined([found, element("details", element("summary", words), *parts)])
 
 
@@ -119,7 +111,7 @@ def effect_section(result: RunResult) -> Markup:
         lines.append("No collision query was made.")
     if planned["not_built"]:
         lines.append(f"Declared, and not computed by this version: {', '.join(planned['not_built'])}.")
-    return joined([page_table(effect_table(result)), events, *(element("p", line) for line in lines)])
+    return joined([page_table(run_tables.effect_table(result)), events, *(element("p", line) for line in lines)])
 
 
 def finding_tables(result: RunResult) -> Markup:
@@ -129,7 +121,7 @@ def finding_tables(result: RunResult) -> Markup:
     findings = result.treatment.findings
     parts = [element("p", trust(findings))]
     if findings:
-        parts.append(page_table(finding_table(findings[:MOST_FINDINGS])))
+        parts.append(page_table(run_tables.finding_table(findings[:MOST_FINDINGS])))
     if result.treatment.spans:
         parts.append(_repair_table(result))
     rows = [

@@ -10,14 +10,19 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
+from cdcore.numerics import FloatArray
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.outputs.camera import Eye
 from replay.outputs.palette import BACKGROUND
 from replay.outputs.rerun_log.columns import FRAME, SESSION
-from replay.outputs.rerun_log.effects import EffectViews
-from replay.outputs.rerun_log.findings import finding_tab, state_view
+from replay.outputs.rerun_log.contacts import contacts_path
+from replay.outputs.rerun_log.effects import EffectViews, effect_views
+from replay.outputs.rerun_log.findings import finding_lanes, finding_tab, state_view
+from replay.outputs.rerun_log.timing import TOTAL, Cost, stage_path
 from replay.outputs.rerun_log.tradeoff import curve_tab
+from replay.outputs.rerun_log.world import body_path
 from replay.outputs.words import LANE_LEGEND
+from replay.pipeline.run_result import RunResult
 
 AROUND: Final = 0.6
 """Seconds before and after the cursor in the lanes beside the close-up."""
@@ -56,7 +61,7 @@ class Subject:
     longest : column of the pair of the longest cut that was missed, ``None`` without a miss.
     words : root of its lists: of misses, of clusters where they are ``many``, of the worst, words on the current one.
     missed : root of pins and flags, and of the eye of the close-up.
-    faces : its red faces below each body; ``face_entities`` are their paths.
+    faces : its red faces below each body.
     """
 
     label: str
@@ -67,7 +72,6 @@ class Subject:
     many: bool
     missed: str
     faces: str
-    face_entities: tuple[str, ...]
 
     @property
     def camera(self) -> str:
@@ -85,50 +89,53 @@ def lanes_in_view(subject: Subject) -> list[str]:
 
 @dataclass(frozen=True)
 class BlueprintInput:
-    """What the layout needs to know of a recording.
+    """What is laid out.
 
     Parameters
     ----------
-    totals : timing entities of the totals of detectors that were timed frame by frame.
-    stages : label -> timing entities of its stages.
-    arrows : entities of the contact normals: not in the views, where they would hide what they stand on.
-    finding_lanes : of poses in doubt; without any the findings are a list only; ``None``: the session was not examined.
-    slowest_ms : milliseconds of the slowest look of all detectors.
+    eye : of the overview.
+    costs : label -> what the detector took.
+    detector_lanes : whether there are lanes per detector.
     start, end : seconds of the time axes; left alone, the viewer shows one minute around the cursor.
-    tradeoff : whether the curve is in the recording.
     """
 
-    title: str
+    result: RunResult
+    subjects: Sequence[Subject]
     eye: Eye
-    subjects: tuple[Subject, ...]
-    totals: tuple[str, ...]
-    stages: Mapping[str, tuple[str, ...]]
-    arrows: tuple[str, ...]
+    costs: Mapping[str, Cost]
     detector_lanes: bool
-    finding_lanes: tuple[str, ...] | None
-    slowest_ms: float
     start: float
     end: float
-    effects: EffectViews | None = None
-    tradeoff: bool = False
+
+    @property
+    def arrows(self) -> list[str]:
+        """Rules that keep the contact normals out of a view, where they would hide what they stand on."""
+        return [f"- /{contacts_path(label)}/normals" for label in self.costs]
+
+    @property
+    def timed(self) -> list[FloatArray]:
+        """Milliseconds of the looks of each detector that was timed frame by frame."""
+        return [cost.per_frame for cost in self.costs.values() if cost.per_frame is not None]
 
 
 def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
     """The blueprint that is embedded in the recording; it opens on the tab that answers what was asked for."""
+    result = layout.result
     names = ["Audit", *(f"Audit: {subject.label}" for subject in layout.subjects[1:])]
     tabs = [_audit(layout, *one) for one in zip(layout.subjects, names, strict=False)] or [_plain(layout)]
     first = 0
-    if layout.tradeoff:
+    if result.tradeoff is not None:
         first = len(tabs)
         tabs.append(curve_tab())
-    tabs.append(_costs(layout, "Time per frame" if layout.tradeoff else "What accuracy costs"))
-    if layout.effects is not None:
-        first = first if layout.subjects or layout.tradeoff else len(tabs)
-        tabs.append(_effects(layout, layout.effects))
+    tabs.append(_costs(layout, "What accuracy costs" if result.tradeoff is None else "Time per frame"))
+    if result.effects:
+        first = first if layout.subjects or result.tradeoff is not None else len(tabs)
+        tabs.append(_effects(layout, effect_views(result.effects)))
     if layout.detector_lanes:
-        tabs.append(_detectors(layout))
-    if layout.finding_lanes is not None:
-        tabs.append(finding_tab(layout.finding_lanes, _whole(layout)))
+        words = "What each detector said of each pair (no colour: CLEAR)"
+        tabs.append(rrb.Horizontal(state_view("detectors", words, _whole(layout)), name="Detectors"))
+    if (lanes := finding_lanes(result)) is not None:
+        tabs.append(finding_tab(lanes, _whole(layout)))
     times = rrb.TimePanel(timeline=SESSION, state="collapsed", playback_speed=0.25, play_state="paused")
     hidden = rrb.SelectionPanel(state="hidden"), rrb.BlueprintPanel(state="hidden")
     return rrb.Blueprint(rrb.Tabs(*tabs, active_tab=first), times, *hidden, auto_views=False, auto_layout=False)
@@ -136,14 +143,16 @@ def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
 
 def _audit(layout: BlueprintInput, subject: Subject, name: str) -> Any:
     lanes = lanes_in_view(subject)
+    where = f"Where: red dots are contacts missed by {subject.label}"
+    space = _spatial(where, _contents(layout, subject, f"/{subject.missed}/eye"), _eye_controls(layout.eye))
     lane_share = RULER_POINTS + LANE_POINTS * max(2, len(lanes))
     shares = [max(300, SCREEN_POINTS - lane_share - BOTTOM_POINTS), lane_share, BOTTOM_POINTS]
     beside = [_close_up(layout, subject)] if subject.camera else []
     widths = [0.42, 0.26, 0.32] if beside else [0.66, 0.34]
-    pictures = rrb.Horizontal(_space(layout, subject), *beside, _words(subject), column_shares=widths)
+    pictures = rrb.Horizontal(space, *beside, _words(subject), column_shares=widths)
     rows = [pictures, _lanes(layout, subject, lanes)]
     note = rrb.TextDocumentView(origin=f"/{subject.words}/nearest_miss", name="The miss in the close-up")
-    bottom = [*([_timing(layout)] if layout.totals else []), *([note] if subject.camera else [])]
+    bottom = [*([_timing(layout)] if layout.timed else []), *([note] if subject.camera else [])]
     if bottom:
         rows.append(rrb.Horizontal(*bottom, column_shares=[0.7, 0.3][: len(bottom)]))
     return rrb.Vertical(*rows, row_shares=shares[: len(rows)], name=name)
@@ -170,14 +179,9 @@ def _list(path: str, name: str) -> Any:
 def _contents(layout: BlueprintInput, subject: Subject, *hidden: str) -> list[str]:
     """Everything in space but arrows, what is ``hidden``, and what belongs to another audited detector."""
     others = [one for one in layout.subjects if one is not subject]
-    foreign = [f"/{one.missed}/**" for one in others] + [f"/{path}" for one in others for path in one.face_entities]
-    arrows = [f"/{path}" for path in layout.arrows]
-    return ["/world/**", *(f"- {path}" for path in [*arrows, *hidden, *foreign])]
-
-
-def _space(layout: BlueprintInput, subject: Subject) -> Any:
-    name = f"Where: red dots are contacts missed by {subject.label}"
-    return _spatial(name, _contents(layout, subject, f"/{subject.missed}/eye"), _eye_controls(layout.eye))
+    bodies = [body_path(name) for name in layout.result.assembly.names]
+    foreign = [f"/{one.missed}/**" for one in others] + [f"/{body}/{one.faces}" for one in others for body in bodies]
+    return ["/world/**", *layout.arrows, *(f"- {path}" for path in [*hidden, *foreign])]
 
 
 def _close_up(layout: BlueprintInput, subject: Subject) -> Any:
@@ -219,12 +223,13 @@ def _whole(layout: BlueprintInput) -> rrb.TimeAxis:
 
 def _timing(layout: BlueprintInput) -> Any:
     # A budget far above everything would press the curves to the floor: then the title says how far.
-    share = layout.slowest_ms / BUDGET_MS
+    slowest = max((float(looks.max()) for looks in layout.timed if len(looks)), default=0.0)
+    share = slowest / BUDGET_MS
     budget = ["timing/budget"] if share > BUDGET_SHOWN else []
-    worst = f"worst {layout.slowest_ms:.2f}: {share:.0%} of a frame at {HEADSET_HZ:g} Hz ({BUDGET_MS:.1f} ms)"
-    high = 1.15 * max(layout.slowest_ms, BUDGET_MS if budget else 0.0)
-    name = f"Time per frame, ms    {worst}"
-    return _plot(layout, "/timing", name, [*budget, *layout.totals], axis_y=rrb.ScalarAxis(range=(0.0, high)))
+    worst = f"worst {slowest:.2f}: {share:.0%} of a frame at {HEADSET_HZ:g} Hz ({BUDGET_MS:.1f} ms)"
+    axis = rrb.ScalarAxis(range=(0.0, 1.15 * max(slowest, BUDGET_MS if budget else 0.0)))
+    totals = [stage_path(label, TOTAL) for label in layout.costs]
+    return _plot(layout, "/timing", f"Time per frame, ms    {worst}", [*budget, *totals], axis_y=axis)
 
 
 def _plain(layout: BlueprintInput) -> Any:
@@ -233,8 +238,8 @@ def _plain(layout: BlueprintInput) -> Any:
 
 
 def _room(layout: BlueprintInput) -> Any:
-    contents = ["/world/**", *(f"- /{path}" for path in layout.arrows)]
-    return _spatial(layout.title, contents, _eye_controls(layout.eye))
+    name = layout.result.session.scene.name or "Session"
+    return _spatial(name, ["/world/**", *layout.arrows], _eye_controls(layout.eye))
 
 
 def _plot(layout: BlueprintInput, origin: str, name: str, paths: Iterable[str], **more: Any) -> Any:
@@ -246,8 +251,9 @@ def _plot(layout: BlueprintInput, origin: str, name: str, paths: Iterable[str], 
 
 def _costs(layout: BlueprintInput, name: str) -> Any:
     table = rrb.TextDocumentView(origin="/tradeoff/table", name="What each detector costs")
-    stages = {f"{label}: ms per frame by stage": paths for label, paths in layout.stages.items() if paths}
-    plots = [_plot(layout, "/timing", title, paths) for title, paths in stages.items()]
+    stages = {label: [stage_path(label, stage) for stage in cost.stages] for label, cost in layout.costs.items()}
+    title = "{}: ms per frame by stage"
+    plots = [_plot(layout, "/timing", title.format(label), paths) for label, paths in stages.items() if paths]
     beside = [rrb.Vertical(*plots)] if plots else []
     return rrb.Horizontal(*beside, table, column_shares=[0.62, 0.38] if plots else [1.0], name=name)
 
@@ -266,8 +272,3 @@ def _effects(layout: BlueprintInput, views: EffectViews) -> Any:
     words = rrb.TextLogView(origin="/effects", contents=[f"/{path}" for path in views.events], name="What happened")
     left = rrb.Vertical(_room(layout), words, row_shares=[0.68, 0.32])
     return rrb.Horizontal(left, *([rrb.Vertical(*rows, row_shares=shares)] if rows else []), name="Effects")
-
-
-def _detectors(layout: BlueprintInput) -> Any:
-    words = "What each detector said of each pair (no colour: CLEAR)"
-    return rrb.Horizontal(state_view("detectors", words, _whole(layout)), name="Detectors")

@@ -46,24 +46,15 @@ def effect_views(effects: Mapping[str, EffectRun]) -> EffectViews:
     lanes: list[str] = []
     for kind, run in effects.items():
         for name, series in run.series.items():
-            plots[series.unit] = (*plots.get(series.unit, ()), series_path(kind, name))
-        lanes += [lane_path(kind, name) for name in run.output.lanes]
-    return EffectViews(plots, tuple(lanes), tuple(events_path(kind) for kind, run in effects.items() if run.events))
+            plots[series.unit] = (*plots.get(series.unit, ()), _path(kind, *name.split("/")))
+        lanes += [_path(kind, "lanes", name) for name in run.output.lanes]
+    events = tuple(_path(kind, "events") for kind, run in effects.items() if run.events)
+    return EffectViews(plots, tuple(lanes), events)
 
 
-def series_path(kind: str, name: str) -> str:
-    """``effects/<kind>/<name>``, where a slash in the name makes a folder."""
-    return entity(ROOT, kind, *name.split("/"))
-
-
-def lane_path(kind: str, name: str) -> str:
-    """``effects/<kind>/lanes/<name>``."""
-    return entity(ROOT, kind, "lanes", name)
-
-
-def events_path(kind: str) -> str:
-    """``effects/<kind>/events``."""
-    return entity(ROOT, kind, "events")
+def _path(kind: str, *parts: str) -> str:
+    """Below ``effects/<kind>``: a series, ``lanes/<name>``, or ``events``. A slash in a series' name makes a folder."""
+    return entity(ROOT, kind, *parts)
 
 
 def log_effects(writer: RecordingWriter, effects: Mapping[str, EffectRun]) -> None:
@@ -71,11 +62,11 @@ def log_effects(writer: RecordingWriter, effects: Mapping[str, EffectRun]) -> No
     number = 0
     for kind, run in effects.items():
         for name, series in run.series.items():
-            _log_series(writer, series_path(kind, name), name, series, number)
+            _log_series(writer, _path(kind, *name.split("/")), name, series, number)
             number += 1
         for name, spans in run.output.lanes.items():
-            _log_lane(writer, lane_path(kind, name), spans)
-        _log_events(writer, events_path(kind), run.events)
+            _log_lane(writer, _path(kind, "lanes", name), spans)
+        _log_events(writer, _path(kind, "events"), run.events)
         _log_markers(writer, kind, run.events)
     for body, liquid in _drawn(effects).items():
         _log_liquid(writer, f"{body_path(body)}/liquid", liquid)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cdcore import Detection
 from replay.comparison.outcome import Comparison, Miss
 from replay.outputs.lanes import number_boxes, ranked_pairs
-from replay.outputs.palette import MISSED, MISSED_DARK, OUTCOMES, VERDICTS, Looks, Rgba
+from replay.outputs.palette import MISSED, MISSED_DARK, VERDICTS, Looks, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
 from replay.prepare.assembly import Assembly
 
@@ -30,17 +30,6 @@ def audit_lanes(root: str, assembly: Assembly, comparison: Comparison) -> dict[s
         name = assembly.pair_name(column) + ("_held" if assembly.held[column] else "")
         lanes[entity(*root.split("/"), f"{rank}_{name}")] = column
     return lanes
-
-
-def log_audit_lanes(
-    writer: RecordingWriter, lanes: Mapping[str, int | None], comparison: Comparison, misses: Sequence[Miss]
-) -> None:
-    """Send the number lane and a lane per pair."""
-    for path, column in lanes.items():
-        if column is None:
-            log_number_lane(writer, path, misses)
-        else:
-            log_lane(writer, path, comparison.outcome[:, column], OUTCOMES)
 
 
 def log_detector_lanes(

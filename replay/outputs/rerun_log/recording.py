@@ -17,19 +17,20 @@ from replay.comparison.contact_counts import contact_counts
 from replay.outputs.camera import Eye, overview
 from replay.outputs.lanes import number_boxes, ranked_pairs
 from replay.outputs.materials import is_ghost, tags_of
+from replay.outputs.palette import OUTCOMES
 from replay.outputs.rerun_log.blueprint import BlueprintInput, Subject, build_blueprint
 from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity
-from replay.outputs.rerun_log.contacts import contacts_path, log_contacts
-from replay.outputs.rerun_log.effects import effect_views, log_effects
-from replay.outputs.rerun_log.findings import finding_lanes, log_findings
+from replay.outputs.rerun_log.contacts import log_contacts
+from replay.outputs.rerun_log.effects import log_effects
+from replay.outputs.rerun_log.findings import log_findings
 from replay.outputs.rerun_log.focus import eyes_of, focus, log_eye, log_miss_table
-from replay.outputs.rerun_log.lanes import audit_lanes, log_audit_lanes, log_detector_lanes
+from replay.outputs.rerun_log.lanes import audit_lanes, log_detector_lanes, log_lane, log_number_lane
 from replay.outputs.rerun_log.missed import log_missed_faces, log_pins
 from replay.outputs.rerun_log.recording_file import recording_file
 from replay.outputs.rerun_log.report import log_cluster_list, log_missed_list, log_notes, log_worst, report_text
-from replay.outputs.rerun_log.timing import TOTAL, cost_of, cost_text, log_timing, stage_path
+from replay.outputs.rerun_log.timing import cost_of, cost_text, log_timing
 from replay.outputs.rerun_log.tradeoff import log_tradeoff
-from replay.outputs.rerun_log.world import body_path, log_touches, log_world
+from replay.outputs.rerun_log.world import log_touches, log_world
 from replay.pipeline.headline import contact_words, headline
 from replay.pipeline.run_result import RunResult
 
@@ -85,7 +86,6 @@ def _subject(result: RunResult, label: str, number: int) -> Subject:
         many=len(misses) > MANY,
         missed=space,
         faces=faces,
-        face_entities=tuple(f"{body_path(body.name)}/{faces}" for body in result.assembly.bodies),
     )
 
 
@@ -116,7 +116,11 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
 def _log_subject(writer: RecordingWriter, result: RunResult, subject: Subject, reach: float) -> None:
     assembly, misses = result.assembly, result.misses.get(subject.label, ())
     oracle = result.detections[result.oracle]
-    log_audit_lanes(writer, subject.lanes, result.comparisons[subject.label], misses)
+    for path, column in subject.lanes.items():
+        if column is None:
+            log_number_lane(writer, path, misses)
+        else:
+            log_lane(writer, path, result.comparisons[subject.label].outcome[:, column], OUTCOMES)
     log_missed_faces(writer, subject.faces, assembly, oracle, misses)
     log_pins(writer, subject.missed, misses, reach)
     log_missed_list(writer, f"{subject.words}/missed", misses, f"nothing missed by {subject.label}")
@@ -141,31 +145,12 @@ def _spoken_of(result: RunResult) -> list[int]:
 
 def _layout(result: RunResult, subjects: Sequence[Subject]) -> BlueprintInput:
     costs = {label: cost_of(detection) for label, detection in result.detections.items()}
-    timed = {label: cost.per_frame for label, cost in costs.items() if cost.per_frame is not None}
-    name = result.session.scene.name or "Session"
-    return BlueprintInput(
-        title=name,
-        eye=_eye(result),
-        subjects=tuple(subjects),
-        totals=tuple(stage_path(label, TOTAL) for label in result.detections) if timed else (),
-        stages={label: tuple(stage_path(label, stage) for stage in cost.stages) for label, cost in costs.items()},
-        arrows=tuple(f"{contacts_path(label)}/normals" for label in result.detections),
-        detector_lanes=bool(_spoken_of(result)),
-        finding_lanes=finding_lanes(result),
-        slowest_ms=max((float(value.max()) for value in timed.values() if len(value)), default=0.0),
-        start=float(result.assembly.motion.times[0]) if len(result.assembly.motion) else 0.0,
-        end=_end(result),
-        tradeoff=result.tradeoff is not None,
-        effects=effect_views(result.effects) if result.effects else None,
-    )
-
-
-def _end(result: RunResult) -> float:
-    """Seconds at which the time axes end: the last frame, or the last number if it was widened beyond."""
     times = result.assembly.motion.times
-    last = float(times[-1]) if len(times) else 1.0
+    start, last = (float(times[0]), float(times[-1])) if len(times) else (0.0, 1.0)
+    # The last number may be widened beyond the last frame.
     boxes = [box for misses in result.misses.values() for box in number_boxes(misses, round(last * 1e9))]
-    return max([last, *(end / 1e9 for _, _, end in boxes)])
+    end = max([last, *(end / 1e9 for _, _, end in boxes)])
+    return BlueprintInput(result, subjects, _eye(result), costs, bool(_spoken_of(result)), start, end)
 
 
 def _eye(result: RunResult) -> Eye:

@@ -15,6 +15,7 @@ from cdcore.protocol import counts_as_contact
 from replay.base.constants import VERDICT_FRAMES
 from replay.comparison.contact_counts import contact_counts
 from replay.comparison.outcome import Episode, Outcome
+from replay.effects.output import plain_value
 from replay.metrics.row import METRICS, TASK, metric_rows
 from replay.outputs.results.parquet import columns_of, table_of
 from replay.pipeline.run_result import RunResult
@@ -151,7 +152,7 @@ def _effect_events(result: RunResult, zero: int) -> Iterator[EventRow]:
         for event in run.events:
             end = None if event.end is None else zero + round(event.end * 1e9)
             values = dict(event.values) | ({} if event.point is None else {"point": list(event.point)})
-            text = json.dumps(values, sort_keys=True, default=plain)
+            text = json.dumps(values, sort_keys=True, default=plain_value)
             yield (
                 zero + round(event.time * 1e9), end, EFFECT + kind, event.name, " ".join(event.bodies), event.level,
                 event.text, text,
@@ -174,11 +175,6 @@ def metrics_table(result: RunResult) -> pa.Table:
     rows = metric_rows(result)
     tasks = sorted(name for name in (rows[0] if rows else {}) if name.startswith(TASK))
     return table_of(rows, METRICS | dict.fromkeys(tasks, float))
-
-
-def plain(value: Any) -> Any:
-    """Numbers of numpy as numbers of JSON."""
-    return value.tolist() if hasattr(value, "tolist") else str(value)
 
 
 def _happened(result: RunResult) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -206,7 +202,7 @@ def _doubt(result: RunResult, episode: Episode) -> str | None:
 
 
 def _flag_column(result: RunResult, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> pa.DictionaryArray:
-    flag = np.zeros(len(rows), dtype=np.uint8)
+    flag = np.zeros(len(rows), dtype=np.uint16)
     if result.flags is not None:
         ends = result.assembly.pairs[columns]
         flag = result.flags.bodies[rows, ends[:, 0]] | result.flags.bodies[rows, ends[:, 1]]

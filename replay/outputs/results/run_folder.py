@@ -16,15 +16,8 @@ import pyarrow.parquet as pq
 from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
 from replay.outputs.report.page import write_report
+from replay.outputs.results import parquet_tables
 from replay.outputs.results.parquet import read_rows
-from replay.outputs.results.parquet_tables import (
-    episode_table,
-    event_table,
-    frame_table,
-    metrics_table,
-    miss_table,
-    series_table,
-)
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA
 
@@ -37,6 +30,12 @@ SERIES: Final = "series.parquet"
 METRICS: Final = "metrics.parquet"
 PICTURE: Final = "run.rrd"
 REPORT: Final = "report.html"
+
+TABLES: Final = {
+    EPISODES: parquet_tables.episode_table, MISSES: parquet_tables.miss_table, EVENTS: parquet_tables.event_table,
+    METRICS: parquet_tables.metrics_table, SERIES: parquet_tables.series_table,
+}  # fmt: skip
+"""File -> what makes its table; that of the series only where there are effects."""
 
 Picture = Callable[[RunResult, Path], None]
 
@@ -70,9 +69,9 @@ def write_run_folder(
     check_target(out, force=force)
     with replaced(out) as folder:
         _write_frames(result, folder / FRAMES)
-        tables = {EPISODES: episode_table, MISSES: miss_table, EVENTS: event_table, METRICS: metrics_table}
-        for name, table_of in (tables | ({SERIES: series_table} if result.effects else {})).items():
-            pq.write_table(table_of(result), folder / name, compression="zstd")
+        for name, table_of in TABLES.items():
+            if name != SERIES or result.effects:
+                pq.write_table(table_of(result), folder / name, compression="zstd")
         if picture is not None:
             picture(result, folder / PICTURE)
         write_report(replace(result, out=out), folder / REPORT)
@@ -126,7 +125,7 @@ def read_run_folder(path: Path) -> RunFolder:
 def _write_frames(result: RunResult, path: Path) -> None:
     writer: pq.ParquetWriter | None = None
     try:
-        for part in frame_table(result):
+        for part in parquet_tables.frame_table(result):
             writer = writer or pq.ParquetWriter(path, part.schema, compression="zstd")
             writer.write_table(part)
     finally:

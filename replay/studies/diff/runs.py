@@ -14,7 +14,7 @@ from replay.outputs.results.run_folder import EPISODES, RunFolder, read_run_fold
 TICKS: Final = 1_000_000
 """Episodes are compared in microseconds: seconds of a session are whole nanoseconds rounded to float64."""
 
-SETTINGS: Final = ("seed", "window", "oracle", "pairs", "versions", "machine")
+SETTINGS: Final = ("seed", "window", "oracle", "versions", "machine")
 """Parts of a summary that say how a run was made, besides the settings of its detectors and its session."""
 
 Row = Mapping[str, Any]
@@ -160,6 +160,8 @@ def _ratio(before: float | None, after: float | None) -> float | None:
 def _differences(a: Row, b: Row, common: Sequence[str]) -> Iterator[tuple[str, tuple[Any, Any]]]:
     for name in SETTINGS:
         yield from _unequal(name, a.get(name), b.get(name))
+    # what was said of a pair's containment is an answer, not a setting
+    yield from _unequal("pairs", *([(one["name"], one["held"]) for one in run.get("pairs", [])] for run in (a, b)))
     for name in ("origin", "frames", "bodies"):
         yield from _unequal(f"session.{name}", a["session"][name], b["session"][name])
     for label in common:

@@ -64,11 +64,7 @@ def near_poses(family: str, count: int, seed: int = 0) -> NearPoses:
         low, high = np.where(meets, middle, low), np.where(meets, high, middle)
     posed = motion(low + rng.uniform(-DEEPER, FARTHER, size=count))
     meets = exact.detect(posed).verdict[:, 0] == Verdict.CONTACT
-    return NearPoses(family, bodies, _some(posed, meets), _some(posed, ~meets))
-
-
-def _some(motion: Motion, chosen: NDArray[np.bool_]) -> Motion:
-    return Motion(motion.times[chosen], motion.translations[chosen], motion.rotations[chosen])
+    return NearPoses(family, bodies, posed.take(np.flatnonzero(meets)), posed.take(np.flatnonzero(~meets)))
 
 
 def detected(poses: NearPoses, name: str, **settings: Any) -> tuple[int, int, int]:

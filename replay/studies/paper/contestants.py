@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import groupby
 from time import perf_counter
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,7 +127,7 @@ def ask(name: str, detector: Detector, group: Group, pose: int) -> PoseAnswer:
     found = detector.detect(frame, faces=True)
     pairs = found.faces(0, 0)
     seconds = perf_counter() - start
-    operations = int(sum(int(np.sum(found.work[counter])) for counter in CONTESTANTS[name].counters))
+    operations = sum(int(np.sum(found.work[counter])) for counter in CONTESTANTS[name].counters)
     return answer_of(pairs, group.truth[pose], operations, seconds)
 
 
@@ -135,8 +135,8 @@ def answer_of(
     pairs: NDArray[np.integer], truth: NDArray[np.int64], operations: int, seconds: float | None = None
 ) -> PoseAnswer:
     """Face pairs found (k, 2) held to the truth."""
-    right = np.array(sorted(set(map(tuple, pairs.tolist())) & set(map(tuple, truth.tolist()))), dtype=np.int64)
-    right = right.reshape(-1, 2)
+    both = set(map(tuple, pairs.tolist())) & set(map(tuple, truth.tolist()))
+    right = np.array(sorted(both), dtype=np.int64).reshape(-1, 2)
     faces, true_faces = faces_of_pairs(right), faces_of_pairs(truth)
     return PoseAnswer(faces, true_faces, len(pairs), len(truth), len(right), operations, seconds)
 
@@ -152,14 +152,6 @@ Found = tuple[NDArray[np.int64], int]
 """Face pairs (k, 2) that meet, sorted, and the operations they took."""
 
 
-class Engine(Protocol):
-    """A row that can be cut short."""
-
-    def ask(self, frame: Motion, budget: int) -> Found:
-        """What it finds in a motion of one frame within ``budget`` operations."""
-        ...
-
-
 class TreeEngine:
     """Two trees and a way through them."""
 
@@ -167,7 +159,7 @@ class TreeEngine:
         self._bodies, self._search = bodies, search
 
     def ask(self, frame: Motion, budget: int) -> Found:
-        """What is found within ``budget`` node and leaf tests."""
+        """What is found in a motion of one frame within ``budget`` node and leaf tests."""
         stage = TreeStage(self._bodies, ONLY, self._search, TreeSettings(budget=budget, containment=False))
         answer = stage.decide(frame, FIRST, FIRST, every=True)
         pairs = answer.sets[int(answer.which[0])].astype(np.int64)
@@ -204,7 +196,7 @@ class SearchEngine:
         return None if look.hit is None else look.evaluations
 
     def ask(self, frame: Motion, budget: int) -> Found:
-        """What is found within ``budget`` evaluations, looking on after each hit."""
+        """What is found in a motion of one frame within ``budget`` evaluations, looking on after each hit."""
         search = self._search
         look = self._look(frame, budget)
         pairs = NO_SEEDS
@@ -221,6 +213,10 @@ class SearchEngine:
     def _samples(self, size: int | None, seed: int) -> tuple[Sample, Sample]:
         first, second = self._search.first, self._search.second
         return _drawn(first, size, seed, self._names[0]), _drawn(second, size, seed, self._names[1])
+
+
+Engine = TreeEngine | SearchEngine
+"""A row that can be cut short."""
 
 
 @lru_cache(maxsize=16)

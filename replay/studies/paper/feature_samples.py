@@ -49,7 +49,7 @@ class Drawn:
 
     family: str
     meeting: Mapping[int | None, list[int]]  # size -> how many pairs that meet are in the sample, a pose each
-    pairs: Mapping[int | None, int]  # size -> how many pairs of faces there are in the sample
+    chances: Mapping[int | None, list[float]]  # size -> of a random pair of the sample to meet; covered poses only
     # searcher and size -> evaluations until the first hit, ``None``: none within ``LIMIT``; covered poses only
     spent: Mapping[tuple[str, int | None], list[int | None]]
     # searcher and size -> seconds of an evaluation; ``None``: nothing was evaluated
@@ -66,7 +66,7 @@ def search_samples(family: str, draw: int, near: int, seed: int) -> Drawn:
     features = [features_of(body.mesh) for body in poses.bodies]
     key = seed * DRAWS + draw
     meeting: dict[int | None, list[int]] = {}
-    pairs: dict[int | None, int] = {}
+    chances: dict[int | None, list[float]] = {}
     spent: dict[tuple[str, int | None], list[int | None]] = {}
     pace: dict[tuple[str, int | None], float | None] = {}
     for searcher in SEARCHERS:
@@ -75,14 +75,15 @@ def search_samples(family: str, draw: int, near: int, seed: int) -> Drawn:
             if size not in meeting:
                 sampled = engine.sampled_faces(size, key)
                 meeting[size] = [_meeting_within(sampled, true) for true in truth]
-                pairs[size] = len(sampled[0]) * len(sampled[1])
+                pairs = len(sampled[0]) * len(sampled[1])
+                chances[size] = [count / pairs for count in meeting[size] if count > 0]
             engine.sample(size, key)
             begin = perf_counter()
             hits = [engine.first_hit(frame, LIMIT) for frame, there in zip(frames, meeting[size], strict=True) if there]
             seconds, evaluations = perf_counter() - begin, sum(LIMIT if hit is None else hit for hit in hits)
             spent[searcher, size] = hits
             pace[searcher, size] = seconds / evaluations if evaluations else None
-    return Drawn(family, meeting, pairs, spent, pace)
+    return Drawn(family, meeting, chances, spent, pace)
 
 
 def _meeting_within(sampled: Sequence[NDArray[np.int64]], pairs: NDArray[np.integer]) -> int:
@@ -131,31 +132,24 @@ def expected_evaluations(chances: Sequence[float]) -> int | None:
 
 def feature_sample_tables(drawn: Sequence[Drawn], pace: Pace) -> list[PaperTable]:
     """F8: coverage, search, and how the work grows with the sample."""
-    return [_coverage(drawn), _search(drawn, pace), _growth(drawn)]
+    families = [_joined([one for one in drawn if one.family == family]) for family in FAMILY_NAMES]
+    return [_coverage(families), _search(families, pace), _growth(families)]
 
 
-def _meeting(drawn: Sequence[Drawn], family: str, size: int | None) -> list[int]:
-    return [count for one in drawn if one.family == family for count in one.meeting[size]]
+def _joined(draws: Sequence[Drawn]) -> Drawn:
+    """All draws of a family as one."""
+    meeting = {size: [count for one in draws for count in one.meeting[size]] for size in SIZES}
+    chances = {size: [chance for one in draws for chance in one.chances[size]] for size in SIZES}
+    spent = {key: [hit for one in draws for hit in one.spent[key]] for key in draws[0].spent}
+    return Drawn(draws[0].family, meeting, chances, spent, {})
 
 
-def _spent(drawn: Sequence[Drawn], family: str, searcher: str, size: int | None) -> list[int | None]:
-    return [hit for one in drawn if one.family == family for hit in one.spent[searcher, size]]
-
-
-def _chances(drawn: Sequence[Drawn], family: str, size: int | None) -> list[float]:
-    """Of a random pair of the sample to meet, every covered pose."""
-    return [
-        count / one.pairs[size] for one in drawn if one.family == family for count in one.meeting[size] if count > 0
-    ]
-
-
-def _coverage(drawn: Sequence[Drawn]) -> PaperTable:
+def _coverage(families: Sequence[Drawn]) -> PaperTable:
     rows: list[tuple[Cell, ...]] = []
-    for family in FAMILY_NAMES:
-        for size in SIZES:
-            meeting = _meeting(drawn, family, size)
+    for drawn in families:
+        for size, meeting in drawn.meeting.items():
             of, missed = len(meeting), meeting.count(0)
-            rows.append((family, _word(size), of, missed, missed / of, *wilson(missed, of)))
+            rows.append((drawn.family, _word(size), of, missed, missed / of, *wilson(missed, of)))
     head = ("family", "faces sampled", "poses", "coverage misses", "rate", "low", "high")
     note = (
         "No pair that meets has both its faces in the sample: no search can find what is not there. Samples of each "
@@ -164,17 +158,17 @@ def _coverage(drawn: Sequence[Drawn]) -> PaperTable:
     return PaperTable("F8 coverage", "Contacts of which a sample of faces holds no pair", head, tuple(rows), note)
 
 
-def _search(drawn: Sequence[Drawn], pace: Pace) -> PaperTable:
+def _search(families: Sequence[Drawn], pace: Pace) -> PaperTable:
     rows: list[tuple[Cell, ...]] = []
-    for family in FAMILY_NAMES:
-        for size in SIZES:
-            chances = _chances(drawn, family, size)
+    for drawn in families:
+        family = drawn.family
+        for size, chances in drawn.chances.items():
             expected = expected_evaluations(chances) if len(chances) >= ENOUGH else None
             nothing = (None, None, None, None, None)
             rows.append((family, EXPECTED, _word(size), len(chances), *nothing, expected, None, None))
         for searcher in SEARCHERS:
             for size in SIZES:
-                spent, of = _spent(drawn, family, searcher, size), len(_meeting(drawn, family, size))
+                spent, of = drawn.spent[searcher, size], len(drawn.meeting[size])
                 missed = sum(hit is None or hit > BUDGET for hit in spent)
                 least = least_evaluations(spent, len(spent)) if len(spent) >= ENOUGH else None
                 whole = least_evaluations(spent, of)
@@ -196,20 +190,16 @@ def _search(drawn: Sequence[Drawn], pace: Pace) -> PaperTable:
     return PaperTable("F8 search", "What a search within the sample misses and takes", head, tuple(rows), note)
 
 
-def _growth(drawn: Sequence[Drawn]) -> PaperTable:
+def _growth(families: Sequence[Drawn]) -> PaperTable:
     rows: list[tuple[Cell, ...]] = []
-    for family in FAMILY_NAMES:
-        sizes = [
-            size
-            for size in SIZES
-            if size is not None and sum(count > 0 for count in _meeting(drawn, family, size)) >= ENOUGH
-        ]
-        expected = {size: expected_evaluations(_chances(drawn, family, size)) for size in sizes}
-        rows.append((family, EXPECTED, *growth(expected)))
+    for drawn in families:
+        sizes = [size for size in SIZES if size is not None and len(drawn.chances[size]) >= ENOUGH]
+        expected = {size: expected_evaluations(drawn.chances[size]) for size in sizes}
+        rows.append((drawn.family, EXPECTED, *growth(expected)))
         for searcher in SEARCHERS:
-            found = {size: _spent(drawn, family, searcher, size) for size in sizes}
+            found = {size: drawn.spent[searcher, size] for size in sizes}
             least = {size: least_evaluations(spent, len(spent)) for size, spent in found.items()}
-            rows.append((family, searcher, *growth(least)))
+            rows.append((drawn.family, searcher, *growth(least)))
     head = ("family", "search", "from", "evaluations", "to", "evaluations there", "exponent")
     note = (
         f"Evaluations to {RATE:g} of the covered poses grow with the faces sampled to this power, by least squares of "

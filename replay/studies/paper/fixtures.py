@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from cdcore import Body, Detector, Motion, TriangleMesh, create_detector
 from cdcore.bounding.sphere import sphere_by_box_centre
+from cdcore.numerics import FloatArray
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.base.constants import HEADSET_HZ
 from replay.errors import ReplayError
@@ -40,8 +41,6 @@ ATTEMPTS: Final = 40
 """Fresh directions before a pose is given up; one or two do."""
 PROBES: Final = 4
 """Random directions over which the typical number of faces of a tessellation is taken."""
-
-FloatArray = NDArray[np.float64]
 
 
 class FixtureError(ReplayError):
@@ -86,14 +85,9 @@ def faces_of_pairs(pairs: NDArray[np.integer]) -> int:
     return len(np.unique(pairs[:, 0])) + len(np.unique(pairs[:, 1]))
 
 
-def table_fixtures(targets: tuple[int, ...] = TARGETS, poses: int = POSES, seed: int = 0) -> tuple[Fixture, ...]:
-    """All fixtures of Table I, in order of target and pose; families take turns. Made once, then remembered."""
-    return tuple(fixture(target, number, seed) for target in targets for number in range(poses))
-
-
 @cache
 def fixture(target: int, number: int, seed: int = 0) -> Fixture:
-    """One fixture. Raises FixtureError: no pose meets the target; names it."""
+    """One fixture; families take turns. Made once, then remembered. Raises FixtureError: no pose meets the target."""
     family = FAMILY_NAMES[number % len(FAMILY_NAMES)]
     bodies = _bodies_for(family, target, seed)
     rng = random_stream(seed, f"table-1/{target}/{number}", family)

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import create_detector
+from cdcore.numerics import BoolArray, FloatArray
 from cdcore.protocol import counts_as_contact
 from replay.base.constants import HEADSET_HZ
 from replay.base.wilson import wilson
@@ -30,9 +30,6 @@ STEPS: Final = (1, 2, 4, 9)
 """Frames from look to look: 90, 45, 22.5 and 10 looks a second."""
 BESIDE: Final = {9: "hybrid-qaco"}
 """Step -> the row whose printed time leaves about so many looks a second."""
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

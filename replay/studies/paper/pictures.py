@@ -55,17 +55,10 @@ def _numbers(cells: Sequence[Cell]) -> list[float]:
     return [float("nan") if cell is None or isinstance(cell, str) else float(cell) for cell in cells]
 
 
-def _errors(table: PaperTable, middle: Sequence[float], low: str = "low", high: str = "high") -> Any:
-    """Distances of an interval's ends from its middle; rounding may put an end a hair inside."""
-    one = np.array(middle)
-    below, above = (np.array(_numbers(table.column(heading))) for heading in (low, high))
-    return np.maximum(0.0, [one - below, above - one])
-
-
-def _chosen(table: PaperTable, heading: str, value: Cell) -> PaperTable:
-    """The rows with this cell below a heading."""
-    place = table.head.index(heading)
-    return PaperTable(table.key, table.title, table.head, tuple(row for row in table.rows if row[place] == value))
+def _intervals(table: PaperTable, heading: str, low: str = "low", high: str = "high") -> tuple[list[float], Any]:
+    """Numbers, and distances of their intervals' ends from them; rounding may put an end a hair inside."""
+    middle, below, above = (np.array(_numbers(table.column(name))) for name in (heading, low, high))
+    return middle.tolist(), np.maximum(0.0, [middle - below, above - middle])
 
 
 def _distinct(table: PaperTable, heading: str) -> list[Cell]:
@@ -76,7 +69,7 @@ def _table_one(table: PaperTable) -> Any:
     names = {name: f"{name} ({theirs})" for name, theirs in OURS.items()}
     figure, panels = _figure(len(names), 4.2)
     for axes, (name, words) in zip(panels, names.items(), strict=True):
-        some = _chosen(table, "algorithm", words)
+        some = table.where(algorithm=words)
         faces = _numbers(some.column("faces"))
         for heading, style in (("to completion", "o-"), ("B = 1", "s--"), ("B = 0.25", "v:")):
             axes.plot(faces, _numbers(some.column(heading)), style, label=heading, markersize=5)
@@ -89,43 +82,34 @@ def _table_one(table: PaperTable) -> Any:
 
 def _recall_bars(table: PaperTable) -> Any:
     figure, (axes,) = _figure()
-    names, recalls = [str(cell) for cell in table.column("algorithm")], _numbers(table.column("face recall"))
-    bars = axes.barh(names, recalls)
+    recalls = _numbers(table.column("face recall"))
+    bars = axes.barh(table.column("algorithm"), recalls)
     axes.bar_label(bars, [f"{one:.3g}" for one in recalls], padding=3, fontsize=8)
     axes.invert_yaxis()
     axes.set(xlabel="face recall, all poses together", xlim=(0.0, 1.08))
     return figure
 
 
-def _lines(table: PaperTable, along: str, height: str, labels: tuple[str, str], base: int) -> Any:
+def _recall_lines(table: PaperTable, along: str, label: str, base: int) -> Any:
+    """Recall by what is below the heading ``along``, on a logarithm."""
     figure, (axes,) = _figure(height=5.0)
     for number, name in enumerate(_distinct(table, "algorithm")):
-        some = _chosen(table, "algorithm", name)
+        some = table.where(algorithm=name)
         marker = "os^vDPX*<>"[number % 10]
-        axes.plot(_numbers(some.column(along)), _numbers(some.column(height)), marker=marker, label=str(name))
+        axes.plot(_numbers(some.column(along)), _numbers(some.column("face recall")), marker=marker, label=str(name))
     axes.set_xscale("log", base=base)
     ticks = _numbers(_distinct(table, along))
     axes.set_xticks(ticks, [f"{one:g}" for one in ticks])
-    axes.set(xlabel=labels[0], ylabel=labels[1])
+    axes.set(xlabel=label, ylabel="face recall, all poses together")
     _legend(figure, axes)
     return figure
-
-
-def _equal(table: PaperTable) -> Any:
-    return _lines(table, "B", "face recall", ("wall time B, medians of hybrid", "face recall, all poses together"), 2)
-
-
-def _caps(table: PaperTable) -> Any:
-    words = ("face pairs after which the engine stops", "face recall, all poses together")
-    return _lines(table, "contacts", "face recall", words, 10)
 
 
 def _sampling(table: PaperTable) -> Any:
     figure, (axes,) = _figure()
     rates = [f"{rate:g} Hz" for rate in _numbers(table.column("looks a second"))]
-    missed = _numbers(table.column("missed, share"))
+    missed, error = _intervals(table, "missed, share")
     places = np.arange(len(rates))
-    error = _errors(table, missed)
     axes.bar(places - 0.2, missed, 0.38, yerr=error, capsize=3, label="contacts missed, with Wilson interval")
     axes.bar(places + 0.2, _numbers(table.column("missed seconds, share")), 0.38, label="seconds of contact missed")
     axes.set_xticks(places, rates)
@@ -138,9 +122,8 @@ def _accuracy(table: PaperTable) -> Any:
     shares = _distinct(table, "B")
     figure, panels = _figure(len(shares), 4.2)
     for axes, share in zip(panels, shares, strict=True):
-        some = _chosen(table, "B", share)
-        names, means = [str(cell) for cell in some.column("algorithm")], _numbers(some.column("mean"))
-        error = _errors(some, means, "mean, low", "mean, high")
+        some = table.where(B=share)
+        names, (means, error) = some.column("algorithm"), _intervals(some, "mean", "mean, low", "mean, high")
         axes.errorbar(means, names, xerr=error, fmt="o", capsize=3, label="mean, with bootstrap interval")
         axes.plot(_numbers(some.column(f"mean: {PRINTED}")), names, "x", color=GREY, label=PRINTED)
         axes.set(title=f"B = {share:g}", xlabel="face recall of a pose", xlim=(-0.05, 1.05))
@@ -151,9 +134,8 @@ def _accuracy(table: PaperTable) -> Any:
 
 def _times(table: PaperTable) -> Any:
     figure, (axes,) = _figure()
-    names, middle = [str(cell) for cell in table.column("algorithm")], _numbers(table.column("median, ms"))
-    error = _errors(table, middle, "lower quartile, ms", "upper quartile, ms")
-    axes.errorbar(middle, names, xerr=error, fmt="o", capsize=3)
+    middle, error = _intervals(table, "median, ms", "lower quartile, ms", "upper quartile, ms")
+    axes.errorbar(middle, table.column("algorithm"), xerr=error, fmt="o", capsize=3)
     axes.set_xscale("log")
     axes.xaxis.set_major_formatter("{x:g}")
     axes.invert_yaxis()
@@ -165,10 +147,9 @@ def _rates(table: PaperTable) -> Any:
     families = _distinct(table, "family")
     figure, panels = _figure(len(families))
     for axes, family in zip(panels, families, strict=True):
-        some = _chosen(table, "family", family)
-        rates = _numbers(some.column("rate"))
-        error = _errors(some, rates)
-        axes.errorbar(rates, [str(cell) for cell in some.column("algorithm")], xerr=error, fmt="o", capsize=3)
+        some = table.where(family=family)
+        rates, error = _intervals(some, "rate")
+        axes.errorbar(rates, some.column("algorithm"), xerr=error, fmt="o", capsize=3)
         words = "share of colliding poses detected, with Wilson interval"
         axes.set(title=str(family), xlabel=words, xlim=(-0.03, 1.03))
         axes.xaxis.label.set_fontsize(8)
@@ -181,12 +162,10 @@ def _ablation(table: PaperTable) -> Any:
     figure, panels = _figure(len(families))
     for axes, family in zip(panels, families, strict=True):
         for number, variant in enumerate(_distinct(table, "variant")):
-            some = _chosen(_chosen(table, "family", family), "variant", variant)
+            some = table.where(family=family, variant=variant)
             places = np.arange(len(some.rows)) + 0.15 * number
-            rates = _numbers(some.column("rate"))
-            error = _errors(some, rates)
-            axes.errorbar(places, rates, error, fmt="o", capsize=3, label=str(variant))
-            axes.set_xticks(places, [str(cell) for cell in some.column("without")])
+            axes.errorbar(places, *_intervals(some, "rate"), fmt="o", capsize=3, label=str(variant))
+            axes.set_xticks(places, some.column("without"))
         axes.set(title=str(family), xlabel="equation switched off", ylim=(-0.03, 1.03))
     panels[0].set_ylabel("share of colliding poses detected")
     _legend(figure, panels[0])
@@ -208,10 +187,8 @@ def _sizes(some: PaperTable, axes: Axes) -> list[float]:
 def _coverage(table: PaperTable) -> Any:
     figure, (axes,) = _figure()
     for family in _distinct(table, "family"):
-        some = _chosen(table, "family", family)
-        rates = _numbers(some.column("rate"))
-        error = _errors(some, rates)
-        axes.errorbar(_sizes(some, axes), rates, error, fmt="o-", capsize=3, label=str(family))
+        some = table.where(family=family)
+        axes.errorbar(_sizes(some, axes), *_intervals(some, "rate"), fmt="o-", capsize=3, label=str(family))
     axes.set(ylabel="contacts of which no pair is in the sample", ylim=(-0.03, 1.03))
     _legend(figure, axes)
     return figure
@@ -225,11 +202,9 @@ def _search(table: PaperTable) -> Any:
     upper, lower = panels[: len(families)], panels[len(families) :]
     for rates, work, family in zip(upper, lower, families, strict=True):
         for search in _distinct(table, "search"):
-            some = _chosen(_chosen(table, "family", family), "search", search)
+            some = table.where(family=family, search=search)
             style = "o:" if search == EXPECTED else "o-"
-            shares = _numbers(some.column("rate"))
-            error = _errors(some, shares)
-            rates.errorbar(_sizes(some, rates), shares, error, fmt=style, capsize=2)
+            rates.errorbar(_sizes(some, rates), *_intervals(some, "rate"), fmt=style, capsize=2)
             work.plot(_sizes(some, work), _numbers(some.column(spent)), style, label=str(search))
         rates.set(title=f"{family}: {missed} evaluations", ylim=(-0.03, 1.03))
         work.set(title=f"{family}: {spent} poses", yscale="log")
@@ -244,10 +219,10 @@ def _growth(table: PaperTable) -> Any:
     figure, (axes,) = _figure()
     searches, families = _distinct(table, "search"), _distinct(table, "family")
     for number, family in enumerate(families):
-        exponents = _numbers(_chosen(table, "family", family).column("exponent"))
+        exponents = _numbers(table.where(family=family).column("exponent"))
         bars = axes.bar(np.arange(len(searches)) + 0.4 * number - 0.2, exponents, 0.38, label=str(family))
         axes.bar_label(bars, ["-" if one != one else f"{one:.2f}" for one in exponents], fontsize=8)
-    axes.set_xticks(np.arange(len(searches)), [str(search) for search in searches])
+    axes.set_xticks(np.arange(len(searches)), searches)
     axes.set_ylabel("exponent of evaluations in faces sampled")
     _legend(figure, axes)
     return figure
@@ -256,8 +231,10 @@ def _growth(table: PaperTable) -> Any:
 PICTURES: Final[dict[str, tuple[str, Callable[[PaperTable], Any]]]] = {
     "Table I": ("table_1.png", _table_one),
     "T1a": ("to_completion.png", _recall_bars),
-    "T1b": ("equal_budget.png", _equal),
-    "T1c": ("contact_caps.png", _caps),
+    "T1b": ("equal_budget.png", lambda one: _recall_lines(one, "B", "wall time B, medians of hybrid", 2)),
+    "T1c": (
+        "contact_caps.png", lambda one: _recall_lines(one, "contacts", "face pairs after which the engine stops", 10),
+    ),
     "T1d": ("frame_sampling.png", _sampling),
     "F7ab": ("accuracy.png", _accuracy),
     "F7c": ("times.png", _times),
@@ -266,5 +243,5 @@ PICTURES: Final[dict[str, tuple[str, Callable[[PaperTable], Any]]]] = {
     "F8 coverage": ("sample_coverage.png", _coverage),
     "F8 search": ("sample_search.png", _search),
     "F8 growth": ("sample_growth.png", _growth),
-}
+}  # fmt: skip
 """Key of a table -> its picture's file and what draws it."""

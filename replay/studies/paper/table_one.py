@@ -13,19 +13,9 @@ import numpy as np
 from replay.base.machine import machine
 from replay.base.progress import Progress, Silent
 from replay.outputs.paper_table import Cell, PaperTable
+from replay.studies.paper import contestants
 from replay.studies.paper.calibration import SHARES, Calibration
-from replay.studies.paper.contestants import (
-    CONTESTANTS,
-    TREES,
-    Capped,
-    Group,
-    PoseAnswer,
-    answer_of,
-    ask,
-    ask_capped,
-    engines_of,
-    make,
-)
+from replay.studies.paper.contestants import CONTESTANTS, TREES, Capped, Group, PoseAnswer
 from replay.studies.paper.printed import ACCURACY, OURS, PRINTED, TABLE_1, TIME_TO_RAPID, VARIANCE
 from sessions.synthetic.rng import random_stream
 
@@ -53,12 +43,12 @@ def measure(groups: Sequence[Group], experiment: Mapping[str, object], progress:
     operations: dict[str, dict[str, list[int]]] = {name: {} for name in CONTESTANTS}
     with (progress or Silent()).stage("measuring times", sum(len(one.truth) for one in groups), "poses") as advance:
         for group in groups:
-            detectors = {name: make(name, group.bodies) for name in CONTESTANTS}
+            detectors = {name: contestants.make(name, group.bodies) for name in CONTESTANTS}
             for name, detector in detectors.items():
-                ask(name, detector, group, 0)
+                contestants.ask(name, detector, group, 0)
             for pose in range(len(group.truth)):
                 for name, detector in detectors.items():
-                    answer = ask(name, detector, group, pose)
+                    answer = contestants.ask(name, detector, group, pose)
                     seconds[name].setdefault(str(group.target), []).append(answer.seconds or 0.0)
                     operations[name].setdefault(str(group.target), []).append(answer.operations)
                 advance(1)
@@ -70,18 +60,19 @@ def ask_group(group: Group, calibration: Calibration) -> TableOne:
     poses, target = range(len(group.truth)), group.target
     complete: dict[str, list[tuple[int, PoseAnswer]]] = {}
     for name in CONTESTANTS:
-        detector = make(name, group.bodies)
-        complete[name] = [(target, ask(name, detector, group, pose)) for pose in poses]
-    engines = engines_of(group.bodies, BUDGETED)
+        detector = contestants.make(name, group.bodies)
+        complete[name] = [(target, contestants.ask(name, detector, group, pose)) for pose in poses]
+    engines = contestants.engines_of(group.bodies, BUDGETED)
     equal: dict[float, dict[str, list[tuple[int, PoseAnswer]]]] = {share: {} for share in SHARES}
     for share, name in product(SHARES, BUDGETED):
         budget = calibration.budget(name, target, share)
         found = [engines[name].ask(group.motion.frames(pose, pose + 1), budget) for pose in poses]
         equal[share][name] = [
-            (target, answer_of(pairs, group.truth[pose], operations)) for pose, (pairs, operations) in enumerate(found)
+            (target, contestants.answer_of(pairs, truth, operations))
+            for truth, (pairs, operations) in zip(group.truth, found, strict=True)
         ]
     whole = {name: [one.operations for _, one in complete[name]] for name in TREES}
-    return TableOne(complete, equal, ask_capped(group, engines, whole))
+    return TableOne(complete, equal, contestants.ask_capped(group, engines, whole))
 
 
 def joined(parts: Sequence[TableOne]) -> TableOne:
@@ -180,9 +171,10 @@ def equal_budget(found: TableOne, calibration: Calibration) -> PaperTable:
 
 def contact_caps(found: TableOne, calibration: Calibration) -> PaperTable:
     """T1c."""
-    rows = []
-    for (name, cap), answers in found.capped.items():
-        rows.append((name, cap, len(answers), *_cut_short(name, answers, calibration)))
+    rows = [
+        (name, cap, len(answers), *_cut_short(name, answers, calibration))
+        for (name, cap), answers in found.capped.items()
+    ]
     head = ("algorithm", "contacts", "poses", *SHARE_HEAD)
     note = (
         "The engine stops at so many face pairs; 1 is the first-contact mode, and FCL unless it is asked for more. FCL "

@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
 from replay.outputs.paper_table import Cell, PaperTable
-from replay.outputs.report.markup import Markup, element, joined, page_table, picture
+from replay.outputs.report.markup import element, page_html, page_section, page_table, picture
 from replay.outputs.rerun_log.paper_recording import record
 from replay.studies.paper.calibration import put, write_calibration
 from replay.studies.paper.experiment import PaperResult
@@ -45,30 +44,19 @@ def as_json(result: PaperResult) -> dict[str, Any]:
         "experiment": result.experiment,
         "hard_fixtures": result.hard,
         "fixtures": [one.record for one in result.fixtures],
-        "tables": [one.as_json() for one in result.tables],
+        "tables": [vars(one) for one in result.tables],
     }
 
 
 def page(result: PaperResult, drawn: Mapping[str, tuple[str, bytes]]) -> str:
     """The page as text: what the tables say, then every table below its picture."""
-    style = Markup(files("replay.outputs.report").joinpath("style.css").read_text(encoding="utf-8"))
     said = element("ul", *(element("li", sentence) for sentence in verdict_of(result.tables)))
-    parts = [element("section", element("h2", "What the tables say"), said)]
+    parts = [page_section("What the tables say", said)]
     for one in result.tables:
         shape = [picture(drawn[one.key][1], one.title)] if one.key in drawn else []
         cells = page_table(replace(one.plain, title=one.note, notes=()))
-        parts.append(element("section", element("h2", f"{one.key}: {one.title}"), *shape, cells))
-    head = joined(
-        [
-            Markup('<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'),
-            element("title", TITLE),
-            Markup(f"<style>{style}</style>"),
-        ]
-    )
-    body = joined(
-        [element("header", element("p", _preamble(result)), element("h1", TITLE)), element("main", joined(parts))]
-    )
-    return f'<!doctype html>\n<html lang="en"><head>{head}</head><body>{body}</body></html>\n'
+        parts.append(page_section(f"{one.key}: {one.title}", *shape, cells))
+    return page_html(TITLE, [element("p", _preamble(result)), element("h1", TITLE)], parts)
 
 
 def _preamble(result: PaperResult) -> str:
@@ -96,29 +84,13 @@ def verdict_of(tables: Sequence[PaperTable]) -> list[str]:
     ]
 
 
-def _cells(table: PaperTable, heading: str, **wanted: Cell) -> list[Cell]:
-    """Cells below a heading of the rows whose cells are as wanted; ``_`` stands for a space in a heading."""
-    places = {table.head.index(name.replace("_", " ")): cell for name, cell in wanted.items()}
-    found = table.column(heading)
-    return [
-        cell
-        for cell, row in zip(found, table.rows, strict=True)
-        if all(row[place] == value for place, value in places.items())
-    ]
-
-
 def _percent(cell: Cell) -> str:
     return "-" if cell is None or isinstance(cell, str) else f"{100 * cell:.1f} %"
 
 
 def _completion(table: PaperTable) -> str:
-    whole = [
-        str(name)
-        for name, poses, every in zip(
-            *(table.column(h) for h in ("algorithm", "poses", "poses with every pair")), strict=True
-        )
-        if poses == every
-    ]
+    cells = zip(*(table.column(h) for h in ("algorithm", "poses", "poses with every pair")), strict=True)
+    whole = [str(name) for name, poses, every in cells if poses == every]
     least = min(float(cell) for cell in table.column("precision") if isinstance(cell, float | int))
     return (
         f"T1a: every face pair of all {table.rows[0][1]} poses is found by {', '.join(whole)}; "
@@ -129,7 +101,7 @@ def _completion(table: PaperTable) -> str:
 def _caps(table: PaperTable) -> str:
     parts = []
     for cap in dict.fromkeys(table.column("contacts")):
-        recalls = [float(cell) for cell in _cells(table, "face recall", contacts=cap) if isinstance(cell, float)]
+        recalls = [float(cell) for cell in table.where(contacts=cap).column("face recall") if isinstance(cell, float)]
         ends = dict.fromkeys((_percent(min(recalls)), _percent(max(recalls))))
         parts.append(f"{' to '.join(ends)} after {cap}")
     return f"T1c: an engine that stops after some contacts lists so much of the faces that meet: {', '.join(parts)}."
@@ -145,32 +117,31 @@ def _frames(table: PaperTable) -> str:
 
 
 def _colony(table: PaperTable, family: str) -> str:
-    of = _cells(table, "colliding", family=family)[0]
-    parts = [
-        f"{name} {_cells(table, 'detected', family=family, algorithm=name)[0]}"
-        for name in ("exact", "qaco memetic", "qaco local", "qaco corrected", "qaco random", "qaco printed")
-    ]
-    false = sum(int(cell) for cell in _cells(table, "reported though free", family=family) if isinstance(cell, int))
+    some = table.where(family=family)
+    of, free = some.column("colliding")[0], some.column("reported though free")
+    found = dict(zip(some.column("algorithm"), some.column("detected"), strict=True))
+    names = ("exact", "qaco memetic", "qaco local", "qaco corrected", "qaco random", "qaco printed")
+    parts = [f"{name} {found[name]}" for name in names]
+    false = sum(cell for cell in free if isinstance(cell, int))
     return f"F7e, {family}: of {of} contacts about first touch: {', '.join(parts)}; reported though free: {false}."
 
 
 def _ablation(table: PaperTable, family: str) -> str:
     parts = []
     for variant in dict.fromkeys(table.column("variant")):
-        words = _cells(table, "without", family=family, variant=variant)
-        found = _cells(table, "detected", family=family, variant=variant)
-        parts.append(f"{variant} " + ", ".join(f"without {w} {f}" for w, f in zip(words, found, strict=True)))
+        some = table.where(family=family, variant=variant)
+        found = zip(some.column("without"), some.column("detected"), strict=True)
+        parts.append(f"{variant} " + ", ".join(f"without {word} {count}" for word, count in found))
     return f"Ablation, {family}: {'; '.join(parts)}."
 
 
 def _samples(coverage: PaperTable, search: PaperTable, family: str) -> str:
     """The coverage of each sample, and of each search the sample with which it detects most of all poses."""
-    sizes = _cells(coverage, "faces sampled", family=family)
-    rates = _cells(coverage, "rate", family=family)
+    sizes, rates = (coverage.where(family=family).column(heading) for heading in ("faces sampled", "rate"))
     covered = ", ".join(f"{size}: {_percent(rate)}" for size, rate in zip(sizes, rates, strict=True) if size != ALL)
     best = []
     for name in SEARCHERS:
-        found = _cells(search, "detected of all poses", family=family, search=name)
+        found = search.where(family=family, search=name).column("detected of all poses")
         most = max(range(len(found)), key=lambda k: float(found[k] or 0.0))
         best.append(f"{name} {_percent(found[most])} with {sizes[most]} ({_percent(found[-1])} with all)")
     return (

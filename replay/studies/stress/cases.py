@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore import Body, Motion, TriangleMesh
+from cdcore import Motion, TriangleMesh
 from cdcore.numerics import FloatArray
 from cdcore.protocol.detection import Covers
 from replay.errors import OutputError, StressError
-from replay.studies.stress.scenes import StressScene
+from replay.studies.stress.scenes import StressScene, two
 
 ARRAYS = ("row", "triangles", "truth", "verdict")
 NUMBERS = ("family", "seed", "count")
@@ -113,33 +113,24 @@ def read_scenes(path: Path) -> tuple[FailedScene, ...]:
     """Read a file of ``write_scenes``; `StressError` where it is no such file."""
     with stored_arrays(path, "scenes") as file:
         count = len({name.split("/")[0] for name in file.files if "/" in name})
-        return tuple(_scene({name: file[f"{k}/{name}"] for name in _NAMES}) for k in range(count))
+        return tuple(_scene(file, f"{k}/") for k in range(count))
 
 
-_NAMES = (
-    "name", "covers", "truth", "said", "vertices 0", "faces 0", "vertices 1", "faces 1",
-    "times", "translations", "rotations", "valid", "linked",
-)  # fmt: skip
+POSES = ("times", "translations", "rotations", "valid", "linked")
 
 
 def _arrays(one: FailedScene) -> dict[str, NDArray[np.generic]]:
-    scene, motion = one.scene, one.scene.motion
-    meshes = [body.mesh for body in scene.bodies]
-    values = (
-        np.array(scene.name), np.array(scene.covers), scene.truth, one.said, meshes[0].vertices, meshes[0].faces,
-        meshes[1].vertices, meshes[1].faces, motion.times, motion.translations, motion.rotations, motion.valid,
-        motion.linked,
-    )  # fmt: skip
-    return dict(zip(_NAMES, values, strict=True))
+    scene = one.scene
+    arrays = {"name": np.array(scene.name), "covers": np.array(scene.covers), "truth": scene.truth, "said": one.said}
+    for k, body in enumerate(scene.bodies):
+        arrays |= {f"vertices {k}": body.mesh.vertices, f"faces {k}": body.mesh.faces}
+    return arrays | {name: getattr(scene.motion, name) for name in POSES}
 
 
-def _scene(values: dict[str, NDArray[np.generic]]) -> FailedScene:
-    bodies = [
-        Body(name, TriangleMesh(values[f"vertices {k}"], values[f"faces {k}"]))
-        for k, name in enumerate(("first", "second"))
-    ]
-    poses = (values[name] for name in ("times", "translations", "rotations", "valid"))
-    motion = Motion(*poses, linked=values["linked"])
-    covers: Covers = "intervals" if str(values["covers"]) == "intervals" else "instants"
-    truth, said = (values[name].astype(np.uint8) for name in ("truth", "said"))
-    return FailedScene(StressScene(str(values["name"]), (bodies[0], bodies[1]), motion, truth, covers), said)
+def _scene(file: Any, head: str) -> FailedScene:
+    first, second = (TriangleMesh(file[f"{head}vertices {k}"], file[f"{head}faces {k}"]) for k in range(2))
+    *poses, linked = (file[head + name] for name in POSES)
+    covers: Covers = "intervals" if str(file[f"{head}covers"]) == "intervals" else "instants"
+    truth, said = (file[head + name].astype(np.uint8) for name in ("truth", "said"))
+    motion, name = Motion(*poses, linked=linked), str(file[f"{head}name"])
+    return FailedScene(StressScene(name, two(first, second), motion, truth, covers), said)

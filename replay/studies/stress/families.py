@@ -13,11 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
+from cdcore.numerics import FloatArray
 from cdcore.transforms.rigid import rotation_from_quaternion
 
-FloatArray = NDArray[np.float64]
 Maker = Callable[[Generator, int], FloatArray]
 
 FIRST_SEED = 100

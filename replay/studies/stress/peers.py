@@ -8,7 +8,7 @@ takes what is nearer than some micrometres for touching.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from importlib import import_module
 from importlib.util import find_spec
@@ -101,15 +101,16 @@ def verdicts_of(detector: str, pairs: FloatArray) -> NDArray[np.uint8]:
     Returns (n,) uint8, values of ``Verdict``; INVALID where it refused the pair with an error of its own.
     Raises UnknownDetectorError: lists the names there are.
     """
-    settings = _settings(detector)
+    # ``sphere`` keeps its own, because the sphere is its answer.
+    settings = {} if detector == "sphere" else known_settings(detector, CHEAPER)
     parts = [_batch(detector, pairs[start : start + BATCH], settings) for start in range(0, len(pairs), BATCH)]
     return np.concatenate([np.zeros(0, dtype=np.uint8), *parts])
 
 
-def _settings(detector: str) -> dict[str, Any]:
-    """The cheaper settings that this detector has; ``sphere`` keeps its own, because the sphere is its answer."""
+def known_settings(detector: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of the settings that this detector has."""
     known = {item.name for item in fields(load_detector(detector).Settings)}
-    return {} if detector == "sphere" else {name: value for name, value in CHEAPER.items() if name in known}
+    return {name: value for name, value in settings.items() if name in known}
 
 
 def _batch(detector: str, pairs: FloatArray, settings: dict[str, Any]) -> NDArray[np.uint8]:

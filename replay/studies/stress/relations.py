@@ -127,9 +127,8 @@ def count_flips(
                     after = answers_of(detector, moved)
                     found.append(flips_of(detector, name, family, seed, (triangles, moved), (before, after), out=out))
                 advance(1)
-    order = list(relations)
-    place = {detector: k for k, detector in enumerate(detectors)}
-    return tuple(sorted(found, key=lambda one: (place[one.detector], order.index(one.relation), one.number)))
+    order = [(detector, name) for detector in detectors for name in relations]
+    return tuple(sorted(found, key=lambda one: (order.index((one.detector, one.relation)), one.number)))
 
 
 def flips_of(

@@ -37,14 +37,7 @@ LANDS_BELOW = 0.0005
 
 
 class Lab:
-    """The bench, the hands and the record of one session.
-
-    Parameters
-    ----------
-    layout : instruments.
-    how : how it is recorded.
-    travel : hands cross the bench at least this high, metres.
-    """
+    """The bench, the hands and the record of one session; hands cross the bench at least ``travel`` metres high."""
 
     def __init__(self, name: str, layout: Instruments, how: Recording, *, travel: float = 1.25) -> None:
         self.name, self.layout, self.how, self.travel = name, layout, how, travel

@@ -20,9 +20,7 @@ SERIES_BELOW = 0.1
 def kept_volume(tilt: float, radius: float, height: float) -> float:
     """Volume in m3 that a full cylinder of inner ``radius`` and ``height`` keeps when tilted, quasi-statically.
 
-    Parameters
-    ----------
-    tilt : radians from upright, 0 to pi.
+    ``tilt`` is in radians from upright, 0 to pi.
 
     Source: volume of a cylinder cut by an oblique plane through the lip; phi = 2 asin sqrt(H / (2 R tan tilt)) is the
     half angle of the wetted part of the base.
@@ -39,10 +37,7 @@ def kept_volume(tilt: float, radius: float, height: float) -> float:
 def tilt_keeping(volume: float, radius: float, height: float) -> float:
     """Tilt in radians at which the vessel keeps exactly ``volume`` m3: the onset of pouring from that fill.
 
-    Raises
-    ------
-    ValueError
-        The vessel does not hold as much.
+    ValueError where the vessel does not hold as much.
     """
     if not 0.0 <= volume <= math.pi * radius**2 * height:
         raise ValueError(f"a vessel of {math.pi * radius**2 * height * 1e6:.1f} mL cannot keep {volume * 1e6:.1f} mL")
@@ -77,21 +72,18 @@ class Outlet:
 
     Torricelli: dV/dt = c A sqrt(2 g h), with the open area A proportional to the angle and the level h above the tip
     falling by dV / S. Then sqrt(h) = sqrt(h0) - sqrt(g / 2) c / S times the integral of A.
-
-    Parameters
-    ----------
-    full_area : open area at a quarter turn, m2.
-    discharge : c, without unit.
-    section : S, inner cross-section of the column, m2.
-    head : h0, level over the tip at time 0, metres.
-    turns : in order of time, none overlapping.
     """
 
     full_area: float
+    """Open area at a quarter turn, m2."""
     discharge: float
+    """c, without unit."""
     section: float
+    """S, inner cross-section of the column, m2."""
     head: float
+    """h0, level over the tip at time 0, metres."""
     turns: Sequence[Turn]
+    """In order of time, none overlapping."""
 
     def opened(self, time: float) -> float:
         """Integral of the open area from 0 to ``time``, m2 s."""
@@ -112,13 +104,7 @@ class Outlet:
         return self.section * self.head if fall >= full else self.section * fall * (2.0 * full - fall)
 
     def time_of(self, volume: float, latest: float) -> float:
-        """First time by which ``volume`` m3 is delivered, at most ``latest``.
-
-        Raises
-        ------
-        ValueError
-            It is not delivered by then.
-        """
+        """First time by which ``volume`` m3 is delivered; ValueError where that is not by ``latest``."""
         if self.volume(latest) < volume:
             raise ValueError(f"{self.volume(latest) * 1e6:.3f} mL by {latest} s, not {volume * 1e6:.3f}; open it more")
         return solved(lambda time: self.volume(time) - volume, 0.0, latest)

@@ -25,14 +25,10 @@ CLEARANCE_M = 0.004
 def make_practice(
     touches: Sequence[float] = (), near: int = 0, *, pseudonym: str = "S01", **settings: Any
 ) -> tuple[Session, Truth]:
-    """Make a session and its truth.
+    """Make a session of the student ``pseudonym`` and its truth.
 
-    Parameters
-    ----------
-    touches : seconds that each accidental touch lasts.
-    near : how often the hand stops short of the glass.
-    pseudonym : of the student.
-    **settings : of every made-up session (``seed``, ``rate_hz``, ``noise`` ...).
+    ``touches``: seconds that each accidental touch lasts; ``near``: how often the hand stops short of the glass;
+    ``settings``: those of every made-up session (``seed``, ``rate_hz``, ``noise`` ...).
     """
 
     def perform(lab: Lab) -> None:

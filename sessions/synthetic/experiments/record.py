@@ -32,27 +32,21 @@ EVENT_WORDS = {
 
 @dataclass(frozen=True)
 class Experiment:
-    """One experiment: what stands on the bench, what is done, which effects the scene calls for.
-
-    Parameters
-    ----------
-    name, remarks : for the scene.
-    placed : instruments by body name, without bench, hands and headset.
-    grips : radii of what the left and the right hand hold.
-    perform : does the procedure.
-    effects : of the scene, in the words of the catalogue of effects.
-    travel : height at which hands cross the bench.
-    parents : body name -> body that its pose is relative to.
-    """
+    """One experiment: what stands on the bench, what is done, which effects the scene calls for."""
 
     name: str
     remarks: tuple[str, ...]
     placed: Mapping[str, Placed]
+    """Instruments by body name, without bench, hands and headset."""
     grips: tuple[float, float]
+    """Radii of what the left and the right hand hold."""
     perform: Callable[[Lab], None]
     effects: tuple[SceneEffect, ...]
+    """Of the scene, in the words of the catalogue of effects."""
     travel: float = 1.25
+    """Height at which hands cross the bench."""
     parents: Mapping[str, str] = field(default_factory=dict)
+    """Body name -> body that its pose is relative to."""
 
     def __call__(
         self,
@@ -66,10 +60,7 @@ class Experiment:
     ) -> tuple[Session, Truth]:
         """Do the procedure and record it: the session and its truth; the same arguments give the same session.
 
-        Raises
-        ------
-        SessionError
-            An unknown noise, jitter or losses; a rate that is not positive.
+        SessionError for an unknown noise, jitter or losses, or a rate that is not positive.
         """
         layout = layout_of(self.placed, self.grips, faces)
         how = Recording(seed=seed, rate_hz=rate_hz, seconds=LONGEST_S, noise=noise, jitter=jitter, losses=losses)

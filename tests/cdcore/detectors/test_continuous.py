@@ -39,6 +39,17 @@ def test_a_ball_that_jumps_through_a_plate_between_two_frames_is_found_with_its_
     assert list(detection.toi) == [(2, 0)]
 
 
+@pytest.mark.parametrize("away", [0.0, 1e4])
+def test_far_from_the_origin_a_slow_approach_has_the_wider_bound_that_is_true(away):
+    fall = heights([0.01101, 0.01099])
+    motion = Motion(1.7e9 + fall.times, fall.translations + away, fall.rotations)
+    ((low, high),) = detect(motion).toi.values()
+    (first, rest), (last, _) = motion.translations[:, :, 2]
+    touch = motion.times[0] + (first - rest - 0.011) / (first - last) * (motion.times[1] - motion.times[0])
+    assert low <= touch + np.spacing(touch) and touch - np.spacing(touch) <= high
+    assert (high - low > 1e-6) == (away > 0.0)
+
+
 def test_both_intervals_around_a_contact_are_contact_and_only_its_beginning_has_a_time():
     detection = detect(heights([0.1, 0.011, 0.011, 0.1, 0.2]))
     assert words(detection) == ["CLEAR", "CONTACT", "CONTACT", "CONTACT", "CLEAR"]

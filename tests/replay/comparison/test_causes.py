@@ -1,6 +1,7 @@
 """One planted fault per cause: what was planted is what is reported, and nothing else."""
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,10 @@ from replay.comparison.causes import Cause, MissEvidence, find_causes, first_fai
 from replay.comparison.compare import compare
 from replay.comparison.misses import MissedStretch
 from replay.pipeline.engine import compute
+from replay.prepare.assemble import RESIDUAL_FACT
+from replay.studies.synthetic_sessions import synthetic_session
 from sessions import Session
+from sessions.model.live_contact import LiveContact
 from sessions.synthetic import make_analytic
 
 PLANTED = {
@@ -24,13 +28,46 @@ PLANTED = {
     Cause.UNEXPLAINED: "support.planted_stages:Silent",
     Cause.COLLIDER_SHAPE: "round=collider[shape=sphere]",
     Cause.BETWEEN_LOOKS: "slow=discrete[rate_hz=20]",
+    Cause.LATE: "support.planted_detectors:FiveLate",
 }
 
 
-def corners_first():
+def reported(session, late_ns, digits=9, residual="0"):
+    """The session with what an engine reports of it: its exact contacts, late by so much, with so many digits."""
+    written = [
+        (float(np.round((seconds * 1e9 + late_ns) / 1e9, digits)), phase)
+        for one in compute(session, detectors="exact", oracle="none").episodes["exact"]
+        for seconds, phase in ((one.start, "enter"), (one.end, "exit"))
+    ]
+    contacts = tuple(LiveContact(round(seconds * 1e9), "a", "b", phase) for seconds, phase in written)
+    return replace(session, live_contacts=contacts, facts={RESIDUAL_FACT: residual})
+
+
+ELSEWHERE = {
+    # what was planted: (session, detector, oracle, its only cause)
+    "a collider that never meets": (
+        lambda: corners_first(0.6), "collider[shape=capsule,rate_hz=20]", "exact", Cause.COLLIDER_SHAPE),
+    "a budget": (
+        lambda: make_analytic("spinning-rod", seconds=3.0)[0], "hybrid-qaco[budget=100]", "exact", Cause.BUDGET),
+    "lateness where bodies are inside others": (
+        lambda: make_analytic("ball-in-box", seconds=3.0)[0], "support.planted_detectors:FiveLate", "exact",
+        Cause.LATE),
+    "containment": (
+        lambda: make_analytic("ball-in-box", seconds=3.0)[0], "hybrid[containment=false]", "exact",
+        Cause.CONTAINMENT),
+    "an engine five frames late": (lambda: reported(corners_first(), 50_000_000), "recorded", "exact", Cause.LATE),
+    "a clock": (
+        lambda: reported(corners_first(), 15_000_000, residual="0.016"), "recorded", "exact", Cause.CLOCK),
+    "a pass between frames": (
+        lambda: cubes({"a": [0.0] * 8, "b": [3, 3, -3, -3, -3, 0.9, 0.8, 3]}), "exact",
+        "truth=support.planted_stages:Swept", Cause.BETWEEN_FRAMES),
+}  # fmt: skip
+
+
+def corners_first(nearest=0.42):
     """A unit cube comes at another one along the diagonal, corner first, and goes away, six times, a bit turned."""
     frames = 120
-    depth = 0.72 + 0.3 * np.cos(2 * np.pi * np.arange(frames) / 20)
+    depth = nearest + 0.3 + 0.3 * np.cos(2 * np.pi * np.arange(frames) / 20)
     places = np.stack([depth, 0.93 * depth, 1.02 * depth], axis=1)
     still = np.tile(STILL, (frames, 1))
     turned = np.array([0.1, 0.05, 0.0, 1.0]) / np.linalg.norm([0.1, 0.05, 0.0, 1.0])
@@ -48,6 +85,38 @@ def test_the_table_of_planted_and_reported_causes_is_diagonal():
         assert {miss.cause for miss in result.misses[label]} == {planted.value}
         figures = result.summary["audit"][label]["causes"]
         assert figures["misses"][planted] == len(result.misses[label]) and set(figures["misses"]) == set(Cause)
+
+
+@pytest.mark.parametrize("planted", ELSEWHERE)
+def test_the_table_is_diagonal_in_other_sessions_too(planted):
+    session, detector, oracle, cause = ELSEWHERE[planted]
+    (told,) = compute(session(), detectors=detector, oracle=oracle).causes.values()
+    assert told.examined > 0
+    assert {one for one, count in told.pair_frames.items() if count and one != Cause.TOLERANCE} == {cause}
+
+
+NINETY_HZ_NS = 11_111_111
+
+
+@pytest.mark.parametrize(
+    ("late_ns", "digits", "missed", "invented"),
+    [(0, 9, 0, 0), (300, 9, 0, 0), (-300, 9, 0, 0), (0, 6, 0, 0), (300, 6, 0, 0), (5000, 9, 3, 0), (-5000, 9, 3, 0)],
+)
+def test_a_stamp_within_a_microsecond_of_a_frame_is_at_that_frame(late_ns, digits, missed, invented):
+    session = cubes({"a": [0.0] * 12, "b": [3, 3, 0.9, 0.9, 3, 3, 0.9, 0.8, 3, 0.9, 0.9, 3]}, step_ns=NINETY_HZ_NS)
+    result = compute(reported(session, late_ns, digits), detectors="recorded", oracle="exact")
+    figures = result.summary["audit"]["recorded"]
+    assert (figures["missed"]["count"], figures["invented"]["count"]) == (missed, invented)
+
+
+@pytest.mark.slow
+def test_a_small_budget_is_to_blame_where_ten_times_as_much_misses_next_to_nothing():
+    result = compute(
+        synthetic_session("bench-bumps")[0], detectors="hybrid-qaco[budget=100],more=hybrid-qaco[budget=1000]"
+    )
+    causes, more = result.causes["hybrid-qaco-100"], result.causes["more"]
+    assert more.missed < 0.05 * causes.missed and causes.examined > 60
+    assert causes.pair_frames[Cause.BUDGET] > 0.95 * causes.examined
 
 
 def test_beside_an_oracle_of_intervals_a_miss_has_the_cause_it_has_at_the_frame_that_shows_it():
@@ -79,7 +148,8 @@ def test_disagreement_within_tolerance_is_counted_as_such_and_is_no_miss():
     ("told", "cause"),
     [
         ({}, Cause.UNEXPLAINED),
-        ({"looked": False, "shapes_meet": False}, Cause.BETWEEN_LOOKS),
+        ({"looked": False, "shapes_meet": False}, Cause.COLLIDER_SHAPE),
+        ({"looked": False, "spheres_meet": False}, Cause.BETWEEN_LOOKS),
         ({"within_clock": True, "shapes_meet": False}, Cause.CLOCK),
         ({"shapes_meet": False, "spheres_meet": False}, Cause.COLLIDER_SHAPE),
         ({"spheres_meet": False, "sample_meets": False}, Cause.SPHERE_STAGE),

@@ -68,7 +68,8 @@ def test_what_is_received_late_does_not_flow_out_early():
     later = [*([0.0] * 30), 70.0, *([0.0] * 11)]
     poses = {"a": tilted(degrees, (0.5, 0.2, 0.0)), "b": tilted(later, (0.48, 0.4, 0.0))}
     pair = ("pour", {"from": ["a", "b"], "into": ["a", "b"]})
-    moved = compute(world(poses, (glass("a", 60.0), glass("b", 60.0)), pair)).effects["pour"].output.data.transfers
+    bodies = glass("a", 60.0), glass("b", 60.0)
+    moved = compute(world(poses, bodies, pair, step_ns=50_000_000)).effects["pour"].output.data.transfers
     assert [(one.frame, one.source) for one in moved][:2] == [(10, "a"), (30, "b")]
     assert all(one.frame >= 30 for one in moved[1:])
 

@@ -9,7 +9,7 @@ SPILL = ("spill", {"from": ["a"]})
 def test_what_misses_is_spilled_where_it_lands_and_is_all_that_was_lost():
     effects = poured([0.0, 0.0, 60.0, 60.0, 60.0, 0.0], None, SPILL, place=(3 * RADIUS, -0.1, 0.0))
     (event,) = effects["spill"].events
-    assert event.level == "warning" and event.bodies == ("a",) and event.time == pytest.approx(0.02)
+    assert event.level == "warning" and event.bodies == ("a",) and event.time == pytest.approx(0.03)
     assert event.point[1] == pytest.approx(-0.1)
     left = effects["pour"].series["a/volume"].values[-1]
     assert event.values["volume_ml"] == pytest.approx(60.0 - left, rel=1e-9)

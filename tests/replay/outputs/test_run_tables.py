@@ -1,13 +1,18 @@
 """The counts of the tables are those of the run."""
 
-import pytest
-from support.small_worlds import cubes
+from dataclasses import replace
 
+import numpy as np
+import pytest
+from support.small_worlds import cube, cubes, jumping
+
+from replay.cli.run_tables import contact_table as cli_table
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
-from replay.outputs.run_tables import cost_table, finding_table, miss_table, pair_table
+from replay.outputs.run_tables import contact_table, cost_table, finding_table, miss_table, pair_table
+from replay.outputs.tables import Marked
 from replay.pipeline.engine import compute
-from sessions import Finding, Severity
+from sessions import Finding, MeshData, Severity
 
 
 @pytest.fixture(scope="module")
@@ -30,10 +35,30 @@ def test_pairs_have_their_contacts_and_frames(run):
     assert "within tolerance" not in [one.name for one in made.columns]
 
 
+def test_a_pair_whose_containment_is_refused_says_why_beside_its_verdicts(run):
+    assert pair_table(run, "slow").notes == () and run.summary["pairs"][0]["containment"]["exact"] == "decided"
+    one, session = cube(), cubes({"a": [0] * 3, "b": [0.2, 0.3, 3.0]})
+    shell = MeshData(np.concatenate([9 * one.vertices, one.vertices + 1]), np.concatenate([one.faces, one.faces + 8]))
+    result = compute(replace(session, meshes={"a": shell, "b": one}), detectors="sphere")
+    word = "containment refused for 1 of 1 pair: a has doubled or overlapping faces"
+    (note,) = pair_table(result, "sphere").only("pair").notes
+    assert note == f"exact: {word}" and contact_table(result, "exact").notes == (note,)
+    assert note in cli_table(result).notes
+    assert result.summary["pairs"][0]["containment"]["exact"] == "refused: a has doubled or overlapping faces"
+
+
 def test_every_miss_has_the_command_that_shows_it(run):
     made = miss_table("missed", run.misses["slow"], "RUN")
     commands = [cell.text for cell in column(made, "look at it")]
     assert commands == [f"replay view RUN --miss {miss.number}" for miss in run.misses["slow"]]
+
+
+def test_a_first_touch_that_is_not_known_to_a_microsecond_says_how_well_it_is():
+    (miss,) = compute(jumping(), detectors="exact", oracle="continuous").misses["exact"]
+    moment = f"{miss.touch.moment:.3f}"
+    vague = replace(miss, touch=replace(miss.touch, free=miss.touch.moment - 8.9e-6))
+    assert column(miss_table("missed", [miss]), "at s") == [moment]
+    assert column(miss_table("missed", [vague]), "at s") == [Marked(moment, "", "within 8.9 microseconds")]
 
 
 def test_the_oracle_is_named_in_the_table_of_times(run):

@@ -10,7 +10,7 @@ from support.small_worlds import along_x, cube, cubes, framed
 from cdcore import Motion
 from cdcore.errors import InvalidPoseError
 from replay.errors import AssemblyError
-from replay.prepare.assemble import GAP_STEPS, TELEPORT_SPEED, assemble, assemble_blocks, lay_out
+from replay.prepare.assemble import assemble, assemble_blocks, lay_out
 from replay.prepare.assembly import PoseOrigin
 from sessions import Scene, Session, Status, Track
 from sessions.model.scene import Pose, SceneBody
@@ -104,17 +104,42 @@ def test_held_pairs_are_tagged():
 def test_a_path_is_known_unless_a_gap_a_teleport_or_a_missing_pose_breaks_it():
     steps = np.array([10, 10, 10, 30, 31, 10, 10, 10]) * MS
     stamps = np.concatenate([[0], np.cumsum(steps)])
-    fast, slow = TELEPORT_SPEED * 0.0101, TELEPORT_SPEED * 0.0099
-    place = np.cumsum([0, slow, fast, 0, 0, 0, 0, 0, 0])
     status = np.ones((9, 2))
     status[7, 0] = int(Status.LOST)
     position = np.zeros((9, 2, 3))
-    position[:, 0, 0] = place
+    position[2:, 0, 0] = 0.15  # 15 m/s, from rest: no hand does that
     position[:, 1, 2] = np.arange(9) * 0.01
     got = assemble(framed(stamps, status, position))
-    assert GAP_STEPS == 3.0
     assert got.motion.linked[:, 0].tolist() == [False, True, False, True, True, False, True, False, False]
     assert got.motion.linked[:, 1].tolist() == [False, True, True, True, True, False, True, True, True]
+
+
+def jumped(status, stamps=None, **more):
+    """Two slow bodies, of which the first jumps by half a metre to its sixth frame."""
+    position = np.zeros((12, 2, 3))
+    position[5:, 0, 0], position[:, 1, 2] = 0.5, 3.0 + 0.01 * np.arange(12)
+    stamps = np.arange(12) * 10 if stamps is None else stamps
+    return dataclasses.replace(framed(np.asarray(stamps) * MS, status, position, names=("a", "b")), **more)
+
+
+def unlinked(session):
+    return [np.flatnonzero(~column)[1:].tolist() for column in assemble(session).motion.linked.T]
+
+
+def test_a_jump_breaks_the_path_of_all_that_the_body_carries():
+    scene = Scene(bodies=(SceneBody("b", parent="a"),))
+    assert unlinked(jumped(np.ones((12, 2)))) == [[5], []]
+    assert unlinked(jumped(np.ones((12, 2)), scene=scene)) == [[5], [5]]
+
+
+def test_poses_interpolated_across_a_jump_lie_on_no_known_path():
+    status = np.ones((12, 2))
+    status[3:5, 0] = int(Status.ABSENT)
+    assert unlinked(jumped(status)) == [[3, 4, 5], []]
+
+
+def test_a_jump_in_a_frame_that_is_left_out_breaks_the_path_to_the_next():
+    assert unlinked(jumped(np.ones((12, 2)), [0, 10, 20, 30, 40, 40, *range(50, 110, 10)])) == [[5], []]
 
 
 def test_start_and_end_cut_frames_and_keep_the_clock():

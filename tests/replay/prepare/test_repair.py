@@ -1,13 +1,16 @@
 import json
 
+import numpy as np
 import pytest
 from support.planted_faults import FAULTS, clean
+from support.small_worlds import cube
 
 from cdcore.errors import InvalidPoseError
 from replay.errors import RefusedError
 from replay.pipeline.engine import compute
 from replay.prepare.policy import parse_policy
 from replay.prepare.repair import repair_session
+from sessions import MeshData
 
 
 def test_a_clean_session_goes_on_as_it_is():
@@ -50,3 +53,35 @@ def test_what_the_policy_refuses_stops_the_run_with_one_sentence(name):
     assert repair_session(draft.session(), parse_policy()).findings
     with pytest.raises(RefusedError, match=rf"{planted.code}.*--policy {planted.code}="):
         repair_session(draft.session(), parse_policy([f"{planted.code}=refuse"]))
+
+
+def test_a_path_is_known_where_the_poses_used_do_not_teleport():
+    """As recorded the hand jumps to the origin and back; bridged it does not."""
+    draft = clean()
+    FAULTS["identity while lost"](draft, 1, 400)
+    jumps = {"keep": [400, 420], "interpolate:1": [], "drop": [*range(400, 421)]}
+    for action, broken in jumps.items():
+        result = compute(draft.session(), detectors="sphere", oracle="none", policy=[f"identity-while-lost={action}"])
+        assert np.flatnonzero(~result.assembly.motion.linked[:, 1]).tolist() == [0, *broken]
+
+
+def test_what_the_doctor_calls_a_teleport_is_no_contact_between_frames():
+    """A jump of 0.15 m in one frame through a wall of 4 mm."""
+    draft = clean()
+    draft.arrays["position"][:, 1] = draft.arrays["position"][:, 2] + [0.0, 0.0, 0.2]
+    draft.arrays["position"][450:, 1, 2] -= 0.15
+    draft.meshes["tray"] = MeshData(cube().vertices * [1.0, 1.0, 0.004] + [0.0, 0.0, 0.125], cube().faces)
+    draft.meshes["hand-left"] = cube(0.01)
+    result = compute(draft.session(), detectors="exact", oracle="continuous", pairs=[("hand-left", "tray")])
+    assert "teleport" in {one.code for one in result.treatment.findings}
+    assert result.episodes == {"exact": (), "continuous": ()} and result.misses == {"exact": ()}
+
+
+def test_a_position_that_no_room_holds_is_dropped_and_the_rest_is_answered():
+    draft = clean()
+    FAULTS["out of space"](draft, 1, 400)
+    result = compute(draft.session(), detectors="sphere", oracle="none")
+    assert np.flatnonzero(~result.assembly.motion.valid[:, 1]).tolist() == [400, 401]
+    (told,) = (one for one in result.summary["flagged"] if one["kind"] == "out-of-space")
+    assert (told["action"], told["dropped"]) == ("drop", 2)
+    assert np.flatnonzero(~result.assembly.motion.linked[:, 1]).tolist() == [0, 400, 401, 402]

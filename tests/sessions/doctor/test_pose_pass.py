@@ -1,10 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.planted_faults import FAULTS, clean
 
-from sessions import Frames, Severity, Status
+from sessions import Frames, Scene, Severity, Status, examine
 from sessions.doctor.pose_pass import LOOKS_PER_BLOCK, look_through, sampled_poses
 from sessions.doctor.pose_spans import pose_spans, rest_spans
 from sessions.doctor.poses import MOST_OF_A_KIND, pose_findings
@@ -67,6 +69,24 @@ def test_the_poses_kept_are_few_and_none_is_lost():
 
 def findings(draft, code):
     return [one for one in pose_findings(look_through([draft.session().frames])) if one.code == code]
+
+
+def test_what_no_room_holds_is_out_of_space_and_no_teleport():
+    draft = clean()
+    draft.arrays["position"][400, 1] = [0.0, 0.0, 1000.5]
+    spans = [(span.code, span.first, span.last) for span in pose_spans(look_through([draft.session().frames]))]
+    assert spans == [("out-of-space", 400, 400)]
+    (found,) = (one for one in examine(draft.session()) if one.code == "out-of-space")
+    assert found.severity == Severity.ERROR and found.body == "hand-left"
+    wide = replace(draft.session(), scene=Scene(space_radius=2000.0))
+    assert {one.code for one in examine(wide)} == {"teleport", "at-rest"}
+
+
+def test_positions_in_millimetres_are_not_out_of_space():
+    draft = clean()
+    draft.arrays["position"] *= 2000.0
+    codes = {one.code for one in examine(draft.session())}
+    assert "unit-suspect" in codes and "out-of-space" not in codes
 
 
 def test_a_fault_in_every_other_frame_is_listed_so_often_and_then_counted():

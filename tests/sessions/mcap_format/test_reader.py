@@ -30,7 +30,7 @@ from sessions.mcap_format.record_block import RecordBlock
 from sessions.model.event import Event, Interval
 from sessions.model.frames import Frames, Status
 from sessions.model.hand import HandTrack
-from sessions.model.session import ArraySource, Session
+from sessions.model.session import Session
 
 
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -295,7 +295,7 @@ def test_reading_by_the_chunk_is_at_least_three_times_as_fast_as_by_the_message(
     path = tmp_path / "s.mcap"
     frames = random_frames(1, 54_000, 12, odd=0.001)
     started = time.perf_counter()
-    write_session(Session(ArraySource(frames), {}), path)
+    write_session(Session(frames, {}), path)
     written = time.perf_counter() - started
     ratios = []
     for _ in range(3):

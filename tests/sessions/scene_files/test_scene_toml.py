@@ -74,6 +74,15 @@ def test_units_are_another_word_for_scale_and_a_and_b_for_between():
     assert (one.bodies, one.pairs, one.ignore) == (two.bodies, two.pairs, two.ignore)
 
 
+def test_the_space_of_a_scene_has_a_radius():
+    assert parse_scene(BENCH).space_radius == 1000.0
+    scene = parse_scene("[space]\nradius_m = 5\n" + BENCH)
+    assert scene.space_radius == 5.0 and parse_scene(scene_to_toml(scene)).space_radius == 5.0
+    for line in ("radius_m = 0", "radius_m = inf", "radius = 5"):
+        with pytest.raises(SceneError, match=r"scene.toml: \[space\]: .*radius"):
+            parse_scene(f"[space]\n{line}\n")
+
+
 def test_declaring_no_effect_differs_from_not_declaring_any():
     assert parse_scene("").effects is None
     assert parse_scene("effect = []").effects == ()

@@ -36,8 +36,7 @@ def build_world_box_tree(corners: FloatArray) -> tuple[WorldBoxTree, int]:
 
     def along_longest_side(faces: IntArray, node: IntArray, first: IntArray) -> FloatArray:
         low, high = extents(centroids[faces, None], first)
-        keys: FloatArray = centroids[faces, np.argmax(high / 2 - low / 2, axis=1)[node]]
-        return keys
+        return centroids[faces, np.argmax(high / 2 - low / 2, axis=1)[node]]
 
     shape = grow_tree(len(corners), 1, along_longest_side, balanced=True)
     return WorldBoxTree(corners, shape.child, shape.order[shape.start]), shape.depth
@@ -72,8 +71,7 @@ def boxes_apart(a: FloatArray, b: FloatArray) -> bool:
 @hot_kernel
 def longest_side(box: FloatArray) -> float:
     """The longest side of a box (6,)."""
-    longest: float = max(box[3] - box[0], box[4] - box[1], box[5] - box[2])
-    return longest
+    return max(box[3] - box[0], box[4] - box[1], box[5] - box[2])
 
 
 @hot_kernel

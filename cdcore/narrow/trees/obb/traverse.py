@@ -48,8 +48,7 @@ def build_obb_tree(corners: FloatArray) -> tuple[ObbTree, int]:
         axes, low, high = _tighter_boxes(scaled[faces], node, first)
         boxes.append((axes, low, high))
         longest = axes[np.arange(len(first)), np.argmax(high - low, axis=1)]
-        keys: FloatArray = np.einsum("eci,ei->e", scaled[faces], longest[node])
-        return keys
+        return np.einsum("eci,ei->e", scaled[faces], longest[node])
 
     shape = grow_tree(len(corners), LEAF_FACES, fit, balanced=True)
     axes, low, high = (np.concatenate(part) for part in zip(*boxes, strict=True))
@@ -79,8 +78,7 @@ def _tighter_boxes(corners: FloatArray, node: IntArray, first: IntArray) -> tupl
 
 def _half_surface(low: FloatArray, high: FloatArray) -> FloatArray:
     x, y, z = (high - low).T
-    area: FloatArray = x * y + y * z + z * x
-    return area
+    return x * y + y * z + z * x
 
 
 @kernel

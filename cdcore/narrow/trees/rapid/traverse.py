@@ -47,8 +47,7 @@ def build_rapid_tree(corners: FloatArray) -> tuple[RapidTree, int]:
         mean, covariance = _statistics(area[faces], centroid[faces], second[faces], first)
         axes = np.ascontiguousarray(np.linalg.eigh(covariance)[1].transpose(0, 2, 1)[:, ::-1])
         boxes.append((axes, *extents(np.einsum("eci,eki->eck", scaled[faces], axes[node]), first)))
-        keys: FloatArray = np.einsum("ei,ei->e", centroid[faces] - mean[node], axes[node, 0])
-        return keys
+        return np.einsum("ei,ei->e", centroid[faces] - mean[node], axes[node, 0])
 
     shape = grow_tree(len(corners), 1, fit, balanced=False)
     axes, low, high = (np.concatenate(part) for part in zip(*boxes, strict=True))

@@ -30,8 +30,7 @@ MEETING: Final = -1
 @hot_kernel
 def dot(a: FloatArray, b: FloatArray) -> float:
     """a . b"""
-    product: float = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-    return product
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @hot_kernel

@@ -48,8 +48,7 @@ def build_solid_tree(corners: FloatArray) -> tuple[SolidTree, int]:
         centre, half = low / 2 + high / 2, high / 2 - low / 2
         boxes.append((centre, half))
         longest = np.argmax(half, axis=1)
-        keys: FloatArray = middles[faces, longest[node]] - centre[np.arange(len(first)), longest][node]
-        return keys
+        return middles[faces, longest[node]] - centre[np.arange(len(first)), longest][node]
 
     shape = grow_tree(len(corners), 1, fit, balanced=False)
     centre, half = (np.concatenate(part) for part in zip(*boxes, strict=True))

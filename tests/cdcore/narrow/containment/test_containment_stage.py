@@ -17,6 +17,7 @@ from support.shapes import (
 )
 
 from cdcore import Body, Motion, TriangleMesh, Verdict
+from cdcore.narrow.containment import closed_parts
 from cdcore.narrow.containment import containment_stage as containment
 from cdcore.narrow.containment.containment_stage import ContainmentStage, containment_word, may_be_inside, wholly_inside
 from cdcore.numerics import EPS
@@ -133,9 +134,36 @@ def test_containment_is_refused_where_faces_are_doubled(turned, count):
         assert containment_word(ball, twice) == "refused: box is open"
 
 
-def test_two_boxes_side_by_side_as_one_body_have_no_doubled_faces():
-    pair = merged(box_mesh(), moved(box_mesh(), [9, 0, 0]))
-    assert containment_word(Body("ball", ball_mesh(0.1)), Body("boxes", pair)) == "decided"
+def turned(mesh):
+    return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
+
+
+@pytest.mark.parametrize(
+    ("parts", "decided"),
+    [
+        ((box_mesh(), moved(box_mesh(), [9, 0, 0])), True),
+        ((box_mesh(), moved(box_mesh(), [0.5, 0.3, 0.2])), False),
+        ((box_mesh(), moved(box_mesh(), [1.0, 0.5, 0.25])), False),  # touching
+        ((ball_mesh(1.0), ball_mesh(0.5)), False),
+        ((ball_mesh(0.5), box_mesh((9, 9, 9))), False),
+        ((ball_mesh(1.0), turned(ball_mesh(0.5))), True),  # hollow
+        ((turned(ball_mesh(1.0)), ball_mesh(0.5), turned(ball_mesh(0.2))), True),
+        ((ball_mesh(1.0), turned(ball_mesh(0.5)), turned(ball_mesh(0.2))), True),
+        ((ball_mesh(1.0), ball_mesh(0.7), turned(ball_mesh(0.4))), False),
+    ],
+)
+@pytest.mark.parametrize("size", [1.0, 1e-3])
+def test_containment_is_refused_where_parts_overlap_or_lie_inside_each_other(parts, decided, size):
+    whole = merged(*parts)
+    body = Body("parts", TriangleMesh(whole.vertices * size, whole.faces))
+    word = containment_word(Body("ball", ball_mesh(0.1)), body)
+    assert word == ("decided" if decided else "refused: parts has doubled or overlapping faces")
+
+
+def test_a_mesh_of_one_part_is_not_compared_with_itself(monkeypatch):
+    monkeypatch.setattr(closed_parts, "_any_meet", lambda *_: pytest.fail("asked"))
+    assert closed_parts.parity_is_inside(beaker_mesh())
+    assert closed_parts.parity_is_inside(merged(box_mesh(), moved(box_mesh(), [9, 0, 0])))
 
 
 def test_columns_answer_for_their_own_pair():

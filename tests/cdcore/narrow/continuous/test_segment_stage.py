@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from support.motions import KINDS, placed, soup
 from support.shapes import ball_mesh, box_mesh, random_rotations
 
-from cdcore.narrow.continuous import search
+from cdcore.narrow.continuous import search, segment_stage
 from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, fill_segment, segment_bounds, segment_pad
 from cdcore.narrow.continuous.search import (
     FACES,
@@ -254,3 +254,16 @@ def test_faces_seen_to_meet_are_those_of_the_predicate_on_placed_triangles(kind)
             assert seen_meeting(trees[0], legs[0], trees[1], legs[1], 0.0, 0, 1, room) == (0 if want else -1)
             met += want
     assert met > 0
+
+
+@pytest.mark.parametrize("start", [0.0, 1 / 3, 3600.0, 1.7e9])
+def test_a_moment_is_rounded_outwards_by_no_more_than_one_step_of_the_clock(start):
+    rng = np.random.default_rng(5)
+    begin = start + rng.uniform(0, 0.01, 500)
+    stop = begin + rng.uniform(0.001, 0.02, 500)
+    shares = np.sort(rng.uniform(0, 1, (500, 2)), axis=1)
+    seconds = segment_stage._seconds(begin, stop - begin, stop, shares)
+    for (low, high), b, s, (p, q) in zip(seconds, begin, stop, shares, strict=True):
+        exact = [Fraction(b) + Fraction(share) * (Fraction(s) - Fraction(b)) for share in (p, q)]
+        assert 0 <= exact[0] - Fraction(low) <= Fraction(np.spacing(low) + 3e-17)
+        assert 0 <= Fraction(high) - exact[1] <= Fraction(np.spacing(high) + 3e-17)

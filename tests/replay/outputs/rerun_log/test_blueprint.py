@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from rerun.chunk import RrdReader
 from replay.outputs.camera import Eye
 from replay.outputs.rerun_log import blueprint
 from replay.outputs.rerun_log.blueprint import LANES_IN_VIEW, Subject, lanes_in_view
-from replay.outputs.rerun_log.effects import EffectViews
 from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.recording import write_recording
 from replay.pipeline.run_result import RunResult
@@ -153,14 +153,22 @@ def test_hundreds_of_misses_are_listed_by_clusters_first_and_each_in_a_tab_besid
     assert "All" not in layout.views(), "a dozen misses need no clusters"
 
 
-def built(subjects: tuple[Subject, ...], effects: EffectViews | None, *, tradeoff: bool = False) -> Any:
+def built(subjects: tuple[Subject, ...], effects: dict[str, Any], *, tradeoff: bool = False) -> Any:
     """The tabs of a layout made by hand."""
-    layout = blueprint.BlueprintInput(
-        title="room", eye=Eye((1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), subjects=subjects, totals=(), stages={}, arrows=(),
-        detector_lanes=False, finding_lanes=None, slowest_ms=1.0, start=0.0, end=1.0, effects=effects,
-        tradeoff=tradeoff,
-    )  # fmt: skip
+    room = SimpleNamespace(scene=SimpleNamespace(name="room"))
+    result: Any = SimpleNamespace(
+        tradeoff=tradeoff or None, effects=effects, treatment=None, session=room, assembly=SimpleNamespace(names=())
+    )
+    eye = Eye((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+    layout = blueprint.BlueprintInput(result, subjects, eye, {}, detector_lanes=False, start=0.0, end=1.0)
     return blueprint.build_blueprint(layout).root_container
+
+
+def effect(units: str = "", lanes: int = 0) -> dict[str, Any]:
+    """One effect with a series of each unit and so many lanes."""
+    series = {unit: SimpleNamespace(unit=unit) for unit in units}
+    output = SimpleNamespace(lanes={f"l{k}": () for k in range(lanes)})
+    return {"heat": SimpleNamespace(series=series, output=output, events=())}
 
 
 @pytest.mark.parametrize(
@@ -173,16 +181,15 @@ def built(subjects: tuple[Subject, ...], effects: EffectViews | None, *, tradeof
 def test_the_picture_opens_on_the_tab_that_answers_what_was_asked_for(
     tradeoff: bool, effects: bool, audited: bool, opens: str
 ) -> None:
-    subject = Subject("slow", "1 missed", {"lanes/1_missed": None}, None, "a", False, "b", "c", ())
-    tabs = built((subject,) if audited else (), EffectViews({}, (), ()) if effects else None, tradeoff=tradeoff)
+    subject = Subject("slow", "1 missed", {"lanes/1_missed": None}, None, "a", False, "b", "c")
+    tabs = built((subject,) if audited else (), effect() if effects else {}, tradeoff=tradeoff)
     names = [str(one.name) for one in tabs.contents]
     assert names[int(tabs.active_tab)] == opens, names
 
 
 @pytest.mark.parametrize(("lanes", "high"), [(6, 64 + 6 * 40), (30, 980 / 2)])
 def test_lanes_of_effects_have_the_height_they_need_and_plots_share_what_is_left(lanes: int, high: float) -> None:
-    views = EffectViews({unit: (f"effects/{unit}",) for unit in "abc"}, tuple(f"l{k}" for k in range(lanes)), ())
-    tab = next(one for one in built((), views).contents if one.name == "Effects")
+    tab = next(one for one in built((), effect("abc", lanes)).contents if one.name == "Effects")
     assert tab.contents[1].row_shares == pytest.approx([high, *[(980 - high) / 3] * 3])
 
 
@@ -190,7 +197,7 @@ LANES = {"lanes/1_missed": None, **{f"lanes/{k}_p": k for k in range(2, 14)}}
 
 
 def subject(longest: int | None) -> Subject:
-    return Subject("slow", "1 of 2 missed", LANES, longest, "", False, "", "", ())
+    return Subject("slow", "1 of 2 missed", LANES, longest, "", False, "", "")
 
 
 @pytest.mark.parametrize("longest", [None, 2, LANES_IN_VIEW])

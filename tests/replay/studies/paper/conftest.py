@@ -4,7 +4,7 @@ import pytest
 
 from replay.studies.paper.contestants import groups_of
 from replay.studies.paper.experiment import run_paper
-from replay.studies.paper.fixtures import table_fixtures
+from replay.studies.paper.fixtures import fixture
 from replay.studies.paper.pictures import pictures_of
 
 
@@ -15,7 +15,7 @@ def small():
 
 @pytest.fixture(scope="session")
 def groups():
-    return list(groups_of(table_fixtures((100,), poses=4)))
+    return list(groups_of([fixture(100, number) for number in range(4)]))
 
 
 @pytest.fixture(scope="session")

@@ -15,7 +15,6 @@ from replay.studies.paper.fixtures import (
     faces_of_pairs,
     fixture,
     sphere,
-    table_fixtures,
     torus,
 )
 
@@ -62,12 +61,6 @@ def test_a_record_names_meshes_poses_and_truth():
     assert record["family"] == "beaker-flask" and record["pairs"] == len(fixture(100, 1).pairs)
     assert np.array(record["poses"]).shape == (2, 4, 4)
     assert all(len(digest) == 64 for digest in [*record["mesh_sha256"], record["pairs_sha256"]])
-
-
-def test_a_table_lists_targets_in_order_and_families_in_turn():
-    table = table_fixtures((100, 300), poses=2)
-    assert [(one.target, one.number) for one in table] == [(100, 0), (100, 1), (300, 0), (300, 1)]
-    assert [one.family for one in table] == list(FAMILY_NAMES) * 2
 
 
 def test_the_meshes_are_closed_at_any_tessellation():

@@ -36,4 +36,4 @@ def test_a_cell_is_shown_as(cell, text):
 
 def test_a_column_is_found_by_its_heading():
     one = PaperTable("T", "title", ("a", "b"), ((1, 2), (3, 4)))
-    assert one.column("b") == [2, 4] and one.as_json()["rows"] == ((1, 2), (3, 4))
+    assert one.column("b") == [2, 4] and vars(one)["rows"] == ((1, 2), (3, 4))

@@ -1,0 +1,60 @@
+"""Is the inside of a closed mesh where parity says: outside of nothing, and inside of one part at most?"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from cdcore.mesh import TriangleMesh
+from cdcore.narrow.containment.ray_parity import point_inside
+from cdcore.numerics import FloatArray
+
+
+@lru_cache(maxsize=256)
+def parity_is_inside(mesh: TriangleMesh) -> bool:
+    """Whether no face is doubled and no connected parts overlap: there parity calls the inside of both outside.
+
+    A part inside another is a hollow, and parity right, where it is wound the other way. Parts that touch count as
+    overlapping. Self-intersections of one part are not looked for. Cost: one exact query of the parts that are near
+    each other; nothing for a mesh of one part.
+    """
+    if mesh.has_doubled_faces:
+        return False
+    order = np.argsort(mesh.components, kind="stable")
+    parts = np.split(mesh.triangles[order], np.flatnonzero(np.diff(mesh.components[order])) + 1)
+    low, high = (np.array([bound(part, axis=(0, 1)) for part in parts]) for bound in (np.min, np.max))
+    near = [
+        (k, j) for k in range(len(parts) - 1)
+        for j in (k + 1 + np.flatnonzero(((low[k + 1 :] <= high[k]) & (low[k] <= high[k + 1 :])).all(axis=1))).tolist()
+    ]  # fmt: skip
+    return not near or not (_any_meet(parts, near) or _any_inside_alike(parts, near))
+
+
+def _any_meet(parts: list[FloatArray], pairs: list[tuple[int, int]]) -> bool:
+    # Here, since most meshes have one part: whoever asks only for parity compiles no more than that.
+    from cdcore.narrow.spacetime.box_tree import build_box_tree
+    from cdcore.narrow.spacetime.pair_job import Poses
+    from cdcore.narrow.spacetime.whole_motion import decide_motion
+
+    used, renumbered = np.unique(pairs, return_inverse=True)
+    count = len(used)
+    as_they_lie = Poses(np.tile(np.eye(3), (1, count, 1, 1)), np.zeros((1, count, 3)), np.ones((1, count), np.bool_))
+    trees = [build_box_tree(np.ascontiguousarray(parts[k])) for k in used]
+    return bool(decide_motion(trees, renumbered.reshape(-1, 2), as_they_lie).hits.any())
+
+
+def _any_inside_alike(parts: list[FloatArray], pairs: list[tuple[int, int]]) -> bool:
+    """Whether some part that meets no other lies in a region that is inside others already: hollows cancel them."""
+    winding = [_winding(part) for part in parts]
+    around = winding.copy()
+    for inner, outer in (*pairs, *((j, k) for k, j in pairs)):
+        if point_inside(parts[inner][0, 0], parts[outer]):
+            around[inner] += winding[outer]
+    return max(map(abs, around)) > 1
+
+
+def _winding(part: FloatArray) -> int:
+    """1 where the normals of a closed part point out, -1 where they point in."""
+    a, b, c = np.moveaxis(part - part[0, 0], 1, 0)
+    return int(np.sign(np.einsum("fk,fk->", a, np.cross(b, c))))
