@@ -26,7 +26,7 @@ from cdcore.protocol import Body, Motion, Verdict, ordered_by_name
 
 FIRST_FRAME: Final = np.zeros(1, dtype=np.int64)
 CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)
-MARGIN_TESTS: Final = 256
+MARGIN_TESTS: Final = 128
 """Tests spent on whether surfaces are apart by a margin, before they are asked without one."""
 MODES: Final = ("all", "first")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from time import perf_counter
 from typing import Final, Protocol
 
@@ -23,13 +24,17 @@ apart by the margin."""
 
 
 class Live(Protocol):
-    """A session of looks: what is learned in one is there for the next.
+    """A session of looks: what is learned in one is there for the next."""
 
-    ``seconds``: of the last look, by stage. ``work``: counters of all looks so far.
-    """
+    @property
+    def seconds(self) -> dict[str, float]:
+        """Of the last look, by stage."""
+        ...
 
-    seconds: dict[str, float]
-    work: Counter[str]
+    @property
+    def work(self) -> Counter[str]:
+        """Counters of all looks so far."""
+        ...
 
     def look(self, now: Motion) -> ByteArray:
         """Verdicts of all pairs, (P,), in a motion of one frame, later than the one before; not to be written to."""
@@ -92,32 +97,39 @@ class LivePairs:
 
     def __init__(self, near: Near, decide: Decide, inside: Callable[[Motion, int], bool] | None) -> None:
         self._near, self._decide, self._inside = near, decide, inside
-        self.seconds: dict[str, float] = {}
-        self.work: Counter[str] = Counter()
+        self._clock = (0.0, 0.0, 0.0, 0.0)
+        self._looks = self._surfaces = self._insides = 0
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """As ``Live.seconds``."""
+        spent = (after - before for before, after in pairwise(self._clock))
+        return dict(zip(("volumes", "surfaces", "containment"), spent, strict=True))
+
+    @property
+    def work(self) -> Counter[str]:
+        """As ``Live.work``."""
+        return Counter(looks=self._looks, surface_queries=self._surfaces, containment_tests=self._insides)
 
     def look(self, now: Motion) -> ByteArray:
         """As ``Live.look``."""
-        start = perf_counter()
-        columns = self._near.near(now)
-        volumes, verdict, asked = perf_counter(), self._near.verdict, 0
+        start, volumes = perf_counter(), self._near
+        columns = volumes.near(now)
+        found, verdict = perf_counter(), volumes.verdict
         for column in columns:
-            margin = self._near.margin(column)
+            margin = volumes.margin(column)
             verdict[column], apart = self._decide(now, column, margin)
-            self._near.keep_apart(column, margin, apart)
+            volumes.keep_apart(column, margin, apart)
         surfaces = perf_counter()
-        if self._inside is not None:
+        if self._inside is not None and columns:
             clear = [column for column in columns if verdict[column] == CLEAR]
             for column in clear:
                 if self._inside(now, column):
                     verdict[column] = Verdict.CONTAINED
-            asked = len(clear)
-        self.seconds = {
-            "volumes": volumes - start, "surfaces": surfaces - volumes, "containment": perf_counter() - surfaces
-        }  # fmt: skip
-        for name, count in zip(
-            ("looks", "surface_queries", "containment_tests"), (1, len(columns), asked), strict=True
-        ):
-            self.work[name] += count
+            self._insides += len(clear)
+        self._looks += 1
+        self._surfaces += len(columns)
+        self._clock = start, found, surfaces, perf_counter()
         return verdict.copy()
 
 
@@ -131,7 +143,11 @@ class LiveHeld:
         self._live, self._pairs, self._rate_hz, self._tick = live, pairs, rate_hz, -np.inf
         self._believed: ByteArray = np.full(len(pairs), Verdict.NO_POSE, dtype=np.uint8)
         self.seconds: dict[str, float] = {}
-        self.work = live.work
+
+    @property
+    def work(self) -> Counter[str]:
+        """As ``Live.work``."""
+        return self._live.work
 
     def look(self, now: Motion) -> ByteArray:
         """As ``Live.look``."""
