@@ -48,23 +48,23 @@ class ClockInfo:
 
 def session_info(session: Session) -> dict[str, Any]:
     """Everything that ``replay info`` prints, as JSON can hold it."""
-    stamps: list[NDArray[np.int64]] = []
-    samples: list[list[NDArray[np.int64]]] = [[] for _ in session.names]
+    stamps = [np.zeros(0, dtype=np.int64)]
+    samples = [[np.zeros(0, dtype=np.int64)] for _ in session.names]
     words = np.zeros((len(session.names), len(Status)), dtype=np.int64)
     for frames in session.blocks(BLOCK_FRAMES):
         stamps.append(frames.stamp_ns)
         for column, status in enumerate(frames.status.T):
             words[column] += np.bincount(status, minlength=len(Status))[: len(Status)]
             samples[column].append(frames.stamp_ns[status != Status.ABSENT])
-    clock = ClockInfo.of(_joined(stamps))
-    tracks = {name: ClockInfo.of(_joined(samples[column])) for column, name in enumerate(session.names)}
+    clock = ClockInfo.of(frames_ns := np.concatenate(stamps))
+    tracks = {name: ClockInfo.of(np.concatenate(samples[column])) for column, name in enumerate(session.names)}
     fixed = [body.id for body in session.scene.bodies if body.fixed is not None and body.id not in tracks]
-    zero = int(stamps[0][0]) if stamps and len(stamps[0]) else 0
+    zero = int(frames_ns[0]) if clock.count else 0
     events = Counter(event.name for event in session.events)
     return {
         "origin": session.origin,
         "scene": session.scene.name,
-        "first_stamp_ns": int(stamps[0][0]) if clock.count else None,
+        "first_stamp_ns": zero if clock.count else None,
         "frames": vars(clock),
         "bodies": [_body(session, name, tracks[name], words[column]) for column, name in enumerate(session.names)]
         + [_body(session, name, None, None) for name in fixed],
@@ -78,10 +78,6 @@ def session_info(session: Session) -> dict[str, Any]:
         "events": dict(sorted(events.items(), key=lambda item: (-item[1], item[0]))),
         "facts": dict(session.facts),
     }  # fmt: skip
-
-
-def _joined(parts: list[NDArray[np.int64]]) -> NDArray[np.int64]:
-    return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)
 
 
 def _body(session: Session, name: str, track: ClockInfo | None, words: NDArray[np.int64] | None) -> dict[str, Any]:

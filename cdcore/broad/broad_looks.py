@@ -1,7 +1,5 @@
 """Spheres and boxes of one frame after another, as ``BroadPhase`` decides them, in one call of a kernel a frame."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

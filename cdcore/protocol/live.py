@@ -1,7 +1,5 @@
 """A detector asked live: one frame after the other, as an engine asks, with what a look costs by stage."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -22,17 +22,9 @@ MISFIT_M: Final = 0.002
 
 THRESHOLDS: Final = ("speed_m_s", "energy_j", "scale_m_s")
 
-
-@dataclass(frozen=True)
-class ImpactSpeed:
-    """How fast two bodies met."""
-
-    time: float  # of impact, seconds; between the last clear frame and the first in contact
-    speed: float  # across the surfaces where their normal is known, else in all, m/s
-    across: bool  # whether the normal was known
-    # samples, misfit: of the parabola behind it
-    samples: int
-    misfit: float
+Impact = tuple[float, float, dict[str, float | int | str | bool]]
+"""Time, seconds, between the last clear frame and the first in contact; speed across the surfaces where their normal is
+known, else in all, m/s; and these in figures, with samples and misfit of the parabola behind them."""
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
@@ -51,9 +43,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return collected.output()
 
 
-def _impact(
-    inputs: EffectInputs, touch: EffectContact, pair: tuple[str, str], ran: NDArray[np.bool_]
-) -> ImpactSpeed | None:
+def _impact(inputs: EffectInputs, touch: EffectContact, pair: tuple[str, str], ran: NDArray[np.bool_]) -> Impact | None:
     """The impact at the begin of a contact; ``None``, and counted, where the path into it is not known."""
     a, b = inputs.poses(pair[0]), inputs.poses(pair[1])
     last = touch.before
@@ -76,7 +66,8 @@ def _impact(
     time = _time_of_impact(fit, path[-1], (float(a.times[last]), float(a.times[touch.first])), direction)
     velocity = fit.velocity(time)
     speed = float(np.sqrt(velocity @ velocity)) if direction is None else abs(float(velocity @ direction))
-    return ImpactSpeed(time, speed, direction is not None, len(rows), fit.misfit)
+    across = direction is not None
+    return time, speed, {"speed_m_s": speed, "across": across, "samples": len(rows), "misfit_m": fit.misfit}
 
 
 def _closing(a: BodyPoses, b: BodyPoses, touch: EffectContact, rows: NDArray[np.int64]) -> FloatArray:
@@ -108,17 +99,15 @@ def _time_of_impact(fit: Parabola, met: FloatArray, span: tuple[float, float], d
 
 
 def _events(
-    inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], point: Vector | None, impact: ImpactSpeed
+    inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], point: Vector | None, impact: Impact
 ) -> list[EffectEvent]:
-    values: dict[str, float | int | str | bool] = {
-        "speed_m_s": impact.speed, "across": impact.across, "samples": impact.samples, "misfit_m": impact.misfit,
-    }  # fmt: skip
+    time, speed, values = impact
     mass = inputs.body(pair[0]).extra.get("mass")
     if mass is not None:
-        values["energy_j"] = 0.5 * float(mass) * impact.speed**2
-    values.update(_judgement(declared, impact.speed, values.get("energy_j")))
-    words = f"{pair[0]} meets {pair[1]} at {impact.speed:.2f} m/s"
-    events = [EffectEvent(impact.time, "impact", pair, None, values, words, point=point)]
+        values["energy_j"] = 0.5 * float(mass) * speed**2
+    values.update(_judgement(declared, speed, values.get("energy_j")))
+    words = f"{pair[0]} meets {pair[1]} at {speed:.2f} m/s"
+    events = [EffectEvent(time, "impact", pair, None, values, words, point=point)]
     if values["broken"]:
         events.append(replace(events[0], name="broken", message=f"{pair[0]} breaks: {words}", level="error"))
     return events

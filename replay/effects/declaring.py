@@ -139,15 +139,16 @@ class _Reading:
             raise self.fail(f"{key} is missing: {field.about}{unit}")
         if key not in effect.settings:
             return value
-        fits, wanted = SIMPLE.get(field.kind, (None, ""))
-        if fits and not fits(value):
-            raise self.fail(f"{key} is {value!r}; give {wanted}")
-        readers: dict[str, Callable[[str, Any, Field], Any]] = {
-            "pairs": self._pairs, "bodies": self._bodies, "body": self._body, "number": self._number,
-            "text": self._text, "flag": lambda *_: value, "vector": lambda *_: tuple(map(float, value)),
-            "mapping": lambda *_: dict(value),
-        }  # fmt: skip
-        return readers[field.kind](key, value, field)
+        if field.kind in SIMPLE:
+            fits, wanted, made = SIMPLE[field.kind]
+            if not fits(value):
+                raise self.fail(f"{key} is {value!r}; give {wanted}")
+            if field.among and value not in field.among:
+                raise self.fail(f"{key} is {value!r}{nearest(value, field.among)}")
+            return made(value)
+        if field.kind == "number":
+            return self._number(key, value, field)
+        return {"pairs": self._pairs, "bodies": self._bodies, "body": self._body}[field.kind](key, value)
 
     def _selected(self, key: str, word: object) -> tuple[str, ...]:
         if not isinstance(word, str) or not word:
@@ -158,19 +159,19 @@ class _Reading:
             raise self.fail(f"{key}: no body is {word!r}{nearest(word, {*tags, *(b.id for b in self._scene.bodies)})}")
         return found
 
-    def _bodies(self, key: str, value: Any, _field: Field) -> tuple[str, ...]:
+    def _bodies(self, key: str, value: Any) -> tuple[str, ...]:
         words = value if isinstance(value, list | tuple) else [value]
         if not words:
             raise self.fail(f"{key} is empty; give ids of bodies or tag:WORD")
         return tuple(dict.fromkeys(name for word in words for name in self._selected(key, word)))
 
-    def _body(self, key: str, value: Any, _field: Field) -> str:
+    def _body(self, key: str, value: Any) -> str:
         found = self._selected(key, value)
         if len(found) > 1:
             raise self.fail(f"{key} is {value!r}, which stands for {', '.join(found)}; give one body")
         return found[0]
 
-    def _pairs(self, key: str, value: Any, _field: Field) -> tuple[Pair, ...]:
+    def _pairs(self, key: str, value: Any) -> tuple[Pair, ...]:
         if not isinstance(value, list | tuple) or len(value) != 2:
             raise self.fail(f"{key} is {value!r}; give two: [first, second], each an id or tag:WORD")
         first, second = (self._selected(key, word) for word in value)
@@ -194,17 +195,12 @@ class _Reading:
                 raise self.fail(f"{key} is {value!r}; give {words}{unit}")
         return float(value)
 
-    def _text(self, key: str, value: Any, field: Field) -> str:
-        if field.among and value not in field.among:
-            raise self.fail(f"{key} is {value!r}{nearest(value, field.among)}")
-        return str(value)
 
-
-SIMPLE: Final[dict[str, tuple[Callable[[Any], bool], str]]] = {
-    "text": (lambda value: isinstance(value, str) and bool(value), "text"),
-    "flag": (lambda value: isinstance(value, bool), "true or false"),
+SIMPLE: Final[dict[str, tuple[Callable[[Any], bool], str, Callable[[Any], Any]]]] = {
+    "text": (lambda value: isinstance(value, str) and bool(value), "text", str),
+    "flag": (lambda value: isinstance(value, bool), "true or false", bool),
     "vector": (lambda value: isinstance(value, list | tuple) and len(value) == 3 and all(map(is_number, value)),
-               "three finite numbers"),
-    "mapping": (lambda value: isinstance(value, Mapping), "a table"),
+               "three finite numbers", lambda value: tuple(map(float, value))),
+    "mapping": (lambda value: isinstance(value, Mapping), "a table", dict),
 }  # fmt: skip
-"""Kind of a field -> whether a value is of it, and what is asked for."""
+"""Kind of a field -> whether a value is of it, what is asked for, and what is made of it."""

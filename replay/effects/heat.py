@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -45,18 +44,13 @@ def diluted(inputs: EffectInputs, declared: Declaration, found: Findings) -> Non
             _note_temperature(declared, found, name, Series(times, one.over(times), "degC"))
 
 
-@dataclass
 class _Warmth:
     """One vessel: how warm it was when something last changed, and a row of each change: frame, time, degC, mL."""
 
-    declared: Declaration
-    volume_ml: float
-    celsius: float = field(init=False)
-    time: float = 0.0
-    rows: list[tuple[int, float, float, float]] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self.celsius = self.declared.number("ambient_c")
+    def __init__(self, declared: Declaration, volume_ml: float) -> None:
+        self.declared, self.volume_ml = declared, volume_ml
+        self.celsius, self.time = declared.number("ambient_c"), 0.0
+        self.rows: list[tuple[int, float, float, float]] = []
 
     def at(self, time: float) -> float:
         """Temperature by then; an empty vessel has that of the room."""

@@ -55,14 +55,14 @@ def contents_of(vessel: Vessel) -> Contents:
     contents = Contents(vessel.volume_ml)
     solute = str(liquid.get("solute") or "")
     if solute:
-        contents.amounts[solute] = litres * vessel.amount(liquid, "liquid", "molar")
+        contents.amounts[solute] = litres * vessel.amount("liquid", "molar")
     if "water_molar" in liquid:
-        contents.amounts[WATER] = litres * vessel.amount(liquid, "liquid", "water_molar")
+        contents.amounts[WATER] = litres * vessel.amount("liquid", "water_molar")
     elif not solute:
         contents.amounts[WATER] = litres * WATER_MOLAR
     solid = vessel.contents("solid")
     if solid:
-        mass, weight = (vessel.amount(solid, "solid", key) for key in ("mass_g", "molar_mass"))
+        mass, weight = (vessel.amount("solid", key) for key in ("mass_g", "molar_mass"))
         if weight <= 0.0:
             raise vessel.fail("has solid.molar_mass = 0; give it in g/mol")
         contents.solids[str(solid.get("formula") or "solid")] = mass / weight

@@ -63,17 +63,17 @@ class Vessel:
         found: Mapping[str, Any] = (self.body.extra.get("properties") or {}).get(kind) or {}
         return found
 
-    def amount(self, table: Mapping[str, Any], place: str, key: str) -> float:
-        """A number of at least 0 that the scene declares in ``properties``."""
-        value: Any = table.get(key)
+    def amount(self, kind: str, key: str, default: float | None = None) -> float:
+        """A number of at least 0 that the scene declares in ``properties.liquid`` or ``properties.solid``."""
+        value: Any = self.contents(kind).get(key, default)
         if not is_number(value) or value < 0.0:
-            raise self.fail(f"has {place}.{key} = {value!r}; give a finite number of at least 0")
+            raise self.fail(f"has {kind}.{key} = {value!r}; give a finite number of at least 0")
         return float(value)
 
     @property
     def volume_ml(self) -> float:
         """What stands in it at first."""
-        return self.amount({"volume_ml": 0.0, **self.contents("liquid")}, "liquid", "volume_ml")
+        return self.amount("liquid", "volume_ml", 0.0)
 
     @property
     def floor(self) -> float:

@@ -65,14 +65,11 @@ def without_contact(found: Sequence[NearMiss], touching: NDArray[np.float64]) ->
     ``found``: stretches in which a pair was close.
     ``touching``: (k, 3) column, start and end in seconds of every contact.
     """
+    pair, start, end = touching.T
     return tuple(
         one
         for one in found
-        if not np.any(
-            (touching[:, 0] == one.pair)
-            & (touching[:, 1] <= one.end + APART_S)
-            & (touching[:, 2] >= one.start - APART_S)
-        )
+        if not ((pair == one.pair) & (start <= one.end + APART_S) & (end >= one.start - APART_S)).any()
     )
 
 

@@ -63,12 +63,8 @@ def _order(stamps: NDArray[np.int64]) -> Iterator[Finding]:
 
 
 def _gaps(stamps: NDArray[np.int64], zero: int, body: str) -> Iterator[Finding]:
-    step = np.diff(stamps)
-    forward = step[step > 0]
-    if not len(forward):
-        return
-    median = float(np.median(forward))
-    rows = gap_rows(stamps)
+    step, rows = np.diff(stamps), gap_rows(stamps)
+    median = float(np.median(step[step > 0])) if len(rows) else 0.0
     long = rows[step[rows] > LONG_GAP_NS]
     for row in long.tolist():
         message = f"nothing for {step[row] / 1e9:.3g} s, {step[row] / median:.0f} steps of {median / 1e6:.1f} ms"

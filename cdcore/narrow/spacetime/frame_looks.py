@@ -1,7 +1,5 @@
 """Pairs of bodies in one frame after another, exactly; nothing is set up for a frame but the poses of bodies."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

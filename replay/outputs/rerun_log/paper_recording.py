@@ -47,13 +47,9 @@ def _blueprint(result: PaperResult) -> Any:
     tabs = [rrb.Vertical(rrb.Horizontal(*shapes), curve, row_shares=[3, 2], name="Fixtures")]
     for one in result.tables:
         name = entity_of(one.key)
-        tabs.append(
-            rrb.Vertical(
-                rrb.Spatial2DView(origin=f"/pictures/{name}", name=one.title),
-                rrb.TextDocumentView(origin=f"/tables/{name}", name="cells"),
-                name=one.key,
-            )
-        )
+        picture = rrb.Spatial2DView(origin=f"/pictures/{name}", name=one.title)
+        cells = rrb.TextDocumentView(origin=f"/tables/{name}", name="cells")
+        tabs.append(rrb.Vertical(picture, cells, name=one.key))
     time = rrb.TimePanel(timeline=TIMELINE, state="collapsed")
     return rrb.Blueprint(rrb.Tabs(*tabs), time, rrb.SelectionPanel(state="hidden"), rrb.BlueprintPanel(state="hidden"))
 
@@ -63,9 +59,8 @@ def _log_fixtures(recording: rr.RecordingStream, result: PaperResult) -> None:
     for group in result.groups:
         recording.set_time(TIMELINE, sequence=group.target)
         for body, thing in enumerate(group.bodies):
-            points = place_points(
-                thing.mesh.vertices, group.motion.rotations[0, body], group.motion.translations[0, body]
-            )
+            turn, place = group.motion.rotations[0, body], group.motion.translations[0, body]
+            points = place_points(thing.mesh.vertices, turn, place)
             where: list[object] = ["fixtures", group.family, thing.name]
             recording.log(where, rr.Mesh3D(vertex_positions=points, triangle_indices=thing.mesh.faces))
             red = thing.mesh.faces[np.unique(group.truth[0][:, body])]

@@ -185,15 +185,13 @@ def torus(sections: int, large: float = 0.05, small: float = 0.02) -> TriangleMe
     u = 2 * np.pi * np.arange(around)[:, None] / around
     v = 2 * np.pi * np.arange(tube)[None] / tube
     ring = large + small * np.cos(v)
-    points = np.stack(
-        [ring * np.cos(u), np.broadcast_to(small * np.sin(v), (around, tube)), -ring * np.sin(u)], axis=-1
-    )
+    height = np.broadcast_to(small * np.sin(v), (around, tube))
+    points = np.stack([ring * np.cos(u), height, -ring * np.sin(u)], axis=-1)
     number = np.arange(around * tube).reshape(around, tube)
     on, up = np.roll(number, -1, axis=0), np.roll(number, -1, axis=1)
     both = np.roll(on, -1, axis=1)
-    faces = np.concatenate(
-        [np.stack(part, axis=-1).reshape(-1, 3) for part in ((number, on, both), (number, both, up))]
-    )
+    halves = ((number, on, both), (number, both, up))
+    faces = np.concatenate([np.stack(part, axis=-1).reshape(-1, 3) for part in halves])
     return TriangleMesh(points.reshape(-1, 3), faces)
 
 
@@ -202,9 +200,8 @@ def sphere(sections: int, radius: float = 0.035) -> TriangleMesh:
     rings = max(3, sections // 2)
     u = 2 * np.pi * np.arange(sections)[None] / sections
     v = np.pi * np.arange(1, rings)[:, None] / rings
-    band = np.stack(
-        [np.sin(v) * np.cos(u), np.broadcast_to(np.cos(v), (rings - 1, sections)), -np.sin(v) * np.sin(u)], axis=-1
-    )
+    height = np.broadcast_to(np.cos(v), (rings - 1, sections))
+    band = np.stack([np.sin(v) * np.cos(u), height, -np.sin(v) * np.sin(u)], axis=-1)
     points = radius * np.concatenate([[[0.0, 1.0, 0.0]], band.reshape(-1, 3), [[0.0, -1.0, 0.0]]])
     number = 1 + np.arange((rings - 1) * sections).reshape(rings - 1, sections)
     on = np.roll(number, -1, axis=1)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
-from support.shapes import ball_mesh, box_mesh, moved, without_faces
+from support.shapes import ball_mesh, box_mesh, merged, moved, without_faces
 
 from cdcore import Impact, TriangleMesh, intersecting_faces, time_of_impact
 from cdcore.errors import InvalidPoseError, InvalidSettingError
@@ -91,6 +91,7 @@ def test_being_inside_is_a_fact_of_its_own_and_only_of_closed_meshes():
     assert out.toi[0] <= 0.4 / 3 <= out.toi[1]
     open_box = without_faces(box, 1)
     assert time_of_impact(ball, staying, open_box, REST).inside is None
+    assert time_of_impact(ball, staying, merged(box, box), REST).inside is None, "doubled: parity says outside"
     assert time_of_impact(ball, way(pose((5, 0, 0)), pose((5, 0, 1))), box, REST).inside is False
 
 
