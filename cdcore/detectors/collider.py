@@ -17,20 +17,9 @@ from cdcore.narrow.spacetime.frame_looks import FrameLooks
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import ByteArray, IntArray
-from cdcore.protocol import (
-    Body,
-    Detection,
-    Explanation,
-    Live,
-    LiveHeld,
-    LivePairs,
-    Motion,
-    PairDetector,
-    Verdict,
-    contact_or_clear,
-    pair_has_pose,
-)
+from cdcore.protocol import Body, Detection, Explanation, Motion, PairDetector, Verdict, contact_or_clear, pair_has_pose
 from cdcore.protocol.blocks import looks_at, looks_of, require_rate
+from cdcore.protocol.live import Live, LiveHeld, LivePairs
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,21 +15,10 @@ from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import Pose, section_of_faces
 from cdcore.numerics import ByteArray, FloatArray, Int32Array, IntArray
-from cdcore.protocol import (
-    NO_FACES,
-    Body,
-    Detection,
-    Explanation,
-    FaceSets,
-    Live,
-    LiveHeld,
-    LivePairs,
-    Motion,
-    PairDetector,
-    Verdict,
-)  # fmt: skip
+from cdcore.protocol import NO_FACES, Body, Detection, Explanation, FaceSets, Motion, PairDetector, Verdict
 from cdcore.protocol.blocks import looks_at, looks_of, pair_has_pose, require_rate
 from cdcore.protocol.detection import SectionSource
+from cdcore.protocol.live import Live, LiveHeld, LivePairs
 
 STAGES: Final = ("spheres", "boxes", "meshes", "containment")
 COUNTERS: Final = ("sphere_tests", "box_tests", "mesh_queries", "containment_tests")

@@ -16,18 +16,8 @@ from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray
-from cdcore.protocol import (
-    NO_FACES,
-    Body,
-    Detection,
-    FaceSets,
-    Live,
-    LivePairs,
-    Motion,
-    PairDetector,
-    Verdict,
-    pair_has_pose,
-)  # fmt: skip
+from cdcore.protocol import NO_FACES, Body, Detection, FaceSets, Motion, PairDetector, Verdict, pair_has_pose
+from cdcore.protocol.live import Live, LivePairs
 
 
 @dataclass(frozen=True, kw_only=True)

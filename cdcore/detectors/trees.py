@@ -48,7 +48,10 @@ class TreeDetector(PairDetector[TreeSettings]):
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
     def live(self) -> Live:
-        """A session that is asked one frame after the other; a budget is spent as over the whole motion."""
+        """A session that is asked one frame after the other; a budget is spent as over the whole motion.
+
+        Without a budget, spheres and boxes come first, and what was found apart stays so until bodies moved that far.
+        """
         if self.settings.budget is not None:
             return super().live()
         looks = BroadLooks(BroadPhase(self.bodies, self.pairs))

@@ -111,23 +111,15 @@ class ContainmentStage:
         if len(rows):
             states = np.empty(len(rows), dtype=np.uint8)
             nesting_states(
-                motion.rotations,
-                motion.translations,
-                frames[rows],
-                inner,
-                outer,
-                a.probes,
-                b.grid,
-                a.size + b.size,
-                PAD,
-                states,
-            )
+                motion.rotations, motion.translations, frames[rows], inner, outer, a.probes, b.grid, a.size + b.size,
+                PAD, states,
+            )  # fmt: skip
             inside[rows] = states == INSIDE
             for k in rows[states == UNCERTAIN].tolist():
-                poses = [
-                    (motion.rotations[frames[k], body], motion.translations[frames[k], body]) for body in (inner, outer)
-                ]
-                inside[k] = wholly_inside(a.mesh, poses[0], b.mesh, poses[1])
+                of_a, of_b = (
+                    (motion.rotations[frames[k], o], motion.translations[frames[k], o]) for o in (inner, outer)
+                )
+                inside[k] = wholly_inside(a.mesh, of_a, b.mesh, of_b)
         return inside
 
 
