@@ -83,6 +83,7 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
     """
 
     name: ClassVar[str] = "discrete"
+    kind: ClassVar[str] = "engine"
     online: ClassVar[bool] = True
     Settings: ClassVar[type] = DiscreteSettings
     sources: ClassVar[tuple[str, ...]] = (

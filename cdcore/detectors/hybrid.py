@@ -45,6 +45,7 @@ class HybridDetector(PairDetector[HybridSettings]):
     """
 
     name: ClassVar[str] = "hybrid"
+    kind: ClassVar[str] = "engine"
     Settings: ClassVar[type] = HybridSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "

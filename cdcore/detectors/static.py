@@ -57,6 +57,7 @@ class StaticDetector(PairDetector[StaticSettings]):
     """
 
     name: ClassVar[str] = "static"
+    kind: ClassVar[str] = "engine"
     Settings: ClassVar[type] = StaticSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "

@@ -132,6 +132,7 @@ class RapidStyleDetector(TreeDetector):
     """
 
     name: ClassVar[str] = "rapid-style"
+    kind: ClassVar[str] = "re-creation"
     sources: ClassVar[tuple[str, ...]] = (OBB_TREE,)
     choose_when: ClassVar[str] = "you compare with RAPID: its descent, its counters, its first-contact mode"
     cannot: ClassVar[str] = "speak for RAPID's own rounding: its leaf test here is exact"
@@ -148,6 +149,7 @@ class SolidStyleDetector(TreeDetector):
     """
 
     name: ClassVar[str] = "solid-style"
+    kind: ClassVar[str] = "re-creation"
     sources: ClassVar[tuple[str, ...]] = (
         AABB_TREE,
         "G. van den Bergen, A fast and robust GJK implementation for collision detection of convex objects, Journal of "

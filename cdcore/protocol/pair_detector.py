@@ -22,6 +22,8 @@ class PairDetector(ABC, Generic[SettingsT]):
 
     name: ClassVar[str]
     online: ClassVar[bool] = False
+    kind: ClassVar[str] = "own"
+    """Whose answer it is: *own* method, *paper*, *re-creation* of an engine, or the *engine* itself."""
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SettingsT) -> None:
         self.bodies = tuple(bodies)

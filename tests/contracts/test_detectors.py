@@ -4,14 +4,14 @@ from functools import cache
 
 import numpy as np
 import pytest
+from support.rows import ROWS
 from support.shapes import lab, random_rotations
 
-from cdcore import DETECTORS, Body, Motion, TriangleMesh, Verdict, create_detector, join
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.errors import CollisionCoreError, InvalidPairError, InvalidPoseError, InvalidSettingError, NotRecordedError
 from cdcore.protocol import Detector, counts_as_contact, detect_live
 from cdcore.transforms.rigid import rotation_from_quaternion
 
-NAMES = list(DETECTORS)
 FRAMES = 40
 LIVE = [
     ("exact", {}), ("exact", {"containment": False}), ("hybrid", {}), ("hybrid", {"sphere": "paper"}), ("obb", {}),
@@ -23,7 +23,7 @@ LIVE = [
 """Detectors and settings that a live session answers on a path of its own, or must leave to the usual one."""
 
 
-@pytest.fixture(params=NAMES)
+@pytest.fixture(params=ROWS)
 def name(request):
     return request.param
 
