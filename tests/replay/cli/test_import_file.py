@@ -42,7 +42,10 @@ def test_json_says_where_the_session_lies_and_what_was_said(tmp_path, capsys):
 def test_stand_in_meshes_are_said_to_be_stand_ins(tmp_path, capsys):
     source = aframe(tmp_path / "m.json")
     assert main(["import", "aframe", str(source), "-o", str(tmp_path / "s.mcap")]) == 0
-    assert "proxy meshes stand in for: left, right" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "proxy meshes stand in for: left, right" in said
+    converted = read_session(tmp_path / "s.mcap").facts.get("conversions", "none")
+    assert ("converted" in said) == (converted != "none") and (converted == "none" or f"converted: {converted}" in said)
 
 
 def test_a_file_in_the_way_is_kept_unless_forced(tmp_path, capsys):
