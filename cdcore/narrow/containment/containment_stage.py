@@ -1,7 +1,7 @@
-"""Which bodies lie wholly inside a closed other, where their surfaces do not meet: decided by exact parity.
+"""Which bodies have a connected part inside a closed other, where their surfaces do not meet: by exact parity.
 
-A ball in a box is contained; a rod in an open beaker is not, even if the beaker's mesh is closed: the cavity is
-outside the glass.
+Solids with disjoint surfaces overlap exactly there. A ball in a box is contained; a rod in an open beaker is not, even
+if the beaker's mesh is closed: the cavity is outside the glass.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.kernels.memory import Memory, doubles_of
 from cdcore.mesh import TriangleMesh
-from cdcore.narrow.containment.closed_parts import parity_is_inside
-from cdcore.narrow.containment.ray_parity import OUTSIDE, UNCERTAIN, InsideGrid, point_inside
+from cdcore.narrow.containment.closed_parts import connected_parts, parity_is_inside
+from cdcore.narrow.containment.ray_parity import INSIDE, UNCERTAIN, InsideGrid, point_inside
 from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.numerics import EPS, BoolArray, ByteArray, FloatArray, IntArray, place_points
 from cdcore.protocol import DECIDED, Body, Motion, Verdict
@@ -28,9 +28,9 @@ the sum of 192, to which a rotation's transpose is its inverse (``ORTHONORMAL_KE
 """
 
 ROOM_SLACK: Final = 1e-9
-"""A body longer than the other's box by less than this share is still asked about."""
+"""A part longer than the other's box by less than this share is still asked about."""
 
-PROBES_PER_COMPONENT: Final = 4
+PROBES_PER_PART: Final = 4
 """Vertices tried before the exact answer: from one of them a ray may run along an edge, hardly from four."""
 
 Pose = tuple[FloatArray, FloatArray]
@@ -59,12 +59,12 @@ class ContainmentStage:
         return len(frames) if self._asked else 0
 
     def contained(self, motion: Motion, frames: IntArray, columns: IntArray) -> BoolArray:
-        """Whether one body of the pair is wholly inside the other, (K,) for K pair-frames without contact."""
+        """Whether a part of one body of the pair is inside the other, (K,) for K pair-frames without contact."""
         inside = np.zeros(len(frames), dtype=np.bool_)
         for column, rows in rows_of_columns(columns) if self._asked else ():
             i, j = self._pairs[column]
             for inner, outer in ((i, j), (j, i)):
-                if self._solids[outer].has_room_for(self._solids[inner]):
+                if self._solids[outer].mesh.is_closed:
                     left = rows[~inside[rows]]
                     inside[left] = self._inside(motion, inner, outer, frames[left])
         return inside
@@ -73,12 +73,21 @@ class ContainmentStage:
         a, b = self._solids[inner], self._solids[outer]
         inside = np.zeros(len(frames), dtype=np.bool_)
         size, pad = a.size + b.size, MARGIN_ULPS * EPS
-        may = np.empty(len(frames), dtype=np.bool_)
-        may_be_inside(motion.rotations, motion.translations, frames, inner, outer, a.extremes, b.box, size, pad, may)
-        rows = np.flatnonzero(may)
-        if len(rows):
-            poses = _Relative(motion, frames[rows], inner, outer)
-            inside[rows] = poses.wholly_inside(a, b, pad * (size + poses.far))
+
+        def within(points: FloatArray, box: FloatArray, rows: IntArray) -> IntArray:
+            may = np.empty(len(rows), dtype=np.bool_)
+            ends = (motion.rotations, motion.translations, frames[rows], inner, outer)
+            may_be_inside(*ends, points, box, size, pad, may)
+            return rows[may]
+
+        parts, near = a.parts_that_fit(b), np.arange(len(frames))
+        if len(a.parts) > 1 and parts:  # a body of many parts is dismissed whole where it is far away
+            near = within(a.middle, b.box + a.reach * np.array([[-1.0], [1.0]]), near)
+        for part in parts if len(near) else ():
+            rows = within(part.extremes, b.box, near[~inside[near]])
+            if len(rows):
+                poses = _Relative(motion, frames[rows], inner, outer)
+                inside[rows] = poses.inside(part.probes, b, pad * (size + poses.far))
         return inside
 
 
@@ -90,31 +99,24 @@ class _Relative:
         self.rb, self.tb = motion.rotations[frames, outer], motion.translations[frames, outer]
         self.far: FloatArray = np.abs(self.ta).max(axis=1) + np.abs(self.tb).max(axis=1)
 
-    def wholly_inside(self, a: _Solid, b: _Solid, margins: FloatArray) -> BoolArray:
-        """Whether all components of A are inside B, (K,); the exact answer where a ray is uncertain."""
-        inside = np.ones(len(margins), dtype=np.bool_)
-        uncertain = np.zeros(len(margins), dtype=np.bool_)
-        for probes in a.probes:
-            rows = np.flatnonzero(inside)
-            states = self._component_states(probes, b.grid, rows, margins)
-            inside[rows[states == OUTSIDE]] = False
-            uncertain[rows[states == UNCERTAIN]] = True
-        for k in np.flatnonzero(inside & uncertain).tolist():
-            inside[k] = wholly_inside(a.mesh, (self.ra[k], self.ta[k]), b.mesh, (self.rb[k], self.tb[k]))
+    def inside(self, probes: FloatArray, b: _Solid, margins: FloatArray) -> BoolArray:
+        """Whether a part of A with these vertices is inside B, (K,); the exact answer where a ray is uncertain."""
+        states = self._states(probes, b.grid, margins)
+        for k in np.flatnonzero(states == UNCERTAIN).tolist():
+            states[k] = _any_inside(probes[:1], (self.ra[k], self.ta[k]), b.mesh, (self.rb[k], self.tb[k]))
+        inside: BoolArray = states == INSIDE
         return inside
 
-    def _component_states(
-        self, probes: FloatArray, grid: InsideGrid, rows: IntArray, margins: FloatArray
-    ) -> NDArray[np.int8]:
-        """State of one component: it meets no surface, so any of its vertices along any axis tells."""
-        states = np.full(len(rows), UNCERTAIN, dtype=np.int8)
+    def _states(self, probes: FloatArray, grid: InsideGrid, margins: FloatArray) -> NDArray[np.int8]:
+        """State of one part: it meets no surface, so any of its vertices along any axis tells."""
+        states = np.full(len(margins), UNCERTAIN, dtype=np.int8)
         for probe in probes:
             left = np.flatnonzero(states == UNCERTAIN)
-            seen = self._seen(probe, rows[left])
+            seen = self._seen(probe, left)
             for axis in range(3):
                 still = states[left] == UNCERTAIN
                 asked = left[still]
-                states[asked] = grid.parity(seen[still], margins[rows[asked]], axis)
+                states[asked] = grid.parity(seen[still], margins[asked], axis)
         return states
 
     def _seen(self, point: FloatArray, rows: IntArray) -> FloatArray:
@@ -138,14 +140,28 @@ def _are(names: Sequence[str], one: str, several: str) -> str:
     return f"{names[0]} {one}" if len(names) == 1 else f"{' and '.join(sorted(names))} {several}"
 
 
-def wholly_inside(inner: TriangleMesh, inner_pose: Pose, outer: TriangleMesh, outer_pose: Pose) -> bool:
-    """Whether every component of one mesh is inside a closed other that it does not meet, by exact arithmetic.
+def any_part_inside(inner: TriangleMesh, inner_pose: Pose, outer: TriangleMesh, outer_pose: Pose) -> bool:
+    """Whether a connected part of one mesh is inside a closed other that it does not meet, by exact arithmetic.
 
     Choose it for single poses; it places the whole outer mesh. Poses are (rotation, translation).
     """
+    return _any_inside(np.array([part[0, 0] for part in connected_parts(inner)]), inner_pose, outer, outer_pose)
+
+
+def _any_inside(points: FloatArray, pose: Pose, outer: TriangleMesh, outer_pose: Pose) -> bool:
     surface = place_points(outer.vertices, *outer_pose)[outer.faces]
-    starts = place_points(_component_vertices(inner, 1)[:, 0], *inner_pose)
-    return all(point_inside(start, surface) for start in starts)
+    return any(point_inside(point, surface) for point in place_points(points, *pose))
+
+
+class _Part:
+    """A connected part of a mesh: its outermost vertices (E, 3), and vertices (n, 3) spread over its faces."""
+
+    def __init__(self, triangles: FloatArray) -> None:
+        points, probe = triangles.reshape(-1, 3), np.arange(PROBES_PER_PART)
+        self.extremes: FloatArray = points[np.unique([points.argmin(axis=0), points.argmax(axis=0)])]
+        self.probes: FloatArray = triangles[probe * len(triangles) // PROBES_PER_PART, probe % 3]
+        apart = self.extremes[:, None] - self.extremes
+        self.length = float(np.sqrt((apart**2).sum(axis=2)).max())
 
 
 class _Solid:
@@ -154,13 +170,18 @@ class _Solid:
     def __init__(self, mesh: TriangleMesh) -> None:
         self.mesh = mesh
 
-    def has_room_for(self, other: _Solid) -> bool:
-        """Whether the other could lie inside at all: this one is closed and its box is as long as the other is."""
-        if not self.mesh.is_closed:
-            return False
-        apart = other.extremes[:, None] - other.extremes
-        longest = float(np.sqrt((apart**2).sum(axis=2)).max())
-        return longest <= float(np.linalg.norm(self.box[1] - self.box[0])) * (1 + ROOM_SLACK)
+    def parts_that_fit(self, outer: _Solid) -> list[_Part]:
+        """The parts that could lie inside the other at all: its box is as long as they are."""
+        most = float(np.linalg.norm(outer.box[1] - outer.box[0])) * (1 + ROOM_SLACK)
+        return [self.parts[k] for k in np.flatnonzero(self._lengths <= most)]
+
+    @cached_property
+    def parts(self) -> list[_Part]:
+        return [_Part(triangles) for triangles in connected_parts(self.mesh)]
+
+    @cached_property
+    def _lengths(self) -> FloatArray:
+        return np.array([part.length for part in self.parts])
 
     @cached_property
     def box(self) -> FloatArray:
@@ -168,31 +189,22 @@ class _Solid:
         return np.stack([points.min(axis=0), points.max(axis=0)])
 
     @cached_property
+    def middle(self) -> FloatArray:
+        """Centre of the box, (1, 3)."""
+        return self.box.mean(axis=0, keepdims=True)
+
+    @cached_property
+    def reach(self) -> float:
+        """No vertex is farther from the middle."""
+        return float(np.linalg.norm(self.box[1] - self.middle[0]))
+
+    @cached_property
     def size(self) -> float:
         return float(np.linalg.norm(np.abs(self.mesh.referenced_vertices).max(axis=0)))
 
     @cached_property
-    def extremes(self) -> FloatArray:
-        points = self.mesh.referenced_vertices
-        extremes: FloatArray = points[np.unique([points.argmin(axis=0), points.argmax(axis=0)])]
-        return extremes
-
-    @cached_property
-    def probes(self) -> FloatArray:
-        return _component_vertices(self.mesh, PROBES_PER_COMPONENT)
-
-    @cached_property
     def grid(self) -> InsideGrid:
         return InsideGrid(self.mesh.triangles)
-
-
-def _component_vertices(mesh: TriangleMesh, count: int) -> FloatArray:
-    """(C, count, 3) vertices of each connected component, spread over its faces."""
-    order = np.argsort(mesh.components, kind="stable")
-    _, first, sizes = np.unique(mesh.components[order], return_index=True, return_counts=True)
-    spread = first[:, None] + (np.arange(count) * sizes[:, None]) // count
-    corner = np.arange(count) % 3
-    return np.ascontiguousarray(mesh.vertices[mesh.faces[order[spread], corner]])
 
 
 @hot_kernel
@@ -226,9 +238,9 @@ def may_be_inside(
     rotation: FloatArray, translation: FloatArray, frames: IntArray, inner: int, outer: int, extremes: FloatArray,
     box: FloatArray, size: float, pad: float, may: BoolArray,
 ) -> None:  # fmt: skip
-    """Fill ``may`` (K,): False where an outermost vertex of the inner body lies outside the box of the outer one.
+    """Fill ``may`` (K,): False where one of some points of the inner body lies outside the box of the outer one.
 
-    ``extremes`` (E, 3) of the inner body and ``box`` (2, 3); the margin is ``pad`` times both bodies' size.
+    ``extremes`` (E, 3): the points; ``box`` (2, 3); the margin is ``pad`` times both bodies' size.
     """
     turns, places, points, ends = doubles_of(rotation), doubles_of(translation), doubles_of(extremes), doubles_of(box)
     bodies = rotation.shape[1]

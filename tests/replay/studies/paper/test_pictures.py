@@ -33,3 +33,11 @@ def test_the_same_table_gives_the_same_bytes_and_other_cells_others(small):
     changed = PaperTable(table.key, table.title, table.head, rows, table.note)
     one, again, other = (pictures_of([some])["T1a"][1] for some in (table, table, changed))
     assert one == again != other
+
+
+@pytest.mark.slow
+def test_a_search_that_covered_too_few_poses_is_drawn_without_its_evaluations():
+    head = ("family", "search", "faces sampled", "misses at 100", "rate", "low", "high", "evaluations of covered")
+    rows = tuple(("rods", name, "64", 1, 0.5, 0.1, 0.9, None) for name in ("cold", "warm"))
+    ((_, png),) = pictures_of([PaperTable("F8 search", "What a search takes", head, rows, "")]).values()
+    assert png.startswith(b"\x89PNG")
