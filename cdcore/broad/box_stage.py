@@ -1,7 +1,5 @@
 """The box stage: separating axes of whole-body boxes reject what the spheres let through, never bodies that touch."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Spheres, then boxes: the pair-frames that both let through may meet, all others are clear."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter

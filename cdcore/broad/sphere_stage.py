@@ -6,8 +6,6 @@ centre they gave: a pad from the world centre missed 1,478 of 3,000 tangent pair
 own origin.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

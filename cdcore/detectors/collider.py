@@ -1,7 +1,5 @@
 """The collider that was shipped: a hull, box, sphere or capsule in place of each mesh, tested at fixed steps."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter

@@ -1,7 +1,5 @@
 """Fixed time steps: tests every pair at its ticks, as a live engine does, and sees nothing between them."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass

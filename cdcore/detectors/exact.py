@@ -1,7 +1,5 @@
 """The truth about recorded poses and meshes: every contact and no other, over the whole motion at once."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter

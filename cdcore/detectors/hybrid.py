@@ -1,7 +1,5 @@
 """Spheres, boxes, then FCL meshes: complete about contact, and only what volumes leave open reaches a triangle."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter

@@ -1,7 +1,5 @@
 """One query per pair at load and after any change of a pose; between changes the answer is the cached one."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter

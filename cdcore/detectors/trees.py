@@ -4,8 +4,6 @@ Each is a row of ``cdcore.narrow.trees.search.TREE_KINDS``, the words that say w
 Run to completion, none of them loses a face.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from time import perf_counter
 from typing import Any, ClassVar, Final

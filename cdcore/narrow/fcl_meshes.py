@@ -8,8 +8,6 @@ area), needles, coordinates near 2^400, and ties within rounding in a rotated wo
 433 missed and 681 invented of 7,018 face pairs). Choose the exact detector where these matter.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, Final
 

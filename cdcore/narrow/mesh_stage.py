@@ -1,7 +1,5 @@
 """The mesh stage: which of many pair-frames meet, and in which faces; a pose that repeats is not tested again."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

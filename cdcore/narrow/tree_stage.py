@@ -4,8 +4,6 @@ A search that runs to completion is complete: a pad around volumes covers roundi
 reference vertices. A search that its budget ends says what it found, and NOT_FOUND where that is nothing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise

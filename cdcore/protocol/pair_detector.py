@@ -1,7 +1,5 @@
 """The common part of all detectors: they keep their bodies, and answer a motion in blocks as they answer it whole."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Generic, TypeVar

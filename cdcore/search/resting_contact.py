@@ -3,8 +3,6 @@
 A search that is left out leaves the verdict NOT_FOUND: it neither invents a contact nor calls a pair clear.
 """
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from replay.base.progress import Progress, Silent
@@ -62,16 +63,16 @@ def run(
     )  # fmt: skip
     if target is not None:
         with progress.stage("write"):
-            _write(result, target, force=force, picture=picture)
+            write(result, target, force=force, picture=picture)
     return result
 
 
-def _write(result: RunResult, target: Path, *, force: bool, picture: bool) -> None:
+def write(
+    result: RunResult, target: Path, *, force: bool, picture: bool = True, files: Mapping[str, Path] | None = None
+) -> None:
+    """Write the run folder of a result, with the recording for Rerun if ``picture``; as ``write_run_folder``."""
     from replay.outputs.results.run_folder import write_run_folder
 
     if picture:
         from replay.outputs.rerun_log.recording import write_recording
-
-        write_run_folder(result, target, force=force, picture=write_recording)
-    else:
-        write_run_folder(result, target, force=force)
+    write_run_folder(result, target, force=force, picture=write_recording if picture else None, files=files)

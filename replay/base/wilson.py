@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import sqrt
 from typing import Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+OVER_CONTACTS: Final = "In brackets: 95 % intervals over contacts drawn anew, not over look phases alone."
+"""What the intervals beside every share of contacts, pair-frames and faces are about."""
 
 Z95: Final = 1.959963984540054
 """Quantile of the normal distribution that leaves 2.5 % above: intervals are at 95 %."""
@@ -29,7 +36,52 @@ def wilson(count: float, of: float) -> tuple[float, float]:
     return (0.0 if count == 0 else max(0.0, low)), (1.0 if count == of else min(1.0, high))
 
 
-def share(count: int, of: int) -> dict[str, Any]:
-    """A share as plain data: ``count``, ``of``, ``share`` (null of nothing), ``low`` and ``high`` at 95 %."""
-    low, high = wilson(count, of)
-    return {"count": count, "of": of, "share": count / of if of else None, "low": low, "high": high}
+def share(count: int, of: int, clusters: int | None = None, squares: Sequence[int] = ()) -> dict[str, Any]:
+    """A share as plain data: ``count``, ``of``, ``share`` (null of nothing), ``low`` and ``high`` at 95 %.
+
+    Of ``clusters``, their ``squares`` are the sums of count squared, count times whole, and whole squared.
+    """
+    number = of if clusters is None else _effective(count, of, clusters, squares)
+    low, high = wilson(number * (count / of) if of else 0, number)
+    told = {"count": count, "of": of, "share": count / of if of else None, "low": low, "high": high}
+    return told if clusters is None else {**told, "clusters": clusters, "squares": list(squares)}
+
+
+def share_of_clusters(counts: ArrayLike, wholes: ArrayLike) -> dict[str, Any]:
+    """As ``share``, of what is drawn in clusters, as pair-frames are drawn in contacts.
+
+    ``counts`` (C,) of ``wholes`` (C,) are those of each cluster; one without members is none.
+    """
+    both = np.array([counts, wholes], dtype=object)  # whole numbers of Python: squares of face pairs pass 64 bits
+    (squared, crossed), (_, whole) = (both @ both.T).tolist()
+    count, of = both.sum(axis=1).tolist()
+    return share(count, of, int((both[1] > 0).sum()), (squared, crossed, whole))
+
+
+def pooled(shares: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The share of several sessions together, from the counts of each."""
+    count, of = (sum(one[name] for one in shares) for name in ("count", "of"))
+    if "clusters" not in shares[0]:
+        return share(count, of)
+    squares = [sum(column) for column in zip(*(one["squares"] for one in shares), strict=True)]
+    return share(count, of, sum(one["clusters"] for one in shares), squares)
+
+
+def _effective(count: int, of: int, clusters: int, squares: Sequence[int]) -> float:
+    """How many independent draws say as much about ``count / of`` as these clusters; all or nothing: their number.
+
+    The variance of the share is that of a ratio of sums. Few or unequal clusters look more alike than they are: so a
+    cluster, the mean over members, is left out of the whole, and the quantile is that of Student's t with as many
+    degrees as equal clusters would give. Without both, 18 contacts of unequal length cover 90 % instead of 95 %.
+
+    Source: Rao and Scott (1992), Biometrics 48, 577-585; t: Korn and Graubard (1998), Survey Methodology 24, 193-201.
+    """
+    from scipy.special import stdtrit
+
+    if count in (0, of):
+        return clusters
+    part, (squared, crossed, whole) = count / of, squares
+    spread = squared - 2 * part * crossed + part * part * whole
+    wide = float(stdtrit(max(of * of / whole - 1.0, 1.0), 0.975)) / Z95
+    number = part * (1 - part) * (of - whole / of) ** 2 / max(spread, 1e-9 * whole) / wide**2
+    return min(max(number, 1.0), of)

@@ -16,15 +16,13 @@ from replay.studies.class_study.tables import OBSERVED_ONLY, coefficient_table, 
 MARKS = {INCONSISTENT: WARNING, "weak": FOUND, AGREES: FAINT}
 """Kind of a remark -> its mark, the worst kind first."""
 
-HEAD = ("outcome", "predictor", "regression", "beta", "95 % interval", "p (Holm)", "adj. R²")
+HEAD = ("outcome", "predictor", "n", "beta", "95 % interval", "p (Holm)", "conclusion")
 ALPHA_HEAD = ("construct", "items", "n", "Cronbach's alpha", "95 % interval")
 
 
 def study_tables(study: Study) -> Group:
     """What was found, every coefficient, and what is not said."""
-    recall = "" if study.recall is None else f", recall {study.recall:.1%}"
-    title = f"associations  n = {study.students}" + (f", contacts by {study.detector}{recall}" * bool(study.detector))
-    parts = [coefficient_table(study).only(*HEAD).titled(title)] if study.regressions else []
+    parts = [coefficient_table(study).only(*HEAD)] if study.regressions else []
     parts += [reliability_table(study).only(*ALPHA_HEAD)] if study.reliabilities else []
     said = [
         f"another conclusion with {row.detector}: {words(row.predictor)} with {words(row.outcome)}"

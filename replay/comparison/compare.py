@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cdcore import Detection
 from cdcore.protocol import FaceSets, counts_as_contact, is_undecided
 from replay.base.constants import VERDICT_FRAMES
-from replay.comparison.outcome import Comparison, Outcome
+from replay.comparison.outcome import Comparison, Episode, Outcome
 from replay.errors import AuditError
 
 Within: TypeAlias = NDArray[np.bool_] | Callable[[NDArray[np.int64], NDArray[np.int64]], NDArray[np.bool_]]
@@ -92,28 +92,35 @@ class FaceRecall:
 
     Parameters
     ----------
-    found, total : face pairs, summed over pair-frames.
+    found, total : face pairs of each contact of the oracle, summed over its pair-frames.
     pair_frames : pair-frames with face pairs that both decided.
     invented : face pairs that only the subject lists, in these pair-frames.
     """
 
-    found: int
-    total: int
+    found: tuple[int, ...]
+    total: tuple[int, ...]
     pair_frames: int
     invented: int
 
 
-def face_recall(subject: FaceSets, oracle: FaceSets, comparison: Comparison) -> FaceRecall:
-    """Compare two lists of face pairs wherever the oracle has some and both decided; missed pair-frames count."""
+def face_recall(
+    subject: FaceSets, oracle: FaceSets, comparison: Comparison, contacts: Sequence[Episode]
+) -> FaceRecall:  # fmt: skip
+    """Compare two lists of face pairs wherever the oracle has some and both decided; missed pair-frames count.
+
+    ``contacts`` are the oracle's.
+    """
     outcome = comparison.outcome
+    number = {(frame, one.pair): k for k, one in enumerate(contacts) for frame in range(one.first, one.last + 1)}
     decided = np.isin(outcome[oracle.frame, oracle.pair], [Outcome.BOTH, Outcome.MISSED])
-    found = total = listed = 0
+    found, total, listed = np.zeros(len(contacts), np.int64), np.zeros(len(contacts), np.int64), 0
     for entry in np.flatnonzero(decided).tolist():
         own = oracle.faces[oracle.start[entry] : oracle.stop[entry]]
-        other = subject.at(int(oracle.frame[entry]), int(oracle.pair[entry]))
+        at = int(oracle.frame[entry]), int(oracle.pair[entry])
+        other = subject.at(*at)
         # One number per face pair.
         truth, said = ((faces[:, 0].astype(np.int64) << 32) | faces[:, 1] for faces in (own, other))
-        found += len(np.intersect1d(truth, said, assume_unique=True))
-        total += len(truth)
+        found[number[at]] += len(np.intersect1d(truth, said, assume_unique=True))
+        total[number[at]] += len(truth)
         listed += len(said)
-    return FaceRecall(found, total, int(decided.sum()), listed - found)
+    return FaceRecall(tuple(found.tolist()), tuple(total.tolist()), int(decided.sum()), listed - int(found.sum()))

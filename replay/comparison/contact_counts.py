@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from replay.base.wilson import share_of_clusters
+from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Comparison, Episode, Outcome
+
+if TYPE_CHECKING:
+    from replay.pipeline.run_result import Measured
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +77,11 @@ class ContactCounts:
         """The contacts of one pair."""
         return ContactCounts(self.pairs[self.pairs == pair], self.frames[self.pairs == pair])
 
+    def share(self, outcome: Outcome) -> dict[str, Any]:
+        """Pair-frames that ended so, of these and of those found; the interval is over contacts."""
+        ended = self.frames[:, outcome]
+        return share_of_clusters(ended, ended + self.frames[:, Outcome.BOTH])
+
     def _any(self, outcome: Outcome) -> NDArray[np.bool_]:
         return self.frames[:, outcome] > 0
 
@@ -80,26 +90,7 @@ class ContactCounts:
         return self._any(Outcome.BOTH) | self._any(Outcome.MISSED)
 
 
-class Audited(Protocol):
-    """What a run says of its contacts."""
-
-    @property
-    def oracle(self) -> str:
-        """Label of the oracle."""
-        ...
-
-    @property
-    def comparisons(self) -> Mapping[str, Comparison]:
-        """Label -> comparison with the oracle."""
-        ...
-
-    @property
-    def episodes(self) -> Mapping[str, Sequence[Episode]]:
-        """Label -> contacts, in order."""
-        ...
-
-
-def contact_counts(result: Audited, label: str) -> ContactCounts:
+def contact_counts(result: Measured, label: str) -> ContactCounts:
     """What an audited detector of a run made of the oracle's contacts."""
     return count_contacts(result.comparisons[label], result.episodes[result.oracle])
 
@@ -110,3 +101,11 @@ def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> Conta
     for row, one in zip(frames, contacts, strict=True):
         row[:] = np.bincount(comparison.outcome[one.first : one.last + 1, one.pair], minlength=len(Outcome))
     return ContactCounts(np.array([one.pair for one in contacts], dtype=np.int64), frames)
+
+
+def count_reports(comparison: Comparison) -> ContactCounts:
+    """What became of the contacts that the detector reports: stretches found, invented, or within tolerance."""
+    said = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
+    found = column_runs(np.isin(column, said) for column in comparison.outcome.T)
+    reports = [Episode(pair, first, last, 0.0, 0.0) for pair, first, last in found.tolist()]
+    return count_contacts(comparison, reports)

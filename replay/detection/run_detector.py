@@ -44,6 +44,7 @@ class Run:
     detector : ready to be asked again.
     settings : all settings in force, as plain data.
     detection : the answer.
+    faces : whether it was asked which faces meet, within the seconds below.
     prepare, warm, detect : seconds to build the detector, to warm it up, and to detect.
     """
 
@@ -51,6 +52,7 @@ class Run:
     detector: Detector
     settings: Mapping[str, Any]
     detection: Detection
+    faces: bool
     prepare: float
     warm: float
     detect: float
@@ -117,7 +119,7 @@ def run_detector(spec: DetectorSpec, assembly: Assembly, *, seed: int, faces: bo
             parts = _streamed(detector, motion, faces, advance)
             detection = _joined(parts, detector, assembly) if isinstance(motion, StoredMotion) else join(parts)
     clock.append(perf_counter())
-    return Run(spec, detector, asdict(detector.settings), detection, *np.diff(clock).tolist())
+    return Run(spec, detector, asdict(detector.settings), detection, faces, *np.diff(clock).tolist())
 
 
 def face_sets_again(detector: Detector, assembly: Assembly, advance: Advance) -> FaceSets | None:

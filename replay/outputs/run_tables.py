@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from cdcore.protocol import DECIDED
+from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.clusters import clusters
 from replay.comparison.contact_counts import contact_counts
 from replay.comparison.outcome import Episode, Miss, Outcome
@@ -36,7 +37,7 @@ def pair_frame_table(title: str, audit: Mapping[str, Any]) -> Table:
     rows.append(("between frames", *(each["between_frames"] for each in figures)))
     faces = (each["faces"] for each in figures)
     rows.append(("faces found", *("not asked" if one is None else percent(one["recall"]) for one in faces)))
-    return table(title, ("", *audit), rows)
+    return table(title, ("", *audit), rows, notes=(OVER_CONTACTS,))
 
 
 def matched_table(title: str, audit: Mapping[str, Any], words: Mapping[str, str]) -> Table:
@@ -46,7 +47,7 @@ def matched_table(title: str, audit: Mapping[str, Any], words: Mapping[str, str]
     rows.append((f"{words['missed']}, of the oracle's", *(percent(one["missed_share"]) for one in found)))
     for name, word in (("onset_error", "begin late by, ms (worst)"), ("duration_error", "last longer by, ms (worst)")):
         rows.append((word, *(_spread(one.get(name)) for one in found)))
-    return table(title, ("", *audit), rows)
+    return table(title, ("", *audit), rows, notes=(OVER_CONTACTS,))
 
 
 def _spread(spread: Mapping[str, float] | None) -> str:

@@ -6,7 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 from replay.base.constants import BUDGET_MS
+from replay.base.wilson import OVER_CONTACTS
 from replay.outputs.tables import Table, table
+from replay.pipeline.gates import figure
 from replay.pipeline.run_result import Tradeoff
 from replay.tradeoffs.pareto import Row, front_of
 
@@ -17,6 +19,8 @@ HEAD: Final = (
     "#", "setting", "front", "ms per frame", "slowest", OVER_BUDGET, "s per minute", "missed, % [95 %]",
     "invented, %", "faces, %", "most of its work",
 )  # fmt: skip
+
+AT_PHASE: Final = "what a step rate misses it misses at this run's phase"
 
 NOT_DONE: Final = ("skipped", "reused", "held", "cache_hits")
 """Counters of work that was saved."""
@@ -49,18 +53,19 @@ def measured_on(done: Tradeoff) -> str:
 
 def tradeoff_table(title: str, rows: Iterable[Row]) -> Table:
     """These rows, in the order given and numbered in it."""
-    return table(title, HEAD, (_cells(number, row) for number, row in enumerate(rows, 1)), words=HEAD[1:3])
+    cells = (_cells(number, row) for number, row in enumerate(rows, 1))
+    return table(title, HEAD, cells, words=HEAD[1:3], notes=(OVER_CONTACTS,))
 
 
 def _cells(number: int, row: Row) -> tuple[str, ...]:
     marks = ["oracle"] * row["oracle"] + ["front"] * row["front"] + ["live front"] * row["front_online"]
     return (
         str(number), row["label"], ", ".join(marks), f"{row['ms_per_frame']:.4f}", f"{row['ms_high']:.4f}",
-        "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f} ({100 * row['over_share']:.2f} %)",
+        "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f} ({figure(100 * row['over_share'])} %)",
         f"{row['seconds_per_minute']:.2f}",
-        f"{100 * row['missed']:.1f} [{100 * row['missed_low']:.1f}, {100 * row['missed_high']:.1f}]",
-        "" if row["precision"] is None else f"{100 * (1 - row['precision']):.1f}",
-        "" if row["face_recall"] is None else f"{100 * row['face_recall']:.1f}",
+        "{} [{}, {}]".format(*(figure(100 * row[key]) for key in ("missed", "missed_low", "missed_high"))),
+        "" if row["precision"] is None else figure(100 * (1 - row["precision"])),
+        "" if row["face_recall"] is None else figure(100 * row["face_recall"]),
         _most_work(row["work"]),
     )  # fmt: skip
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from time import perf_counter
@@ -14,7 +14,7 @@ from cdcore.detectors import detector_names
 from replay.base.progress import Progress, Silent
 from replay.comparison.causes import examine
 from replay.comparison.compare import FaceRecall, compare, face_recall
-from replay.comparison.contact_duration import contact_durations
+from replay.comparison.contact_duration import ContactDurations, StepRates, contact_durations
 from replay.comparison.episodes import episodes
 from replay.comparison.matching import EpisodeMatches, match_episodes
 from replay.comparison.outcome import Comparison, Episode
@@ -122,11 +122,12 @@ def compute(
     with progress.stage("audit"), compiling_announced(progress if runs else None):
         found = {label: episodes(run.detection) for label, run in runs.items()}
         again = _face_source(assembly, seed)
-        comparisons, matches = _compared(runs, lineup.oracle, found, Tolerance(assembly, again, tau))
+        tolerance = Tolerance(assembly, again, tau)
+        comparisons, matches = _compared(runs, lineup.oracle, found, tolerance)
         truth = found.get(lineup.oracle, ())
-        dwell = contact_durations(assembly, runs[lineup.oracle].detection, truth) if lineup.oracle else None
+        dwell = _durations(assembly, runs[lineup.oracle].detection, truth, tolerance, seed) if lineup.oracle else None
         missed, causes = examine(comparisons, truth, runs, assembly, again)
-    recall = _face_recall(comparisons, runs, assembly, progress) if faces else {}
+    recall = _face_recall(comparisons, found, runs, assembly, progress) if faces else {}
     effects: dict[str, EffectRun] = {}
     if planned.effects:
         with progress.stage("effects"):
@@ -183,9 +184,22 @@ def _compared(
     return comparisons, matches
 
 
+def _durations(
+    assembly: Assembly, oracle: Detection, contacts: tuple[Episode, ...], tolerance: Tolerance, seed: int
+) -> ContactDurations:
+    """How long the contacts lasted; beside an oracle of intervals a look sees what ``exact`` sees at a frame."""
+    seen, between = oracle, oracle.covers == "intervals"
+    if between and contacts:
+        exact = DetectorSpec(TRUSTED, TRUSTED)
+        seen = run_detector(exact, assembly, seed=seed, faces=False, advance=lambda _: None).detection
+    rates = StepRates(seen, contacts, tolerance.judge(oracle, oracle), int(between))
+    return replace(contact_durations(assembly, oracle, contacts), rates=rates)
+
+
 def _face_recall(
-    comparisons: dict[str, Comparison], runs: dict[str, Run], assembly: Assembly, progress: Progress
-) -> dict[str, FaceRecall]:
+    comparisons: dict[str, Comparison], found: dict[str, tuple[Episode, ...]], runs: dict[str, Run],
+    assembly: Assembly, progress: Progress,
+) -> dict[str, FaceRecall]:  # fmt: skip
     recalls = {}
     for label, comparison in comparisons.items():
         truth = runs[comparison.oracle].detection
@@ -194,7 +208,7 @@ def _face_recall(
         with progress.stage(f"faces of {label}", len(assembly.motion)) as advance:
             said = face_sets_again(runs[label].detector, assembly, advance)
         if said is not None:
-            recalls[label] = face_recall(said, truth.face_sets, comparison)
+            recalls[label] = face_recall(said, truth.face_sets, comparison, found[comparison.oracle])
     return recalls
 
 

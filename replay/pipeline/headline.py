@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from replay.base.constants import BUDGET_MS, HEADSET_HZ
+from collections.abc import Mapping
+from typing import Any
+
 from replay.comparison.contact_counts import ContactCounts, contact_counts
 from replay.comparison.outcome import Outcome
 from replay.detection.recorded import RECORDED
@@ -82,21 +84,48 @@ def invented(result: RunResult) -> list[str]:
     return lines
 
 
+def phases(result: RunResult) -> list[str]:
+    """A line per audited detector of fixed steps: where its looks fall is chance, and other phases miss others."""
+    rates = None if result.dwell is None else result.dwell.rates
+    if rates is None or not rates.contacts:
+        return []
+    lines = []
+    for label in result.comparisons:
+        made = result.summary["detectors"][label]
+        rate = made["settings"].get("rate_hz")
+        if rate and made["name"] != RECORDED:
+            now, mean = rates.missed(rate)
+            lines.append(
+                f"{label} looks {rate:g} times a second, at this run's phase. Faultless looks at that rate miss "
+                f"{now} of {len(rates.contacts)} contacts at this phase, {mean:.2f} in the mean over phases."
+            )
+    return lines
+
+
+def beside(result: RunResult) -> list[str]:
+    """What a reader must know beside the headlines: what was not decided, what is invented, what is chance."""
+    return [*undecided(result), *invented(result), *phases(result)]
+
+
 def price(result: RunResult) -> list[str]:
-    """A line with the time of the oracle and of each audited detector; no line where none is audited."""
+    """A line with the time of the oracle and of each audited detector; no line where none is audited.
+
+    A run takes one pass of each, and the oracle alone lists faces: the line says so, and who measures like with like.
+    """
     if not result.comparisons:
         return []
-    figures = result.summary["detectors"]
-    ways = {
-        label: "frame by frame" if one["online"] else "the whole recording at once" for label, one in figures.items()
-    }
-    took = {label: f"{1e3 * one['seconds']['per_frame_mean']:.3g} ms" for label, one in figures.items()}
-    trusted = result.oracle
+    figures, trusted = result.summary["detectors"], result.oracle
+    labels = [trusted, *(label for label in result.comparisons if figures[label]["name"] != RECORDED)]
+    kinds = {label: _kind(figures[label]) for label in labels}
+    took = {label: f"{1e3 * figures[label]['seconds']['per_frame_mean']:.3g} ms" for label in labels}
     did = "Every contact counted here was found by" if result.episodes[trusted] else "No contact was found by"
-    parts = [f"{did} {trusted} in {took[trusted]} a frame, {ways[trusted]}"]
-    for label in result.comparisons:
-        if figures[label]["name"] != RECORDED:
-            verb = " took" if len(parts) == 1 else ""
-            way = "" if ways[label] == ways[trusted] else f", {ways[label]}"
-            parts.append(f"{label}{verb} {took[label]}{way}")
-    return [f"{'; '.join(parts)}. At {HEADSET_HZ:g} Hz a frame lasts {BUDGET_MS:.1f} ms."]
+    parts = [f"{did} {trusted} in {took[trusted]} a frame ({kinds[trusted]})"]
+    parts += [f"{label} took {took[label]} ({kinds[label]})" for label in labels[1:]]
+    alike = "" if len(set(kinds.values())) == 1 else ", not alike"
+    return [f"{'; '.join(parts)}. One pass of each{alike}: `replay tradeoff` compares like with like."]
+
+
+def _kind(figures: Mapping[str, Any]) -> str:
+    """What a time is of; only times of one kind can be compared."""
+    way = "frame by frame" if figures["online"] else "whole recording at once"
+    return f"{way}, {'with' if figures['faces_asked'] else 'without'} faces"

@@ -8,9 +8,9 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Verdict
-from replay.base.wilson import share
+from replay.base.wilson import pooled, share, share_of_clusters
 from replay.comparison.compare import FaceRecall
-from replay.comparison.contact_counts import contact_counts
+from replay.comparison.contact_counts import contact_counts, count_reports
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.misses import MISS_KINDS
 from replay.comparison.outcome import Outcome
@@ -27,12 +27,11 @@ def score(result: Measured, label: str) -> dict[str, Any]:
     """Everything counted about one audited detector."""
     comparison, missed, contacts = result.comparisons[label], result.misses[label], contact_counts(result, label)
     frames = {outcome.name: comparison.count(outcome) for outcome in Outcome}
-    contact, reported = frames["BOTH"] + frames["MISSED"], frames["BOTH"] + frames["INVENTED"]
     unconfirmed = (result.detections[label].verdict == Verdict.CANDIDATE) & (comparison.outcome == Outcome.INVENTED)
     truth = result.detections[result.oracle].verdict
     figures: dict[str, Any] = {
-        "pair_frames": frames, "missed": share(frames["MISSED"], contact),
-        "invented": share(frames["INVENTED"], reported), "undecided": undecided_share(result, label),
+        "pair_frames": frames, "missed": contacts.share(Outcome.MISSED),
+        "invented": count_reports(comparison).share(Outcome.INVENTED), "undecided": undecided_share(result, label),
         "oracle_undecided": int(np.isin(truth, (Verdict.UNRESOLVED, Verdict.INVALID)).sum()),
         "between_frames": _between(result, label),
         "unconfirmed": int(unconfirmed.sum()), "contacts": contacts.contacts,
@@ -72,15 +71,20 @@ def _between(result: Measured, label: str) -> int | str:
 
 
 def undecided_share(result: Measured, label: str) -> dict[str, Any]:
-    """Pair-frames with a pose in which one of the two did not decide: left out, though there was something to see."""
+    """Pair-frames with a pose in which one of the two did not decide: left out, though there was something to see.
+
+    The interval is over pairs.
+    """
     posed = result.detections[result.oracle].verdict != Verdict.NO_POSE
-    return share(int((posed & (result.comparisons[label].outcome == Outcome.LEFT_OUT)).sum()), int(posed.sum()))
+    left = posed & (result.comparisons[label].outcome == Outcome.LEFT_OUT)
+    return share_of_clusters(left.sum(axis=0), posed.sum(axis=0))
 
 
 def _faces(recall: FaceRecall | None) -> dict[str, Any] | None:
     if recall is None:
         return None
-    return {"recall": share(recall.found, recall.total), "pair_frames": recall.pair_frames, "invented": recall.invented}
+    found = share_of_clusters(recall.found, recall.total)
+    return {"recall": found, "pair_frames": recall.pair_frames, "invented": recall.invented}
 
 
 def _spread(errors: list[float]) -> dict[str, float] | None:
@@ -89,11 +93,9 @@ def _spread(errors: list[float]) -> dict[str, float] | None:
         return None
     away = np.abs(errors)
     return {
-        "mean": float(np.mean(errors)),
-        "median": float(np.median(errors)),
-        "p95_off": float(np.quantile(away, 0.95)),
-        "most_off": float(away.max()),
-    }
+        "mean": float(np.mean(errors)), "median": float(np.median(errors)),
+        "p95_off": float(np.quantile(away, 0.95)), "most_off": float(away.max()),
+    }  # fmt: skip
 
 
 def pool(audits: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
@@ -112,7 +114,7 @@ def _sum(values: list[Any]) -> Any:
         return None
     if isinstance(there[0], Mapping):
         if "low" in there[0] and "of" in there[0]:
-            return share(sum(value["count"] for value in there), sum(value["of"] for value in there))
+            return pooled(there)
         keys = dict.fromkeys(key for value in there for key in value if key not in SPREADS)
         return {key: _sum([value.get(key) for value in there]) for key in keys}
     if isinstance(there[0], str):

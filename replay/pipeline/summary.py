@@ -11,6 +11,7 @@ import numpy as np
 from cdcore import Detection, Verdict
 from replay.base.constants import CAVEAT, VERDICT_FRAMES
 from replay.base.machine import machine, versions
+from replay.base.wilson import OVER_CONTACTS
 from replay.detection.run_detector import Run
 from replay.effects.effect_plan import Plan
 from replay.effects.effect_summary import effect_summary, plan_summary
@@ -30,12 +31,8 @@ def summarise(
 ) -> dict[str, Any]:  # fmt: skip
     """Everything that was settled and counted; ``began`` is the ``perf_counter`` at which the run began."""
     return {
-        "schema": SCHEMA,
-        "caveat": CAVEAT,
-        "session": _session(result, seen),
-        "window": {"start": window[0], "end": window[1]},
-        "seed": seed,
-        "tau": tau,
+        "schema": SCHEMA, "caveat": CAVEAT, "intervals": OVER_CONTACTS, "session": _session(result, seen),
+        "window": {"start": window[0], "end": window[1]}, "seed": seed, "tau": tau,
         "pairs": [
             {
                 "name": result.assembly.pair_name(p),
@@ -50,11 +47,9 @@ def summarise(
         "dwell": None if result.dwell is None else result.dwell.table(),
         **({} if result.treatment is None else result.treatment.as_json()),
         "flagged_verdicts": {label: _flagged(result, label) for label in runs},
-        "versions": versions(),
-        "machine": machine(),
-        "plan": plan_summary(planned),
+        "versions": versions(), "machine": machine(), "plan": plan_summary(planned),
         "effects": effect_summary(result.effects, perf_counter() - began),
-    }
+    }  # fmt: skip
 
 
 def _flagged(result: Measured, label: str) -> dict[str, int]:
@@ -72,21 +67,17 @@ def _session(result: Measured, seen: SessionScan) -> dict[str, Any]:
     assembly, session = result.assembly, result.session
     times = assembly.motion.times
     return {
-        "origin": session.origin,
-        "scene": session.scene.name,
-        "frames": len(times),
-        "duration": float(times[-1] - times[0]),
+        "origin": session.origin, "digest": None if result.treatment is None else result.treatment.digest,
+        "scene": session.scene.name, "frames": len(times),
+        "duration": float(times[-1] - times[0]), "median_step": seen.median_step_ns / 1e9,
         "dropped_frames": {"repeated": seen.repeated, "backwards": seen.backwards},
-        "median_step": seen.median_step_ns / 1e9,
-        "first_stamp_ns": int(assembly.stamp_ns[0]),
+        "first_stamp_ns": int(assembly.stamp_ns[0]), "left_out": list(assembly.left_out),
+        "notes": list(assembly.notes), "facts": {k: v for k, v in session.facts.items() if k not in PRIVATE_FACTS},
         "bodies": {
             body.name: {"faces": len(body.mesh.faces), "proxy": body.name in assembly.proxies}
             for body in assembly.bodies
         },
-        "left_out": list(assembly.left_out),
-        "notes": list(assembly.notes),
-        "facts": {key: value for key, value in session.facts.items() if key not in PRIVATE_FACTS},
-    }
+    }  # fmt: skip
 
 
 def _detector(run: Run, contacts: int) -> dict[str, Any]:
@@ -95,6 +86,7 @@ def _detector(run: Run, contacts: int) -> dict[str, Any]:
     return {
         "name": run.spec.name, "settings": dict(run.settings), "covers": detection.covers,
         "online": run.detector.online, "approximate": detection.approximate, "contacts": contacts,
+        "faces_asked": run.faces,
         "verdicts": {verdict.name: int(verdicts[verdict]) for verdict in Verdict if verdicts[verdict]},
         "seconds": _seconds(run), "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
         "digest": detection.digest, "faces_digest": detection.faces_digest if detection.face_sets is not None else None,

@@ -11,7 +11,7 @@ from cdcore import Detection
 from cdcore.protocol import FaceSets
 from replay.base.wilson import share
 from replay.comparison.compare import compare, face_recall
-from replay.comparison.contact_counts import count_contacts
+from replay.comparison.contact_counts import count_contacts, count_reports
 from replay.comparison.episodes import episodes
 from replay.comparison.outcome import Comparison, Episode, Outcome
 from replay.comparison.tolerance import Tolerance
@@ -51,8 +51,8 @@ class Scoring:
         comparison = compare(detection, self.truth, within=self._tolerance.judge(detection, self.truth))
         count = np.bincount(comparison.outcome.ravel(), minlength=len(Outcome))
         both, missed, invented = (int(count[word]) for word in (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED))
-        lost, true = share(missed, both + missed), share(both, both + invented)
         whole = count_contacts(comparison, self.contacts)
+        lost, false = whole.share(Outcome.MISSED), count_reports(comparison).share(Outcome.INVENTED)
         contacts = share(whole.missed, whole.contacts)
         return {
             "both": both, "missed_pair_frames": missed, "invented_pair_frames": invented,
@@ -60,7 +60,8 @@ class Scoring:
             "recall": None if lost["share"] is None else both / (both + missed),
             "recall_low": 1 - lost["high"], "recall_high": 1 - lost["low"],
             "missed": lost["share"], "missed_low": lost["low"], "missed_high": lost["high"],
-            "precision": true["share"], "precision_low": true["low"], "precision_high": true["high"],
+            "precision": None if false["share"] is None else both / (both + invented),
+            "precision_low": 1 - false["high"], "precision_high": 1 - false["low"],
             "contacts": whole.contacts, "contacts_missed": whole.missed,
             "contacts_undecided": whole.undecided, "contact_frames_undecided": whole.frames_undecided,
             "contacts_missed_low": contacts["low"], "contacts_missed_high": contacts["high"],
@@ -72,9 +73,9 @@ class Scoring:
         listed = None if detection is None else detection.face_sets
         if listed is None or self._faces is None:
             return dict.fromkeys(("face_recall", "face_pairs", "face_pairs_listed", "face_pairs_invented"))
-        found = face_recall(listed, self._faces, comparison)
-        recall = found.found / found.total if found.total else None
+        found = face_recall(listed, self._faces, comparison, self.contacts)
+        right, total = sum(found.found), sum(found.total)
         return {
-            "face_recall": recall, "face_pairs": found.total, "face_pairs_listed": found.found,
+            "face_recall": right / total if total else None, "face_pairs": total, "face_pairs_listed": right,
             "face_pairs_invented": found.invented,
         }  # fmt: skip

@@ -34,6 +34,8 @@ HOMES = {
     "the red of a miss": "replay.outputs.palette:MISSED",
     "the session decoded once": "replay.prepare.assemble_stored:decoded_once",
     "Wilson's interval": "replay.base.wilson:wilson",
+    "the share of what comes in clusters": "replay.base.wilson:share_of_clusters",
+    "what intervals are over": "replay.base.wilson:OVER_CONTACTS",
     "numbers of numpy in JSON": "replay.effects.output:plain_value",
     "a part of a page": "replay.outputs.report.markup:page_section",
 }

@@ -31,17 +31,23 @@ Result = TypeVar("Result")
 LEVEL: Final = 0.05
 """Associated: p after Holm's correction is below this, and the interval leaves out zero."""
 
+UNDECIDED: Final = "undecided"
+
+DOMINANT: Final = 0.25
+"""A warning is given where this share of the students, or less, brings half of the sessions."""
+
 
 @dataclass(frozen=True)
 class Sensitivity:
     """One coefficient fitted with another detector behind the behaviour.
 
-    ``recall`` is what that detector finds of the contacts; ``changes`` says whether the conclusion differs (associated
-    or not, and its sign).
+    ``recall`` is what that detector finds of the contacts, ``students`` are those used; ``changes`` says whether the
+    conclusion differs (associated or not, and its sign).
     """
 
     detector: str
     recall: float | None
+    students: int
     outcome: str
     predictor: str
     beta: float
@@ -103,7 +109,7 @@ def analyse(
         students=len(questionnaire.students), rows=len(questionnaire.students) if own is None else len(own),
         detector=chosen, recall=None if own is None else own.recall(), reliabilities=reliabilities, kmo=adequacy,
         bartlett=sphericity, regressions=regressions, sensitivity=tuple(sensitivity), refusals=tuple(refusals),
-        warnings=tuple(_warnings(codebook, questionnaire)),
+        warnings=tuple(_warnings(codebook, questionnaire, own)),
     )  # fmt: skip
 
 
@@ -113,8 +119,18 @@ def associated(coefficient: Coefficient) -> bool:
     The two come from different resamplings, permutations and the bootstrap, and among few students they can differ; a
     page that claims an association and prints an interval around zero contradicts itself.
     """
-    apart = coefficient.low > 0 or coefficient.high < 0
-    return coefficient.p_holm is not None and coefficient.p_holm < LEVEL and apart
+    return coefficient.p_holm is not None and coefficient.p_holm < LEVEL and coefficient.apart
+
+
+def conclusion(coefficient: Coefficient) -> str:
+    """What a coefficient says, in the words of every table."""
+    if associated(coefficient):
+        return "associated"
+    if coefficient.p is None:
+        return "not tested"
+    if coefficient.p >= LEVEL:
+        return "not told from chance"
+    return f"{UNDECIDED} after Holm" if coefficient.apart else f"{UNDECIDED}: interval holds zero"
 
 
 def _choose(metrics: Metrics, detector: str | None) -> str:
@@ -143,7 +159,12 @@ def _of_items(questionnaire: Questionnaire, items: Sequence[Item], figure: Calla
     return figure(answers)
 
 
-def _warnings(codebook: Codebook, questionnaire: Questionnaire) -> list[str]:
+def _few(count: int) -> str:
+    """A count of a cell, or that it is too small to be said."""
+    return f"fewer than {LEAST_IN_CELL}" if count < LEAST_IN_CELL else f"{count}"
+
+
+def _warnings(codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None) -> list[str]:
     students, items = len(questionnaire.students), len(codebook.items)
     words = []
     if students < PERSONS_PER_ITEM * items:
@@ -153,9 +174,18 @@ def _warnings(codebook: Codebook, questionnaire: Questionnaire) -> list[str]:
         )
     unanswered = int(sum(np.isnan(values).sum() for values in questionnaire.answers.values()))
     if unanswered:
-        count = f"fewer than {LEAST_IN_CELL}" if unanswered < LEAST_IN_CELL else f"{unanswered}"
-        words.append(f"{count} answers are missing; rows with a missing value are left out where it is used")
-    return words
+        words.append(f"{_few(unanswered)} answers are missing; rows with a missing value are left out where it is used")
+    return words + ([] if metrics is None else _dominance(metrics))
+
+
+def _dominance(metrics: Metrics) -> list[str]:
+    """Whether few students bring most sessions: who looks at rows would take theirs for the class."""
+    counts = sorted(Counter(metrics.columns[STUDENT]).values(), reverse=True)
+    most = int(np.searchsorted(np.cumsum(counts), len(metrics) / 2)) + 1
+    if most > len(counts) * DOMINANT:
+        return []
+    who = f"{_few(most)} of {len(counts)} students bring half or more of the {len(metrics)} sessions"
+    return [f"{who}; every student counts once, by the mean of their sessions"]
 
 
 def _check_names(codebook: Codebook, metrics: Metrics | None) -> None:
@@ -170,12 +200,9 @@ def _check_names(codebook: Codebook, metrics: Metrics | None) -> None:
 
 
 def _regressions(
-    codebook: Codebook,
-    questionnaire: Questionnaire,
-    metrics: Metrics | None,
-    seed: int,
+    codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None, seed: int,
     refusals: list[StudyRefusedError],
-) -> tuple[Regression, ...]:
+) -> tuple[Regression, ...]:  # fmt: skip
     done = []
     for question in codebook.questions:
         words = f"the regression of {question.outcome} on {', '.join(question.predictors)}"
@@ -210,7 +237,11 @@ def _fit(
             columns.append(values)
     y = next(iter(outcome.values()))
     x = np.column_stack(columns)
-    if len(np.unique(rows[np.isfinite(y) & np.isfinite(x).all(axis=1)])) < LEAST_IN_CELL:
+    used = np.unique(rows[np.isfinite(y) & np.isfinite(x).all(axis=1)])
+    cells = [len(used)]
+    if codebook.groups and codebook.groups[0] in named:
+        cells += [sum(questionnaire.group[k] == group for k in used) for group in codebook.groups[1]]
+    if min(cells) < LEAST_IN_CELL:
         raise StudyRefusedError("small-cell", "")
     return regress(question.outcome, y, names, x, rows, random)
 
@@ -222,10 +253,7 @@ def _variable(
     if name in codebook.constructs:
         return {name: questionnaire.scores(codebook.constructs[name])[rows]}
     if codebook.groups and name == codebook.groups[0]:
-        counts = Counter(questionnaire.group)
         first, *others = codebook.groups[1]
-        if any(counts[group] < LEAST_IN_CELL for group in codebook.groups[1]):
-            raise StudyRefusedError("small-cell", "")
         mine = np.array(questionnaire.group)[rows]
         return {f"{name} {group} against {first}": (mine == group).astype(np.float64) for group in others}
     assert metrics is not None
@@ -245,7 +273,7 @@ def _sensitivity(
         for was, now in zip(old.coefficients, again.coefficients, strict=True):
             turned = associated(now) and np.sign(was.beta) != np.sign(now.beta)
             changes = associated(was) != associated(now) or bool(turned)
-            found = (again.outcome, now.name, now.beta, now.p_holm, changes)
+            found = (again.students, again.outcome, now.name, now.beta, now.p_holm, changes)
             rows.append(Sensitivity(metrics.columns[DETECTOR][0], metrics.recall(), *found))
     return rows
 

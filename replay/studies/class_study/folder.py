@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from replay.outputs.results.run_folder import check_target, replaced
-from replay.studies.class_study.analysis import Study, associated
+from replay.studies.class_study.analysis import Study, associated, conclusion
 from replay.studies.class_study.page import refuse_causal_words, study_html
 
 SCHEMA: Final = "vrlab-study/1"
@@ -52,7 +52,8 @@ def association_rows(study: Study) -> list[dict[str, Any]]:
         {
             "outcome": one.outcome, **{name: value for name, value in asdict(c).items() if name != "name"},
             "predictor": c.name, "regression": one.kind, "adjusted_r2": one.adjusted_r2, "students": one.students,
-            "rows": one.rows, "associated": associated(c), "detector": study.detector, "recall": study.recall,
+            "rows": one.rows, "associated": associated(c), "conclusion": conclusion(c),
+            "detector": study.detector, "recall": study.recall,
         }
         for one in study.regressions
         for c in one.coefficients

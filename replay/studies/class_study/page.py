@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 from replay.outputs.report.drawing import PAPER, svg_in_page
 from replay.outputs.report.markup import Markup, element, page_html, page_section, page_table
 from replay.outputs.tables import table
+from replay.outputs.words import counted
 from replay.studies.class_study.analysis import LEVEL, Study, associated
 from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.reliability import kaiser_word
@@ -22,7 +23,7 @@ from replay.studies.class_study.tables import (
     reliability_table,
     sensitivity_table,
     words,
-)
+)  # fmt: skip
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -76,7 +77,7 @@ def _changes(study: Study) -> str:
         names = dict.fromkeys(row.detector for row in study.sensitivity)
         return f"No conclusion changes when {' or '.join(names)} decides what a contact was."
     named = [f"{words(row.predictor)} with {words(row.outcome)} (seen by {row.detector})" for row in changed]
-    return f"{len(changed)} conclusions change with the detector: {'; '.join(named)}."
+    return f"{counted(len(changed), 'conclusion')} changed with the detector: {'; '.join(named)}."
 
 
 def _questionnaire(study: Study) -> list[Markup]:
@@ -85,7 +86,7 @@ def _questionnaire(study: Study) -> list[Markup]:
         b = study.bartlett
         said = (
             f"All items together: KMO {study.kmo:.3f} ({kaiser_word(study.kmo)}); Bartlett's chi-square "
-            f"{b.chi_square:.1f} with {b.degrees} degrees of freedom, p {p_words(b.p)}; n = {study.students}."
+            f"{b.chi_square:.1f} with {b.degrees} degrees of freedom, p {p_words(b.p)}; n = {b.students}."
         )
         parts.append(element("p", said))
     return parts + [element("p", warning) for warning in study.warnings]
@@ -105,7 +106,7 @@ def _methods(study: Study) -> Markup:
         "A simple regression has one predictor; in a multiple one each coefficient holds the others equal.",
         f"Associated means p below {LEVEL:g} after Holm's correction across every coefficient on this page, and an "
         "interval that leaves out zero.",
-        "p comes from permutations below 100 students, and from cluster-robust errors where students repeat sessions.",
+        "Every student counts once, with several sessions by their mean. Below 100 students p comes from permutations.",
     ]
     return _list(lines)
 

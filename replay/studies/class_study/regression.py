@@ -33,8 +33,8 @@ LEAST_SPREAD: Final = 1e-10
 class Coefficient:
     """One predictor of one regression: its standardised coefficient with a 95 % bootstrap interval over students.
 
-    ``p`` is two-sided, ``None`` where the rules give none, from ``permutation``, ``t`` or ``cluster-robust t``;
-    ``p_holm`` is that after ``holm``; ``vif`` is the variance inflation factor, ``None`` in a simple regression.
+    ``p`` is two-sided, ``None`` where the rules give none, from ``permutation`` or ``t``; ``p_holm`` is that after
+    ``holm``; ``vif`` is the variance inflation factor, ``None`` in a simple regression.
     """
 
     name: str
@@ -46,12 +46,17 @@ class Coefficient:
     p_holm: float | None = None
     vif: float | None = None
 
+    @property
+    def apart(self) -> bool:
+        """Whether the interval leaves out zero."""
+        return self.low > 0 or self.high < 0
+
 
 @dataclass(frozen=True)
 class Regression:
     """One fitted regression, ``simple`` or ``multiple``, with a coefficient per predictor.
 
-    ``rows`` and ``students`` are those used; more rows than students: clustered.
+    ``rows`` and ``students`` are those used; a student with several rows counts once, by their mean.
     """
 
     outcome: str
@@ -67,27 +72,33 @@ def regress(
 ) -> Regression:
     """Fit one regression by ordinary least squares on standardised variables.
 
-    Rows of ``y`` (n,) and ``x`` (n, k) with a nan are left out; ``students`` (n,) is the number of each row's student:
-    repeats make the covariance cluster-robust. Refused as ``no-variance`` or ``collinear``.
+    Rows of ``y`` (n,) and ``x`` (n, k) with a nan are left out; ``students`` (n,) is the number of each row's student.
+    Refused as ``no-variance`` or ``collinear``.
 
     Source: Freedman and Lane (1983), J. Bus. Econ. Stat. 1, 292-298, for the permutations.
     """
+    import statsmodels.api as sm
+
     whole = np.isfinite(y) & np.isfinite(x).all(axis=1)
-    y, x, students = y[whole], x[whole], students[whole]
-    _refuse(outcome, names, y, x)
-    y, x = ((values - values.mean(axis=0)) / values.std(axis=0, ddof=1) for values in (y, x))
-    people, clusters = np.unique(students, return_inverse=True)
-    clustered = len(people) < len(y)
-    fitted = _least_squares(y, x, clusters if clustered else None)
-    ends = _bootstrap(y, x, clusters, random)
-    p, p_from = _p_values(fitted, y, x, clustered, len(people), random)
+    people, row = np.unique(students[whole], return_inverse=True)
+    # One row a student. With the rows of sessions and cluster-robust errors p was below 0.05 in 25 % of classes without
+    # any association, where three of 15 students had 20 sessions each.
+    table = np.zeros((len(people), 1 + x.shape[1]))
+    np.add.at(table, row, np.column_stack([y, x])[whole])
+    table /= np.bincount(row)[:, None]
+    _refuse(f"the regression of {outcome} on {', '.join(names)}", table)
+    table = (table - table.mean(axis=0)) / table.std(axis=0, ddof=1)
+    y, x = table[:, 0], table[:, 1:]
+    fitted = sm.OLS(y, sm.add_constant(x)).fit()
+    ends = _bootstrap(y, x, random)
+    p, p_from = _p_values(fitted, y, x, random)
     factors = inflation(x) if x.shape[1] > 1 else [None]
     coefficients = tuple(
         Coefficient(name, float(fitted.params[i + 1]), *ends[i], p[i], p_from, vif=factors[i])
         for i, name in enumerate(names)
     )
     kind = "simple" if len(names) == 1 else "multiple"
-    return Regression(outcome, kind, len(y), len(people), float(fitted.rsquared_adj), coefficients)
+    return Regression(outcome, kind, len(row), len(people), float(fitted.rsquared_adj), coefficients)
 
 
 def holm(regressions: Sequence[Regression]) -> tuple[Regression, ...]:
@@ -111,33 +122,21 @@ def inflation(x: Floats) -> list[float | None]:
     return [float(value) for value in np.diag(np.linalg.inv(np.corrcoef(x, rowvar=False)))]
 
 
-def _refuse(outcome: str, names: Sequence[str], y: Floats, x: Floats) -> None:
-    what = f"the regression of {outcome} on {', '.join(names)}"
-    if len(y) <= x.shape[1] + 1 or np.ptp(y) == 0.0 or np.any(np.ptp(x, axis=0) == 0.0):
+def _refuse(what: str, table: Floats) -> None:
+    # The mean of equal values may differ from them in its last digit.
+    alike = np.ptp(table, axis=0) <= LEAST_SPREAD * np.abs(table).max(axis=0)
+    if len(table) <= table.shape[1] or alike.any():
         raise StudyRefusedError("no-variance", what)
-    spread = np.linalg.eigvalsh(np.atleast_2d(np.corrcoef(x, rowvar=False)))
+    spread = np.linalg.eigvalsh(np.atleast_2d(np.corrcoef(table[:, 1:], rowvar=False)))
     if spread[0] < LEAST_SPREAD:
         raise StudyRefusedError("collinear", what)
 
 
-def _least_squares(y: Floats, x: Floats, clusters: Ints | None) -> Any:
-    import statsmodels.api as sm
-
-    model = sm.OLS(y, sm.add_constant(x))
-    if clusters is None:
-        return model.fit()
-    return model.fit(cov_type="cluster", cov_kwds={"groups": clusters}, use_t=True)
-
-
-def _p_values(
-    fitted: Any, y: Floats, x: Floats, clustered: bool, people: int, random: np.random.Generator
-) -> tuple[list[float | None], str]:
+def _p_values(fitted: Any, y: Floats, x: Floats, random: np.random.Generator) -> tuple[list[float | None], str]:
     k = x.shape[1]
-    if people < LEAST_STUDENTS:
+    if len(y) < LEAST_STUDENTS:
         return [None] * k, "none: fewer than 10 students"
-    if clustered:
-        return [float(p) for p in fitted.pvalues[1:]], "cluster-robust t"
-    if people >= PERMUTATION_BELOW:
+    if len(y) >= PERMUTATION_BELOW:
         return [float(p) for p in fitted.pvalues[1:]], "t"
     return [permutation_p(y, x, i, random) for i in range(k)], "permutation"
 
@@ -155,13 +154,12 @@ def permutation_p(y: Floats, x: Floats, column: int, random: np.random.Generator
     return (1 + int((chance >= found * (1.0 - 1e-12)).sum())) / (1 + PERMUTATIONS)
 
 
-def _bootstrap(y: Floats, x: Floats, clusters: Ints, random: np.random.Generator) -> list[tuple[float, float]]:
-    """Interval of each standardised coefficient, whole students drawn with replacement."""
-    table = np.column_stack([x, y])
-    people = int(clusters.max()) + 1
-    drawn = _betas(random.multinomial(people, np.full(people, 1.0 / people), BOOTSTRAPS)[:, clusters], table)
-    found = _betas(np.ones((1, len(y))), table)[0]
-    left_out = _betas((1.0 - np.eye(people))[:, clusters], table)
+def _bootstrap(y: Floats, x: Floats, random: np.random.Generator) -> list[tuple[float, float]]:
+    """Interval of each standardised coefficient, students drawn with replacement."""
+    table, people = np.column_stack([x, y]), len(y)
+    drawn = _betas(random.multinomial(people, np.full(people, 1.0 / people), BOOTSTRAPS), table)
+    found = _betas(np.ones((1, people)), table)[0]
+    left_out = _betas(1.0 - np.eye(people), table)
     return [interval(drawn[:, i], float(found[i]), left_out[:, i]) for i in range(x.shape[1])]
 
 

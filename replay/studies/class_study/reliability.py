@@ -40,11 +40,12 @@ class Reliability:
 
 @dataclass(frozen=True)
 class Bartlett:
-    """Bartlett's test that all correlations are zero: chi-square, degrees of freedom, p."""
+    """Bartlett's test that all correlations are zero: chi-square, degrees of freedom, p, students with all answers."""
 
     chi_square: float
     degrees: int
     p: float
+    students: int
 
 
 def interval(drawn: Floats, found: float, left_out: Floats) -> tuple[float, float]:
@@ -162,7 +163,7 @@ def bartlett(answers: Floats) -> Bartlett:
     _, log_determinant = np.linalg.slogdet(correlations(answers))
     chi_square = -(students - 1 - (2 * items + 5) / 6) * float(log_determinant)
     degrees = items * (items - 1) // 2
-    return Bartlett(chi_square, degrees, chi_square_tail(chi_square, degrees))
+    return Bartlett(chi_square, degrees, chi_square_tail(chi_square, degrees), students)
 
 
 def chi_square_tail(value: float, degrees: int) -> float:

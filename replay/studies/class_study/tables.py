@@ -6,7 +6,7 @@ import re
 from typing import Final
 
 from replay.outputs.tables import STRONG, Marked, Table, table
-from replay.studies.class_study.analysis import Study, associated
+from replay.studies.class_study.analysis import UNDECIDED, Study, associated, conclusion
 from replay.studies.class_study.regression import Coefficient, Regression
 
 OBSERVED_ONLY: Final = (
@@ -32,19 +32,27 @@ def coefficients(study: Study) -> list[tuple[Regression, Coefficient]]:
 
 def headlines(study: Study) -> list[str]:
     """What a reader should know first: the associations found, most pronounced first, or that there are none."""
-    found = sorted((pair for pair in coefficients(study) if associated(pair[1])), key=lambda pair: -abs(pair[1].beta))
-    if not found:
-        return [f"No association was told from chance in {study.students} students"]
-    return [_sentence(one, c) for one, c in found]
+    every = coefficients(study)
+    found = sorted((pair for pair in every if associated(pair[1])), key=lambda pair: -abs(pair[1].beta))
+    if found:
+        return [_sentence(one, c) for one, c in found]
+    tested = [one.students for one, c in every if c.p is not None]
+    if not tested:
+        return ["No association was tested"]
+    least = "" if min(tested) == max(tested) else f"{min(tested)} to "
+    open_ = sum(conclusion(c).startswith(UNDECIDED) for _, c in every)
+    more = f"; {open_} of {len(every)} {UNDECIDED}" if open_ else ""
+    return [f"No association was told from chance in {least}{max(tested)} students{more}"]
 
 
 def _sentence(regression: Regression, c: Coefficient) -> str:
     more = "higher" if c.beta > 0 else "lower"
     held = "" if regression.kind == "simple" else ", the other predictors held equal"
     name = words(c.name)
+    more_rows = f" students in {regression.rows} sessions" if regression.rows > regression.students else ""
     return (
         f"{name[:1].upper()}{name[1:]} is associated with {more} {words(regression.outcome)}{held}: "
-        f"{c.beta:+.2f} [{c.low:+.2f}, {c.high:+.2f}], n = {regression.students}"
+        f"{c.beta:+.2f} [{c.low:+.2f}, {c.high:+.2f}], n = {regression.students}{more_rows}"
     )
 
 
@@ -61,13 +69,17 @@ def coefficient_table(study: Study) -> Table:
     rows = []
     for one, c in coefficients(study):
         cells = (
-            words(one.outcome), words(c.name), one.kind, f"{one.students}", f"{c.beta:+.3f}",
-            f"{c.low:+.3f} to {c.high:+.3f}", p_words(c.p), p_words(c.p_holm), c.p_from, f"{one.adjusted_r2:.3f}",
-            "" if c.vif is None else f"{c.vif:.2f}",
+            words(one.outcome), words(c.name), one.kind, f"{one.students}", f"{one.rows}", f"{c.beta:+.3f}",
+            f"{c.low:+.3f} to {c.high:+.3f}", p_words(c.p), p_words(c.p_holm), conclusion(c), c.p_from,
+            f"{one.adjusted_r2:.3f}", "" if c.vif is None else f"{c.vif:.2f}",
         )  # fmt: skip
         rows.append([Marked(cell, STRONG if associated(c) else "") for cell in cells])
-    head = ("outcome", "predictor", "regression", "n", "beta", "95 % interval", "p", "p (Holm)", "p from", "adj. R²")
-    return table(behind(study), (*head, "VIF"), rows, words=3)
+    head = (
+        "outcome", "predictor", "regression", "n", "rows", "beta", "95 % interval", "p", "p (Holm)", "conclusion",
+        "p from", "adj. R²", "VIF",
+    )  # fmt: skip
+    note = "n counts students; several rows of a student are taken as their mean."
+    return table(behind(study), head, rows, words=3, notes=(note,))
 
 
 def reliability_table(study: Study) -> Table:
@@ -80,18 +92,18 @@ def reliability_table(study: Study) -> Table:
         for name, r in study.reliabilities.items()
     ]  # fmt: skip
     head = ("construct", "items", "n", "Cronbach's alpha", "95 % interval", "item with the rest")
-    return table(f"questionnaire  n = {study.students}", head, rows)
+    return table("questionnaire", head, rows)
 
 
 def sensitivity_table(study: Study) -> Table:
     """A row per coefficient fitted with another detector."""
     rows = [
         (
-            words(row.outcome), words(row.predictor), row.detector,
+            words(row.outcome), words(row.predictor), row.detector, row.students,
             "not measured" if row.recall is None else f"{row.recall:.1%}",
             f"{row.beta:+.3f}", p_words(row.p_holm), "another conclusion" if row.changes else "the same",
         )
         for row in study.sensitivity
     ]  # fmt: skip
-    head = ("outcome", "predictor", "detector", "recall", "beta", "p (Holm)", "conclusion")
-    return table(f"n = {study.students}; compared with {study.detector} above", head, rows, words=3)
+    head = ("outcome", "predictor", "detector", "n", "recall", "beta", "p (Holm)", "conclusion")
+    return table(f"compared with {study.detector} above", head, rows, words=3)

@@ -80,9 +80,7 @@ def test_no_pair_in_the_sample_is_said_exactly_where_the_sampled_faces_alone_do_
         ({"budget": 10}, {"budget": 100}),
     ],
 )
-def test_a_budget_that_ran_out_is_told_from_a_search_that_failed_as_a_run_with_ten_times_the_budget_tells(
-    settings, more
-):
+def test_a_budget_that_ran_out_is_told_from_a_search_that_failed_as_a_run_with_ten_times_tells(settings, more):
     bodies, motion, told = stages_that_failed("hybrid-qaco", **settings)
     assert {one.found_with_more for one in told.values()} == {True, False}
     assert all(one.sample_meets for one in told.values())

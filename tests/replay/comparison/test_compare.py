@@ -5,6 +5,7 @@ from support.small_worlds import cubes, verdict_column, verdicts
 from cdcore import Verdict
 from cdcore.protocol import FaceSets
 from replay.comparison.compare import FaceRecall, compare, face_recall
+from replay.comparison.episodes import episodes
 from replay.comparison.outcome import Comparison, Outcome
 from replay.errors import AuditError
 from replay.pipeline.engine import compute
@@ -85,8 +86,18 @@ def test_counts_over_all_outcomes_make_up_every_pair_frame():
 def test_pairs_of_faces_are_compared_where_both_decided_and_missed_frames_count():
     truth = FaceSets.from_lists([0, 1, 2], [0, 0, 0], [np.array([[0, 1], [0, 2]])] * 3)
     said = FaceSets.from_lists([0, 2], [0, 0], [np.array([[0, 2], [1, 1]]), np.array([[0, 1], [0, 2]])])
-    comparison = compare(verdict_column("C.-"), verdict_column("CCC"))
-    assert face_recall(said, truth, comparison) == FaceRecall(found=1, total=4, pair_frames=2, invented=1)
+    subject, oracle = verdict_column("C.-"), verdict_column("CCC")
+    recall = face_recall(said, truth, compare(subject, oracle), episodes(oracle))
+    assert recall == FaceRecall(found=(1,), total=(4,), pair_frames=2, invented=1)
+
+
+def test_pairs_of_faces_are_counted_contact_by_contact():
+    lists = [np.array([[k, 1], [k, 2]]) for k in range(4)]
+    truth = FaceSets.from_lists([0, 0, 1, 3], [0, 1, 1, 0], lists)
+    said = FaceSets.from_lists([0, 1, 3], [0, 1, 0], [lists[0], lists[2][:1], lists[3]])
+    oracle = verdicts(["CC", ".C", "..", "C."])
+    recall = face_recall(said, truth, compare(oracle, oracle), episodes(oracle))
+    assert (recall.found, recall.total) == ((2, 1, 2), (2, 4, 2))
 
 
 @pytest.mark.parametrize(("detector", "recall"), [("hybrid", 1.0), ("slow=discrete[rate_hz=20]", None)])

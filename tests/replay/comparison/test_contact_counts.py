@@ -7,11 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.small_worlds import cubes, verdict_column, verdicts
 
+from cdcore import Detection, Verdict
+from replay.base.wilson import share_of_clusters
 from replay.comparison.compare import compare
-from replay.comparison.contact_counts import contact_counts, count_contacts
+from replay.comparison.contact_counts import contact_counts, count_contacts, count_reports
 from replay.comparison.episodes import episodes
 from replay.comparison.matching import match_episodes
 from replay.comparison.misses import NEVER_FOUND, stretches
+from replay.comparison.outcome import Outcome
 from replay.comparison.tolerance import TAU
 from replay.detection.detector_spec import parse_detector
 from replay.outputs.results.parquet_tables import episode_table
@@ -122,3 +125,43 @@ def test_nobody_else_counts_contacts_from_misses():
         if re.search(r"\bmiss\.episode for miss in", path.read_text("utf-8"))
     ]
     assert guilty == []
+
+
+def drawn(random, contacts, every=4, longest=0.8):
+    """Shares missed, invented, and of faces listed, by a detector that looks at each ``every``-th frame of 90 Hz."""
+    frames = np.maximum(np.rint(90 * random.lognormal(np.log(0.12), longest, contacts)), 1).astype(int)
+    lasting = np.column_stack([random.integers(20, 90, contacts), frames]).ravel()
+    truth = np.append(np.repeat(np.tile([False, True], contacts), lasting), [False] * every)
+    at = np.arange(len(truth))
+    said = truth[np.maximum(at - (at - random.integers(every)) % every, 0)]
+    subject, oracle = (
+        Detection("x", ("a", "b"), np.array([[0, 1]]), at / 90,
+                  np.where(mask, Verdict.CONTACT, Verdict.CLEAR).astype(np.uint8)[:, None], "instants")
+        for mask in (said, truth)
+    )  # fmt: skip
+    comparison, faces = compare(subject, oracle), frames * random.integers(5, 50, contacts)
+    return {
+        "missed": count_contacts(comparison, episodes(oracle)).share(Outcome.MISSED),
+        "invented": count_reports(comparison).share(Outcome.INVENTED),
+        "faces": share_of_clusters(random.binomial(faces, random.beta(8, 1, contacts)), faces),
+    }
+
+
+@pytest.mark.parametrize("contacts, every, longest", [(12, 4, 1.0), (18, 4, 0.8), (18, 9, 0.8), (30, 4, 0.8)])
+def test_nineteen_of_twenty_sessions_drawn_anew_hold_the_share_of_twenty_thousand_contacts(contacts, every, longest):
+    random = np.random.default_rng(16)
+    truth = drawn(random, 20_000, every, longest)
+    sessions = [drawn(random, contacts, every, longest) for _ in range(400)]
+    for what, of_all in truth.items():
+        held = [one[what]["low"] <= of_all["share"] <= one[what]["high"] for one in sessions]
+        assert 0.93 <= np.mean(held) <= 0.97, (what, np.mean(held))
+
+
+def test_what_is_reported_is_counted_by_stretches_and_those_within_tolerance_join_them():
+    subject, oracle = verdicts(["C.", "CC", "CC", ".C", "C."]), verdicts(["..", "C.", "C.", "..", ".."])
+    within = np.zeros((5, 2), dtype=bool)
+    within[2, 1] = True
+    counts = count_reports(compare(subject, oracle, within=within))
+    told = counts.share(Outcome.INVENTED)
+    assert counts.pairs.tolist() == [0, 1, 0]
+    assert (told["count"], told["of"], told["clusters"]) == (4, 6, 3)

@@ -6,11 +6,21 @@ import numpy as np
 import pytest
 from support.small_worlds import cube, cubes, jumping
 
-from replay.cli.run_tables import contact_table as cli_table
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
-from replay.outputs.run_tables import contact_table, cost_table, finding_table, miss_table, pair_table
+from replay.guide.pages import page
+from replay.outputs.run_tables import (
+    contact_table,
+    cost_table,
+    finding_table,
+    matched_table,
+    miss_table,
+    pair_frame_table,
+    pair_table,
+)
 from replay.outputs.tables import Marked
+from replay.outputs.tradeoff_table import tradeoff_table
+from replay.outputs.words import CONTACT_WORDS
 from replay.pipeline.engine import compute
 from sessions import Finding, MeshData, Severity
 
@@ -43,7 +53,6 @@ def test_a_pair_whose_containment_is_refused_says_why_beside_its_verdicts(run):
     word = "containment refused for 1 of 1 pair: a has doubled or overlapping faces"
     (note,) = pair_table(result, "sphere").only("pair").notes
     assert note == f"exact: {word}" and contact_table(result, "exact").notes == (note,)
-    assert note in cli_table(result).notes
     assert result.summary["pairs"][0]["containment"]["exact"] == "refused: a has doubled or overlapping faces"
 
 
@@ -69,3 +78,12 @@ def test_a_code_is_explained_at_its_first_finding_only():
     lost = [Finding("tracking-lost", Severity.WARNING, f"loss {k}", start=1.0, end=2.0) for k in range(3)]
     cells = column(finding_table(lost), "what")
     assert [bool(cell.below) for cell in cells] == [True, False, False]
+
+
+def test_intervals_are_said_to_be_over_contacts_wherever_they_stand(run):
+    audit = run.summary["audit"]
+    tables = pair_frame_table("", audit), matched_table("", audit, CONTACT_WORDS), tradeoff_table("", [])
+    texts = [run.summary["intervals"], *(" ".join(made.titled("", "more").notes) for made in tables)]
+    texts += [" ".join(page(topic).split()) for topic in ("audit", "price")]
+    assert all("contacts drawn anew" in text.replace("contacts are", "contacts") for text in texts)
+    assert all("over look phases alone" in text for text in texts)

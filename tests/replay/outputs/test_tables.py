@@ -8,6 +8,6 @@ def test_columns_are_chosen_by_name_and_in_the_order_asked_for():
     assert [column.name for column in chosen.columns] == ["mark", "body"] and chosen.rows[0][1] == "cup|lid"
 
 
-def test_a_long_table_says_how_much_it_leaves_out_in_a_column_of_words():
-    cut = made(words=("mark",)).first(1, "and {} more")
-    assert cut.rows == (ROWS[0], ("", "", "and 1 more")) and made().first(2, "{}") == made()
+def test_a_long_table_says_how_much_it_leaves_out_in_a_note():
+    cut = made().first(1, "and {} more")
+    assert cut.rows == tuple(ROWS[:1]) and cut.notes[-1] == "and 1 more" and made().first(2, "{}") == made()

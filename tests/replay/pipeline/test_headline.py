@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from replay.comparison.outcome import Comparison, Episode, Outcome
-from replay.pipeline.headline import headline, invented, price
+from replay.pipeline.headline import beside, headline, invented, phases, price
 
 
 def told(*contacts):
@@ -47,25 +47,44 @@ def test_the_headline_of_two_that_decided_nothing_says_that_nothing_was_compared
     assert headline(run, "slow") == "Nothing compared: exact and slow both decided none of 10 pair-frames"
 
 
-def took(seconds, *, online=True, name="discrete"):
-    return {"name": name, "online": online, "seconds": {"per_frame_mean": seconds}}
+def took(seconds, *, online=True, name="discrete", faces=False):
+    return {"name": name, "online": online, "faces_asked": faces, "seconds": {"per_frame_mean": seconds}}
 
 
-def priced(*, contacts=1, **detectors):
-    summary = {"detectors": {"exact": took(5.69e-5, online=False, name="exact"), **detectors}}
+def priced(*, contacts=1, faces=True, **detectors):
+    summary = {"detectors": {"exact": took(5.69e-5, online=False, name="exact", faces=faces), **detectors}}
     episodes = {"exact": (None,) * contacts}
     return SimpleNamespace(oracle="exact", comparisons=dict.fromkeys(detectors), summary=summary, episodes=episodes)
 
 
-def test_the_price_of_every_contact_stands_beside_what_those_took_that_were_audited():
+LIKE = "`replay tradeoff` compares like with like."
+
+
+def test_times_of_one_pass_are_said_to_be_that_and_to_be_of_what_they_are():
     engine = took(1e-7, name="recorded")
     assert price(priced(slow=took(1.63e-4), engine=engine, box=took(2e-5, online=False))) == [
-        "Every contact counted here was found by exact in 0.0569 ms a frame, the whole recording at once; "
-        "slow took 0.163 ms, frame by frame; box 0.02 ms. At 90 Hz a frame lasts 11.1 ms."
+        "Every contact counted here was found by exact in 0.0569 ms a frame (whole recording at once, with faces); "
+        "slow took 0.163 ms (frame by frame, without faces); box took 0.02 ms (whole recording at once, without "
+        f"faces). One pass of each, not alike: {LIKE}"
     ]
     assert price(priced()) == []
     (none,) = price(priced(contacts=0, slow=took(1.63e-4)))
     assert none.startswith("No contact was found by exact in 0.0569 ms a frame")
+
+
+@pytest.mark.parametrize(
+    ("faces", "subject", "alike"),
+    [
+        (False, took(2e-5, online=False), True),
+        (True, took(2e-5, online=False), False),
+        (False, took(2e-5), False),
+        (False, took(2e-5, online=False, faces=True), False),
+        (True, took(2e-5, name="recorded"), True),
+    ],
+)
+def test_booleans_beside_faces_and_live_beside_the_whole_recording_are_not_alike(faces, subject, alike):
+    (line,) = price(priced(faces=faces, it=subject))
+    assert line.endswith(f". One pass of each{'' if alike else ', not alike'}: {LIKE}")
 
 
 def test_who_reports_contact_where_there_is_none_is_told_so_however_little_it_misses():
@@ -79,3 +98,29 @@ def test_who_reports_contact_where_there_is_none_is_told_so_however_little_it_mi
         f"{label} invents {share} % of the contact that it reports, counted in pair-frames."
         for label, share in told.items()
     ]
+
+
+def looked(*rates_hz, name="discrete", contacts=18):
+    summary = {"detectors": {f"at-{rate}": {"name": name, "settings": {"rate_hz": rate}} for rate in rates_hz}}
+    rates = SimpleNamespace(contacts=(None,) * contacts, missed=lambda rate: (9, 4.53) if rate == 22.5 else (1, 0.61))
+    comparisons = {
+        label: Comparison(label, "exact", np.array([[1, 2, 3]], dtype=np.uint8)) for label in summary["detectors"]
+    }
+    dwell = SimpleNamespace(rates=rates)
+    return SimpleNamespace(oracle="exact", summary=summary, comparisons=comparisons, dwell=dwell)
+
+
+def test_who_looks_at_a_rate_is_said_to_miss_at_this_runs_phase_and_what_the_mean_is():
+    lines = phases(looked(22.5, None, 72.0))
+    assert lines == [
+        f"at-{rate} looks {rate:g} times a second, at this run's phase. Faultless looks at that rate miss {now} of "
+        f"18 contacts at this phase, {mean} in the mean over phases."
+        for rate, now, mean in ((22.5, 9, 4.53), (72.0, 1, 0.61))
+    ]
+    assert phases(looked(22.5, contacts=0)) == phases(looked(22.5, name="recorded")) == []
+
+
+def test_page_picture_and_terminal_say_the_same_beside_the_headline():
+    run = looked(22.5)
+    run.detections = {"exact": SimpleNamespace(verdict=np.zeros((1, 3), dtype=np.uint8))}
+    assert beside(run) == [*invented(run), *phases(run)] and len(beside(run)) == 2

@@ -51,21 +51,15 @@ def nobody_beats(rows, price):
 
 
 def shares(of):
-    """What a row misses and invents, as it is written: Wilson's interval, once more."""
+    """What a row misses and invents, with the intervals of the table."""
 
-    def written(what, count, all_of_them):
-        p, z = count / all_of_them, 1.959963984540054
-        middle, half = (
-            p + z * z / (2 * all_of_them),
-            z * (p * (1 - p) / all_of_them + (z / all_of_them / 2) ** 2) ** 0.5,
-        )
-        low, high = ((middle + sign * half) / (1 + z * z / all_of_them) for sign in (-1, 1))
-        low, high = (low if count else 0.0), (high if count < all_of_them else 1.0)
-        return f"{what} {100 * p:.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
+    def written(what, count, all_of_them, *ends):
+        return f"{what} {100 * count / all_of_them:.1f} % [{100 * min(ends):.1f}, {100 * max(ends):.1f}]"
 
     both, missed, invented = of["both"], of["missed_pair_frames"], of["invented_pair_frames"]
-    told = written("misses", missed, both + missed)
-    return told + (f", {written('invents', invented, both + invented)}" if invented else "")
+    told = written("misses", missed, both + missed, of["missed_low"], of["missed_high"])
+    ends = (1 - of["precision_low"], 1 - of["precision_high"])
+    return told + (f", {written('invents', invented, both + invented, *ends)}" if invented else "")
 
 
 def sentence(best, may, price):

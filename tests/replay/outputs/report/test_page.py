@@ -2,6 +2,7 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
+from html import escape
 from importlib.resources import files
 
 import pytest
@@ -10,7 +11,7 @@ from support.small_worlds import cubes, jumping
 
 from replay.outputs.report.page import _telling, report_html, write_report
 from replay.pipeline.engine import compute
-from replay.pipeline.headline import headline, invented, price
+from replay.pipeline.headline import beside, headline, price
 
 
 def test_the_headline_counts_what_the_result_counts(run, page):
@@ -20,8 +21,8 @@ def test_the_headline_counts_what_the_result_counts(run, page):
 
 
 def test_the_answer_and_its_price_come_before_the_facts(run, page):
-    told = [*invented(run), *price(run)]
-    assert len(told) == 2 and "".join(f'<p class="price">{one}</p>' for one in told) + "</header>" in page.replace(
+    told = [escape(one) for one in (*beside(run), *price(run))]
+    assert len(told) == 3 and "".join(f'<p class="price">{one}</p>' for one in told) + "</header>" in page.replace(
         "\n", ""
     )
     titles = re.findall("<h2>([^<]*)</h2>", page)

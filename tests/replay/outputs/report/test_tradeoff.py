@@ -1,10 +1,12 @@
 import base64
 import re
 from dataclasses import replace
+from html import escape
 
 from replay.outputs.report.page import report_html
 from replay.outputs.report.tradeoff import tradeoff_section
 from replay.outputs.report.tradeoff_picture import DARK, LIGHT
+from replay.outputs.tradeoff_table import AT_PHASE
 from replay.tradeoffs.settings import Setting
 from replay.tradeoffs.sweep import tradeoff
 
@@ -22,6 +24,8 @@ def test_the_page_holds_the_curve_the_advice_and_a_row_per_setting(run):
     assert part.index("(prefers-color-scheme: dark)") < part.index("<img")
     for sentence in done.advice:
         assert sentence in part
+    # that it does is shown where a sweep's misses are held against an audit's
+    assert escape(AT_PHASE) in part
     assert part.count("<tr") == 1 + len(tried)
     hybrid = next(row for row in done.rows if row["detector"] == "hybrid")
     counted = [f">{count} {name.replace('_', ' ')}<" for name, count in hybrid["work"].items() if count]

@@ -3,7 +3,8 @@ import pytest
 from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.errors import StudyError
-from replay.studies.class_study.analysis import analyse, associated
+from replay.studies.class_study.analysis import analyse, associated, conclusion
+from replay.studies.class_study.joining import Metrics
 from replay.studies.class_study.refusals import RULES, StudyRefusedError
 from replay.studies.class_study.regression import Coefficient
 
@@ -18,6 +19,24 @@ def test_a_planted_association_is_found_and_an_absent_one_is_not():
     assert not associated(moved)
     assert (study.students, study.rows, study.detector, study.recall) == (52, 52, "exact", 1.0)
     assert not study.refusals
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "p", "p_holm", "words"),
+    [
+        (0.1, 0.9, 0.01, 0.03, "associated"),
+        (-0.9, -0.1, 0.01, 0.03, "associated"),
+        (-0.1, 0.9, 0.022, 0.03, "undecided: interval holds zero"),
+        (-0.1, 0.9, 0.022, 0.2, "undecided: interval holds zero"),
+        (0.1, 0.9, 0.022, 0.2, "undecided after Holm"),
+        (0.1, 0.9, 0.06, 0.2, "not told from chance"),
+        (-0.1, 0.9, 0.3, 0.3, "not told from chance"),
+        (0.1, 0.9, None, None, "not tested"),
+    ],
+)
+def test_every_coefficient_has_its_word(low, high, p, p_holm, words):
+    one = Coefficient("x", (low + high) / 2, low, high, p, "permutation", p_holm=p_holm)
+    assert conclusion(one) == words and associated(one) == (words == "associated")
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -91,6 +110,17 @@ def test_groups_are_compared_only_when_declared_and_large_enough():
         analyse(codebook((("motivation", "arm"),)), questionnaire(answers))
 
 
+@pytest.mark.parametrize("left", [1, 4, 5])
+def test_a_group_of_whom_fewer_than_five_answered_is_not_compared_however_many_it_has(left):
+    answers, _ = a_class(40)
+    answers[1 : 40 - 2 * left : 2, 3] = np.nan
+    book = codebook((("motivation", "arm"),), groups=("arm", ("first", "second")))
+    study = analyse(book, questionnaire(answers, ["first", "second"] * 20))
+    assert [one.students for one in study.regressions] == ([25] if left == 5 else [])
+    refused = [one.rule for one in study.refusals if "arm" in one.what]
+    assert refused == ([] if left == 5 else ["small-cell"])
+
+
 def test_a_group_is_no_outcome():
     answers, _ = a_class(40)
     book = codebook((("arm", "ease of use"),), groups=("arm", ("a", "b", "c")))
@@ -127,7 +157,34 @@ def test_several_sessions_of_a_student_count_as_one_student():
     study = analyse(codebook(BEHAVIOUR), questionnaire(answers), metrics(contacts, sessions=2))
     moved = study.regressions[1]
     assert (moved.rows, moved.students) == (60, 30)
-    assert moved.coefficients[0].p_from == "cluster-robust t"
+    assert moved.coefficients[0].p_from == "permutation"
+    assert not any("bring half" in words for words in study.warnings)
+
+
+def with_sessions(contacts, sessions):
+    """A row per session: student k has ``sessions[k]`` of them."""
+    table = metrics(contacts)
+    return Metrics({name: [v for v, n in zip(values, sessions, strict=True) for _ in range(n)]
+                    for name, values in table.columns.items()})  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("sessions", "warning"),
+    [
+        ([20] * 3 + [1] * 12, "fewer than 5 of 15 students bring half or more of the 72 sessions; every student"),
+        ([40] + [1] * 11, "fewer than 5 of 12 students bring half or more of the 51 sessions; every student"),
+        ([20] * 6 + [1] * 24, "fewer than 5 of 30 students bring half or more of the 144 sessions; every student"),
+        ([20] * 10 + [1] * 30, "6 of 40 students bring half or more of the 230 sessions; every student"),
+        ([4] * 10, None),
+        ([1] * 15, None),
+    ],
+)
+def test_few_students_who_bring_most_sessions_are_warned_of_without_pointing_at_them(sessions, warning):
+    answers, contacts = a_class(len(sessions))
+    study = analyse(codebook(BEHAVIOUR), questionnaire(answers), with_sessions(contacts, sessions))
+    found = [words for words in study.warnings if "bring half" in words]
+    assert len(found) == (warning is not None) and all(words.startswith(warning) for words in found)
+    assert study.regressions[1].students == len(sessions) and study.regressions[1].rows == sum(sessions)
 
 
 def test_one_seed_gives_one_study():

@@ -1,12 +1,20 @@
 import re
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.page import CAUSAL, study_html
 from replay.studies.class_study.refusals import StudyRefusedError
-from replay.studies.class_study.tables import OBSERVED_ONLY, headlines
+from replay.studies.class_study.tables import (
+    OBSERVED_ONLY,
+    coefficient_table,
+    headlines,
+    reliability_table,
+    sensitivity_table,
+)
 
 QUESTIONS = (("motivation", "ease of use"), ("motivation", "contacts_per_min", "grasps"))
 
@@ -58,6 +66,45 @@ def test_no_association_is_said_as_such():
     study = analyse(codebook(), questionnaire(answers))
     assert headlines(study) == ["No association was told from chance in 30 students"]
     assert "questionnaire alone" in study_html(study, "t")
+
+
+def cells(table, name):
+    return [str(row[0] if isinstance(row[0], str | int) else row[0].text) for row in table.only(name).rows]
+
+
+def test_every_n_is_that_of_the_rows_used_not_of_the_questionnaire():
+    answers, contacts = a_class(26, slope=0.0, seed=8)
+    answers[:5, 3] = np.nan
+    book = codebook((("motivation", "ease of use"), ("motivation", "contacts_per_min")))
+    table = metrics(contacts, detectors=("exact", "hybrid"), recall=(1.0, 0.9), sessions=2)
+    study = analyse(book, questionnaire(answers), table)
+    assert headlines(study) == ["No association was told from chance in 21 students"]
+    made = coefficient_table(study)
+    assert (cells(made, "n"), cells(made, "rows")) == (["21", "21"], ["21", "42"])
+    assert cells(sensitivity_table(study), "n") == ["21"] and cells(reliability_table(study), "n") == ["26", "21"]
+    page = words_of(study_html(study, "t"))
+    assert "n = 21." in page and "n = 26" not in page and "26 students, 52 sessions" in page
+
+
+def test_the_first_sentence_says_how_many_students_and_sessions_stand_behind_it():
+    answers, contacts = a_class(30, seed=1, slope=0.0, contacts=0.8)
+    study = analyse(
+        codebook((("motivation", "contacts_per_min"),)), questionnaire(answers), metrics(contacts, sessions=3)
+    )
+    assert headlines(study)[0].endswith("n = 30 students in 90 sessions")
+
+
+def test_what_p_and_interval_disagree_about_is_counted_as_undecided(study):
+    one = study.regressions[0]
+    (c,) = one.coefficients
+    unsure = replace(study, regressions=(replace(one, coefficients=(replace(c, low=-0.1),)),))
+    assert headlines(unsure) == ["No association was told from chance in 40 students; 1 of 1 undecided"]
+
+
+@pytest.mark.parametrize("students, first", [(9, "No association was tested"), (5, "No association was tested")])
+def test_what_was_not_tested_is_not_said_to_be_chance(students, first):
+    answers, _ = a_class(students)
+    assert headlines(analyse(codebook(), questionnaire(answers))) == [first]
 
 
 def test_a_refusal_is_on_the_page_with_what_lifts_it():
