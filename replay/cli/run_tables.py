@@ -17,6 +17,7 @@ from replay.effects.effect_summary import happened_words
 from replay.outputs.run_tables import (
     AUDIT_MARKS,
     contact_table,
+    containment_notes,
     cost_table,
     effect_table,
     matched_table,
