@@ -14,6 +14,11 @@ NAMES = list(DETECTORS)
 FRAMES = 40
 
 
+@pytest.fixture(params=NAMES)
+def name(request):
+    return request.param
+
+
 @pytest.fixture(scope="module")
 def scene():
     return lab(FRAMES)
@@ -29,7 +34,6 @@ def has_faces(detection):
     return detection.face_sets is not None
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_it_has_the_shape_of_a_detector(name, scene):
     detector = create_detector(name, scene[0])
     assert isinstance(detector, Detector)
@@ -37,7 +41,6 @@ def test_it_has_the_shape_of_a_detector(name, scene):
     assert isinstance(detector.settings, detector.Settings)
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_the_same_input_gives_the_same_answer(name, scene):
     bodies, motion = scene
     detector = create_detector(name, bodies)
@@ -47,7 +50,6 @@ def test_the_same_input_gives_the_same_answer(name, scene):
         assert first.faces_digest == second.faces_digest == whole(name).faces_digest
 
 
-@pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("block", [1, 7, pytest.param(64, marks=pytest.mark.slow)])
 def test_a_stream_gives_the_answer_of_the_whole_for_any_block_size(name, block, scene):
     bodies, motion = scene
@@ -58,7 +60,6 @@ def test_a_stream_gives_the_answer_of_the_whole_for_any_block_size(name, block, 
         assert joined.faces_digest == whole(name).faces_digest
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_pairs_written_in_another_order_give_the_same_digests(name, scene):
     bodies, motion = scene
     pairs = [("ball", "beaker"), ("rod", "beaker"), ("wand", "rod"), ("table", "ball")]
@@ -71,7 +72,6 @@ def test_pairs_written_in_another_order_give_the_same_digests(name, scene):
         assert forward.faces_digest == backward.faces_digest
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_bodies_in_another_order_give_the_same_digests(name, scene):
     bodies, motion = scene
     order = [3, 0, 4, 2, 1]
@@ -82,7 +82,6 @@ def test_bodies_in_another_order_give_the_same_digests(name, scene):
         assert detection.faces_digest == whole(name).faces_digest
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_a_frame_without_a_pose_is_no_pose_and_no_other_frame_is(name, scene):
     motion, detection = scene[1], whole(name)
     either = ~(motion.valid[:, detection.pairs[:, 0]] & motion.valid[:, detection.pairs[:, 1]])
@@ -92,7 +91,6 @@ def test_a_frame_without_a_pose_is_no_pose_and_no_other_frame_is(name, scene):
         assert (detection.verdict[~either] != Verdict.NO_POSE).all()
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_numbers_of_a_pose_that_is_not_valid_are_not_looked_at(name, scene):
     bodies, motion = scene
     translations, rotations = motion.translations.copy(), motion.rotations.copy()
@@ -101,7 +99,6 @@ def test_numbers_of_a_pose_that_is_not_valid_are_not_looked_at(name, scene):
     assert create_detector(name, bodies).detect(poisoned).digest == whole(name).digest
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_an_empty_motion_gives_an_empty_answer(name, scene):
     bodies, motion = scene
     detection = create_detector(name, bodies).detect(motion.frames(0, 0), faces=True)
@@ -111,14 +108,12 @@ def test_an_empty_motion_gives_an_empty_answer(name, scene):
         assert detection.face_counts.shape == (0, 10)
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_one_body_alone_has_no_pairs_and_no_verdicts(name, scene):
     bodies, motion = scene
     alone = Motion(motion.times, motion.translations[:, :1], motion.rotations[:, :1])
     assert create_detector(name, bodies[:1]).detect(alone).verdict.shape == (FRAMES, 0)
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_verdicts_are_read_only_and_the_motion_is_not_changed(name, scene):
     bodies, motion = scene
     before = motion.translations.tobytes(), motion.rotations.tobytes()
@@ -128,7 +123,6 @@ def test_verdicts_are_read_only_and_the_motion_is_not_changed(name, scene):
         detection.verdict[0, 0] = 1
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_times_and_names_come_back_as_they_went_in(name, scene):
     bodies, motion = scene
     detection = whole(name)
@@ -139,7 +133,6 @@ def test_times_and_names_come_back_as_they_went_in(name, scene):
     assert detection.detector == name
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_work_and_seconds_are_reported(name):
     detection = whole(name)
     assert detection.work
@@ -151,7 +144,6 @@ def test_work_and_seconds_are_reported(name):
         assert np.min(seconds) >= 0
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_faces_belong_to_contact_and_are_unique_and_sorted(name):
     detection = whole(name)
     if not has_faces(detection):
@@ -166,13 +158,11 @@ def test_faces_belong_to_contact_and_are_unique_and_sorted(name):
         assert rows == sorted(set(rows))
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_asking_for_faces_changes_no_verdict(name, scene):
     bodies, motion = scene
     assert create_detector(name, bodies).detect(motion).digest == whole(name).digest
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_bad_input_is_refused_by_one_named_error(name, scene):
     bodies, motion = scene
     with pytest.raises(InvalidPoseError, match="poses of 5 bodies, the detector has 2"):
@@ -191,7 +181,6 @@ def test_bad_input_is_refused_by_one_named_error(name, scene):
         list(create_detector(name, bodies).stream([motion.frames(5, 9), motion.frames(0, 5)]))
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_a_detector_can_be_used_again_after_a_refused_motion(name, scene):
     bodies, motion = scene
     detector = create_detector(name, bodies)
@@ -200,7 +189,6 @@ def test_a_detector_can_be_used_again_after_a_refused_motion(name, scene):
     assert detector.detect(motion).digest == whole(name).digest
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_a_mesh_of_one_triangle_is_enough(name):
     triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     upright = TriangleMesh([[0.25, 0.25, -1], [0.25, 0.25, 1], [0.3, 0.9, 1]], [[0, 1, 2]])

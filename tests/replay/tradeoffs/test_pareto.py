@@ -90,13 +90,8 @@ def test_whatever_is_said_to_dominate_is_beaten_in_nothing_by_anyone_that_counts
 
 
 def test_a_live_loop_is_advised_by_its_p99_and_only_on_what_runs_frame_by_frame():
-    told = advice_of(
-        [
-            row("offline", 0.001, 0.0),
-            row("slow", 0.3, 0.0, online=True, p99=9.0),
-            row("quick", 0.1, 0.4, online=True, p99=2.0),
-        ]
-    )
+    live = (row("slow", 0.3, 0.0, online=True, p99=9.0), row("quick", 0.1, 0.4, online=True, p99=2.0))
+    told = advice_of([row("offline", 0.001, 0.0), *live])
     assert told[1:] == [
         "To ship in a live loop, with p99 under 3 ms per frame: quick, misses 40 % [20, 80].",
         "To ship in a live loop, with p99 under 11.1 ms per frame: slow, misses 0 % [0, 0].",
