@@ -64,12 +64,12 @@ class ContainmentStage:
         for column, rows in rows_of_columns(columns) if self._asked else ():
             i, j = self._pairs[column]
             for inner, outer in ((i, j), (j, i)):
-                if self._solids[outer].mesh.is_closed:
+                if parts := self._solids[inner].parts_that_fit(self._solids[outer]):
                     left = rows[~inside[rows]]
-                    inside[left] = self._inside(motion, inner, outer, frames[left])
+                    inside[left] = self._inside(motion, inner, outer, frames[left], parts)
         return inside
 
-    def _inside(self, motion: Motion, inner: int, outer: int, frames: IntArray) -> BoolArray:
+    def _inside(self, motion: Motion, inner: int, outer: int, frames: IntArray, parts: Sequence[_Part]) -> BoolArray:
         a, b = self._solids[inner], self._solids[outer]
         inside = np.zeros(len(frames), dtype=np.bool_)
         size, pad = a.size + b.size, MARGIN_ULPS * EPS
@@ -80,14 +80,15 @@ class ContainmentStage:
             may_be_inside(*ends, points, box, size, pad, may)
             return rows[may]
 
-        parts, near = a.parts_that_fit(b), np.arange(len(frames))
-        if len(a.parts) > 1 and parts:  # a body of many parts is dismissed whole where it is far away
+        near = np.arange(len(frames))
+        if len(a.parts) > 1:  # a body of many parts is dismissed whole where it is far away
             near = within(a.middle, b.box + a.reach * np.array([[-1.0], [1.0]]), near)
         for part in parts if len(near) else ():
-            rows = within(part.extremes, b.box, near[~inside[near]])
+            rows = within(part.extremes, b.box, near)
             if len(rows):
                 poses = _Relative(motion, frames[rows], inner, outer)
                 inside[rows] = poses.inside(part.probes, b, pad * (size + poses.far))
+                near = near[~inside[near]]
         return inside
 
 
@@ -171,7 +172,9 @@ class _Solid:
         self.mesh = mesh
 
     def parts_that_fit(self, outer: _Solid) -> list[_Part]:
-        """The parts that could lie inside the other at all: its box is as long as they are."""
+        """The parts that could lie inside the other at all: it is closed, and its box as long as they are."""
+        if not outer.mesh.is_closed:
+            return []
         most = float(np.linalg.norm(outer.box[1] - outer.box[0])) * (1 + ROOM_SLACK)
         return [self.parts[k] for k in np.flatnonzero(self._lengths <= most)]
 
