@@ -6,18 +6,24 @@ if the beaker's mesh is closed: the cavity is outside the glass.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.kernels.memory import Memory, doubles_of
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.containment.closed_parts import connected_parts, parity_is_inside
-from cdcore.narrow.containment.ray_parity import INSIDE, UNCERTAIN, InsideGrid, point_inside
+from cdcore.narrow.containment.ray_parity import (
+    INSIDE,
+    UNCERTAIN,
+    InsideGrid,
+    build_inside_grid,
+    point_inside,
+    point_state,
+)  # fmt: skip
 from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.numerics import EPS, BoolArray, ByteArray, FloatArray, IntArray, place_points
 from cdcore.protocol import DECIDED, Body, Motion, Verdict
@@ -27,11 +33,16 @@ MARGIN_ULPS: Final = 1024.0
 the sum of 192, to which a rotation's transpose is its inverse (``ORTHONORMAL_KEEP``), and 64 for placing a point twice.
 """
 
+PAD: Final = MARGIN_ULPS * EPS
+
 ROOM_SLACK: Final = 1e-9
 """A part longer than the other's box by less than this share is still asked about."""
 
 PROBES_PER_PART: Final = 4
 """Vertices tried before the exact answer: from one of them a ray may run along an edge, hardly from four."""
+
+BOTH_WAYS: Final = np.array([[-1.0], [1.0]])
+FIRST_FRAME: Final = np.zeros(1, dtype=np.int64)
 
 Pose = tuple[FloatArray, FloatArray]
 
@@ -48,7 +59,7 @@ class ContainmentStage:
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, *, asked: bool = True, refusal: str = REFUSAL) -> None:
         self._asked = asked
         self._solids = [_Solid(body.mesh) for body in bodies] if asked else []
-        self._pairs = pairs.tolist()
+        self._pairs, self._may_now = pairs.tolist(), np.empty(1, dtype=np.bool_)
         self.words = tuple(containment_word(bodies[i], bodies[j]) if asked else refusal for i, j in self._pairs)
         """As ``containment_word``, per pair; what lies inside a closed body is found all the same."""
 
@@ -62,69 +73,66 @@ class ContainmentStage:
         """Whether a part of one body of the pair is inside the other, (K,) for K pair-frames without contact."""
         inside = np.zeros(len(frames), dtype=np.bool_)
         for column, rows in rows_of_columns(columns) if self._asked else ():
-            i, j = self._pairs[column]
-            for inner, outer in ((i, j), (j, i)):
-                if parts := self._solids[inner].parts_that_fit(self._solids[outer]):
-                    left = rows[~inside[rows]]
-                    inside[left] = self._inside(motion, inner, outer, frames[left], parts)
+            for inner, outer, parts in self._nestings[column]:
+                left = rows[~inside[rows]]
+                inside[left] = self._inside(motion, inner, outer, parts, frames[left])
         return inside
 
-    def _inside(self, motion: Motion, inner: int, outer: int, frames: IntArray, parts: Sequence[_Part]) -> BoolArray:
+    @property
+    def question(self) -> Callable[[Motion, int], bool] | None:
+        """``inside_now``, or ``None`` where containment is not asked."""
+        return self.inside_now if self._asked else None
+
+    def inside_now(self, now: Motion, column: int) -> bool:
+        """The same for one pair in a motion of one frame."""
+        for inner, outer, parts in self._nestings[column]:
+            for part in parts:
+                self._fill_may(now, inner, outer, part.extremes, 0.0, FIRST_FRAME, self._may_now)
+                if self._may_now[0] and self._inside(now, inner, outer, (part,), FIRST_FRAME)[0]:
+                    return True
+        return False
+
+    @cached_property
+    def _nestings(self) -> list[list[tuple[int, int, list[_Part]]]]:
+        """Per pair, which parts of which body could lie in which at all: (inner, outer, parts)."""
+        solids, ways = self._solids, [((i, j), (j, i)) for i, j in self._pairs]
+        fitting = [[(i, j, solids[i].parts_that_fit(solids[j])) for i, j in two] for two in ways]
+        return [[one for one in two if one[2]] for two in fitting]
+
+    def _fill_may(
+        self, motion: Motion, inner: int, outer: int, points: FloatArray, reach: float, frames: IntArray, may: BoolArray
+    ) -> None:
+        """Fill ``may`` (K,): whether all these points of the inner body are within reach of the box of the outer."""
         a, b = self._solids[inner], self._solids[outer]
-        inside = np.zeros(len(frames), dtype=np.bool_)
-        size, pad = a.size + b.size, MARGIN_ULPS * EPS
+        box = b.box + reach * BOTH_WAYS if reach else b.box
+        may_be_inside(
+            motion.rotations, motion.translations, frames, inner, outer, points, box, a.size + b.size, PAD, may
+        )
 
-        def within(points: FloatArray, box: FloatArray, rows: IntArray) -> IntArray:
-            may = np.empty(len(rows), dtype=np.bool_)
-            ends = (motion.rotations, motion.translations, frames[rows], inner, outer)
-            may_be_inside(*ends, points, box, size, pad, may)
-            return rows[may]
-
-        near = np.arange(len(frames))
-        if len(a.parts) > 1:  # a body of many parts is dismissed whole where it is far away
-            near = within(a.middle, b.box + a.reach * np.array([[-1.0], [1.0]]), near)
+    def _inside(self, motion: Motion, inner: int, outer: int, parts: Sequence[_Part], frames: IntArray) -> BoolArray:
+        a, b = self._solids[inner], self._solids[outer]
+        inside, may = np.zeros(len(frames), dtype=np.bool_), np.ones(len(frames), dtype=np.bool_)
+        if len(parts) > 1:  # a body of many parts is dismissed whole where it is far away
+            self._fill_may(motion, inner, outer, a.middle, a.reach, frames, may)
+        near = np.flatnonzero(may)
         for part in parts if len(near) else ():
-            rows = within(part.extremes, b.box, near)
+            may = np.empty(len(near), dtype=np.bool_)
+            self._fill_may(motion, inner, outer, part.extremes, 0.0, frames[near], may)
+            rows = near[may]
             if len(rows):
-                poses = _Relative(motion, frames[rows], inner, outer)
-                inside[rows] = poses.inside(part.probes, b, pad * (size + poses.far))
+                states = np.empty(len(rows), dtype=np.uint8)
+                nesting_states(
+                    motion.rotations, motion.translations, frames[rows], inner, outer, part.probes, b.grid,
+                    a.size + b.size, PAD, states,
+                )  # fmt: skip
+                inside[rows] = states == INSIDE
+                for k in rows[states == UNCERTAIN].tolist():
+                    of_a, of_b = (
+                        (motion.rotations[frames[k], o], motion.translations[frames[k], o]) for o in (inner, outer)
+                    )
+                    inside[k] = _any_inside(part.probes[:1], of_a, b.mesh, of_b)
                 near = near[~inside[near]]
         return inside
-
-
-class _Relative:
-    """K poses of one body and another, in the columns of a motion."""
-
-    def __init__(self, motion: Motion, frames: IntArray, inner: int, outer: int) -> None:
-        self.ra, self.ta = motion.rotations[frames, inner], motion.translations[frames, inner]
-        self.rb, self.tb = motion.rotations[frames, outer], motion.translations[frames, outer]
-        self.far: FloatArray = np.abs(self.ta).max(axis=1) + np.abs(self.tb).max(axis=1)
-
-    def inside(self, probes: FloatArray, b: _Solid, margins: FloatArray) -> BoolArray:
-        """Whether a part of A with these vertices is inside B, (K,); the exact answer where a ray is uncertain."""
-        states = self._states(probes, b.grid, margins)
-        for k in np.flatnonzero(states == UNCERTAIN).tolist():
-            states[k] = _any_inside(probes[:1], (self.ra[k], self.ta[k]), b.mesh, (self.rb[k], self.tb[k]))
-        inside: BoolArray = states == INSIDE
-        return inside
-
-    def _states(self, probes: FloatArray, grid: InsideGrid, margins: FloatArray) -> NDArray[np.int8]:
-        """State of one part: it meets no surface, so any of its vertices along any axis tells."""
-        states = np.full(len(margins), UNCERTAIN, dtype=np.int8)
-        for probe in probes:
-            left = np.flatnonzero(states == UNCERTAIN)
-            seen = self._seen(probe, left)
-            for axis in range(3):
-                still = states[left] == UNCERTAIN
-                asked = left[still]
-                states[asked] = grid.parity(seen[still], margins[asked], axis)
-        return states
-
-    def _seen(self, point: FloatArray, rows: IntArray) -> FloatArray:
-        """A point of A in the frame of B, (K, 3)."""
-        away = np.einsum("kij,j->ki", self.ra[rows], point) + (self.ta[rows] - self.tb[rows])
-        seen: FloatArray = np.einsum("kji,kj->ki", self.rb[rows], away)
-        return seen
 
 
 def containment_word(a: Body, b: Body) -> str:
@@ -207,7 +215,20 @@ class _Solid:
 
     @cached_property
     def grid(self) -> InsideGrid:
-        return InsideGrid(self.mesh.triangles)
+        return build_inside_grid(self.mesh.triangles)
+
+
+@hot_kernel
+def way_to_point(
+    points: Memory, e: int, turns: Memory, places: Memory, a: int, b: int
+) -> tuple[float, float, float]:  # fmt: skip
+    """The way from the origin of a body with pose ``b`` to point ``e`` of one with pose ``a``, world axes."""
+    p, q, r = points[3 * e], points[3 * e + 1], points[3 * e + 2]
+    t, v, w = 9 * a, 3 * a, 3 * b
+    x = turns[t] * p + turns[t + 1] * q + turns[t + 2] * r + (places[v] - places[w])
+    y = turns[t + 3] * p + turns[t + 4] * q + turns[t + 5] * r + (places[v + 1] - places[w + 1])
+    z = turns[t + 6] * p + turns[t + 7] * q + turns[t + 8] * r + (places[v + 2] - places[w + 2])
+    return x, y, z
 
 
 @hot_kernel
@@ -216,13 +237,9 @@ def point_in_box(
 ) -> bool:
     """Whether point ``e`` of a body with pose ``a`` may lie in the box (6,), low and high, of one with pose ``b``."""
     stay_one_function()
-    p, q, r = points[3 * e], points[3 * e + 1], points[3 * e + 2]
-    t, u, v, w = 9 * a, 9 * b, 3 * a, 3 * b
-    x = turns[t] * p + turns[t + 1] * q + turns[t + 2] * r + (places[v] - places[w])
-    y = turns[t + 3] * p + turns[t + 4] * q + turns[t + 5] * r + (places[v + 1] - places[w + 1])
-    z = turns[t + 6] * p + turns[t + 7] * q + turns[t + 8] * r + (places[v + 2] - places[w + 2])
+    x, y, z = way_to_point(points, e, turns, places, a, b)
     for k in range(3):
-        seen = turns[u + k] * x + turns[u + 3 + k] * y + turns[u + 6 + k] * z
+        seen = turns[9 * b + k] * x + turns[9 * b + 3 + k] * y + turns[9 * b + 6 + k] * z
         if seen < box[k] - margin or seen > box[3 + k] + margin:
             return False
     return True
@@ -241,9 +258,9 @@ def may_be_inside(
     rotation: FloatArray, translation: FloatArray, frames: IntArray, inner: int, outer: int, extremes: FloatArray,
     box: FloatArray, size: float, pad: float, may: BoolArray,
 ) -> None:  # fmt: skip
-    """Fill ``may`` (K,): False where one of some points of the inner body lies outside the box of the outer one.
+    """Fill ``may`` (K,): False where an outermost vertex of the inner body lies outside the box of the outer one.
 
-    ``extremes`` (E, 3): the points; ``box`` (2, 3); the margin is ``pad`` times both bodies' size.
+    ``extremes`` (E, 3) of the inner body and ``box`` (2, 3); the margin is ``pad`` times both bodies' size.
     """
     turns, places, points, ends = doubles_of(rotation), doubles_of(translation), doubles_of(extremes), doubles_of(box)
     bodies = rotation.shape[1]
@@ -255,3 +272,27 @@ def may_be_inside(
             if not point_in_box(points, e, turns, places, a, b, ends, margin):
                 may[k] = False
                 break
+
+
+@kernel
+def nesting_states(
+    rotation: FloatArray, translation: FloatArray, frames: IntArray, inner: int, outer: int, probes: FloatArray,
+    grid: InsideGrid, size: float, pad: float, states: ByteArray,
+) -> None:  # fmt: skip
+    """Fill ``states`` (K,): whether a part of the inner body is INSIDE the outer one.
+
+    A part meets no surface, so any of its ``probes`` (n, 3), along any axis, tells about it.
+    """
+    turns, places, points = doubles_of(rotation), doubles_of(translation), doubles_of(probes)
+    bodies, seen = rotation.shape[1], np.empty(3)
+    for k in range(len(frames)):
+        a, b = frames[k] * bodies + inner, frames[k] * bodies + outer
+        margin, state = pad * (size + (largest_of(places, a) + largest_of(places, b))), UNCERTAIN
+        for probe in range(len(probes)):
+            x, y, z = way_to_point(points, probe, turns, places, a, b)
+            for i in range(3):
+                seen[i] = turns[9 * b + i] * x + turns[9 * b + 3 + i] * y + turns[9 * b + 6 + i] * z
+            for axis in range(3):
+                if state == UNCERTAIN:
+                    state = point_state(grid, seen, margin, axis)
+        states[k] = state
