@@ -11,11 +11,11 @@ class Verdict(IntEnum):
     """What a detector says of one pair in one frame (stored as uint8)."""
 
     CLEAR = 0
-    """Surfaces disjoint, decided; neither inside the other where containment is decided."""
+    """Surfaces disjoint, decided; no part of one inside the other where containment is decided."""
     CONTACT = 1
     """Surfaces meet (touching counts), confirmed on triangles."""
     CONTAINED = 2
-    """One wholly inside a closed other, surfaces disjoint."""
+    """A connected part of one, or all of it, inside a closed other, surfaces disjoint: the solids overlap."""
     CANDIDATE = 3
     """Only bounding volumes overlap: counts as contact, the excess is printed as unconfirmed."""
     NOT_FOUND = 4

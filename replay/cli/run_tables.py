@@ -17,6 +17,7 @@ from replay.effects.effect_summary import happened_words
 from replay.outputs.run_tables import (
     AUDIT_MARKS,
     contact_table,
+    containment_notes,
     cost_table,
     effect_table,
     matched_table,
@@ -104,11 +105,15 @@ def missed_tables(results: Sequence[RunResult]) -> list[Table]:
 
 
 def answers(results: Sequence[RunResult]) -> Group:
-    """The answers before any table, under the name of their session where there are several."""
+    """The answers before any table, under the name of their session where there are several.
+
+    Below them, of which pairs the oracle did not decide whether one body is inside the other.
+    """
     lines: list[RenderableType] = []
     for result in results:
         name = [Text(f" {result.session.origin}")] if len(results) > 1 else []
-        lines += [Text(), *name, *headlines(result)]
+        notes = containment_notes(result, result.oracle) if result.comparisons else []
+        lines += [Text(), *name, *headlines(result), *(line(f"{note}.", FAINT) for note in notes)]
     return Group(*lines)
 
 

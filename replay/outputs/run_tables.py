@@ -84,17 +84,13 @@ def contact_table(result: RunResult, label: str) -> Table:
     return table(f"Contacts found by {label}", ("pair", "contacts", "seconds", "longest s"), rows, notes=notes)
 
 
-def containment_notes(result: RunResult, *labels: str) -> list[str]:
-    """A line for each of these detectors that did not decide of every pair if one body is inside the other."""
-    notes = []
-    for label in labels:
-        refused = [word for word in result.detections[label].containment if word != DECIDED]
-        why = [word.removeprefix("refused: ") for word in dict.fromkeys(refused)]
-        more = f"; {len(why) - MOST_REASONS} more in summary.json" * (len(why) > MOST_REASONS)
-        if refused:
-            of = f"{len(refused)} of {counted(len(result.assembly.pairs), 'pair')}"
-            notes.append(f"{label}: containment refused for {of}: {'; '.join(why[:MOST_REASONS])}{more}")
-    return notes
+def containment_notes(result: RunResult, label: str) -> list[str]:
+    """A line where this detector did not decide of every pair if one body is inside the other."""
+    refused = [word for word in result.detections[label].containment if word != DECIDED]
+    why = [word.removeprefix("refused: ") for word in dict.fromkeys(refused)]
+    more = f"; {len(why) - MOST_REASONS} more in summary.json" * (len(why) > MOST_REASONS)
+    of = f"{len(refused)} of {counted(len(result.assembly.pairs), 'pair')}"
+    return [f"{label}: containment refused for {of}: {'; '.join(why[:MOST_REASONS])}{more}"] if refused else []
 
 
 def _contacts(result: RunResult, found: Sequence[Episode], pair: int) -> tuple[str, int, str, str]:

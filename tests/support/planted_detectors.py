@@ -3,7 +3,7 @@
 They are named on a command line as ``support.planted_detectors:Dropping``, as a user's own detector would be.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -99,6 +99,26 @@ class Undecided(FrameDetector):
 
     def look(self, rotations, translations):
         return [Verdict.UNRESOLVED] * len(self.pairs)
+
+
+@dataclass(frozen=True)
+class Script:
+    """A letter a frame: n CLEAR, c CONTACT, u UNRESOLVED; CLEAR beyond the last."""
+
+    says: str = ""
+
+
+class Scripted(FrameDetector):
+    """Says of every pair what is written."""
+
+    Settings = Script
+    WORDS: ClassVar = {"n": Verdict.CLEAR, "c": Verdict.CONTACT, "u": Verdict.UNRESOLVED}
+
+    def prepare(self):
+        self._left = iter(self.settings.says)
+
+    def look(self, rotations, translations):
+        return [self.WORDS[next(self._left, "n")]] * len(self.pairs)
 
 
 class Raising(FrameDetector):

@@ -1,1 +1,1 @@
-"""Is one body wholly inside another? Exact parity of rays, asked only of closed meshes."""
+"""Is a part of one body inside another? Exact parity of rays, asked only of closed meshes."""

@@ -21,14 +21,19 @@ def parity_is_inside(mesh: TriangleMesh) -> bool:
     """
     if mesh.has_doubled_faces:
         return False
-    order = np.argsort(mesh.components, kind="stable")
-    parts = np.split(mesh.triangles[order], np.flatnonzero(np.diff(mesh.components[order])) + 1)
+    parts = connected_parts(mesh)
     low, high = (np.array([bound(part, axis=(0, 1)) for part in parts]) for bound in (np.min, np.max))
     near = [
         (k, j) for k in range(len(parts) - 1)
         for j in (k + 1 + np.flatnonzero(((low[k + 1 :] <= high[k]) & (low[k] <= high[k + 1 :])).all(axis=1))).tolist()
     ]  # fmt: skip
     return not near or not (_any_meet(parts, near) or _any_inside_alike(parts, near))
+
+
+def connected_parts(mesh: TriangleMesh) -> list[FloatArray]:
+    """Triangles (f, 3, 3) of each connected part."""
+    order = np.argsort(mesh.components, kind="stable")
+    return np.split(mesh.triangles[order], np.flatnonzero(np.diff(mesh.components[order])) + 1)
 
 
 def _any_meet(parts: list[FloatArray], pairs: list[tuple[int, int]]) -> bool:

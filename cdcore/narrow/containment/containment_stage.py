@@ -1,7 +1,7 @@
-"""Which bodies lie wholly inside a closed other, where their surfaces do not meet: decided by exact parity.
+"""Which bodies have a connected part inside a closed other, where their surfaces do not meet: by exact parity.
 
-A ball in a box is contained; a rod in an open beaker is not, even if the beaker's mesh is closed: the cavity is
-outside the glass.
+Solids with disjoint surfaces overlap exactly there. A ball in a box is contained; a rod in an open beaker is not, even
+if the beaker's mesh is closed: the cavity is outside the glass.
 """
 
 from __future__ import annotations
@@ -15,10 +15,9 @@ import numpy as np
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.kernels.memory import Memory, doubles_of
 from cdcore.mesh import TriangleMesh
-from cdcore.narrow.containment.closed_parts import parity_is_inside
+from cdcore.narrow.containment.closed_parts import connected_parts, parity_is_inside
 from cdcore.narrow.containment.ray_parity import (
     INSIDE,
-    OUTSIDE,
     UNCERTAIN,
     InsideGrid,
     build_inside_grid,
@@ -37,11 +36,12 @@ the sum of 192, to which a rotation's transpose is its inverse (``ORTHONORMAL_KE
 PAD: Final = MARGIN_ULPS * EPS
 
 ROOM_SLACK: Final = 1e-9
-"""A body longer than the other's box by less than this share is still asked about."""
+"""A part longer than the other's box by less than this share is still asked about."""
 
-PROBES_PER_COMPONENT: Final = 4
+PROBES_PER_PART: Final = 4
 """Vertices tried before the exact answer: from one of them a ray may run along an edge, hardly from four."""
 
+BOTH_WAYS: Final = np.array([[-1.0], [1.0]])
 FIRST_FRAME: Final = np.zeros(1, dtype=np.int64)
 
 Pose = tuple[FloatArray, FloatArray]
@@ -70,12 +70,12 @@ class ContainmentStage:
         return len(frames) if self._asked else 0
 
     def contained(self, motion: Motion, frames: IntArray, columns: IntArray) -> BoolArray:
-        """Whether one body of the pair is wholly inside the other, (K,) for K pair-frames without contact."""
+        """Whether a part of one body of the pair is inside the other, (K,) for K pair-frames without contact."""
         inside = np.zeros(len(frames), dtype=np.bool_)
         for column, rows in rows_of_columns(columns) if self._asked else ():
-            for inner, outer in self._nestings[column]:
+            for inner, outer, parts in self._nestings[column]:
                 left = rows[~inside[rows]]
-                inside[left] = self._inside(motion, inner, outer, frames[left])
+                inside[left] = self._inside(motion, inner, outer, parts, frames[left])
         return inside
 
     @property
@@ -85,41 +85,53 @@ class ContainmentStage:
 
     def inside_now(self, now: Motion, column: int) -> bool:
         """The same for one pair in a motion of one frame."""
-        for inner, outer in self._nestings[column]:
-            self._fill_may(now, inner, outer, FIRST_FRAME, self._may_now)
-            if self._may_now[0] and self._inside(now, inner, outer, FIRST_FRAME)[0]:
-                return True
+        for inner, outer, parts in self._nestings[column]:
+            for part in parts:
+                self._fill_may(now, inner, outer, part.extremes, 0.0, FIRST_FRAME, self._may_now)
+                if self._may_now[0] and self._inside(now, inner, outer, (part,), FIRST_FRAME)[0]:
+                    return True
         return False
 
     @cached_property
-    def _nestings(self) -> list[list[tuple[int, int]]]:
-        """Per pair, which body could lie in which at all: (inner, outer)."""
+    def _nestings(self) -> list[list[tuple[int, int, list[_Part]]]]:
+        """Per pair, which parts of which body could lie in which at all: (inner, outer, parts)."""
         solids, ways = self._solids, [((i, j), (j, i)) for i, j in self._pairs]
-        return [[one for one in two if solids[one[1]].has_room_for(solids[one[0]])] for two in ways]
+        fitting = [[(i, j, solids[i].parts_that_fit(solids[j])) for i, j in two] for two in ways]
+        return [[one for one in two if one[2]] for two in fitting]
 
-    def _fill_may(self, motion: Motion, inner: int, outer: int, frames: IntArray, may: BoolArray) -> None:
+    def _fill_may(
+        self, motion: Motion, inner: int, outer: int, points: FloatArray, reach: float, frames: IntArray, may: BoolArray
+    ) -> None:
+        """Fill ``may`` (K,): whether all these points of the inner body are within reach of the box of the outer."""
         a, b = self._solids[inner], self._solids[outer]
+        box = b.box + reach * BOTH_WAYS if reach else b.box
         may_be_inside(
-            motion.rotations, motion.translations, frames, inner, outer, a.extremes, b.box, a.size + b.size, PAD, may
+            motion.rotations, motion.translations, frames, inner, outer, points, box, a.size + b.size, PAD, may
         )
 
-    def _inside(self, motion: Motion, inner: int, outer: int, frames: IntArray) -> BoolArray:
+    def _inside(self, motion: Motion, inner: int, outer: int, parts: Sequence[_Part], frames: IntArray) -> BoolArray:
         a, b = self._solids[inner], self._solids[outer]
-        inside, may = np.zeros(len(frames), dtype=np.bool_), np.empty(len(frames), dtype=np.bool_)
-        self._fill_may(motion, inner, outer, frames, may)
-        rows = np.flatnonzero(may)
-        if len(rows):
-            states = np.empty(len(rows), dtype=np.uint8)
-            nesting_states(
-                motion.rotations, motion.translations, frames[rows], inner, outer, a.probes, b.grid, a.size + b.size,
-                PAD, states,
-            )  # fmt: skip
-            inside[rows] = states == INSIDE
-            for k in rows[states == UNCERTAIN].tolist():
-                of_a, of_b = (
-                    (motion.rotations[frames[k], o], motion.translations[frames[k], o]) for o in (inner, outer)
-                )
-                inside[k] = wholly_inside(a.mesh, of_a, b.mesh, of_b)
+        inside, may = np.zeros(len(frames), dtype=np.bool_), np.ones(len(frames), dtype=np.bool_)
+        if len(parts) > 1:  # a body of many parts is dismissed whole where it is far away
+            self._fill_may(motion, inner, outer, a.middle, a.reach, frames, may)
+        near = np.flatnonzero(may)
+        for part in parts if len(near) else ():
+            may = np.empty(len(near), dtype=np.bool_)
+            self._fill_may(motion, inner, outer, part.extremes, 0.0, frames[near], may)
+            rows = near[may]
+            if len(rows):
+                states = np.empty(len(rows), dtype=np.uint8)
+                nesting_states(
+                    motion.rotations, motion.translations, frames[rows], inner, outer, part.probes, b.grid,
+                    a.size + b.size, PAD, states,
+                )  # fmt: skip
+                inside[rows] = states == INSIDE
+                for k in rows[states == UNCERTAIN].tolist():
+                    of_a, of_b = (
+                        (motion.rotations[frames[k], o], motion.translations[frames[k], o]) for o in (inner, outer)
+                    )
+                    inside[k] = _any_inside(part.probes[:1], of_a, b.mesh, of_b)
+                near = near[~inside[near]]
         return inside
 
 
@@ -137,14 +149,28 @@ def _are(names: Sequence[str], one: str, several: str) -> str:
     return f"{names[0]} {one}" if len(names) == 1 else f"{' and '.join(sorted(names))} {several}"
 
 
-def wholly_inside(inner: TriangleMesh, inner_pose: Pose, outer: TriangleMesh, outer_pose: Pose) -> bool:
-    """Whether every component of one mesh is inside a closed other that it does not meet, by exact arithmetic.
+def any_part_inside(inner: TriangleMesh, inner_pose: Pose, outer: TriangleMesh, outer_pose: Pose) -> bool:
+    """Whether a connected part of one mesh is inside a closed other that it does not meet, by exact arithmetic.
 
     Choose it for single poses; it places the whole outer mesh. Poses are (rotation, translation).
     """
+    return _any_inside(np.array([part[0, 0] for part in connected_parts(inner)]), inner_pose, outer, outer_pose)
+
+
+def _any_inside(points: FloatArray, pose: Pose, outer: TriangleMesh, outer_pose: Pose) -> bool:
     surface = place_points(outer.vertices, *outer_pose)[outer.faces]
-    starts = place_points(_component_vertices(inner, 1)[:, 0], *inner_pose)
-    return all(point_inside(start, surface) for start in starts)
+    return any(point_inside(point, surface) for point in place_points(points, *pose))
+
+
+class _Part:
+    """A connected part of a mesh: its outermost vertices (E, 3), and vertices (n, 3) spread over its faces."""
+
+    def __init__(self, triangles: FloatArray) -> None:
+        points, probe = triangles.reshape(-1, 3), np.arange(PROBES_PER_PART)
+        self.extremes: FloatArray = points[np.unique([points.argmin(axis=0), points.argmax(axis=0)])]
+        self.probes: FloatArray = triangles[probe * len(triangles) // PROBES_PER_PART, probe % 3]
+        apart = self.extremes[:, None] - self.extremes
+        self.length = float(np.sqrt((apart**2).sum(axis=2)).max())
 
 
 class _Solid:
@@ -153,13 +179,20 @@ class _Solid:
     def __init__(self, mesh: TriangleMesh) -> None:
         self.mesh = mesh
 
-    def has_room_for(self, other: _Solid) -> bool:
-        """Whether the other could lie inside at all: this one is closed and its box is as long as the other is."""
-        if not self.mesh.is_closed:
-            return False
-        apart = other.extremes[:, None] - other.extremes
-        longest = float(np.sqrt((apart**2).sum(axis=2)).max())
-        return longest <= float(np.linalg.norm(self.box[1] - self.box[0])) * (1 + ROOM_SLACK)
+    def parts_that_fit(self, outer: _Solid) -> list[_Part]:
+        """The parts that could lie inside the other at all: it is closed, and its box as long as they are."""
+        if not outer.mesh.is_closed:
+            return []
+        most = float(np.linalg.norm(outer.box[1] - outer.box[0])) * (1 + ROOM_SLACK)
+        return [self.parts[k] for k in np.flatnonzero(self._lengths <= most)]
+
+    @cached_property
+    def parts(self) -> list[_Part]:
+        return [_Part(triangles) for triangles in connected_parts(self.mesh)]
+
+    @cached_property
+    def _lengths(self) -> FloatArray:
+        return np.array([part.length for part in self.parts])
 
     @cached_property
     def box(self) -> FloatArray:
@@ -167,31 +200,22 @@ class _Solid:
         return np.stack([points.min(axis=0), points.max(axis=0)])
 
     @cached_property
+    def middle(self) -> FloatArray:
+        """Centre of the box, (1, 3)."""
+        return self.box.mean(axis=0, keepdims=True)
+
+    @cached_property
+    def reach(self) -> float:
+        """No vertex is farther from the middle."""
+        return float(np.linalg.norm(self.box[1] - self.middle[0]))
+
+    @cached_property
     def size(self) -> float:
         return float(np.linalg.norm(np.abs(self.mesh.referenced_vertices).max(axis=0)))
 
     @cached_property
-    def extremes(self) -> FloatArray:
-        points = self.mesh.referenced_vertices
-        extremes: FloatArray = points[np.unique([points.argmin(axis=0), points.argmax(axis=0)])]
-        return extremes
-
-    @cached_property
-    def probes(self) -> FloatArray:
-        return _component_vertices(self.mesh, PROBES_PER_COMPONENT)
-
-    @cached_property
     def grid(self) -> InsideGrid:
         return build_inside_grid(self.mesh.triangles)
-
-
-def _component_vertices(mesh: TriangleMesh, count: int) -> FloatArray:
-    """(C, count, 3) vertices of each connected component, spread over its faces."""
-    order = np.argsort(mesh.components, kind="stable")
-    _, first, sizes = np.unique(mesh.components[order], return_index=True, return_counts=True)
-    spread = first[:, None] + (np.arange(count) * sizes[:, None]) // count
-    corner = np.arange(count) % 3
-    return np.ascontiguousarray(mesh.vertices[mesh.faces[order[spread], corner]])
 
 
 @hot_kernel
@@ -255,25 +279,20 @@ def nesting_states(
     rotation: FloatArray, translation: FloatArray, frames: IntArray, inner: int, outer: int, probes: FloatArray,
     grid: InsideGrid, size: float, pad: float, states: ByteArray,
 ) -> None:  # fmt: skip
-    """Fill ``states`` (K,): whether all components of the inner body are INSIDE the outer one.
+    """Fill ``states`` (K,): whether a part of the inner body is INSIDE the outer one.
 
-    A component meets no surface, so any of its ``probes`` (C, 4, 3), along any axis, tells about it.
+    A part meets no surface, so any of its ``probes`` (n, 3), along any axis, tells about it.
     """
     turns, places, points = doubles_of(rotation), doubles_of(translation), doubles_of(probes)
     bodies, seen = rotation.shape[1], np.empty(3)
     for k in range(len(frames)):
         a, b = frames[k] * bodies + inner, frames[k] * bodies + outer
-        margin, whole = pad * (size + (largest_of(places, a) + largest_of(places, b))), INSIDE
-        for component in range(len(probes)):
-            state = UNCERTAIN
-            for probe in range(PROBES_PER_COMPONENT * component, PROBES_PER_COMPONENT * (component + 1)):
-                x, y, z = way_to_point(points, probe, turns, places, a, b)
-                for i in range(3):
-                    seen[i] = turns[9 * b + i] * x + turns[9 * b + 3 + i] * y + turns[9 * b + 6 + i] * z
-                for axis in range(3):
-                    if state == UNCERTAIN:
-                        state = point_state(grid, seen, margin, axis)
-            whole = max(whole, state) if state != OUTSIDE else OUTSIDE
-            if whole == OUTSIDE:
-                break
-        states[k] = whole
+        margin, state = pad * (size + (largest_of(places, a) + largest_of(places, b))), UNCERTAIN
+        for probe in range(len(probes)):
+            x, y, z = way_to_point(points, probe, turns, places, a, b)
+            for i in range(3):
+                seen[i] = turns[9 * b + i] * x + turns[9 * b + 3 + i] * y + turns[9 * b + 6 + i] * z
+            for axis in range(3):
+                if state == UNCERTAIN:
+                    state = point_state(grid, seen, margin, axis)
+        states[k] = state

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from cdcore.errors import InvalidPoseError, InvalidSettingError
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.containment.closed_parts import parity_is_inside
-from cdcore.narrow.containment.containment_stage import wholly_inside
+from cdcore.narrow.containment.containment_stage import any_part_inside
 from cdcore.narrow.continuous.search import FREE, HIT
 from cdcore.narrow.continuous.segment_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, SegmentStage
 from cdcore.narrow.spacetime.box_tree import BoxTree, build_box_tree
@@ -42,8 +42,8 @@ class TimeOfImpact:
     toi : seconds (low, high): nothing touches before ``low``, at ``high`` a contact was seen; where UNRESOLVED, the
         time within which the question is open; ``None`` where FREE.
     faces : a face of A and one of B that meet at ``high``; ``None`` unless HIT.
-    inside : at the start, whether one mesh is wholly inside the other, without touching; ``None`` where the outer one
-        would be open, or has parts that overlap, and the question has no answer. It stays so throughout where FREE.
+    inside : at the start, whether a part of one mesh is inside the other, without touching; ``None`` where the outer
+        one would be open, or has parts that overlap, and the question has no answer. It stays so throughout where FREE.
     reason : why UNRESOLVED.
     """
 
@@ -148,8 +148,8 @@ def _touching(trees: list[BoxTree], motion: Motion) -> tuple[int, int] | None:
 def _inside(mesh_a: TriangleMesh, mesh_b: TriangleMesh, motion: Motion) -> bool | None:
     """Whether one is inside the other at the start; ``None`` where an open mesh or overlapping parts leave it open."""
     a, b = ((motion.rotations[0, k], motion.translations[0, k]) for k in (0, 1))
-    if mesh_b.is_closed and wholly_inside(mesh_a, a, mesh_b, b):
+    if mesh_b.is_closed and any_part_inside(mesh_a, a, mesh_b, b):
         return True
-    if mesh_a.is_closed and wholly_inside(mesh_b, b, mesh_a, a):
+    if mesh_a.is_closed and any_part_inside(mesh_b, b, mesh_a, a):
         return True
     return False if all(mesh.is_closed and parity_is_inside(mesh) for mesh in (mesh_a, mesh_b)) else None

@@ -19,7 +19,7 @@ from replay.outputs.report.bench_picture import bench_picture
 from replay.outputs.report.charts import timeline, timing
 from replay.outputs.report.markup import Markup, element, joined, page_html, page_section, page_table, picture
 from replay.outputs.run_tables import cost_table
-from replay.outputs.words import NOT_LOOKED_FOR
+from replay.outputs.words import NOT_LOOKED_FOR, counted
 from replay.pipeline.headline import beside, doubts, headline, price
 from replay.pipeline.run_result import RunResult
 
@@ -55,7 +55,7 @@ def _headlines(result: RunResult) -> list[str]:
     if result.comparisons:
         return [f"{headline(result, label)}, compared with {result.oracle}" for label in result.comparisons]
     if result.detections:
-        counts = [f"{len(found)} contacts found by {label}" for label, found in result.episodes.items()]
+        counts = [f"{counted(len(found), 'contact')} found by {label}" for label, found in result.episodes.items()]
         return [", ".join(counts)]
     events = Counter(event.name for _, event in happened(result.effects))
     return [", ".join(f"{count} {name}" for name, count in events.items()) or NOT_LOOKED_FOR]

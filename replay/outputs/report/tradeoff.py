@@ -14,6 +14,7 @@ from replay.outputs.report.markup import Markup, element, joined, page_table
 from replay.outputs.report.tradeoff_picture import DARK, LIGHT, Theme, picture
 from replay.outputs.results.parquet import write_rows
 from replay.outputs.tradeoff_table import AT_PHASE, HEAD, measured_on, quickest_first, tradeoff_table
+from replay.outputs.words import counted
 from replay.pipeline.run_result import Tradeoff
 
 TABLE: Final = "tradeoff.parquet"
@@ -55,7 +56,7 @@ def tradeoff_section(done: Tradeoff) -> Markup:
     advice = element("ul", *(element("li", sentence) for sentence in done.advice))
     cut = []
     if done.cut:
-        count = f"{len(done.cut)} settings were not tried, for want of time"
+        count = f"{counted(len(done.cut), 'setting')} not tried, for want of time"
         cut = [element("details", element("summary", count), element("p", f"{', '.join(done.cut)}."))]
     measured = (
         f"Measured on {measured_on(done)}, of which this process had {min(1.0, done.about['processor_share']):.0%} of "

@@ -19,7 +19,7 @@ from replay.outputs.rerun_log.focus import Focus, moments
 from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.run_tables import cluster_table, miss_table
 from replay.outputs.tables import table
-from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, depth_words
+from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted, depth_words
 from replay.pipeline.headline import beside, doubts, headline
 from replay.pipeline.run_result import RunResult
 
@@ -89,7 +89,7 @@ def report_text(result: RunResult) -> str:
     span = float(times[-1] - times[0]) if len(times) else 0.0
     parts = [
         f"# {result.session.scene.name or 'Session'}",
-        f"{span:.1f} s, {len(times):,} frames, {len(assembly.bodies)} bodies, {len(assembly.pairs)} pairs.",
+        f"{span:.1f} s, {len(times):,} frames, {len(assembly.bodies)} bodies, {counted(len(assembly.pairs), 'pair')}.",
     ]
     parts += doubts(result)
     parts += [f"**{headline(result, label)}.**" for label in result.comparisons]
@@ -121,7 +121,7 @@ def log_worst(writer: RecordingWriter, path: str, label: str, misses: Sequence[M
     seen, between = seen_and_between(misses)
     tables = [cluster_table(label, misses).only(*CLUSTER_HEAD)] if len(misses) > MANY else []
     if seen:
-        title = f"The {len(seen[:WORST])} longest cuts of {len(seen)} misses"
+        title = f"The {len(seen[:WORST])} longest of {counted(len(seen), 'cut')}"
         tables.append(miss_table(title, seen[:WORST]).only(*MISS_HEAD, "frames", "cut mm", "face pairs"))
     if between:
         made = miss_table(f"{len(between)} missed between frames", between[:WORST]).only(*MISS_HEAD, "after frame")

@@ -198,6 +198,7 @@ def _search(table: PaperTable) -> Any:
     families = _distinct(table, "family")
     missed = next(heading for heading in table.head if heading.startswith("misses at"))
     spent = next(heading for heading in table.head if heading.startswith("evaluations") and "covered" in heading)
+    measured = any(number > 0 for number in _numbers(table.column(spent)))  # no logarithm shows an empty panel
     figure, panels = _figure(len(families), 7.5, rows=2)
     upper, lower = panels[: len(families)], panels[len(families) :]
     for rates, work, family in zip(upper, lower, families, strict=True):
@@ -207,7 +208,7 @@ def _search(table: PaperTable) -> Any:
             rates.errorbar(_sizes(some, rates), *_intervals(some, "rate"), fmt=style, capsize=2)
             work.plot(_sizes(some, work), _numbers(some.column(spent)), style, label=str(search))
         rates.set(title=f"{family}: {missed} evaluations", ylim=(-0.03, 1.03))
-        work.set(title=f"{family}: {spent} poses", yscale="log")
+        work.set(title=f"{family}: {spent} poses", yscale="log" if measured else "linear")
         work.yaxis.set_major_formatter("{x:,.0f}")
     upper[0].set_ylabel("share of the covered poses, with Wilson interval")
     lower[0].set_ylabel("evaluations")

@@ -1,10 +1,11 @@
 import json
+from dataclasses import replace
 
 import pytest
 from support.small_worlds import cubes, framed
 
 from replay.cli.main import main
-from sessions import write_session
+from sessions import MeshData, write_session
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 SLOW = "slow=discrete[rate_hz=20]"
@@ -29,6 +30,22 @@ def test_json_holds_the_sums_and_the_runs(file, capsys):
     assert main(["audit", file, file, "--detector", SLOW, "--format", "json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["audit"]["slow"]["episodes"]["missed"] == 2 and len(told["runs"]) == 2 and told["broken"] == []
+
+
+def test_pairs_whose_containment_is_refused_are_told_in_one_sentence_of_80_columns(tmp_path, capsys, monkeypatch):
+    session, path = cubes({name: [2 * k, 2.01 * k, 2 * k] for k, name in enumerate("abcdef")}), tmp_path / "s.mcap"
+    ajar = {name: MeshData(mesh.vertices, mesh.faces[1:]) for name, mesh in session.meshes.items() if name != "f"}
+    write_session(replace(session, meshes=session.meshes | ajar), path)
+    monkeypatch.setattr("replay.cli.console.WIDE", 80)
+    assert main(["audit", str(path), "--detector", "hybrid"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    first = next(k for k, words in enumerate(lines) if "containment" in words)
+    assert max(map(len, lines)) <= 80
+    assert [words.rstrip() for words in lines[first : first + 3]] == [
+        " exact: containment refused for 15 of 15 pairs: a and b are open; a and c are",
+        " open; a and d are open; a and e are open; 11 more in summary.json.",
+        "",
+    ]
 
 
 def test_a_broken_gate_ends_in_4_and_says_which(file, capsys):

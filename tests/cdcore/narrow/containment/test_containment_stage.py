@@ -1,9 +1,10 @@
-"""Contained is what lies wholly inside a closed mesh, and an open mesh contains nothing."""
+"""Contained is a body of which a part lies inside a closed mesh, and an open mesh contains nothing."""
 
 from functools import cache
 
 import numpy as np
 import pytest
+from manifold3d import Manifold, Mesh64
 from support.shapes import (
     ball_mesh,
     beaker_mesh,
@@ -19,7 +20,12 @@ from support.shapes import (
 from cdcore import Body, Motion, TriangleMesh, Verdict
 from cdcore.narrow.containment import closed_parts
 from cdcore.narrow.containment import containment_stage as containment
-from cdcore.narrow.containment.containment_stage import ContainmentStage, containment_word, may_be_inside, wholly_inside
+from cdcore.narrow.containment.containment_stage import (
+    ContainmentStage,
+    any_part_inside,
+    containment_word,
+    may_be_inside,
+)
 from cdcore.numerics import EPS
 
 PAIR = np.array([[0, 1]])
@@ -33,6 +39,10 @@ def asked(inner, outer, motion=None):
     return ContainmentStage(bodies, PAIR).contained(motion, frames, np.zeros(len(frames), dtype=np.int64))
 
 
+def turned(mesh):
+    return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
+
+
 @cache
 def shapes():
     return {
@@ -44,7 +54,17 @@ def shapes():
         "open ball in box": (without_faces(ball_mesh(0.1), 2), box_mesh(), True),
         "ball in open box": (ball_mesh(0.1), without_faces(box_mesh(), 1), False),
         "two balls in a box": (merged(ball_mesh(0.1), moved(ball_mesh(0.1), [0.3, 0, 0])), box_mesh(), True),
-        "one ball of two in a box": (merged(ball_mesh(0.1), moved(ball_mesh(0.1), [2, 0, 0])), box_mesh(), False),
+        "one ball of two in a box": (merged(ball_mesh(0.1), moved(ball_mesh(0.1), [2, 0, 0])), box_mesh(), True),
+        "one ball of two in a box, the other too large for it": (
+            merged(moved(ball_mesh(3), [9, 0, 0]), ball_mesh(0.1)),
+            box_mesh(),
+            True,
+        ),
+        "two balls on both sides of a box": (
+            merged(moved(ball_mesh(0.1), [-2, 0, 0]), moved(ball_mesh(0.1), [2, 0, 0])),
+            box_mesh(),
+            False,
+        ),
         "ball in the hollow of a shell": (ball_mesh(0.1), merged(ball_mesh(1.0), ball_mesh(0.5)), False),
         "ball in the core of a shell": (ball_mesh(0.1), merged(ball_mesh(1.0), ball_mesh(0.7), ball_mesh(0.4)), True),
         "bead in the glass of a beaker": (moved(ball_mesh(0.0005), [0.039, 0, 0.05]), beaker_mesh(), True),
@@ -53,7 +73,7 @@ def shapes():
 
 @pytest.mark.parametrize("case", shapes())
 @pytest.mark.parametrize("turned", [False, True], ids=["asked forward", "asked backward"])
-def test_contained_is_wholly_inside_a_closed_mesh(case, turned):
+def test_contained_is_a_body_of_which_a_part_is_inside_a_closed_mesh(case, turned):
     inner, outer, expected = shapes()[case]
     assert asked(*((outer, inner) if turned else (inner, outer))).tolist() == [expected]
 
@@ -72,7 +92,7 @@ def test_a_pose_shared_by_both_changes_nothing(case, world):
 def test_the_slow_exact_answer_is_the_same(case):
     inner, outer, expected = shapes()[case]
     if outer.is_closed:
-        assert wholly_inside(inner, STILL, outer, STILL) == expected
+        assert any_part_inside(inner, STILL, outer, STILL) == expected
 
 
 def test_random_relative_poses_agree_with_the_exact_answer():
@@ -82,12 +102,48 @@ def test_random_relative_poses_agree_with_the_exact_answer():
     place[:, 0] = np.einsum("kij,kj->ki", turn[:, 1], rng.uniform([-0.05, -0.05, -0.01], [0.05, 0.05, 0.11], (400, 3)))
     motion = Motion(np.arange(400), place, turn)
     answers = asked(inner, outer, motion)
-    exact = [wholly_inside(inner, (turn[k, 0], place[k, 0]), outer, (turn[k, 1], place[k, 1])) for k in range(400)]
+    exact = [any_part_inside(inner, (turn[k, 0], place[k, 0]), outer, (turn[k, 1], place[k, 1])) for k in range(400)]
     # Where the surfaces meet the question does not apply: one vertex decides, and which one may differ.
     agree = answers == np.array(exact)
     clear = _clearance(inner, outer, motion)
     assert agree[clear].all()
     assert answers[clear].any()
+
+
+def test_bodies_of_parts_are_contained_where_another_library_finds_that_their_solids_overlap():
+    rng = np.random.default_rng(4)
+    places = rng.uniform(-1, 1, (60, 2, 3)) * 0.5
+    motion = Motion(np.arange(60), places, random_rotations(rng, 60, 2))
+    beads = merged(*(moved(ball_mesh(0.05, 4, 6), [x, 0, 0]) for x in (-0.6, -0.2, 0.2, 0.6)))
+    rooms = merged(*(moved(box_mesh(), [x, 0, 0]) for x in (-0.8, 0.8)))
+    answers, apart = asked(beads, rooms, motion), _clearance(beads, rooms, motion)
+    shared = np.array([_shared_volume(beads, rooms, motion, k) for k in range(60)])
+    np.testing.assert_array_equal(answers[apart], shared[apart] > 0)
+    assert 5 < answers[apart].sum() < apart.sum() - 5
+    some = shared[apart & answers] < 0.99 * shared[apart].max()
+    assert some.sum() > 5  # not all of the beads
+
+
+def _shared_volume(a, b, motion, k):
+    placed = [mesh.vertices @ motion.rotations[k, n].T + motion.translations[k, n] for n, mesh in enumerate((a, b))]
+    one, other = (Manifold(Mesh64(p, mesh.faces.astype(np.uint64))) for p, mesh in zip(placed, (a, b), strict=True))
+    assert not one.is_empty() and not other.is_empty()
+    return (one ^ other).volume()
+
+
+def test_a_body_of_a_thousand_parts_far_away_asks_about_none_of_them(monkeypatch):
+    one = box_mesh((1e-3, 1e-3, 1e-3))
+    places = np.random.default_rng(0).uniform(-1, 1, (1000, 3))
+    dust = TriangleMesh(
+        (places[:, None] + one.vertices).reshape(-1, 3), (np.arange(1000)[:, None, None] * 8 + one.faces).reshape(-1, 3)
+    )
+    calls = []
+    kernel = containment.may_be_inside
+    monkeypatch.setattr(containment, "may_be_inside", lambda *args: calls.append(len(args[5])) or kernel(*args))
+    far = np.repeat([[[9.0, 0, 0], [0, 0, 0]]], 3, 0)
+    assert not asked(dust, box_mesh(), Motion(np.arange(3), far, np.tile(np.eye(3), (3, 2, 1, 1)))).any()
+    assert calls[0] == 1 and len(calls) == 2  # the middle of the dust, then the corners of the box
+    assert asked(dust, box_mesh()).all()
 
 
 def _clearance(inner, outer, motion):
@@ -99,8 +155,8 @@ def _clearance(inner, outer, motion):
 
 def test_the_exact_answer_is_asked_only_where_the_compiled_one_is_uncertain(monkeypatch):
     calls = []
-    exact = containment.wholly_inside
-    monkeypatch.setattr(containment, "wholly_inside", lambda *args: calls.append(1) or exact(*args))
+    exact = containment._any_inside
+    monkeypatch.setattr(containment, "_any_inside", lambda *args: calls.append(1) or exact(*args))
     rng = np.random.default_rng(2)
     turn = random_rotations(rng, 200, 2)
     asked(ball_mesh(0.1), box_mesh(), Motion(np.arange(200), np.zeros((200, 2, 3)), turn))
@@ -132,10 +188,6 @@ def test_containment_is_refused_where_faces_are_doubled(turned, count):
         assert containment_word(twice, Body("b", own)) == "refused: b and box have doubled or overlapping faces"
     else:
         assert containment_word(ball, twice) == "refused: box is open"
-
-
-def turned(mesh):
-    return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
 
 
 @pytest.mark.parametrize(

@@ -89,6 +89,8 @@ def test_being_inside_is_a_fact_of_its_own_and_only_of_closed_meshes():
     out = time_of_impact(ball, leaving, box, REST)
     assert (out.verdict, out.inside) == (Impact.HIT, True)
     assert out.toi[0] <= 0.4 / 3 <= out.toi[1]
+    pair = merged(ball, moved(ball, [9, 0, 0]))
+    assert time_of_impact(pair, staying, box, REST).inside is True, "one part is inside, the other far outside"
     open_box = without_faces(box, 1)
     assert time_of_impact(ball, staying, open_box, REST).inside is None
     assert time_of_impact(ball, staying, merged(box, box), REST).inside is None, "doubled: parity says outside"

@@ -13,7 +13,7 @@ from support.shapes import ball_mesh
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.narrow.containment.containment_stage import wholly_inside
+from cdcore.narrow.containment.containment_stage import any_part_inside
 from cdcore.narrow.spacetime.far_poses import asked_apart, certainly_apart, far_poses, without
 from cdcore.numerics import place_points
 
@@ -182,7 +182,7 @@ def answers(bodies, motion, pairs):
             if len(meeting_faces_exhaustive(world[i], world[j])):
                 verdict[frame, column] = Verdict.CONTACT
             elif any(
-                bodies[b].mesh.is_closed and wholly_inside(bodies[a].mesh, poses[a], bodies[b].mesh, poses[b])
+                bodies[b].mesh.is_closed and any_part_inside(bodies[a].mesh, poses[a], bodies[b].mesh, poses[b])
                 for a, b in (ends, ends[::-1])
             ):
                 verdict[frame, column] = Verdict.CONTAINED

@@ -147,7 +147,7 @@ def test_the_page_holds_the_curve_the_advice_and_a_row_per_setting(run):
     part = str(tradeoff_section(done))
     assert (
         "data:image/svg+xml;base64," in part
-        and "<summary>1 settings were not tried, for want of time</summary><p>image-space.</p>" in part
+        and "<summary>1 setting not tried, for want of time</summary><p>image-space.</p>" in part
     )
     themes = [base64.b64decode(one).decode().upper() for one in re.findall(r"svg\+xml;base64,([^\"]+)", part)]
     assert [[theme.grid in one for theme in (DARK, LIGHT)] for one in themes] == [[True, False], [False, True]]

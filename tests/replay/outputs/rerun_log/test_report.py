@@ -101,7 +101,7 @@ def test_the_words_beside_hundreds_begin_with_the_clusters_deepest_first(hundred
     text = read.column("report/longest_cuts", "TextDocument:text")[0][2][0]
     clusters_, longest = text.split("### The ")
     assert f"### {len(result.misses[SUBJECT])} misses of {SUBJECT} in" in clusters_ and longest.startswith(
-        f"{MANY} longest cuts"
+        f"{MANY} longest of "
     )
     cuts = [float(line.split("|")[-2]) for line in clusters_.splitlines() if "**" in line]
     assert len(cuts) > 1 and cuts == sorted(cuts, reverse=True)

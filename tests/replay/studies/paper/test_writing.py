@@ -117,6 +117,14 @@ def test_the_same_table_gives_the_same_bytes_and_other_cells_others(small):
 
 
 @pytest.mark.slow
+def test_a_search_that_covered_too_few_poses_is_drawn_without_its_evaluations():
+    head = ("family", "search", "faces sampled", "misses at 100", "rate", "low", "high", "evaluations of covered")
+    rows = tuple(("rods", name, "64", 1, 0.5, 0.1, 0.9, None) for name in ("cold", "warm"))
+    ((_, png),) = pictures_of([PaperTable("F8 search", "What a search takes", head, rows, "")]).values()
+    assert png.startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
 def test_fixtures_accuracies_tables_and_pictures_are_there(small, pictures, tmp_path):
     path = tmp_path / "paper.rrd"
     record(small, pictures, path)
