@@ -200,6 +200,12 @@ class NotingStage(SearchStage):
         noted, turned = self.noted[frame, column], bool(self._turned[column])
         return self._traced[column].trace(noted, *poses, float(motion.times[frame]), turned=turned)
 
+    def places(self, motion: Motion, frame: int, column: int, pair: Pair) -> FloatArray:
+        """World centroids (2, 3) of a pair that a look gave, in the order of the search."""
+        search, poses = self._searches[column], self._poses(motion, frame, column)
+        sides = zip((search.first, search.second), pair, poses, strict=True)
+        return np.array([turn @ side.rows[place, :3] + move for side, place, (turn, move) in sides])
+
     def _finish(
         self, frame: int, column: int, look: SearchResult | None, known: PairMemory, found: SearchAnswer
     ) -> None:

@@ -15,6 +15,7 @@ from replay.cli.options import (
     force,
     gates,
     lineup,
+    log_search,
     no_picture,
     output_format,
     tau,
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 @tau
 @click.option("--no-faces", is_flag=True, help="Leave out face recall, and the second pass it takes.")
 @no_picture
+@log_search
 @gates
 @output_format
 @common

@@ -82,6 +82,7 @@ force = click.option("--force", is_flag=True, help="Replace an earlier file or f
 seed = click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
 tau = click.option("--tau", type=Number(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
 no_picture = click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
+log_search = click.option("--log-search", is_flag=True, help="Show every look of every search in the recording.")
 json_flag = click.option("--json", "as_json", is_flag=True, help="The same as --format json.")
 
 

@@ -15,6 +15,7 @@ from replay.cli.options import (
     force,
     gates,
     lineup,
+    log_search,
     no_picture,
     output_format,
     tau,
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     help="What to do with a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it.",
 )
 @no_picture
+@log_search
 @click.option("--cite", is_flag=True, help="Print the sources behind the detectors and effects of this run.")
 @gates
 @output_format
