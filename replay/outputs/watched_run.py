@@ -28,7 +28,7 @@ NEAR_PASSES: Final = 8
 
 ALL, SPHERES, BOXES, SEARCHED, CONFIRMED = "all pairs", "spheres meet", "boxes meet", "searched", "confirmed"
 
-MISSED, CONTACT, NEAR = "missed", "contact", "near pass"
+LOST, CONTACT, NEAR = "missed", "contact", "near pass"
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Moment:
     ----------
     frame, pair : row and column of the verdict.
     looked : frame of the look; earlier where the pair was not searched again since.
-    kind : ``MISSED``, ``CONTACT`` or ``NEAR``.
+    kind : ``LOST``, ``CONTACT`` or ``NEAR``.
     """
 
     frame: int
@@ -76,9 +76,10 @@ def watched_runs(result: RunResult, *, all_looks: bool) -> list[WatchedRun]:
 
     ``all_looks``: every look is a moment, not only those that matter.
     """
-    found = []
+    found: list[WatchedRun] = []
     for label in result.comparisons:
-        detector, detection = result.detectors.get(label), result.detections[label]
+        detector: object = result.detectors.get(label)
+        detection = result.detections[label]
         motion = result.assembly.motion
         if isinstance(detector, Watchable) and detection.reproducible and not isinstance(motion, StoredMotion):
             seen = detector.watch(motion)
@@ -121,7 +122,7 @@ def _missed(result: RunResult, label: str, seen: Watched) -> Iterator[Moment]:
     for miss in by_depth(result.misses[label]):
         looked = np.flatnonzero(seen.searched[: miss.deepest + 1, miss.pair])
         if len(looked):
-            yield Moment(miss.deepest, miss.pair, int(looked[-1]), MISSED)
+            yield Moment(miss.deepest, miss.pair, int(looked[-1]), LOST)
 
 
 def _begun(result: RunResult, label: str, seen: Watched) -> Iterator[Moment]:

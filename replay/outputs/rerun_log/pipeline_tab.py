@@ -58,7 +58,7 @@ def _search(result: RunResult, run: WatchedRun, meshes: list[str]) -> Any:
     controls = rrb.EyeControls3D(tracking_entity=f"/{root}/eye")
     name = "Search: yellow = most pheromone, white = best so far, green = confirmed, red = missed"
     # A body that has no pose for a while is hidden by its own colour, which must stay.
-    seen = result.assembly.motion.valid.all(axis=0)
+    seen: Any = result.assembly.motion.valid.all(axis=0)
     overrides: Any = {
         mesh: rr.Mesh3D.from_fields(albedo_factor=_faded(tags_of(body, result.session.scene)))
         for mesh, body, always in zip(meshes, result.assembly.names, seen, strict=True)

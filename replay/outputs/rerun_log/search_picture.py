@@ -20,8 +20,7 @@ from replay.outputs.rerun_log.columns import RecordingWriter, packed
 from replay.outputs.rerun_log.focus import log_eyes
 from replay.outputs.rerun_log.pipeline import ROOM, pipeline_path
 from replay.outputs.rerun_log.world import face_normals
-from replay.outputs.watched_run import CONTACT, Moment, WatchedRun
-from replay.outputs.watched_run import MISSED as MISSED_MOMENT
+from replay.outputs.watched_run import CONTACT, LOST, Moment, WatchedRun
 from replay.prepare.assembly import Assembly
 from sessions.model.scene import Scene
 
@@ -93,7 +92,7 @@ def end_words(moment: Moment, trace: LookTrace) -> str:
     if moment.kind == CONTACT:
         return "confirmed by the triangle test"
     apart = f"{trace.result.distance * 1e3:.1f} mm apart"
-    if moment.kind != MISSED_MOMENT:
+    if moment.kind != LOST:
         return f"closest: centroids {apart}"
     ago = moment.frame - moment.looked
     return f"last seen: centroids {apart}" + (f", {ago} frames ago" if ago else "")
@@ -152,7 +151,7 @@ def _look(run: WatchedRun, assembly: Assembly, moment: Moment, eye: Eye) -> Look
         best = triangles[trace.faces[trace.best(), side]].mean(axis=1)
         centres.append(_placed(assembly, moment.frame, body, best))
     path = np.mean(centres, axis=0)
-    end = {CONTACT: CONFIRMED, MISSED_MOMENT: MISSED}.get(moment.kind, WHITE)
+    end = {CONTACT: CONFIRMED, LOST: MISSED}.get(moment.kind, WHITE)
     by_ant = trace.asked_by[trace.best()] == "ant"
     dots = np.where(by_ant, packed([ANT])[0], packed([WHITE])[0])
     dots[-1] = packed([end])[0]
@@ -279,7 +278,7 @@ def _log_list(writer: RecordingWriter, path: str, run: WatchedRun, assembly: Ass
         result = run.seen.search.noted[moment.looked, moment.pair].result
         what = f"{moment.kind:<9}  {assembly.pair_name(moment.pair)}"
         texts.append(f"{what}  {result.evaluations:4} face pairs, {result.iterations:2} iterations")
-        colours.append({CONTACT: CONFIRMED, MISSED_MOMENT: MISSED}.get(moment.kind, WHITE))
+        colours.append({CONTACT: CONFIRMED, LOST: MISSED}.get(moment.kind, WHITE))
     levels = [moment.kind.replace(" ", "_") for moment in run.moments]
     columns = rr.TextLog.columns(text=texts, level=levels, color=packed(colours))
     writer.rows(path, [moment.frame for moment in run.moments], columns)

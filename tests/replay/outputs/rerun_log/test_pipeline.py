@@ -13,11 +13,10 @@ from replay.outputs.rerun_log.columns import packed
 from replay.outputs.rerun_log.pipeline import budget_words, stage_ms
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.search_picture import shaded_faces
-from replay.outputs.watched_run import CONTACT, NEAR, watched_runs
-from replay.outputs.watched_run import MISSED as MISSED_MOMENT
+from replay.outputs.watched_run import CONTACT, LOST, NEAR, watched_runs
 
 LABEL = "paper"
-END = {CONTACT: SERIES[2], MISSED_MOMENT: MISSED, NEAR: WHITE}
+END = {CONTACT: SERIES[2], LOST: MISSED, NEAR: WHITE}
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +84,7 @@ def test_the_funnel_counts_what_the_run_counted(run, watched, read):
 
 def test_a_look_stands_in_its_frame_alone_with_all_its_faces_and_ends_in_the_colour_of_its_verdict(run, watched, read):
     kinds = {moment.kind for moment in watched.moments}
-    assert {CONTACT, MISSED_MOMENT} <= kinds
+    assert {CONTACT, LOST} <= kinds
     root, frames = f"pipeline/{LABEL}/search", {moment.frame for moment in watched.moments}
     for moment in watched.moments:
         trace = watched.trace(moment)
