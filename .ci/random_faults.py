@@ -134,11 +134,13 @@ def noticed_by(root: Path, fault: Fault, environment: dict[str, str], chosen: tu
     right, stamp = file.read_bytes(), file.stat().st_mtime_ns
     file.write_bytes(right[: fault.begin] + fault.wrong.encode() + right[fault.end :])
     kernels = Path(environment["NUMBA_CACHE_DIR"])
-    # What is compiled from a faulty source must not take the place of what the next fault can load.
+    # What is compiled from a faulty source must not take the place of what the next fault can load; and a kernel in
+    # another file that calls the faulty one keeps its old copy, so all are compiled anew.
     spoiled = kernels.with_name("spoiled")
     if fault.module.startswith("cdcore/"):
-        shutil.copytree(kernels, spoiled)
         environment = {**environment, "NUMBA_CACHE_DIR": str(spoiled)}
+        if b"kernel" not in right:
+            shutil.copytree(kernels, spoiled)
     try:
         for name, tests in stages(root, fault).items():
             if name not in chosen:

@@ -1,7 +1,5 @@
 """The collision-detection core: arrays in, arrays out; no files, no logging, no pictures."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 

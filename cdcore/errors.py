@@ -13,8 +13,6 @@
     └── NotRecordedError          a result that was not asked for, such as face pairs without ``faces=True``
 """
 
-from __future__ import annotations
-
 
 class CollisionCoreError(Exception):
     """The root of the tree: catch it to catch everything the core raises on purpose."""

@@ -1,7 +1,5 @@
 """A triangle mesh that is valid by construction: finite vertices, faces that exist, nothing that can be changed."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import dataclass
 from functools import cached_property

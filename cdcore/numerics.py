@@ -3,8 +3,6 @@
 Every tolerance of the core has its name, its reason and its scale here or beside the algorithm it belongs to.
 """
 
-from __future__ import annotations
-
 from typing import Any, Final, TypeVar
 
 import numpy as np
@@ -48,15 +46,8 @@ def place_points(points: FloatArray, rotation: FloatArray, translation: FloatArr
     that every machine gets the same bits. Every confirmation of a contact uses these points; searches and trees may use
     any other arithmetic with a bound that covers the difference.
 
-    Parameters
-    ----------
-    points : (..., n, 3) body coordinates, metres.
-    rotation : (..., 3, 3), body to world, column convention.
-    translation : (..., 3), metres.
-
-    Returns
-    -------
-    (..., n, 3) world coordinates.
+    ``points`` (..., n, 3) body coordinates, ``rotation`` (..., 3, 3) body to world, column convention, ``translation``
+    (..., 3), in metres, give (..., n, 3) world coordinates.
     """
     x, y, z = points[..., 0], points[..., 1], points[..., 2]
     rows = [

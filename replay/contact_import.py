@@ -19,6 +19,7 @@ from sessions.importers.contacts_csv import read_contacts
 from sessions.model.live_contact import LiveContact
 
 OFFSET_FACT: Final = "contacts_clock_offset_s"
+DRIFT_FACT: Final = "contacts_clock_drift"
 
 Found = dict[tuple[str, str, str], list[float]]
 
@@ -47,9 +48,13 @@ def import_contacts(
         raise AuditError(f"{source} names no body of the session, which has: {', '.join(session.meshes)}; rename them")
     result = compute(session, detectors="exact", oracle="none", progress=progress)
     found = estimate_offset(_reported(contacts), _true(result), offset)
-    shift = result.assembly.first_ns + round(found.seconds * 1e9)
-    placed = tuple(replace(contact, time_ns=contact.time_ns + shift) for contact in contacts)
-    facts = {**session.facts, OFFSET_FACT: f"{found.seconds:.9f}", RESIDUAL_FACT: f"{found.residual:.9f}"}
+    placed = tuple(
+        replace(one, time_ns=one.time_ns + result.assembly.first_ns + round(1e9 * found.at(one.time_ns / 1e9)))
+        for one in contacts
+    )
+    residual = "unknown" if found.residual is None else f"{found.residual:.9f}"
+    fitted = {OFFSET_FACT: f"{found.seconds:.9f}", DRIFT_FACT: f"{found.drift:.9f}", RESIDUAL_FACT: residual}
+    facts = {**session.facts, **fitted}
     return replace(session, live_contacts=placed, facts=facts), found
 
 

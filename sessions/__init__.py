@@ -1,7 +1,5 @@
 """Recorded sessions: their model, their file, where they come from, and whether they can be trusted."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 

@@ -1,7 +1,5 @@
 """Bounding boxes in the body's frame, along its own axes or its principal ones: every used vertex lies inside."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import product
 from typing import Final

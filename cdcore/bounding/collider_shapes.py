@@ -4,8 +4,6 @@ Sphere and capsule are fitted to the box along the body's axes as an editor prop
 with the largest half extent as radius, a capsule along its longest side. Corners of the mesh may stick out of both.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Final
 

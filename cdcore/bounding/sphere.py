@@ -4,8 +4,6 @@ The surface, and for a closed mesh the solid it bounds, lies in the convex hull 
 two bodies whose balls are apart do not touch.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

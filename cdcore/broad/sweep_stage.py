@@ -4,8 +4,6 @@ Source: D. Baraff, Dynamic simulation of non-penetrating rigid bodies (1992); J.
 M. K. Ponamgi, I-COLLIDE (1995).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

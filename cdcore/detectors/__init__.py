@@ -1,7 +1,5 @@
 """The table of detectors: a name leads to a class, imported when it is used and not before."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import fields
 from difflib import get_close_matches
@@ -42,13 +40,7 @@ def detector_names() -> list[str]:
 
 
 def load_detector(name: str) -> type[Any]:
-    """The class behind a name, or behind ``module:Class``.
-
-    Raises
-    ------
-    UnknownDetectorError
-        Lists the names there are.
-    """
+    """The class behind a name, or behind ``module:Class``; UnknownDetectorError with the names there are."""
     entry = DETECTORS.get(name, name if ":" in name else None)
     if entry is None:
         for point in entry_points(group=ENTRY_POINT_GROUP, name=name):

@@ -1,7 +1,5 @@
 """The collider that was shipped: a hull, box, sphere or capsule in place of each mesh, tested at fixed steps."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -10,14 +8,18 @@ from typing import ClassVar
 import numpy as np
 
 from cdcore.bounding.collider_shapes import SHAPES
+from cdcore.broad.broad_looks import BroadLooks
+from cdcore.broad.broad_phase import BroadPhase
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.spacetime.box_tree import build_box_tree
+from cdcore.narrow.spacetime.frame_looks import FrameLooks
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import ByteArray, IntArray
 from cdcore.protocol import Body, Detection, Explanation, Motion, PairDetector, Verdict, contact_or_clear, pair_has_pose
 from cdcore.protocol.blocks import looks_at, looks_of, require_rate
+from cdcore.protocol.live import Live, LiveHeld, LivePairs
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,6 +78,12 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         looked = looks_at(motion.times, frame, self.settings.rate_hz)
         verdict, _, _ = self._decide(motion.frames(frame, frame + 1))
         return Explanation(looked=looked, shapes_meet=int(verdict[0, pair]) in (Verdict.CONTACT, Verdict.CONTAINED))
+
+    def live(self) -> Live:
+        """A session that is asked one frame after the other."""
+        broad, surfaces = BroadPhase(self.colliders, self.pairs), FrameLooks(self._trees, self.pairs)
+        looks = LivePairs(BroadLooks(broad), surfaces.decide, self._containment.question)
+        return LiveHeld(looks, self.pairs, self.settings.rate_hz) if self.settings.rate_hz else looks
 
     def _fresh_memory(self) -> _ColliderMemory:
         return _ColliderMemory(-np.inf, np.full(len(self.pairs), Verdict.NO_POSE, dtype=np.uint8))

@@ -1,7 +1,5 @@
 """Between the frames: misses no contact on the way from one recorded pose to the next. CLEAR is always proven."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter

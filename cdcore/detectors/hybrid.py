@@ -1,7 +1,5 @@
 """Spheres, boxes, then FCL meshes: complete about contact, and only what volumes leave open reaches a triangle."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -10,12 +8,13 @@ from typing import ClassVar
 import numpy as np
 
 from cdcore.bounding.sphere import require_sphere_mode
+from cdcore.broad.broad_looks import BroadLooks
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import IntArray
-from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict
+from cdcore.protocol import Body, Detection, Live, LivePairs, Motion, PairDetector, Verdict
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +59,10 @@ class HybridDetector(PairDetector[HybridSettings]):
         self._broad = BroadPhase(bodies, pairs, sphere=settings.sphere, skip=settings.skip)
         self._meshes = MeshStage(bodies, pairs)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
+
+    def live(self) -> Live:
+        """A session that is asked one frame after the other."""
+        return LivePairs(BroadLooks(self._broad), self._meshes.decide_now, self._containment.question)
 
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         near = self._broad.candidates(motion)

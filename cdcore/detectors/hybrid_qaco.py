@@ -1,7 +1,5 @@
 """The paper's pipeline: spheres, boxes, then the colony over mesh faces, every hit confirmed on triangles."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter

@@ -1,7 +1,5 @@
 """Layered depth images: samples how much two solids overlap. It lists no faces and does not decide open meshes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter

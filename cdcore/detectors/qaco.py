@@ -1,7 +1,5 @@
 """Spheres, then a search over pairs of faces: never invents a contact, and may miss one."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter

@@ -1,7 +1,5 @@
 """Spheres only: the cheapest answer, and never a false negative."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter

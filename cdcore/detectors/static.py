@@ -1,7 +1,5 @@
 """One query per pair at load and after any change of a pose; between changes the answer is the cached one."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -10,6 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from cdcore.bounding.sphere import Sphere, sphere_best
+from cdcore.broad.broad_looks import BroadLooks
+from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.containment_stage import ContainmentStage
@@ -17,6 +17,7 @@ from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray
 from cdcore.protocol import NO_FACES, Body, Detection, FaceSets, Motion, PairDetector, Verdict, pair_has_pose
+from cdcore.protocol.live import Live, LivePairs
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,6 +72,13 @@ class StaticDetector(PairDetector[StaticSettings]):
         self._broad = SphereStage(self._spheres, pairs)
         self._meshes = MeshStage(bodies, pairs)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
+
+    def live(self) -> Live:
+        """A session that is asked one frame after the other."""
+        if self.settings.epsilon > 0.0:
+            return super().live()
+        looks = BroadLooks(BroadPhase(self.bodies, self.pairs))
+        return LivePairs(looks, self._meshes.decide_now, self._containment.question)
 
     def _fresh_memory(self) -> _StaticMemory:
         count = len(self.pairs)

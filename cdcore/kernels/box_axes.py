@@ -7,8 +7,6 @@ Source: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree (1996); G. van den Bergen,
 complex deformable models using AABB trees (1997), for the six-axis form.
 """
 
-from __future__ import annotations
-
 from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.numerics import FloatArray
 

@@ -10,8 +10,6 @@ array apart into seven numbers: with addresses instead (``cdcore.kernels.memory`
 two thirds of the time (2026-11).
 """
 
-from __future__ import annotations
-
 import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

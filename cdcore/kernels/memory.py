@@ -5,8 +5,6 @@ to four hundred numbers per call and most of the time to compile. Inside a kerne
 one-dimensional array, without any check: the caller keeps the arrays alive and their sizes right.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -7,8 +7,6 @@ waits: the first exact answer compiles in 0.58 to 0.72 of the time (2026-11), an
 It overrides names that numba does not promise to keep: ``compiling.quick_compilers`` takes it for tried versions only.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any, Final
 

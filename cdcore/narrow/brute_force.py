@@ -1,7 +1,5 @@
 """Brute force: every face of one mesh against every face of another, the reference and the last resort."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cdcore.narrow.triangles.predicates import triangles_intersect

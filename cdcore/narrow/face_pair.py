@@ -3,8 +3,6 @@
 The leaf test of every hierarchy. It is compiled once, so that a search which calls it compiles in a second.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from cdcore.kernels.compiling import become_part_of_caller, kernel, runtime_int, stay_one_function

@@ -5,8 +5,6 @@ needs a witness too: cubes that stand in each other with faces in common planes 
 their face pairs only touches.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from functools import cache
 

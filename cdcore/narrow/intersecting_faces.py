@@ -1,7 +1,5 @@
 """The face pairs of two placed meshes that meet: decided exactly, each pair once, in order."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

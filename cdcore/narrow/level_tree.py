@@ -3,8 +3,6 @@
 Nodes stand in order of their level, so children come after their parent and the two children of a node are neighbours.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

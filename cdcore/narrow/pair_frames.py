@@ -1,7 +1,5 @@
 """Lists of pair-frames, sorted by pair so that the meshes and poses of one pair stay in the cache."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What every detector demands of a motion: poses of its bodies, and blocks in order of time."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 

@@ -1,7 +1,5 @@
 """A body is a name and a surface. Its poses belong to a motion."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -23,21 +21,10 @@ class Body:
 
 
 def resolve_pairs(bodies: Sequence[Body], pairs: ArrayLike | None) -> IntArray:
-    """Turn the pairs asked for into body numbers.
+    """The body numbers, (P, 2) int64, of the pairs asked for: each row as given (i, j), the order of rows kept.
 
-    Parameters
-    ----------
-    bodies : N bodies with different names.
-    pairs : (P, 2) body numbers or names in any order; ``None`` for all i < j.
-
-    Returns
-    -------
-    (P, 2) int64, each row as given (i, j), the order of rows kept.
-
-    Raises
-    ------
-    InvalidPairError
-        An unknown body, a body paired with itself, or one pair twice.
+    ``pairs`` (P, 2) are numbers or names of bodies, whose names differ, in any order; ``None`` for all i < j.
+    InvalidPairError for an unknown body, a body paired with itself, or one pair twice.
     """
     names = [body.name for body in bodies]
     repeated = {name for name in names if names.count(name) > 1} if len(set(names)) != len(names) else set()

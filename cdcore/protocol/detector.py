@@ -1,7 +1,5 @@
 """The protocol of every detector, so that one can replace another."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, runtime_checkable

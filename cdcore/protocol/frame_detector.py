@@ -1,7 +1,5 @@
 """The short way to write a detector: say which pairs touch in one frame, and this class does the rest."""
 
-from __future__ import annotations
-
 import sys
 import traceback
 from abc import abstractmethod

@@ -150,20 +150,17 @@ class Motion:
 
     def frames(self, start: int, stop: int) -> Motion:
         """The frames ``start <= t < stop`` as a motion; nothing is checked or rounded again."""
-        part = object.__new__(Motion)
-        arrays = (self.times, self.translations, self.rotations, self.valid, self.linked)
-        part._set(*(array[start:stop] for array in arrays), self.renormalised, self.worst_orthonormality)
-        return part
+        return self._rows(slice(start, stop), self.linked[start:stop])
 
     def take(self, frames: IntArray) -> Motion:
         """The frames of these numbers, increasing, as a motion; paths across left-out frames are not linked."""
-        part = object.__new__(Motion)
         linked = self.linked[frames].copy()
         linked[1:][np.diff(frames) != 1] = False
-        part._set(
-            self.times[frames], self.translations[frames], self.rotations[frames], self.valid[frames], linked,
-            self.renormalised, self.worst_orthonormality,
-        )  # fmt: skip
+        return self._rows(frames, linked)
+
+    def _rows(self, rows: slice | IntArray, linked: BoolArray) -> Motion:
+        part, arrays = object.__new__(Motion), (self.times, self.translations, self.rotations, self.valid)
+        part._set(*(array[rows] for array in arrays), linked, self.renormalised, self.worst_orthonormality)
         return part
 
     def blocks(self, frames: int) -> Iterator[Motion]:

@@ -1,7 +1,5 @@
 """The common part of all detectors: they keep their bodies, and answer a motion in blocks as they answer it whole."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Generic, TypeVar
@@ -10,6 +8,7 @@ from cdcore.numerics import ByteArray, IntArray
 from cdcore.protocol.blocks import blocks_in_order, require_bodies
 from cdcore.protocol.body import Body
 from cdcore.protocol.detection import Detection
+from cdcore.protocol.live import Live, LiveBlocks
 from cdcore.protocol.motion import Motion
 
 SettingsT = TypeVar("SettingsT")
@@ -40,6 +39,11 @@ class PairDetector(ABC, Generic[SettingsT]):
         for motion in blocks_in_order(motions):
             require_bodies(motion, self.bodies)
             yield self._run(motion, memory, faces)
+
+    def live(self) -> Live:
+        """A session that is asked one frame after the other."""
+        memory = self._fresh_memory()
+        return LiveBlocks(lambda now: self._run(now, memory, False))
 
     def _fresh_memory(self) -> Any:
         """What passes from block to block, as it is before the first; nothing unless a detector says otherwise."""

@@ -1,7 +1,5 @@
 """The glossary of verdicts: one word for each thing a detector can say about a pair in a frame."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 import numpy as np

@@ -3,8 +3,6 @@
 Random numbers come from outside in blocks, so that every machine draws the same ones.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function

@@ -10,8 +10,6 @@ both at once: 93; without moving both one after the other: 44; without the stop 
 demand that balls overlap: 38.
 """
 
-from __future__ import annotations
-
 from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.search import state

@@ -1,7 +1,5 @@
 """Why a search found nothing: no pair that meets was in its sample, its budget ran out, or the search itself failed."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final

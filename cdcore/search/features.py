@@ -4,8 +4,6 @@ A rotation step of an ant is meaningful only if a small change of the index is a
 numbered along a Morton curve through their centroids, in the body's own frame.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

@@ -7,8 +7,6 @@ then leaves pairs open) neighbours across corners count too.
 Source: section 3.4 of the project's specification.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function

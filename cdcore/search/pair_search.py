@@ -3,8 +3,6 @@
 Whatever it finds has passed the exact triangle test at the reference vertices, so it never invents a contact.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from time import perf_counter
 from typing import Final

@@ -4,8 +4,6 @@ What the filter of that test cannot decide is noted and asked of the exact predi
 these kernels: with the exact sums linked into them they took 13 s to compile instead of 4.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function

@@ -4,8 +4,6 @@ Kept to show that they break, and how. Fitness is the distance to be driven down
 powers of differences are added to pheromone without a clamp; the gate of (17) with ``-cos`` shrinks its vector.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What one search of one pair of bodies found and took; a hit in it has passed the exact triangle test."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 Pair = tuple[int, int]
@@ -10,16 +8,11 @@ Pair = tuple[int, int]
 
 @dataclass(frozen=True)
 class SearchResult:
-    """What one search found and took.
+    """What one search found, a pair that meets or ``None``, and took.
 
-    Parameters
-    ----------
-    hit : places (i, j) in the order of the features of a pair that meets, or ``None``: not found.
-    closest : places of the pair whose centroids came closest.
-    distance : of those centroids, metres.
-    evaluations, tests, restarts, iterations : distances of centroids; triangle tests; populations drawn anew;
-        iterations of the colony.
-    reason : "hit", "budget" or "broken" (the equations as printed gave a probability that is none).
+    ``closest``: the pair whose centroids came closest, at ``distance`` metres. ``evaluations``: distances of centroids;
+    ``tests``: of triangles; ``restarts``: populations drawn anew; ``iterations``: of the colony. ``reason``: "hit",
+    "budget" or "broken" (the equations as printed gave a probability that is none).
     """
 
     hit: Pair | None

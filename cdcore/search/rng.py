@@ -1,7 +1,5 @@
 """Random numbers that depend on the seed, the two bodies, the stamp and the restart, and on nothing else."""
 
-from __future__ import annotations
-
 import hashlib
 
 import numpy as np

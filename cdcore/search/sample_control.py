@@ -6,8 +6,6 @@ nearest first, and no more of it than past hits have needed. Where a contact of 
 frame in 25 may run on: most of what a search misses lies between two frames in which it hit.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

@@ -3,8 +3,6 @@
 A sampled search misses in two ways: no pair that meets is left in the sample, or it is there and is not found.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Settings of the search: every constant of the colony has its name, default and range."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

@@ -4,8 +4,6 @@ Where both poses of a pair are bit for bit those of its look before, the answer 
 whole budget found nothing, it gets less (``rest``).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache

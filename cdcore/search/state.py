@@ -1,7 +1,5 @@
 """The state of a search between two calls of its kernel: arrays, and a name for every place in them."""
 
-from __future__ import annotations
-
 # Counters, int64: what was spent. QUIET: evaluations since the last hit or restart; CURSOR: random numbers used.
 EVALUATIONS, TESTS, QUIET, ITERATIONS, CURSOR = range(5)
 # Places of the pair that meets (-1: none), of the closest pair, of the pair the last descent started from.

@@ -1,7 +1,5 @@
 """The quantum ant colony: equations (15) to (20) as corrected, each of which can be switched off."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, stay_one_function

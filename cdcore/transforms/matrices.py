@@ -5,8 +5,6 @@ rotation, then translation. Poses in this project are column matrices: the trans
 sign error; they leave out the order of composition, and that a scale is about the origin. Angles are radians.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,7 +1,5 @@
 """Rotation matrices of quaternions, renormalised in float64."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cdcore.numerics import FloatArray

@@ -4,8 +4,6 @@ Poses are read and written by address (``cdcore.kernels.memory``) and checked as
 0.93 ms in two passes over arrays of three dimensions, 0.65 in one, and 0.40 by address (2026-11).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
@@ -64,16 +65,19 @@ def run(
     )  # fmt: skip
     if target is not None:
         with progress.stage("write"):
-            _write(result, target, force=force, picture=picture, log_search=log_search)
+            write(result, target, force=force, picture=picture, log_search=log_search)
     return result
 
 
-def _write(result: RunResult, target: Path, *, force: bool, picture: bool, log_search: bool) -> None:
+def write(
+    result: RunResult, target: Path, *, force: bool, picture: bool = True, log_search: bool = False,
+    files: Mapping[str, Path] | None = None,
+) -> None:  # fmt: skip
+    """Write the run folder of a result, with the recording for Rerun if ``picture``; as ``write_run_folder``."""
     from replay.outputs.results.run_folder import write_run_folder
 
     if picture:
         from replay.outputs.rerun_log.recording import write_recording
 
-        write_run_folder(result, target, force=force, picture=partial(write_recording, log_search=log_search))
-    else:
-        write_run_folder(result, target, force=force)
+        drawn = partial(write_recording, log_search=log_search)
+    write_run_folder(result, target, force=force, picture=drawn if picture else None, files=files)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from replay.cli.console import People, TerminalProgress, answer
-from replay.cli.options import ANY_PATH, common
+from replay.cli.console import People, TerminalProgress
+from replay.cli.options import ANY_PATH, cite, reporting
 from replay.outputs.tables import Table, table
 
 if TYPE_CHECKING:
@@ -37,9 +37,11 @@ REPEATS: Final = 5
 @click.option("--frames", type=click.IntRange(min=1), help=f"Of the race; {QUICK_FRAMES:,} or {FULL_FRAMES:,} unasked.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the made-up session.")
 @click.option("--out", "-o", type=ANY_PATH, metavar="FILE", help="Write all figures here as JSON.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-@common
-def command(quick: bool, frames: int | None, seed: int, out: Path | None, as_json: bool, people: People) -> int:
+@cite
+@reporting
+def command(
+    quick: bool, frames: int | None, seed: int, out: Path | None, cite: bool, as_json: bool, people: People
+) -> int:
     """Time the exact detector beside python-fcl, coal and trimesh, in one process, on one thread.
 
     Then: where its time goes, and how its cost grows with frames, bodies and faces. Exits with 4 when an answer of the
@@ -50,7 +52,9 @@ def command(quick: bool, frames: int | None, seed: int, out: Path | None, as_jso
     replay bench --full --out bench.json
     """
     from replay.base.machine import machine, versions
+    from replay.cli.run_report import answer_cited
     from replay.detection.compile_notice import compiling_announced
+    from replay.pipeline.citations import sources_behind
     from replay.studies.bench.engines import OPTIONAL, installed_engines
 
     absent = [name for name in OPTIONAL if name not in installed_engines()]
@@ -67,7 +71,8 @@ def command(quick: bool, frames: int | None, seed: int, out: Path | None, as_jso
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
         out.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    answer(as_json, figures, lambda: bench_tables(rows, spent, growth, figures))
+    behind = sources_behind(["exact"]) if cite else {}
+    answer_cited(as_json, figures, lambda: bench_tables(rows, spent, growth, figures), behind)
     wrong = [row for row in rows if row.wrong and row.engine == "exact"]
     words = "exact differs from python-fcl in {:,} pair-frames at {:,} faces"
     return people.gate([words.format(row.wrong, row.faces) for row in wrong])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, common, force, output_format
+from replay.cli.options import ANY_PATH, force, reporting
 
 if TYPE_CHECKING:
     from replay.pipeline.run_result import RunResult
@@ -29,8 +29,7 @@ SESSION: Final = "session.mcap"
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the made-up session.")
 @click.option("--noise", type=click.Choice(["vive", "off"]), help="Of the made-up tracker.  [default: vive at a bench]")
 @force
-@output_format
-@common
+@reporting
 def command(session_only: bool, out: Path | None, force: bool, as_json: bool, people: People, **made: Any) -> int:
     """Record a made-up lab session to MCAP, replay it at full rate and at 22.5 Hz, show what the slow one missed."""
     from replay.cli.run_report import report_run, where_to_look
@@ -66,9 +65,9 @@ def _record(file: Path, *, scene: str, seed: int, noise: str | None) -> Path:
 
 
 def _demo(out: Path, force: bool, people: People, **made: Any) -> RunResult:
+    from replay.api.runner import write
     from replay.effects.effect_plan import plan
-    from replay.outputs.rerun_log.recording import write_recording
-    from replay.outputs.results.run_folder import check_target, write_run_folder
+    from replay.outputs.results.run_folder import check_target
     from replay.pipeline.engine import compute
     from sessions import read_session
 
@@ -82,6 +81,5 @@ def _demo(out: Path, force: bool, people: People, **made: Any) -> RunResult:
         subjects = SLOW if plan(session.scene).detection else ()
         result = compute(session, detectors=subjects, seed=made["seed"], progress=progress)
         with progress.stage("write"):
-            files = {SESSION: file, truth.name: truth}
-            write_run_folder(result, out, force=force, picture=write_recording, files=files)
+            write(result, out, force=force, files={SESSION: file, truth.name: truth})
     return replace(result, out=out)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from replay.cli.console import People, answer
-from replay.cli.options import ANY_PATH, common, output_format
+from replay.cli.options import ANY_PATH, reporting
 from replay.outputs.tables import Table, table
 from replay.outputs.words import counted
 
@@ -32,9 +32,9 @@ TRUTH: Final[Mapping[str, str]] = {
 @click.command()
 @click.argument("run_a", type=ANY_PATH, metavar="RUN_A")
 @click.argument("run_b", type=ANY_PATH, metavar="RUN_B")
-@output_format
-@common
-def command(run_a: Path, run_b: Path, as_json: bool, people: People) -> int:
+@click.option("--different-sessions", is_flag=True, help="Compare runs of two recordings; else they are refused.")
+@reporting
+def command(run_a: Path, run_b: Path, different_sessions: bool, as_json: bool, people: People) -> int:
     """Say which contacts RUN_B gained, lost or shifted beside RUN_A, what it took, and what was set differently.
 
     \b
@@ -43,7 +43,7 @@ def command(run_a: Path, run_b: Path, as_json: bool, people: People) -> int:
     from replay.cli.terminal import terminal
     from replay.studies.diff.runs import diff_runs
 
-    found = diff_runs(run_a, run_b)
+    found = diff_runs(run_a, run_b, different_sessions=different_sessions)
     plain = asdict(found) | {"changed": found.changed}
     answer(as_json, plain, lambda: terminal(*_shown(found, run_a, run_b)))
     if "machine" in {name.partition(".")[0] for name in found.settings}:
@@ -82,9 +82,11 @@ def _table(found: RunDiff) -> Table:
 
 def _change(shares: tuple[float | None, float | None]) -> str:
     """``2.6 -> 0.7 %``; of one that was not audited nothing."""
+    from replay.pipeline.gates import figure
+
     if shares == (None, None):
         return ""
-    before, after = ("?" if one is None else f"{100 * one:.1f}" for one in shares)
+    before, after = ("?" if one is None else figure(100 * one) for one in shares)
     return f"{before} %" if before == after else f"{before} -> {after} %"
 
 

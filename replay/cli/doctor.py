@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from replay.cli.console import GATE_FAILED, OK, People, answer
-from replay.cli.options import SESSION_FILE, common, json_flag, output_format
+from replay.cli.options import SESSION_FILE, reporting
 from replay.outputs.tables import ERROR, FAINT, WARNING, Table
 
 if TYPE_CHECKING:
@@ -24,10 +24,8 @@ MARKS: Final = (FAINT, WARNING, ERROR)
 
 @click.command()
 @click.argument("files", type=SESSION_FILE, nargs=-1, required=True, metavar="FILE...")
-@json_flag
 @click.option("--fail-on", type=click.Choice(WORDS), metavar="SEVERITY", help=f"Exit with 4 from: {', '.join(WORDS)}.")
-@output_format
-@common
+@reporting
 def command(files: tuple[Path, ...], fail_on: str | None, as_json: bool, people: People) -> int:
     """Say what is suspicious about a recording: FILE is a session (MCAP), a mesh, or a scene (TOML).
 

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from replay.cli.console import People
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, force
+from replay.cli.console import People, answer
+from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting
 
 if TYPE_CHECKING:
     from sessions import Session
 
 
 @click.command()
-@click.argument("format_", metavar="FORMAT")
+@click.argument("kind", metavar="FORMAT")
 @click.argument("source", type=SESSION_FILE, metavar="SOURCE")
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.mcap", help="Session file to write.")
 @force
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 @click.option(
     "--offset", type=float, metavar="SECONDS", help="contacts: what to add to their clock. Default: estimated."
 )
-@common
+@reporting
 def command(
-    format_: str, source: Path, out: Path, force: bool, meshes: tuple[str, ...], scene: Path | None,
-    session: Path | None, offset: float | None, people: People, **options: Any,
+    kind: str, source: Path, out: Path, force: bool, meshes: tuple[str, ...], scene: Path | None,
+    session: Path | None, offset: float | None, as_json: bool, people: People, **options: Any,
 ) -> int:  # fmt: skip
     """Read SOURCE, a recording of another program in FORMAT (aframe, csv, contacts), and write it as a session file.
 
@@ -49,19 +49,20 @@ def command(
 
     if out.exists() and not force:
         raise OutputError(f"{out} exists; name another file, or replace it with --force")
-    if format_ == "contacts":
+    if kind == "contacts":
         imported, said = _contacts(source, session, offset)
     else:
         if scene is not None:
             from sessions.scene_files.scene_toml import read_scene
 
             given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
-        imported = import_session(format_, source, **given)
+        imported = import_session(kind, source, **given)
         said = list(_what(imported))
     out.parent.mkdir(parents=True, exist_ok=True)
     write_session(imported, out)
     people.say(*said)
-    click.echo(out)
+    plain = {"out": str(out), "frames": len(imported.frames), "bodies": list(imported.names), "notes": said}
+    answer(as_json, plain, lambda: str(out))
     return 0
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, answer
-from replay.cli.options import SESSION_FILE, common, output_format
+from replay.cli.options import SESSION_FILE, reporting
 from replay.outputs.tables import Cell, Table, table
 
 if TYPE_CHECKING:
@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("session", type=SESSION_FILE, metavar="FILE.mcap")
-@output_format
-@common
+@reporting
 def command(session: Path, as_json: bool, people: People) -> int:
     """Say what FILE.mcap holds: bodies with rates and gaps, duration, tasks, stages, events."""
     from replay.cli.terminal import terminal

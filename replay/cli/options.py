@@ -67,41 +67,57 @@ def common(command: Callable[..., int]) -> Callable[..., int]:
     )
 
 
-def output_format(command: Callable[..., int]) -> Callable[..., int]:
-    """``--format text|json``: what stdout carries; the verb gets ``as_json``."""
+def reporting(command: Callable[..., int]) -> Callable[..., int]:
+    """``--format text|json`` and what ``common`` gives: the verb gets ``as_json``, what stdout carries, too."""
 
     @wraps(command)
-    def chosen(*, format_: str, as_json: bool = False, **given: Any) -> int:
+    def chosen(*, format_: str, as_json: bool, **given: Any) -> int:
         return command(as_json=as_json or format_ == "json", **given)
 
     choice, words = click.Choice(["text", "json"]), "What to print on stdout."
-    return click.option("--format", "format_", type=choice, default="text", show_default=True, help=words)(chosen)
+    return _with(
+        common(chosen),
+        click.option("--format", "format_", type=choice, default="text", show_default=True, help=words),
+        click.option("--json", "as_json", is_flag=True, help="The same as --format json."),
+    )
 
 
 force = click.option("--force", is_flag=True, help="Replace an earlier file or folder of that name.")
 seed = click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
 tau = click.option("--tau", type=Number(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
-no_picture = click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
+cite = click.option("--cite", is_flag=True, help="Print the sources behind the detectors and effects that ran.")
 log_search = click.option("--log-search", is_flag=True, help="Show every look of every search in the recording.")
-json_flag = click.option("--json", "as_json", is_flag=True, help="The same as --format json.")
 
 
-def lineup(command: Callable[..., int]) -> Callable[..., int]:
+def specs_named(context: click.Context, option: click.Parameter, value: str | tuple[str, ...] | None) -> Any:
+    """One detector, or a list of them, as given; ``None`` if none is named."""
+    del context, option
+    specs = [value] if isinstance(value, str) else list(value or ())
+    let_modules_here_be_found(specs)
+    return value if isinstance(value, str) else specs or None
+
+
+oracle = click.option(
+    "--oracle", metavar="SPEC", callback=specs_named,
+    help="The detector to trust: exact, continuous, a label. Default: exact.",
+)  # fmt: skip
+
+
+def lineup(command: Command) -> Command:
     """``--detectors --oracle --seed``: what is audited, what is trusted; ``detectors`` is ``None`` if none is named."""
-
-    @wraps(command)
-    def named(*, detectors: tuple[str, ...], oracle: str | None, **given: Any) -> int:
-        let_modules_here_be_found([*detectors, oracle or ""])
-        return command(detectors=list(detectors) or None, oracle=oracle, **given)
-
-    detectors = "What to audit: hybrid-qaco, slow=discrete[rate_hz=22.5], package.module:Class; several with commas."
-    oracle = "The detector to trust: exact, continuous, a label. Default: exact."
-    return _with(
-        named,
-        click.option("--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", help=detectors),
-        click.option("--oracle", metavar="SPEC", help=oracle),
-        seed,
+    words = "What to audit: hybrid-qaco, slow=discrete[rate_hz=22.5], package.module:Class; several with commas."
+    detectors = click.option(
+        "--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", callback=specs_named, help=words
     )
+    return _with(command, detectors, oracle, seed)
+
+
+def replaying(command: Callable[..., int]) -> Callable[..., int]:
+    """What every verb takes that replays a session: which part of it, what is trusted, and how the answer is said."""
+    policy = "What to do with a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it."
+    taken = click.option("--policy", multiple=True, metavar="KIND=ACTION", help=policy)
+    unseen = click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
+    return _with(reporting(command), force, window, tau, taken, unseen, cite)
 
 
 def _with(command: Command, *options: Callable[[Command], Command]) -> Command:
@@ -121,16 +137,12 @@ def gates(command: Callable[..., int]) -> Callable[..., int]:
         return command(limits=Gates(max_missed, max_p99_ms, max_invented), **given)
 
     missed, invented = "more contacts or pair-frames are missed", "more of the contact it reports is invented"
+    late = "Exit 4 when the slowest 1 % of the looks take longer."
     return _with(
         held,
         click.option("--max-missed", type=SHARE, metavar="SHARE", help=f"Exit 4 when {missed}."),
         click.option("--max-invented", type=SHARE, metavar="SHARE", help=f"Exit 4 when {invented}."),
-        click.option(
-            "--max-p99-ms",
-            type=Number(min=0),
-            metavar="MS",
-            help="Exit 4 when the slowest 1 % of the looks take longer.",
-        ),
+        click.option("--max-p99-ms", type=Number(min=0), metavar="MS", help=late),
     )
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from replay.cli.console import OK, People, TerminalProgress, answer
-from replay.cli.options import ANY_PATH, common, json_flag, output_format
+from replay.cli.options import ANY_PATH, reporting
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -28,9 +28,7 @@ if TYPE_CHECKING:
     "--calibration", type=ANY_PATH, metavar="FILE", help="Read wall times from here: the same file, the same tables."
 )
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Write tables, pictures, page and recording here.")
-@output_format
-@json_flag
-@common
+@reporting
 def command(
     quick: bool, poses: int | None, near: int | None, jobs: int | None, seed: int, calibration: Path | None,
     out: Path | None, as_json: bool, people: People,

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from replay.cli.console import People, answer
-from replay.cli.options import SESSION_FILE, common, json_flag, output_format
+from replay.cli.options import SESSION_FILE, reporting
 
 if TYPE_CHECKING:
-    from rich.tree import Tree
-
     from sessions.model.scene import Scene
 
 
 @click.command()
 @click.argument("scene", type=SESSION_FILE, metavar="SCENE")
-@json_flag
-@output_format
-@common
+@reporting
 def command(scene: Path, as_json: bool, people: People) -> int:
     """Say what SCENE, a scene.toml or a session file, calls for: effects, pairs, detectors, topics, each with why.
 
@@ -35,7 +31,7 @@ def command(scene: Path, as_json: bool, people: People) -> int:
 
     declared = _scene(scene)
     planned = plan_summary(plan(declared, scene.name))
-    answer(as_json, {"scene": declared.name, **planned}, lambda: plan_tree(declared.name, planned))
+    answer(as_json, {"scene": declared.name, **planned}, lambda: "\n".join(plan_lines(declared.name, planned)))
     return 0
 
 
@@ -50,24 +46,6 @@ def _scene(path: Path) -> Scene:
     return read_scene(path)
 
 
-def plan_tree(name: str, planned: Mapping[str, Any]) -> Tree:
-    """A plan's summary as a tree: every item stands with the reason why it is needed."""
-    from rich.text import Text
-    from rich.tree import Tree
-
-    tree = Tree(Text(name or "scene", style="bold"))
-    for key, title, none in BRANCHES:
-        if planned[key] is None:
-            tree.add("pairs: all with relative motion, because the scene declares neither effects nor pairs")
-        else:
-            _branch(tree, title, planned[key], none)
-    left = (("not_run", "not run: ", "dim"), ("not_built", "declared, not computed by this version: ", "yellow"))
-    for key, title, style in left:
-        if planned[key]:
-            tree.add(Text(title, style=style).append(", ".join(planned[key])))
-    return tree
-
-
 BRANCHES = (
     ("effects", "effects, in running order", "no effect is declared"),
     ("pairs", "pairs", "no collision query is made"),
@@ -76,17 +54,18 @@ BRANCHES = (
     ("topics", "topics read", "none for effects"),
 )
 """Key of a plan's summary, its title, and what is said where it is empty."""
+LEFT = (("not_run", "not run"), ("not_built", "declared, not computed by this version"))
+ALL_PAIRS = "all with relative motion, because the scene declares neither effects nor pairs"
 
 
-def _branch(tree: Tree, title: str, items: Mapping[str, list[str]], none: str) -> None:
-    from rich.markup import escape
-
-    if not items:
-        tree.add(f"[dim]{title}: {none}[/]")
-        return
-    branch = tree.add(f"{title} ({len(items)})")
-    for name, why in items.items():
-        branch.add(f"{escape(name)}: because [dim]{escape(_reason(why))}[/]")
+def plan_lines(name: str, planned: Mapping[str, Any]) -> Iterator[str]:
+    """A plan's summary: below its heading every item stands with the reason why it is needed."""
+    yield name or "scene"
+    for key, title, none in BRANCHES:
+        items = planned[key]
+        yield f"  {title} ({len(items)})" if items else f"  {title}: {ALL_PAIRS if items is None else none}"
+        yield from (f"    {item}: because {_reason(why)}" for item, why in (items or {}).items())
+    yield from (f"  {title}: {', '.join(planned[key])}" for key, title in LEFT if planned[key])
 
 
 def _reason(why: list[str]) -> str:

@@ -8,15 +8,14 @@ from pathlib import Path
 import click
 
 from replay.cli.console import DATA_LOSS, OK, People, answer
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, output_format
+from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting
 
 
 @click.command()
 @click.argument("torn", type=SESSION_FILE, metavar="TORN.mcap")
 @click.argument("out", type=ANY_PATH, metavar="OUT.mcap")
 @force
-@output_format
-@common
+@reporting
 def command(torn: Path, out: Path, force: bool, as_json: bool, people: People) -> int:
     """Save every whole message of every readable chunk of TORN.mcap to OUT.mcap; say what was lost.
 

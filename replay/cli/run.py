@@ -8,19 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import (
-    ANY_PATH,
-    SESSION_FILE,
-    common,
-    force,
-    gates,
-    lineup,
-    log_search,
-    no_picture,
-    output_format,
-    tau,
-    window,
-)  # fmt: skip
+from replay.cli.options import ANY_PATH, SESSION_FILE, gates, lineup, log_search, replaying
 
 if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
@@ -29,22 +17,10 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("session", type=SESSION_FILE, metavar="FILE.mcap")
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Run folder to make.")
-@force
 @lineup
-@window
-@tau
-@click.option(
-    "--policy",
-    multiple=True,
-    metavar="KIND=ACTION",
-    help="What to do with a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it.",
-)
-@no_picture
 @log_search
-@click.option("--cite", is_flag=True, help="Print the sources behind the detectors and effects of this run.")
 @gates
-@output_format
-@common
+@replaying
 def command(
     session: Path, no_picture: bool, limits: Gates, cite: bool, as_json: bool, people: People, **asked: Any
 ) -> int:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import click
 
@@ -14,17 +14,39 @@ from replay.comparison.clusters import by_depth
 from replay.pipeline.run_result import RunResult
 from replay.prepare.repair import DAMAGE
 
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+Sources: TypeAlias = Mapping[str, tuple[str, ...]]
+"""``detector NAME`` or ``effect KIND`` -> citations."""
+
 
 def report_run(result: RunResult, people: People, *, as_json: bool = False, cite: bool = False) -> int:
     """Print a run, with the sources behind it if asked, and return the exit code: 3 when frames could not be used."""
     from replay.cli.run_tables import run_tables
-    from replay.pipeline.citations import citations, sources_behind
 
-    behind = sources_behind(result) if cite else {}
-    answer(as_json, run_json(result) | ({"sources": behind} if cite else {}), lambda: run_tables(result))
-    if cite and not as_json:
-        click.echo("\n" + citations(behind))
+    answer_cited(as_json, run_json(result), lambda: run_tables(result), sources_of([result]) if cite else {})
     return close_run(result, people)
+
+
+def sources_of(results: Sequence[RunResult]) -> Sources:
+    """The sources behind runs: of every detector and effect that ran, and of no others."""
+    from replay.pipeline.citations import sources_behind
+
+    ran = (one for result in results for one in result.summary["detectors"].values())
+    return sources_behind((one["name"] for one in ran), (kind for result in results for kind in result.effects))
+
+
+def answer_cited(
+    as_json: bool, plain: Mapping[str, Any], shown: Callable[[], RenderableType], behind: Sources,
+    sentences: Sequence[str] = (),
+) -> None:  # fmt: skip
+    """``answer``; where it is text, sentences below it; then the sources ``behind`` it, none if not asked for."""
+    from replay.pipeline.citations import citations
+
+    answer(as_json, {**plain, **({"sources": behind} if behind else {})}, shown)
+    for text in () if as_json else (*sentences, *(["\n" + citations(behind)] if behind else [])):
+        click.echo(text)
 
 
 def close_run(result: RunResult, people: People) -> int:

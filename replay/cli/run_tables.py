@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, Final
 
 from rich.console import Group, RenderableType
@@ -15,7 +16,7 @@ from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effect_summary import happened_words
 from replay.outputs.run_tables import (
     AUDIT_MARKS,
-    containment_notes,
+    contact_table,
     cost_table,
     effect_table,
     matched_table,
@@ -23,17 +24,17 @@ from replay.outputs.run_tables import (
     pair_frame_table,
     pair_table,
 )
-from replay.outputs.tables import FAINT, FOUND, GOOD, IN_RED, INVENTED, Table, table
+from replay.outputs.tables import FAINT, GOOD, IN_RED, INVENTED, Table, table
 from replay.outputs.words import CONTACT_WORDS_SHORT
-from replay.pipeline.headline import doubts, headline, invented, price, undecided
+from replay.pipeline.headline import beside, doubts, headline, price
 from replay.pipeline.run_result import RunResult
 
 MISS_ROWS: Final = 20
-"""Misses listed in a terminal; the tables of the run folder hold them all."""
+"""Misses listed of each detector; JSON and the tables of the run folder hold them all."""
 
 PAIR_ROWS: Final = 20
 
-MISS_HEAD: Final = ("miss", "at s", "pair", "frames", "what", "cut mm", "face pairs")
+MISS_HEAD: Final = ("miss", "at s", "pair", "frames", "what", "cause")
 COST_HEAD: Final = ("detector", "how", "whole s", "mean ms", "worst ms", "longest stage")
 
 
@@ -44,10 +45,9 @@ def run_tables(result: RunResult) -> Group:
     for label in result.comparisons:
         pairs = pair_table(result, label).only("pair", "contacts", *AUDIT_MARKS)
         parts.append(pairs.first(PAIR_ROWS, "… and {} more").titled(f"contacts, and what {label} made of them"))
-        if result.misses[label]:
-            parts.append(misses_of(result, label))
+    parts += missed_tables([result])
     if not result.comparisons and result.detections:
-        parts.append(contact_table(result))
+        parts += [contact_table(result, label) for label in result.detections]
     if result.detections:
         parts.append(cost_table(result).only(*COST_HEAD))
     else:
@@ -68,7 +68,7 @@ def headlines(result: RunResult) -> Iterator[RenderableType]:
     for label in result.comparisons:
         text = Text(" ").append(headline(result, label), style=STYLES[_mark(result, label)])
         yield text.append(f"   oracle: {result.oracle}", style="dim")
-    yield from (line(words, INVENTED) for words in (*undecided(result), *invented(result)))
+    yield from (line(words, INVENTED) for words in beside(result))
     yield from (line(words, FAINT) for words in price(result))
 
 
@@ -86,22 +86,21 @@ def no_detection(result: RunResult) -> str:
     return f"No contact was looked for: the scene calls for {effects}. Ask with --detectors."
 
 
-def misses_of(result: RunResult, label: str) -> Table:
-    """The numbered misses: never found ones first, then in order of time."""
-    misses = sorted(result.misses[label], key=lambda miss: (miss.kind != NEVER_FOUND, miss.number))
-    made = miss_table(f"missed by {label}", misses).only(*MISS_HEAD)
-    return made.first(MISS_ROWS, "… and {} more in misses.parquet")
+def missed_tables(results: Sequence[RunResult]) -> list[Table]:
+    """A table per detector that missed anything, over all sessions: never found ones first, then in order of time.
 
-
-def contact_table(result: RunResult) -> Table:
-    """Contacts per pair and detector, where nobody is audited."""
-    touched = sorted({episode.pair for found in result.episodes.values() for episode in found})
-    found = result.episodes.values()
-    rows = [(result.assembly.pair_name(k), *(sum(one.pair == k for one in some) for some in found)) for k in touched]
-    head = ("pair", *result.detections)
-    nothing = [("none", *[""] * len(result.detections))]
-    notes = containment_notes(result, *result.detections)
-    return table("contacts", head, rows or nothing, marks=dict.fromkeys(head[1:], FOUND), notes=notes)
+    The number of a miss is that of its session; where there are several sessions a column names it.
+    """
+    where = " in misses.parquet" if all(result.out for result in results) else " with --format json"
+    tables = []
+    for label in dict.fromkeys(label for result in results for label in result.comparisons):
+        found = [(result, miss) for result in results for miss in result.misses.get(label, ())]
+        found.sort(key=lambda one: one[1].kind != NEVER_FOUND)
+        made = miss_table(f"missed by {label}", [miss for _, miss in found]).only(*MISS_HEAD)
+        if len(results) > 1:
+            made = made.beside("session", [Path(result.session.origin).name for result, _ in found])
+        tables += [made.first(MISS_ROWS, "… and {} more" + where)] if found else []
+    return tables
 
 
 def answers(results: Sequence[RunResult]) -> Group:

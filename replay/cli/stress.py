@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from replay.cli.console import People, TerminalProgress, answer
-from replay.cli.options import ANY_PATH, common, json_flag, output_format, tau
+from replay.cli.options import ANY_PATH, reporting, tau
 from replay.outputs.tables import Cell, Table, table
 
 if TYPE_CHECKING:
@@ -29,35 +29,23 @@ COLUMNS: Final = ("missed", "invented", "within tolerance", "refused", "unconfir
 
 @click.command()
 @click.option(
-    "--detector", "--detectors", default="all", show_default=True, metavar="NAME", help="A row, coal, trimesh, or all."
-)
+    "--detectors", "--detector", "detector", default="all", show_default=True, metavar="NAMES",
+    help="Detectors, coal, trimesh or all; several with commas.",
+)  # fmt: skip
 @click.option("--family", "--families", metavar="RANGE", help="Ask families: 9, 3-5 or 1,7-9.")
-@click.option(
-    "--relation", "--relations", metavar="NAMES", help="Ask relations: swap, order, axes, scale, shift or all."
-)
+@click.option("--relation", "--relations", metavar="NAMES", help="Ask relations: swap, order, axes, scale, shift, all.")
 @click.option("--case", "--cases", metavar="RANGE", help="Ask cases of whole bodies: 29, 27-28,41 or all (27-43).")
 @click.option("--pairs", type=click.IntRange(min=1), default=4000, show_default=True, help="Pairs of each family.")
-@click.option(
-    "--relation-pairs", type=click.IntRange(min=1), default=200, show_default=True, help="The same under each relation."
-)
-@click.option(
-    "--quick", is_flag=True, help=f"Only {QUICK_PAIRS} pairs of each family, {QUICK_PAIRS // 10} under relations."
-)
+@click.option("--relation-pairs", type=click.IntRange(min=1), default=200, show_default=True, help="Under relations.")
+@click.option("--quick", is_flag=True, help=f"{QUICK_PAIRS} pairs of a family, {QUICK_PAIRS // 10} under relations.")
 @click.option("--seed", type=click.IntRange(min=0), default=100, show_default=True, help="Of the first family.")
 @tau
+@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Write what fails here, a file a detector and family.")
 @click.option(
-    "--out", "-o", type=ANY_PATH, metavar="DIR", help="Write failing pairs here, a file a detector and family."
-)
-@click.option(
-    "--max-wrong",
-    "--max-missed",
-    type=click.IntRange(min=0),
-    metavar="N",
+    "--max-wrong", "--max-missed", type=click.IntRange(min=0), metavar="N",
     help="Exit with 4 if more are missed or refused.",
-)
-@output_format
-@json_flag
-@common
+)  # fmt: skip
+@reporting
 def command(
     detector: str, family: str | None, relation: str | None, case: str | None, pairs: int, relation_pairs: int,
     quick: bool, seed: int, tau: float, out: Path | None, max_wrong: int | None, as_json: bool, people: People,
@@ -70,7 +58,7 @@ def command(
     \b
     replay stress --quick
     replay stress --detector exact --seed 7
-    replay stress --detector hybrid --family 9-12 --out failures
+    replay stress --detectors exact,hybrid --family 9-12 --out failures
     replay stress --detector hybrid --relation axes,shift
     replay stress --detector discrete --case 29,41
     """
@@ -83,7 +71,7 @@ def command(
     everything = family is None and relation is None and case is None
     at_most = QUICK_PAIRS if quick else pairs
     absent = [name for name in PEERS if name not in installed_peers()]
-    if detector == ALL and absent:
+    if ALL in detector.split(",") and absent:
         people.say(f'not installed, so not asked: {", ".join(absent)}; pip install -e ".[peers]"')
     result = StressResult(seed, min(pairs, at_most), tau, ())
     shared: dict[str, Any] = {"families": chosen, "seed": seed, "out": out, "progress": TerminalProgress(people)}

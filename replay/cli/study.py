@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from replay.cli.console import GATE_FAILED, OK, People, answer
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, output_format
+from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting
 from replay.cli.study_runs import collect_runs, demo_class, require_extra, run_sessions
 
 
@@ -33,8 +33,7 @@ for _name, _verb in {"run": run_sessions, "collect": collect_runs, "demo": demo_
 @click.option("--title", default="Study", show_default=True, help="Heading of the page.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of bootstrap and permutations.")
 @force
-@output_format
-@common
+@reporting
 def analyse(metrics: Path, questionnaire: Path, codebook: Path, people: People, **asked: Any) -> int:
     """Reliability of the questionnaire and the associations its codebook asks about.
 
@@ -80,8 +79,7 @@ def _digests(inputs: dict[str, Path], seed: int) -> dict[str, str]:
 @command.command()
 @click.argument("tables", type=SESSION_FILE, metavar="[TABLES.toml]", required=False)
 @click.option("--strict", is_flag=True, help="Exit with 4 when figures contradict each other.")
-@output_format
-@common
+@reporting
 def check(tables: Path | None, strict: bool, as_json: bool, people: People) -> int:
     """Recompute what the figures of a printed table must satisfy; without TABLES.toml, those of the paper.
 

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from replay.cli.console import DATA_LOSS, OK, People, answer
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, lineup, output_format
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, lineup, reporting
 
 SLOW = "22.5Hz=discrete[rate_hz=22.5]"
 """The detector whose misses the synthetic class is analysed with besides the oracle."""
@@ -37,8 +37,7 @@ def require_extra() -> None:
 @lineup
 @click.option("--pictures", is_flag=True, help="A recording for Rerun in each run folder too.")
 @jobs_option
-@output_format
-@common
+@reporting
 def run_sessions(
     sessions: tuple[Path, ...], out: Path, pictures: bool, jobs: int, as_json: bool, people: People, **asked: Any
 ) -> int:  # fmt: skip

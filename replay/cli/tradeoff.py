@@ -4,35 +4,28 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from replay.cli.console import People, TerminalProgress, answer
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, output_format, seed, window
-
-if TYPE_CHECKING:
-    from replay.pipeline.run_result import Tradeoff
-    from sessions import Session
+from replay.cli.console import People, TerminalProgress
+from replay.cli.options import ANY_PATH, SESSION_FILE, oracle, replaying, seed
 
 
 @click.command()
 @click.argument("session", type=SESSION_FILE, metavar="SESSION")
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder with table, curve and picture.")
-@force
-@click.option("--oracle", metavar="SPEC", default="exact", show_default=True, help="The detector to trust.")
-@window
+@oracle
 @seed
 @click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="Timed passes of each.")
 @click.option(
     "--time-limit", type=click.FloatRange(min=0), metavar="SECONDS", default=150.0, show_default=True,
     help="Begin no setting that cannot end by then. Not in it: compiling, and the audit for --out.",
 )  # fmt: skip
-@output_format
-@common
+@replaying
 def command(
-    session: Path, out: Path | None, force: bool, repeats: int, time_limit: float, as_json: bool, people: People,
-    **asked: Any,
+    session: Path, out: Path | None, force: bool, repeats: int, time_limit: float, cite: bool, no_picture: bool,
+    as_json: bool, people: People, **asked: Any,
 ) -> int:  # fmt: skip
     """Run every detector with every setting of a fixed list over SESSION: recall against time, front, advice.
 
@@ -40,10 +33,15 @@ def command(
     replay tradeoff session.mcap --out costs
     replay tradeoff session.mcap --time-limit 60 --format json
     """
+    from replay.api.runner import write
+    from replay.cli.run_report import answer_cited
     from replay.cli.terminal import terminal
     from replay.cli.tradeoff_tables import FrontBar, front_table
     from replay.detection.compile_notice import compiling_announced
+    from replay.outputs.report.tradeoff import tradeoff_files
     from replay.outputs.results.run_folder import check_target
+    from replay.pipeline.citations import sources_behind
+    from replay.pipeline.engine import compute
     from replay.tradeoffs.sweep import tradeoff
     from sessions import read_session
 
@@ -54,26 +52,16 @@ def command(
         done = tradeoff(held, repeats=repeats, time_limit=time_limit, watch=bar.watch, **asked)
     if out is not None:
         people.say("outside the time limit: one audit of the session, for the report and the picture ...")
-        _write(held, done, out, people, force=force, **asked)
-    answer(as_json, done.as_json(), lambda: terminal(front_table(done, everything=people.verbose)))
-    for sentence in () if as_json else done.advice:
-        click.echo(sentence)
+        progress = TerminalProgress(people)
+        run = replace(compute(held, progress=progress, **asked), tradeoff=done)
+        with progress.stage("write"), tradeoff_files(done) as files:
+            write(run, out, force=force, picture=not no_picture, files=files)
+    behind = sources_behind(row["detector"] for row in done.rows) if cite else {}
+    shown = front_table(done, everything=people.verbose)
+    answer_cited(as_json, done.as_json(), lambda: terminal(shown), behind, done.advice)
     if done.cut:
         people.say(f"time limit: {len(done.cut)} of {len(done.cut) + len(done.rows)} settings were not tried:")
         people.say(f"  {', '.join(done.cut)}")
     if out is not None:
-        people.say(f"\nwrote {out}\nlook at:  {out / 'tradeoff.png'}, or: replay view {out}")
+        people.say(f"\nwrote {out}\nlook at:  {out / 'tradeoff.png'}" + f", or: replay view {out}" * (not no_picture))
     return 0
-
-
-def _write(held: Session, done: Tradeoff, out: Path, people: People, *, force: bool, **asked: Any) -> None:
-    """A run folder of the usual audit, with the tradeoff in its tables, report and picture."""
-    from replay.outputs.report.tradeoff import tradeoff_files
-    from replay.outputs.rerun_log.recording import write_recording
-    from replay.outputs.results.run_folder import write_run_folder
-    from replay.pipeline.engine import compute
-
-    progress = TerminalProgress(people)
-    run = compute(held, progress=progress, **asked)
-    with progress.stage("write"), tradeoff_files(done) as files:
-        write_run_folder(replace(run, tradeoff=done), out, force=force, picture=write_recording, files=files)

@@ -29,7 +29,7 @@ HEAD: Final = (
 
 def front_table(done: Tradeoff, *, everything: bool = False) -> Table:
     """The front, quickest first; or every row in order of time."""
-    from replay.outputs.tradeoff_table import measured_on, quickest_first, tradeoff_table
+    from replay.outputs.tradeoff_table import AT_PHASE, measured_on, quickest_first, tradeoff_table
 
     about = done.about
     counts = f"{len(done.rows)} settings, {len(done.front)} on the front; {about['contacts']} contacts"
@@ -38,7 +38,7 @@ def front_table(done: Tradeoff, *, everything: bool = False) -> Table:
     busy = f"; the machine was busy with other work for {1 - at_work:.0%} of the time" if at_work <= BUSY else ""
     note = (
         "missed: of the pair-frames in contact; invented: of those reported; p99, and frames over "
-        f"{BUDGET_MS:.1f} ms: of those that decide frame by frame; quickest of several passes{busy}"
+        f"{BUDGET_MS:.1f} ms: of those that decide frame by frame; quickest of several passes{busy}; {AT_PHASE}"
     )
     marks = ("front", "front_online", "oracle")
     rows = [row for row in quickest_first(done.rows) if everything or any(row[mark] for mark in marks)]
@@ -48,9 +48,10 @@ def front_table(done: Tradeoff, *, everything: bool = False) -> Table:
 def front_words(rows: Sequence[dict[str, Any]]) -> str:
     """The front so far in one line: ``0.003 ms 17 %, 0.007 ms 0 %``."""
     from replay.outputs.tradeoff_table import front_rows
+    from replay.pipeline.gates import figure
 
     front = front_rows(rows)
-    words = [f"{row['ms_per_frame']:.3g} ms {100 * row['missed']:.0f} %" for row in front[-SHOWN:]]
+    words = [f"{row['ms_per_frame']:.3g} ms {figure(100 * row['missed'])} %" for row in front[-SHOWN:]]
     return ("... " if len(front) > SHOWN else "") + ", ".join(words)
 
 

@@ -1,28 +1,34 @@
-"""Which step rate would have missed a contact: a test every h seconds misses one of d seconds with probability
-max(0, 1 - d/h).
-
-Tests are at ``phase + k h``, and every phase is equally likely. A contact that lasts at least a step is never missed.
-"""
+"""How long contacts lasted, and which step rates would have missed them, counted as the headline counts."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from cdcore import Detection, Motion, create_detector
+from cdcore import Detection, Motion, Verdict, create_detector
 from cdcore.protocol import counts_as_contact, is_undecided
+from cdcore.protocol.blocks import looks_of
 from replay.comparison.first_touch import poses_between
 from replay.comparison.outcome import Episode
 from replay.prepare.assembly import Assembly
+from sessions.doctor.runs import runs
 
 FloatArray = NDArray[np.float64]
+Within = Callable[[NDArray[np.int64], NDArray[np.int64]], NDArray[np.bool_]]
 
 RATES_HZ: Final = (10.0, 20.0, 22.5, 30.0, 45.0, 50.0, 60.0, 72.0, 80.0, 90.0, 120.0, 144.0, 240.0)
 """Step rates reported: physics steps of engines and refresh rates of headsets."""
+
+PHASES: Final = 36
+"""Phases a mean is over, evenly spread: as often 2, 3, 4 and 9 frames, the steps of usual rates at 90 Hz."""
+
+SURELY_SEEN: Final = 1.01
+"""Steps that a contact is in view beyond which no phase misses it; the hundredth is for rounded stamps."""
 
 HALVINGS: Final = 20
 """Of the step in which a contact begins or ends: a millionth of it remains, ten nanoseconds at 90 Hz."""
@@ -31,20 +37,73 @@ REFINED: Final = 20_000
 """Contacts whose ends are located between frames; with more (flicker), the ends stay at frames."""
 
 
-def miss_probability(dwell: ArrayLike, step: float) -> FloatArray:
-    """Share of the phases at which a contact of ``dwell`` seconds is never examined at steps of ``step`` seconds."""
-    return np.maximum(0.0, 1.0 - np.asarray(dwell, dtype=np.float64) / step)
+class StepRates:
+    """Contacts that looks at fixed steps miss, as ``discrete`` does: at frames, each answer held until the next look.
+
+    Parameters
+    ----------
+    seen : what a look at each frame sees.
+    contacts : the oracle's episodes.
+    within : which of K pair-frames (frames, columns) are within tolerance; what is nowhere else missed is not missed.
+    reach : frames before its first in which a contact is found too: 1 where the oracle speaks of intervals.
+    """
+
+    def __init__(self, seen: Detection, contacts: Sequence[Episode], within: Within, reach: int) -> None:
+        self.contacts = contacts
+        self._seen, self._reach = seen, reach
+        self._counts = cache(lambda one: _counts(one, within))
+        self._shown = np.array([_longest_shown(seen, self._frames(one), one.pair) for one in contacts])
+
+    def missed(self, rate_hz: float) -> tuple[int, float]:
+        """How many this run's phase misses, whose ticks count from second 0, and how many in the mean over phases."""
+        brief = [one for one, shown in zip(self.contacts, self._shown, strict=True) if shown * rate_hz < SURELY_SEEN]
+        asked = [one for one in brief if self._counts(one)]
+        if not asked:
+            return 0, 0.0
+        spans = [self._frames(one) for one in asked]
+        sizes = [len(span) for span in spans]
+        frames, columns = np.concatenate(spans), np.repeat([one.pair for one in asked], sizes)
+        phases = [0.0, *((np.arange(PHASES) + 0.5) / PHASES / rate_hz).tolist()]
+        found = [self._found(looks_of(self._seen.times - phase, rate_hz)[0], frames, columns) for phase in phases]
+        counts = [int((~np.logical_or.reduceat(one, np.cumsum([0, *sizes[:-1]]))).sum()) for one in found]
+        return counts[0], float(np.mean(counts[1:]))
+
+    def table(self) -> dict[str, Any]:
+        """As plain data: what each rate misses, and the rate from which on none is missed at any phase."""
+        missed = [self.missed(rate) for rate in RATES_HZ]
+        by_time = (k for k in np.argsort(self._shown).tolist() if self._counts(self.contacts[k]))
+        shortest = next((float(self._shown[k]) for k in by_time), np.inf)
+        return {
+            "rates_hz": list(RATES_HZ), "missed_at_this_phase": [one for one, _ in missed],
+            "expected_misses": [mean for _, mean in missed],
+            "none_missed_from_hz": None if shortest <= 0.0 else 1.0 / shortest,
+        }  # fmt: skip
+
+    def _frames(self, one: Episode) -> NDArray[np.int64]:
+        return np.arange(max(one.first - self._reach, 0), one.last + 1)
+
+    def _found(
+        self, looked: NDArray[np.bool_], frames: NDArray[np.int64], columns: NDArray[np.int64]
+    ) -> NDArray[np.bool_]:
+        """Whether contact is believed in K pair-frames, (K,), by looks at the frames ``looked`` (T,)."""
+        looks = np.flatnonzero(looked)
+        last = np.searchsorted(looks, frames, side="right") - 1
+        # A look without a pose keeps the answer before.
+        while len(blind := np.flatnonzero((self._seen.verdict[looks[last], columns] == Verdict.NO_POSE) & (last > 0))):
+            last[blind] -= 1
+        return counts_as_contact(self._seen.verdict[looks[last], columns])
 
 
-def expected_misses(dwells: ArrayLike, rate_hz: float) -> float:
-    """How many of the contacts are never examined, on average over the phase."""
-    return float(miss_probability(dwells, 1.0 / rate_hz).sum())
+def _counts(one: Episode, within: Within) -> bool:
+    """Whether it is missed where no look sees it: not where it is within tolerance all the time."""
+    frames = np.arange(one.first, one.last + 1)
+    return not within(frames, np.full(len(frames), one.pair)).all()
 
 
-def safe_rate(dwells: ArrayLike) -> float | None:
-    """Looks per second from which on none is missed at any phase; ``None``: no rate, one of them lasts no time."""
-    shortest = float(np.min(np.asarray(dwells, dtype=np.float64), initial=np.inf))
-    return None if shortest <= 0.0 else 1.0 / shortest
+def _longest_shown(seen: Detection, frames: NDArray[np.int64], pair: int) -> float:
+    """Seconds of the longest stretch of ticks whose look, at the first frame from each on, sees the contact."""
+    times, shown = seen.times, runs(counts_as_contact(seen.verdict[frames, pair])) + frames[0]
+    return max((np.inf if a == 0 else float(times[b] - times[a - 1]) for a, b in shown.tolist()), default=0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,12 +115,14 @@ class ContactDurations:
     begin, end : (E,) seconds, between frames where they could be located.
     open : (E,) bool: it began before the recording or a gap, or ended after; it lasted at least this long.
     refined : whether the ends were located between frames.
+    rates : which step rates would have missed them.
     """
 
     begin: FloatArray
     end: FloatArray
     open: NDArray[np.bool_]
     refined: bool
+    rates: StepRates | None = field(default=None, repr=False)
 
     @property
     def seconds(self) -> FloatArray:
@@ -69,14 +130,13 @@ class ContactDurations:
         return self.end - self.begin
 
     def table(self) -> dict[str, Any]:
-        """As plain data: expected misses at each rate, and the rate from which on none is missed."""
+        """As plain data, with what each step rate misses."""
         seconds = self.seconds
         return {
             "contacts": len(seconds), "cut_off": int(self.open.sum()), "between_frames": self.refined,
             "shortest": float(seconds.min()) if len(seconds) else None,
-            "median": float(np.median(seconds)) if len(seconds) else None, "rates_hz": list(RATES_HZ),
-            "expected_misses": [expected_misses(seconds, rate) for rate in RATES_HZ],
-            "none_missed_from_hz": safe_rate(seconds) if len(seconds) else 0.0,
+            "median": float(np.median(seconds)) if len(seconds) else None,
+            **({} if self.rates is None else self.rates.table()),
         }  # fmt: skip
 
 

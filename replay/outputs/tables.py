@@ -59,15 +59,15 @@ class Table:
         rows = tuple(tuple(row[k] for k in chosen) for row in self.rows)
         return replace(self, columns=tuple(self.columns[k] for k in chosen), rows=rows)
 
+    def beside(self, name: str, words: Sequence[str]) -> Table:
+        """With a column of words in front."""
+        rows = tuple((word, *row) for word, row in zip(words, self.rows, strict=True))
+        return replace(self, columns=(Column(name, True), *self.columns), rows=rows)
+
     def first(self, most: int, more: str) -> Table:
-        """The first rows; where there are others, a row says how many: ``more`` with their number in its braces."""
+        """The first rows; where there are others, a note says how many: ``more`` with their number in its braces."""
         rest = len(self.rows) - most
-        if rest <= 0:
-            return self
-        cells = [""] * len(self.columns)
-        # The sentence needs room: the widest column of words has it.
-        cells[max((k for k, column in enumerate(self.columns) if column.words), default=0)] = more.format(rest)
-        return replace(self, rows=(*self.rows[:most], tuple(cells)))
+        return self if rest <= 0 else replace(self, rows=self.rows[:most], notes=(*self.notes, more.format(rest)))
 
     def titled(self, title: str, *notes: str) -> Table:
         """The same table below another title, with further notes."""

@@ -8,6 +8,7 @@ from typing import Final
 from replay.base.constants import BUDGET_MS
 from replay.base.wilson import OVER_CONTACTS
 from replay.outputs.tables import Table, table
+from replay.pipeline.gates import figure
 from replay.pipeline.run_result import Tradeoff
 from replay.tradeoffs.pareto import Row, front_of
 
@@ -18,6 +19,8 @@ HEAD: Final = (
     "#", "setting", "front", "ms per frame", "slowest", OVER_BUDGET, "s per minute", "missed, % [95 %]",
     "invented, %", "faces, %", "most of its work",
 )  # fmt: skip
+
+AT_PHASE: Final = "what a step rate misses it misses at this run's phase"
 
 NOT_DONE: Final = ("skipped", "reused", "held", "cache_hits")
 """Counters of work that was saved."""
@@ -58,11 +61,11 @@ def _cells(number: int, row: Row) -> tuple[str, ...]:
     marks = ["oracle"] * row["oracle"] + ["front"] * row["front"] + ["live front"] * row["front_online"]
     return (
         str(number), row["label"], ", ".join(marks), f"{row['ms_per_frame']:.4f}", f"{row['ms_high']:.4f}",
-        "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f} ({100 * row['over_share']:.2f} %)",
+        "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f} ({figure(100 * row['over_share'])} %)",
         f"{row['seconds_per_minute']:.2f}",
-        f"{100 * row['missed']:.1f} [{100 * row['missed_low']:.1f}, {100 * row['missed_high']:.1f}]",
-        "" if row["precision"] is None else f"{100 * (1 - row['precision']):.1f}",
-        "" if row["face_recall"] is None else f"{100 * row['face_recall']:.1f}",
+        "{} [{}, {}]".format(*(figure(100 * row[key]) for key in ("missed", "missed_low", "missed_high"))),
+        "" if row["precision"] is None else figure(100 * (1 - row["precision"])),
+        "" if row["face_recall"] is None else figure(100 * row["face_recall"]),
         _most_work(row["work"]),
     )  # fmt: skip
 

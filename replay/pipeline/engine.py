@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from time import perf_counter
@@ -14,7 +14,7 @@ from cdcore.detectors import detector_names
 from replay.base.progress import Progress, Silent
 from replay.comparison.causes import examine
 from replay.comparison.compare import FaceRecall, compare, face_recall
-from replay.comparison.contact_duration import contact_durations
+from replay.comparison.contact_duration import ContactDurations, StepRates, contact_durations
 from replay.comparison.episodes import episodes
 from replay.comparison.matching import EpisodeMatches, match_episodes
 from replay.comparison.outcome import Comparison, Episode
@@ -122,9 +122,10 @@ def compute(
     with progress.stage("audit"), compiling_announced(progress if runs else None):
         found = {label: episodes(run.detection) for label, run in runs.items()}
         again = _face_source(assembly, seed)
-        comparisons, matches = _compared(runs, lineup.oracle, found, Tolerance(assembly, again, tau))
+        tolerance = Tolerance(assembly, again, tau)
+        comparisons, matches = _compared(runs, lineup.oracle, found, tolerance)
         truth = found.get(lineup.oracle, ())
-        dwell = contact_durations(assembly, runs[lineup.oracle].detection, truth) if lineup.oracle else None
+        dwell = _durations(assembly, runs[lineup.oracle].detection, truth, tolerance, seed) if lineup.oracle else None
         missed, causes = examine(comparisons, truth, runs, assembly, again)
     recall = _face_recall(comparisons, found, runs, assembly, progress) if faces else {}
     effects: dict[str, EffectRun] = {}
@@ -182,6 +183,18 @@ def _compared(
             reach = 1 if (answer.covers, truth.covers) == ("instants", "intervals") else 0
             matches[label] = match_episodes(one, found[oracle], found[label], reach=reach)
     return comparisons, matches
+
+
+def _durations(
+    assembly: Assembly, oracle: Detection, contacts: tuple[Episode, ...], tolerance: Tolerance, seed: int
+) -> ContactDurations:
+    """How long the contacts lasted; beside an oracle of intervals a look sees what ``exact`` sees at a frame."""
+    seen, between = oracle, oracle.covers == "intervals"
+    if between and contacts:
+        exact = DetectorSpec(TRUSTED, TRUSTED)
+        seen = run_detector(exact, assembly, seed=seed, faces=False, advance=lambda _: None).detection
+    rates = StepRates(seen, contacts, tolerance.judge(oracle, oracle), int(between))
+    return replace(contact_durations(assembly, oracle, contacts), rates=rates)
 
 
 def _face_recall(

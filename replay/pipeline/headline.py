@@ -84,6 +84,29 @@ def invented(result: RunResult) -> list[str]:
     return lines
 
 
+def phases(result: RunResult) -> list[str]:
+    """A line per audited detector of fixed steps: where its looks fall is chance, and other phases miss others."""
+    rates = None if result.dwell is None else result.dwell.rates
+    if rates is None or not rates.contacts:
+        return []
+    lines = []
+    for label in result.comparisons:
+        made = result.summary["detectors"][label]
+        rate = made["settings"].get("rate_hz")
+        if rate and made["name"] != RECORDED:
+            now, mean = rates.missed(rate)
+            lines.append(
+                f"{label} looks {rate:g} times a second, at this run's phase. Faultless looks at that rate miss "
+                f"{now} of {len(rates.contacts)} contacts at this phase, {mean:.2f} in the mean over phases."
+            )
+    return lines
+
+
+def beside(result: RunResult) -> list[str]:
+    """What a reader must know beside the headlines: what was not decided, what is invented, what is chance."""
+    return [*undecided(result), *invented(result), *phases(result)]
+
+
 def price(result: RunResult) -> list[str]:
     """A line with the time of the oracle and of each audited detector; no line where none is audited.
 

@@ -67,7 +67,8 @@ def _session(result: Measured, seen: SessionScan) -> dict[str, Any]:
     assembly, session = result.assembly, result.session
     times = assembly.motion.times
     return {
-        "origin": session.origin, "scene": session.scene.name, "frames": len(times),
+        "origin": session.origin, "digest": None if result.treatment is None else result.treatment.digest,
+        "scene": session.scene.name, "frames": len(times),
         "duration": float(times[-1] - times[0]), "median_step": seen.median_step_ns / 1e9,
         "dropped_frames": {"repeated": seen.repeated, "backwards": seen.backwards},
         "first_stamp_ns": int(assembly.stamp_ns[0]), "left_out": list(assembly.left_out),

@@ -23,7 +23,7 @@ from replay.prepare.flags import chain_of
 from replay.prepare.frame_order import in_order
 from replay.prepare.interpolation import filled
 from replay.prepare.kinematics import Kinematics, PlacedFrames
-from replay.prepare.pair_choice import chosen_pairs, held_pairs
+from replay.prepare.pair_choice import chosen_pairs, held_pairs, rest_frames
 from replay.prepare.session_scan import SessionScan, scan
 from sessions import Session
 from sessions.doctor.pose_pass import look_through
@@ -117,9 +117,7 @@ def lay_out(
     moves = dict(zip(session.names, seen.moves.tolist(), strict=True))
     rows = chosen_pairs(session.scene, names, moves, pairs)
     if not len(rows) and looking:
-        raise AssemblyError(
-            f"no pair to look at: none of {', '.join(names)} moves against another; name pairs in the scene"
-        )
+        raise AssemblyError(f"no pair to look at: {_why_no_pair(session, names, moves, pairs)}")
     if jumps is None:
         ordered = (block.frames for block in in_order(session.blocks(BLOCK_FRAMES)))
         jumps = teleports(look_through(ordered, session.scene.space_radius))
@@ -130,6 +128,18 @@ def lay_out(
         left_out=tuple(name for name in session.names if name not in session.meshes),
         notes=(*seen.notes(), *_absent(session)), live_contacts=session.live_contacts, live_residual=_residual(session),
     )  # fmt: skip
+
+
+def _why_no_pair(session: Session, names: list[str], moves: dict[str, bool], asked: Pairs | None) -> str:
+    bare = [name for name in session.names if name not in session.meshes]
+    without = f"{bare[0]} has no mesh" if len(bare) == 1 else f"{len(bare)} bodies have no mesh"
+    if len(names) == 1:
+        only = names[0]
+        return f"{without}, only {only} has one; give meshes with --mesh" if bare else f"{only} is the only body"
+    why = f"none of {', '.join(names)} moves against another"
+    if asked is not None or len(set(rest_frames(session.scene, names, moves).values())) > 1:
+        why = "the scene, or what was asked for, leaves no pair of bodies with a mesh"
+    return f"{why}{'; ' + without if bare else ''}; name pairs in the scene"
 
 
 def assemble(

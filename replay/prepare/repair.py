@@ -36,6 +36,7 @@ class Repair:
     policy : the rules.
     findings : everything the doctor says of it, the worst first.
     spans : what was in doubt, and what was done about it.
+    digest : of the recording, before any repair.
     jumps : teleports of ``session``; ``None`` where it is not as recorded and they are to be sought in it.
     """
 
@@ -43,6 +44,7 @@ class Repair:
     policy: Policy
     findings: tuple[Finding, ...]
     spans: tuple[FlagSpan, ...]
+    digest: str
     jumps: Jumps | None = None
 
     def as_json(self) -> dict[str, Any]:
@@ -74,7 +76,8 @@ def repair_session(session: Session, policy: Policy) -> Repair:
     # The frame after a gap is flagged: the path into it is not known.
     gaps = [_span(looked, "gap", "", row, row, 1, policy) for row in (gap_rows(looked.stamp_ns) + 1).tolist()]
     as_recorded = not replaced and bool((np.diff(looked.stamp_ns) > 0).all())
-    return Repair(repaired, policy, findings, (*flagged, *gaps), teleports(looked, spans) if as_recorded else None)
+    jumps = teleports(looked, spans) if as_recorded else None
+    return Repair(repaired, policy, findings, (*flagged, *gaps), looked.digest, jumps)
 
 
 def _flagged(looked: PosePass, span: PoseSpan, policy: Policy, replaced: Replacement | None) -> FlagSpan:

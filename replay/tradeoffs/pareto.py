@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final, TypeAlias
 
 from replay.base.constants import BUDGET_MS
+from replay.pipeline.gates import percent
 
 Row: TypeAlias = Mapping[str, Any]
 
@@ -96,11 +97,9 @@ def _price(row: Row) -> str:
 
 
 def _errors(row: Row) -> str:
-    """Shares missed of the contacts, and invented of the reports."""
-    missed = [100 * row[key] for key in ("missed", "missed_low", "missed_high")]
-    invented = [100 * (1 - row[key]) for key in ("precision", "precision_high", "precision_low")]
-    return f"misses {_percent(missed)}" + (f", invents {_percent(invented)}" if row["precision"] < 1.0 else "")
-
-
-def _percent(share: Sequence[float]) -> str:
-    return "{:.1f} % [{:.1f}, {:.1f}]".format(*share)
+    """Shares missed of the contacts, and invented of the reports; no miss is rounded to none."""
+    missed = {"share": row["missed"], "low": row["missed_low"], "high": row["missed_high"]}
+    if row["precision"] == 1.0:
+        return f"misses {percent(missed)}"
+    least, most = 1 - row["precision_high"], 1 - row["precision_low"]
+    return f"misses {percent(missed)}, invents {percent({'share': 1 - row['precision'], 'low': least, 'high': most})}"

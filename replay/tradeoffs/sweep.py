@@ -19,9 +19,13 @@ from replay.comparison.tolerance import TAU
 from replay.detection.detector_spec import SpecLike, parse_detector
 from replay.detection.run_detector import make_detector, warm_frames
 from replay.errors import TradeoffError
+from replay.pipeline.engine import TRUSTED
 from replay.pipeline.run_result import Tradeoff
 from replay.prepare.assemble import Pairs, assemble
+from replay.prepare.assemble_stored import decoded_once
 from replay.prepare.assembly import Assembly
+from replay.prepare.policy import Policy, PolicyLike, parse_policy
+from replay.prepare.repair import repair_session
 from replay.tradeoffs.decimation import decimated
 from replay.tradeoffs.pareto import advice_of, front_of
 from replay.tradeoffs.scoring import Scoring
@@ -64,15 +68,17 @@ class _Trial:
 
 
 def tradeoff(
-    session: Session, *, settings: Sequence[Setting] | None = None, oracle: SpecLike = "exact",
+    session: Session, *, settings: Sequence[Setting] | None = None, oracle: SpecLike | None = None,
     pairs: Pairs | None = None, start: float | None = None, end: float | None = None, seed: int = 0, tau: float = TAU,
-    repeats: int = REPEATS, time_limit: float | None = TIME_LIMIT, watch: Watch | None = None,
+    policy: PolicyLike | Policy | None = None, repeats: int = REPEATS,
+    time_limit: float | None = TIME_LIMIT, watch: Watch | None = None,
 ) -> Tradeoff:  # fmt: skip
     """Run every setting over a session, beside the oracle.
 
     Parameters
     ----------
     settings : what to try; ``None``: the fixed list.
+    oracle, policy : as ``replay.run``.
     tau : metres; a disagreement about less is *within tolerance* and counts neither way.
     repeats : timed passes of each setting that takes under ``ONCE_SECONDS``.
     time_limit : seconds; a setting that cannot end within them is not begun and is in ``cut``; ``None``: no limit.
@@ -83,13 +89,15 @@ def tradeoff(
     """
     from cdcore.kernels.compiling import compiling_reported  # loads the compiler: not for those who only write tables
 
+    rules = parse_policy(policy)
     wanted = tuple(settings if settings is not None else settings_list())
     steps = sum(1 if one.tail else max(1, repeats) for one in wanted)
     trials: list[_Trial] = []
     with compiling_reported(lambda *_: None) as compiled:
         watched = _Watched(watch, steps, time_limit, compiled)
+        session = repair_session(decoded_once(session), rules).session
         assembly = assemble(session, pairs=pairs, start=start, end=end)
-        scoring = Scoring(assembly, parse_detector(oracle), seed, tau)
+        scoring = Scoring(assembly, parse_detector(oracle or TRUSTED), seed, tau)
         for setting in (one for one in wanted if not one.tail):
             _try(setting, assembly, scoring, seed, trials, watched)
         for _ in range(1, repeats):

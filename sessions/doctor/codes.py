@@ -18,13 +18,15 @@ class CodeSpec:
 _RECOVER = "save what is readable with `replay recover`"
 _REWRITE = "rewrite it with `replay recover`"
 _DIGITS = "export more digits"
+_EXPORT = "run with --policy to choose what stands in for it, and correct the program that wrote it"
 _AGAIN = "export the session again from the program that made it"
+_CSV = "export its poses as CSV and bring them in with `replay import csv`"
 _TRACKER = "run with --policy to choose what stands in for it, and look at line of sight and base stations"
 
 # fmt: off
 _MEANINGS: Final[dict[str, dict[str, tuple[str, str]]]] = {
     "structure": {
-        "not-mcap": ("the file is no MCAP", "bring other formats in with `replay import`"),
+        "not-mcap": ("the file is no MCAP", _CSV),
         "torn": ("the recording was cut short and has no index", _RECOVER),
         "unreadable": ("the file cannot be walked to its end", _RECOVER),
         "damaged-chunk": ("everything recorded in this chunk is lost to a reader", _RECOVER),
@@ -35,7 +37,7 @@ _MEANINGS: Final[dict[str, dict[str, tuple[str, str]]]] = {
         "index-wrong": ("readers that trust the index miss messages", _REWRITE),
         "unordered-chunks": ("readers in file order see time run backwards", _REWRITE),
         "unknown-version": ("this program may misread the file", "install the version it asks for"),
-        "no-poses": ("there is nothing to replay", "write foxglove.FrameTransforms on /tf"),
+        "no-poses": ("there is nothing to replay", f"write foxglove.FrameTransforms on /tf, or {_CSV}"),
     },
     "time": {
         "time-backwards": ("frames lie before frames already recorded; a run leaves them out", _AGAIN),
@@ -50,15 +52,16 @@ _MEANINGS: Final[dict[str, dict[str, tuple[str, str]]]] = {
                         "synchronise clocks while recording"),
     },
     "pose": {
-        "not-finite": ("the sample is no pose", _TRACKER),
-        "zero-quaternion": ("the sample has no rotation; many engines take it as none", _TRACKER),
+        "not-finite": ("the sample is no pose", _EXPORT),
+        "zero-quaternion": ("the sample has no rotation; many engines take it as none", _EXPORT),
         "non-unit-quaternion": ("the rotation is scaled; engines that do not notice stretch the mesh",
                                 "normalise it in the exporter"),
         "off-unit-quaternion": ("the rotation was rounded; a run renormalises it", _DIGITS),
         "out-of-space": ("the position is corrupt: no room holds it",
                          "run with --policy to choose what stands in for it, or set `[space] radius_m` in the scene"),
         "identity-while-lost": ("the tracker lost the body and wrote the origin instead, as a valid pose", _TRACKER),
-        "tracking-lost": ("the tracker said that it had lost the body; there is no pose", _TRACKER),
+        "tracking-lost": ("the recording says that there is no pose",
+                          f"{_TRACKER}; at the export, where samples hold no pose"),
         "frozen": ("the position stood still because nothing was measured", _TRACKER),
         "at-rest": ("the pose repeats to the last bit: at rest, and without tracker noise", "nothing"),
         "teleport": ("the body did not get there by moving; the path in between is unknown", _TRACKER),

@@ -18,7 +18,7 @@ from sessions.doctor.tolerant_frames import Noted, TolerantFrames
 from sessions.errors import SessionError, SessionFileError
 from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.metadata import BODIES_RECORD, SESSION_RECORD, mesh_file, metadata_of, migrated, names_of
-from sessions.mcap_format.schemas import PROFILE_FAMILY, WORLD
+from sessions.mcap_format.schemas import PROFILE_FAMILY, TF, WORLD, channel_spec
 from sessions.mcap_format.writer import SCENE_FILE
 from sessions.model.scene import Scene
 from sessions.model.session import Session
@@ -111,15 +111,25 @@ def _session_file(path: Path) -> Iterator[Finding]:
     scene, scene_faults = _scene(file)
     looked = look_through(frames.blocks(), scene.space_radius)
     yield from scene_faults
-    yield from _noted(frames.noted, looked, names if own else looked.names, file)
     if not len(looked.stamp_ns):
-        yield Finding("no-poses", Severity.ERROR, "it holds no pose that can be read")
+        foreign = _foreign(file)
+        frames.noted.unread *= not foreign
+        yield Finding("no-poses", Severity.ERROR, foreign or "it holds no pose that can be read")
+    yield from _noted(frames.noted, looked, names if own else looked.names, file)
     yield from frame_findings(looked, scene, metadata)
     meshes = []
     for name, expected in hashes.items():
         meshes.append(name)
         yield from _attached_mesh(file, name, expected, scene)
     yield from scene_findings(scene, looked.names, meshes)
+
+
+def _foreign(file: McapFile) -> str:
+    """What the messages on the topic of poses are, where they are those of another program."""
+    spec = channel_spec(TF)
+    found = {one.schema or one.encoding for one in file.catalogue.channels.values() if one.topic == TF}
+    other = ", ".join(sorted(found - {spec.schema}))
+    return f"{TF} carries {other}, not {spec.schema}" if other else ""
 
 
 def _scene(file: McapFile) -> tuple[Scene, list[Finding]]:

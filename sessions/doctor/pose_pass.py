@@ -5,6 +5,7 @@ Findings and repairs both use these marks, so that they cannot disagree.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final
@@ -62,6 +63,14 @@ class PosePass:
     def usable(self) -> NDArray[np.bool_]:
         """(T, N) samples that claim to be poses, are finite, and lie where a room may be."""
         return self.has(Mark.PRESENT) & ~self.has(Mark.NO_POSE)
+
+    @property
+    def digest(self) -> str:
+        """The same for two copies of one recording: of its bodies, its stamps, and how far each body moved in a step.
+
+        It is not of the file: an import of contacts leaves it as it is.
+        """
+        return hashlib.sha256(repr(self.names).encode() + self.stamp_ns.tobytes() + self.steps.tobytes()).hexdigest()
 
 
 def look_through(blocks: Iterable[Frames], space_radius: float = SPACE_RADIUS) -> PosePass:
@@ -149,6 +158,7 @@ class _RunningPass:
             (Mark.PRESENT, present), (Mark.LOST, lost), (Mark.NOT_FINITE, claims & ~finite),
             (Mark.ZERO_QUATERNION, zero), (Mark.NON_UNIT, rejected), (Mark.OFF_UNIT, rounded),
             (Mark.IDENTITY, claims & still), (Mark.SAMPLE_SKEWED, skewed), (Mark.OUT_OF_SPACE, away),
+            (Mark.HOLLOW, lost & ~(finite & (off <= NORM_REJECT))),
         ):  # fmt: skip
             marks[where] |= np.uint16(mark)
         return marks

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -11,10 +12,12 @@ import numpy as np
 from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.pose_pass import MOST_DECIMALS, PosePass
 from sessions.doctor.pose_spans import PoseSpan, pose_spans, rest_spans
-from sessions.doctor.track_watch import Mark
+from sessions.doctor.track_watch import Mark, marked
 
 MOST_OF_A_KIND: Final = 40
 """Spans of one fault of one body that are listed one by one; the rest is counted in one finding."""
+
+STRETCH_NS: Final = 500_000_000  # Teleports less than half a second apart are told as one stretch
 
 SEVERITIES: Final = {
     "not-finite": Severity.ERROR,
@@ -35,7 +38,8 @@ def pose_findings(looked: PosePass) -> Iterator[Finding]:
     grouped: dict[tuple[str, int], list[PoseSpan]] = defaultdict(list)
     for span in pose_spans(looked):
         grouped[span.code, span.column].append(span)
-    for found in grouped.values():
+    for (code, _), spans in grouped.items():
+        found = _stretches(looked, spans) if code == "teleport" else spans
         yield from (_listed(looked, span) for span in found[:MOST_OF_A_KIND])
         rest = found[MOST_OF_A_KIND:]
         if rest:
@@ -49,10 +53,22 @@ def pose_findings(looked: PosePass) -> Iterator[Finding]:
         yield from _notes(looked, column, name)
 
 
+def _stretches(looked: PosePass, teleports: Sequence[PoseSpan]) -> list[PoseSpan]:
+    """The teleports of a body, those that follow each other closely as one: a shaken tracker jumps in every frame."""
+    found: list[PoseSpan] = []
+    for one in teleports:
+        if found and looked.stamp_ns[one.first] - looked.stamp_ns[found[-1].last] < STRETCH_NS:
+            last = found.pop()
+            one = replace(one, first=last.first, count=last.count + 1, size=max(last.size, one.size))
+        found.append(one)
+    return found
+
+
 def _listed(looked: PosePass, span: PoseSpan) -> Finding:
     name = looked.names[span.column]
     seconds = (int(looked.stamp_ns[span.last]) - int(looked.stamp_ns[span.first])) / 1e9
     samples = f"{span.count} sample" if span.count == 1 else f"{span.count} samples ({seconds:.3g} s)"
+    hollow = int(marked(looked.marks[span.first : span.last + 1, span.column], Mark.HOLLOW).sum())
     message = {
         "not-finite": f"{samples} with a number that is not finite",
         "zero-quaternion": f"{samples} with a quaternion of zeros",
@@ -60,9 +76,11 @@ def _listed(looked: PosePass, span: PoseSpan) -> Finding:
         + (" at worst" if span.count > 1 else ""),
         "out-of-space": f"{samples} further from the origin than any room is large",
         "identity-while-lost": f"{samples} say the origin, unturned, {span.size:.3g} m from where the body was",
-        "tracking-lost": f"{samples} flagged as lost",
+        "tracking-lost": f"{samples} flagged as lost" + (f"; {hollow} hold no pose" if hollow else ""),
         "frozen": f"the position repeats in {samples}, then steps {1e3 * span.size:.3g} mm",
-        "teleport": f"{span.size:.3g} m in one step",
+        "teleport": f"{span.size:.3g} m in one step"
+        if span.count == 1
+        else f"{span.count} steps of up to {span.size:.3g} m within {seconds:.3g} s",
     }[span.code]
     stretch = Span.of(looked.stamp_ns, span.first, span.last)
     return stretch.finding(span.code, SEVERITIES[span.code], message, name, span.count)

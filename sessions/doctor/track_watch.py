@@ -48,6 +48,7 @@ class Mark(IntFlag):
     PRESENT = 8192
     OUT_OF_SPACE = 1 << 14
     NO_POSE = LOST | NOT_FINITE | OUT_OF_SPACE
+    HOLLOW = 1 << 15  # lost, and its numbers are no pose: perhaps an export left it out, and no tracker lost it
 
 
 def marked(marks: NDArray[np.uint16], mark: Mark) -> NDArray[np.bool_]:

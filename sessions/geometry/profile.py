@@ -4,8 +4,6 @@ A profile is a chain of strokes (straight lines and arcs). It is sampled to a po
 the *offset* of that polyline, joint by joint, so both sides are parallel at any resolution.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

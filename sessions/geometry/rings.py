@@ -1,7 +1,5 @@
 """Closed surfaces sewn from rings: every edge belongs to two faces, which run along it in opposite directions."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -60,11 +58,6 @@ def turned(polyline: Polyline, angles: NDArray[np.float64], factor: float | None
 def turned_solid(polyline: Polyline, sections: int) -> MeshData:
     """Return the solid of revolution under a polyline that starts and ends on the axis."""
     return sewn(turned(polyline, even_angles(sections)))
-
-
-def capped(rings: Sequence[Ring]) -> MeshData:
-    """Return the closed mesh of the rings with the middle of the first and last ring as poles."""
-    return sewn([rings[0].mean(axis=0, keepdims=True), *rings, rings[-1].mean(axis=0, keepdims=True)])
 
 
 def _band(a: NDArray[np.int64], b: NDArray[np.int64], falling: bool) -> NDArray[np.int64]:

@@ -1,7 +1,5 @@
 """Unit quaternions (xyzw) as arrays: multiply, invert, turn vectors, blend along the shortest arc."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

@@ -1,7 +1,5 @@
 """Closed meshes of the plain shapes a scene can name: box, sphere, capsule, cylinder; about the origin, +Y along."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Final
 

@@ -3,8 +3,6 @@
 Sizes that are sums of few powers of two (1/32 m, 1/256 m) also survive the rounding of a mesh file to float32.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

@@ -1,7 +1,5 @@
 """Open vessels: low-form beakers of 50 to 600 mL with a spout, gas jar, watch glass and evaporating dish."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sessions.geometry.profile import Arc, Line, Stroke, rounded

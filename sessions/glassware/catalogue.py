@@ -1,7 +1,5 @@
 """Every instrument of the bench by name: `make_instrument("beaker_250", faces=5000)` is a closed mesh of that size."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Mapping
 from types import MappingProxyType

@@ -5,8 +5,6 @@ Marching tetrahedra cut a grid into a surface that is closed by construction; th
 laid back onto the solid. Distances are in metres, negative inside.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import permutations
 

@@ -1,7 +1,5 @@
 """Erlenmeyer flask, volumetric flask and reagent bottle."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

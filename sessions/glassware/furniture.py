@@ -1,7 +1,5 @@
 """What things stand on: bench, test tube rack, stand with clamp, tripod with wire gauze."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -4,8 +4,6 @@ So a hand's pose in a scene is the pose of the thing it holds: put the origin on
 of the grip.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

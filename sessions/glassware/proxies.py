@@ -4,8 +4,6 @@ Real device models belong to their makers. These have the proportions that matte
 face.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

@@ -1,13 +1,11 @@
 """Rods, boxes, rings and tubes along bent paths: the closed solids of unions, and the search for a face count."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sessions.geometry.rings import Ring, area_factor, capped, even_angles, sewn, turned
+from sessions.geometry.rings import Ring, area_factor, even_angles, sewn, turned
 from sessions.mesh_data import MeshData
 from sessions.meshes.mesh_files import refined, united
 
@@ -61,8 +59,8 @@ def cylinder(
 ) -> MeshData:
     """Return a cylinder (or cone stump) between two points with flat ends and the round one's cross-section area."""
     path = np.array([start, end], dtype=np.float64)
-    radii = [radius, radius if end_radius is None else end_radius]
-    return capped(swept(path, radii, sections))
+    rings = swept(path, [radius, radius if end_radius is None else end_radius], sections)
+    return sewn([rings[0].mean(axis=0, keepdims=True), *rings, rings[-1].mean(axis=0, keepdims=True)])
 
 
 def rod(path: ArrayLike, radius: float, sections: int) -> MeshData:

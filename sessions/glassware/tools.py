@@ -1,7 +1,5 @@
 """What hands hold and what burns: stirring rod, tongs, delivery tube, alcohol lamp."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -3,11 +3,9 @@
 The stopcock of the burette turns in the barrel about Z.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from sessions.geometry.profile import Arc, Line, rounded, sampled
+from sessions.geometry.profile import Arc, Line, level_holding, rounded, sampled
 from sessions.geometry.rings import turned_solid
 from sessions.geometry.solids import box
 from sessions.glassware.flasks import solved_for_capacity
@@ -114,7 +112,7 @@ def dropper(faces: int) -> Instrument:
     over = np.diag([1.0, -1.0, 1.0, 1.0])
     over[1, 3] = height
     capacity, full = 1.0 * MILLILITRE, turned.inner[-1, 1]
-    level = turned.mark_for(turned.brimful().volume - capacity)
+    level = level_holding(turned.inner, turned.brimful().volume - capacity)
     return weighed(
         "dropper",
         turned.mesh.transformed(over),

@@ -5,8 +5,6 @@ enlarged to the area of its circle (`rings.area_factor`) and the mark is solved 
 volume up to the mark is the nominal one at 500 faces as at 50,000.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -86,10 +84,6 @@ class Turned:
     inner_rings: list[Ring]
     angles: NDArray[np.float64]
 
-    def mark_for(self, volume: float) -> float:
-        """Return the height y up to which the vessel holds ``volume`` m3."""
-        return level_holding(self.inner, volume)
-
     def filled(self, level: float) -> MeshData:
         """Return the closed mesh of the liquid that stands up to ``level``, below any spout."""
         outline = clipped(self.inner, level)
@@ -112,33 +106,25 @@ class Turned:
         """The pole that closes the floor of a tube; a profile that starts on the axis has one already."""
         return [] if self.inner[0, 0] == 0.0 else [_pole(float(self.inner[0, 1]))]
 
-    def opening(self) -> Opening:
-        """Return the disc at the rim; its lip is the middle of the spout, or the rim towards +X."""
-        radius, height = self.inner[-1].tolist()
-        return Opening.upwards(radius, height, self.shape.spout.depth if self.shape.spout else 0.0)
-
     def cavity(self, capacity_m3: float) -> Cavity:
-        """Return the cavity with its mark where the vessel holds ``capacity_m3``."""
-        mark = self.mark_for(capacity_m3)
+        """Return the cavity with its mark where the vessel holds ``capacity_m3``; a spout's middle is the lip."""
+        mark, (radius, height) = level_holding(self.inner, capacity_m3), self.inner[-1].tolist()
         return Cavity(
             capacity_m3=capacity_m3,
             floor_height=float(self.inner[0, 1]),
             mark_height=mark,
             to_mark=self.filled(mark),
             to_brim=self.brimful(),
-            opening=self.opening(),
+            opening=Opening.upwards(radius, height, self.shape.spout.depth if self.shape.spout else 0.0),
         )
-
-    def wall(self) -> Wall:
-        """Return the stated wall and the heights of the inner surface behind which it holds."""
-        low = self.shape.foot.top if self.shape.foot else float(self.inner[:, 1].min())
-        return Wall(thickness=self.shape.wall, span=(low, float(self.inner[-1, 1])))
 
     def instrument(
         self, name: str, capacity_m3: float, tags: str, sources: tuple[str, ...], material: str = GLASS, **more: Any
     ) -> Instrument:
         """Return the instrument of this vessel, its wall and its cavity; ``more`` are further fields of it."""
-        fields = {"wall": self.wall(), "cavity": self.cavity(capacity_m3), **more}
+        low = self.shape.foot.top if self.shape.foot else float(self.inner[:, 1].min())
+        wall = Wall(thickness=self.shape.wall, span=(low, float(self.inner[-1, 1])))
+        fields = {"wall": wall, "cavity": self.cavity(capacity_m3), **more}
         return weighed(name, self.mesh, tags, material, sources, **fields)
 
 

@@ -3,8 +3,6 @@
 Each ``*_message`` gives (topic, publish_ns, payload); each ``read_*`` takes the payloads of one topic.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from typing import Any
 

@@ -4,8 +4,6 @@ The walk reads record heads and skips chunks: a few reads per chunk. It does not
 without an index, or with messages outside chunks, is read the same way.
 """
 
-from __future__ import annotations
-
 import io
 import struct
 import zlib

@@ -6,8 +6,6 @@ records at once, and decides alone when a chunk closes, so that a recorder can b
 Source: MCAP specification, https://mcap.dev/spec.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections import Counter

@@ -1,7 +1,5 @@
 """Frames that were recorded and not yet written: arrays with room for a fixed number, filled row by row."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from operator import index
 from typing import Any

@@ -1,7 +1,5 @@
 """One MCAP file opened for reading: its messages by topic, its attachments, and its frames block by block."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path

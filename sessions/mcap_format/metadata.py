@@ -5,8 +5,6 @@ the names of the tracked bodies in the order of the frames' columns; a recorder 
 the last record counts.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """Messages of a whole chunk to frames at once, each sample with the validity that /tracking gives it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

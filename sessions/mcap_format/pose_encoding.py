@@ -8,8 +8,6 @@ columns: 54,000 frames of 12 bodies take 0.1 times the time of filling one reuse
 Source: Protocol Buffers encoding, https://protobuf.dev/programming-guides/encoding.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

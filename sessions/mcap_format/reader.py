@@ -3,8 +3,6 @@
 Memory for ``Session.blocks`` is one chunk and one block, for a file of any length.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache

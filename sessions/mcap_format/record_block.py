@@ -22,13 +22,8 @@ LENGTH_BEFORE_DATA = MESSAGE_HEADER.size - HEAD.size
 class RecordBlock:
     """m message records in g groups; a group (a frame with its validity) always lies in one chunk.
 
-    Parameters
-    ----------
-    data : the records.
-    starts : (m,) int64, where each record begins.
-    channel, log_ns : (m,) int64.
-    group_ends : (g,) int64, byte offsets after each group; the last is ``len(data)``.
-    group_counts : (g,) int64, number of records up to the end of each group.
+    ``starts`` (m,): where each record begins in ``data``; ``group_ends`` (g,): byte offsets after each group, the last
+    is ``len(data)``; ``group_counts`` (g,): number of records up to the end of each group.
     """
 
     data: bytes

@@ -1,7 +1,5 @@
 """The file behind a recorder: each call leaves one more whole chunk in it, and its name appears when it is finished."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from pathlib import Path

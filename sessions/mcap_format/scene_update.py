@@ -4,8 +4,6 @@ Shapes are triangle lists and not embedded GLB models: a triangle list lies in t
 viewers turn GLB models by an up-axis setting of their own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -7,8 +7,6 @@ table instead of generated code.
 Source: Foxglove schemas (FrameTransforms, Log, SceneUpdate), https://docs.foxglove.dev/docs/sdk/schemas.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from typing import Any

@@ -8,8 +8,6 @@ field gets no template and is left to the protobuf library.
 Source: Protocol Buffers encoding, https://protobuf.dev/programming-guides/encoding.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Writes a session to its file: the same session gives the same bytes, and no file is left half written."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager

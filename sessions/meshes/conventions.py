@@ -6,8 +6,6 @@ quaternion then changes its sign, the angle and ``w`` do not.
 Source: the coordinate systems as documented by Unity, OpenVR, OpenXR, glTF 2.0 and ROS REP 103.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The GLB that a session file carries: any viewer draws it, and read again it is the same mesh bit for bit."""
 
-from __future__ import annotations
-
 import json
 import struct
 from typing import Any

@@ -1,7 +1,5 @@
 """Figures of recordings that several parts of sessions and tool share; each is decided here and nowhere else."""
 
-from __future__ import annotations
-
 from typing import Final
 
 SPACE_RADIUS: Final = 1000.0

@@ -1,7 +1,5 @@
 """Events and intervals of a session, in the words of their source."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

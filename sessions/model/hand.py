@@ -1,7 +1,5 @@
 """What one hand pressed, on the clock of its controller."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

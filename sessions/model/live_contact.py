@@ -1,7 +1,5 @@
 """Contacts that the engine reported while the session ran; they are audited and never used as truth."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -1,7 +1,5 @@
 """A scene declares bodies with their shapes, the pairs that matter, and the effects to replay."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """The pairs of bodies a scene asks for: those declared, else all except ignored ones and those of one group."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from sessions.model.scene import Scene

@@ -1,7 +1,5 @@
 """The samples of one body on its own clock."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

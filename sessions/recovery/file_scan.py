@@ -67,6 +67,7 @@ class FileScan:
     parts: list[tuple[Region, bool]] = field(default_factory=list)  # with messages; whether the file ends inside
     lost: list[LostChunk] = field(default_factory=list)
     bytes_skipped: int = 0
+    closed: bool = False  # the record that ends the data is there
     names: tuple[str, ...] = ()
     frames: int = 0
     first_ns: int = 0
@@ -91,6 +92,7 @@ def scan_file(path: Path, stream: BinaryIO) -> FileScan:
     run: Region | None = None
     for piece in scan.pieces():
         run = _run(piece, run, found)
+        found.closed |= piece.opcode == Opcode.DATA_END
         if piece.opcode == Opcode.CHUNK:
             chunks.append((piece, []))
         elif piece.opcode == Opcode.MESSAGE_INDEX and chunks:

@@ -39,6 +39,7 @@ class Recovery:
     bodies : listed bodies of which no pose is left.
     attachments : attachments that could not be kept.
     unknown : messages left out because nothing says what they are.
+    closed : whoever wrote it came to its end; else nobody knows what is missing there.
     whole : nothing at all was lost.
     """
 
@@ -52,13 +53,14 @@ class Recovery:
     bodies: tuple[str, ...] = ()
     attachments: tuple[str, ...] = ()
     unknown: int = 0
+    closed: bool = True
     notes: tuple[str, ...] = field(default_factory=tuple)
 
     @property
     def whole(self) -> bool:
         """Whether nothing was lost."""
         lost = self.chunks or self.bytes_skipped or self.attachments or self.unknown or self.notes
-        return not (lost or self.bodies)
+        return self.closed and not (lost or self.bodies)
 
     def sentences(self) -> list[str]:
         """What was kept and lost, for a reader; times are seconds after the first frame kept."""
@@ -72,6 +74,9 @@ class Recovery:
             words.append(f"no pose is left of: {', '.join(self.bodies)}")
         if self.attachments:
             words.append(f"lost attachments: {', '.join(self.attachments)}")
+        if not self.closed:
+            last = f" {(self.last_ns - self.first_ns) / 1e9:.3f} s, the last frame kept," if self.frames else " this"
+            words.append(f"it was never closed: what was recorded after{last} may be missing")
         return [*words, *self.notes]
 
     def _chunk(self, chunk: LostChunk) -> str:

@@ -78,17 +78,11 @@ def _write(found: FileScan, stream: BinaryIO, target: Path) -> Recovery:
     listed = _listed_names(records.get(BODIES_RECORD))
     keep, lost = _attachments(found, session or {})
     result = Recovery(
-        out=target,
-        messages=0,
-        frames=found.frames,
-        first_ns=found.first_ns,
-        last_ns=found.last_ns,
-        chunks=tuple(found.lost),
-        bytes_skipped=found.bytes_skipped,
+        out=target, messages=0, frames=found.frames, first_ns=found.first_ns, last_ns=found.last_ns,
+        chunks=tuple(found.lost), bytes_skipped=found.bytes_skipped, closed=found.closed, attachments=lost,
         bodies=tuple(name for name in listed if name not in found.names),
-        attachments=lost,
         notes=(f"{declared.unread} records make no sense",) if declared.unread else (),
-    )
+    )  # fmt: skip
     profile = PROFILE if own and not declared.profile.startswith(PROFILE_FAMILY) else declared.profile
     with replaced(target) as file:
         writer = ContainerWriter(file, profile, CHUNK_BYTES)

@@ -1,7 +1,5 @@
 """The meshes a scene declares: files beside it, plain shapes, instruments of the bench."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from sessions.errors import SceneError, SessionError

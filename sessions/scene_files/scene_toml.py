@@ -1,7 +1,5 @@
 """A scene as TOML text; every mistake and every unknown key is named with file and table."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

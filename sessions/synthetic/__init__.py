@@ -3,8 +3,6 @@
 Nothing here asks a geometry engine: truth comes from formulas, so it cannot share an error with what is audited.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import Any
 

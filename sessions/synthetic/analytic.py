@@ -4,8 +4,6 @@ Each case answers for a *level*: the times at which the smooth shapes are at mos
 (negative: at least that deep in each other). Level 0 is the nominal truth; tessellation and noise only shift levels.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """From paths to a recorded session: the stamps of a headset, noise and losses, all keyed by one seed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """A bench with instruments: their meshes, their places, and the scene that declares them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache

@@ -5,8 +5,6 @@ The right hand stirs in a beaker with a glass rod and then taps things with it; 
 glasses, carries a graduated cylinder, clinks it against a flask and sets it down too hard.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

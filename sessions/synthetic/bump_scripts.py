@@ -1,7 +1,5 @@
 """What the two hands and the eyes of `bench-bumps` do, and the episodes that this plants."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sessions.geometry.rotations import IDENTITY, quaternion_facing

@@ -1,7 +1,5 @@
 """A hand's script (go there, wait, tap: each step begins where and when the one before ended) and its buttons."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

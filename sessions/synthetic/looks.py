@@ -1,7 +1,5 @@
 """Which episodes a detector misses that tests fewer instants than there are frames: exactly those between two tests."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One coordinate as a formula of time, and the times at which the formula lies between two values."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable, Sequence

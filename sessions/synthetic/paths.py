@@ -1,7 +1,5 @@
 """How a body moves: rests joined by minimum-jerk reaches, with taps, stirring and tremor laid over them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

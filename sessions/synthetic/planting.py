@@ -1,7 +1,5 @@
 """Taps of a known depth and duration, planted between two tests of a slow detector."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

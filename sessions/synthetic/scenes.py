@@ -1,7 +1,5 @@
 """Every synthetic session by name: `make_scene_session("bench-bumps")` gives the session and what is planted in it."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import Any
 

@@ -7,8 +7,6 @@ Two bounds enclose that distance, both plain formulas on vertices:
 height, while the rest of the mover's section is outside: the surfaces cross.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

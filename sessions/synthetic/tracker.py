@@ -1,7 +1,5 @@
 """What a VIVE-style tracker makes of a true motion: late, noisy, sometimes lost, and off when it comes back."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 A truth file lies beside its session for those who check the tool. The tool itself never reads it.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field

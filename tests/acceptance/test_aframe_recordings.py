@@ -1,11 +1,15 @@
 """The three public A-Frame recordings, with a VIVE wand on both controllers, touch in exactly the frames stated."""
 
+import json
+
 import fcl
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from scipy.spatial.transform import Rotation
 from support.shared_data import DATA, needs_data
 
+from replay.cli.main import main
 from sessions.importers import import_session
 
 WAND = DATA / "webxr-vive-controller" / "htc-vive-none.glb"
@@ -13,10 +17,9 @@ CAPTURES = DATA / "aframe-motion-capture"
 DANCE = DATA / "a-saturday-night" / "dance.json"
 
 TRUTH = {
-    "grabLeft": (1127, 59, [(195, 278)]),
-    "grabRight": (1436, 121, []),
+    "grabLeft": (1127, 59, [(195, 278)]), "grabRight": (1436, 121, []),
     "tracked-recording": (2568, 114, [(140, 155), (2124, 2567)]),
-}
+}  # fmt: skip
 """Recording -> frames, gaps over 1.5 times the median step, first and last frame of each contact episode.
 
 Source: README.md beside the recordings.
@@ -64,6 +67,23 @@ def test_wands_touch_in_exactly_the_stated_frames(name):
     assert len(session.meshes["left"].faces) == 17_344
     assert not any(body.proxy for body in session.scene.bodies)
     assert episodes(touching_frames(session, "left", "right")) == truth
+
+
+@pytest.mark.parametrize("name", TRUTH)
+def test_imported_and_run_from_the_command_line_it_has_exactly_the_contact_frames_stated(name, tmp_path, capsys):
+    truth = TRUTH[name][2]
+    session, out = tmp_path / "s.mcap", tmp_path / "run"
+    meshes = [f"--mesh={side}={WAND}" for side in ("left", "right")]
+    assert main(["import", "aframe", str(CAPTURES / f"{name}.json"), "-o", str(session), *meshes]) == 0
+    assert main(["run", str(session), "-o", str(out), "--no-picture", "--detectors", "hybrid,discrete"]) == 0
+    assert "proxy" not in capsys.readouterr().out.lower()
+    told = json.loads((out / "summary.json").read_text())
+    for label in told["detectors"]:
+        rows = [row for row in pq.read_table(out / "episodes.parquet").to_pylist() if row["detector"] == label]
+        assert [(row["first"], row["last"]) for row in rows] == truth, label
+        assert all({row["body_a"], row["body_b"]} == {"left", "right"} for row in rows)
+    frames = pq.read_table(out / "frames.parquet").to_pylist()
+    assert [row["frame"] for row in frames] == [t for first, last in truth for t in range(first, last + 1)]
 
 
 def test_a_recording_below_recording_is_imported_with_the_names_of_its_devices():

@@ -2,9 +2,9 @@
 
 import pytest
 import rerun as rr
+from support.headless import viewer_or_skip
 from support.instrument_gallery import ROWS, draw, opened
 
-from replay.outputs.rerun_log.viewer import NO_ADAPTER, ViewerError
 from sessions.glassware.catalogue import INSTRUMENTS, make_instrument
 from sessions.meshes.glb import mesh_to_glb
 
@@ -15,13 +15,7 @@ def test_the_gallery_shows_every_instrument_but_the_bench():
 
 
 def seen(path):
-    try:
-        viewer = opened(path)
-    except ViewerError as error:
-        if NO_ADAPTER in str(error):
-            pytest.skip("Vulkan is missing: install mesa-vulkan-drivers and libvulkan1 to look at pictures")
-        raise
-    with viewer:
+    with viewer_or_skip(opened, path) as viewer:
         return [(view.name, view.reports) for view in viewer.state().views]
 
 

@@ -1,9 +1,6 @@
 """Looked at with a headless viewer and browser: what was missed is red in every view, and the README shows today's."""
 
-import io
 import re
-import shutil
-import subprocess
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -12,13 +9,13 @@ import numpy as np
 import pytest
 import rerun.blueprint as rrb
 from support.first_picture import opened, record_demo
+from support.headless import photographed, pixels, viewer_or_skip
 from support.small_worlds import jumping
 
 from replay.outputs.palette import SERIES
 from replay.outputs.report.page import report_html
 from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.recording import write_recording
-from replay.outputs.rerun_log.viewer import NO_ADAPTER, ViewerError
 from replay.outputs.watched_run import watched_runs
 from replay.pipeline.engine import compute
 from replay.studies.synthetic_sessions import synthetic_session
@@ -29,19 +26,6 @@ Image = pytest.importorskip("PIL.Image", reason="Pillow reads the pictures: pip 
 ROOT = Path(__file__).parents[2]
 
 pytestmark = pytest.mark.slow
-
-
-def looked_at(run_folder, miss=None):
-    try:
-        return opened(run_folder, miss)
-    except ViewerError as error:
-        if NO_ADAPTER in str(error):
-            pytest.skip(f"no picture can be drawn: {NO_ADAPTER} (Debian: mesa-vulkan-drivers libvulkan1)")
-        raise
-
-
-def pixels(png):
-    return np.asarray(Image.open(io.BytesIO(png)).convert("RGB"), dtype=np.int16)
 
 
 def is_red(picture):
@@ -70,7 +54,7 @@ def view(viewer, title):
 
 @pytest.fixture(scope="module")
 def demo(tmp_path_factory):
-    with looked_at(record_demo(tmp_path_factory.mktemp("pictures"))) as viewer:
+    with viewer_or_skip(opened, record_demo(tmp_path_factory.mktemp("pictures"))) as viewer:
         yield viewer
 
 
@@ -101,14 +85,14 @@ def test_the_first_picture_of_the_readme_is_what_the_demo_looks_like_today(demo)
     place = re.search(r"!\[[^\]]*\]\(([^)]+\.png)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
     kept = small(np.asarray(Image.open(ROOT / place[1]).convert("RGB")))
     now = small(pixels(demo.screenshot()))
-    assert np.abs(kept - now).mean() < 2.5, "make it anew: python tests/first_picture.py .github/pictures/overview.png"
+    assert np.abs(kept - now).mean() < 2.5, "make it anew: tests/support/first_picture.py"
     assert np.abs(kept[:, ::-1] - now).mean() > 7.5, "so much differs in a picture that is not the same"
 
 
 def test_a_miss_between_frames_is_red_at_its_moment_and_not_before(tmp_path):
     write_recording(compute(jumping(), detectors="exact", oracle="continuous"), tmp_path / "run.rrd")
     (miss,) = read_misses(tmp_path / "run.rrd")
-    with looked_at(tmp_path, 1) as viewer:
+    with viewer_or_skip(opened, tmp_path, 1) as viewer:
         there = red(view(viewer, "Close-up"))
         viewer.seek(miss.session_ns - 1)
         time.sleep(1.5)
@@ -127,7 +111,7 @@ def hundreds():
 
 def test_hundreds_of_misses_are_clusters_and_numbers_in_red(hundreds, tmp_path):
     write_recording(hundreds, tmp_path / "run.rrd")
-    with looked_at(tmp_path) as viewer:
+    with viewer_or_skip(opened, tmp_path) as viewer:
         listed = view(viewer, r"\d+ of \d+ contacts missed|.* missed in part")
         lanes, near = view(viewer, "When and which"), view(viewer, "0.6 s around")
     assert int(((listed - listed[..., 1:2])[..., 0] > 60).sum()) > 500
@@ -136,23 +120,12 @@ def test_hundreds_of_misses_are_clusters_and_numbers_in_red(hundreds, tmp_path):
 
 
 def test_hundreds_of_misses_are_a_page_that_ends_with_the_clusters(hundreds, tmp_path):
-    browser = shutil.which("chromium") or shutil.which("chromium-browser")
-    if browser is None:
-        pytest.skip("Chromium is not installed: install the package chromium to look at the page")
     none = replace(hundreds, misses={"it": hundreds.misses["it"][:1]})
     heights = []
-    for name, result in (("many", hundreds), ("one", none)):
-        page = tmp_path / f"{name}.html"
-        page.write_text(report_html(result), encoding="utf-8")
-        assert page.stat().st_size < 1_500_000
-        words = [
-            browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-            "--disable-background-networking", "--disable-component-update", "--disable-sync",
-            f"--user-data-dir={tmp_path / 'profile'}", f"--screenshot={tmp_path / 'page.png'}",
-            "--window-size=1280,9000", page.as_uri(),
-        ]  # fmt: skip
-        subprocess.run(words, capture_output=True, timeout=120, check=True)
-        picture = pixels((tmp_path / "page.png").read_bytes())
+    for result in (hundreds, none):
+        page = report_html(result)
+        assert len(page) < 1_500_000
+        picture, _ = photographed(page, tmp_path, "1280,9000")
         heights.append(int(np.flatnonzero((picture < 200).any(axis=(1, 2)))[-1]))
         assert red(picture) > 500
     assert heights[0] < heights[1] + 45 * 40 and heights[0] < 8900, "a row per cluster, and all others folded"
@@ -197,7 +170,7 @@ def test_the_tab_pipeline_shows_spheres_and_a_search_that_ends_green_or_red(pipe
     result, folder = pipeline
     (watched,) = watched_runs(result, all_looks=False)
     first = {kind: next(one for one in watched.moments if one.kind == kind) for kind in ("contact", "missed")}
-    with looked_at(folder) as viewer:
+    with viewer_or_skip(opened, folder) as viewer:
         ns = result.assembly.stamp_ns - result.assembly.stamp_ns[0]
         seen = {}
         for kind, moment in first.items():

@@ -10,6 +10,8 @@ from replay.studies.class_study.joining import Questionnaire
 from replay.studies.class_study.regression import regress
 from replay.studies.class_study.reliability import reliability
 
+pytestmark = pytest.mark.slow
+
 CLASSES = 200
 STUDENTS = 52
 LOW, HIGH = 0.91, 0.98
@@ -21,7 +23,6 @@ def covered(intervals, truth):
     return share
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("slope", [0.0, 0.3, 0.6, 0.8])
 def test_intervals_of_a_simple_coefficient_hold_the_truth(slope):
     found = []
@@ -34,7 +35,6 @@ def test_intervals_of_a_simple_coefficient_hold_the_truth(slope):
     assert LOW <= covered(found, slope) <= HIGH
 
 
-@pytest.mark.slow
 def test_intervals_of_a_multiple_regression_hold_the_truth():
     """Predictors correlate at 0.4; the truth is the standardised coefficient of the population."""
     betas = np.array([0.5, -0.3])
@@ -53,7 +53,6 @@ def test_intervals_of_a_multiple_regression_hold_the_truth():
         assert LOW <= covered([one[column] for one in found], truth) <= HIGH
 
 
-@pytest.mark.slow
 def test_intervals_of_alpha_hold_the_truth():
     """Five items of common correlation r have alpha = 5 r / (1 + 4 r)."""
     r, k = 0.4, 5
@@ -67,7 +66,6 @@ def test_intervals_of_alpha_hold_the_truth():
     assert LOW <= covered(found, k * r / (1 + (k - 1) * r)) <= HIGH
 
 
-@pytest.mark.slow
 def test_answers_that_mean_nothing_give_findings_in_five_classes_of_a_hundred_at_most():
     """Eight coefficients are asked about in every class: without Holm's correction a third of them would err."""
     items = tuple(Item(f"i{k}", f"c{k // 3}", (1, 5)) for k in range(12))

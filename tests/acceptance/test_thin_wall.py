@@ -6,12 +6,14 @@ The surfaces meet over 6 mm of the way. A step of s metres jumps over them from 
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from support.shapes import box_mesh
 
 import replay
 from cdcore import Body, Motion, Verdict, create_detector
 from cdcore.protocol import counts_as_contact
 from replay.comparison.outcome import Outcome
+from replay.studies.stress.scenes import crossing
 from sessions import Session
 from sessions.geometry.shapes import make_shape
 
@@ -23,20 +25,10 @@ REACH = 0.003
 
 
 def crossings(speed, aside=0.0):
-    """1,000 crossings one after another, each from clear to clear; returns the motion and its first frames."""
-    step = speed / 90
-    before = int(np.ceil(0.012 / step)) + 1
-    frames = 2 * before + 2
-    place = np.zeros((1000, frames, 2, 3))
-    # frame `before` is the first one lower than where the surfaces meet by a phase of one step
-    place[:, :, 0, 2] = REACH + (PHASES[:, None] - 1 - np.arange(-before, frames - before)) * step
-    place[:, :, 0, 0] = aside
-    linked = np.ones((1000, frames, 2), dtype=bool)
-    linked[:, 0] = False
-    count = 1000 * frames
-    turn = np.broadcast_to(np.eye(3), (count, 2, 3, 3))
-    motion = Motion(np.arange(count) / 90, place.reshape(count, 2, 3), turn, linked=linked.reshape(count, 2))
-    return motion, frames, before
+    """1,000 crossings one after another, each from clear to clear; the motion, frames of each, and the last above."""
+    motion = crossing(speed, 1000, aside)
+    frames = len(motion) // 1000
+    return motion, frames, frames // 2 - 1
 
 
 @pytest.mark.parametrize(("speed", "missed"), [(0.4, 0), (0.6, 100), (1.0, 460), (2.0, 730), (4.0, 865)])
@@ -59,30 +51,15 @@ def test_frame_by_frame_misses_what_arithmetic_says_and_between_frames_nothing(s
     assert (times[:, 1] - times[:, 0]).max() <= 1e-6
 
 
-@pytest.mark.parametrize("speed", [0.4, 4.0])
-def test_a_thousand_near_passes_are_proven_clear(speed):
-    gaps = np.geomspace(3e-6, 1e-3, 1000)
-    motion, frames, _ = crossings(speed)
-    place = motion.translations.reshape(1000, frames, 2, 3).copy()
-    place[:, :, 0, 0] = 0.1 + 0.0025 + gaps[:, None]
-    beside = Motion(motion.times, place.reshape(-1, 2, 3), motion.rotations, linked=motion.linked)
-    verdict = create_detector("continuous", (CUBE, PLATE)).detect(beside).verdict.reshape(1000, frames)
-    assert (verdict[:, 1:] == Verdict.CLEAR).all()
-
-
-def test_turning_near_passes_are_proven_clear_too():
-    gaps = np.geomspace(3e-6, 1e-3, 1000)
-    motion, frames, _ = crossings(2.0)
-    turn, place = motion.rotations.copy(), motion.translations.reshape(1000, frames, 2, 3).copy()
-    angle = np.linspace(0, 1.5, frames)
-    spin = np.zeros((frames, 3, 3))
-    spin[:, 1, 1] = 1.0
-    spin[:, 0, 0] = spin[:, 2, 2] = np.cos(angle)
-    spin[:, 0, 2], spin[:, 2, 0] = np.sin(angle), -np.sin(angle)
-    turn[:, 0] = np.tile(spin, (1000, 1, 1))
-    # nothing of the cube is further from its centre than half its diagonal across the axis it turns about
-    place[:, :, 0, 0] = 0.1 + 0.0025 * np.sqrt(2) + gaps[:, None]
-    beside = Motion(motion.times, place.reshape(-1, 2, 3), turn, linked=motion.linked)
+@pytest.mark.parametrize(("speed", "turns"), [(0.4, False), (4.0, False), (2.0, True)])
+def test_a_thousand_near_passes_are_proven_clear_turning_or_not(speed, turns):
+    # turning, nothing of the cube is further from its centre than half its diagonal across the axis it turns about
+    reach = 0.0025 * (np.sqrt(2) if turns else 1.0)
+    motion, frames, _ = crossings(speed, 0.1 + reach + np.geomspace(3e-6, 1e-3, 1000))
+    turn = motion.rotations.copy()
+    if turns:
+        turn[:, 0] = np.tile(Rotation.from_euler("y", np.linspace(0, 1.5, frames)[:, None]).as_matrix(), (1000, 1, 1))
+    beside = Motion(motion.times, motion.translations, turn, linked=motion.linked)
     verdict = create_detector("continuous", (CUBE, PLATE)).detect(beside).verdict.reshape(1000, frames)
     assert (verdict[:, 1:] == Verdict.CLEAR).all()
 

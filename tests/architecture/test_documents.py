@@ -3,15 +3,31 @@
 import re
 import shlex
 from pathlib import Path
+from statistics import NormalDist
 
 import click
 import pytest
 from support.small_worlds import cube
 
+from replay.base.constants import BUDGET_MS, CAVEAT, HEADSET_HZ
+from replay.base.wilson import Z95, wilson
 from replay.cli.commands import COMMANDS
+from replay.cli.demo import SLOW
 from replay.cli.main import cli, main
+from replay.cli.stress import QUICK_PAIRS
+from replay.comparison.clock_offset import MOST_DRIFT
+from replay.comparison.tolerance import TAU
 from replay.guide.pages import FOLDER, INDEX, page, topics
+from replay.outputs.results.run_folder import read_run_folder
+from replay.prepare.policy import LIMIT_S
+from replay.studies.class_study.refusals import LEAST_STUDENTS
+from replay.studies.class_study.regression import PERMUTATION_BELOW
+from replay.studies.paper.experiment import FULL
+from replay.studies.stress.families import FAMILIES
+from replay.studies.stress.system import CASES
 from sessions import mesh_to_glb
+from sessions.glassware.catalogue import MOST_FACES
+from sessions.model.constants import SPACE_RADIUS
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
@@ -45,10 +61,10 @@ def lines_of(block):
 
 
 def commands(block):
-    """The ``replay`` commands of a shell block that end by themselves: their words, and the exit code they promise."""
+    """The ``replay`` commands of a shell block: their words, and the exit code they promise."""
     for line in lines_of(block):
         words = shlex.split(line, comments=True)
-        if words[:1] == ["replay"] and words[1] not in OPENS_A_WINDOW:
+        if words[:1] == ["replay"]:
             promised = re.search(r"# exits with (\d)$", line)
             yield words[1:], int(promised[1]) if promised else 0
 
@@ -76,6 +92,11 @@ def sessions_made():
 
 
 def run_command(words, promised, made, capsys):
+    if words[0] in OPENS_A_WINDOW:
+        folder, miss = read_run_folder(Path(words[1])), words[words.index("--miss") + 1] if "--miss" in words else 0
+        assert folder.picture.is_file()
+        folder.require_miss(int(miss) or None)
+        return
     if "--session-only" in words:
         arguments, file = tuple(words[: words.index("-o")]), Path(words[words.index("-o") + 1])
         if arguments in made:
@@ -140,16 +161,13 @@ def test_python_blocks_import_names_of_the_facades_only():
 
 
 def used_commands():
-    """Every command of blocks and of code in the text, by page, as words."""
+    """Every command of blocks and of code in the text, by page and in order, as words."""
     for name, text in DOCUMENTS.items():
-        inline = re.findall(r"`(replay [a-z][^`]*)`", BLOCK.sub("", text))
-        shown = [
-            line for language, body in BLOCK.findall(text) if language in ("bash", "text") for line in lines_of(body)
-        ]
-        for line in inline + shown:
-            words = shlex.split(line, comments=True)
-            if words[:1] == ["replay"]:
-                yield name, words[1:]
+        for block, inline in re.findall(r"^```(?:bash|text)\n(.*?)^```$|`(replay [a-z][^`]*)`", text, re.M | re.S):
+            for line in lines_of(block) if block else [" ".join(inline.split())]:
+                words = shlex.split(line, comments=True)
+                if words[:1] == ["replay"]:
+                    yield name, words[1:]
 
 
 def test_every_command_that_is_written_somewhere_has_a_verb_and_options_there_are():
@@ -167,6 +185,74 @@ def test_every_command_that_is_written_somewhere_has_a_verb_and_options_there_ar
         flags = {word.split("=")[0] for word in words if word.startswith("-")}
         assert flags <= there | {"--help"}, (name, verb, flags - there)
     assert set(COMMANDS) - seen == set(), "verbs that no page mentions"
+
+
+FILE = re.compile(r"(?:[A-Za-z]+=)?([\w./-]+\.(?:mcap|csv|toml|json|glb|parquet|yaml|py|partial)|(?:[\w-]+/)+[\w-]+)$")
+
+
+def files_of(words):
+    """Files and folders that a command names: those it reads, those it writes."""
+    written = {k + 1 for k, word in enumerate(words) if word in ("-o", "--out") or (k, words[0]) == (1, "recover")}
+    reads = []
+    for k, word in enumerate(words):
+        module = re.fullmatch(r"(?:\w+=)?(\w+):\w+", word)
+        named = FILE.match(f"{module[1]}.py" if module else word)
+        if named and k not in written and not Path(named[1]).stem.isupper():
+            reads.append(named[1])
+    return reads, [words[k] for k in written if k < len(words)]
+
+
+def test_every_file_that_a_command_reads_was_shown_made_or_named_as_yours_on_its_page():
+    known, count = {}, 0
+    for name, text in DOCUMENTS.items():
+        python = re.findall(r"[\w.-]+\.\w+", " ".join(blocks(text, "python")))
+        known[name] = {*shown_files(text), *python, *re.findall(r"`([\w.-]+\.\w+)`", BLOCK.sub("", text))}
+    for name, words in used_commands():
+        reads, writes = files_of(words)
+        known[name].update(writes)
+        count += len(reads)
+        for file in reads:
+            assert any(f"{file}/".startswith(f"{one}/") for one in known[name]), (name, words, file)
+    assert count > 50
+
+
+NUMBER = re.compile(
+    r"(?<![\w.])(?:\d[\d,.]*|(?:two|three|four|five|ten|half a)(?= (?:minutes?|hours?))) (?:%|[kMG]B|k?Hz|[mµ]?s|m?m|"
+    r"\w*metres|\w*seconds?|minutes?|hours?|times|of the time|million|families|cases|students|pairs|bumps|faces|poses|"
+    r"frames|looks)(?!\w)"
+)
+SETTLED = {
+    f"{HEADSET_HZ:g} Hz", f"{BUDGET_MS:.1f} ms", f"{TAU * 1e6:g} micrometres", f"{LIMIT_S * 1e3:g} ms",
+    f"{100 * (2 * NormalDist().cdf(Z95) - 1):.0f} %", f"{float(re.search('=([^=]+)]', SLOW)[1]):g} Hz",
+    *(f"{one} mm" for one in re.findall(r"0\.\d+", CAVEAT)), "99 %", f"{FULL.poses} poses", f"{MOST_FACES:,} faces",
+    f"{LEAST_STUDENTS} students", f"{PERMUTATION_BELOW} students", f"{len(FAMILIES)} families", f"{len(CASES)} cases",
+    f"{QUICK_PAIRS} pairs", f"{SPACE_RADIUS:g} m", f"{100 * MOST_DRIFT:g} %", f"{100 * wilson(0, 18)[1]:.1f} %",
+    "18 bumps",  # as the tests of that session count
+    "1 m", f"{1000 / HEADSET_HZ:.0f} mm",  # of a hand at 1 m/s, from frame to frame
+}  # fmt: skip
+"""Numbers of the pages that the code decides, written as they are there."""
+
+
+def unfounded(text):
+    """Numbers with a unit that the code does not decide, in sections that do not name machine and date."""
+    options = {f"{seconds} s" for seconds in re.findall(r"--end (\d+)", text)}
+    for section in re.split(r"^#+ .*$", BLOCK.sub("", text), flags=re.MULTILINE):
+        words = " ".join(section.split())
+        if not (re.search(r"\b\d+ cores\b", words) and re.search(r"\b20\d\d-\d\d-\d\d\b", words)):
+            yield from {found[0] for found in NUMBER.finditer(words)} - SETTLED - options
+
+
+@pytest.mark.parametrize("name", DOCUMENTS)
+def test_every_number_with_a_unit_is_the_codes_or_stands_beside_machine_and_date(name):
+    assert sorted(unfounded(DOCUMENTS[name])) == []
+
+
+def test_a_planted_number_is_found_until_machine_and_date_stand_beside_it():
+    planted = "# A\n\nIt takes 14 s, `hybrid` 0.2 of the time, all two minutes.\n"
+    assert sorted(unfounded(planted)) == ["0.2 of the time", "14 s", "two minutes"]
+    assert [*unfounded(planted + "\n(4 cores, 2026-11-22)\n")] == []
+    assert len([*unfounded(planted + "\n## B\n\n(4 cores, 2026-11-22)\n")]) == 3
+    assert [*unfounded("At 90 Hz, 2 micrometres. `--end 10` is the first 10 s.")] == []
 
 
 def test_installing_never_names_the_distribution_alone():
@@ -215,6 +301,18 @@ def test_the_readme_counts_the_detectors_there_are():
 def test_the_detector_of_ones_own_takes_fifteen_lines():
     lines = [line for line in shown_files(page("audit"))["my_engine.py"].splitlines()[1:] if line.strip()]
     assert len(lines) <= 15
+
+
+@pytest.mark.slow
+def test_the_sample_detector_misses_nothing_and_invents_most_as_its_page_says(tmp_path, monkeypatch):
+    import replay
+
+    (tmp_path / "my_engine.py").write_text(shown_files(page("audit"))["my_engine.py"])
+    monkeypatch.syspath_prepend(tmp_path)
+    session, _ = replay.synthetic_session("bench-bumps")
+    own = replay.run(session, detectors="own=my_engine:Detector", end=10).summary["audit"]["own"]
+    assert "it misses nothing and invents most of what it reports" in " ".join(page("audit").split())
+    assert own["missed"]["count"] == 0 < own["missed"]["of"] and own["invented"]["share"] > 0.5
 
 
 @pytest.mark.slow

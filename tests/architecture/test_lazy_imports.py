@@ -11,10 +11,7 @@ HEAVY = {
 }  # fmt: skip
 
 PROMISED = 0.150
-"""Seconds that ``replay --help`` may take."""
-
-ALLOWED = 0.300
-"""Processor seconds the quickest of several may take here: the promise doubled, as neighbours cost cache misses."""
+"""Processor seconds that ``replay --help`` may take, the quickest of several: neighbours cost cache misses."""
 
 
 def loaded_by(code):
@@ -77,4 +74,4 @@ def test_help_answers_at_once():
         start = children_seconds()
         subprocess.run([sys.executable, "-m", "replay", "--help"], capture_output=True, check=True)
         taken.append(children_seconds() - start)
-    assert 0.0 < min(taken) < ALLOWED, f"{sorted(taken)}; promised are {PROMISED} s"
+    assert 0.0 < min(taken) < PROMISED, sorted(taken)

@@ -11,7 +11,7 @@ from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, moved, rand
 
 from cdcore import TriangleMesh
 from cdcore.errors import InvalidMeshError
-from cdcore.numerics import EPS, PAD_ULPS, UNDERFLOW_PAD, place_points, readonly
+from cdcore.numerics import EPS, PAD_ULPS, UNDERFLOW_PAD, place_points
 
 CORNERS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
 
@@ -145,10 +145,3 @@ def test_placing_errs_by_less_than_the_sphere_pad(point, translation, seed):
     for i in range(3):
         exact = sum(Fraction(float(rotation[i, k])) * Fraction(point[k]) for k in range(3)) + Fraction(translation[i])
         assert abs(float(Fraction(float(placed[i])) - exact)) <= PAD_ULPS / 4 * EPS * size
-
-
-def test_a_read_only_array_refuses_to_be_written():
-    array = np.zeros(3)
-    readonly(array)
-    with pytest.raises(ValueError, match="read-only"):
-        array[0] = 1.0

@@ -4,14 +4,28 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support.shapes import lab
+from support.shapes import lab, random_rotations
 
 from cdcore import DETECTORS, Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.errors import CollisionCoreError, InvalidPairError, InvalidPoseError, InvalidSettingError, NotRecordedError
-from cdcore.protocol import Detector, counts_as_contact
+from cdcore.protocol import Detector, counts_as_contact, detect_live
+from cdcore.transforms.rigid import rotation_from_quaternion
 
 NAMES = list(DETECTORS)
 FRAMES = 40
+LIVE = [
+    ("exact", {}), ("exact", {"containment": False}), ("hybrid", {}), ("hybrid", {"sphere": "paper"}), ("obb", {}),
+    ("obb", {"budget": 300}), ("rapid-style", {}), ("solid-style", {}), ("solid-style", {"budget": 40}), ("aabb", {}),
+    ("collider", {"shape": "mesh"}), ("collider", {"shape": "hull", "rate_hz": 30}), ("static", {}), ("sphere", {}),
+    ("static", {"epsilon": 0.001}), ("discrete", {"rate_hz": 50}), ("discrete", {}), ("qaco", {"budget": 200}),
+    ("hybrid-qaco", {"budget": 200}), ("hybrid-qaco", {"decide": "mesh", "budget": 200}),
+]  # fmt: skip
+"""Detectors and settings that a live session answers on a path of its own, or must leave to the usual one."""
+
+
+@pytest.fixture(params=NAMES)
+def name(request):
+    return request.param
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +43,6 @@ def has_faces(detection):
     return detection.face_sets is not None
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_it_has_the_shape_of_a_detector(name, scene):
     detector = create_detector(name, scene[0])
     assert isinstance(detector, Detector)
@@ -37,7 +50,6 @@ def test_it_has_the_shape_of_a_detector(name, scene):
     assert isinstance(detector.settings, detector.Settings)
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_the_same_input_gives_the_same_answer(name, scene):
     bodies, motion = scene
     detector = create_detector(name, bodies)
@@ -47,7 +59,6 @@ def test_the_same_input_gives_the_same_answer(name, scene):
         assert first.faces_digest == second.faces_digest == whole(name).faces_digest
 
 
-@pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("block", [1, 7, pytest.param(64, marks=pytest.mark.slow)])
 def test_a_stream_gives_the_answer_of_the_whole_for_any_block_size(name, block, scene):
     bodies, motion = scene
@@ -58,7 +69,43 @@ def test_a_stream_gives_the_answer_of_the_whole_for_any_block_size(name, block, 
         assert joined.faces_digest == whole(name).faces_digest
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", dict(LIVE))
+def test_asked_live_it_gives_the_answer_of_the_whole_and_times_every_frame(name, scene):
+    bodies, motion = scene
+    answer = detect_live(create_detector(name, bodies), motion)
+    assert answer.digest == whole(name).digest
+    assert np.array_equal(answer.verdict, whole(name).verdict)
+    assert answer.containment == whole(name).containment
+    assert all(spent.shape == (FRAMES,) for spent in answer.seconds.values())
+    assert (sum(answer.seconds.values()) > 0).all()
+
+
+@cache
+def restless():
+    """Bodies in one heap that jump for 30 frames, then drift, stand still now and then, and lose their pose."""
+    bodies, rng = lab(2)[0], np.random.default_rng(8)
+    count = 120
+    places, turns = rng.normal(scale=0.12, size=(count, 5, 3)), random_rotations(rng, count, 5)
+    little = rotation_from_quaternion(np.array([0, 0, 0, 1]) + rng.normal(scale=0.004, size=(count, 5, 4)))
+    stays = rng.random((count, 5)) < 0.3
+    for frame in range(1, count):
+        if frame >= 30:
+            places[frame] = places[frame - 1] + rng.normal(scale=0.003, size=(5, 3))
+            turns[frame] = little[frame] @ turns[frame - 1]
+        places[frame, stays[frame]] = places[frame - 1, stays[frame]]
+        turns[frame, stays[frame]] = turns[frame - 1, stays[frame]]
+    return bodies, Motion(np.arange(count) / 90, places, turns, rng.random((count, 5)) < 0.95)
+
+
+@pytest.mark.parametrize("settings", LIVE, ids=str)
+def test_live_and_whole_agree_on_bodies_that_jump_stand_and_lose_their_pose(settings):
+    name, chosen = settings
+    detector, motion = create_detector(name, restless()[0], **chosen), restless()[1]
+    found = detector.detect(motion)
+    assert {Verdict.CLEAR, Verdict.CONTACT, Verdict.NO_POSE} <= set(found.verdict.ravel().tolist()) or name == "sphere"
+    assert np.array_equal(detect_live(detector, motion).verdict, found.verdict)
+
+
 def test_pairs_written_in_another_order_give_the_same_digests(name, scene):
     bodies, motion = scene
     pairs = [("ball", "beaker"), ("rod", "beaker"), ("wand", "rod"), ("table", "ball")]
@@ -71,7 +118,6 @@ def test_pairs_written_in_another_order_give_the_same_digests(name, scene):
         assert forward.faces_digest == backward.faces_digest
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_bodies_in_another_order_give_the_same_digests(name, scene):
     bodies, motion = scene
     order = [3, 0, 4, 2, 1]
@@ -82,7 +128,6 @@ def test_bodies_in_another_order_give_the_same_digests(name, scene):
         assert detection.faces_digest == whole(name).faces_digest
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_a_frame_without_a_pose_is_no_pose_and_no_other_frame_is(name, scene):
     motion, detection = scene[1], whole(name)
     either = ~(motion.valid[:, detection.pairs[:, 0]] & motion.valid[:, detection.pairs[:, 1]])
@@ -92,7 +137,6 @@ def test_a_frame_without_a_pose_is_no_pose_and_no_other_frame_is(name, scene):
         assert (detection.verdict[~either] != Verdict.NO_POSE).all()
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_numbers_of_a_pose_that_is_not_valid_are_not_looked_at(name, scene):
     bodies, motion = scene
     translations, rotations = motion.translations.copy(), motion.rotations.copy()
@@ -101,7 +145,6 @@ def test_numbers_of_a_pose_that_is_not_valid_are_not_looked_at(name, scene):
     assert create_detector(name, bodies).detect(poisoned).digest == whole(name).digest
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_an_empty_motion_gives_an_empty_answer(name, scene):
     bodies, motion = scene
     detection = create_detector(name, bodies).detect(motion.frames(0, 0), faces=True)
@@ -111,14 +154,12 @@ def test_an_empty_motion_gives_an_empty_answer(name, scene):
         assert detection.face_counts.shape == (0, 10)
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_one_body_alone_has_no_pairs_and_no_verdicts(name, scene):
     bodies, motion = scene
     alone = Motion(motion.times, motion.translations[:, :1], motion.rotations[:, :1])
     assert create_detector(name, bodies[:1]).detect(alone).verdict.shape == (FRAMES, 0)
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_verdicts_are_read_only_and_the_motion_is_not_changed(name, scene):
     bodies, motion = scene
     before = motion.translations.tobytes(), motion.rotations.tobytes()
@@ -128,7 +169,6 @@ def test_verdicts_are_read_only_and_the_motion_is_not_changed(name, scene):
         detection.verdict[0, 0] = 1
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_times_and_names_come_back_as_they_went_in(name, scene):
     bodies, motion = scene
     detection = whole(name)
@@ -139,7 +179,6 @@ def test_times_and_names_come_back_as_they_went_in(name, scene):
     assert detection.detector == name
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_work_and_seconds_are_reported(name):
     detection = whole(name)
     assert detection.work
@@ -151,7 +190,6 @@ def test_work_and_seconds_are_reported(name):
         assert np.min(seconds) >= 0
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_faces_belong_to_contact_and_are_unique_and_sorted(name):
     detection = whole(name)
     if not has_faces(detection):
@@ -166,13 +204,11 @@ def test_faces_belong_to_contact_and_are_unique_and_sorted(name):
         assert rows == sorted(set(rows))
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_asking_for_faces_changes_no_verdict(name, scene):
     bodies, motion = scene
     assert create_detector(name, bodies).detect(motion).digest == whole(name).digest
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_bad_input_is_refused_by_one_named_error(name, scene):
     bodies, motion = scene
     with pytest.raises(InvalidPoseError, match="poses of 5 bodies, the detector has 2"):
@@ -191,7 +227,6 @@ def test_bad_input_is_refused_by_one_named_error(name, scene):
         list(create_detector(name, bodies).stream([motion.frames(5, 9), motion.frames(0, 5)]))
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_a_detector_can_be_used_again_after_a_refused_motion(name, scene):
     bodies, motion = scene
     detector = create_detector(name, bodies)
@@ -200,7 +235,6 @@ def test_a_detector_can_be_used_again_after_a_refused_motion(name, scene):
     assert detector.detect(motion).digest == whole(name).digest
 
 
-@pytest.mark.parametrize("name", NAMES)
 def test_a_mesh_of_one_triangle_is_enough(name):
     triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     upright = TriangleMesh([[0.25, 0.25, -1], [0.25, 0.25, 1], [0.3, 0.9, 1]], [[0, 1, 2]])

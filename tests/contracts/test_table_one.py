@@ -17,6 +17,7 @@ MAY_DIFFER_WHERE_HARD = ("hybrid", "hybrid-qaco[decide=mesh]")
 SHARES = (0.05, 0.1, 0.25, 0.5, 0.75, 1.0)
 FEW = [(100, 0), (100, 1), (100, 3), (300, 0), (300, 1)]
 ALL = [(target, number) for target in TARGETS for number in range(POSES)]
+some_poses = pytest.mark.parametrize("some", [FEW, pytest.param(ALL, marks=pytest.mark.slow)], ids=["few", "all 200"])
 
 
 def row_of(name, bodies):
@@ -47,15 +48,6 @@ def work_done(detection):
     return detection.work["node_tests"] + detection.work["leaf_tests"]
 
 
-def check_complete(name, some):
-    for one, detector in each_pose(name, some):
-        found = detector.detect(one.motion, faces=True)
-        assert found.verdict.tolist() == [[Verdict.CONTACT]]
-        if name in MAY_DIFFER_WHERE_HARD and one.hard:
-            continue
-        assert np.array_equal(found.faces(0, 0), one.pairs)
-
-
 def recalls(name, some):
     """Face recall over the poses of each target for each share of the tests that each pose needs, (targets, shares)."""
     found, wanted = {}, {}
@@ -74,33 +66,23 @@ def recalls(name, some):
     return np.array([found[target] / wanted[target] for target in found])
 
 
-def check_truncated(name, some):
+@pytest.mark.parametrize("name", COMPLETE)
+@some_poses
+def test_run_to_completion_it_finds_every_face(name, some):
+    for one, detector in each_pose(name, some):
+        found = detector.detect(one.motion, faces=True)
+        assert found.verdict.tolist() == [[Verdict.CONTACT]]
+        if not (one.hard and name in MAY_DIFFER_WHERE_HARD):
+            assert np.array_equal(found.faces(0, 0), one.pairs)
+
+
+@pytest.mark.parametrize("name", TRUNCATED)
+@some_poses
+def test_cut_short_it_finds_some_faces_never_fewer_with_more_budget_and_invents_none(name, some):
     recall = recalls(name, some)
     quarter = recall[:, SHARES.index(0.25)]
     assert ((quarter > 0.05) & (quarter < 0.95)).all(), quarter
     assert (recall[:, -1] == 1.0).all()
-
-
-@pytest.mark.parametrize("name", COMPLETE)
-def test_run_to_completion_it_finds_every_face(name):
-    check_complete(name, FEW)
-
-
-@pytest.mark.parametrize("name", TRUNCATED)
-def test_cut_short_it_finds_some_faces_never_fewer_with_more_budget_and_invents_none(name):
-    check_truncated(name, FEW)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", COMPLETE)
-def test_run_to_completion_it_finds_every_face_of_all_200_poses(name):
-    check_complete(name, ALL)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", TRUNCATED)
-def test_cut_short_it_keeps_its_word_on_all_200_poses_and_in_every_column_of_the_table(name):
-    check_truncated(name, ALL)
 
 
 @pytest.mark.slow
@@ -117,10 +99,3 @@ def test_cut_over_the_trees_of_another_it_answers_as_one_made_with_that_budget(n
         alone = create_detector(name, one.bodies, containment=False, budget=budget).detect(one.motion, faces=True)
         assert np.array_equal(shared.faces(0, 0), alone.faces(0, 0))
         assert shared.digest == alone.digest and shared.work == alone.work
-
-
-def test_a_pose_cut_at_a_quarter_of_its_work_misses_faces_of_a_real_contact():
-    ((one, detector),) = each_pose("obb", [(300, 1)])
-    cut = cut_short(detector, work_done(detector.detect(one.motion, faces=True)) // 4).detect(one.motion, faces=True)
-    assert cut.verdict.tolist() == [[Verdict.CONTACT]]
-    assert 0 < len(cut.faces(0, 0)) < len(one.pairs)

@@ -2,18 +2,21 @@
 relation.
 """
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from oracles.separating_axes import meets_by_axes
 
+from cdcore import Verdict
 from cdcore.narrow.triangles.integers import pair_intersects_integers
 from cdcore.narrow.triangles.predicates import triangles_intersect
+from replay.studies.stress.cases import read_cases
 from replay.studies.stress.families import FAMILIES
+from replay.studies.stress.peers import verdicts_of
 from replay.studies.stress.relations import RELATIONS
 
 by_name = pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
-QUICK = 150
-FULL = 4_000
 FRESH_SEEDS = (20_261, 77_003)
 
 
@@ -26,16 +29,13 @@ def count_wrong(family, count, seed):
     return int((ours != integers).sum()), int((ours != axes).sum()), by_construction
 
 
+@pytest.mark.parametrize(
+    ("count", "seed"),
+    [(150, FRESH_SEEDS[0]), *(pytest.param(4_000, seed, marks=pytest.mark.slow) for seed in FRESH_SEEDS)],
+)
 @by_name
-def test_a_sample_of_each_family_agrees_with_both_exact_algorithms(family):
-    assert count_wrong(family, QUICK, FRESH_SEEDS[0]) == (0, 0, 0)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", FRESH_SEEDS)
-@by_name
-def test_four_thousand_pairs_of_each_family_agree_with_both_exact_algorithms(family, seed):
-    assert count_wrong(family, FULL, seed) == (0, 0, 0)
+def test_each_family_agrees_with_both_exact_algorithms(family, count, seed):
+    assert count_wrong(family, count, seed) == (0, 0, 0)
 
 
 @pytest.mark.parametrize("relation", RELATIONS.values(), ids=list(RELATIONS))
@@ -47,7 +47,17 @@ def test_no_exact_relation_flips_an_answer(family, count, relation):
     assert np.array_equal(triangles_intersect(relation(pairs, rng)), triangles_intersect(pairs))
 
 
-cgal = pytest.importorskip("igl.copyleft.cgal", reason="libigl with CGAL is not installed (extra 'test')")
+FILES = sorted((Path(__file__).parent / "regressions").glob("*.npz"))
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_case_that_failed_somewhere_is_right_here(path):
+    cases = read_cases(path)
+    assert np.array_equal([meets_by_axes(pair) for pair in cases.triangles], cases.truth)
+    assert np.array_equal(triangles_intersect(cases.triangles), cases.truth)
+    assert np.array_equal(verdicts_of("exact", cases.triangles) == Verdict.CONTACT, cases.truth)
+    assert len(cases.row) > 0 < len(FILES)
+
 
 FACE = np.array([[0, 1, 2]], dtype=np.int64)
 COUNT = 150
@@ -65,17 +75,18 @@ def proper(pairs):
     return np.array(found)
 
 
-def meets_by_cgal(pair):
+def meets_by_cgal(cgal, pair):
     first, second = (np.ascontiguousarray(corners) for corners in pair)
     return len(cgal.intersect_other(first, FACE, second, FACE, detect_only=True)[0]) > 0
 
 
-@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
+@by_name
 def test_on_proper_triangles_cgal_gives_the_same_answer(family):
+    cgal = pytest.importorskip("igl.copyleft.cgal", reason="libigl with CGAL is not installed (extra 'test')")
     pairs = family.pairs(COUNT, seed=31)
     pairs = pairs[proper(pairs)]
     if family.number in (9, 10, 11):
         assert len(pairs) == 0, "these families have a face without area by construction"
         return
     assert len(pairs) > COUNT // 2
-    assert np.array_equal([meets_by_cgal(pair) for pair in pairs], triangles_intersect(pairs))
+    assert np.array_equal([meets_by_cgal(cgal, pair) for pair in pairs], triangles_intersect(pairs))

@@ -2,7 +2,7 @@ import pytest
 from support.small_worlds import cubes
 
 from replay.cli.main import main
-from replay.contact_import import OFFSET_FACT, import_contacts
+from replay.contact_import import DRIFT_FACT, OFFSET_FACT, import_contacts
 from replay.errors import AuditError
 from replay.pipeline.engine import compute
 from replay.prepare.assemble import RESIDUAL_FACT
@@ -37,6 +37,24 @@ def test_a_given_offset_is_taken_as_it_is(csv):
     assert session.live_contacts[0].time_ns == 50_000_000
 
 
+def test_a_clock_that_drifts_is_set_right(tmp_path):
+    places = ([3] * 7 + [0.9] * 3 + [3] * 30 + [0.9] * 5 + [3] * 20 + [0.9] * 2) * 10
+    session = cubes({"a": [0] * len(places), "b": places})
+    (contacts,) = compute(session, detectors="exact", oracle="none").episodes.values()
+    rows = [f"{(moment + 5.0) / 1.02:.6f},a,b,{what}\n" for one in contacts
+            for moment, what in ((one.start, "begin"), (one.end, "end"))]  # fmt: skip
+    (tmp_path / "drift.csv").write_text("".join(rows), encoding="utf-8")
+    joined, fit = import_contacts(tmp_path / "drift.csv", session)
+    assert fit.drift == pytest.approx(0.02, abs=1e-5) and float(joined.facts[DRIFT_FACT]) == pytest.approx(fit.drift)
+    figures = compute(joined, detectors="recorded", oracle="exact").summary["audit"]["recorded"]
+    assert figures["missed"]["count"] <= 2 and figures["contacts_missed"] == 0
+
+
+def test_without_a_partner_the_residual_is_unknown(csv):
+    session, fit = import_contacts(csv, cubes(PLACES), offset=50.0)
+    assert (fit.residual, session.facts[RESIDUAL_FACT]) == (None, "unknown")
+
+
 def test_a_file_about_other_bodies_is_refused(tmp_path):
     (tmp_path / "x.csv").write_text("0,x,y,begin\n")
     with pytest.raises(AuditError, match="names no body of the session, which has: a, b"):
@@ -48,7 +66,7 @@ def test_the_command_line_prints_offset_and_residual(csv, tmp_path, capsys):
     out = tmp_path / "with.mcap"
     command = ["import", "contacts", str(csv), "-o", str(out)]
     assert main([*command, "--session", str(tmp_path / "s.mcap")]) == 0
-    assert "clock offset -100.0000 s, residual 0.0 ms" in capsys.readouterr().err
+    assert "clock offset -100.0000 s, residual 0.0 ms of 4 of 5 begins and ends; 1 are left" in capsys.readouterr().err
     assert len(read_session(out).live_contacts) == 5
     assert main([*command, "--force"]) == 2
     assert "--session" in capsys.readouterr().err

@@ -34,7 +34,7 @@ def two_cubes(frames):
 
 def answers(result):
     digests = {label: found.digest for label, found in result.detections.items()}
-    return digests, result.misses, result.causes, result.episodes, result.dwell
+    return digests, result.misses, result.causes, result.episodes, result.dwell, result.summary["dwell"]
 
 
 @pytest.mark.parametrize("name", [*detector_names(), "continuous as oracle"])

@@ -8,15 +8,13 @@ from cdcore import Body, Motion
 from cdcore.transforms.rigid import rotation_from_quaternion
 
 
-def crossing_paths(seed: int, frames: int = 300) -> tuple[list[Body], Motion]:
+def crossing_paths(seed, frames=300):
     """Two rings, a ball and a rod of some thousand faces on smooth random paths, 90 frames a second."""
     rng = np.random.default_rng(seed)
     bodies = [
-        Body("ring", torus_mesh(1.0, 0.25, 40, 16)),
-        Body("ball", ball_of(1300, 0.5)),
-        Body("hoop", torus_mesh(0.7, 0.12, 50, 12)),
-        Body("rod", rod_mesh(0.08, 2.0, 40)),
-    ]
+        Body("ring", torus_mesh(1.0, 0.25, 40, 16)), Body("ball", ball_of(1300, 0.5)),
+        Body("hoop", torus_mesh(0.7, 0.12, 50, 12)), Body("rod", rod_mesh(0.08, 2.0, 40)),
+    ]  # fmt: skip
     time = np.arange(frames) / 90.0
     place, spin = np.zeros((frames, 4, 3)), np.zeros((frames, 4, 4))
     for body in range(4):

@@ -3,7 +3,6 @@
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from support.small_worlds import cubes
@@ -12,7 +11,6 @@ import cdcore.detectors
 from replay.effects import EFFECTS
 from replay.effects.protocol import EffectOutput, EffectSpec
 from replay.pipeline.engine import compute
-from sessions import Session
 from sessions.model.hand import HandTrack
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.synthetic.experiments.acid_dilution import ACID_DILUTION
@@ -35,18 +33,18 @@ ELSE = {
 PEOPLE = {"hand-left": ("hand", "left"), "hand-right": ("hand", "right"), "headset": ("headset",), "bench": ("bench",)}
 
 
-def declarations() -> dict[str, SceneEffect]:
+def declarations():
     """A declaration of every kind there is in the scenes of the experiments, the first one met."""
-    found: dict[str, SceneEffect] = {}
+    found = {}
     for experiment in EXPERIMENTS:
         for effect in experiment.effects:
             found.setdefault(effect.kind, effect)
     return {**{kind: SceneEffect(kind, settings) for kind, settings in ELSE.items()}, **found}
 
 
-def bodies() -> tuple[SceneBody, ...]:
+def bodies():
     """All bodies of all experiments, each once, with all tags that any of them has there."""
-    tags: dict[str, set[str]] = {name: set(words) for name, words in PEOPLE.items()}
+    tags = {name: set(words) for name, words in PEOPLE.items()}
     for experiment in EXPERIMENTS:
         for name, placed in experiment.placed.items():
             made = {"glass", "vessel", "open"} if "bench" not in placed.instrument else set()
@@ -54,7 +52,7 @@ def bodies() -> tuple[SceneBody, ...]:
     return tuple(SceneBody(name, tags=tuple(sorted(words))) for name, words in tags.items())
 
 
-def scene_of(kinds: Iterable[str]) -> Scene:
+def scene_of(kinds):
     """A scene that declares these kinds, one table each."""
     there = declarations()
     return Scene(bodies=bodies(), effects=tuple(there[kind] for kind in kinds))
@@ -64,7 +62,7 @@ LAMP = {"of": ["hand-left"], "hazard": "lamp", "distance": 0.3}
 TWO = (SceneBody("hand-left", tags=("hand", "left")), SceneBody("lamp", extra={"mass": 0.1}))
 
 
-def small_session(*effects: SceneEffect) -> Session:
+def small_session(*effects):
     """A hand that passes by a lamp, and what it pressed."""
     places = [3.0 - 0.1 * k for k in range(22)] + [1.2] * 10
     session = cubes({"hand-left": places, "lamp": [0.0] * len(places)}, scene=Scene("passing", TWO, effects=effects))
@@ -76,13 +74,13 @@ NEAR = SceneEffect("hazard-proximity", LAMP)
 MEET = SceneEffect("contact", {"between": ["hand-left", "lamp"]})
 
 
-def calls(run: Callable[[], object], *below: str) -> Counter[str]:
+def calls(run, *below):
     """How often functions of files below these folders or files of the repository are entered while ``run`` runs."""
     places = tuple(str(ROOT / part) for part in below)
-    found: Counter[str] = Counter()
+    found = Counter()
 
-    def note(frame: object, event: str, _argument: object) -> None:
-        code = frame.f_code  # type: ignore[attr-defined]
+    def note(frame, event, _argument):
+        code = frame.f_code
         if event == "call" and code.co_name != "<module>" and code.co_filename.startswith(places):
             found[f"{Path(code.co_filename).name}:{code.co_name}"] += 1
 
@@ -98,49 +96,49 @@ QUERIES = ("cdcore/narrow", "cdcore/broad", "cdcore/bounding")
 """Files that are entered by whoever asks a detector anything."""
 
 
-def detectors_made(run: Callable[[], object], monkeypatch: object) -> list[str]:
+def detectors_made(run, monkeypatch):
     """Names of the detectors that are made while ``run`` runs, by whomever."""
-    made: list[str] = []
+    made = []
     load = cdcore.detectors.load_detector
 
-    def counted(name: str) -> type:
+    def counted(name):
         made.append(name)
         return load(name)
 
-    monkeypatch.setattr(cdcore.detectors, "load_detector", counted)  # type: ignore[attr-defined]
+    monkeypatch.setattr(cdcore.detectors, "load_detector", counted)
     run()
     return made
 
 
-def run_small(*effects: SceneEffect) -> object:
+def run_small(*effects):
     """The result of a run that is asked for nothing but what the scene calls for."""
     return compute(small_session(*effects))
 
 
-def modules_after(code: str) -> set[str]:
+def modules_after(code):
     """Modules in memory after a program ran in an interpreter of its own."""
     program = f"import sys\nsys.path.insert(0, {str(ROOT / 'tests')!r})\n{code}\nprint('\\n'.join(sys.modules))"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT)
     return set(done.stdout.split())
 
 
-def files_of(kinds: Iterable[str]) -> tuple[str, ...]:
+def files_of(kinds):
     """Files of effects."""
     return tuple(EFFECTS[kind].partition(":")[0].replace(".", "/") + ".py" for kind in kinds)
 
 
-def asks_secretly(inputs: object) -> EffectOutput:
+def asks_secretly(inputs):
     """A mutant: it was given no detector and makes one."""
     from cdcore import create_detector
 
-    assembly = inputs.assembly  # type: ignore[attr-defined]
+    assembly = inputs.assembly
     create_detector("static", assembly.bodies).detect(assembly.motion.take([0, 1]))
     return EffectOutput()
 
 
-def looks_around(inputs: object) -> EffectOutput:
+def looks_around(inputs):
     """A mutant: what it says depends on which other effects are installed."""
-    inputs.count("known", len(EFFECTS))  # type: ignore[attr-defined]
+    inputs.count("known", len(EFFECTS))
     return EffectOutput(data=len(EFFECTS), ran=None, lanes={str(len(EFFECTS)): ()})
 
 

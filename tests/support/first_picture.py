@@ -1,4 +1,4 @@
-"""The demo as a viewer shows it; ``python tests/first_picture.py OUT.png`` makes the first picture of the README."""
+"""The demo as a viewer shows it; ``python tests/support/first_picture.py OUT.png`` makes the README's first picture."""
 
 import subprocess
 import sys

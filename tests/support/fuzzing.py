@@ -1,6 +1,6 @@
 """Mutants of good files, and what each reader makes of them: a result, a finding, a salvage or one named error.
 
-``python tests/fuzzing.py FOLDER FIRST LAST`` tries the mutants of these numbers; any number is one file for ever.
+``python tests/support/fuzzing.py FOLDER FIRST LAST`` tries these mutants; any number is one file for ever.
 """
 
 import faulthandler
@@ -59,12 +59,10 @@ def seeds(folder: Path) -> dict[str, bytes]:
     times = frames.stamp_ns
     hand = HandTrack(times, np.linspace(0, 1, 60), np.zeros(60), ("menu",), np.zeros((60, 1)))
     parts = {
-        "meshes": {"body 1": tetrahedron()},
-        "events": [Event(int(times[3]), "grasp", "takes", "body 1")],
-        "intervals": [Interval(int(times[0]), int(times[9]), "task", "stir")],
-        "hands": {"student/right": hand},
+        "meshes": {"body 1": tetrahedron()}, "events": [Event(int(times[3]), "grasp", "takes", "body 1")],
+        "intervals": [Interval(int(times[0]), int(times[9]), "task", "stir")], "hands": {"student/right": hand},
         "scene": parse_scene('[[body]]\nid = "body 1"\n'),
-    }
+    }  # fmt: skip
     write_session(session_of(frames, **parts), folder / "own.mcap")
     with Recorder(folder / "live.mcap", overwrite=True) as recorder:
         for k in range(40):
@@ -88,17 +86,16 @@ def mutant(files: dict[str, bytes], number: int) -> tuple[str, bytes]:
     data = files[name]
     if name in ("own.mcap", "live.mcap", "foreign.mcap") and number % 2:
         places = range(len(chunks(data)))
-        return name, with_chunk(data, int(random.choice(places)), lambda plain: mutated(plain, random, name))
-    return name, mutated(data, random, name)
+        return name, with_chunk(data, int(random.choice(places)), lambda plain: mutated(plain, random))
+    return name, mutated(data, random)
 
 
-def mutated(data: bytes, random: np.random.Generator, name: str) -> bytes:
+def mutated(data: bytes, random: np.random.Generator) -> bytes:
     """One to four changes, one after the other."""
     for _ in range(int(random.integers(1, 5))):
         if not data:
             return data
         data = CHANGES[int(random.integers(len(CHANGES)))](data, random)
-    del name
     return data
 
 

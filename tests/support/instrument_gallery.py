@@ -1,4 +1,4 @@
-"""Draws every instrument in Rerun; ``python tests/instrument_gallery.py OUT.png`` makes the picture of the README."""
+"""Draws every instrument in Rerun; ``python tests/support/instrument_gallery.py OUT.png`` makes the guide's picture."""
 
 import sys
 import time

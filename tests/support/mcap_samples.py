@@ -1,7 +1,5 @@
 """Sessions and MCAP files for the tests of the session file."""
 
-from pathlib import Path
-
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from hypothesis import strategies as st
@@ -17,7 +15,7 @@ COLUMNS = ("stamp_ns", "log_ns", "sample_ns", "position", "quaternion_xyzw", "st
 SECOND = 1_000_000_000
 
 
-def assert_same_frames(a: Frames, b: Frames) -> None:
+def assert_same_frames(a, b):
     """Every array equal bit for bit, NaN and negative zero included."""
     assert a.names == b.names
     for name in COLUMNS:
@@ -26,7 +24,7 @@ def assert_same_frames(a: Frames, b: Frames) -> None:
         assert left.tobytes() == right.tobytes(), name
 
 
-def random_frames(seed: int, count: int = 50, bodies: int = 3, *, absent: float = 0.0, odd: float = 0.0) -> Frames:
+def random_frames(seed, count=50, bodies=3, *, absent=0.0, odd=0.0):
     """Frames at about 90 Hz with own device stamps; ``absent`` and ``odd`` are the shares of those statuses."""
     rng = np.random.default_rng(seed)
     stamp = 1_700_000_000 * SECOND + np.cumsum(rng.integers(2_300_000, 20_000_000, count))
@@ -43,11 +41,11 @@ def random_frames(seed: int, count: int = 50, bodies: int = 3, *, absent: float 
     return Frames(names, stamp, stamp + 700, sample, position, quaternion, status)
 
 
-def session_of(frames: Frames, **parts) -> Session:
+def session_of(frames, **parts):
     return Session(frames, parts.pop("meshes", {}), **parts)
 
 
-def tetrahedron(size: float = 0.1) -> MeshData:
+def tetrahedron(size=0.1):
     return MeshData(np.vstack([np.zeros(3), np.eye(3)]) * size, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 
 
@@ -56,7 +54,7 @@ stamps = st.integers(0, 2**62) | st.integers(0, 300 * SECOND) | st.just(0)
 
 
 @st.composite
-def any_frames(draw) -> Frames:
+def any_frames(draw):
     """Any layout: bodies missing, lost, held, NaN and zeros anywhere, stamps in any order, devices before zero."""
     names = tuple(draw(st.lists(st.text(min_size=0, max_size=6), max_size=4, unique=True)))
     count = draw(st.integers(0, 6))
@@ -72,7 +70,7 @@ def any_frames(draw) -> Frames:
     return Frames(names, stamp, log_ns, sample, position, quaternion, status)
 
 
-def protobuf_messages(frames: Frames, parent: str = "world") -> list[tuple[int, int, bytes]]:
+def protobuf_messages(frames, parent="world"):
     """(publish, log, payload) of each frame as the protobuf library writes it: zeros left out, shortest varints."""
     found = []
     for row in range(len(frames)):
@@ -87,9 +85,7 @@ def protobuf_messages(frames: Frames, parent: str = "world") -> list[tuple[int, 
     return found
 
 
-def write_foreign(
-    path: Path, messages, *, topic="/tf", schema=None, encoding="protobuf", profile="", **options
-) -> Path:
+def write_foreign(path, messages, *, topic="/tf", schema=None, encoding="protobuf", profile="", **options):
     """An MCAP as another program writes it, with the `mcap` library."""
     with path.open("wb") as stream:
         writer = Writer(stream, compression=options.pop("compression", CompressionType.ZSTD), **options)

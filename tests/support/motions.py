@@ -1,19 +1,13 @@
-"""Random motions of small hard meshes, and the exhaustive answer to compare with; numpy only."""
+"""Random motions of small hard meshes, and the exhaustive answer to compare with."""
 
 import numpy as np
+from support.shapes import random_rotations
 
 from cdcore.numerics import place_points
 
 
 def rotations(rng, shape):
-    q = rng.normal(size=(*shape, 4))
-    x, y, z, w = np.moveaxis(q / np.linalg.norm(q, axis=-1, keepdims=True), -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+    return random_rotations(rng, *shape)
 
 
 def turned_by(rng, frames, step):

@@ -98,21 +98,18 @@ def non_unit_quaternion(draft: Draft, body: int, at: int) -> Planted:
 
 
 def time_backwards(draft: Draft, body: int, at: int) -> Planted:
-    del body
     for name in ("stamp_ns", "log_ns", "sample_ns"):
         draft.arrays[name][at : at + 4] -= 500_000_000
     return Planted("time-backwards", "", (at, at + 3))
 
 
 def duplicate_stamps(draft: Draft, body: int, at: int) -> Planted:
-    del body
     for name in ("stamp_ns", "log_ns", "sample_ns"):
         draft.arrays[name][at : at + 2] = draft.arrays[name][at - 1]
     return Planted("duplicate-stamps", "", (at, at + 1))
 
 
 def gap(draft: Draft, body: int, at: int) -> Planted:
-    del body
     for name in ("stamp_ns", "log_ns", "sample_ns"):
         draft.arrays[name][at:] += 1_000_000_000
     return Planted("gap", "", (at - 1, at))
@@ -135,13 +132,11 @@ def teleport(size: float) -> Fault:
 
 
 def millimetres(draft: Draft, body: int, at: int) -> Planted:
-    del at
     draft.arrays["position"][:, body] *= 1000.0
     return Planted("unit-suspect", BODIES[body], (0, FRAMES - 1))
 
 
 def log_skew(draft: Draft, body: int, at: int) -> Planted:
-    del body
     draft.arrays["log_ns"][at:] += 5_000_000_000
     return Planted("clock-skew", "", (at, FRAMES - 1))
 
@@ -157,14 +152,12 @@ def unknown_frame(draft: Draft, body: int, at: int) -> Planted:
 
 
 def mirrored_mesh(draft: Draft, body: int, at: int) -> Planted:
-    del at
     mesh = draft.meshes[BODIES[body]]
     draft.meshes[BODIES[body]] = MeshData(mesh.vertices * [-1.0, 1.0, 1.0], mesh.faces)
     return Planted("mesh-mirrored", BODIES[body], None)
 
 
 def wrong_hash(draft: Draft, body: int, at: int) -> Planted:
-    del at
     draft.hashes[BODIES[body]] = "0" * 64
     return Planted("mesh-hash", BODIES[body], None)
 

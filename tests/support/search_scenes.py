@@ -12,7 +12,7 @@ I3 = np.eye(3)
 NO_SEEDS = np.zeros((0, 2), dtype=np.int64)
 
 
-def torus_mesh(major=1.0, minor=0.3, around=40, across=20) -> TriangleMesh:
+def torus_mesh(major=1.0, minor=0.3, around=40, across=20):
     """A closed torus about z of 2 x around x across faces."""
     u, v = (2 * np.pi * np.arange(n) / n for n in (around, across))
     ring = major + minor * np.cos(v)
@@ -25,25 +25,25 @@ def torus_mesh(major=1.0, minor=0.3, around=40, across=20) -> TriangleMesh:
     return TriangleMesh(points.reshape(-1, 3), np.concatenate(faces))
 
 
-def ball_of(faces: int, radius=1.0) -> TriangleMesh:
+def ball_of(faces, radius=1.0):
     """A ball of roughly this many faces."""
     rings = round((faces / 4) ** 0.5) + 1
     return ball_mesh(radius, rings, 2 * rings)
 
 
-def search_of(mesh_a, mesh_b, names=("a", "b"), **settings) -> PairSearch:
+def search_of(mesh_a, mesh_b, names=("a", "b"), **settings):
     """A search over two meshes."""
     return PairSearch(features_of(mesh_a), features_of(mesh_b), names, SearchSettings(**settings))
 
 
-def matrix(pose) -> np.ndarray:
+def matrix(pose):
     """A pose of rotation and translation as 4x4."""
     out = np.eye(4)
     out[:3, :3], out[:3, 3] = pose
     return out
 
 
-def exact_pairs(search: PairSearch, mesh_a, mesh_b, pose_a, pose_b) -> set[tuple[int, int]]:
+def exact_pairs(search, mesh_a, mesh_b, pose_a, pose_b):
     """Face pairs that meet, as places in the order of the search."""
     faces = intersecting_faces(mesh_a, mesh_b, matrix(pose_a), matrix(pose_b))
     places = []
@@ -54,13 +54,13 @@ def exact_pairs(search: PairSearch, mesh_a, mesh_b, pose_a, pose_b) -> set[tuple
     return set(zip(*places, strict=True))
 
 
-def colliding_poses(mesh_a, mesh_b, count: int, seed: int) -> list[tuple]:
+def colliding_poses(mesh_a, mesh_b, count, seed):
     """Random poses of A around B, which stands at the origin: the first so many at which the surfaces meet."""
     rng = np.random.default_rng(seed)
     bodies = [Body("a", mesh_a), Body("b", mesh_b)]
     detector = create_detector("exact", bodies, containment=False)
     size = np.linalg.norm(mesh_a.vertices, axis=1).max() + np.linalg.norm(mesh_b.vertices, axis=1).max()
-    found: list[tuple] = []
+    found = []
     tried = 8 * count
     while len(found) < count:
         turn, way = random_rotations(rng, tried), rng.normal(size=(tried, 3))

@@ -1,6 +1,7 @@
 """Plain recursive searches through hierarchies, to compare compiled ones with: same rules, other arithmetic."""
 
 from contextlib import suppress
+from functools import partial
 
 import numpy as np
 import pytest
@@ -102,25 +103,18 @@ def boxes_apart(box_a, pose_a, box_b, pose_b, *, edges):
     return any(corners_apart_along(axis, corners_a, corners_b) for axis in axes if np.linalg.norm(axis) > 1e-9)
 
 
-def some_poses(count=3, seed=0, spread=0.04):
-    """Poses of a ball beside a beaker and a rod through it, K of each, and the corners of both."""
+def poses_near(first, second, spread, count=3, seed=0):
+    """The corners of two meshes, and K poses of both about the origin."""
     rng = np.random.default_rng(seed)
-    corners = ball_mesh(0.03, 5, 6).triangles, beaker_mesh(sides=8).triangles
-    turn = random_rotations(rng, 2, count)
-    move = rng.normal(size=(2, count, 3)) * spread / 2
-    return corners, PairPoses(turn[0], move[0], turn[1], move[1], np.full(count, 1e-13))
+    turn, move = random_rotations(rng, 2, count), rng.normal(size=(2, count, 3)) * spread
+    poses = PairPoses(turn[0], move[0], turn[1], move[1], np.full(count, 1e-13))
+    return (first.triangles, second.triangles), poses
 
 
-def rod_poses(count=3, seed=1):
-    """A rod near a ball."""
-    rng = np.random.default_rng(seed)
-    corners = rod_mesh().triangles, ball_mesh(0.02, 5, 7).triangles
-    turn = random_rotations(rng, 2, count)
-    move = rng.normal(size=(2, count, 3)) * 0.01
-    return corners, PairPoses(turn[0], move[0], turn[1], move[1], np.full(count, 1e-13))
-
-
-SCENES = {"ball and beaker": some_poses, "rod and ball": rod_poses}
+SCENES = {
+    "ball and beaker": partial(poses_near, ball_mesh(0.03, 5, 6), beaker_mesh(sides=8), 0.02),
+    "rod and ball": partial(poses_near, rod_mesh(), ball_mesh(0.02, 5, 7), 0.01, seed=1),
+}
 
 
 def poses_of(poses, row):

@@ -1,7 +1,6 @@
 """A small class whose answers and behaviour follow a known model: what every test of the study starts from."""
 
 import csv
-from pathlib import Path
 
 import numpy as np
 
@@ -44,7 +43,7 @@ def a_class(count=40, seed=0, slope=0.7, contacts=0.0):
     return answers, 6.0 + 1.5 * moved
 
 
-def write_answers(path: Path, answers, students=None, extra=None):
+def write_answers(path, answers, students=None, extra=None):
     """A questionnaire as CSV; ``extra``: further columns by name."""
     students = names(len(answers)) if students is None else students
     extra = extra or {}
@@ -58,29 +57,24 @@ def write_answers(path: Path, answers, students=None, extra=None):
     return path
 
 
-def codebook(questions=(("motivation", "ease of use"),), groups=None) -> Codebook:
+def codebook(questions=(("motivation", "ease of use"),), groups=None):
     """The codebook above with other questions: (outcome, predictor, ...) each."""
     items = tuple(Item(name, "ease of use" if name[0] == "e" else "motivation", (1, 5), name == "e3") for name in ITEMS)
     return Codebook("who", items, tuple(RegressionQuestion(y, tuple(x)) for y, *x in questions), groups)
 
 
-def questionnaire(answers, group=()) -> Questionnaire:
+def questionnaire(answers, group=()):
     """The answers as read: e3 turned."""
     turned = {name: 6.0 - answers[:, k] if name == "e3" else answers[:, k] for k, name in enumerate(ITEMS)}
     return Questionnaire(tuple(names(len(answers))), turned, tuple(group))
 
 
-def metrics(contacts, *, detectors=("exact",), recall=(1.0,), sessions=1) -> Metrics:
+def metrics(contacts, *, detectors=("exact",), recall=(1.0,), sessions=1):
     """Rows per session and detector: each detector sees the contacts its recall leaves it."""
     rows = [(s, d, r, c * (1.0 if r is None else r)) for s, c in zip(names(len(contacts)), contacts, strict=True)
             for d, r in zip(detectors, recall, strict=True) for _ in range(sessions)]  # fmt: skip
-    return Metrics(
-        {
-            "student": [row[0] for row in rows],
-            "detector": [row[1] for row in rows],
-            "recall": [row[2] for row in rows],
-            "contact_frames": [None if row[2] is None else 100 for row in rows],
-            "contacts_per_min": [row[3] for row in rows],
-            "grasps": [float(k % 7) for k in range(len(rows))],
-        }
-    )
+    return Metrics({
+        "student": [row[0] for row in rows], "detector": [row[1] for row in rows], "recall": [row[2] for row in rows],
+        "contact_frames": [None if row[2] is None else 100 for row in rows],
+        "contacts_per_min": [row[3] for row in rows], "grasps": [float(k % 7) for k in range(len(rows))],
+    })  # fmt: skip

@@ -4,8 +4,6 @@ An edge belongs to one of its two faces: its side is computed from its ends in o
 alike, and a ray through it counts once.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function

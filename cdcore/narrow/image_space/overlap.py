@@ -5,8 +5,6 @@ Detection of collisions and self-collisions using image-space techniques (WSCG 2
 Differs: pixels tile the window exactly, so that a window thinner than a pixel is still looked through; three axes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

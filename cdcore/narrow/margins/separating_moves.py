@@ -5,8 +5,6 @@ that ends the contact proves that it is no deeper than the step. Two kinds are t
 of what meets, and shells, where every face of a body moves along its own normal, so that a plug comes out of its hole.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

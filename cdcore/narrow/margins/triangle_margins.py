@@ -4,8 +4,6 @@ An exact answer can hang on 1e-15 m, where a float64 distance is all rounding. S
 on one power-of-two scale, shifted to a common origin there, and only the root at the end rounds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from fractions import Fraction
 from itertools import chain
@@ -31,22 +29,9 @@ def triangle_margins(triangles: ArrayLike) -> tuple[BoolArray, FloatArray]:
     normals and the unit cross products of edges; 0 when coplanar, and 0 where no such axis exists. Choose it to judge
     a disagreement between engines, not to find contacts.
 
-    Parameters
-    ----------
-    triangles : (n, 2, 3, 3) finite numbers.
-
-    Returns
-    -------
-    (n,) bool and (n,) float64 metres, correct to 1e-15 relative.
-
-    Raises
-    ------
-    InvalidTrianglesError
-        Wrong shape, or a coordinate that is not finite.
-
-    Notes
-    -----
-    Source: section 7.2 of the project's specification, tolerance rule.
+    ``triangles`` (n, 2, 3, 3) give (n,) bool and (n,) float64 metres, correct to 1e-15 relative; InvalidTrianglesError
+    for a wrong shape, or a coordinate that is not finite. Source: section 7.2 of the project's specification, tolerance
+    rule.
 
     Examples
     --------

@@ -1,7 +1,5 @@
 """Intersection segments of a detection, computed on first use of a frame."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -3,8 +3,6 @@
 Rounding never decides which edges pierce which faces; it only moves the point where they do.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -28,23 +26,11 @@ MOST_POINTS = 64
 
 
 def triangle_pair_sections(triangles: ArrayLike) -> FloatArray:
-    """The segment in which the two triangles of each pair meet.
+    """The ends (n, 2, 3) of the segments in which the ``triangles`` (n, 2, 3, 3) of each pair meet, in their frame.
 
     Of a coplanar overlap, which is a polygon, this is the polygon's longest chord between corners. A single common
-    point gives a segment with equal ends. Pairs that do not meet give NaN.
-
-    Parameters
-    ----------
-    triangles : (n, 2, 3, 3) finite numbers.
-
-    Returns
-    -------
-    (n, 2, 3) ends of the segments, in the frame of the triangles.
-
-    Raises
-    ------
-    InvalidTrianglesError
-        Wrong shape, or a coordinate that is not finite.
+    point gives a segment with equal ends. Pairs that do not meet give NaN. InvalidTrianglesError for a wrong shape, or
+    a coordinate that is not finite.
     """
     pairs = checked_triangles(triangles).reshape(-1, 6, 3)
     segments = np.full((len(pairs), 2, 3), np.nan)

@@ -4,8 +4,6 @@ A pair is one array (6, 3): rows 0-2 are the first triangle, rows 3-5 the second
 the segment between its lexicographic extremes, or as the point it is.
 """
 
-from __future__ import annotations
-
 from cdcore.kernels.compiling import hot_kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory
 from cdcore.narrow.triangles.orientation import cross_sign, orientation_sign

@@ -4,8 +4,6 @@ Undecided are pairs within rounding of touching, coplanar ones and needles: 0 % 
 resting contact.
 """
 
-from __future__ import annotations
-
 from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int
 from cdcore.kernels.memory import Memory, bytes_at, doubles_at, words_at
 from cdcore.narrow.triangles.exact import boxes_apart, pair_intersects_exact

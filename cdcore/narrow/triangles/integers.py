@@ -5,8 +5,6 @@ serves pairs whose exponents lie too far apart for exact sums (2^-500 beside 1),
 test is checked against.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import chain
 

@@ -6,8 +6,6 @@ Source: J. R. Shewchuk, Adaptive precision floating-point arithmetic and fast ro
 section 4, for the bounds.
 """
 
-from __future__ import annotations
-
 from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.kernels.memory import Memory
 from cdcore.narrow.triangles.sums import add_product, clear_digits, sign_of_digits, two_product, two_sum

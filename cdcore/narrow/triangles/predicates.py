@@ -3,8 +3,6 @@
 Each of three stages is for what the one before left open: a float64 filter with a proved bound, exact sums, integers.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -10,8 +10,6 @@ U. Kulisch, Computer Arithmetic and Validity (2008), for the long accumulator.
 Differs: floating-point expansions (Shewchuk 1997) were as fast and took three times as long to compile (2026-11).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -20,7 +20,7 @@ from replay.outputs.report.charts import timeline, timing
 from replay.outputs.report.markup import Markup, element, joined, page_html, page_section, page_table, picture
 from replay.outputs.run_tables import cost_table
 from replay.outputs.words import NOT_LOOKED_FOR
-from replay.pipeline.headline import doubts, headline, invented, price, undecided
+from replay.pipeline.headline import beside, doubts, headline, price
 from replay.pipeline.run_result import RunResult
 
 CLOSE_UPS = 4
@@ -64,7 +64,7 @@ def _headlines(result: RunResult) -> list[str]:
 def _beside(result: RunResult) -> list[str]:
     """What stands below the headlines: what else is wrong, and the price; without a detector, what happened."""
     if result.detections or not happened(result.effects):
-        return [*undecided(result), *invented(result), *price(result)]
+        return [*beside(result), *price(result)]
     return [*happened_words(result.effects, EVENTS_FIRST), f"{NOT_LOOKED_FOR}."]
 
 

@@ -13,7 +13,7 @@ from typing import Final
 from replay.outputs.report.markup import Markup, element, joined, page_table
 from replay.outputs.report.tradeoff_picture import DARK, LIGHT, Theme, picture
 from replay.outputs.results.parquet import write_rows
-from replay.outputs.tradeoff_table import HEAD, measured_on, quickest_first, tradeoff_table
+from replay.outputs.tradeoff_table import AT_PHASE, HEAD, measured_on, quickest_first, tradeoff_table
 from replay.pipeline.run_result import Tradeoff
 
 TABLE: Final = "tradeoff.parquet"
@@ -60,7 +60,7 @@ def tradeoff_section(done: Tradeoff) -> Markup:
     measured = (
         f"Measured on {measured_on(done)}, of which this process had {min(1.0, done.about['processor_share']):.0%} of "
         "its time; compare ratios, not milliseconds. Milliseconds per frame are the quickest pass, then the slowest; "
-        "work is counted beside the clock, and is the same everywhere."
+        f"work is counted beside the clock, and is the same everywhere; {AT_PHASE}."
     )
     whole = tradeoff_table("Every setting that was tried", quickest_first(done.rows)).only(*HEAD[1:])
     return joined([advice, element("figure", image), *cut, element("p", measured), page_table(whole)])

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from replay.base.constants import BUDGET_MS, ONE_FRAME
 from replay.outputs.tradeoff_table import front_rows, lines_of
+from replay.pipeline.gates import figure
 from replay.tradeoffs.pareto import PRECISION, Row, counts
 from replay.tradeoffs.settings import AS_IT_COMES
 
@@ -134,8 +135,8 @@ def _front(axes: Axes, rows: Sequence[Row], theme: Theme) -> float:
             bbox={"boxstyle": "circle,pad=0.22", "fc": theme.front, "ec": "none"},
             arrowprops={"arrowstyle": "-", "color": theme.front, "lw": 0.8, "shrinkA": 0, "shrinkB": 2},
         )  # fmt: skip
-        invents = "" if row["precision"] == 1.0 else f"{100 * (1 - row['precision']):.1f} %"
-        cells = (str(number), row["label"], f"{row['ms_per_frame']:.4f}", f"{100 * row['missed']:.1f} %", invents)
+        invents = "" if row["precision"] == 1.0 else f"{figure(100 * (1 - row['precision']))} %"
+        cells = (str(number), row["label"], f"{row['ms_per_frame']:.4f}", f"{figure(100 * row['missed'])} %", invents)
         height = _row_beside(axes, height, cells, theme.ink)
     return height
 

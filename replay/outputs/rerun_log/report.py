@@ -20,7 +20,7 @@ from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.run_tables import cluster_table, miss_table
 from replay.outputs.tables import table
 from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, depth_words
-from replay.pipeline.headline import doubts, headline, invented, undecided
+from replay.pipeline.headline import beside, doubts, headline
 from replay.pipeline.run_result import RunResult
 
 WORST: Final = MANY
@@ -93,7 +93,7 @@ def report_text(result: RunResult) -> str:
     ]
     parts += doubts(result)
     parts += [f"**{headline(result, label)}.**" for label in result.comparisons]
-    parts += [*undecided(result), *invented(result)]
+    parts += beside(result)
     if not result.detections:
         parts += [f"- {line}" for line in happened_words(result.effects, WORST)]
     parts.append(_outcome_table(result))

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from replay.comparison.matching import partners
 from replay.comparison.outcome import Episode
+from replay.errors import RunFolderError
 from replay.outputs.results.run_folder import EPISODES, RunFolder, read_run_folder
 
 TICKS: Final = 1_000_000
@@ -89,9 +90,21 @@ class RunDiff:
         return (min(alike), max(alike)) if alike else None
 
 
-def diff_runs(a: str | Path, b: str | Path) -> RunDiff:
-    """Compare two run folders; raises ``RunFolderError`` for a folder that is none, or of another version."""
+def diff_runs(a: str | Path, b: str | Path, *, different_sessions: bool = False) -> RunDiff:
+    """Compare two run folders.
+
+    Raises ``RunFolderError``: a folder that is none, or of another version; two recordings, unless they are meant to be
+    ``different_sessions``.
+    """
     first, second = read_run_folder(Path(a)), read_run_folder(Path(b))
+    sessions = [run.summary["session"] for run in (first, second)]
+    known = {one.get("digest") for one in sessions} - {None}
+    if len(known) > 1 and not different_sessions:
+        origins = " and ".join(one["origin"] or "a session in memory" for one in sessions)
+        raise RunFolderError(
+            f"{a} and {b} replay different recordings, {origins}: their contacts do not compare; "
+            "if that is meant, add --different-sessions"
+        )
     labels = [list(run.summary["detectors"]) for run in (first, second)]
     rows = [_rows(run) for run in (first, second)]
     common = [label for label in labels[0] if label in labels[1]]

@@ -104,19 +104,24 @@ class StressResult:
         return asdict(self)
 
 
-def detectors_of(name: str) -> list[str]:
-    """The rows that a ``--detector`` means.
+def detectors_of(names: str) -> list[str]:
+    """The rows that ``--detectors`` means: names with commas between them, or ``all``; each once.
 
-    Raises StressError: a peer that is not installed.
+    Raises StressError: no name, or a peer that is not installed.
     Raises UnknownDetectorError: lists the names there are.
     """
-    if name == ALL:
-        return [row for row in detector_names() if row not in NOT_IN_ALL] + installed_peers()
-    if name in PEERS and name not in installed_peers():
-        raise StressError(f"{name} is not installed; install it, or ask another of: {', '.join(detector_names())}")
-    if name not in PEERS:
-        load_detector(name)
-    return [name]
+    asked = [name.strip() for name in names.split(",") if name.strip()]
+    if not asked:
+        raise StressError(f"{names!r} names no detector; there are: {', '.join([*detector_names(), *PEERS])}, {ALL}")
+    found: list[str] = []
+    for name in asked:
+        if name in PEERS and name not in installed_peers():
+            raise StressError(f"{name} is not installed; install it, or ask another of: {', '.join(detector_names())}")
+        if name not in (ALL, *PEERS):
+            load_detector(name)
+        usual = [row for row in detector_names() if row not in NOT_IN_ALL] + installed_peers()
+        found += usual if name == ALL else [name]
+    return list(dict.fromkeys(found))
 
 
 def families_of(text: str) -> list[Family]:
@@ -133,7 +138,7 @@ def families_of(text: str) -> list[Family]:
 
 
 def stress(
-    detector: str = ALL,  # a detector's name, a peer's, or ``"all"``
+    detector: str = ALL,  # names of detectors and peers, with commas between them, or ``"all"``
     *,
     families: Sequence[Family] = FAMILIES,
     pairs: int = 4000,  # how many pairs of each
@@ -142,7 +147,7 @@ def stress(
     out: Path | None = None,  # folder for a file per detector and family that failed; ``None``: none are written
     progress: Progress | None = None,  # told how far the work is
 ) -> StressResult:
-    """Ask a detector, or all, about hard triangle pairs whose answer is known exactly.
+    """Ask detectors, or all, about hard triangle pairs whose answer is known exactly.
 
     The truth is the integer test, which shares no step with the filter and the sums that ``exact`` decides by.
 

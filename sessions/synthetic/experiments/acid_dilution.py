@@ -1,7 +1,5 @@
 """Dilution of sulfuric acid: acid into water, stirred; then the mistakes: a spill, water into acid, a drop."""
 
-from __future__ import annotations
-
 from sessions.model.scene import SceneEffect
 from sessions.synthetic.bench import BENCH_TOP, Placed, in_rack, liquid, rack_at, standing
 from sessions.synthetic.experiments.lab import SPOUT_LEFT, Lab

@@ -1,7 +1,5 @@
 """Heating copper sulfate: the dish is set over the flame, the salt stirred until white, and a hand gets burnt."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sessions.model.scene import SceneEffect

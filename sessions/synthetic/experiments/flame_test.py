@@ -1,7 +1,5 @@
 """Flame test: a wire is dipped into salts and held into a flame, long enough to show a colour, once not long enough."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sessions.geometry.rotations import turned_about

@@ -3,8 +3,6 @@
 Hydrogen is lighter than air, so the jar stands on its mouth and the tube leads up into it (upward delivery).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from sessions.geometry.rotations import turned_about

@@ -4,8 +4,6 @@ A `Lab` has a method for each step of a procedure. It turns steps into paths of 
 things, and keeps the truth: facts on the recorded clock, tasks, stages and features as intervals.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 

@@ -1,7 +1,5 @@
 """Liquid that leaves a vessel, in closed form: a cylinder tilted about its lip, a burette through its stopcock."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 It is meant for classes of many sessions: half a minute, few things, a pseudonym, and a given clumsiness.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """From a finished procedure to a session with its scene, and the truth to put beside it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 

@@ -1,7 +1,5 @@
 """Silver chloride: silver nitrate is poured into sodium chloride, a white precipitate falls, and is stirred."""
 
-from __future__ import annotations
-
 from sessions.model.scene import SceneEffect
 from sessions.synthetic.bench import Placed, in_rack, liquid, rack_at, standing
 from sessions.synthetic.experiments.lab import SPOUT_LEFT, Lab

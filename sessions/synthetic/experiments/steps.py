@@ -1,7 +1,5 @@
 """Steps of a procedure that have a truth: pour, stir, swirl, rap, come close."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

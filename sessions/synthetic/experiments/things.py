@@ -1,7 +1,5 @@
 """What becomes of a thing on the bench: it stands, is held, falls; each phase begins at a stamp and gives a pose."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 

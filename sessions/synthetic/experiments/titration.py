@@ -3,8 +3,6 @@
 The scene declares no effect that needs a contact: replaying it asks no collision detector anything.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from sessions.geometry.rotations import Array, quaternion_about, turned_about

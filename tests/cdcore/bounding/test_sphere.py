@@ -17,7 +17,7 @@ from cdcore.bounding.sphere import (
     sphere_by_ritter,
     sphere_by_triangle_mean,
     sphere_in_mode,
-)
+)  # fmt: skip
 from cdcore.errors import InvalidSettingError
 from cdcore.numerics import EPS
 

@@ -51,14 +51,6 @@ def test_skipping_changes_no_verdict_on_paths_that_graze_the_gap(offset):
     assert leaping.tests < frames / 4
 
 
-def test_bodies_that_stand_apart_are_tested_once():
-    frames = 1000
-    places = np.tile([[0.0, 0, 0], [9, 0, 0]], (frames, 1, 1))
-    motion = Motion(np.arange(frames), places, np.tile(np.eye(3), (frames, 2, 1, 1)))
-    answer = SphereStage([Sphere(np.zeros(3), 1.0)] * 2, np.array([[0, 1]])).candidates(motion)
-    assert (answer.tests, answer.skipped) == (1, frames - 1)
-
-
 def test_a_jump_across_missing_poses_is_not_leapt_over():
     places = np.zeros((30, 2, 3))
     places[:10, 0, 0], places[20:, 0, 0] = 9.0, 0.5
@@ -107,12 +99,6 @@ def test_bodies_that_share_a_point_are_candidates_at_any_size(seed, size):
     motion = Motion(np.arange(20), np.repeat(place[:, None], 2, 1), np.repeat(turn[:, None], 2, 1))
     for stage in stages(bodies, np.array([[0, 1]])):
         assert (stage.candidates(motion).verdict == Verdict.CANDIDATE).all()
-
-
-def test_no_frames_and_no_pairs_give_no_verdicts():
-    bodies, motion = lab(4)
-    assert stages(bodies)[0].candidates(motion.frames(0, 0)).verdict.shape == (0, 10)
-    assert stages(bodies, np.zeros((0, 2), dtype=np.int64))[0].candidates(motion).verdict.shape == (4, 0)
 
 
 @kernel

@@ -26,17 +26,6 @@ def doubled(x):
     return 2 * x
 
 
-@njit
-def quadrupled(x):
-    return doubled(doubled(x))
-
-
-def test_a_marked_kernel_gives_the_same_answers_and_is_not_copied_into_its_caller():
-    assert quadrupled(3) == 12
-    code = next(iter(quadrupled.inspect_llvm().values()))
-    assert any("call" in line and "doubled" in line for line in code.splitlines())
-
-
 READ_ONLY = """
 import os, sys
 from pathlib import Path

@@ -12,7 +12,6 @@ from cdcore.errors import InvalidPoseError
 from cdcore.narrow import brute_force as exhaustive
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.face_pair import decided_by_integers, faces_meet, keep_found
-from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.narrow.triangles.filter import UNDECIDED
@@ -57,25 +56,29 @@ def test_frames_that_share_an_answer_share_its_faces():
     assert len(sets.at(2, 0)) == 0
 
 
+def test_faces_of_several_pairs_stay_with_their_pair():
+    pairs, rng = np.array([[0, 1], [0, 2], [1, 2]]), np.random.default_rng(3)
+    turns = np.tile(random_rotations(rng, 3), (3, 1, 1, 1))
+    motion = Motion(np.arange(3), rng.uniform(-0.5, 0.5, (3, 3, 3)), turns)
+    frames, columns = (one.ravel() for one in np.meshgrid(np.arange(3), np.arange(3), indexing="ij"))
+    sets = MeshStage(BODIES, pairs).decide(motion, frames, columns, faces=True).face_sets(frames, columns)
+    counts = set()
+    for frame, column in zip(frames.tolist(), columns.tolist(), strict=True):
+        world = [
+            placed(BODIES[k].mesh.triangles, turns[frame, k], motion.translations[frame, k]) for k in pairs[column]
+        ]
+        want = meeting_faces_exhaustive(*world)
+        assert np.array_equal(sets.at(frame, column), want)
+        counts.add(len(want))
+    assert len(counts) > 3
+
+
 def test_a_pair_written_the_other_way_round_has_its_faces_the_other_way_round():
     motion = motion_of([0.9])
     forward = decide(MeshStage(BODIES, np.array([[0, 1]])), motion, faces=True).sets[0]
     backward = decide(MeshStage(BODIES, np.array([[1, 0]])), motion, faces=True).sets[0]
     assert sorted(forward[:, ::-1].tolist()) == backward.tolist()
     assert forward[:, 1].max() < 12 <= forward[:, 0].max()
-
-
-def test_the_engine_is_asked_in_one_order(monkeypatch):
-    asked = []
-    plain = FclMeshes.touch_along
-    monkeypatch.setattr(
-        FclMeshes, "touch_along", lambda self, a, b, *poses: asked.append((a, b)) or plain(self, a, b, *poses)
-    )
-    for pairs in ([[0, 1], [2, 0]], [[1, 0], [0, 2]]):
-        stage = MeshStage(BODIES, np.array(pairs))
-        decide(stage, motion_of([0.9]), 0)
-        decide(stage, motion_of([0.9]), 1)
-    assert asked == [(1, 0), (0, 2), (1, 0), (0, 2)]
 
 
 def test_a_single_look_gives_the_answer_of_the_whole():

@@ -1,3 +1,5 @@
+"""A detector says which of its stages lost a contact, and searches again only what has changed."""
+
 import numpy as np
 import pytest
 from support.crossing_paths import crossing_paths
@@ -12,6 +14,16 @@ from cdcore.search.settings import SearchSettings
 from cdcore.search.stage import SearchStage
 
 NOTHING = np.zeros((0, 2), dtype=np.int64)
+
+
+def stages_that_failed(name, **settings):
+    """The misses of a detector in ``lab``, and what it says of each."""
+    bodies, motion = lab(120)
+    detector = create_detector(name, bodies, **settings)
+    exact = create_detector("exact", bodies).detect(motion, faces=True)
+    missed = np.argwhere((exact.face_counts > 0) & (detector.detect(motion).verdict != 1)).tolist()
+    told = {(t, p): detector.explain(motion, t, p, exact.faces(t, p)) for t, p in missed}
+    return bodies, motion, told
 
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
@@ -31,28 +43,14 @@ def test_what_was_found_is_found_again_with_more_budget_and_spheres_that_part_sa
 
 
 def test_ten_times_one_evaluation_is_still_too_little_where_few_faces_meet():
-    bodies, motion = lab(60)
-    detector = create_detector("qaco", bodies, budget=1, variant="random", warm_start=False)
-    exact = create_detector("exact", bodies).detect(motion, faces=True)
-    missed = np.argwhere((exact.face_counts > 0) & (detector.detect(motion).verdict != 1)).tolist()
-    told = [detector.explain(motion, t, p, exact.faces(t, p)).found_with_more for t, p in missed]
-    assert len(told) > 10 and not all(told)
+    _, _, told = stages_that_failed("qaco", budget=1, variant="random", warm_start=False)
+    assert len(told) > 10 and not all(one.found_with_more for one in told.values())
 
 
 def test_where_meshes_decide_no_search_is_to_blame():
     bodies, motion = lab(2)
     told = create_detector("hybrid-qaco", bodies, decide="mesh").explain(motion, 0, 0, np.zeros((1, 2), dtype=np.int64))
     assert told.found_with_more is None and told.sample_meets is None
-
-
-def stages_that_failed(name, **settings):
-    """The misses of a detector in ``lab``, and what it says of each."""
-    bodies, motion = lab(120)
-    detector = create_detector(name, bodies, **settings)
-    exact = create_detector("exact", bodies).detect(motion, faces=True)
-    missed = np.argwhere((exact.face_counts > 0) & (detector.detect(motion).verdict != 1)).tolist()
-    told = {(t, p): detector.explain(motion, t, p, exact.faces(t, p)) for t, p in missed}
-    return bodies, motion, told
 
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
@@ -80,9 +78,7 @@ def test_no_pair_in_the_sample_is_said_exactly_where_the_sampled_faces_alone_do_
         ({"budget": 10}, {"budget": 100}),
     ],
 )
-def test_a_budget_that_ran_out_is_told_from_a_search_that_failed_as_a_run_with_ten_times_the_budget_tells(
-    settings, more
-):
+def test_a_budget_that_ran_out_is_told_from_a_search_that_failed_as_a_run_with_ten_times_tells(settings, more):
     bodies, motion, told = stages_that_failed("hybrid-qaco", **settings)
     assert {one.found_with_more for one in told.values()} == {True, False}
     assert all(one.sample_meets for one in told.values())

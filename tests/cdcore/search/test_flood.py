@@ -113,19 +113,6 @@ def test_edge_neighbours_come_first_and_share_two_corners_the_others_one():
         assert len(set(row[:NEIGHBOURS]) - {-1}) == len(shared)
 
 
-def test_links_lead_from_a_face_over_its_corners_to_every_face_there():
-    mesh = box_mesh()
-    features = features_of(mesh)
-    corners = [set(row) for row in mesh.merged_faces[features.face].tolist()]
-    count = len(features)
-    for face in range(count):
-        reached = set()
-        for corner in range(3):
-            at = 3 * count + features.links[3 * face + corner]
-            reached |= set(features.links[features.links[at] : features.links[at + 1]].tolist())
-        assert reached == {other for other in range(count) if corners[face] & corners[other]}
-
-
 def test_vertices_written_twice_are_one_and_a_fan_of_thousands_is_no_burden():
     loose = TriangleMesh(torus_mesh().triangles.reshape(-1, 3), np.arange(4800).reshape(-1, 3))
     assert np.array_equal(features_of(loose).near, features_of(torus_mesh()).near)

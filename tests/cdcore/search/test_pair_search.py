@@ -8,12 +8,9 @@ from support.search_scenes import I3, NO_SEEDS, ball_of, colliding_poses, exact_
 from support.shapes import box_mesh, random_rotations
 
 from cdcore import TriangleMesh, intersecting_faces
-from cdcore.kernels.compiling import kernel
-from cdcore.numerics import place_points
-from cdcore.search import state
 from cdcore.search.features import features_of
-from cdcore.search.pair_test import grow_table, is_new, meeting_pairs, placed_pairs
-from cdcore.search.state import COUNTERS, ENTRIES, GENERATION, POSES, WORLD_A, WORLD_B
+from cdcore.search.pair_test import meeting_pairs
+from cdcore.search.state import POSES, WORLD_A, WORLD_B
 
 VARIANTS = ["memetic", "corrected", "local", "random"]
 HERE = (I3, np.zeros(3))
@@ -52,6 +49,7 @@ def test_on_tiny_meshes_an_exhaustive_budget_finds_everything(variant):
         truth = exact_pairs(search, box, box, pose, HERE)
         look, found = search.look(pose, HERE, stamp), set()
         while look.hit is not None:
+            assert look.hit not in found, "a pair is found once"
             found.add(look.hit)
             look = search.look_on()
         assert found == truth
@@ -141,12 +139,6 @@ def test_a_start_at_a_pair_that_meets_is_a_hit_at_once(variant):
     assert (look.hit, look.evaluations) == (start, 1)
 
 
-def test_the_counters_are_numbered_through_up_to_the_pairs_left_open():
-    first, last = list(vars(state)).index("EVALUATIONS"), list(vars(state)).index("OPEN_FIRST")
-    assert list(vars(state).values())[first : last + 1] == list(range(state.OPEN_FIRST + 1))
-    assert (state.COUNTERS, state.OPEN_ASKED <= state.OPEN_KEPT) == (state.OPEN_FIRST + state.OPEN_KEPT, True)
-
-
 def test_a_look_ends_with_a_hit_or_with_its_budget():
     ball = ball_of(400)
     search = search_of(ball, ball, budget=3000)
@@ -157,40 +149,6 @@ def test_a_look_ends_with_a_hit_or_with_its_budget():
     assert none.hit is None
     assert none.evaluations == 3000
     assert 6.9 < none.distance < 7.5
-
-
-@kernel
-def enter_all(table, count, keys, answers):
-    for k in range(keys.shape[0]):
-        answers[k] = is_new(table, count, keys[k])
-
-
-def entered(table, count, keys):
-    answers = np.zeros(len(keys), dtype=np.int64)
-    enter_all(table, count, np.asarray(keys, dtype=np.int64), answers)
-    return answers.astype(bool).tolist()
-
-
-def test_the_table_knows_what_was_entered_and_nothing_else_also_after_growing():
-    table, count = np.zeros((64, 2), dtype=np.int64), np.zeros(COUNTERS, dtype=np.int64)
-    count[GENERATION] = 1
-    keys = np.random.default_rng(0).permutation(10_000)[:30]
-    assert all(entered(table, count, keys))
-    assert not any(entered(table, count, keys))
-    larger = np.zeros((128, 2), dtype=np.int64)
-    grow_table(table, larger, count)
-    assert count[ENTRIES] == 30
-    assert not any(entered(larger, count, keys))
-    assert all(entered(larger, count, keys + 20_000))
-
-
-def test_a_new_generation_forgets_and_a_full_table_ends():
-    table, count = np.zeros((16, 2), dtype=np.int64), np.zeros(COUNTERS, dtype=np.int64)
-    for generation in (1, 2, 3):
-        count[GENERATION], count[ENTRIES] = generation, 0
-        assert all(entered(table, count, np.arange(12)))
-        assert all(entered(table, count, np.arange(100, 150)))
-        assert not any(entered(table, count, np.arange(12)))
 
 
 @pytest.mark.parametrize("local", [0.0, 1.0, 1e3])
@@ -232,13 +190,3 @@ def test_boxes_that_share_a_side_meet_in_exactly_the_exact_pairs(scale):
     faces = {(int(features.face[i]), int(features.face[j])) for i, j in found}
     assert faces == {tuple(row) for row in intersecting_faces(mesh, mesh, away).tolist()}
     assert 0 < len(found) < 144
-
-
-def test_corners_are_placed_as_the_points_that_count():
-    features = features_of(box_mesh())
-    rng = np.random.default_rng(0)
-    pose = rng.normal(size=POSES)
-    pairs = np.array([[3, 5]])
-    corners = features.rows[5, 4:].reshape(3, 3)
-    expected = place_points(corners, pose[WORLD_B : WORLD_B + 9].reshape(3, 3), pose[WORLD_B + 9 : WORLD_B + 12])
-    assert np.array_equal(placed_pairs(features, features, pose, pairs)[0, 1], expected)

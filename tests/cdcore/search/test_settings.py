@@ -7,7 +7,7 @@ from support.shapes import box_mesh
 
 from cdcore.errors import InvalidSettingError
 from cdcore.search.printed import printed_gate, probabilities
-from cdcore.search.settings import EQUATIONS, VARIANTS, SearchSettings
+from cdcore.search.settings import SearchSettings
 
 BAD = [
     ("variant", "quick", "memetic, corrected"), ("decode", "sine", "angle, amplitude"),
@@ -30,20 +30,6 @@ def test_auto_has_its_own_budget_and_stops_at_the_first_hit():
         SearchSettings(samples="auto", budget_seconds=0.1)
     with pytest.raises(InvalidSettingError, match="leave stop_first=False out"):
         SearchSettings(samples="auto", stop_first=False)
-
-
-def test_the_defaults_are_those_of_the_sweep():
-    s = SearchSettings()
-    assert (s.variant, s.ants, s.mutation, s.alpha, s.beta) == ("memetic", 20, 0.05, 1.0, 3.0)
-    assert (s.evaporation, s.reward, s.pheromone_least, s.pheromone_most) == (0.1, 1.0, 1e-3, 10.0)
-    assert s.restart_after == 1500
-    assert s.turn == pytest.approx(0.15 * 3.14159265)
-
-
-def test_every_variant_and_every_equation_switched_off_is_accepted():
-    for variant in VARIANTS:
-        for equation in (None, *EQUATIONS):
-            assert SearchSettings(variant=variant, without_equation=equation).variant == variant
 
 
 def test_the_printed_gate_shrinks_its_vector_a_hundred_turns_by_nine_tenths():

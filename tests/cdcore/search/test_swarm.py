@@ -23,7 +23,7 @@ from cdcore.search.state import (
     TURN,
     WEIGHT,
     WITHOUT,
-)
+)  # fmt: skip
 from cdcore.search.swarm import decoded, stepped, weigh
 
 

@@ -1,7 +1,7 @@
 import json
 
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import cubes, framed
 
 from replay.cli.main import main
 from sessions import write_session
@@ -95,3 +95,27 @@ def test_of_a_slow_rate_the_looks_are_held_to_the_limit_and_not_the_frames_betwe
     words = ["audit", str(path), "--detector", "rare=discrete[rate_hz=0.5]", "--max-p99-ms", "0.000001"]
     assert main(words) == 4
     assert "rare takes" in capsys.readouterr().err
+
+
+def test_the_missed_contacts_are_listed_with_their_causes_and_the_sources_when_asked(file, capsys):
+    assert main(["audit", file, "--detector", SLOW, "--cite"]) == 0
+    printed = capsys.readouterr().out
+    rows = [line.split() for line in printed.partition("missed by slow")[2].splitlines()]
+    assert ["1", "0.040", "a", "-", "b", "1", "never", "found"] in [row[:8] for row in rows]
+    assert "between looks" in printed and printed.index("detector discrete") > printed.index("missed by slow")
+    assert main(["audit", file, file, "--detector", SLOW, "--cite", "--format", "json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [len(run["misses"]["slow"]) for run in told["runs"]] == [2, 2]
+    assert [*told["sources"]] == ["detector discrete", "detector exact"]
+
+
+@pytest.mark.parametrize("verb", ["run", "audit", "tradeoff"])
+def test_a_policy_decides_what_becomes_of_doubtful_poses_under_every_verb_that_replays(tmp_path, capsys, verb):
+    status = [[1, 1]] * 6 + [[1, 2]] * 2 + [[1, 1]] * 4
+    write_session(framed([10 * k for k in range(12)], status), tmp_path / "s.mcap")
+    words = [verb, str(tmp_path / "s.mcap"), "--out", str(tmp_path / "run"), "--policy"]
+    assert main([*words, "tracking-lost=refuse"]) == 1
+    assert "the policy refuses it" in capsys.readouterr().err
+    assert main([*words, "tracking-lost=wish"]) == 1
+    assert "tracking-lost cannot be met with 'wish'" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()

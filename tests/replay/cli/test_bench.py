@@ -24,7 +24,8 @@ def small(monkeypatch):
 
 @pytest.mark.slow
 def test_json_and_the_file_hold_the_race_the_stages_and_the_growth(capsys, tmp_path):
-    assert main(["bench", "--quick", "--frames", "60", "--json", "--out", str(tmp_path / "new" / "b.json")]) == 0
+    words = ["bench", "--quick", "--frames", "60", "--format", "json", "--cite", "--out"]
+    assert main([*words, str(tmp_path / "new" / "b.json")]) == 0
     told = json.loads(capsys.readouterr().out)
     raced = [(row["what"], row["engine"]) for row in told["race"]]
     assert raced == [(what, name) for what in ("bool", "faces") for name in engines.installed_engines()]
@@ -35,6 +36,7 @@ def test_json_and_the_file_hold_the_race_the_stages_and_the_growth(capsys, tmp_p
     assert [(one["where"], one["size"]) for one in told["growth"]] == [
         (where, size) for where in ("distant", "near") for size in (90, 180)
     ]
+    assert [*told.pop("sources")] == ["detector exact"]
     assert json.loads((tmp_path / "new" / "b.json").read_text()) == told
 
 

@@ -30,6 +30,15 @@ def test_a_motion_capture_with_meshes_becomes_a_session_file(tmp_path, capsys):
     assert np.allclose(session.frames.position[0, 1], [0.5, 1.0, 0.0])
 
 
+def test_json_says_where_the_session_lies_and_what_was_said(tmp_path, capsys):
+    source, out = aframe(tmp_path / "m.json"), tmp_path / "s.mcap"
+    assert main(["import", "aframe", str(source), "-o", str(out), "--format", "json"]) == 0
+    printed, said = capsys.readouterr()
+    told = json.loads(printed)
+    assert (told["out"], told["frames"], told["bodies"]) == (str(out), 20, ["left", "right"])
+    assert told["notes"] == said.splitlines() and "proxy meshes stand in for: left, right" in said
+
+
 def test_stand_in_meshes_are_said_to_be_stand_ins(tmp_path, capsys):
     source = aframe(tmp_path / "m.json")
     assert main(["import", "aframe", str(source), "-o", str(tmp_path / "s.mcap")]) == 0

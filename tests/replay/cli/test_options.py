@@ -3,13 +3,14 @@ import sys
 import click
 from click.testing import CliRunner
 
-from replay.cli.options import common, let_modules_here_be_found, lineup, output_format, window
+from replay.cli.commands import COMMANDS
+from replay.cli.main import cli
+from replay.cli.options import let_modules_here_be_found, lineup, reporting, window
 
 
 @click.command()
 @window
-@output_format
-@common
+@reporting
 def command(people, **given):
     click.echo(repr({**given, **vars(people)}))
 
@@ -46,3 +47,26 @@ def test_a_lineup_is_asked_for_in_the_same_words_on_every_verb():
 
     got = CliRunner().invoke(alone, ["--detector", "hybrid", "--detectors", "static,qaco", "--oracle", "continuous"])
     assert eval(got.output) == {"detectors": ["hybrid", "static,qaco"], "oracle": "continuous", "seed": 0}
+
+
+SHARED = ("--policy", "--cite", "--format", "--start", "--end", "--tau", "--seed", "--oracle", "--force")
+"""What every verb that replays a session takes."""
+
+
+def options_of(verb):
+    found = cli.get_command(click.Context(cli), verb).params
+    return {flag: option for option in found for flag in option.opts if flag.startswith("--")}
+
+
+def test_run_audit_and_tradeoff_share_their_options_and_what_is_said_of_them():
+    run, audit, tradeoff = (options_of(verb) for verb in ("run", "audit", "tradeoff"))
+    assert run.keys() >= {*SHARED}
+    for flag in SHARED:
+        assert run[flag].to_info_dict() == audit[flag].to_info_dict() == tradeoff[flag].to_info_dict(), flag
+    for flag in run.keys() & audit.keys() - {"--out"}:
+        assert run[flag].to_info_dict() == audit[flag].to_info_dict(), flag
+
+
+def test_every_verb_that_reports_takes_a_format():
+    silent = {"guide", "view", "study"}
+    assert {verb for verb in COMMANDS if "--format" not in options_of(verb)} == silent

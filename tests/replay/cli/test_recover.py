@@ -51,3 +51,11 @@ def test_a_file_that_is_there_is_replaced_only_when_asked(whole, tmp_path, capsy
     assert main(["recover", str(whole), str(tmp_path / "out.mcap")]) == 1
     assert "there already" in capsys.readouterr().err
     assert main(["recover", str(whole), str(tmp_path / "out.mcap"), "--force"]) == 0
+
+
+def test_after_a_kill_what_may_be_missing_is_said_and_the_exit_code_is_three(whole, tmp_path, capsys):
+    data = whole.read_bytes()
+    whole.write_bytes(data[: chunks(data)[-1][1]])
+    assert main(["recover", str(whole), str(tmp_path / "out.mcap")]) == 3
+    printed = capsys.readouterr().out
+    assert "it was never closed" in printed and "may be missing" in printed and "nothing was lost" not in printed

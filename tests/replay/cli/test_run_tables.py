@@ -1,13 +1,14 @@
 import io
 from dataclasses import replace
 from io import StringIO
+from pathlib import Path
 
 from rich.console import Console
 from support.small_worlds import cubes, jumping
 
 from replay.api.auditor import audit
 from replay.cli import run_tables as module
-from replay.cli.run_tables import answers, audit_tables, cause_table, run_tables
+from replay.cli.run_tables import answers, audit_tables, cause_table, missed_tables, run_tables
 from replay.cli.terminal import terminal
 from replay.effects.effect_summary import happened_words
 from replay.outputs.report.page import report_html
@@ -43,7 +44,8 @@ def test_misses_stand_under_their_numbers_never_found_ones_first():
 def test_long_lists_say_how_much_they_leave_out(monkeypatch):
     monkeypatch.setattr(module, "MISS_ROWS", 1)
     result = compute(cubes(PLACES), detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
-    assert "… and 1 more in misses.parquet" in text(result)
+    assert "… and 1 more with --format json" in text(result)
+    assert "… and 1 more in misses.parquet" in text(replace(result, out=Path("run")))
 
 
 def test_a_detector_that_misses_nothing_is_told_so():
@@ -55,8 +57,8 @@ def test_a_detector_that_misses_nothing_is_told_so():
 def test_without_an_oracle_contacts_are_counted_per_detector():
     shown = text(compute(cubes(PLACES), detectors="sphere,hybrid", oracle="none"))
     assert "missed" not in shown.split("Exact about")[0]
-    row = next(line for line in shown.splitlines() if "a-b" in line).split()
-    assert row == ["a-b", "2", "2"]
+    found = [line.split() for line in shown.splitlines() if "Contacts found by" in line or "a-b" in line]
+    assert [row[-1] if "by" in row else row[:2] for row in found] == ["sphere", ["a-b", "2"], "hybrid", ["a-b", "2"]]
 
 
 def test_proxies_and_the_limits_of_exactness_are_always_said():
@@ -76,7 +78,9 @@ def test_the_answers_and_their_price_come_before_any_table():
     lines = text(compute(cubes(PLACES), detectors=two), width=200).splitlines()
     assert "missed by slow," in lines[1] and "missed by slower" in lines[2]
     assert lines[3].startswith(" slow invents ") and lines[4].startswith(" slower invents ")
-    assert lines[5].startswith(" Every contact counted here was found by exact in")
+    assert lines[5].startswith(" slow looks 20 times a second, at this run's phase.")
+    after = next(k for k, line in enumerate(lines) if k > 5 and "this phase" not in line and "phases" not in line)
+    assert lines[after].startswith(" Every contact counted here was found by exact in")
 
 
 def test_a_miss_that_no_frame_shows_says_so_and_when_they_touch():
@@ -154,3 +158,25 @@ def test_what_is_suspicious_about_units_comes_before_every_answer():
     assert second.startswith(" None of 2 contacts missed by hybrid")
     for words in (report_text(result), report_html(result)):
         assert words.index("unit-suspect") < words.rindex("None of 2 contacts missed by hybrid")
+
+
+def test_an_audit_lists_every_miss_with_its_cause_in_80_columns():
+    names = {"small-beaker": [0] * 12, "hand-left": PLACES["b"]}
+    sessions = [replace(cubes(names), origin=f"recordings/{name}.mcap") for name in ("one", "two")]
+    found = audit(sessions, detectors="slow=discrete[rate_hz=20],hybrid,it=support.planted_detectors:Undecided")
+    alone = printed(terminal(*missed_tables(found.results[:1])), 80).splitlines()
+    rows = [line.split() for line in alone if "small-beaker - hand-left" in line]
+    misses = found.results[0].misses["slow"]
+    assert {(row[0], row[1]) for row in rows} == {(str(miss.number), f"{miss.start:.3f}") for miss in misses}
+    assert all(" ".join(row[-2:]) == "between looks" for row in rows) and len(rows) == 2
+    assert "missed by hybrid" not in " ".join(alone), "what missed nothing has no list"
+    assert "missed by it" not in " ".join(alone), "what was left undecided was not missed"
+    several = [line.split() for line in printed(terminal(*missed_tables(found.results)), 80).splitlines()]
+    assert [row[0] for row in several if row and row[0].endswith(".mcap")].count("two.mcap") == 2
+
+
+def test_an_audit_lists_so_many_misses_of_a_detector_over_all_sessions_and_says_how_many_more(monkeypatch):
+    monkeypatch.setattr(module, "MISS_ROWS", 3)
+    found = audit([cubes(PLACES)] * 2, detectors="slow=discrete[rate_hz=20]")
+    (table,) = missed_tables(found.results)
+    assert len(table.rows) == 3 and "… and 1 more with --format json" in printed(terminal(table), 80).splitlines()

@@ -24,6 +24,17 @@ def test_one_detector_gets_a_row_per_family_and_the_seed(capsys):
         assert words in printed
 
 
+def test_several_detectors_are_asked_with_commas_between_them(capsys):
+    words = ["stress", "--family", "3", "--pairs", "5", "--format", "json", "--detectors"]
+    for named in ("hybrid,exact", "hybrid, exact,hybrid,"):
+        assert main([*words, named]) == 0
+        assert [one["detector"] for one in json.loads(capsys.readouterr().out)["tallies"]] == ["hybrid", "exact"]
+    assert main([*words, "exact,hybird"]) == 1
+    assert "hybird" in capsys.readouterr().err
+    assert main([*words, ","]) == 1
+    assert "names no detector; there are: " in capsys.readouterr().err
+
+
 def test_all_prints_a_row_per_detector_and_names_absent_peers(capsys, monkeypatch):
     monkeypatch.setattr(peers, "find_spec", lambda name: None)
     assert main(["stress", "--family", "10", "--pairs", "20"]) == 0

@@ -1,9 +1,11 @@
 import json
 
+import numpy as np
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import cubes, framed
 
 from replay.cli.main import main
+from replay.outputs.tradeoff_table import AT_PHASE
 from replay.tradeoffs import sweep as trading
 from replay.tradeoffs.settings import Setting
 from sessions import write_session
@@ -23,6 +25,7 @@ def test_front_and_advice_are_printed_and_the_folder_is_written(file, tmp_path, 
     assert main(["tradeoff", file, "--out", str(tmp_path / "costs"), "--repeats", "1"]) == 0
     out, err = capsys.readouterr()
     assert err.index("outside the time limit: one audit") < err.index("wrote ")
+    assert AT_PHASE in " ".join(out.split())
     assert "hybrid" in out and "To audit a recording" in out and "tradeoff.png" in err
     assert (tmp_path / "costs" / "tradeoff.parquet").is_file()
     assert main(["tradeoff", file, "--out", str(tmp_path / "costs")]) != 0
@@ -43,3 +46,24 @@ def test_what_a_time_limit_cuts_is_said(file, capsys):
 def test_help_says_what_the_time_limit_does_not_count(capsys):
     assert main(["tradeoff", "--help"]) == 0
     assert "Not in it: compiling, and the audit for --out" in " ".join(capsys.readouterr().out.split())
+
+
+def test_sources_and_a_folder_without_a_picture_when_asked(file, tmp_path, capsys):
+    words = ["tradeoff", file, "--repeats", "1", "--cite"]
+    assert main([*words, "--no-picture", "--out", str(tmp_path / "costs")]) == 0
+    out, err = capsys.readouterr()
+    assert out.index("To audit a recording") < out.index("detector hybrid") < out.index("detector discrete")
+    assert not (tmp_path / "costs" / "run.rrd").exists() and "replay view" not in err
+    assert main([*words, "--format", "json"]) == 0
+    assert [*json.loads(capsys.readouterr().out)["sources"]] == ["detector hybrid", "detector discrete"]
+
+
+def test_a_pose_that_the_policy_drops_is_in_no_row():
+    status = [[1, 1]] * 8
+    places = [[[0, 0, 0], [x, 0, 0]] for x in (3, 0.9, 0.9, 3, 3, 0.9, 3, 3)]
+    turns = np.tile([0.0, 0.0, 0.0, 1.0], (8, 2, 1))
+    turns[5, 1] = 0.0
+    session = framed(range(0, 80_000_000, 10_000_000), status, places, turns)
+    settings = [Setting("hybrid", "as it comes", "")]
+    (row,) = trading.tradeoff(session, settings=settings, policy=["zero-quaternion=drop"], repeats=1).rows
+    assert (row["both"], row["missed_pair_frames"], row["left_out"]) == (2, 0, 1)

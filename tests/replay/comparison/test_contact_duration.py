@@ -1,54 +1,86 @@
-"""Dwell and expected misses against closed forms and against phases that were tried out."""
+"""How long contacts last, against closed forms; what step rates miss, against detectors of these rates."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.small_worlds import cubes, verdict_column
 
-from replay.base.wilson import wilson
-from replay.comparison.contact_duration import RATES_HZ, contact_durations, expected_misses, miss_probability, safe_rate
+from cdcore import Motion, create_detector
+from replay.comparison.compare import compare
+from replay.comparison.contact_counts import count_contacts
+from replay.comparison.contact_duration import PHASES, RATES_HZ, StepRates, contact_durations
 from replay.comparison.episodes import episodes
+from replay.comparison.tolerance import Tolerance
 from replay.pipeline.engine import compute
 from replay.prepare.assemble import assemble
 from sessions.synthetic import make_analytic
 
-PHASES = 1000
+FRAME_NS = 11_111_111
+TOUCHED = {"a": [0.0] * 40, "b": [3, 0.9, 3, 0.9, 0.9, 3, 3, 0.9, 0.9, 0.9, 3, 0.9, 3, 3, *[0.9] * 12, *[3] * 8, 0.9, 3,
+                                  1 - 1e-7, 3, 3, 0.9]}  # fmt: skip
+"""Contacts of 1 to 12 frames, one that touches by a tenth of a micrometre, and one at the end."""
 
 
-def tried(spans, step):
-    """How many of 1,000 phases have no look within each span."""
-    phases = (np.arange(PHASES) + 0.5) / PHASES * step
-    misses = []
-    for start, end in spans:
-        first = phases + step * np.ceil((start - phases) / step)
-        misses.append(int((first > end).sum()))
-    return np.array(misses)
+def audited(*rates, oracle="exact"):
+    session = cubes(TOUCHED, step_ns=FRAME_NS)
+    return compute(session, detectors=[f"discrete[rate_hz={rate}]" for rate in rates], oracle=oracle)
 
 
-@pytest.mark.parametrize("rate", [22.5, 50.0, 60.0, 72.0, 90.0, 240.0])
-def test_the_formula_is_within_the_interval_of_a_thousand_resampled_phases(rate):
-    _, truth = make_analytic("fast-ball", seconds=10.0)
-    spans = [episode.nominal for episode in truth.episodes]
-    dwells = np.array([end - start for start, end in spans])
-    misses = tried(spans, 1.0 / rate)
-    assert (misses > 0).any() or rate == 240.0
-    for count, share in zip(misses.tolist(), miss_probability(dwells, 1.0 / rate).tolist(), strict=True):
-        low, high = wilson(count, PHASES)
-        assert low <= share <= high
-    assert expected_misses(dwells, rate) == pytest.approx(misses.sum() / PHASES, abs=len(spans) / PHASES)
+def rated(result, rate, phases):
+    """The contacts that ``discrete`` misses where its ticks count from each of these seconds on."""
+    bodies, motion, oracle = result.assembly.bodies, result.assembly.motion, result.detections[result.oracle]
+    exact, detector = create_detector("exact", bodies), create_detector("discrete", bodies, rate_hz=rate)
+    tolerance = Tolerance(result.assembly, lambda some: exact.detect(some, faces=True))
+    missed = []
+    for phase in phases:
+        later = Motion(motion.times - phase, motion.translations, motion.rotations, motion.valid, linked=motion.linked)
+        found = replace(detector.detect(later), times=motion.times)
+        comparison = compare(found, oracle, within=tolerance.judge(found, oracle))
+        missed.append(count_contacts(comparison, result.episodes[result.oracle]).missed)
+    return missed
+
+
+@pytest.mark.parametrize("oracle", ["exact", "continuous"])
+def test_what_a_rate_misses_at_this_phase_is_what_its_detector_misses_in_the_headline(oracle):
+    result = audited(*RATES_HZ, oracle=oracle)
+    told = result.summary["dwell"]
+    missed = [result.summary["audit"][label]["contacts_missed"] for label in result.comparisons]
+    assert told["missed_at_this_phase"] == missed and len(set(missed)) > 2
+    assert told["rates_hz"] == list(RATES_HZ) and told["contacts"] == len(result.episodes[oracle])
+
+
+@pytest.mark.parametrize("rate", [10.0, 22.5, 72.0])
+def test_the_mean_over_phases_is_that_of_detectors_whose_ticks_are_moved(rate):
+    result = audited(90.0)
+    first, *tried = rated(result, rate, [0.0, *((np.arange(PHASES) + 0.5) / PHASES / rate)])
+    now, mean = result.dwell.rates.missed(rate)
+    assert (now, mean) == (first, pytest.approx(np.mean(tried))) and len(set(tried)) > 1
 
 
 def test_from_the_safe_rate_on_no_phase_misses_and_just_below_it_some_do():
-    _, truth = make_analytic("fast-ball", seconds=10.0)
-    spans = [episode.nominal for episode in truth.episodes]
-    rate = safe_rate([end - start for start, end in spans])
-    assert tried(spans, 0.999 / rate).sum() == 0 < tried(spans, 1.01 / rate).sum()
-    assert safe_rate([0.1, 0.0]) is None and safe_rate([]) == 0.0
+    result = audited(90.0)
+    safe = result.summary["dwell"]["none_missed_from_hz"]
+    below, above = (rated(result, rate, np.arange(40) / 40 / rate) for rate in (0.95 * safe, 1.001 * safe))
+    assert max(above) == 0 < max(below)
 
 
-def test_the_thin_wall_of_the_hard_cases_gives_its_known_share():
-    # a 5 mm cube through a 1 mm plate at 90 Hz: contact over 6 mm, 0 / 100 / 460 / 730 / 865 of 1,000 phases miss it
-    shares = [float(miss_probability(0.006 / speed, 1 / 90)) for speed in (0.4, 0.6, 1.0, 2.0, 4.0)]
-    assert np.round(np.array(shares) * 1000).astype(int).tolist() == [0, 100, 460, 730, 865]
+@pytest.mark.parametrize(("letters", "missed"), [("C.-C..", 0), ("..-C..", 1)])
+def test_a_look_without_a_pose_keeps_the_answer_of_the_look_before(letters, missed):
+    # looks at frames 0, 2 and 4: the second has no pose, so that the first still holds at the contact of frame 3
+    seen = verdict_column(letters, step=1.0)
+    rates = StepRates(seen, episodes(seen), lambda frames, columns: np.zeros(len(frames), dtype=bool), 0)
+    assert rates.missed(0.5)[0] == missed
+
+
+def test_no_rate_is_safe_for_a_contact_that_no_frame_shows():
+    result = compute(
+        cubes({"a": [0.0] * 6, "b": [3, 0.9, 3, 3, -3, -3]}),
+        detectors="hybrid",
+        oracle="swept=support.planted_stages:Swept",
+    )
+    told = result.summary["dwell"]
+    assert told["none_missed_from_hz"] is None and told["expected_misses"][-1] == 1.0
 
 
 @pytest.mark.parametrize("name", ["fast-ball", "ball-plate", "spinning-rod"])
@@ -90,13 +122,3 @@ def test_an_oracle_of_intervals_measures_what_one_of_instants_does_and_the_passe
     told = result.summary["audit"]["slow"]
     assert {miss.cause for miss in result.misses["slow"]} <= {"between looks", "between frames"}
     assert told["causes"]["misses"]["between frames"] > 0 and told["between_frames"] != "not examined"
-
-
-def test_the_table_of_a_run_is_in_its_summary_and_falls_with_the_rate():
-    session, _ = make_analytic("fast-ball", seconds=6.0)
-    summary = compute(session, detectors="hybrid").summary
-    told = summary["dwell"]
-    assert told["rates_hz"] == list(RATES_HZ) and len(told["expected_misses"]) == len(RATES_HZ)
-    assert all(a >= b for a, b in zip(told["expected_misses"], told["expected_misses"][1:], strict=False))
-    assert told["contacts"] == summary["detectors"]["exact"]["contacts"]
-    assert 1.0 / told["none_missed_from_hz"] == pytest.approx(told["shortest"])

@@ -7,15 +7,13 @@ from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 SCENE = Scene(bodies=(SceneBody("cup", tags=("glass",)), SceneBody("jar", tags=("glass",)), SceneBody("top")))
 FIELDS = {
-    "from": declaring.bodies("who pours"),
-    "into": declaring.body("who receives", required=False),
+    "from": declaring.bodies("who pours"), "into": declaring.body("who receives", required=False),
     "between": declaring.pairs("who meets", required=False),
     "speed": declaring.number("how fast", "m/s", default=2.0, above=0.0, most=9.0),
     "of": declaring.text("what", default="", among=("flame", "dilution")),
-    "tip": declaring.vector("where", default=(0.0, 0.0, 0.0)),
-    "on": declaring.flag("whether", default=True),
+    "tip": declaring.vector("where", default=(0.0, 0.0, 0.0)), "on": declaring.flag("whether", default=True),
     "colours": declaring.mapping("which", default={}),
-}
+}  # fmt: skip
 
 
 def made(**settings):

@@ -31,12 +31,8 @@ def test_an_effect_gets_the_outputs_of_its_inputs_and_no_others():
         seen.update(inputs.outputs)
         return EffectOutput()
 
-    ran(
-        spec("one", lambda i: EffectOutput(data=1)),
-        spec("two", lambda i: EffectOutput(data=2)),
-        spec("x", second),
-        x=("two",),
-    )
+    one, two = (spec(kind, lambda i, k=k: EffectOutput(data=k)) for k, kind in ((1, "one"), (2, "two")))
+    ran(one, two, spec("x", second), x=("two",))
     assert {kind: output.data for kind, output in seen.items()} == {"two": 2}
 
 
@@ -44,10 +40,8 @@ def test_frames_in_which_the_trigger_was_off_are_counted_and_shown():
     mask = np.array([False, True, True, False])
     run = ran(spec("pour", lambda inputs: EffectOutput(ran=mask)))["pour"]
     assert (run.frames, run.frames_run) == (4, 2)
-    assert [(s.start, s.end, s.word) for s in run.output.lanes["skipped"]] == [
-        (0.0, 0.01, "skipped"),
-        (0.03, 0.03, "skipped"),
-    ]
+    spans = [(s.start, s.end, s.word) for s in run.output.lanes["skipped"]]
+    assert spans == [(0.0, 0.01, "skipped"), (0.03, 0.03, "skipped")]
 
 
 def test_an_effect_that_always_runs_has_no_lane_of_skips():
@@ -88,12 +82,10 @@ def test_effects_of_a_session_of_hours_with_its_poses_on_disk_are_the_same(monke
     scene = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=effects)
     places = [1.3 - 0.02 * min(k, 17) for k in range(60)]
     session = cubes({"a": [0.0] * 60, "b": places}, scene=scene)
-    held = compute(session, detectors=()).effects
+    held = compute(session, detectors=())
     monkeypatch.setattr(stored, "HELD_FRAMES", 10)
     monkeypatch.setattr(detecting, "WHOLE_FRAMES", 16)
     on_disk = compute(session, detectors=())
     assert type(on_disk.assembly.motion).__name__ == "StoredMotion"
-    assert {kind: run.output.digest for kind, run in on_disk.effects.items()} == {
-        kind: run.output.digest for kind, run in held.items()
-    }
-    assert held["breakage"].output.named("broken")
+    one, other = ({k: run.output.digest for k, run in result.effects.items()} for result in (held, on_disk))
+    assert one == other and held.effects["breakage"].output.named("broken")

@@ -51,10 +51,6 @@ def test_what_a_kind_of_heat_needs_is_asked_for(settings, words):
         plan(bench(("heat", settings)).scene)
 
 
-def test_without_a_pour_nothing_is_diluted():
-    assert poured([0.0, 0.0], None, ("heat", DILUTION))["heat"].events == ()
-
-
 def run(xs, height=0.2, capacity=60.0, **more):
     places = np.zeros((len(xs), 3))
     places[:, 0], places[:, 1] = xs, height

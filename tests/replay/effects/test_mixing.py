@@ -54,18 +54,3 @@ def test_a_concentration_that_cannot_be_is_named(molar):
 def test_a_body_that_holds_nothing_may_have_no_properties():
     cavity = glass("a").extra["cavity"]
     assert contents_of(Vessel(SceneBody("a", extra={"cavity": cavity}))).volume_ml == 0.0
-
-
-def test_a_titration_says_the_same_to_the_byte_with_every_other_effect_removed(monkeypatch):
-    from support.liquid_worlds import NEUTRAL
-
-    from replay.effects import EFFECTS
-
-    def digests():
-        return {kind: run.output.digest for kind, run in run_in([0.0, *([90.0] * 60), 0.0], MIX, NEUTRAL).items()}
-
-    whole = digests()
-    assert set(whole) == {"burette", "mixing", "reaction"}
-    for kind in set(EFFECTS) - set(whole):
-        monkeypatch.delitem(EFFECTS, kind)
-    assert digests() == whole

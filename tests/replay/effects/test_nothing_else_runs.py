@@ -2,15 +2,14 @@
 
 import random
 from dataclasses import replace
-from itertools import chain, combinations
+from itertools import combinations
 
 import pytest
 from support import effect_proofs as proofs
-from support.effect_proofs import LAMP, MEET, NEAR, QUERIES, files_of, run_small, scene_of, small_session
+from support.effect_proofs import MEET, NEAR, QUERIES, files_of, run_small, scene_of, small_session
 
 from replay.effects import EFFECTS, load_effect
 from replay.effects.effect_plan import plan
-from replay.effects.effects_runner import run_effects
 from replay.effects.protocol import Need
 from replay.pipeline.engine import compute
 from sessions import read_session, write_session
@@ -23,9 +22,7 @@ MOST = 300
 
 
 def subsets():
-    """All sets of kinds where there are few; else none, every one, every two, all, and many at random."""
-    if len(KINDS) <= 8:
-        return list(chain.from_iterable(combinations(KINDS, size) for size in range(len(KINDS) + 1)))
+    """None, every one, every two, all, and many at random."""
     drawn = random.Random(8)
     some = [tuple(kind for kind in KINDS if drawn.random() < drawn.random()) for _ in range(MOST)]
     return [(), *combinations(KINDS, 1), *combinations(KINDS, 2), KINDS, *some]
@@ -33,23 +30,19 @@ def subsets():
 
 def closed(kinds, scene):
     """Another way to the closure: grow the set until nothing is missing."""
-    tables = {kind: [effect.settings for effect in scene.effects if effect.kind == kind] for kind in KINDS}
-    found = set(kinds)
-    while True:
-        more = {
-            need.kind if isinstance(need, Need) else need
-            for kind in found & set(KINDS)
-            for need in load_effect(kind).needs
-            if not isinstance(need, Need)
-            or not need.when
-            or any(
-                table.get(need.when, load_effect(kind).fields[need.when].default) in need.equals
-                for table in tables[kind]
-            )
-        }
-        if more <= found:
-            return found
+
+    def wanted(kind, need):
+        if not isinstance(need, Need) or not need.when:
+            return True
+        default = load_effect(kind).fields[need.when].default
+        return any(one.settings.get(need.when, default) in need.equals for one in scene.effects if one.kind == kind)
+
+    found, more = set(), set(kinds)
+    while more - found:
         found |= more
+        asked = [(kind, need) for kind in found & set(KINDS) for need in load_effect(kind).needs]
+        more = {getattr(need, "kind", need) for kind, need in asked if wanted(kind, need)}
+    return found
 
 
 def buildable(kinds):
@@ -206,15 +199,6 @@ def test_an_effect_that_looks_at_who_else_is_there_is_found_by_its_outputs(mutan
     assert run_small(NEAR).effects[NEAR.kind].output.digest != whole
 
 
-def test_an_effect_that_asks_for_contacts_it_did_not_name_is_stopped():
-    spec = replace(load_effect(NEAR.kind), compute=lambda inputs: inputs.contact(("hand-left", "lamp")))
-    session = small_session(NEAR)
-    planned = plan(session.scene)
-    step = replace(planned.steps[NEAR.kind], spec=spec)
-    with pytest.raises(ValueError, match="name a `detector`"):
-        run_effects(replace(planned, steps={NEAR.kind: step}), session, compute(session).assembly, {})
-
-
 OUTSIDE = """
 from replay.effects.declaring import bodies
 from replay.effects.output import EffectEvent, EffectOutput
@@ -242,4 +226,3 @@ def test_an_effect_from_outside_is_one_file_and_one_row(tmp_path, monkeypatch):
     assert [event.bodies for event in result.effects["glow"].events] == [("lamp",), ("hand-left",)]
     assert "glow_effect" in sys.modules
     sys.modules.pop("glow_effect")
-    assert LAMP["hazard"] == "lamp"

@@ -49,8 +49,3 @@ def test_a_body_that_passes_through_between_two_frames_is_hit_on_the_way():
     # The faces are 1 m apart at x = 1: a quarter of the way from 2 to -2, and so a quarter of the step after frame 1.
     assert event.values["impact_low_s"] <= 2.5 <= event.values["impact_high_s"] + 1e-9
     assert event.bodies == ("a", "b") and set(result.detections) == {"continuous"}
-
-
-def test_the_plan_asks_the_detector_of_intervals_about_the_declared_pair():
-    planned = plan(SCENE)
-    assert planned.detectors == {"continuous": ("sweep",)} and planned.pairs == (("a", "b"),)

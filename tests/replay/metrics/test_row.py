@@ -1,4 +1,5 @@
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from replay.metrics.row import (
     joined,
     metric_rows,
     recall,
-)
+)  # fmt: skip
 from replay.outputs.results.parquet import TYPES
 from replay.outputs.results.parquet_tables import metrics_table
 from sessions.synthetic.scenes import make_scene_session
@@ -105,11 +106,9 @@ def test_without_an_oracle_nobody_knows_the_recall():
 
 def test_a_flicker_is_one_contact_and_a_second_touch_is_two():
     found = [
-        Episode(0, 0, 1, 0.0, 1.0),
-        Episode(0, 2, 3, 1.05, 2.0),
-        Episode(0, 9, 9, 3.0, 3.0),
+        Episode(0, 0, 1, 0.0, 1.0), Episode(0, 2, 3, 1.05, 2.0), Episode(0, 9, 9, 3.0, 3.0),
         Episode(1, 0, 0, 1.0, 1.0),
-    ]
+    ]  # fmt: skip
     assert [(one.pair, one.start, one.end) for one in joined(found)] == [(0, 0.0, 2.0), (0, 3.0, 3.0), (1, 1.0, 1.0)]
 
 
@@ -136,19 +135,14 @@ def test_a_run_without_a_detector_has_one_row_without_contacts():
 
 
 def test_what_effects_found_is_summed_and_what_nobody_looked_for_is_null():
-    class Found:
-        def __init__(self, *events):
-            self.events = events
-
     result = run(cubes({"a": [0.0] * 9, "b": list(np.linspace(3, 4, 9))}), detectors="hybrid", oracle="none")
     assert effect_metrics(result) == {"breakages": None, "spilled_ml": None, "hazard_seconds": None}
     effects = {
-        "spill": Found(
-            EffectEvent(0.01, "spill", values={"volume_ml": 2.0}), EffectEvent(0.02, "spill", values={"volume_ml": 0.5})
-        ),
-        "hazard-proximity": Found(EffectEvent(0.01, "near", end=0.04), EffectEvent(0.06, "near")),
-        "breakage": Found(EffectEvent(0.01, "impact"), EffectEvent(0.01, "broken")),
+        "spill": [EffectEvent(0.01, "spill", values={"volume_ml": volume}) for volume in (2.0, 0.5)],
+        "hazard-proximity": [EffectEvent(0.01, "near", end=0.04), EffectEvent(0.06, "near")],
+        "breakage": [EffectEvent(0.01, "impact"), EffectEvent(0.01, "broken")],
     }
+    effects = {kind: SimpleNamespace(events=events) for kind, events in effects.items()}
     told = effect_metrics(replace(result, effects=effects))
     assert (told["breakages"], told["spilled_ml"]) == (1, 2.5)
     assert told["hazard_seconds"] == pytest.approx(0.03 + 0.02)

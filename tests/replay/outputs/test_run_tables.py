@@ -1,12 +1,12 @@
-"""The counts of the tables are those of the run."""
+"""Tables are plain data, and their counts are those of the run."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.small_tables import ROWS, made
 from support.small_worlds import cube, cubes, jumping
 
-from replay.cli.run_tables import contact_table as cli_table
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
 from replay.guide.pages import page
@@ -20,7 +20,7 @@ from replay.outputs.run_tables import (
     pair_table,
 )
 from replay.outputs.tables import Marked
-from replay.outputs.tradeoff_table import tradeoff_table
+from replay.outputs.tradeoff_table import HEAD, quickest_first, tradeoff_table
 from replay.outputs.words import CONTACT_WORDS
 from replay.pipeline.engine import compute
 from sessions import Finding, MeshData, Severity
@@ -54,7 +54,6 @@ def test_a_pair_whose_containment_is_refused_says_why_beside_its_verdicts(run):
     word = "containment refused for 1 of 1 pair: a has doubled or overlapping faces"
     (note,) = pair_table(result, "sphere").only("pair").notes
     assert note == f"exact: {word}" and contact_table(result, "exact").notes == (note,)
-    assert note in cli_table(result).notes
     assert result.summary["pairs"][0]["containment"]["exact"] == "refused: a has doubled or overlapping faces"
 
 
@@ -80,6 +79,46 @@ def test_a_code_is_explained_at_its_first_finding_only():
     lost = [Finding("tracking-lost", Severity.WARNING, f"loss {k}", start=1.0, end=2.0) for k in range(3)]
     cells = column(finding_table(lost), "what")
     assert [bool(cell.below) for cell in cells] == [True, False, False]
+
+
+def test_columns_are_chosen_by_name_and_in_the_order_asked_for():
+    chosen = made().only("mark", "absent", "body")
+    assert [column.name for column in chosen.columns] == ["mark", "body"] and chosen.rows[0][1] == "cup|lid"
+
+
+def test_a_long_table_says_how_much_it_leaves_out_in_a_note():
+    cut = made().first(1, "and {} more")
+    assert cut.rows == tuple(ROWS[:1]) and cut.notes[-1] == "and 1 more" and made().first(2, "{}") == made()
+
+
+ROW = {
+    "label": "a", "oracle": False, "front": True, "front_online": True, "ms_per_frame": 0.5, "ms_high": 0.75,
+    "p99_ms": 1.25, "over_share": 0.02, "seconds_per_minute": 2.7, "missed": 0.1, "missed_low": 0.05,
+    "missed_high": 0.2, "precision": 0.75, "face_recall": None, "work": {"tests": 12_345, "skipped": 99_999},
+}  # fmt: skip
+
+
+def test_shares_are_percentages_and_what_was_not_measured_is_empty():
+    (row,) = tradeoff_table("", [ROW]).rows
+    assert dict(zip(HEAD, row, strict=True)) == {
+        "#": "1", "setting": "a", "front": "front, live front", "ms per frame": "0.5000", "slowest": "0.7500",
+        "p99 ms (over 11.1)": "1.250 (2 %)", "s per minute": "2.70", "missed, % [95 %]": "10 [5, 20]",
+        "invented, %": "25", "faces, %": "", "most of its work": "12k tests",
+    }  # fmt: skip
+
+
+def test_rows_are_numbered_in_the_order_given():
+    slow = {**ROW, "label": "b", "ms_per_frame": 2.0, "p99_ms": None, "precision": None, "work": {}}
+    rows = tradeoff_table("", quickest_first([slow, ROW])).rows
+    assert [row[:2] for row in rows] == [("1", "a"), ("2", "b")] and rows[1][-1] == rows[1][5] == rows[1][8] == ""
+
+
+def test_a_share_that_is_not_zero_is_not_shown_as_zero():
+    few = {"missed": 1 / 9000, "missed_low": 1 / 90000, "missed_high": 4 / 9000, "precision": 8999 / 9000}
+    (row,) = tradeoff_table("", [{**ROW, **few, "over_share": 1 / 81000}]).rows
+    cells = dict(zip(HEAD, row, strict=True))
+    assert cells["missed, % [95 %]"] == "0.011 [0.0011, 0.044]" and cells["invented, %"] == "0.011"
+    assert cells["p99 ms (over 11.1)"] == "1.250 (0.0012 %)"
 
 
 def test_intervals_are_said_to_be_over_contacts_wherever_they_stand(run):

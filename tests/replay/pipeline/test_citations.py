@@ -7,8 +7,9 @@ from support.small_worlds import cubes
 
 import replay
 from cdcore.detectors import load_detector
+from replay.cli.run_report import sources_of
 from replay.effects import load_effect
-from replay.pipeline.citations import citations, sources_behind
+from replay.pipeline.citations import citations
 
 PLACES = {"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3]}
 
@@ -19,20 +20,20 @@ def result():
 
 
 def test_each_detector_of_the_run_is_cited_once_with_its_own_sources(result):
-    behind = sources_behind(result)
+    behind = sources_of([result, result])
     assert set(behind) == {"detector sphere", "detector discrete", "detector hybrid"}
     for what, sources in behind.items():
         assert sources == load_detector(what.removeprefix("detector ")).sources
 
 
 def test_effects_that_ran_are_cited_too(result):
-    behind = sources_behind(replace(result, effects={"contact": None}))
+    behind = sources_of([result, replace(result, effects={"contact": None})])
     assert behind["effect contact"] == tuple(load_effect("contact").sources)
 
 
 def test_a_detector_from_outside_without_sources_is_said_to_have_none(result, monkeypatch):
     monkeypatch.delattr(load_detector("sphere"), "sources")
-    assert sources_behind(result)["detector sphere"] == ("names no sources",)
+    assert sources_of([result])["detector sphere"] == ("names no sources",)
 
 
 def test_the_text_puts_sources_below_what_they_are_of():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from replay.comparison.outcome import Comparison, Episode, Outcome
-from replay.pipeline.headline import headline, invented, price
+from replay.pipeline.headline import beside, headline, invented, phases, price
 
 
 def told(*contacts):
@@ -98,3 +98,29 @@ def test_who_reports_contact_where_there_is_none_is_told_so_however_little_it_mi
         f"{label} invents {share} % of the contact that it reports, counted in pair-frames."
         for label, share in told.items()
     ]
+
+
+def looked(*rates_hz, name="discrete", contacts=18):
+    summary = {"detectors": {f"at-{rate}": {"name": name, "settings": {"rate_hz": rate}} for rate in rates_hz}}
+    rates = SimpleNamespace(contacts=(None,) * contacts, missed=lambda rate: (9, 4.53) if rate == 22.5 else (1, 0.61))
+    comparisons = {
+        label: Comparison(label, "exact", np.array([[1, 2, 3]], dtype=np.uint8)) for label in summary["detectors"]
+    }
+    dwell = SimpleNamespace(rates=rates)
+    return SimpleNamespace(oracle="exact", summary=summary, comparisons=comparisons, dwell=dwell)
+
+
+def test_who_looks_at_a_rate_is_said_to_miss_at_this_runs_phase_and_what_the_mean_is():
+    lines = phases(looked(22.5, None, 72.0))
+    assert lines == [
+        f"at-{rate} looks {rate:g} times a second, at this run's phase. Faultless looks at that rate miss {now} of "
+        f"18 contacts at this phase, {mean} in the mean over phases."
+        for rate, now, mean in ((22.5, 9, 4.53), (72.0, 1, 0.61))
+    ]
+    assert phases(looked(22.5, contacts=0)) == phases(looked(22.5, name="recorded")) == []
+
+
+def test_page_picture_and_terminal_say_the_same_beside_the_headline():
+    run = looked(22.5)
+    run.detections = {"exact": SimpleNamespace(verdict=np.zeros((1, 3), dtype=np.uint8))}
+    assert beside(run) == [*invented(run), *phases(run)] and len(beside(run)) == 2

@@ -118,16 +118,16 @@ AUDIT = "To audit a recording, "
 ADVICE = {
     "none": ([], []),
     "one": ([row("a", 0.5, 0.1)], [
-        "only a was tried that reports more contacts than it invents: it misses 10.0 % [10.0, 10.0]"]),
+        "only a was tried that reports more contacts than it invents: it misses 10 % [10, 10]"]),
     "several": ([row("a", 0.5, 0.1), row("b", 5.0, 0.0, 0.9)], [
-        "at 1 ms per frame: a, misses 10.0 % [10.0, 10.0]",
-        "at 10 ms per frame: b, misses 0.0 % [0.0, 0.0], invents 10.0 % [10.0, 10.0]; to invent nothing, "
-        "a, misses 10.0 % [10.0, 10.0]"]),
+        "at 1 ms per frame: a, misses 10 % [10, 10]",
+        "at 10 ms per frame: b, misses 0 % [0, 0], invents 10 % [10, 10]; to invent nothing, "
+        "a, misses 10 % [10, 10]"]),
     "dominated": ([row("a", 0.5, 0.0), row("b", 5.0, 0.1)], [
-        "a dominates 1 other: nothing is quicker, misses less or invents less: it misses 0.0 % [0.0, 0.0]"]),
+        "a dominates 1 other: nothing is quicker, misses less or invents less: it misses 0 % [0, 0]"]),
     "invents less": ([row("a", 0.5, 0.0, 0.8), row("b", 5.0, 0.1, 0.9)], [
-        "nothing is quicker or misses less than a, misses 0.0 % [0.0, 0.0], invents 20.0 % [20.0, 20.0]; to invent "
-        "less, b, misses 10.0 % [10.0, 10.0], invents 10.0 % [10.0, 10.0]"]),
+        "nothing is quicker or misses less than a, misses 0 % [0, 0], invents 20 % [20, 20]; to invent "
+        "less, b, misses 10 % [10, 10], invents 10 % [10, 10]"]),
     "undecided": ([row("a", 0.5, 0.0, contact_frames_undecided=3)], []),
     "not measured": ([row("a", 0.5, 0.0, None)], []),
     "more invented than found": ([row("a", 0.5, 0.0, 0.4)], []),
@@ -201,6 +201,9 @@ def test_no_template_is_untested():
     everything += [line for rows, _ in ADVICE.values() for line in advice_of(rows)]
     everything += doubted(*(Finding("unit-suspect", Severity.WARNING, "far", "a") for _ in "ab"))
     two = [row("a", 0.5, 0.1, online=True, p99_ms=0.6), row("b", 0.6, 0.0, online=True, p99_ms=2.0)]
+    rated = SimpleNamespace(contacts=("one",), missed=lambda rate: (1, 0.5))
+    slow.summary["detectors"]["it"]["settings"], slow.dwell = {"rate_hz": 5.0}, SimpleNamespace(rates=rated)
+    everything += headline.phases(slow)
     text = "\n".join([*everything, *advice_of(two), str(refused.value)])
     missing = [one for module in (headline, gates, pareto) for one in templates(module) if one not in text]
     assert missing == []

@@ -170,8 +170,27 @@ def test_a_session_that_offers_nothing_to_look_at_is_refused_and_told_why():
         assemble(framed(np.zeros(0), np.zeros((0, 1))))
     with pytest.raises(AssemblyError, match="no body has a mesh; there are tracks of: a"):
         assemble(Session.from_arrays([0, 1], {"a": along_x([0, 1])}))
-    with pytest.raises(AssemblyError, match="none of a, b moves against another"):
+    with pytest.raises(AssemblyError, match="none of a, b moves against another; name pairs"):
         assemble(cubes({"a": [0, 0], "b": [1, 1]}))
+    with pytest.raises(AssemblyError, match="no pair to look at: a is the only body"):
+        assemble(cubes({"a": [0, 1]}))
+    with pytest.raises(AssemblyError, match="leaves no pair of bodies with a mesh; name pairs"):
+        assemble(cubes({"a": [0, 0], "b": [1, 2]}, scene=Scene(ignore=(("a", "b"),))))
+
+
+@pytest.mark.parametrize(
+    ("meshed", "bare", "why"),
+    [
+        (["a"], 1, "b0 has no mesh, only a has one; give meshes with --mesh"),
+        (["main_camera"], 25, "25 bodies have no mesh, only main_camera has one; give meshes with --mesh"),
+        (["a", "c"], 2, "none of a, c moves against another; 2 bodies have no mesh; name pairs in the scene"),
+    ],
+)
+def test_bodies_without_a_mesh_are_why_there_is_no_pair(meshed, bare, why):
+    names = [*meshed, *(f"b{k}" for k in range(bare))]
+    moving = {name: along_x([0, 0] if len(meshed) > 1 else [0, 1]) for name in names}
+    with pytest.raises(AssemblyError, match=f"no pair to look at: {why}$"):
+        assemble(Session.from_arrays([0, 1], moving, {name: cube() for name in meshed}))
 
 
 def test_a_pose_that_is_none_is_refused_with_frame_time_and_body_even_far_into_a_file():

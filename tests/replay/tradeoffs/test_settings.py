@@ -36,12 +36,6 @@ def test_whoever_is_asked_for_faces_is_asked_for_booleans_with_the_same_settings
     assert f"{faces[0].detector} faces" == faces[0].label
 
 
-def test_samples_are_faces_of_a_body_and_a_budget_is_evaluations():
-    for axis in ("samples", "budget"):
-        turned = [one.settings for one in settings_list() if one.axis == axis]
-        assert turned and all(set(settings) == {axis} for settings in turned)
-
-
 def test_what_a_short_time_limit_leaves_advises_on_engines_colliders_and_a_live_loop():
     head = settings_list()[:33]
     assert {"hybrid", "exact", "discrete", "collider", "solid-style"} <= {one.detector for one in head}

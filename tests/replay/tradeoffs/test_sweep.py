@@ -20,12 +20,10 @@ from replay.tradeoffs.sweep import tradeoff
 from replay.tradeoffs.timing import timed
 
 LIST = (
-    Setting("hybrid", "as it comes", ""),
-    Setting("exact", "as it comes", ""),
+    Setting("hybrid", "as it comes", ""), Setting("exact", "as it comes", ""),
     Setting("discrete", "step rate", "20 Hz", {"rate_hz": 20.0}),
-    Setting("hybrid", "mesh resolution", "500 mm", cell=0.5),
-    Setting("sphere", "as it comes", ""),
-)
+    Setting("hybrid", "mesh resolution", "500 mm", cell=0.5), Setting("sphere", "as it comes", ""),
+)  # fmt: skip
 
 
 def test_misses_are_those_of_the_audit(bumped):

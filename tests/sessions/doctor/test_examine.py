@@ -1,11 +1,13 @@
 import subprocess
 import sys
 
+import numpy as np
 import pytest
+from support.mcap_samples import write_foreign
 from support.planted_faults import FAULTS, clean
 from support.small_worlds import cube
 
-from sessions import Scene, Severity, examine
+from sessions import Scene, Session, Severity, examine, import_session
 from sessions.doctor.pose_pass import look_through
 from sessions.doctor.session_findings import examine_session, frame_findings, scene_findings
 from sessions.errors import SessionFileError
@@ -85,3 +87,49 @@ def test_what_was_declared_but_not_recorded_and_the_other_way_round_is_named():
         ("undeclared-body", "e", Severity.NOTE),
         ("no-mesh", "e", Severity.NOTE),
     }
+
+
+@pytest.mark.parametrize(
+    ("topic", "words"), [("/tf", "/tf carries tf2_msgs/msg/TFMessage, not foxglove.FrameTransforms"),
+                         ("/vive", "it holds no pose that can be read")],
+)  # fmt: skip
+def test_a_ros_bag_is_not_to_be_recovered_but_brought_in_as_csv(tmp_path, topic, words):
+    body = b"\x00\x01\x00\x00" + b"\x01" * 80
+    messages = [(10 * k, 10 * k, body) for k in range(20)]
+    told = {"topic": topic, "schema": "tf2_msgs/msg/TFMessage", "encoding": "cdr", "profile": "ros2"}
+    (tmp_path / "first.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(4096))
+    (found,) = examine(write_foreign(tmp_path / "second.mcap", messages, **told))
+    assert (found.code, found.message) == ("no-poses", words)
+    (older,) = examine(tmp_path / "first.bag")
+    for one in (found, older):
+        assert "recover" not in one.fix and "replay import csv" in one.fix
+
+
+def test_rows_that_an_import_found_no_rotation_in_are_not_blamed_on_the_tracker_alone(tmp_path):
+    rows = ["kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"]
+    for frame in range(90):
+        turn = "0,0,0,0" if frame >= 60 else "0,0,0,1"
+        rows += [f"pose,{frame / 90:.6f},cup,{0.001 * frame},1,0,{turn},1,,"]
+        rows += [f"pose,{frame / 90:.6f},hand,0,{1 + 0.001 * frame},0,0,0,0,1,{int(frame < 60)},,"]
+    (tmp_path / "s.csv").write_text("\n".join([*rows, ""]))
+    lost = {one.body: one for one in examine(import_session("csv", tmp_path / "s.csv")) if one.code == "tracking-lost"}
+    assert lost["cup"].message == "30 samples (0.322 s) flagged as lost; 30 hold no pose"
+    assert lost["hand"].message == "30 samples (0.322 s) flagged as lost"
+    assert "the tracker" not in lost["cup"].meaning and "at the export, where samples hold no pose" in lost["cup"].fix
+
+
+def teleports(jumps, frames=900):
+    place = np.linspace((0, 0, 0), (1, 0, 0), frames)  # a body that moves: of one that only jumps units are in doubt
+    for row, metres in jumps:
+        place[row:, 0] += metres
+    turn = np.tile([0.0, 0.0, 0.0, 1.0], (frames, 1))
+    session = Session.from_arrays(np.arange(frames) * 10_000_000, {"a": (place, turn)})
+    return [(one.message, one.count) for one in examine(session) if one.code == "teleport"]
+
+
+def test_a_stretch_of_teleports_is_one_line():
+    assert teleports([]) == []
+    assert teleports([(100, 0.499)]) == [("0.5 m in one step", 1)]
+    shaken = [(100 + k, 0.5 if k % 2 else -0.4) for k in range(78)]
+    assert teleports(shaken) == [("78 steps of up to 0.501 m within 0.77 s", 78)]
+    assert len(teleports([(100, 0.5), (149, 0.5), (300, 0.5)])) == 2

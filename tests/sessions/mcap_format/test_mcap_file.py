@@ -4,11 +4,9 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from support.mcap_samples import (
     assert_same_frames,
-    protobuf_messages,
     random_frames,
     session_of,
     tetrahedron,
-    write_foreign,
 )
 
 from sessions.errors import SessionFileError
@@ -66,15 +64,6 @@ def test_blocks_are_full_but_the_last(path, length):
     assert all(len(block) == length for block in blocks[:-1])
     if length > 1:
         assert_same_frames(Frames.join(blocks), random_frames(1, 3000, 6, odd=0.02))
-
-
-def test_channels_that_only_chunks_declare_are_found(tmp_path):
-    messages = protobuf_messages(random_frames(1))
-    path = write_foreign(tmp_path / "f.mcap", messages, repeat_channels=False, repeat_schemas=False, chunk_size=999)
-    assert {channel.topic for channel in McapFile(path).catalogue.channels.values()} == {"/tf", "/speech"}
-    data = path.read_bytes()
-    path.write_bytes(data[:2000])
-    assert McapFile(path).catalogue.ids("/tf")
 
 
 def test_values_are_loaded_once_and_only_when_asked_for():
@@ -239,11 +228,8 @@ def test_rerun_reads_events_as_text_and_our_own_messages_by_their_fields(opened)
     hands = [row for rows in column(batches["/hands/anna/left"], "vrlab.Hand:message") for row in rows]
     assert [row["trigger"] for row in hands] == [0.0, 1.0]
     tracked = [row for rows in column(batches["/tracking"], "vrlab.Tracking:message") for row in rows]
-    assert {body["status"]["name"] for row in tracked for body in row["bodies"] or ()} == {
-        "LOST",
-        "HELD",
-        "INTERPOLATED",
-    }
+    told = {body["status"]["name"] for row in tracked for body in row["bodies"] or ()}
+    assert told == {"LOST", "HELD", "INTERPOLATED"}
     assert any(row["frame_without_samples"] for row in tracked)
 
 

@@ -15,7 +15,7 @@ from sessions.errors import SessionFileError
 from sessions.mcap_format import pose_decoding
 from sessions.mcap_format.catalogue import Catalogue, Region
 from sessions.mcap_format.pose_decoding import FrameDecoder
-from sessions.mcap_format.pose_encoding import FRAME_WITHOUT_SAMPLES, FrameEncoder, column_view, varint
+from sessions.mcap_format.pose_encoding import FRAME_WITHOUT_SAMPLES, FrameEncoder
 from sessions.mcap_format.record_block import MESSAGE_HEADER, RecordBlock
 from sessions.mcap_format.schemas import message_class
 from sessions.mcap_format.unpacking import listed
@@ -163,24 +163,3 @@ def test_frames_are_numbered_on_from_block_to_block():
     encoder = FrameEncoder(1, 2)
     sequences = [r[1] for part in frames.blocks(3) for r in records(encoder.encode(part))]
     assert sequences == list(range(10))
-
-
-def test_a_frame_before_zero_is_refused():
-    frames = random_frames(4, 3)
-    early = Frames(frames.names, frames.stamp_ns - frames.stamp_ns[1], frames.log_ns, frames.sample_ns,
-                   frames.position, frames.quaternion_xyzw, frames.status)  # fmt: skip
-    with pytest.raises(SessionFileError, match="shift all stamps"):
-        FrameEncoder(1, 2).encode(early)
-
-
-@given(st.integers(0, 2**63))
-def test_a_varint_has_no_needless_byte_and_reads_back(value):
-    data = varint(value)
-    assert sum((byte & 0x7F) << (7 * place) for place, byte in enumerate(data)) == value
-    assert len(data) == max(1, -(-value.bit_length() // 7)) and data[-1] < 0x80
-
-
-def test_a_column_view_writes_into_its_table():
-    table = np.zeros((3, 20), dtype=np.uint8)
-    column_view(table, 5, "<f8")[:] = [1.0, 2.0, np.nan]
-    assert np.frombuffer(table[1, 5:13].tobytes(), "<f8")[0] == 2.0 and not table[:, :5].any()

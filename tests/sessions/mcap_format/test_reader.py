@@ -2,13 +2,11 @@ import subprocess
 import sys
 import time
 
-import numpy as np
 import pytest
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from hypothesis import HealthCheck, given, settings
 from mcap.writer import CompressionType
 from support.mcap_samples import (
-    SECOND,
     any_frames,
     assert_same_frames,
     protobuf_messages,
@@ -16,19 +14,16 @@ from support.mcap_samples import (
     session_of,
     tetrahedron,
     write_foreign,
-)
+)  # fmt: skip
 from support.peak_memory import environment
 from support.reference_reader import read_frames_plainly
 
 from sessions import read_session, write_session
 from sessions.errors import SessionError, SessionFileError, TornFileError
 from sessions.mcap_format import unpacking
-from sessions.mcap_format.annotations import interval_message
-from sessions.mcap_format.container import ContainerWriter
 from sessions.mcap_format.reader import MISSING
-from sessions.mcap_format.record_block import RecordBlock
-from sessions.model.event import Event, Interval
-from sessions.model.frames import Frames, Status
+from sessions.model.event import Event
+from sessions.model.frames import Status
 from sessions.model.hand import HandTrack
 from sessions.model.session import Session
 
@@ -69,25 +64,6 @@ def test_a_foreign_file_says_so_and_keeps_its_words(tmp_path):
     spec_file = write_foreign(tmp_path / "g.mcap", [(5, 6, log.SerializeToString())], topic="/log")
     with pytest.raises(SessionFileError, match="no poses"):
         read_session(spec_file)
-
-
-def test_a_clock_that_runs_backwards_survives(tmp_path):
-    frames = random_frames(4, 300)
-    shuffled = Frames(frames.names, frames.stamp_ns[::-1].copy(), np.roll(frames.log_ns, 100), *(
-        getattr(frames, name) for name in ("sample_ns", "position", "quaternion_xyzw", "status")))  # fmt: skip
-    write_session(session_of(shuffled), tmp_path / "s.mcap")
-    assert_same_frames(read_session(tmp_path / "s.mcap").frames, shuffled)
-
-
-def test_blocks_have_the_asked_length_and_hold_every_frame_once(tmp_path):
-    frames = random_frames(4, 5000, 7, odd=0.2)
-    write_session(session_of(frames), tmp_path / "s.mcap")
-    for length in (1, 999, 4096, 100_000):
-        blocks = list(read_session(tmp_path / "s.mcap").blocks(length)) if length > 1 else []
-        assert all(len(block) == length for block in blocks[:-1])
-        if blocks:
-            assert_same_frames(Frames.join(blocks), frames)
-    assert len(next(iter(read_session(tmp_path / "s.mcap").blocks(1)))) == 1
 
 
 def test_what_nobody_asks_for_is_not_unpacked(tmp_path, monkeypatch):
@@ -173,9 +149,9 @@ def test_a_version_that_is_not_known_is_one_sentence(tmp_path, profile, words):
 
 def test_poses_in_json_or_of_another_schema_are_refused(tmp_path):
     messages = protobuf_messages(random_frames(2))
-    for options in ({"encoding": "json"}, {"schema": "foxglove.PosesInFrame"}):
+    for options, words in (({"encoding": "json"}, " as json"), ({"schema": "foxglove.Poses"}, "foxglove.Poses as ")):
         path = write_foreign(tmp_path / "f.mcap", messages, **options)
-        with pytest.raises(SessionFileError, match=r"/tf holds .*write poses as foxglove.FrameTransforms"):
+        with pytest.raises(SessionFileError, match=f"/tf holds .*{words}.*write poses as foxglove.FrameTransforms"):
             read_session(path)
 
 
@@ -234,26 +210,6 @@ def test_torn_must_be_a_known_word(file):
         read_session(file, torn="yes")
 
 
-def test_an_interval_that_nobody_closed_lasts_to_the_last_frame_and_says_so(tmp_path):
-    path = tmp_path / "s.mcap"
-    write_session(session_of(random_frames(4, 20)), path)
-    last = int(read_session(path).frames.stamp_ns.max())
-    begun = Interval(last - SECOND, last - SECOND, "task", "pour")
-    with path.open("r+b") as stream:
-        data = stream.read()
-    with (tmp_path / "t.mcap").open("wb") as stream:
-        writer = ContainerWriter(stream, "vrlab/1")
-        writer.metadata("vrlab.session", {})
-        writer.metadata("vrlab.bodies", {"names": '["a"]'})
-        tf, channel = writer.channel("/tf"), writer.channel("/intervals")
-        payload = interval_message(begun, closed=False)[2]
-        writer.messages(RecordBlock.of([(channel, 0, 1, 1, payload), (tf, 0, last, last, b"")]))
-        writer.finish()
-    assert data[:5] == b"\x89MCAP"
-    (found,) = read_session(tmp_path / "t.mcap").intervals
-    assert (found.start_ns, found.end_ns, found.data) == (begun.start_ns, last, {"unclosed": "true"})
-
-
 LONG = """
 import sys
 from support.peak_memory import peak_bytes
@@ -310,22 +266,3 @@ def test_reading_by_the_chunk_is_at_least_three_times_as_fast_as_by_the_message(
     assert sorted(ratios)[1] >= 3
     assert written < 600 / 20
     assert (fast.status == Status.LOST).any()
-
-
-def test_flipped_bytes_behind_a_good_checksum_end_in_a_session_or_one_named_error(tmp_path):
-    messages = protobuf_messages(random_frames(1, 12))
-    options = {"compression": CompressionType.NONE, "enable_crcs": False}
-    path = write_foreign(tmp_path / "f.mcap", messages, **options)
-    data, rng = path.read_bytes(), np.random.default_rng(3)
-    ends = {"session": 0, "error": 0}
-    for _ in range(400):
-        mutant = bytearray(data)
-        for place in rng.integers(0, len(data), rng.choice([1, 2, 9])).tolist():
-            mutant[place] = int(rng.choice([0, 127, 128, 255, rng.integers(256)]))
-        path.write_bytes(mutant)
-        try:
-            _ = read_session(path, torn="keep").frames
-            ends["session"] += 1
-        except SessionFileError:
-            ends["error"] += 1
-    assert min(ends.values()) > 50

@@ -29,10 +29,8 @@ def messages_of(count, bodies, seed=0):
         message = FrameTransforms()
         for body in rng.permutation(bodies)[: rng.integers(0, bodies + 1)]:
             one = message.transforms.add(parent_frame_id="world", child_frame_id=f"body {body}")
-            one.timestamp.seconds, one.timestamp.nanos = (
-                int(rng.integers(0, 3)),
-                int(rng.integers(0, 10 ** rng.integers(1, 9))),
-            )
+            one.timestamp.seconds = int(rng.integers(0, 3))
+            one.timestamp.nanos = int(rng.integers(0, 10 ** rng.integers(1, 9)))
             one.translation.x, one.rotation.w = rng.normal(), float(rng.integers(0, 2))
         yield message.SerializeToString()
 
@@ -40,9 +38,8 @@ def messages_of(count, bodies, seed=0):
 def counted(monkeypatch):
     parsed = []
     plain = TransformReader._parsed
-    monkeypatch.setattr(
-        TransformReader, "_parsed", lambda self, row, data: parsed.append(row) or plain(self, row, data)
-    )
+    noted = lambda self, row, data: parsed.append(row) or plain(self, row, data)  # noqa: E731
+    monkeypatch.setattr(TransformReader, "_parsed", noted)
     return parsed
 
 
@@ -131,16 +128,6 @@ def test_a_template_reads_its_own_example_like_the_protobuf_library(one):
     assert (seconds[0], nanos[0]) == (one.timestamp.seconds, one.timestamp.nanos)
     assert (template.parent, template.child) == (one.parent_frame_id, one.child_frame_id)
     assert template.stamped == one.HasField("timestamp")
-
-
-@given(transforms(), transforms())
-def test_bytes_that_agree_with_a_template_are_read_right_by_it(one, other):
-    first, second = one.SerializeToString(), other.SerializeToString()
-    template = transform_template(first)
-    if len(first) == len(second) and template.agrees(rows(second)).all():
-        p, q = other.translation, other.rotation
-        assert template.values(rows(second)).tobytes() == np.array([p.x, p.y, p.z, q.x, q.y, q.z, q.w]).tobytes()
-        assert template.child == other.child_frame_id
 
 
 @given(st.binary(max_size=60), st.integers(0, 200), st.integers(1, 255))

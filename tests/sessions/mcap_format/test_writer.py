@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from mcap.reader import make_reader
-from mcap.stream_reader import StreamReader
 from support.mcap_samples import any_frames, assert_same_frames, random_frames, session_of, tetrahedron
 from support.reference_reader import read_frames_plainly
 
@@ -97,30 +96,6 @@ def test_the_bytes_do_not_depend_on_the_blocks_in_which_frames_come(tmp_path):
     assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
 
 
-def test_the_mcap_library_accepts_every_checksum_and_counts_the_same(tmp_path):
-    path = tmp_path / "s.mcap"
-    write_session(full_session(), path)
-    with path.open("rb") as stream:
-        kinds = [type(record).__name__ for record in StreamReader(stream, validate_crcs=True).records]
-    with path.open("rb") as stream:
-        summary = make_reader(stream, validate_crcs=True).get_summary()
-    assert summary.statistics.message_count == kinds.count("Message")
-    assert summary.statistics.chunk_count == len(summary.chunk_indexes) == 3
-    assert kinds.index("Attachment") < kinds.index("Metadata") < kinds.index("Message")
-    assert summary.statistics.message_start_time == 0
-    data_end = path.read_bytes().rindex(b"\x0f\x04\x00\x00\x00\x00\x00\x00\x00")
-    assert any(path.read_bytes()[data_end + 9 : data_end + 13])
-
-
-def test_messages_are_found_through_the_index(tmp_path):
-    path = tmp_path / "s.mcap"
-    frames = random_frames(1, 3000, 12)
-    write_session(session_of(frames), path)
-    with path.open("rb") as stream:
-        found = [message.publish_time for _, _, message in make_reader(stream).iter_messages(topics=["/tf"])]
-    assert found == frames.stamp_ns.tolist()
-
-
 def test_the_metadata_carries_the_hash_of_each_mesh(tmp_path):
     write_session(full_session(), tmp_path / "s.mcap")
     with (tmp_path / "s.mcap").open("rb") as stream:
@@ -205,15 +180,6 @@ def test_after_every_call_all_of_it_is_readable_from_the_partial_file(tmp_path):
     file.finish()
     assert_same_frames(read_session(tmp_path / "s.mcap").frames, frames)
     assert not file.partial.exists()
-
-
-def test_new_bodies_are_listed_when_they_come(tmp_path):
-    file = opened(tmp_path / "s.mcap")
-    for bodies in (1, 3):
-        file.write(random_frames(bodies, 5, bodies), [])
-    file.write(Frames.empty(()), [])
-    file.finish()
-    assert read_session(tmp_path / "s.mcap").names == ("body 0", "body 1", "body 2")
 
 
 def test_what_cannot_begin_leaves_nothing_behind(tmp_path):

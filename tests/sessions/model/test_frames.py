@@ -56,10 +56,7 @@ def test_a_track_holds_read_only_copies_of_what_was_given():
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        (
-            ([1, 2], np.ones((3, 3)), np.ones((2, 4))),
-            r"positions of a track has shape \(3, 3\); 2 stamps need \(2, 3\)",
-        ),
+        (([1, 2], np.ones((3, 3)), np.ones((2, 4))), r"positions of a track has shape \(3, 3\); .* need \(2, 3\)"),
         (([1, 2], np.ones((2, 3)), np.ones((2, 3))), r"quaternions_xyzw .* need \(2, 4\)"),
         (([1, 2], np.ones((2, 3)), np.ones((2, 4)), [True]), r"valid .* need \(2,\)"),
         (([2, 2], np.ones((2, 3)), np.ones((2, 4))), r"sample 1 of a track at 2 ns does not come after 2 ns; sort"),
@@ -74,14 +71,10 @@ def test_what_is_no_track_is_one_sentence(values, words):
         Track(*values)
 
 
-def test_unsigned_stamps_that_fall_are_noticed():
-    with pytest.raises(SessionError, match="does not come after"):
-        checked_stamps(np.array([5, 3], dtype=np.uint64), "it")
-
-
-def test_stamps_beyond_int64_are_refused_and_never_wrapped():
-    with pytest.raises(SessionError, match="beyond"):
-        checked_stamps(np.array([5, 2**63], dtype=np.uint64), "it")
+@pytest.mark.parametrize(("stamps", "words"), [([5, 3], "does not come after"), ([5, 2**63], "beyond")])
+def test_unsigned_stamps_that_fall_or_go_beyond_int64_are_refused_and_never_wrapped(stamps, words):
+    with pytest.raises(SessionError, match=words):
+        checked_stamps(np.array(stamps, dtype=np.uint64), "it")
 
 
 def test_no_sample_is_a_track():

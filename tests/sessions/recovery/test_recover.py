@@ -229,3 +229,15 @@ def test_neither_the_damaged_file_nor_another_is_overwritten(whole, tmp_path):
     assert hashlib.sha256(whole.read_bytes()).hexdigest() == digest
     with pytest.raises(SessionFileError, match="cannot be read"):
         recover(tmp_path / "none.mcap", tmp_path / "new.mcap")
+
+
+def test_a_file_that_was_never_closed_may_miss_what_came_after_its_last_frame(whole, tmp_path):
+    data = whole.read_bytes()
+    end = chunks(data)[-1][1]
+    result = recover(damaged(tmp_path, data[:end]), tmp_path / "out.mcap")
+    seconds = (result.last_ns - result.first_ns) / 1e9
+    assert result.frames == COUNT and not result.chunks and not result.whole
+    words = f"it was never closed: what was recorded after {seconds:.3f} s, the last frame kept, may be missing"
+    assert result.sentences()[-1] == words and words in read_session(tmp_path / "out.mcap").facts[RECOVERED]
+    first = recover(damaged(tmp_path, data[: chunks(data)[0][0]]), tmp_path / "none.mcap")
+    assert first.sentences()[-1] == "it was never closed: what was recorded after this may be missing"

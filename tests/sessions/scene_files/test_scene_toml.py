@@ -92,11 +92,7 @@ def test_declaring_no_effect_differs_from_not_declaring_any():
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (
-            "mass = 0.1",
-            "masss = 0.1",
-            r"scene.toml: \[\[body\]\] 2 \('beaker'\): unknown key 'masss'; did you mean 'mass'",
-        ),
+        ("mass = 0.1", "masss = 0.1", r"\[\[body\]\] 2 \('beaker'\): unknown key 'masss'; did you mean 'mass'"),
         ("[[pair]]", "[[pear]]", r"scene.toml: unknown key 'pear'; did you mean 'pair'"),
         ('name = "bench"', 'title = "bench"', r"\[scene\]: unknown key 'title'"),
         ('shape = "box"', 'shape = "boxx"', "shape is 'boxx'; did you mean 'box'"),
@@ -155,20 +151,12 @@ def test_a_missing_file_and_one_that_is_no_text_are_one_sentence(tmp_path):
 numbers = st.floats(-1e6, 1e6)
 names = st.text(min_size=1, max_size=8)
 poses = st.builds(Pose, st.tuples(numbers, numbers, numbers))
+extras = {"mass": st.floats(1e-3, 10), "properties": st.dictionaries(names, names)}
 bodies = st.builds(
-    SceneBody,
-    id=names,
-    mesh=st.just("") | names,
-    scale=st.floats(1e-6, 1e6),
-    group=st.text(max_size=5),
-    offset=poses,
-    fixed=st.none() | poses,
-    tags=st.lists(names, max_size=2).map(tuple),
-    proxy=st.booleans(),
-    extra=st.fixed_dictionaries(
-        {}, optional={"mass": st.floats(1e-3, 10), "properties": st.dictionaries(names, names)}
-    ),
-)
+    SceneBody, id=names, mesh=st.just("") | names, scale=st.floats(1e-6, 1e6), group=st.text(max_size=5),
+    offset=poses, fixed=st.none() | poses, tags=st.lists(names, max_size=2).map(tuple), proxy=st.booleans(),
+    extra=st.fixed_dictionaries({}, optional=extras),
+)  # fmt: skip
 
 
 @given(st.text(max_size=8), st.lists(bodies, max_size=4, unique_by=lambda body: body.id), st.none() | st.just(()))
@@ -237,9 +225,8 @@ def test_files_shapes_and_instruments_become_meshes(tmp_path):
     bodies = (
         SceneBody("file", mesh="t.glb", scale=0.5),
         SceneBody("shape", shape="sphere", size={"radius": 0.1}, extra={"faces": 500}),
-        SceneBody("glass", instrument="beaker_100", extra={"faces": 600}),
-        SceneBody("tracked"),
-    )
+        SceneBody("glass", instrument="beaker_100", extra={"faces": 600}), SceneBody("tracked"),
+    )  # fmt: skip
     meshes = scene_meshes(Scene(bodies=bodies), tmp_path)
     assert list(meshes) == ["file", "shape", "glass"]
     assert np.array_equal(meshes["file"].vertices, TRIANGLE.vertices * 0.5)

@@ -30,10 +30,9 @@ def _verdicts(session: Session, pairs: Sequence[tuple[str, str]], rows: slice = 
     poses = [_poses(session, name) for name in names]
     motion = Motion.from_quaternions(
         (session.frames.stamp_ns - session.frames.stamp_ns[0])[rows] * 1e-9,
-        np.stack([p[0] for p in poses], axis=1)[rows],
-        np.stack([p[1] for p in poses], axis=1)[rows],
+        np.stack([p[0] for p in poses], axis=1)[rows], np.stack([p[1] for p in poses], axis=1)[rows],
         np.stack([p[2] for p in poses], axis=1)[rows],
-    )
+    )  # fmt: skip
     bodies = [Body(n, TriangleMesh(session.meshes[n].vertices, session.meshes[n].faces)) for n in names]
     numbers = [(names.index(a), names.index(b)) for a, b in pairs]
     detection = create_detector("hybrid", bodies, pairs=numbers).detect(motion)

@@ -29,11 +29,8 @@ def test_noise_comes_late_and_a_bodys_noise_does_not_depend_on_others():
 
 
 def test_losses_become_facts_and_spare_what_is_kept():
-    facts = [
-        fact
-        for seed in range(20)
-        for fact in recorded(PATHS, Recording(seconds=60.0, noise="vive", seed=seed), keep={"a": [(0.0, 60.0)]}).facts
-    ]
+    hows = [Recording(seconds=60.0, noise="vive", seed=seed) for seed in range(20)]
+    facts = [fact for how in hows for fact in recorded(PATHS, how, keep={"a": [(0.0, 60.0)]}).facts]
     assert facts and all(fact.kind == "loss" and fact.bodies == ("b",) for fact in facts)
 
 

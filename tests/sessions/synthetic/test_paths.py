@@ -6,27 +6,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sessions.geometry.rotations import quaternion_about, rotated
+from sessions.synthetic import paths
 from sessions.synthetic.motion_profiles import Dips, Polyline, Swing, Turning, joined, outside, passes
-from sessions.synthetic.paths import (
-    Key,
-    KeyPath,
-    Stir,
-    Tap,
-    Tremor,
-    carried,
-    knock,
-    knock_interval,
-    minimum_jerk,
-    minimum_jerk_inverse,
-    relative,
-    still,
-)
 
 TURN = tuple(quaternion_about((0.0, 1.0, 0.0), 1.0).tolist())
 
 
 def test_a_path_is_at_its_keys_and_rests_there():
-    path = KeyPath([Key(1.0, (0.0, 0.0, 0.0)), Key(2.0, (1.0, 2.0, 3.0), TURN), Key(3.0, (1.0, 2.0, 3.0), TURN)])
+    path = paths.KeyPath(
+        [paths.Key(1.0, (0.0, 0.0, 0.0)), paths.Key(2.0, (1.0, 2.0, 3.0), TURN), paths.Key(3.0, (1.0, 2.0, 3.0), TURN)]
+    )
     position, quaternion = path(np.array([0.0, 1.0, 1.5, 2.0, 2.5, 9.0]))
     np.testing.assert_allclose(position[[0, 1, 3, 4, 5]], [[0] * 3, [0] * 3, [1, 2, 3], [1, 2, 3], [1, 2, 3]])
     np.testing.assert_allclose(position[2], [0.5, 1.0, 1.5])
@@ -36,9 +25,8 @@ def test_a_path_is_at_its_keys_and_rests_there():
 
 
 def test_an_arc_rises_over_the_line_and_a_linear_key_keeps_its_speed():
-    path = KeyPath(
-        [Key(0.0, (0.0, 0.0, 0.0)), Key(1.0, (1.0, 0.0, 0.0), arc=0.2), Key(2.0, (3.0, 0.0, 0.0), ease="linear")]
-    )
+    arc, straight = paths.Key(1.0, (1.0, 0.0, 0.0), arc=0.2), paths.Key(2.0, (3.0, 0.0, 0.0), ease="linear")
+    path = paths.KeyPath([paths.Key(0.0, (0.0, 0.0, 0.0)), arc, straight])
     position, _ = path(np.array([0.5, 1.0, 1.25, 1.5]))
     assert position[0, 1] == pytest.approx(0.2)
     np.testing.assert_allclose(position[1:], [[1.0, 0, 0], [1.5, 0, 0], [2.0, 0, 0]], atol=1e-12)
@@ -46,16 +34,16 @@ def test_an_arc_rises_over_the_line_and_a_linear_key_keeps_its_speed():
 
 def test_keys_out_of_order_are_refused():
     with pytest.raises(ValueError, match="sort them"):
-        KeyPath([Key(1.0, (0.0, 0.0, 0.0)), Key(1.0, (0.0, 0.0, 1.0))])
+        paths.KeyPath([paths.Key(1.0, (0.0, 0.0, 0.0)), paths.Key(1.0, (0.0, 0.0, 1.0))])
 
 
 def test_a_tap_goes_out_by_its_amplitude_and_comes_back():
-    tap = Tap(1.0, 0.4, (0.0, 0.0, -1.0), 0.03)
+    tap = paths.Tap(1.0, 0.4, (0.0, 0.0, -1.0), 0.03)
     np.testing.assert_allclose(tap(np.array([0.5, 1.0, 1.2, 1.4, 2.0]))[:, 2], [0, 0, -0.03, 0, 0], atol=1e-15)
 
 
 def test_stirring_opens_circles_taps_and_closes():
-    stir = Stir(1.0, 9.0, 0.01, 1.1, taps=((4.0, 0.2, 0.02),))
+    stir = paths.Stir(1.0, 9.0, 0.01, 1.1, taps=((4.0, 0.2, 0.02),))
     times = np.linspace(0.0, 10.0, 5001)
     offset = stir(times)
     np.testing.assert_allclose(np.hypot(offset[:, 0], offset[:, 2]), stir.reach(times), atol=1e-15)
@@ -65,7 +53,7 @@ def test_stirring_opens_circles_taps_and_closes():
 
 def test_tremor_is_small_fast_and_silent_where_it_must_be():
     times = np.linspace(0.0, 20.0, 20 * 500)
-    sway = Tremor(np.random.default_rng(3), 0.0002, [(5.0, 7.0)])(times)
+    sway = paths.Tremor(np.random.default_rng(3), 0.0002, [(5.0, 7.0)])(times)
     assert 0.00005 < sway[times < 4.0].std() < 0.0004
     assert (sway[(times >= 5.0) & (times <= 7.0)] == 0.0).all()
     power = np.abs(np.fft.rfft(sway[times < 4.8, 0]))
@@ -74,67 +62,65 @@ def test_tremor_is_small_fast_and_silent_where_it_must_be():
 
 
 def test_a_carried_thing_keeps_its_place_in_the_hand():
-    hand = KeyPath([Key(0.0, (0.0, 1.0, 0.0)), Key(1.0, (0.5, 1.2, 0.1), TURN)])
+    hand = paths.KeyPath([paths.Key(0.0, (0.0, 1.0, 0.0)), paths.Key(1.0, (0.5, 1.2, 0.1), TURN)])
     times = np.linspace(0.0, 1.0, 7)
-    held = carried(hand(times), (0.1, 0.0, 0.2), TURN)
+    held = paths.carried(hand(times), (0.1, 0.0, 0.2), TURN)
     for k in range(7):
-        offset, turn = relative((hand(times)[0][k], hand(times)[1][k]), (held[0][k], held[1][k]))
+        offset, turn = paths.relative((hand(times)[0][k], hand(times)[1][k]), (held[0][k], held[1][k]))
         np.testing.assert_allclose(offset, [0.1, 0.0, 0.2], atol=1e-14)
         np.testing.assert_allclose(rotated(turn, [1.0, 0.0, 0.0]), rotated(TURN, [1.0, 0.0, 0.0]), atol=1e-14)
 
 
 def test_a_still_body_never_moves():
-    position, quaternion = still((1.0, 2.0, 3.0), TURN)(np.arange(3.0))
+    position, quaternion = paths.still((1.0, 2.0, 3.0), TURN)(np.arange(3.0))
     assert position.tolist() == [[1.0, 2.0, 3.0]] * 3
     assert quaternion.tolist() == [list(TURN)] * 3
 
 
 def test_a_reach_starts_and_ends_at_rest_and_passes_its_middle_fastest():
     u = np.linspace(0.0, 1.0, 100_001)
-    s = minimum_jerk(u)
+    s = paths.minimum_jerk(u)
     speed = np.gradient(s, u)
     assert (s[0], s[-1], s[50_000]) == pytest.approx((0.0, 1.0, 0.5), abs=1e-12)
     assert speed[[0, -1]] == pytest.approx([0.0, 0.0], abs=1e-8)
     assert speed.max() == pytest.approx(1.875, abs=1e-6)
     assert (np.diff(s) >= 0.0).all()
-    assert minimum_jerk([-1.0, 2.0]).tolist() == [0.0, 1.0]
+    assert paths.minimum_jerk([-1.0, 2.0]).tolist() == [0.0, 1.0]
 
 
 @given(st.floats(1e-9, 1.0 - 1e-9))
 def test_the_inverse_gives_the_time_of_a_share(share):
-    assert float(minimum_jerk(minimum_jerk_inverse(share))) == pytest.approx(share, abs=1e-14)
+    assert float(paths.minimum_jerk(paths.minimum_jerk_inverse(share))) == pytest.approx(share, abs=1e-14)
 
 
 def test_the_inverse_refuses_what_is_no_share():
-    assert (minimum_jerk_inverse(0.0), minimum_jerk_inverse(1.0)) == (0.0, 1.0)
+    assert (paths.minimum_jerk_inverse(0.0), paths.minimum_jerk_inverse(1.0)) == (0.0, 1.0)
     with pytest.raises(ValueError, match="between 0 and 1"):
-        minimum_jerk_inverse(1.5)
+        paths.minimum_jerk_inverse(1.5)
 
 
 @given(st.floats(0.001, 1.0))
 def test_a_knock_is_out_far_enough_exactly_within_its_interval(share):
-    start, end = knock_interval(share)
+    start, end = paths.knock_interval(share)
     inside = np.linspace(start, end, 50)[1:-1]
-    assert (knock(inside) >= share - 1e-12).all()
-    assert knock([start - 1e-4, end + 1e-4]).max() < share
+    assert (paths.knock(inside) >= share - 1e-12).all()
+    assert paths.knock([start - 1e-4, end + 1e-4]).max() < share
     assert start + end == pytest.approx(1.0)
 
 
 def test_a_knock_never_reaches_beyond_its_amplitude():
-    assert knock_interval(1.0001) is None
-    assert knock_interval(0.0) == (0.0, 1.0)
-    assert knock([-0.5, 0.0, 1.0, 1.5]) == pytest.approx([0.0] * 4, abs=1e-15)
+    assert paths.knock_interval(1.0001) is None
+    assert paths.knock_interval(0.0) == (0.0, 1.0)
+    assert paths.knock([-0.5, 0.0, 1.0, 1.5]) == pytest.approx([0.0] * 4, abs=1e-15)
 
 
 SECONDS = 7.0
 TIMES = np.linspace(0.0, SECONDS, 20_001)
 COURSES = {
-    "swing": Swing(0.2, 1.0, 1.3, 0.4),
-    "slow swing": Swing(0.0, 1.0, 30.0, 2.0),
+    "swing": Swing(0.2, 1.0, 1.3, 0.4), "slow swing": Swing(0.0, 1.0, 30.0, 2.0),
     "polyline": Polyline((0.5, 1.0, 1.5, 3.0, 4.0, 4.5), (0.3, -1.2, -1.2, 1.1, 0.0, 0.9)),
-    "passes": passes([0.5, 3.0, 1.0], [0.2, 0.3, 0.1], 1.0),
-    "dips": Dips((1.0, 3.0, 5.0), (-0.1, 0.2, 0.0), 0.4),
-}
+    "passes": passes([0.5, 3.0, 1.0], [0.2, 0.3, 0.1], 1.0), "dips": Dips((1.0, 3.0, 5.0), (-0.1, 0.2, 0.0), 0.4),
+}  # fmt: skip
 
 
 def sampled(course, low, high):

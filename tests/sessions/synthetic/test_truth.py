@@ -1,4 +1,3 @@
-import json
 import subprocess
 import sys
 
@@ -22,7 +21,7 @@ from sessions.synthetic.truth import (
     sorted_facts,
     truth_path,
     write_truth,
-)
+)  # fmt: skip
 
 TOUCH = PlantedEpisode(("a", "b"), "contact", (1.0, 2.0), (1.1, 1.9), (0.9, 2.1), "a touch")
 NEAR = PlantedEpisode(("a", "b"), "contact", None, None, (5.0, 5.5))
@@ -71,13 +70,6 @@ def test_a_file_that_is_no_truth_is_refused_with_one_sentence(tmp_path, text):
     path.write_text(text)
     with pytest.raises(SessionError, match="vrlab-truth/1"):
         read_truth(path)
-
-
-def test_a_truth_file_is_plain_json_with_its_format_named(tmp_path):
-    write_truth(truth(), tmp_path / "z.json")
-    held = json.loads((tmp_path / "z.json").read_text())
-    assert held["format"] == "vrlab-truth/1"
-    assert held["episodes"][0]["nominal"] == [1.0, 2.0]
 
 
 def ask(spans, tessellation=0.0, kind="contact", latency=0.0, blur=0.001):

@@ -6,8 +6,6 @@ Source: G. van den Bergen, Efficient collision detection of complex deformable m
 refitting.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

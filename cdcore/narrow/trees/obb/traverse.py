@@ -3,8 +3,6 @@
 A box lies along the principal axes of its faces or along the body's axes, whichever box has the smaller surface.
 """
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 import numpy as np

@@ -7,8 +7,6 @@ sections 4 and 5. Differs: the covariance is that of the triangles themselves, a
 hull.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

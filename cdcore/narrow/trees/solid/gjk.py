@@ -8,8 +8,6 @@ section 4, for the search of a separating axis and its caching; C. Ericson, Real
 section 5.1, for the regions of a triangle. Differs: GJK as published finds the nearest point with Johnson's recursion.
 """
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

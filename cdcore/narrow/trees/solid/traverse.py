@@ -6,8 +6,6 @@ Source: G. van den Bergen, Efficient collision detection of complex deformable m
 Collision detection in interactive 3D environments (2003).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -4,8 +4,6 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy.optimize import minimize
 from support.motions import rotations
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, random_rotations
@@ -78,18 +76,6 @@ def test_the_margin_does_not_depend_on_order(number):
     pairs = FAMILIES[number - 1].pairs(30)
     for other in (pairs[:, ::-1], pairs[:, :, [2, 0, 1]], pairs[..., [1, 2, 0]]):
         assert np.array_equal(triangle_margins(pairs)[1], triangle_margins(other)[1])
-
-
-@given(st.integers(0, 10**6))
-def test_no_two_points_of_the_triangles_are_nearer_than_the_clearance(seed):
-    rng = np.random.default_rng(seed)
-    pair = rng.normal(size=(1, 2, 3, 3)) + np.array([0, 1.5])[:, None, None]
-    meets, clearance = triangle_margins(pair)
-    if meets[0]:
-        return
-    weights = rng.dirichlet([1, 1, 1], (2, 400))
-    p, q = (weights[k] @ pair[0, k] for k in range(2))
-    assert np.linalg.norm(p[:, None] - q[None], axis=-1).min() >= clearance[0] * (1 - 1e-12)
 
 
 def test_a_minimiser_comes_as_near_as_the_clearance():

@@ -11,7 +11,7 @@ from support.slow_trees import (
     assert_as_slow,
     complete_first_hit_or_cut_short,
     each_scene,
-)
+)  # fmt: skip
 
 from cdcore.narrow.trees.aabb.traverse import build_world_box_tree, place_and_fit
 from cdcore.narrow.trees.obb.traverse import LEAF_FACES

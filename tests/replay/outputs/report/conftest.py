@@ -1,21 +1,18 @@
 """One small run with misses, and its page."""
 
-from __future__ import annotations
-
 import pytest
 
 from replay.outputs.report.page import report_html
 from replay.pipeline.engine import compute
-from replay.pipeline.run_result import RunResult
 from sessions.synthetic.analytic import make_analytic
 
 
 @pytest.fixture(scope="session")
-def run() -> RunResult:
+def run():
     session, _ = make_analytic("fast-ball", seed=1)
     return compute(session, detectors="slow=discrete[rate_hz=22.5]")
 
 
 @pytest.fixture(scope="session")
-def page(run: RunResult) -> str:
+def page(run):
     return report_html(run)

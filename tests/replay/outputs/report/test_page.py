@@ -1,16 +1,25 @@
+"""The page says what the result says, and what accuracy costs."""
+
+import base64
 import re
-import shutil
-import subprocess
 from dataclasses import replace
+from html import escape
 from importlib.resources import files
 
+import numpy as np
 import pytest
+from support.headless import photographed
 from support.page_cells import Cells
 from support.small_worlds import cubes, jumping
 
 from replay.outputs.report.page import _telling, report_html, write_report
+from replay.outputs.report.tradeoff import tradeoff_section
+from replay.outputs.report.tradeoff_picture import DARK, LIGHT
+from replay.outputs.tradeoff_table import AT_PHASE
 from replay.pipeline.engine import compute
-from replay.pipeline.headline import headline, invented, price
+from replay.pipeline.headline import beside, headline, price
+from replay.tradeoffs.settings import Setting
+from replay.tradeoffs.sweep import tradeoff
 
 
 def test_the_headline_counts_what_the_result_counts(run, page):
@@ -20,8 +29,8 @@ def test_the_headline_counts_what_the_result_counts(run, page):
 
 
 def test_the_answer_and_its_price_come_before_the_facts(run, page):
-    told = [*invented(run), *price(run)]
-    assert len(told) == 2 and "".join(f'<p class="price">{one}</p>' for one in told) + "</header>" in page.replace(
+    told = [escape(one) for one in (*beside(run), *price(run))]
+    assert len(told) == 3 and "".join(f'<p class="price">{one}</p>' for one in told) + "</header>" in page.replace(
         "\n", ""
     )
     titles = re.findall("<h2>([^<]*)</h2>", page)
@@ -119,23 +128,10 @@ def test_proxies_are_named_as_such(run):
 
 @pytest.mark.slow
 def test_a_browser_shows_the_page(page, tmp_path):
-    browser = shutil.which("chromium") or shutil.which("chromium-browser")
-    if browser is None:
-        pytest.skip("Chromium is not installed: install the package chromium to look at the page")
-    (tmp_path / "report.html").write_text(page, encoding="utf-8")
-    words = [
-        browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-        "--disable-background-networking", "--disable-component-update", "--disable-sync", "--enable-logging=stderr",
-        f"--user-data-dir={tmp_path / 'profile'}", f"--screenshot={tmp_path / 'page.png'}", "--window-size=1280,3000",
-        (tmp_path / "report.html").as_uri(),
-    ]  # fmt: skip
-    done = subprocess.run(words, capture_output=True, text=True, timeout=120)
-    from PIL import Image
-
-    with Image.open(tmp_path / "page.png") as picture:
-        colours = {colour for _, colour in picture.convert("RGB").getcolors(1 << 24)}
-    assert (255, 45, 85) in colours and len(colours) > 500, "the red of the missed and the pictures are on the page"
-    assert "CONSOLE" not in done.stderr
+    picture, said = photographed(page, tmp_path, "1280,3000")
+    colours = np.unique(picture.reshape(-1, 3), axis=0).tolist()
+    assert [255, 45, 85] in colours and len(colours) > 500, "the red of the missed and the pictures are on the page"
+    assert "CONSOLE" not in said
 
 
 def test_every_detector_that_missed_something_has_a_picture_before_any_has_a_second_of_a_pair(run):
@@ -143,3 +139,27 @@ def test_every_detector_that_missed_something_has_a_picture_before_any_has_a_sec
     shown = [(label, replace(one, number=k, cut_length=1.0 - 0.1 * k)) for k in range(1, 6)]
     shown.append(("fast", replace(one, number=1, cut_length=0.01)))
     assert [(who, miss.number) for who, miss in _telling(shown)][:3] == [("slow", 1), ("fast", 1), ("slow", 2)]
+
+
+def test_the_page_holds_the_curve_the_advice_and_a_row_per_setting(run):
+    tried = [Setting("hybrid", "as it comes", ""), Setting("discrete", "step rate", "20 Hz", {"rate_hz": 20.0})]
+    done = replace(tradeoff(run.session, settings=tried, repeats=1), cut=("image-space",))
+    part = str(tradeoff_section(done))
+    assert (
+        "data:image/svg+xml;base64," in part
+        and "<summary>1 settings were not tried, for want of time</summary><p>image-space.</p>" in part
+    )
+    themes = [base64.b64decode(one).decode().upper() for one in re.findall(r"svg\+xml;base64,([^\"]+)", part)]
+    assert [[theme.grid in one for theme in (DARK, LIGHT)] for one in themes] == [[True, False], [False, True]]
+    assert part.index("(prefers-color-scheme: dark)") < part.index("<img")
+    for sentence in done.advice:
+        assert sentence in part
+    # that it does is shown where a sweep's misses are held against an audit's
+    assert escape(AT_PHASE) in part
+    assert part.count("<tr") == 1 + len(tried)
+    hybrid = next(row for row in done.rows if row["detector"] == "hybrid")
+    counted = [f">{count} {name.replace('_', ' ')}<" for name, count in hybrid["work"].items() if count]
+    assert any(one in part for one in counted) and "skipped" not in part and done.about["machine"]["processor"] in part
+    page = report_html(replace(run, tradeoff=done))
+    assert part in page and "What accuracy costs" in page and "What accuracy costs" not in report_html(run)
+    assert "<h1>What accuracy costs: 2 settings tried" in page and page.index(part) < page.index("When: slow")

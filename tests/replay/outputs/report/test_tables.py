@@ -1,10 +1,16 @@
+"""Tables of the page, and how text becomes markup."""
+
 import re
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from support.page_cells import Cells
+from support.small_tables import made
 from support.small_worlds import cubes
 
+from replay.outputs.report.markup import Markup, element, page_table, picture, safe, table
 from replay.outputs.report.page import report_html
 from replay.outputs.report.tables import contact_table, fact_table, miss_table, settings_table
 from replay.pipeline.engine import compute
@@ -14,6 +20,9 @@ def test_facts_name_every_body_and_the_length(run):
     text = fact_table(run)
     assert all(f"{body.name} ({len(body.mesh.faces):,} faces)" in text for body in run.assembly.bodies)
     assert f"{len(run.assembly.motion):,} frames" in text
+    session = {**run.summary["session"], "facts": {"headset_model": "VIVE Pro", "room": "not stated"}}
+    text = fact_table(replace(run, summary={**run.summary, "session": session}))
+    assert "headset model" in text and "VIVE Pro" in text and "room" not in text and "not stated" not in text
 
 
 def test_settings_hold_what_it_takes_to_run_again(run):
@@ -25,13 +34,9 @@ def test_settings_hold_what_it_takes_to_run_again(run):
 def many(run):
     """The run as if it had missed 1,100 contacts, some of them one after the other."""
     one = run.misses["slow"][0]
-    made = tuple(
-        replace(
-            one, number=k, start=0.5 * k + 20 * (k // 50), end=0.5 * k + 20 * (k // 50), cut_length=k * 7 % 1103 / 1e3
-        )
-        for k in range(1, 1101)
-    )
-    return replace(run, misses={"slow": made})
+    at = {k: 0.5 * k + 20 * (k // 50) for k in range(1, 1101)}
+    made = (replace(one, number=k, start=at[k], end=at[k], cut_length=k * 7 % 1103 / 1e3) for k in at)
+    return replace(run, misses={"slow": tuple(made)})
 
 
 def test_hundreds_of_misses_are_clusters_first_and_rows_deepest_first_in_a_fold(many):
@@ -65,3 +70,33 @@ def test_the_pair_with_the_most_missed_frames_comes_first():
     missed = [int(one) for one in re.findall(r'(?:<td class="number">[^<]*</td>){5}<td class="number">(\d+)', text)]
     assert len(missed) == 2 and missed[0] > missed[1], text
     assert text.index(">a-c<") < text.index(">a-b<")
+
+
+@given(st.text())
+def test_no_text_becomes_an_element(text):
+    assert "<" not in safe(text) and "<" not in element("p", text)[3:-4]
+    assert element("p", "x", title=text).count('"') == 2
+
+
+def test_markup_is_put_in_as_it_is():
+    assert element("p", element("b", "<"), class_="x", aria_label="y") == '<p class="x" aria-label="y"><b>&lt;</b></p>'
+    assert isinstance(element("p"), Markup)
+
+
+def test_numbers_stand_right_and_words_left():
+    text = table("c", ("a", "b"), [("x", 1)], words=1)
+    assert '<td class="word">x</td><td class="number">1</td>' in text
+    with pytest.raises(ValueError, match="zip"):
+        table("c", ("a", "b"), [("x",)])
+
+
+def test_a_picture_lies_in_the_page_and_says_what_it_shows():
+    text = picture(b"abc", 'a "b"')
+    assert 'src="data:image/png;base64,YWJj"' in text and 'alt="a &quot;b&quot;"' in text
+
+
+def test_a_page_keeps_numbers_plain():
+    text = page_table(made(words=("body",)))
+    assert Cells(text).tables == {"a title": [["cup|lid", "1234", "7"], ["rod", "0", "x\nwhy"]]}
+    assert "<b>7</b>" in text and "<code>x</code>" in text and "<p>a note</p>" in text
+    assert '<td class="word">rod</td><td class="number">0</td>' in text

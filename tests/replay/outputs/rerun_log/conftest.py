@@ -1,20 +1,14 @@
 """A run put together by hand from real parts, for tests of the picture: a slow look misses taps on thin walls."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from functools import cache
-from itertools import pairwise
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from rerun.chunk import RrdReader
+from support.shapes import box_mesh, revolved_mesh
 from support.small_worlds import jumping
 
-from cdcore import Body, Detection, Motion, TriangleMesh, create_detector
+from cdcore import Body, Motion, TriangleMesh, create_detector
 from replay.comparison.compare import compare
 from replay.comparison.episodes import episodes
 from replay.comparison.evidence import Evidence
@@ -30,54 +24,29 @@ RATE = 90.0
 ORACLE, SUBJECT = "hybrid", "22.5Hz"
 BEAKER_RADIUS, ROD_RADIUS = 0.033, 0.003
 
-Vertices = NDArray[np.float64]
+
+def lathe(profile, sides=40):
+    """A closed profile of (radius, height) turned about +Y."""
+    upright = revolved_mesh(profile, sides)
+    return TriangleMesh(upright.vertices[:, [1, 2, 0]], upright.faces)
 
 
-def lathe(profile: list[tuple[float, float]], sides: int = 40) -> TriangleMesh:
-    """A closed profile of (radius, height) turned about +Y; corners at radius 0 become one vertex each."""
-    angle = np.arange(sides) * (2 * np.pi / sides)
-    rings: list[list[int]] = []
-    vertices: list[tuple[float, float, float]] = []
-    for radius, height in profile:
-        ring = [(radius * np.cos(a), height, radius * np.sin(a)) for a in angle] if radius else [(0.0, height, 0.0)]
-        rings.append(list(range(len(vertices), len(vertices) + len(ring))))
-        vertices += ring
-    faces: list[tuple[int, int, int]] = []
-    for low, high in pairwise(rings):
-        for k in range(sides):
-            a, b = low[k % len(low)], low[(k + 1) % len(low)]
-            c, d = high[k % len(high)], high[(k + 1) % len(high)]
-            faces += [face for face in ((a, c, b), (b, c, d)) if len(set(face)) == 3]
-    return TriangleMesh(vertices, faces)
-
-
-def box(x: float, y: float, z: float) -> TriangleMesh:
-    corners = np.array([[i, j, k] for i in (-0.5, 0.5) for j in (-0.5, 0.5) for k in (-0.5, 0.5)]) * [x, y, z]
-    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    faces = [face for a, b, c, d in sides for face in ((a, b, c), (a, c, d))]
-    return TriangleMesh(corners, faces)
-
-
-MESHES: dict[str, Callable[[], TriangleMesh]] = {
-    "bench": lambda: box(1.2, 0.04, 0.7),
+MESHES = {
+    "bench": lambda: box_mesh((1.2, 0.04, 0.7)),
     "beaker": lambda: lathe(
         [(0, 0), (0.035, 0), (0.035, 0.095), (BEAKER_RADIUS, 0.095), (BEAKER_RADIUS, 0.002), (0, 0.002)]
     ),
     "rod": lambda: lathe([(0, 0), (ROD_RADIUS, 0), (ROD_RADIUS, 0.2), (0, 0.2)], 12),
-    "hand": lambda: box(0.07, 0.03, 0.09),
-    "headset": lambda: box(0.18, 0.1, 0.1),
+    "hand": lambda: box_mesh((0.07, 0.03, 0.09)),
+    "headset": lambda: box_mesh((0.18, 0.1, 0.1)),
 }
 TAGS = {
-    "bench": ("furniture",),
-    "beaker": ("glass",),
-    "rod": ("glass", "rod"),
-    "hand": ("hand",),
-    "headset": ("headset",),
-}
+    "bench": ("furniture",), "beaker": ("glass",), "rod": ("glass", "rod"), "hand": ("hand",), "headset": ("headset",),
+}  # fmt: skip
 PAIRS = [("beaker", "rod"), ("rod", "hand"), ("bench", "rod")]
 
 
-def tapping(frames: int) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
+def tapping(frames):
     """Stamps, translations (T, 5, 3) and validity: the rod taps a wall 6 times a second, and once the bench."""
     stamps = 1_000_000_000 + np.arange(frames) * 11_111_111
     t = np.arange(frames) / RATE
@@ -94,7 +63,7 @@ def tapping(frames: int) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArra
     return stamps, places, valid
 
 
-def make_assembly(frames: int) -> tuple[Session, Assembly]:
+def make_assembly(frames):
     stamps, places, valid = tapping(frames)
     bodies = tuple(Body(name, make()) for name, make in MESHES.items())
     names = [body.name for body in bodies]
@@ -105,19 +74,19 @@ def make_assembly(frames: int) -> tuple[Session, Assembly]:
     held = np.array([False, True, False])
     scene = Scene("taps", tuple(SceneBody(name, shape="mesh", tags=TAGS[name]) for name in names))
     still = [0.0, 0.0, 0.0, 1.0]
-    poses: dict[str, Any] = {name: (places[:, k], np.tile(still, (frames, 1))) for k, name in enumerate(names)}
+    poses = {name: (places[:, k], np.tile(still, (frames, 1))) for k, name in enumerate(names)}
     session = Session.from_arrays(stamps, poses, scene=scene)
     return session, Assembly(bodies, motion, pairs, held, stamps, origin, notes=("made up for a test",))
 
 
 @cache
-def demo_run(frames: int = 270, label: str = SUBJECT, name: str = "discrete", **settings: Any) -> RunResult:
+def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
     """Three seconds (or more) at 90 Hz, looked at by ``hybrid`` and by another, else ``discrete`` at 22.5 Hz."""
     session, assembly = make_assembly(frames)
     oracle = create_detector("hybrid", assembly.bodies, pairs=assembly.pairs)
     subject = create_detector(name, assembly.bodies, pairs=assembly.pairs, **(settings or {"rate_hz": 22.5}))
 
-    def faces_of(motion: Motion) -> Detection:
+    def faces_of(motion):
         return oracle.detect(motion, faces=True)
 
     detections = {ORACLE: faces_of(assembly.motion), label: subject.detect(assembly.motion, faces=True)}
@@ -127,34 +96,29 @@ def demo_run(frames: int = 270, label: str = SUBJECT, name: str = "discrete", **
     evidence = Evidence(assembly, faces_of, [(one.pair, one.first, one.last) for one in places])
     names = [(assembly.bodies[i].name, assembly.bodies[j].name) for i, j in assembly.pairs.tolist()]
     return RunResult(
-        session=session,
-        assembly=assembly,
-        detections=detections,
-        oracle=ORACLE,
-        comparisons={label: comparison},
-        episodes=found,
-        misses={label: misses(places, names, assembly.motion.times, evidence)},
+        session=session, assembly=assembly, detections=detections, oracle=ORACLE, comparisons={label: comparison},
+        episodes=found, misses={label: misses(places, names, assembly.motion.times, evidence)},
         detectors={label: subject},
-    )
+    )  # fmt: skip
 
 
 class Read:
     """What a recording holds, entity by entity, as the file says."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path):
         self.path = path
-        self.entities: dict[str, list[Any]] = {}
-        self._columns: dict[tuple[str, str], list[tuple[int | None, int | None, list[Any]]]] = {}
+        self.entities = {}
+        self._columns = {}
         for chunk in RrdReader(path).stream().to_chunks():
             self.entities.setdefault(chunk.entity_path, []).append(chunk.to_record_batch())
 
-    def column(self, entity: str, component: str) -> list[tuple[int | None, int | None, list[Any]]]:
+    def column(self, entity, component):
         """Rows (session nanoseconds, frame, values) of one component in order of time; static rows have no times."""
         if (entity, component) not in self._columns:
             self._columns[entity, component] = self._column(entity, component)
         return self._columns[entity, component]
 
-    def _column(self, entity: str, component: str) -> list[tuple[int | None, int | None, list[Any]]]:
+    def _column(self, entity, component):
         found = []
         for batch in self.entities.get("/" + entity, []):
             if component in batch.schema.names:
@@ -166,41 +130,41 @@ class Read:
                 found += [row for row in zip(*times, values, strict=True) if row[2] is not None]
         return sorted(found, key=lambda row: -1 if row[0] is None else row[0])
 
-    def lane(self, entity: str) -> list[tuple[int, str]]:
+    def lane(self, entity):
         """Changes of a lane: (session nanoseconds, state)."""
         return [(ns or 0, values[0]) for ns, _, values in self.column(entity, "StateChange:state")]
 
-    def at(self, entity: str, component: str, frame: int) -> list[Any]:
+    def at(self, entity, component, frame):
         """What a viewer shows of a component at a frame: its latest row."""
         rows = [row for row in self.column(entity, component) if row[1] is not None and row[1] <= frame]
         return list(rows[-1][2]) if rows else []
 
-    def at_ns(self, entity: str, component: str, ns: int) -> list[Any]:
+    def at_ns(self, entity, component, ns):
         """What a viewer shows of a component with the cursor at a time of the session."""
         rows = [row for row in self.column(entity, component) if row[0] is not None and row[0] <= ns]
         return list(rows[-1][2]) if rows else []
 
 
 @pytest.fixture(scope="session")
-def demo() -> RunResult:
+def demo():
     """Three seconds of taps, audited."""
     return demo_run()
 
 
 @pytest.fixture(scope="session")
-def taps() -> Callable[..., RunResult]:
+def taps():
     """Makes other runs of the same taps."""
     return demo_run
 
 
 @pytest.fixture(scope="session")
-def reader() -> type[Read]:
+def reader():
     """Reads a picture back."""
     return Read
 
 
 @pytest.fixture(scope="session")
-def recording(demo: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def recording(demo, tmp_path_factory):
     """The picture of the demo."""
     path = tmp_path_factory.mktemp("run") / "run.rrd"
     write_recording(demo, path)
@@ -208,19 +172,19 @@ def recording(demo: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 
 @pytest.fixture(scope="session")
-def read(recording: Path) -> Read:
+def read(recording):
     """The picture of the demo, read back."""
     return Read(recording)
 
 
 @pytest.fixture(scope="session")
-def passed() -> RunResult:
+def passed():
     """A cube jumps through another between the frames 1 and 2, and is met at the frames 5 and 6."""
     return compute(jumping(), detectors="exact", oracle="continuous")
 
 
 @pytest.fixture(scope="session")
-def passed_read(passed: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Read:
+def passed_read(passed, tmp_path_factory):
     """The picture of the jump, read back."""
     path = tmp_path_factory.mktemp("passed") / "run.rrd"
     write_recording(passed, path)
@@ -228,7 +192,7 @@ def passed_read(passed: RunResult, tmp_path_factory: pytest.TempPathFactory) -> 
 
 
 @pytest.fixture(scope="session")
-def hundreds(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunResult, Read]:
+def hundreds(tmp_path_factory):
     """Twenty seconds of taps, with more misses than anybody reads one by one, and its picture read back."""
     result, path = demo_run(1800), tmp_path_factory.mktemp("many") / "run.rrd"
     write_recording(result, path)
@@ -236,10 +200,10 @@ def hundreds(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunResult, Read]
 
 
 @pytest.fixture
-def write(tmp_path: Path) -> Callable[[RunResult], Read]:
+def write(tmp_path):
     """Writes the picture of a run and reads it back."""
 
-    def written(result: RunResult) -> Read:
+    def written(result):
         write_recording(result, tmp_path / "run.rrd")
         return Read(tmp_path / "run.rrd")
 

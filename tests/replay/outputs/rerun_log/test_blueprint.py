@@ -1,12 +1,8 @@
 """The embedded layout names only what is in the recording, opens on the audit, and stands still."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,23 +13,22 @@ from replay.outputs.rerun_log import blueprint
 from replay.outputs.rerun_log.blueprint import LANES_IN_VIEW, Subject, lanes_in_view
 from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.recording import write_recording
-from replay.pipeline.run_result import RunResult
 
 
 class BlueprintInput:
     """The blueprint as the file holds it: entity -> component -> values."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path):
         reader = RrdReader(path)
         self.stores = reader.blueprints()
-        self.values: dict[str, dict[str, Any]] = {}
+        self.values = {}
         for chunk in reader.stream(store=self.stores[0]).to_chunks():
             batch = chunk.to_record_batch()
             for name in batch.schema.names:
                 if ":" in name:
                     self.values.setdefault(chunk.entity_path, {})[name] = batch.column(name).to_pylist()[-1]
 
-    def views(self) -> dict[str, list[str]]:
+    def views(self):
         """Name of each view -> its query, with ``$origin`` written out."""
         found = {}
         for entity, values in self.values.items():
@@ -45,11 +40,11 @@ class BlueprintInput:
 
 
 @pytest.fixture(scope="module")
-def layout(recording: Path) -> BlueprintInput:
+def layout(recording):
     return BlueprintInput(recording)
 
 
-def selected(query: list[str], entities: list[str]) -> list[str]:
+def selected(query, entities):
     """Entities of a query; a later and more exact rule wins, as in the viewer."""
     chosen = []
     for entity in entities:
@@ -64,19 +59,13 @@ def selected(query: list[str], entities: list[str]) -> list[str]:
     return chosen
 
 
-def test_there_is_one_layout_and_it_has_a_tab_per_question(layout: BlueprintInput) -> None:
+def test_there_is_one_layout_and_it_has_a_tab_per_question(layout):
     assert len(layout.stores) == 1
-    names = {
-        v["ContainerBlueprint:display_name"][0]
-        for v in layout.values.values()
-        if "ContainerBlueprint:display_name" in v
-    }
-    assert names == {"Audit", "What accuracy costs", "Detectors"}
+    names = [v.get("ContainerBlueprint:display_name", [""])[0] for v in layout.values.values()]
+    assert set(names) - {""} == {"Audit", "What accuracy costs", "Detectors"}
 
 
-def test_every_view_shows_something_and_all_of_it_has_rows_where_the_cursor_goes(
-    layout: BlueprintInput, recording: Path, read: Any
-) -> None:
+def test_every_view_shows_something_and_all_of_it_has_rows_where_the_cursor_goes(layout, recording, read):
     place = max(read_misses(recording), key=lambda one: one.cut_length)
     entities = [entity for entity in read.entities if not entity.startswith("/__")]
     for name, query in layout.views().items():
@@ -90,7 +79,7 @@ def test_every_view_shows_something_and_all_of_it_has_rows_where_the_cursor_goes
             assert min(min(rows) for rows in starts) <= place.session_ns, entity
 
 
-def test_exact_paths_of_the_layout_are_in_the_recording(layout: BlueprintInput, read: Any) -> None:
+def test_exact_paths_of_the_layout_are_in_the_recording(layout, read):
     lines = [
         line for query in layout.views().values() for line in query if not line.startswith("-") and "*" not in line
     ]
@@ -98,7 +87,7 @@ def test_exact_paths_of_the_layout_are_in_the_recording(layout: BlueprintInput, 
     assert not [line for line in lines if line not in read.entities]
 
 
-def test_the_viewer_opens_paused_slow_and_on_the_session_timeline(layout: BlueprintInput) -> None:
+def test_the_viewer_opens_paused_slow_and_on_the_session_timeline(layout):
     panel = layout.values["/time_panel"]
     assert panel["TimePanelBlueprint:timeline"] == ["session"]
     assert panel["TimePanelBlueprint:playback_speed"] == [0.25]
@@ -107,11 +96,11 @@ def test_the_viewer_opens_paused_slow_and_on_the_session_timeline(layout: Bluepr
     assert layout.values["/blueprint_panel"]["PanelBlueprint:state"] == [1]
 
 
-def test_the_headline_is_the_title_of_the_list(layout: BlueprintInput) -> None:
+def test_the_headline_is_the_title_of_the_list(layout):
     assert any("contacts missed by 22.5Hz" in name for name in layout.views())
 
 
-def test_the_close_up_follows_the_camera_in_the_data(layout: BlueprintInput, read: Any) -> None:
+def test_the_close_up_follows_the_camera_in_the_data(layout, read):
     tracked = [
         v["EyeControls3D:tracking_entity"] for v in layout.values.values() if "EyeControls3D:tracking_entity" in v
     ]
@@ -119,21 +108,19 @@ def test_the_close_up_follows_the_camera_in_the_data(layout: BlueprintInput, rea
     assert "/world/missed/eye" in read.entities
 
 
-def test_lanes_in_view_fit_the_screen(layout: BlueprintInput) -> None:
+def test_lanes_in_view_fit_the_screen(layout):
     lanes = next(query for name, query in layout.views().items() if name.startswith("When"))
     assert 2 <= len(lanes) <= LANES_IN_VIEW
 
 
-def test_the_number_lane_is_left_out_of_the_zoomed_view(layout: BlueprintInput) -> None:
+def test_the_number_lane_is_left_out_of_the_zoomed_view(layout):
     near = next(query for name, query in layout.views().items() if "around the cursor" in name)
     assert "/lanes/1_missed" not in near
     assert near
 
 
 @pytest.mark.parametrize(("share", "drawn"), [(0.1, False), (0.9, True), (3.0, True)])
-def test_the_budget_line_is_drawn_where_it_does_not_press_the_curves_down(
-    demo: RunResult, tmp_path: Path, share: float, drawn: bool
-) -> None:
+def test_the_budget_line_is_drawn_where_it_does_not_press_the_curves_down(demo, tmp_path, share, drawn):
     slow = demo.detections["22.5Hz"]
     timed = replace(slow, seconds={"meshes": np.full(270, share / 90.0)})
     write_recording(replace(demo, detections={**demo.detections, "22.5Hz": timed}), tmp_path / "run.rrd")
@@ -144,19 +131,17 @@ def test_the_budget_line_is_drawn_where_it_does_not_press_the_curves_down(
     assert f"{share:.0%} of a frame at 90 Hz" in name
 
 
-def test_hundreds_of_misses_are_listed_by_clusters_first_and_each_in_a_tab_beside(
-    hundreds: tuple[RunResult, Any], layout: BlueprintInput
-) -> None:
+def test_hundreds_of_misses_are_listed_by_clusters_first_and_each_in_a_tab_beside(hundreds, layout):
     views = BlueprintInput(hundreds[1].path).views()
     (first,) = [query for name, query in views.items() if re.match(r"\d+ of \d+ contacts missed by 22\.5Hz", name)]
     assert any("/report/clusters" in line for line in first) and any("/report/missed" in line for line in views["All"])
     assert "All" not in layout.views(), "a dozen misses need no clusters"
 
 
-def built(subjects: tuple[Subject, ...], effects: dict[str, Any], *, tradeoff: bool = False) -> Any:
+def built(subjects, effects, *, tradeoff=False):
     """The tabs of a layout made by hand."""
     room = SimpleNamespace(scene=SimpleNamespace(name="room"))
-    result: Any = SimpleNamespace(
+    result = SimpleNamespace(
         tradeoff=tradeoff or None, effects=effects, treatment=None, session=room, assembly=SimpleNamespace(names=())
     )
     eye = Eye((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
@@ -164,7 +149,7 @@ def built(subjects: tuple[Subject, ...], effects: dict[str, Any], *, tradeoff: b
     return blueprint.build_blueprint(layout).root_container
 
 
-def effect(units: str = "", lanes: int = 0) -> dict[str, Any]:
+def effect(units="", lanes=0):
     """One effect with a series of each unit and so many lanes."""
     series = {unit: SimpleNamespace(unit=unit) for unit in units}
     output = SimpleNamespace(lanes={f"l{k}": () for k in range(lanes)})
@@ -178,9 +163,7 @@ def effect(units: str = "", lanes: int = 0) -> dict[str, Any]:
         (False, False, False, "Session"),
     ],
 )  # fmt: skip
-def test_the_picture_opens_on_the_tab_that_answers_what_was_asked_for(
-    tradeoff: bool, effects: bool, audited: bool, opens: str
-) -> None:
+def test_the_picture_opens_on_the_tab_that_answers_what_was_asked_for(tradeoff, effects, audited, opens):
     subject = Subject("slow", "1 missed", {"lanes/1_missed": None}, None, "a", False, "b", "c")
     tabs = built((subject,) if audited else (), effect() if effects else {}, tradeoff=tradeoff)
     names = [str(one.name) for one in tabs.contents]
@@ -188,7 +171,7 @@ def test_the_picture_opens_on_the_tab_that_answers_what_was_asked_for(
 
 
 @pytest.mark.parametrize(("lanes", "high"), [(6, 64 + 6 * 40), (30, 980 / 2)])
-def test_lanes_of_effects_have_the_height_they_need_and_plots_share_what_is_left(lanes: int, high: float) -> None:
+def test_lanes_of_effects_have_the_height_they_need_and_plots_share_what_is_left(lanes, high):
     tab = next(one for one in built((), effect("abc", lanes)).contents if one.name == "Effects")
     assert tab.contents[1].row_shares == pytest.approx([high, *[(980 - high) / 3] * 3])
 
@@ -196,15 +179,15 @@ def test_lanes_of_effects_have_the_height_they_need_and_plots_share_what_is_left
 LANES = {"lanes/1_missed": None, **{f"lanes/{k}_p": k for k in range(2, 14)}}
 
 
-def subject(longest: int | None) -> Subject:
+def subject(longest):
     return Subject("slow", "1 of 2 missed", LANES, longest, "", False, "", "")
 
 
 @pytest.mark.parametrize("longest", [None, 2, LANES_IN_VIEW])
-def test_the_worst_lanes_are_in_view(longest: int | None) -> None:
+def test_the_worst_lanes_are_in_view(longest):
     assert lanes_in_view(subject(longest)) == list(LANES)[:LANES_IN_VIEW]
 
 
 @pytest.mark.parametrize("longest", [LANES_IN_VIEW + 1, 13])
-def test_the_lane_of_the_longest_cut_takes_the_place_of_the_least_bad_one(longest: int) -> None:
+def test_the_lane_of_the_longest_cut_takes_the_place_of_the_least_bad_one(longest):
     assert lanes_in_view(subject(longest)) == [*list(LANES)[: LANES_IN_VIEW - 1], f"lanes/{longest}_p"]

@@ -1,9 +1,6 @@
 """Columns whose lengths do not fit are refused, and long sessions are strided except near misses."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,29 +11,28 @@ from hypothesis.extra.numpy import arrays
 
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity, quaternions_xyzw, ragged
-from replay.pipeline.run_result import RunResult
 
 
 @pytest.mark.parametrize("counts", [[1, 1], [1, 3], [3, 1]])
-def test_counts_that_do_not_add_up_are_refused(counts: list[int]) -> None:
+def test_counts_that_do_not_add_up_are_refused(counts):
     columns = rr.Points3D.columns(positions=np.zeros((3, 3)))
     with pytest.raises(AssertionError, match=f"{sum(counts)} values announced, 3 given"):
         ragged(columns, counts)
 
 
-def test_counts_that_add_up_may_hold_empty_rows() -> None:
+def test_counts_that_add_up_may_hold_empty_rows():
     columns = ragged(rr.Points3D.columns(positions=np.zeros((3, 3))), [0, 2, 0, 1])
     assert [len(column.as_arrow_array()) for column in columns] == [4]
 
 
-def test_values_that_rerun_drops_are_an_error(tmp_path: Path) -> None:
+def test_values_that_rerun_drops_are_an_error(tmp_path):
     stream = rr.RecordingStream("test")
     writer = RecordingWriter(stream, RecordingClock(np.arange(3), np.arange(3)))
     with pytest.raises(ValueError, match="no columns for x"):
         writer.rows("x", [0, 1], rr.Points3D.columns())
 
 
-def test_session_time_counts_from_the_first_frame_of_the_session(demo: RunResult) -> None:
+def test_session_time_counts_from_the_first_frame_of_the_session(demo):
     clock = RecordingClock.of(demo.assembly)
     assert clock.ns[0] == 0
     assert clock.ns.tolist() == (demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]).tolist()
@@ -44,7 +40,7 @@ def test_session_time_counts_from_the_first_frame_of_the_session(demo: RunResult
     assert RecordingClock.of(later).ns.tolist() == clock.ns[90:180].tolist()
 
 
-def test_a_long_session_is_strided_but_whole_around_a_miss(demo: RunResult) -> None:
+def test_a_long_session_is_strided_but_whole_around_a_miss(demo):
     clock = RecordingClock.of(demo.assembly, [(2.9, 2.95)], limit=100)
     times = demo.assembly.motion.times
     assert RecordingClock.of(demo.assembly, limit=270).kept.tolist() == list(range(270))
@@ -54,19 +50,19 @@ def test_a_long_session_is_strided_but_whole_around_a_miss(demo: RunResult) -> N
     assert far.tolist() == list(range(0, int(near[0]), 3))
 
 
-def test_misses_everywhere_do_not_keep_every_frame_of_a_long_session(demo: RunResult) -> None:
+def test_misses_everywhere_do_not_keep_every_frame_of_a_long_session(demo):
     everywhere = [(second / 10, second / 10) for second in range(30)]
     clock = RecordingClock.of(demo.assembly, everywhere, limit=50)
     assert 91 <= len(clock.kept) <= 150
 
 
-def test_a_time_after_the_end_is_the_last_frame(demo: RunResult) -> None:
+def test_a_time_after_the_end_is_the_last_frame(demo):
     clock = RecordingClock.of(demo.assembly)
     assert clock.frame_at(1e6) == 269
     assert clock.frame_at(0.0) == 0
 
 
-def test_punctuation_in_names_stays_one_part_of_a_path() -> None:
+def test_punctuation_in_names_stays_one_part_of_a_path():
     assert entity("world", "left hand/1") == r"world/left\ hand\/1"
 
 
@@ -74,12 +70,12 @@ unit = arrays(np.float64, (4,), elements=st.floats(-1, 1)).filter(lambda q: np.l
 
 
 @given(unit)
-def test_a_rotation_survives_the_way_there_and_back(q: np.ndarray) -> None:
+def test_a_rotation_survives_the_way_there_and_back(q):
     matrix = rotation_from_quaternion(q[None])
     assert np.allclose(rotation_from_quaternion(quaternions_xyzw(matrix)), matrix, atol=4e-16 * 8, rtol=0)
 
 
-def test_half_turns_are_exact() -> None:
+def test_half_turns_are_exact():
     for axis in range(3):
         matrix = -np.eye(3)
         matrix[axis, axis] = 1.0
@@ -88,5 +84,5 @@ def test_half_turns_are_exact() -> None:
         assert np.abs(quaternions_xyzw(matrix[None])[0]).tolist() == expected.tolist()
 
 
-def test_no_rotation_is_no_row() -> None:
+def test_no_rotation_is_no_row():
     assert quaternions_xyzw(np.zeros((0, 3, 3))).shape == (0, 4)

@@ -1,13 +1,8 @@
 """Points, normals and curves are those of the detection, coloured by the audit."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-import pytest
 
 from cdcore import Verdict
 from replay.comparison.outcome import Outcome
@@ -15,19 +10,18 @@ from replay.outputs.palette import FOUND, MISSED
 from replay.outputs.rerun_log import contacts
 from replay.outputs.rerun_log.columns import RecordingClock, packed
 from replay.outputs.rerun_log.contacts import collect_contacts, contact_point
-from replay.pipeline.run_result import RunResult
 
 ORACLE, SUBJECT = "hybrid", "22.5Hz"
 
 
-def test_each_frame_shows_a_point_per_contact_and_none_where_there_is_none(demo: RunResult, read: Any) -> None:
+def test_each_frame_shows_a_point_per_contact_and_none_where_there_is_none(demo, read):
     expected = (demo.detections[ORACLE].verdict == Verdict.CONTACT).sum(axis=1)
     shown = [len(read.at("world/contacts/hybrid", "Points3D:positions", frame)) for frame in range(len(expected))]
     assert shown == expected.tolist()
     assert 0 < sum(expected > 0) < len(expected)
 
 
-def test_curves_are_the_sections_of_the_detection(demo: RunResult, read: Any) -> None:
+def test_curves_are_the_sections_of_the_detection(demo, read):
     detection = demo.detections[ORACLE]
     for frame, pair in np.argwhere(detection.verdict == Verdict.CONTACT)[::7].tolist():
         strips = np.array(read.at("world/contacts/hybrid/section", "LineStrips3D:strips", frame))
@@ -38,7 +32,7 @@ def test_curves_are_the_sections_of_the_detection(demo: RunResult, read: Any) ->
         assert np.allclose(strips, wanted, atol=1e-6), pair
 
 
-def test_missed_contacts_are_red_and_found_ones_blue(demo: RunResult, read: Any) -> None:
+def test_missed_contacts_are_red_and_found_ones_blue(demo, read):
     outcome, verdict = demo.comparisons[SUBJECT].outcome, demo.detections[ORACLE].verdict
     colours = {Outcome.MISSED: packed([MISSED])[0], Outcome.BOTH: packed([FOUND])[0]}
     seen = set()
@@ -49,42 +43,40 @@ def test_missed_contacts_are_red_and_found_ones_blue(demo: RunResult, read: Any)
     assert len(seen) == 2
 
 
-def test_points_lie_on_the_curve(demo: RunResult, read: Any) -> None:
+def test_points_lie_on_the_curve(demo, read):
     frame, pair = np.argwhere(demo.detections[ORACLE].verdict == Verdict.CONTACT)[0].tolist()
     middles = demo.detections[ORACLE].section(frame, pair).mean(axis=1)
     point = np.array(read.at("world/contacts/hybrid", "Points3D:positions", frame)[0])
     assert np.linalg.norm(middles - point, axis=1).min() < 1e-6
 
 
-def test_a_ring_has_its_point_on_the_ring() -> None:
+def test_a_ring_has_its_point_on_the_ring():
     angle = np.linspace(0, 2 * np.pi, 33)
     ring = np.stack([np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
     assert np.linalg.norm(contact_point(np.stack([ring[:-1], ring[1:]], axis=1))) > 0.9
 
 
-def test_normals_are_unit_or_nothing(read: Any) -> None:
+def test_normals_are_unit_or_nothing(read):
     rows = read.column("world/contacts/hybrid/normals", "Arrows3D:vectors")
     lengths = np.array([np.linalg.norm(vector) for row in rows for vector in row[2]])
     assert np.all((lengths < 1e-9) | (np.abs(lengths - contacts.NORMAL_LENGTH) < 1e-6))
     assert (lengths > 0).any()
 
 
-def test_a_normal_points_from_the_first_body_to_the_second(demo: RunResult) -> None:
+def test_a_normal_points_from_the_first_body_to_the_second(demo):
     found = collect_contacts(RecordingClock.of(demo.assembly), demo.assembly, demo.detections[ORACLE], None)
     dips = [k for k in range(len(found.frame)) if demo.assembly.pair_name(int(found.pair[k])) == "bench-rod"]
     assert dips
     assert np.allclose(found.normal[dips], [0, 1, 0], atol=1e-6)
 
 
-def test_a_detection_without_faces_draws_nothing_and_breaks_nothing(
-    demo: RunResult, write: Callable[[RunResult], Any]
-) -> None:
+def test_a_detection_without_faces_draws_nothing_and_breaks_nothing(demo, write):
     bare = replace(demo.detections[ORACLE], face_sets=None)
     seen = write(replace(demo, detections={**demo.detections, ORACLE: bare}))
     assert all(not row[2] for row in seen.column("world/contacts/hybrid", "Points3D:positions"))
 
 
-def test_beyond_the_budget_frames_are_strided_but_misses_stay(demo: RunResult, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_beyond_the_budget_frames_are_strided_but_misses_stay(demo, monkeypatch):
     detection, comparison = demo.detections[ORACLE], demo.comparisons[SUBJECT]
     clock = RecordingClock.of(demo.assembly)
     whole = collect_contacts(clock, demo.assembly, detection, comparison)

@@ -32,7 +32,7 @@ def entities(tmp_path_factory):
     stream.save(path)
     log_effects(RecordingWriter(stream, SimpleNamespace()), RUNS)
     stream.disconnect()
-    rows: dict[str, list[object]] = {}
+    rows = {}
     for chunk in RrdReader(str(path)).stream():
         rows.setdefault(str(chunk.entity_path), []).append(chunk.to_record_batch())
     return rows

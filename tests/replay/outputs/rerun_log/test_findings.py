@@ -1,7 +1,5 @@
 """The picture says of every frame which bodies were in doubt, and lists what was found in words."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,10 +1,7 @@
 """Lanes say exactly when, numbers say which, and no change is lost between neighbours."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,17 +11,16 @@ from replay.comparison.outcome import Outcome
 from replay.outputs.palette import MISSED, OUTCOMES
 from replay.outputs.rerun_log.columns import packed
 from replay.outputs.rerun_log.lanes import audit_lanes
-from replay.pipeline.run_result import RunResult
 
 SUBJECT = "22.5Hz"
 
 
-def states_at(lane: list[tuple[int, str]], stamps: np.ndarray) -> list[str]:
+def states_at(lane, stamps):
     times = [ns for ns, _ in lane]
     return [lane[k][1] for k in np.searchsorted(times, stamps, side="right") - 1]
 
 
-def test_an_audit_lane_says_the_outcome_of_every_frame(demo: RunResult, read: Any) -> None:
+def test_an_audit_lane_says_the_outcome_of_every_frame(demo, read):
     stamps = demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]
     comparison = demo.comparisons[SUBJECT]
     lanes = audit_lanes("lanes", demo.assembly, comparison)
@@ -35,7 +31,7 @@ def test_an_audit_lane_says_the_outcome_of_every_frame(demo: RunResult, read: An
             assert states_at(read.lane(path), stamps) == words
 
 
-def test_a_detector_lane_says_the_verdict_of_every_frame(demo: RunResult, read: Any) -> None:
+def test_a_detector_lane_says_the_verdict_of_every_frame(demo, read):
     stamps = demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]
     for label, detection in demo.detections.items():
         path = next(p for p in read.entities if p.startswith("/detectors/1_") and p.endswith(label))
@@ -43,7 +39,7 @@ def test_a_detector_lane_says_the_verdict_of_every_frame(demo: RunResult, read: 
         assert states_at(read.lane(path[1:]), stamps) == words
 
 
-def test_between_two_states_lies_a_reset_of_one_nanosecond(demo: RunResult, read: Any) -> None:
+def test_between_two_states_lies_a_reset_of_one_nanosecond(demo, read):
     lane = read.lane("lanes/2_beaker-rod")
     touching = [(a, b) for a, b in pairwise(lane) if a[1] and b[1]]
     assert not touching
@@ -51,7 +47,7 @@ def test_between_two_states_lies_a_reset_of_one_nanosecond(demo: RunResult, read
     assert resets
 
 
-def test_the_last_state_lasts_one_frame(demo: RunResult, write: Any) -> None:
+def test_the_last_state_lasts_one_frame(demo, write):
     whole = np.full_like(demo.comparisons[SUBJECT].outcome, Outcome.MISSED)
     seen = write(replace(demo, comparisons={SUBJECT: replace(demo.comparisons[SUBJECT], outcome=whole)}))
     stamps = demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]
@@ -59,26 +55,26 @@ def test_the_last_state_lasts_one_frame(demo: RunResult, write: Any) -> None:
     assert lane[-2:] == [(0, "MISSED"), (int(stamps[-1]) + 11_111_111, "")]
 
 
-def test_lanes_are_on_the_session_timeline_alone(read: Any) -> None:
+def test_lanes_are_on_the_session_timeline_alone(read):
     names = {name for batch in read.entities["/lanes/2_beaker-rod"] for name in batch.schema.names}
     assert "session" in names
     assert "frame" not in names
 
 
-def test_the_red_of_a_lane_is_the_red_of_the_picture(read: Any) -> None:
+def test_the_red_of_a_lane_is_the_red_of_the_picture(read):
     values = read.column("lanes/2_beaker-rod", "StateConfiguration:values")[0][2]
     colours = read.column("lanes/2_beaker-rod", "StateConfiguration:colors")[0][2]
     assert colours[values.index("MISSED")] == packed([MISSED])[0]
 
 
-def test_every_lane_has_a_row_at_the_start(read: Any) -> None:
+def test_every_lane_has_a_row_at_the_start(read):
     lanes = [path for path in read.entities if path.startswith(("/lanes/", "/detectors/"))]
     assert lanes
     assert all(read.lane(path[1:])[0][0] == 0 for path in lanes)
 
 
 @pytest.mark.parametrize("number", [0, 4])
-def test_the_number_lane_shows_the_number_at_the_miss(demo: RunResult, read: Any, number: int) -> None:
+def test_the_number_lane_shows_the_number_at_the_miss(demo, read, number):
     miss = demo.misses[SUBJECT][number]
     low, _, high = states_at(read.lane("lanes/1_missed"), np.array([round(miss.start * 1e9)]))[0].partition("-")
     assert int(low) <= miss.number <= int(high or low)

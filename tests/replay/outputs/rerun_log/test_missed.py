@@ -1,9 +1,6 @@
 """Red faces are those of the misses, in the body's frame; pins, flags and numbers agree with the list."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -22,14 +19,13 @@ from replay.outputs.rerun_log.missed import (
     face_areas,
     number_ranges,
     pushed_out,
-)
+)  # fmt: skip
 from replay.pipeline.engine import compute
-from replay.pipeline.run_result import RunResult
 
 SUBJECT, ORACLE = "22.5Hz", "hybrid"
 
 
-def miss(number: int, first: int, last: int, point: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Miss:
+def miss(number, first, last, point=(0.0, 0.0, 0.0)):
     return Miss(
         number=number, pair=0, body_a="a", body_b="b", first=first, last=last, start=first / 90, end=last / 90,
         kind="never found", episode=number, deepest=last, point=point, normal=(0.0, 1.0, 0.0), face_pairs=1,
@@ -38,10 +34,10 @@ def miss(number: int, first: int, last: int, point: tuple[float, float, float] =
 
 
 @pytest.mark.parametrize("body", ["beaker", "rod"])
-def test_red_faces_are_those_that_met_unseen_and_no_frame_else_has_any(demo: RunResult, read: Any, body: str) -> None:
+def test_red_faces_are_those_that_met_unseen_and_no_frame_else_has_any(demo, read, body):
     number = demo.assembly.names.index(body)
     mesh = demo.assembly.bodies[number].mesh
-    missed: dict[int, set[int]] = {}
+    missed = {}
     for one in demo.misses[SUBJECT]:
         ends = demo.assembly.pairs[one.pair].tolist()
         for frame in range(one.first, one.last + 1):
@@ -57,7 +53,7 @@ def test_red_faces_are_those_that_met_unseen_and_no_frame_else_has_any(demo: Run
         assert np.abs(corners - wanted).max(initial=0.0) < PUSHED_OUT + 1e-6
 
 
-def test_a_bench_top_is_not_painted_but_two_large_bodies_are(demo: RunResult, read: Any, write: Any) -> None:
+def test_a_bench_top_is_not_painted_but_two_large_bodies_are(demo, read, write):
     assert all(not row[2] for row in read.column("world/bench/missed_faces", "Mesh3D:vertex_positions"))
     one = next(one for one in demo.misses[SUBJECT] if one.body_a == "bench")
     large = [Body(body.name, TriangleMesh(body.mesh.vertices * 100, body.mesh.faces)) for body in demo.assembly.bodies]
@@ -65,25 +61,25 @@ def test_a_bench_top_is_not_painted_but_two_large_bodies_are(demo: RunResult, re
     assert seen.at("world/bench/missed_faces", "Mesh3D:vertex_positions", one.deepest)
 
 
-def test_faces_are_pushed_out_along_their_normals() -> None:
+def test_faces_are_pushed_out_along_their_normals():
     flat = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [[0.0, 0.0, 0.0]] * 3])
     moved = pushed_out(flat) - flat
     assert np.allclose(moved[0], [0, 0, PUSHED_OUT])
     assert (moved[1] == 0).all()
 
 
-def test_every_miss_has_a_pin_at_its_point(demo: RunResult, read: Any) -> None:
+def test_every_miss_has_a_pin_at_its_point(demo, read):
     pins = read.column("world/missed/pins", "Points3D:positions")[0][2]
     assert np.allclose(pins, [one.point for one in demo.misses[SUBJECT]], atol=1e-6)
 
 
-def test_at_its_deepest_frame_every_miss_has_a_flag_with_its_number(demo: RunResult, read: Any) -> None:
+def test_at_its_deepest_frame_every_miss_has_a_flag_with_its_number(demo, read):
     for one in demo.misses[SUBJECT]:
         words = read.at("world/missed/flag/words", "Points3D:labels", one.deepest)
         assert any(word.split()[0] == str(one.number) for word in words)
 
 
-def test_numbers_and_flags_never_stand_at_the_same_time(demo: RunResult, read: Any) -> None:
+def test_numbers_and_flags_never_stand_at_the_same_time(demo, read):
     seen = set()
     for frame in range(len(demo.assembly.motion)):
         flags = len(read.at("world/missed/flag/words", "Points3D:labels", frame))
@@ -93,7 +89,7 @@ def test_numbers_and_flags_never_stand_at_the_same_time(demo: RunResult, read: A
     assert seen == {True, False}
 
 
-def test_a_flag_lingers_but_makes_way_for_the_next_miss(demo: RunResult) -> None:
+def test_a_flag_lingers_but_makes_way_for_the_next_miss(demo):
     clock = RecordingClock.of(demo.assembly)
     frames, current = current_misses(clock, [miss(1, 10, 12), miss(2, 30, 31), miss(3, 200, 200)])
     now = {frame: [one.number for one in misses] for frame, misses in zip(frames, current, strict=True)}
@@ -103,30 +99,28 @@ def test_a_flag_lingers_but_makes_way_for_the_next_miss(demo: RunResult) -> None
     assert [numbers for frame, numbers in now.items() if 31 < frame < 200] == [[]]
 
 
-def test_misses_at_once_are_all_current(demo: RunResult) -> None:
+def test_misses_at_once_are_all_current(demo):
     longer = replace(miss(2, 15, 20), cut_length=0.5)
     frames, current = current_misses(RecordingClock.of(demo.assembly), [miss(1, 10, 40), longer])
     assert [one.number for one in current[frames.index(15)]] == [2, 1]
 
 
 @given(st.sets(st.integers(1, 60), min_size=1))
-def test_number_ranges_name_exactly_the_numbers(numbers: set[int]) -> None:
-    named: set[int] = set()
+def test_number_ranges_name_exactly_the_numbers(numbers):
+    named = set()
     for part in number_ranges(numbers).split(", "):
         low, _, high = part.partition("-")
         named |= set(range(int(low), int(high or low) + 1))
     assert named == numbers
 
 
-def test_clusters_hold_every_miss_once_and_the_largest_comes_first() -> None:
+def test_clusters_hold_every_miss_once_and_the_largest_comes_first():
     places = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.05, 0.0, 0.0), (0.0, 0.05, 0.0)]
     found = clustered([miss(k, k, k, place) for k, place in enumerate(places, 1)], reach=0.1)
     assert [[one.number for one in cluster] for cluster in found] == [[1, 3, 4], [2]]
 
 
-def test_a_miss_between_frames_shows_the_faces_that_touch_first_at_that_moment_alone(
-    passed: RunResult, passed_read: Any
-) -> None:
+def test_a_miss_between_frames_shows_the_faces_that_touch_first_at_that_moment_alone(passed, passed_read):
     (one,) = passed.misses["exact"]
     assert one.touch is not None
     moment = 10_000_000 * one.touch.frame + one.touch.later_ns
@@ -145,7 +139,7 @@ def test_a_miss_between_frames_shows_the_faces_that_touch_first_at_that_moment_a
     assert np.allclose(pins, [one.touch.point], atol=1e-6)
 
 
-def test_where_the_oracle_lists_no_faces_a_miss_that_frames_show_has_red_ones_at_its_deepest(write: Any) -> None:
+def test_where_the_oracle_lists_no_faces_a_miss_that_frames_show_has_red_ones_at_its_deepest(write):
     session = jumping([3, 3, 3, 0.9, 3, 3, 3, 3])
     seen = write(compute(session, detectors="slow=discrete[rate_hz=20]", oracle="continuous"))
     counts = [len(seen.at("world/b/missed_faces", "Mesh3D:vertex_positions", frame)) for frame in range(8)]

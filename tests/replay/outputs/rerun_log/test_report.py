@@ -1,24 +1,22 @@
 """Headline, list and notes say what the audit says, by the same numbers."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
+
+from support.small_tables import made
 
 from replay.comparison.clusters import MANY, clusters
-from replay.comparison.outcome import Miss, Outcome
+from replay.comparison.outcome import Outcome
 from replay.outputs.palette import MISSED, PARTLY_MISSED
 from replay.outputs.rerun_log.columns import packed
 from replay.outputs.rerun_log.focus import moments, read_misses
+from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.rerun_log.report import report_text
 from replay.pipeline.headline import invented
-from replay.pipeline.run_result import RunResult
 
 SUBJECT = "22.5Hz"
 
 
-def test_the_list_has_each_miss_at_its_deepest_frame(demo: RunResult, read: Any) -> None:
+def test_the_list_has_each_miss_at_its_deepest_frame(demo, read):
     rows = read.column("report/missed", "TextLog:text")
     listed = {int(row[2][0].split()[0]): row for row in rows}
     assert sorted(listed) == [miss.number for miss in demo.misses[SUBJECT]]
@@ -30,7 +28,7 @@ def test_the_list_has_each_miss_at_its_deepest_frame(demo: RunResult, read: Any)
         assert miss.kind in row[2][0]
 
 
-def test_whole_misses_are_red_and_partial_ones_paler(demo: RunResult, read: Any) -> None:
+def test_whole_misses_are_red_and_partial_ones_paler(demo, read):
     words = [row[2][0] for row in read.column("report/missed", "TextLog:text")]
     colours = [row[2][0] for row in read.column("report/missed", "TextLog:color")]
     whole, part = packed([MISSED, PARTLY_MISSED]).tolist()
@@ -38,7 +36,7 @@ def test_whole_misses_are_red_and_partial_ones_paler(demo: RunResult, read: Any)
     assert {whole, part} == set(colours)
 
 
-def test_the_note_where_the_cursor_meets_a_miss_is_about_that_miss(demo: RunResult, read: Any, recording: Path) -> None:
+def test_the_note_where_the_cursor_meets_a_miss_is_about_that_miss(demo, read, recording):
     count = len(demo.misses[SUBJECT])
     places = {place.number: place.session_ns for place in read_misses(recording)}
     for miss in demo.misses[SUBJECT]:
@@ -47,7 +45,7 @@ def test_the_note_where_the_cursor_meets_a_miss_is_about_that_miss(demo: RunResu
         assert f"--miss {miss.number}`" in text
 
 
-def test_the_report_gives_the_counts_of_the_comparison(demo: RunResult, read: Any) -> None:
+def test_the_report_gives_the_counts_of_the_comparison(demo, read):
     text = read.column("report", "TextDocument:text")[0][2][0]
     assert text == report_text(demo)
     assert all(line in text for line in invented(demo)) and len(invented(demo)) == 1
@@ -57,21 +55,21 @@ def test_the_report_gives_the_counts_of_the_comparison(demo: RunResult, read: An
     assert "rod-hand" in text
 
 
-def test_the_longest_cuts_come_first(demo: RunResult, read: Any) -> None:
+def test_the_longest_cuts_come_first(demo, read):
     text = read.column("report/longest_cuts", "TextDocument:text")[0][2][0]
     numbers = [int(line.split("**")[1]) for line in text.splitlines() if line.startswith("| **")]
-    cuts: dict[int, Miss] = {miss.number: miss for miss in demo.misses[SUBJECT]}
+    cuts = {miss.number: miss for miss in demo.misses[SUBJECT]}
     lengths = [cuts[number].cut_length for number in numbers]
     assert lengths == sorted(lengths, reverse=True)
     assert len(numbers) == min(40, len(cuts))
 
 
-def test_a_run_that_missed_nothing_says_so(demo: RunResult, write: Any) -> None:
+def test_a_run_that_missed_nothing_says_so(demo, write):
     seen = write(replace(demo, misses={SUBJECT: ()}))
     assert seen.column("report/missed", "TextLog:text")[0][2] == ["nothing missed by 22.5Hz"]
 
 
-def test_a_miss_between_frames_says_when_and_which_faces_touch_first(passed: RunResult, passed_read: Any) -> None:
+def test_a_miss_between_frames_says_when_and_which_faces_touch_first(passed, passed_read):
     (miss,) = passed.misses["exact"]
     assert miss.touch is not None
     moment = 10_000_000 * miss.touch.frame + miss.touch.later_ns
@@ -85,7 +83,7 @@ def test_a_miss_between_frames_says_when_and_which_faces_touch_first(passed: Run
     assert text.splitlines()[4].endswith("| a - b | never found | 1 |") and "cut mm" not in text
 
 
-def test_hundreds_of_misses_are_a_line_per_cluster_at_its_deepest_moment(hundreds: tuple[RunResult, Any]) -> None:
+def test_hundreds_of_misses_are_a_line_per_cluster_at_its_deepest_moment(hundreds):
     result, read = hundreds
     misses = result.misses[SUBJECT]
     assert len(misses) > 2 * MANY
@@ -98,7 +96,7 @@ def test_hundreds_of_misses_are_a_line_per_cluster_at_its_deepest_moment(hundred
     assert len(read.column("report/missed", "TextLog:text")) == len(misses), "and every miss keeps its line"
 
 
-def test_the_words_beside_hundreds_begin_with_the_clusters_deepest_first(hundreds: tuple[RunResult, Any]) -> None:
+def test_the_words_beside_hundreds_begin_with_the_clusters_deepest_first(hundreds):
     result, read = hundreds
     text = read.column("report/longest_cuts", "TextDocument:text")[0][2][0]
     clusters_, longest = text.split("### The ")
@@ -107,3 +105,10 @@ def test_the_words_beside_hundreds_begin_with_the_clusters_deepest_first(hundred
     )
     cuts = [float(line.split("|")[-2]) for line in clusters_.splitlines() if "**" in line]
     assert len(cuts) > 1 and cuts == sorted(cuts, reverse=True)
+
+
+def test_markdown_escapes_what_would_end_a_cell():
+    assert markdown(made(), level=2).splitlines() == [
+        "## a title", "", "| body | count | mark |", "|---|---|---|", "| cup\\|lid | 1,234 | **7** |",
+        "| rod | 0 | `x` |", "", "a note",
+    ]  # fmt: skip

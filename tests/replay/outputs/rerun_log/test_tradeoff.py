@@ -1,16 +1,14 @@
-import io
 import time
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from PIL import Image
 from rerun.chunk import RrdReader
+from support.headless import pixels, viewer_or_skip
 from support.small_worlds import cubes
 
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.tradeoff import HEIGHT, WIDTH, Plane, advice_text
-from replay.outputs.rerun_log.viewer import NO_ADAPTER, ViewerError, open_viewer
+from replay.outputs.rerun_log.viewer import open_viewer
 from replay.pipeline.engine import compute
 from replay.tradeoffs.settings import Setting
 from replay.tradeoffs.sweep import tradeoff
@@ -65,22 +63,16 @@ def test_a_viewer_draws_the_curve_and_reports_no_error(session, done, tmp_path, 
     alone = rrb.Blueprint(curve_tab(), auto_views=False, auto_layout=False)
     monkeypatch.setattr(recording, "build_blueprint", lambda layout: alone)
     write_recording(replace(compute(session, detectors="discrete[rate_hz=20]"), tradeoff=done), tmp_path / "run.rrd")
-    try:
-        opened = open_viewer(tmp_path, headless=True)
-    except ViewerError as error:
-        if NO_ADAPTER in str(error):
-            pytest.skip(f"no picture can be drawn: {NO_ADAPTER} (Debian: mesa-vulkan-drivers libvulkan1)")
-        raise
-    with opened:
+    with viewer_or_skip(open_viewer, tmp_path, headless=True) as opened:
         for _ in range(20):
             time.sleep(0.5)
             views = opened.state().views
             plane = next((view for view in views if view.view_class == "2D"), None)
             if plane is None:
                 continue
-            pixels = np.asarray(Image.open(io.BytesIO(opened.screenshot(plane))).convert("RGB"), dtype=np.int16)
-            level = (pixels.min(axis=2) > 200).mean(axis=1).max()
-            colours = ((pixels.max(axis=2) - pixels.min(axis=2)) > 60).mean()
+            picture = pixels(opened.screenshot(plane))
+            level = (picture.min(axis=2) > 200).mean(axis=1).max()
+            colours = ((picture.max(axis=2) - picture.min(axis=2)) > 60).mean()
             if level > 0.5 and colours > 1e-4:
                 break
         assert not [(view.name, report.summary) for view in views for report in view.reports]

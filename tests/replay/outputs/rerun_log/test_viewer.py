@@ -1,70 +1,57 @@
 """A run opens in a viewer of its own, on this machine only, and the picture shows what it says it shows."""
 
-from __future__ import annotations
-
-import io
 import socket
 import time
-from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import psutil
 import pytest
-from PIL import Image
 from rerun.chunk import RrdReader
+from support.headless import pixels, viewer_or_skip
 
 from replay.errors import RunFolderError
 from replay.outputs.rerun_log import viewer as module
 from replay.outputs.rerun_log.focus import read_misses
-from replay.outputs.rerun_log.viewer import NO_ADAPTER, OpenViewer, ViewerError, free_port, open_viewer, start_viewer
-
-SUBJECT = "22.5Hz"
+from replay.outputs.rerun_log.viewer import ViewerError, free_port, open_viewer, start_viewer
 
 
-def test_a_folder_without_a_recording_is_one_sentence(tmp_path: Path) -> None:
+def test_a_folder_without_a_recording_is_one_sentence(tmp_path):
     with pytest.raises(RunFolderError, match=r"holds no run\.rrd; replay a session into it first"):
         open_viewer(tmp_path)
 
 
-def test_a_miss_that_is_not_there_is_one_sentence_and_starts_nothing(recording: Path) -> None:
+def test_a_miss_that_is_not_there_is_one_sentence_and_starts_nothing(recording):
     count = len(read_misses(recording))
     with pytest.raises(RunFolderError, match=f"there is no miss 999 in .*; its misses are numbered 1 to {count}"):
         open_viewer(recording.parent, 999)
 
 
-def test_a_missing_binary_is_one_sentence(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_missing_binary_is_one_sentence(monkeypatch, tmp_path):
     monkeypatch.setattr(module.rerun_cli, "__path__", [str(tmp_path)])
     with pytest.raises(ViewerError, match="came without its viewer"):
         start_viewer()
 
 
-def test_a_viewer_that_ends_at_once_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_viewer_that_ends_at_once_says_why(monkeypatch):
     monkeypatch.setattr(module, "LOOPBACK", "not-an-address")
     monkeypatch.setattr(module, "free_port", lambda: 1)
     with pytest.raises(ViewerError, match=r"the viewer ended: .*; copy the run folder"):
         start_viewer(headless=True)
 
 
-def test_a_free_port_can_be_bound() -> None:
+def test_a_free_port_can_be_bound():
     port = free_port()
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", port))
 
 
 @pytest.fixture(scope="module")
-def opened(recording: Path) -> Iterator[OpenViewer]:
-    try:
-        opened = open_viewer(recording.parent, headless=True)
-    except ViewerError as error:
-        if NO_ADAPTER in str(error):
-            pytest.skip(f"no picture can be drawn: {NO_ADAPTER} (Debian: mesa-vulkan-drivers libvulkan1)")
-        raise
-    with opened:
+def opened(recording):
+    with viewer_or_skip(open_viewer, recording.parent, headless=True) as opened:
         yield opened
 
 
-def settled(opened: OpenViewer, title: str) -> np.ndarray:
+def settled(opened, title):
     """Pixels of the view with this title, once two pictures in a row are equal."""
     view = next(one for one in opened.state().views if one.name.startswith(title))
     before = b""
@@ -74,11 +61,11 @@ def settled(opened: OpenViewer, title: str) -> np.ndarray:
             break
         before = picture
         time.sleep(0.2)
-    return np.asarray(Image.open(io.BytesIO(before)).convert("RGB"), dtype=np.int16)
+    return pixels(before)
 
 
 @pytest.mark.slow
-def test_no_view_reports_an_error_and_one_recording_is_open(opened: OpenViewer) -> None:
+def test_no_view_reports_an_error_and_one_recording_is_open(opened):
     settled(opened, "Where")
     state = opened.state()
     assert len(state.recordings) == 1
@@ -91,7 +78,7 @@ def test_no_view_reports_an_error_and_one_recording_is_open(opened: OpenViewer) 
 
 
 @pytest.mark.slow
-def test_the_cursor_stands_on_the_longest_cut_and_is_paused(opened: OpenViewer, recording: Path) -> None:
+def test_the_cursor_stands_on_the_longest_cut_and_is_paused(opened, recording):
     place = max(read_misses(recording), key=lambda miss: miss.cut_length)
     time.sleep(0.5)
     shown = opened.state().recordings[0]
@@ -99,7 +86,7 @@ def test_the_cursor_stands_on_the_longest_cut_and_is_paused(opened: OpenViewer, 
 
 
 @pytest.mark.slow
-def test_the_viewer_listens_on_the_loopback_interface_alone(opened: OpenViewer) -> None:
+def test_the_viewer_listens_on_the_loopback_interface_alone(opened):
     listening = [
         one.laddr for one in psutil.Process(opened.process.pid).net_connections() if one.status == psutil.CONN_LISTEN
     ]
@@ -108,21 +95,17 @@ def test_the_viewer_listens_on_the_loopback_interface_alone(opened: OpenViewer) 
 
 
 LEFT_OUT = {
-    "nothing": ([], "Close-up"),
-    "contacts": (["/world/contacts/**"], "Close-up"),
+    "nothing": ([], "Close-up"), "contacts": (["/world/contacts/**"], "Close-up"),
     "red faces": (["/world/beaker/missed_faces", "/world/rod/missed_faces"], "Close-up"),
     "pins and flags": (["/world/missed/pins", "/world/missed/flag/**", "/world/missed/numbers"], "Where"),
     "meshes": ([f"/world/{body}/mesh" for body in ("bench", "beaker", "rod", "hand", "headset")], "Where"),
-    "numbers in lanes": (["/lanes/1_missed"], "When"),
-    "the list": (["/report/missed"], ""),
-}
+    "numbers in lanes": (["/lanes/1_missed"], "When"), "the list": (["/report/missed"], ""),
+}  # fmt: skip
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("what", LEFT_OUT)
-def test_the_picture_changes_when_and_only_when_something_is_left_out(
-    opened: OpenViewer, recording: Path, tmp_path: Path, what: str
-) -> None:
+def test_the_picture_changes_when_and_only_when_something_is_left_out(opened, recording, tmp_path, what):
     entities, title = LEFT_OUT[what]
     title = title or next(view.name for view in opened.state().views if view.view_class == "TextLog")
     place = max(read_misses(recording), key=lambda miss: miss.cut_length)
@@ -143,7 +126,7 @@ def test_the_picture_changes_when_and_only_when_something_is_left_out(
 
 
 @pytest.mark.slow
-def test_closing_ends_the_process_and_frees_the_port(opened: OpenViewer, recording: Path) -> None:
+def test_closing_ends_the_process_and_frees_the_port(opened, recording):
     with open_viewer(recording, 1, headless=True) as second:
         port, process = second.port, second.process
         assert port != opened.port

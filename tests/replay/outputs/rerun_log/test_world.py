@@ -1,19 +1,15 @@
 """Bodies: every pose that changed and no other, flat benches, no body without a pose."""
 
-from __future__ import annotations
-
-from typing import Any
-
 import numpy as np
 import pytest
+from support.shapes import box_mesh
 
 from cdcore import TriangleMesh
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.outputs.rerun_log.world import body_path, shaded
-from replay.pipeline.run_result import RunResult
 
 
-def test_poses_read_back_are_those_of_the_motion_at_every_frame(demo: RunResult, read: Any) -> None:
+def test_poses_read_back_are_those_of_the_motion_at_every_frame(demo, read):
     motion = demo.assembly.motion
     for column, body in enumerate(demo.assembly.bodies):
         places = read.column(body_path(body.name), "Transform3D:translation")
@@ -27,17 +23,17 @@ def test_poses_read_back_are_those_of_the_motion_at_every_frame(demo: RunResult,
         assert np.allclose(matrix[valid], motion.rotations[valid, column], atol=1e-6)
 
 
-def test_a_body_that_stands_still_has_one_row(read: Any) -> None:
+def test_a_body_that_stands_still_has_one_row(read):
     assert len(read.column("world/beaker", "Transform3D:translation")) == 1
     assert len(read.column("world/rod", "Transform3D:translation")) == 270
 
 
-def test_rows_are_stamped_to_the_nanosecond(demo: RunResult, read: Any) -> None:
+def test_rows_are_stamped_to_the_nanosecond(demo, read):
     rows = read.column("world/rod", "Transform3D:translation")
     assert [row[0] for row in rows] == (demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]).tolist()
 
 
-def test_a_body_without_a_pose_is_not_drawn(demo: RunResult, read: Any) -> None:
+def test_a_body_without_a_pose_is_not_drawn(demo, read):
     lost = np.flatnonzero(~demo.assembly.motion.valid[:, 3])
     rows = read.column("world/hand/mesh", "Mesh3D:albedo_factor")
     assert [row[1] for row in rows] == [0, lost[0], lost[-1] + 1]
@@ -45,25 +41,19 @@ def test_a_body_without_a_pose_is_not_drawn(demo: RunResult, read: Any) -> None:
     assert all(row[1] not in lost for row in read.column("world/hand", "Transform3D:translation"))
 
 
-def test_glass_is_translucent_in_the_file(read: Any) -> None:
+def test_glass_is_translucent_in_the_file(read):
     assert read.column("world/beaker/mesh", "Mesh3D:albedo_factor")[0][2][0] & 0xFF == 34
     assert read.column("world/bench/mesh", "Mesh3D:albedo_factor")[0][2][0] & 0xFF == 255
 
 
-def cube() -> TriangleMesh:
-    corners = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
-    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    return TriangleMesh(corners, [face for a, b, c, d in sides for face in ((a, b, c), (a, c, d))])
-
-
-def test_a_box_has_flat_sides() -> None:
-    vertices, normals, faces = shaded(cube())
+def test_a_box_has_flat_sides():
+    vertices, normals, faces = shaded(box_mesh())
     assert len(vertices) == 24
     assert np.allclose(np.abs(normals).max(axis=1), 1.0)
     assert (normals[faces] == normals[faces][:, :1]).all()
 
 
-def test_a_fine_cylinder_is_smooth_around() -> None:
+def test_a_fine_cylinder_is_smooth_around():
     angle = np.arange(32) * (2 * np.pi / 32)
     ring = np.stack([np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
     faces = [f for k in range(32) for f in ((k, 32 + k, (k + 1) % 32), ((k + 1) % 32, 32 + k, 32 + (k + 1) % 32))]
@@ -72,20 +62,18 @@ def test_a_fine_cylinder_is_smooth_around() -> None:
     assert (np.abs((normals * vertices * [1, 0, 1]).sum(axis=1)) > np.cos(np.radians(11.25))).all()
 
 
-def test_drawing_keeps_every_face_and_its_corners() -> None:
-    mesh = cube()
+def test_drawing_keeps_every_face_and_its_corners():
+    mesh = box_mesh()
     vertices, _, faces = shaded(mesh)
     assert np.array_equal(vertices[faces], mesh.triangles.astype(np.float32))
 
 
-def test_a_face_without_area_is_drawn_without_nan() -> None:
+def test_a_face_without_area_is_drawn_without_nan():
     _, normals, _ = shaded(TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 3]]))
     assert np.isfinite(normals).all()
 
 
-def test_at_a_touch_between_frames_the_bodies_stand_where_they_touch_until_the_next_frame(
-    passed: RunResult, passed_read: Any
-) -> None:
+def test_at_a_touch_between_frames_the_bodies_stand_where_they_touch_until_the_next_frame(passed, passed_read):
     (miss,) = passed.misses["exact"]
     assert miss.touch is not None
     moment = 10_000_000 * miss.touch.frame + miss.touch.later_ns

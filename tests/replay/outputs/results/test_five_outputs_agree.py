@@ -64,12 +64,8 @@ def test_pair_frames_are_the_same_in_frames_summary_report_and_picture(folder, s
 
 def _frames_in(lanes, number, name, step):
     """Frames that the audit lanes of the n-th detector show in one state."""
-    lane = [
-        rows
-        for path, rows in lanes.items()
-        if (path.startswith("/lanes/") if number == 0 else path.startswith("/audit/collider-sphere/lanes/"))
-        and "1_missed" not in path
-    ]
+    below = "/audit/collider-sphere/lanes/" if number else "/lanes/"
+    lane = [rows for path, rows in lanes.items() if path.startswith(below) and "1_missed" not in path]
     words = {"BOTH": ("both", "found"), "MISSED": ("missed",), "INVENTED": ("invented",)}[name]
     total = 0.0
     for rows in lane:

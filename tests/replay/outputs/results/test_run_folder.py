@@ -23,11 +23,9 @@ def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path):
     session = tmp_path / "s.mcap"
     session.write_bytes(b"poses")
     out = write_run_folder(
-        result,
-        tmp_path / "deep" / "run",
-        picture=lambda got, path: path.write_text("p"),
+        result, tmp_path / "deep" / "run", picture=lambda got, path: path.write_text("p"),
         files={"session.mcap": session},
-    )
+    )  # fmt: skip
     tables = ["episodes.parquet", "events.parquet", "frames.parquet", "metrics.parquet", "misses.parquet"]
     assert names(out) == [*tables, "report.html", "run.rrd", "session.mcap", "summary.json"]
     assert json.loads((out / "summary.json").read_text()) == json.loads(json.dumps(result.summary))

@@ -8,6 +8,7 @@ import pytest
 from support.shared_data import BENCH, needs_bench
 
 from replay.studies.bench.candidate import Candidate, run
+from replay.studies.bench.engines import FclLoop
 
 
 @pytest.fixture(scope="module")
@@ -19,34 +20,11 @@ def workload():
     return module.lab_bench(300, n_frames=900)
 
 
-def fcl_counts(workload, frames):
-    import fcl
-
-    models = []
-    for vertices, faces in workload.meshes:
-        model = fcl.BVHModel()
-        model.beginModel(len(vertices), len(faces))
-        model.addSubModel(vertices, faces)
-        model.endModel()
-        models.append(model)
-    counts = np.zeros((len(frames), len(workload.pairs)), dtype=int)
-    for row, frame in enumerate(frames):
-        objects = [
-            fcl.CollisionObject(model, fcl.Transform(pose[:3, :3], pose[:3, 3]))
-            for model, pose in zip(models, workload.poses[frame], strict=True)
-        ]
-        for column, (i, j) in enumerate(workload.pairs):
-            result = fcl.CollisionResult()
-            fcl.collide(objects[i], objects[j], fcl.CollisionRequest(num_max_contacts=100_000), result)
-            counts[row, column] = len({(contact.b1, contact.b2) for contact in result.contacts})
-    return counts
-
-
 @needs_bench
 def test_it_counts_the_face_pairs_python_fcl_counts(workload):
-    frames = np.arange(560, 900, 3)
-    assert fcl_counts(workload, frames).sum() > 0
-    assert np.array_equal(run(workload, "faces")[frames], fcl_counts(workload, frames))
+    counts = FclLoop(workload).ask("faces")
+    assert counts.sum() > 0
+    assert np.array_equal(run(workload, "faces"), counts)
 
 
 @needs_bench

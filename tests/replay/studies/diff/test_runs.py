@@ -1,4 +1,5 @@
 import json
+import shutil
 from dataclasses import replace
 
 import pytest
@@ -25,7 +26,7 @@ def folders(tmp_path_factory):
 
 
 def test_contacts_gained_lost_and_shifted_are_those_planted(folders):
-    found = diff_runs(folders / "a", folders / "c").detectors["slow"]
+    found = diff_runs(folders / "a", folders / "c", different_sessions=True).detectors["slow"]
     assert found.same == 1
     assert [row["start"] for row in found.lost] == [pytest.approx(0.04)]
     assert [row["start"] for row in found.gained] == [pytest.approx(0.12)]
@@ -38,13 +39,13 @@ def test_the_ratio_is_that_of_the_seconds_in_the_summaries(folders):
     seconds = [
         json.loads((folders / name / "summary.json").read_text())["detectors"]["slow"]["seconds"] for name in "ac"
     ]
-    found = diff_runs(folders / "a", folders / "c").detectors["slow"]
+    found = diff_runs(folders / "a", folders / "c", different_sessions=True).detectors["slow"]
     assert found.time_ratio == pytest.approx(seconds[1]["detect"] / seconds[0]["detect"])
     assert found.p99_ratio == pytest.approx(seconds[1]["per_frame"]["p99"] / seconds[0]["per_frame"]["p99"])
 
 
 def test_every_setting_that_differs_is_named_and_no_other(folders):
-    found = diff_runs(folders / "a", folders / "b")
+    found = diff_runs(folders / "a", folders / "b", different_sessions=True)
     assert found.settings == {"seed": (0, 3), "slow.settings.rate_hz": (100, 50)}
     assert (found.only_a, found.only_b) == (("hybrid",), ("sphere",))
 
@@ -56,13 +57,32 @@ def test_a_run_beside_itself_changed_nothing(folders):
 
 
 def test_the_command_prints_both_forms(folders, capsys):
-    assert main(["diff", str(folders / "a"), str(folders / "c")]) == 0
+    assert main(["diff", str(folders / "a"), str(folders / "c"), "--different-sessions"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert "lost a - b at 0.040 s, 1 frame" in printed and "begins -10.0 ms, ends -10.0 ms" in printed
     assert f"only in {folders / 'a'}: hybrid" in printed and "contacts changed" in printed
-    assert main(["diff", str(folders / "a"), str(folders / "b"), "--format", "json"]) == 0
+    assert main(["diff", str(folders / "a"), str(folders / "b"), "--different-sessions", "--format", "json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["settings"]["seed"] == [0, 3] and told["changed"] is True
+
+
+def test_runs_of_different_recordings_are_refused_unless_that_is_meant(folders, tmp_path, capsys):
+    assert main(["diff", str(folders / "a"), str(folders / "c")]) == 1
+    said = capsys.readouterr().err
+    assert "replay different recordings" in said and "add --different-sessions" in said
+    assert not diff_runs(folders / "b", folders / "c").detectors["slow"].same, "of one recording they compare"
+    moved = replace(cubes(BEFORE), origin="elsewhere.mcap")
+    again = {"oracle": "none", "picture": False, "start": 0.02, "policy": ["frozen=drop"]}
+    run(moved, detectors="slow=discrete[rate_hz=100]", out=tmp_path / "moved", **again)
+    assert diff_runs(folders / "a", tmp_path / "moved").settings["session.origin"][1] == "elsewhere.mcap"
+
+
+def test_runs_of_an_earlier_version_are_not_taken_for_different(folders, tmp_path):
+    shutil.copytree(folders / "a", tmp_path / "old")
+    summary = json.loads((tmp_path / "old" / "summary.json").read_text())
+    del summary["session"]["digest"]
+    (tmp_path / "old" / "summary.json").write_text(json.dumps(summary))
+    assert not diff_runs(folders / "c", tmp_path / "old").detectors["slow"].same_verdicts
 
 
 def test_what_is_no_run_folder_is_refused(folders, tmp_path):

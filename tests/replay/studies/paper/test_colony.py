@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
+from support.shapes import beaker_mesh, box_mesh, still
 
-from cdcore import Verdict, create_detector
+from cdcore import Body, Verdict, create_detector
 from cdcore.search.settings import EQUATIONS
 from replay.studies.paper import colony
-from replay.studies.paper.colony import detected, near_poses
-
-pytestmark = pytest.mark.slow
+from replay.studies.paper.colony import NearPoses, detected, near_poses
 
 
 @pytest.fixture(scope="module")
@@ -16,6 +15,7 @@ def poses():
     return near_poses("torus-sphere", 40)
 
 
+@pytest.mark.slow
 def test_an_independent_hierarchy_agrees_which_poses_collide(poses):
     detector = create_detector("obb", poses.bodies)
     assert (detector.detect(poses.colliding).verdict == Verdict.CONTACT).all()
@@ -23,6 +23,7 @@ def test_an_independent_hierarchy_agrees_which_poses_collide(poses):
     assert len(poses.colliding) + len(poses.free) == 40 and len(poses.free) > 2
 
 
+@pytest.mark.slow
 def test_the_bracket_closes_on_first_touch_from_both_sides(monkeypatch):
     for name in ("DEEPER", "FARTHER"):
         monkeypatch.setattr(colony, name, 0.0)
@@ -33,16 +34,26 @@ def test_the_bracket_closes_on_first_touch_from_both_sides(monkeypatch):
     assert len(near_poses("torus-sphere", 20).colliding) == 0
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_poses_and_another_others(poses):
     again, other = near_poses("torus-sphere", 40), near_poses("torus-sphere", 40, seed=1)
     assert np.array_equal(again.colliding.translations, poses.colliding.translations)
     assert not np.array_equal(other.free.rotations[:2], poses.free.rotations[:2])
 
 
+@pytest.mark.slow
 def test_an_exact_row_detects_all_and_a_search_nothing_that_is_free(poses):
     assert detected(poses, "exact") == (len(poses.colliding), 0, 0)
     hits, spent, false = detected(poses, "qaco", variant="random", warm_start=False, budget=100)
     assert false == 0 and hits < len(poses.colliding) and 0 < spent <= 100 * len(poses.colliding)
+
+
+def test_what_a_collider_invents_in_free_poses_is_counted_as_false():
+    bodies = (Body("beaker", beaker_mesh()), Body("rod", box_mesh((0.004, 0.004, 0.3))))
+    through_the_floor, aside, inside = (still(bodies, [[0, 0, 0], [0, 0, z]]) for z in (0.1, 0.5, 0.2))
+    assert detected(NearPoses("", bodies, through_the_floor, inside), "exact") == (1, 0, 0)
+    assert detected(NearPoses("", bodies, through_the_floor, aside), "collider", shape="hull") == (1, 0, 0)
+    assert detected(NearPoses("", bodies, through_the_floor, inside), "collider", shape="hull") == (1, 0, 1)
 
 
 @pytest.mark.slow

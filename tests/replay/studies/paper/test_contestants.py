@@ -19,7 +19,7 @@ from replay.studies.paper.contestants import (
     engines_of,
     first_contacts,
     make,
-)
+)  # fmt: skip
 
 
 def test_poses_of_the_same_meshes_are_together_each_with_a_stamp_of_its_own(groups):

@@ -5,32 +5,19 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from replay.studies.paper.feature_samples import (
-    ALL,
-    DRAWS,
-    EXPECTED,
-    LIMIT,
-    SEARCHERS,
-    SIZES,
-    expected_evaluations,
-    feature_sample_tables,
-    growth,
-    least_evaluations,
-    pace_of,
-    search_samples,
-)
+from replay.studies.paper import feature_samples
 
 
 @pytest.fixture(scope="module")
 def drawn():
     parts = (("torus-sphere", 0), ("torus-sphere", 1), ("beaker-flask", 0))
-    return [search_samples(family, draw, 40, 0) for family, draw in parts]
+    return [feature_samples.search_samples(family, draw, 40, 0) for family, draw in parts]
 
 
 @pytest.mark.slow
 def test_all_faces_cover_every_pose_and_smaller_samples_fewer(drawn):
     for one in drawn:
-        counts = [one.meeting[size] for size in SIZES]
+        counts = [one.meeting[size] for size in feature_samples.SIZES]
         assert all(count > 0 for count in counts[-1])
         for few, more in pairwise(counts):
             assert all(a <= b for a, b in zip(few, more, strict=True))
@@ -40,49 +27,53 @@ def test_all_faces_cover_every_pose_and_smaller_samples_fewer(drawn):
 @pytest.mark.slow
 def test_searches_are_asked_about_covered_poses_only_and_say_none_where_they_gave_up(drawn):
     for one in drawn:
-        assert set(one.spent) == {(searcher, size) for searcher in SEARCHERS for size in SIZES}
+        assert set(one.spent) == {
+            (searcher, size) for searcher in feature_samples.SEARCHERS for size in feature_samples.SIZES
+        }
         for (_, size), spent in one.spent.items():
             assert len(spent) == sum(count > 0 for count in one.meeting[size])
-            assert all(hit is None or 0 < hit <= LIMIT for hit in spent)
+            assert all(hit is None or 0 < hit <= feature_samples.LIMIT for hit in spent)
 
 
 def test_nine_in_ten_are_reached_by_the_ninth_of_ten():
-    assert least_evaluations([5, 1, 2, 3, 4, 6, 7, 8, 9, None], 10) == 9
-    assert least_evaluations([5, 1, 2, 3, 4, 6, 7, 8, None, None], 10) is None
-    assert least_evaluations([], 0) is None and least_evaluations([1, 2], 10) is None
+    assert feature_samples.least_evaluations([5, 1, 2, 3, 4, 6, 7, 8, 9, None], 10) == 9
+    assert feature_samples.least_evaluations([5, 1, 2, 3, 4, 6, 7, 8, None, None], 10) is None
+    assert feature_samples.least_evaluations([], 0) is None and feature_samples.least_evaluations([1, 2], 10) is None
 
 
 def test_random_pairs_take_as_many_evaluations_as_computed():
     # one chance p: 1 - (1 - p)^n reaches 0.9 at n = log 0.1 / log(1 - p)
-    assert expected_evaluations([0.01]) == int(np.ceil(np.log(0.1) / np.log(0.99)))
-    assert expected_evaluations([1.0, 1.0]) == 1
-    assert expected_evaluations([]) is None and expected_evaluations([0.1, 0.0]) is None
+    assert feature_samples.expected_evaluations([0.01]) == int(np.ceil(np.log(0.1) / np.log(0.99)))
+    assert feature_samples.expected_evaluations([1.0, 1.0]) == 1
+    assert feature_samples.expected_evaluations([]) is None and feature_samples.expected_evaluations([0.1, 0.0]) is None
     rng = np.random.default_rng(0)
     chances = rng.uniform(0.001, 0.05, size=4000)
     spent = rng.geometric(chances)
-    assert np.quantile(spent, 0.9) == pytest.approx(expected_evaluations(chances), rel=0.1)
+    assert np.quantile(spent, 0.9) == pytest.approx(feature_samples.expected_evaluations(chances), rel=0.1)
 
 
 def test_the_exponent_of_a_square_is_two():
-    assert growth({100: 50, 200: 200, 400: 800, 800: None}) == (100, 50, 400, 800, pytest.approx(2.0))
-    assert growth({100: 5, 200: None}) == (None,) * 5
+    assert feature_samples.growth({100: 50, 200: 200, 400: 800, 800: None}) == (100, 50, 400, 800, pytest.approx(2.0))
+    assert feature_samples.growth({100: 5, 200: None}) == (None,) * 5
 
 
 @pytest.mark.slow
 def test_the_three_tables_have_a_row_for_every_family_and_size(drawn):
-    coverage, search, grown = feature_sample_tables(drawn, pace_of(drawn))
-    assert len(coverage.rows) == 2 * len(SIZES) and len(search.rows) == 2 * len(SIZES) * (1 + len(SEARCHERS))
+    coverage, search, grown = feature_samples.feature_sample_tables(drawn, feature_samples.pace_of(drawn))
+    assert len(coverage.rows) == 2 * len(feature_samples.SIZES) and len(search.rows) == 2 * len(
+        feature_samples.SIZES
+    ) * (1 + len(feature_samples.SEARCHERS))
     for row in coverage.rows:
         assert row[3] == round(row[4] * row[2]) and row[5] <= row[4] <= row[6]
-    whole = [row for row in search.rows if row[2] == ALL and row[1] != EXPECTED]
+    whole = [row for row in search.rows if row[2] == feature_samples.ALL and row[1] != feature_samples.EXPECTED]
     assert all(row[3] == coverage.rows[0][2] for row in whole if row[0] == "torus-sphere")
     for row in search.rows:
         if row[5] is not None:
             assert row[6] <= row[5] <= row[7] and row[4] == round(row[5] * row[3])
-    assert set(grown.column("search")) == {EXPECTED, *SEARCHERS}
+    assert set(grown.column("search")) == {feature_samples.EXPECTED, *feature_samples.SEARCHERS}
 
 
 @pytest.mark.slow
 def test_draws_share_the_colliding_poses_among_them(drawn):
     sizes = [len(one.meeting[None]) for one in drawn[:2]]
-    assert max(sizes) - min(sizes) <= 1 and sum(sizes) < 40 and DRAWS > 1
+    assert max(sizes) - min(sizes) <= 1 and sum(sizes) < 40 and feature_samples.DRAWS > 1

@@ -16,7 +16,7 @@ from replay.studies.paper.fixtures import (
     fixture,
     sphere,
     torus,
-)
+)  # fmt: skip
 
 FEW = [(100, number) for number in range(4)] + [(300, 0), (300, 1)]
 ALL = [(target, number) for target in TARGETS for number in range(POSES)]
@@ -30,22 +30,12 @@ def truth_of(one):
     return meeting_faces_exhaustive(*world)
 
 
-def check(target, number):
+@pytest.mark.parametrize(("target", "number"), [*FEW, *(pytest.param(*key, marks=pytest.mark.slow) for key in ALL)])
+def test_the_wanted_number_of_faces_meets_and_exhaustion_agrees(target, number):
     one = fixture(target, number)
     assert abs(one.faces - target) <= TOLERANCE * target
     assert one.family == FAMILY_NAMES[number % 2]
     assert np.array_equal(one.pairs, truth_of(one))
-
-
-@pytest.mark.parametrize(("target", "number"), FEW)
-def test_the_wanted_number_of_faces_meets_and_exhaustion_agrees(target, number):
-    check(target, number)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("target", "number"), ALL)
-def test_all_200_fixtures_of_table_1_hold(target, number):
-    check(target, number)
 
 
 def test_the_same_key_gives_the_same_fixture_and_another_number_or_seed_another():

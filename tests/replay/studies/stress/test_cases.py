@@ -13,21 +13,14 @@ from replay.studies.stress.scenes import grazing, resting
 
 def some(detector="hybrid"):
     triangles = FAMILIES[14].pairs(3)
-    return Cases(
-        detector,
-        15,
-        100,
-        3,
-        np.arange(3),
-        triangles,
-        np.array([True, False, True]),
-        np.array([0, 1, 6], dtype=np.uint8),
-    )
+    verdict = np.array([0, 1, 6], dtype=np.uint8)
+    return Cases(detector, 15, 100, 3, np.arange(3), triangles, np.array([True, False, True]), verdict)
 
 
 def test_what_is_written_is_read_back_bit_for_bit(tmp_path):
     cases = some()
     back = read_cases(write_cases(cases, tmp_path / "new" / "folder"))
+    assert [path.suffix for path in (tmp_path / "new" / "folder").iterdir()] == [".npz"], "nothing half written stays"
     assert back.triangles.tobytes() == cases.triangles.tobytes()
     assert (back.detector, back.family, back.seed, back.count) == ("hybrid", 15, 100, 3)
     for name in ("row", "truth", "verdict"):
@@ -42,24 +35,6 @@ def test_the_family_and_seed_of_a_file_make_its_triangles_again(tmp_path):
 
 def test_the_name_of_a_detector_of_somebody_else_makes_a_file_name(tmp_path):
     assert write_cases(some("lab.engine:Detector"), tmp_path).name == "family-15-lab-engine-detector-seed-100.npz"
-
-
-def test_nothing_half_written_stays(tmp_path):
-    write_cases(some(), tmp_path)
-    assert [path.suffix for path in tmp_path.iterdir()] == [".npz"]
-
-
-def test_a_folder_that_is_a_file_is_one_sentence(tmp_path):
-    (tmp_path / "taken").write_text("")
-    with pytest.raises(OutputError, match="give another folder with --out"):
-        write_cases(some(), tmp_path / "taken")
-
-
-@pytest.mark.parametrize("content", [b"", b"not a zip", b"PK\x03\x04 torn"])
-def test_a_file_that_is_none_is_refused(tmp_path, content):
-    (tmp_path / "x.npz").write_bytes(content)
-    with pytest.raises(StressError, match="give a file that replay stress wrote"):
-        read_cases(tmp_path / "x.npz")
 
 
 def test_arrays_of_different_lengths_are_refused(tmp_path):
@@ -84,11 +59,15 @@ def test_a_failing_scene_is_read_back_bit_for_bit(tmp_path):
         assert np.array_equal(one.scene.truth, back.scene.truth) and np.array_equal(one.said, back.said)
 
 
-def test_a_folder_that_is_a_file_and_a_file_that_is_none_are_one_sentence(tmp_path):
+@pytest.mark.parametrize(
+    ("write", "read"), [(lambda out: write_cases(some(), out), read_cases),
+                        (lambda out: write_scenes(failed(), "a", 41, 5, out), read_scenes)],
+)  # fmt: skip
+def test_a_folder_that_is_a_file_and_a_file_that_is_none_are_one_sentence(tmp_path, write, read):
     (tmp_path / "taken").write_text("")
     with pytest.raises(OutputError, match="give another folder with --out"):
-        write_scenes(failed(), "a", 41, 5, tmp_path / "taken")
-    for content in (b"", b"PK\x03\x04 torn"):
+        write(tmp_path / "taken")
+    for content in (b"", b"not a zip", b"PK\x03\x04 torn"):
         (tmp_path / "x.npz").write_bytes(content)
         with pytest.raises(StressError, match="give a file that replay stress wrote"):
-            read_scenes(tmp_path / "x.npz")
+            read(tmp_path / "x.npz")

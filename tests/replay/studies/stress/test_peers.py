@@ -11,12 +11,7 @@ from replay.studies.stress.families import FAMILIES
 from replay.studies.stress.peers import PEERS, installed_peers, verdict_each, verdicts_of
 
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
-PAIRS = np.array(
-    [
-        [FLOOR, [[0.2, 0.2, -0.5], [0.3, 0.2, 0.5], [0.2, 0.3, 0.5]]],
-        [FLOOR, [[0.2, 0.2, 0.1], [0.3, 0.2, 0.5], [0.2, 0.3, 0.5]]],
-    ]
-)
+PAIRS = np.array([[FLOOR, [[0.2, 0.2, tip], [0.3, 0.2, 0.5], [0.2, 0.3, 0.5]]] for tip in (-0.5, 0.1)])
 
 
 @pytest.mark.parametrize("name", PEERS)

@@ -1,5 +1,8 @@
 """The runner counts each wrong answer once, under the right word, and its gate knows who promised what."""
 
+from contextlib import contextmanager
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -98,17 +101,15 @@ def test_a_name_that_means_nothing_is_refused(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("text", "numbers"), [("01-26", list(range(1, 27))), ("9", [9]), ("3-5,12", [3, 4, 5, 12]), ("12,12", [12])]
+    ("text", "numbers"),
+    [("01-26", list(range(1, 27))), ("9", [9]), ("3-5,12", [3, 4, 5, 12]), ("12,12", [12]), ("1-", [1])],
 )
 def test_families_are_named_by_number_and_range(text, numbers):
     assert [family.number for family in families_of(text)] == numbers
 
 
-@pytest.mark.parametrize("text", ["", "x", "0", "27", "5-3", "1-", "1-99"])
+@pytest.mark.parametrize("text", ["", "x", "0", "27", "5-3", "1-99"])
 def test_a_family_that_is_none_is_refused(text):
-    if text == "1-":
-        assert [family.number for family in families_of(text)] == [1]
-        return
     with pytest.raises(StressError):
         families_of(text)
 
@@ -122,18 +123,12 @@ def test_numbers_that_mean_nothing_are_refused(bad):
 def test_progress_is_told_of_every_family_of_every_detector():
     told = []
 
-    class Listener:
-        def stage(self, name, total=None, unit="frames"):
-            from contextlib import contextmanager
+    @contextmanager
+    def stage(name, total=None, unit="frames"):
+        told.append((name, total))
+        yield told.append
 
-            @contextmanager
-            def entered():
-                told.append((name, total))
-                yield told.append
-
-            return entered()
-
-    stress("exact", families=FAMILIES[:3], pairs=2, progress=Listener())
+    stress("exact", families=FAMILIES[:3], pairs=2, progress=SimpleNamespace(stage=stage))
     assert told == [("stress", 3), 1, 1, 1]
 
 

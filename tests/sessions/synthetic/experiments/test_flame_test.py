@@ -92,10 +92,11 @@ def test_the_dish_stands_on_the_gauze_without_touching(made):
     assert dish[:, 1].min() > gauze
 
 
-def test_the_pour_agrees_with_the_poses(made, check_pour):
-    run = made("gas-collection")
+@pytest.mark.parametrize(("name", "before"), [("gas-collection", 80.0), ("silver-chloride", 30.0)])
+def test_the_pour_agrees_with_the_poses(made, check_pour, name, before):
+    run = made(name)
     (fact,) = run.facts("pour")
-    check_pour(run, fact, before=80.0)
+    check_pour(run, fact, before=before)
 
 
 def test_gas_is_collected_while_the_tubes_end_is_inside_the_jar(made):

@@ -13,18 +13,13 @@ from sessions import Status
 from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.writer import write_session
 from sessions.scene_files.scene_meshes import scene_meshes
-from sessions.synthetic.experiments.pouring import GRAVITY, SERIES_BELOW, Outlet, Turn, kept_volume, tilt_keeping
+from sessions.synthetic.experiments.pouring import GRAVITY, Outlet, Turn, kept_volume, tilt_keeping
 from sessions.synthetic.scenes import SCENES, make_scene_session
 from sessions.synthetic.truth import CLEAR, PRESENT, read_truth, truth_path, write_truth
 
 R, H = 0.03, 0.08
 TURNS = (Turn(2.0, 3.0, 0.0, 0.7), Turn(40.0, 41.5, 0.7, 0.12), Turn(80.0, 80.5, 0.12, 0.0))
 OUTLET = Outlet(6e-7, 0.6, 9.5e-5, 0.67, TURNS)
-
-
-@pytest.mark.parametrize(("degrees", "millilitres"), [(10, 211.24), (50, 125.11), (70, 46.09), (85, 5.96)])
-def test_the_kept_volume_is_the_known_one(degrees, millilitres):
-    assert kept_volume(math.radians(degrees), R, H) * 1e6 == pytest.approx(millilitres, abs=0.006)
 
 
 @pytest.mark.parametrize("degrees", [5.0, 30.0, 53.0, 53.2, 65.0, 80.0, 88.0])
@@ -51,12 +46,7 @@ def test_it_falls_all_the_way_to_ninety_degrees():
     assert kept[-1] > 0.0
 
 
-def test_the_series_continues_the_closed_form():
-    # phi = SERIES_BELOW at tan(tilt) = H / (2 R sin^2(phi / 2)).
-    slope = H / (2.0 * R * math.sin(SERIES_BELOW / 2.0) ** 2)
-    below, above = (kept_volume(math.atan(slope * factor), R, H) for factor in (1.0 + 1e-9, 1.0 - 1e-9))
-    # Kept volume goes with slope^-1.5 there, and the closed form has lost about five digits of sixteen.
-    assert below == pytest.approx(above, rel=1e-8)
+def test_nearly_lying_down_the_kept_volume_is_its_first_terms():
     phi = 1e-3
     steep = math.atan(H / (2.0 * R * math.sin(phi / 2.0) ** 2))
     exact = R**3 * math.tan(steep) * (2.0 / 15.0) * phi**5 * (1.0 - 11.0 * phi**2 / 42.0)

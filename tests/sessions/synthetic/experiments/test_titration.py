@@ -109,12 +109,6 @@ def test_the_scene_threshold_is_the_one_in_the_truth(made):
     assert effect.settings["speed_m_s"] == broken.values["threshold_m_s"]
 
 
-def test_the_pour_agrees_with_the_poses(made, check_pour):
-    run = made("silver-chloride")
-    (fact,) = run.facts("pour")
-    check_pour(run, fact, before=30.0)
-
-
 def test_the_precipitate_is_what_the_poured_silver_binds(made):
     run = made("silver-chloride")
     (pour,), (solid,) = run.facts("pour"), run.facts("precipitate")
