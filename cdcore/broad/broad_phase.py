@@ -10,7 +10,7 @@ from cdcore.bounding.box import box_best
 from cdcore.bounding.sphere import sphere_in_mode
 from cdcore.broad.box_stage import BoxStage
 from cdcore.broad.sphere_stage import SphereStage
-from cdcore.numerics import ByteArray, IntArray
+from cdcore.numerics import BoolArray, ByteArray, IntArray
 from cdcore.protocol import Body, Motion, Verdict
 
 
@@ -48,3 +48,10 @@ class BroadPhase:
             frames, columns = frames[meet], columns[meet]
         clock.append(perf_counter())
         return BroadAnswer(spheres.verdict, frames, columns, work, clock)
+
+    def by_stage(self, motion: Motion) -> tuple[BoolArray, BoolArray]:
+        """(T, P) twice: where the spheres overlap, and where the boxes do too."""
+        spheres, both = self.spheres.candidates(motion).verdict == Verdict.CANDIDATE, self.candidates(motion)
+        boxes = np.zeros_like(spheres)
+        boxes[both.frames, both.columns] = True
+        return spheres, boxes

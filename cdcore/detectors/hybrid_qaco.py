@@ -18,6 +18,7 @@ from cdcore.protocol import NO_FACES, Body, Detection, Explanation, FaceSets, Mo
 from cdcore.search.explaining import SearchExplainer
 from cdcore.search.settings import SearchSettings
 from cdcore.search.stage import CONTAINMENT_REFUSED, SearchAnswer, SearchMemory, SearchStage
+from cdcore.search.tracing import Watched, watched
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,6 +87,10 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
         if self._meshes is not None:
             return Explanation(spheres_meet=near)
         return self._explainer.explain(motion, frame, pair, faces, volumes_meet=near)
+
+    def watch(self, motion: Motion) -> Watched:
+        """Search the whole motion again and keep what each stage did."""
+        return watched(self.bodies, self.pairs, self.settings, motion, self._broad.by_stage(motion))
 
     def _fresh_memory(self) -> SearchMemory:
         return self._search.fresh_memory()

@@ -15,6 +15,7 @@ from cdcore.protocol import Body, Detection, Explanation, Motion, PairDetector, 
 from cdcore.search.explaining import SearchExplainer
 from cdcore.search.settings import SearchSettings
 from cdcore.search.stage import CONTAINMENT_REFUSED, SearchMemory, SearchStage
+from cdcore.search.tracing import Watched, watched
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +66,11 @@ class QacoDetector(PairDetector[QacoSettings]):
         """Say whether the spheres met, and whether ten times the budget finds the contact."""
         spheres = self._spheres.candidates(motion.frames(frame, frame + 1)).verdict[0, pair]
         return self._explainer.explain(motion, frame, pair, faces, volumes_meet=int(spheres) == Verdict.CANDIDATE)
+
+    def watch(self, motion: Motion) -> Watched:
+        """Search the whole motion again and keep what each stage did; there are no boxes."""
+        near = self._spheres.candidates(motion).verdict == Verdict.CANDIDATE
+        return watched(self.bodies, self.pairs, self.settings, motion, (near, near))
 
     def _fresh_memory(self) -> SearchMemory:
         return self._search.fresh_memory()

@@ -42,6 +42,9 @@ class PairSearch:
     The names of both choose the random stream, with seed and stamp; settings say who searches, with which constants.
     """
 
+    _advance: Callable[..., int] = staticmethod(advance)
+    _follow: Callable[..., int] = staticmethod(follow)
+
     def __init__(self, first: Features, second: Features, names: tuple[str, str], settings: SearchSettings) -> None:
         self.first, self.second, self.names, self.settings = first, second, names, settings
         self._who = SEARCHERS.get(settings.variant, COLONY)
@@ -138,7 +141,7 @@ class PairSearch:
         """Look at a pair first. Variants with local search descend from it; the colony's first ant starts there."""
         walk = self.settings.variant in ("memetic", "local")
         count = self._count
-        follow(walk, *start, *self._rows(), *self._near, self._pose, self._number, count, self._table)
+        self._follow(walk, *start, *self._rows(), *self._near, self._pose, self._number, count, self._table)
         self._resolve()
         best = count[state.BEST_A], count[state.BEST_B]
         for at, place, pick in zip((state.START_A, state.START_B), best, self._pick, strict=True):
@@ -165,7 +168,7 @@ class PairSearch:
             nonlocal closest, pair
             number[state.CLOSEST] = np.inf
             pair_now = int(self._pick[0][i]), int(self._pick[1][j])
-            follow(False, *pair_now, *self._rows(), *self._near, self._pose, number, count, self._table)
+            self._follow(False, *pair_now, *self._rows(), *self._near, self._pose, number, count, self._table)
             self._resolve()
             distance = float(number[state.CLOSEST])
             if distance < closest:
@@ -184,7 +187,7 @@ class PairSearch:
     def _run(self) -> None:
         """Serve the kernel with what it asks for until it has a hit or its budget is spent."""
         while True:
-            outcome = advance(
+            outcome = self._advance(
                 self._who, self._swarm, *self._pick, *self._rows(), *self._near, self._pose, self._number,
                 self._count, self._table, self._random,
             )  # fmt: skip

@@ -13,7 +13,7 @@ import numpy as np
 from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray, readonly
 from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, ordered_by_name
 from cdcore.search.features import RADIUS, Features, features_of
-from cdcore.search.pair_search import PairSearch
+from cdcore.search.pair_search import PairSearch, Pose
 from cdcore.search.resting_contact import RestingContact, relative_of
 from cdcore.search.result import Pair, SearchResult
 from cdcore.search.sample_control import LEAST_SAMPLE, LEVELS, PROBE, SampleControl, band_of
@@ -85,17 +85,19 @@ class SearchAnswer:
 class SearchStage:
     """Searches candidate pair-frames of ``pairs`` (P, 2) for contact, with the constants, seed and budget of settings.
 
-    Each pair is searched in the order of its names; its order here does not matter.
+    Each pair is searched in the order of its names; its order here does not matter. ``search``: what searches a pair.
     """
 
-    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings) -> None:
+    def __init__(
+        self, bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings, search: type[PairSearch] = PairSearch
+    ) -> None:
         self._settings = settings
         ordered, self._turned = ordered_by_name(bodies, pairs)
         self._ends: list[tuple[int, int]] = [(a, b) for a, b in ordered.tolist()]
         features: dict[int, Features] = {k: features_of(bodies[k].mesh) for k in np.unique(pairs).tolist()}
         names = [(bodies[a].name, bodies[b].name) for a, b in self._ends]
         self._searches = [
-            PairSearch(features[a], features[b], name, settings) for (a, b), name in zip(self._ends, names, strict=True)
+            search(features[a], features[b], name, settings) for (a, b), name in zip(self._ends, names, strict=True)
         ]
         self._rests = [RestingContact(features[a], features[b], settings.rest) for a, b in self._ends]
         self._samples = self._draw(bodies, features)
@@ -206,9 +208,7 @@ class SearchStage:
         self, motion: Motion, frame: int, column: int, known: PairMemory, budget: int, found: SearchAnswer
     ) -> SearchResult | None:
         """Search a pair in a frame; ``None``: both poses are bit for bit those of its last look."""
-        a, b = self._ends[column]
-        pose_a = motion.rotations[frame, a], motion.translations[frame, a]
-        pose_b = motion.rotations[frame, b], motion.translations[frame, b]
+        pose_a, pose_b = self._poses(motion, frame, column)
         poses = b"".join(part.tobytes() for part in (*pose_a, *pose_b))
         if poses == known.poses:
             found.work["reused"] += 1
@@ -217,6 +217,14 @@ class SearchStage:
         known.poses = poses
         start = known.start if self._settings.warm_start else None
         return self._searches[column].look(pose_a, pose_b, float(motion.times[frame]), start=start, budget=budget)
+
+    def _poses(self, motion: Motion, frame: int, column: int) -> tuple[Pose, Pose]:
+        """Poses of both bodies of a pair, in the order of the search."""
+        a, b = self._ends[column]
+        return (
+            (motion.rotations[frame, a], motion.translations[frame, a]),
+            (motion.rotations[frame, b], motion.translations[frame, b]),
+        )
 
     def _finish(
         self, frame: int, column: int, look: SearchResult | None, known: PairMemory, found: SearchAnswer

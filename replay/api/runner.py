@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 from replay.base.progress import Progress, Silent
@@ -19,7 +20,7 @@ def run(
     session_or_path: Session | str | Path, *, detectors: SpecsLike | None = None, oracle: SpecLike | None = None,
     out: str | Path | None = None, pairs: Pairs | None = None, start: float | None = None, end: float | None = None,
     seed: int = 0, faces: bool = False, tau: float = TAU, policy: PolicyLike | Policy | None = None,
-    picture: bool = True, force: bool = False, progress: Progress | None = None,
+    picture: bool = True, log_search: bool = False, force: bool = False, progress: Progress | None = None,
 ) -> RunResult:  # fmt: skip
     """Replay a session through detectors, audit them against the one you trust, and write the result.
 
@@ -39,6 +40,7 @@ def run(
     policy : what is done with poses in doubt: ``["frozen=drop", "tracking-lost=interpolate:0.2"]`` or a mapping;
         ``None``: the defaults of ``replay.prepare.policy``.
     picture : whether the run folder holds the recording for Rerun.
+    log_search : whether the recording shows every look of every search, not only those that matter.
     force : replace an earlier run folder.
     progress : receives reports of how far the work is.
 
@@ -63,16 +65,19 @@ def run(
     )  # fmt: skip
     if target is not None:
         with progress.stage("write"):
-            write(result, target, force=force, picture=picture)
+            write(result, target, force=force, picture=picture, log_search=log_search)
     return result
 
 
 def write(
-    result: RunResult, target: Path, *, force: bool, picture: bool = True, files: Mapping[str, Path] | None = None
-) -> None:
+    result: RunResult, target: Path, *, force: bool, picture: bool = True, log_search: bool = False,
+    files: Mapping[str, Path] | None = None,
+) -> None:  # fmt: skip
     """Write the run folder of a result, with the recording for Rerun if ``picture``; as ``write_run_folder``."""
     from replay.outputs.results.run_folder import write_run_folder
 
     if picture:
         from replay.outputs.rerun_log.recording import write_recording
-    write_run_folder(result, target, force=force, picture=write_recording if picture else None, files=files)
+
+        drawn = partial(write_recording, log_search=log_search)
+    write_run_folder(result, target, force=force, picture=drawn if picture else None, files=files)

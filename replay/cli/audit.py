@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import OK, People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, gates, lineup, replaying
+from replay.cli.options import ANY_PATH, SESSION_FILE, gates, lineup, log_search, replaying
 
 if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder; of several sessions a folder of them.")
 @click.option("--no-faces", is_flag=True, help="Leave out face recall, and the second pass it takes.")
 @lineup
+@log_search
 @gates
 @replaying
 def command(

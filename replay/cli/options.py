@@ -86,6 +86,7 @@ force = click.option("--force", is_flag=True, help="Replace an earlier file or f
 seed = click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
 tau = click.option("--tau", type=Number(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
 cite = click.option("--cite", is_flag=True, help="Print the sources behind the detectors and effects that ran.")
+log_search = click.option("--log-search", is_flag=True, help="Show every look of every search in the recording.")
 
 
 def specs_named(context: click.Context, option: click.Parameter, value: str | tuple[str, ...] | None) -> Any:

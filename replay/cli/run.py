@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, gates, lineup, replaying
+from replay.cli.options import ANY_PATH, SESSION_FILE, gates, lineup, log_search, replaying
 
 if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 @click.argument("session", type=SESSION_FILE, metavar="FILE.mcap")
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Run folder to make.")
 @lineup
+@log_search
 @gates
 @replaying
 def command(

@@ -137,6 +137,7 @@ def compute(
         oracle=lineup.oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches,
         face_recall=recall, causes=causes, dwell=dwell, effects=effects, treatment=treatment,
         flags=Flags.of(treatment.spans, assembly, session.scene),
+        detectors={label: run.detector for label, run in runs.items()},
     )  # fmt: skip
     summary = summarise(measured, runs, layout.scan, planned, window=(start, end), seed=seed, tau=tau, began=began)
     return RunResult(**vars(measured), summary=summary, out=out)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from cdcore import Detection
+from cdcore import Detection, Detector
 from replay.comparison.causes import Causes
 from replay.comparison.compare import FaceRecall
 from replay.comparison.contact_duration import ContactDurations
@@ -69,6 +69,7 @@ class Measured:
     effects : kind -> what the effect found and took, in running order; empty where the scene declares none.
     treatment : the findings of the doctor, and what the policy did about them.
     flags : which verdicts rest on a pose in doubt.
+    detectors : label -> the detector, ready to be asked again.
     """
 
     session: Session
@@ -85,6 +86,7 @@ class Measured:
     effects: Mapping[str, EffectRun] = field(default_factory=dict)
     treatment: Repair | None = None
     flags: Flags | None = None
+    detectors: Mapping[str, Detector] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

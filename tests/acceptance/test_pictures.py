@@ -7,14 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import rerun.blueprint as rrb
 from support.first_picture import opened, record_demo
 from support.headless import photographed, pixels, viewer_or_skip
 from support.small_worlds import jumping
 
+from replay.outputs.palette import SERIES
 from replay.outputs.report.page import report_html
 from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.recording import write_recording
+from replay.outputs.watched_run import watched_runs
 from replay.pipeline.engine import compute
+from replay.studies.synthetic_sessions import synthetic_session
 from sessions.synthetic import make_analytic
 
 Image = pytest.importorskip("PIL.Image", reason="Pillow reads the pictures: pip install pillow")
@@ -37,6 +41,11 @@ def red(picture):
 def blue(picture):
     """Pixels of lanes that say *both*."""
     return int((np.abs(picture - [44, 97, 137]).max(axis=-1) < 24).sum())
+
+
+def wears(picture, colour):
+    """Pixels of this colour."""
+    return int((np.abs(picture - np.array(colour[:3])).max(axis=-1) < 24).sum())
 
 
 def view(viewer, title):
@@ -120,3 +129,58 @@ def test_hundreds_of_misses_are_a_page_that_ends_with_the_clusters(hundreds, tmp
         heights.append(int(np.flatnonzero((picture < 200).any(axis=(1, 2)))[-1]))
         assert red(picture) > 500
     assert heights[0] < heights[1] + 45 * 40 and heights[0] < 8900, "a row per cluster, and all others folded"
+
+
+def opened_on(tab):
+    """``Tabs`` that open on the tab of this name; a viewer draws no other."""
+    made = rrb.Tabs
+
+    def tabs(*parts, **more):
+        names = [one.name for one in parts]
+        return made(*parts, **{**more, "active_tab": names.index(tab)} if tab in names else more)
+
+    return tabs
+
+
+@pytest.fixture(scope="module")
+def pipeline(tmp_path_factory):
+    """The paper's pipeline on the session of the demo, its colony alone, which misses; opened on its tab."""
+    session, _ = synthetic_session("bench-bumps", 0, None)
+    result = compute(session, detectors="paper=hybrid-qaco[variant=corrected]")
+    folder = tmp_path_factory.mktemp("pipeline")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(rrb, "Tabs", opened_on("Pipeline"))
+        write_recording(result, folder / "run.rrd")
+    return result, folder
+
+
+def test_the_pipeline_of_the_demo_is_small(pipeline):
+    assert (pipeline[1] / "run.rrd").stat().st_size < 10_000_000
+
+
+def pictures_of(viewer):
+    """The three pictures of the tab *Pipeline*, of one screenshot: near bodies, the search, the frame in numbers."""
+    whole = pixels(viewer.screenshot())
+    height, width = whole.shape[:2]
+    upper = whole[height // 10 : int(0.65 * height)]
+    return upper[:, : int(0.32 * width)], upper[:, int(0.34 * width) : int(0.70 * width)], upper[:, int(0.72 * width) :]
+
+
+def test_the_tab_pipeline_shows_spheres_and_a_search_that_ends_green_or_red(pipeline):
+    result, folder = pipeline
+    (watched,) = watched_runs(result, all_looks=False)
+    first = {kind: next(one for one in watched.moments if one.kind == kind) for kind in ("contact", "missed")}
+    with viewer_or_skip(opened, folder) as viewer:
+        ns = result.assembly.stamp_ns - result.assembly.stamp_ns[0]
+        seen = {}
+        for kind, moment in first.items():
+            viewer.seek(int(ns[moment.frame]))
+            time.sleep(3.0)
+            seen[kind] = pictures_of(viewer)
+        assert not any(one.reports for one in viewer.state().views)
+    near, search, frame = zip(*(seen[kind] for kind in ("contact", "missed")), strict=True)
+    assert red(search[1]) > 100 > 20 > red(search[0])
+    assert wears(search[0], SERIES[2]) > 100
+    assert all(wears(one, SERIES[0]) > 300 for one in near)
+    assert all(wears(one, SERIES[0]) > 200 and wears(one, SERIES[1]) > 200 for one in frame)
+    assert not any(red(one) for one in (*near, *frame))

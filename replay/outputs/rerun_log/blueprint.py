@@ -8,19 +8,21 @@ from typing import Any, Final
 
 import rerun as rr
 import rerun.blueprint as rrb
-from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
 from cdcore.numerics import FloatArray
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.outputs.camera import Eye
-from replay.outputs.palette import BACKGROUND
-from replay.outputs.rerun_log.columns import FRAME, SESSION
+from replay.outputs.rerun_log.columns import SESSION
 from replay.outputs.rerun_log.contacts import contacts_path
 from replay.outputs.rerun_log.effects import EffectViews, effect_views
 from replay.outputs.rerun_log.findings import finding_lanes, finding_tab, state_view
+from replay.outputs.rerun_log.pipeline import sphere_path
+from replay.outputs.rerun_log.pipeline_tab import pipeline_tab
 from replay.outputs.rerun_log.timing import TOTAL, Cost, stage_path
 from replay.outputs.rerun_log.tradeoff import curve_tab
+from replay.outputs.rerun_log.views import spatial, text_list
 from replay.outputs.rerun_log.world import body_path
+from replay.outputs.watched_run import WatchedRun
 from replay.outputs.words import LANE_LEGEND
 from replay.pipeline.run_result import RunResult
 
@@ -46,9 +48,6 @@ SCREEN_POINTS: Final = 980
 
 LANES_IN_VIEW: Final = 7
 """Lanes beside the picture, the numbers included: at 40 points each, more would be cut off. All are in the next tab."""
-
-
-PLAIN: Final = rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor)
 
 
 @dataclass(frozen=True)
@@ -96,6 +95,7 @@ class BlueprintInput:
     eye : of the overview.
     costs : label -> what the detector took.
     detector_lanes : whether there are lanes per detector.
+    watched : audited detectors that are shown at their work.
     start, end : seconds of the time axes; left alone, the viewer shows one minute around the cursor.
     """
 
@@ -106,11 +106,13 @@ class BlueprintInput:
     detector_lanes: bool
     start: float
     end: float
+    watched: Sequence[WatchedRun] = ()
 
     @property
-    def arrows(self) -> list[str]:
-        """Rules that keep the contact normals out of a view, where they would hide what they stand on."""
-        return [f"- /{contacts_path(label)}/normals" for label in self.costs]
+    def hidden(self) -> list[str]:
+        """Rules that keep out of a view what would hide what it stands on: contact normals and bounding spheres."""
+        spheres = [sphere_path(body, run.label) for run in self.watched for body in self.result.assembly.names]
+        return [f"- /{path}" for path in [*(f"{contacts_path(label)}/normals" for label in self.costs), *spheres]]
 
     @property
     def timed(self) -> list[FloatArray]:
@@ -123,6 +125,9 @@ def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
     result = layout.result
     names = ["Audit", *(f"Audit: {subject.label}" for subject in layout.subjects[1:])]
     tabs = [_audit(layout, *one) for one in zip(layout.subjects, names, strict=False)] or [_plain(layout)]
+    for k, run in enumerate(layout.watched):
+        name = f"Pipeline: {run.label}" if k else "Pipeline"
+        tabs.append(pipeline_tab(result, run, _eye_controls(layout.eye), _whole(layout), name))
     first = 0
     if result.tradeoff is not None:
         first = len(tabs)
@@ -144,7 +149,7 @@ def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
 def _audit(layout: BlueprintInput, subject: Subject, name: str) -> Any:
     lanes = lanes_in_view(subject)
     where = f"Where: red dots are contacts missed by {subject.label}"
-    space = _spatial(where, _contents(layout, subject, f"/{subject.missed}/eye"), _eye_controls(layout.eye))
+    space = spatial(where, _contents(layout, subject, f"/{subject.missed}/eye"), _eye_controls(layout.eye))
     lane_share = RULER_POINTS + LANE_POINTS * max(2, len(lanes))
     shares = [max(300, SCREEN_POINTS - lane_share - BOTTOM_POINTS), lane_share, BOTTOM_POINTS]
     beside = [_close_up(layout, subject)] if subject.camera else []
@@ -159,8 +164,8 @@ def _audit(layout: BlueprintInput, subject: Subject, name: str) -> Any:
 
 
 def _words(subject: Subject) -> Any:
-    clusters = [_list(f"{subject.words}/clusters", subject.headline)] if subject.many else []
-    listed = _list(f"{subject.words}/missed", "All" if subject.many else subject.headline)
+    clusters = [text_list(f"{subject.words}/clusters", subject.headline)] if subject.many else []
+    listed = text_list(f"{subject.words}/missed", "All" if subject.many else subject.headline)
     worst = rrb.TextDocumentView(origin=f"/{subject.words}/longest_cuts", name="Longest cuts")
     return rrb.Tabs(*clusters, listed, worst, _report(), active_tab=0)
 
@@ -169,32 +174,18 @@ def _report() -> Any:
     return rrb.TextDocumentView(origin="/report", contents=["/report"], name="Report")
 
 
-def _list(path: str, name: str) -> Any:
-    times = [TimelineColumn(SESSION), TimelineColumn(FRAME, visible=False)]
-    columns = rrb.TextLogColumns(timeline_columns=times, text_log_columns=[TextLogColumn("body")])
-    one_width = rrb.TextLogFormat(monospace_body=True)
-    return rrb.TextLogView(origin=f"/{path}", name=name, columns=columns, format_options=one_width)
-
-
 def _contents(layout: BlueprintInput, subject: Subject, *hidden: str) -> list[str]:
     """Everything in space but arrows, what is ``hidden``, and what belongs to another audited detector."""
     others = [one for one in layout.subjects if one is not subject]
     bodies = [body_path(name) for name in layout.result.assembly.names]
     foreign = [f"/{one.missed}/**" for one in others] + [f"/{body}/{one.faces}" for one in others for body in bodies]
-    return ["/world/**", *layout.arrows, *(f"- {path}" for path in [*hidden, *foreign])]
+    return ["/world/**", *layout.hidden, *(f"- {path}" for path in [*hidden, *foreign])]
 
 
 def _close_up(layout: BlueprintInput, subject: Subject) -> Any:
     hidden = (f"/{subject.missed}/{part}" for part in ("pins", "numbers", "flag/**"))
     controls = rrb.EyeControls3D(tracking_entity=f"/{subject.camera}")
-    return _spatial("Close-up: the miss nearest to the cursor", _contents(layout, subject, *hidden), controls)
-
-
-def _spatial(name: str, contents: list[str], controls: rrb.EyeControls3D) -> Any:
-    return rrb.Spatial3DView(
-        origin="/world", contents=contents, name=name, eye_controls=controls, background=PLAIN,
-        line_grid=rrb.LineGrid3D(visible=False),
-    )  # fmt: skip
+    return spatial("Close-up: the miss nearest to the cursor", _contents(layout, subject, *hidden), controls)
 
 
 def _eye_controls(eye: Eye) -> rrb.EyeControls3D:
@@ -239,7 +230,7 @@ def _plain(layout: BlueprintInput) -> Any:
 
 def _room(layout: BlueprintInput) -> Any:
     name = layout.result.session.scene.name or "Session"
-    return _spatial(name, ["/world/**", *layout.arrows], _eye_controls(layout.eye))
+    return spatial(name, ["/world/**", *layout.hidden], _eye_controls(layout.eye))
 
 
 def _plot(layout: BlueprintInput, origin: str, name: str, paths: Iterable[str], **more: Any) -> Any:

@@ -86,10 +86,14 @@ def eyes_of(assembly: Assembly, scene: Scene, misses: Sequence[Miss]) -> dict[in
 
 def log_eye(writer: RecordingWriter, path: str, shown: Sequence[Focus], eye_of: Mapping[int, Eye]) -> None:
     """Send the camera that the close-up tracks."""
-    eyes = [eye_of[one.miss.number] for one in shown]
+    log_eyes(writer, path, [(one.frame, one.later) for one in shown], [eye_of[one.miss.number] for one in shown])
+
+
+def log_eyes(writer: RecordingWriter, path: str, at: Sequence[tuple[int, int]], eyes: Sequence[Eye]) -> None:
+    """Send a camera that stands elsewhere from each moment on: a frame, and nanoseconds after it."""
     rotations = np.array([look_rotation(eye) for eye in eyes]).reshape(-1, 3, 3)
     columns = pose_columns(np.array([eye.position for eye in eyes]), rotations)
-    writer.rows_later(path, [(one.frame, one.later) for one in shown], columns)
+    writer.rows_later(path, at, columns)
     shape: dict[str, Any] = {"fov_y": 0.9, "aspect_ratio": 1.3, "image_plane_distance": 0.001, "line_width": 0.0}
     writer.static(path, rr.Pinhole(**shape, camera_xyz=rr.ViewCoordinates.RUB))
 

@@ -26,11 +26,15 @@ from replay.outputs.rerun_log.findings import log_findings
 from replay.outputs.rerun_log.focus import eyes_of, focus, log_eye, log_miss_table
 from replay.outputs.rerun_log.lanes import audit_lanes, log_detector_lanes, log_lane, log_number_lane
 from replay.outputs.rerun_log.missed import log_missed_faces, log_pins
+from replay.outputs.rerun_log.pipeline import log_pipeline
+from replay.outputs.rerun_log.pipeline_frame import log_frame
 from replay.outputs.rerun_log.recording_file import recording_file
 from replay.outputs.rerun_log.report import log_cluster_list, log_missed_list, log_notes, log_worst, report_text
+from replay.outputs.rerun_log.search_picture import log_searches
 from replay.outputs.rerun_log.timing import cost_of, cost_text, log_timing
 from replay.outputs.rerun_log.tradeoff import log_tradeoff
 from replay.outputs.rerun_log.world import log_touches, log_world
+from replay.outputs.watched_run import WatchedRun, watched_runs
 from replay.pipeline.headline import contact_words, headline
 from replay.pipeline.run_result import RunResult
 
@@ -48,8 +52,8 @@ SMALL: Final = 0.5
 TABLE: Final = "tradeoff/table"
 
 
-def write_recording(result: RunResult, path: Path) -> None:
-    """Write the picture of a run.
+def write_recording(result: RunResult, path: Path, *, log_search: bool = False) -> None:
+    """Write the picture of a run; ``log_search``: with every look of every search, not only those that matter.
 
     The application id is new for every recording, because a viewer keeps the first layout it meets per application.
     The file appears under its name when it is complete; ``OSError`` where it cannot be written. Above one hour at 90 Hz
@@ -59,12 +63,16 @@ def write_recording(result: RunResult, path: Path) -> None:
     spans = [(miss.start, miss.end) for misses in result.misses.values() for miss in misses]
     clock = RecordingClock.of(result.assembly, spans)
     subjects = [_subject(result, label, k) for k, label in enumerate(result.comparisons)]
+    watched = watched_runs(result, all_looks=log_search)
     partial = path.with_name(f"{path.stem}.{uuid4().hex[:8]}.partial.rrd")
     try:
-        layout = build_blueprint(_layout(result, subjects))
+        layout = build_blueprint(_layout(result, subjects, watched))
         with recording_file(f"{APPLICATION}-{uuid4().hex}", partial, layout) as stream:
             stream.send_recording_name(result.session.scene.name or "Session")
-            _log_all(RecordingWriter(stream, clock), result, subjects)
+            writer = RecordingWriter(stream, clock)
+            _log_all(writer, result, subjects)
+            for run in watched:
+                _log_watched(writer, result, run)
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
@@ -113,6 +121,12 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
     log_findings(writer, result)
 
 
+def _log_watched(writer: RecordingWriter, result: RunResult, run: WatchedRun) -> None:
+    log_pipeline(writer, run, result.assembly)
+    log_searches(writer, run, result.assembly, result.session.scene, _eye(result))
+    log_frame(writer, run, result.assembly)
+
+
 def _log_subject(writer: RecordingWriter, result: RunResult, subject: Subject, reach: float) -> None:
     assembly, misses = result.assembly, result.misses.get(subject.label, ())
     oracle = result.detections[result.oracle]
@@ -143,14 +157,14 @@ def _spoken_of(result: RunResult) -> list[int]:
     return list(ranked)[:DETECTOR_LANES]
 
 
-def _layout(result: RunResult, subjects: Sequence[Subject]) -> BlueprintInput:
+def _layout(result: RunResult, subjects: Sequence[Subject], watched: Sequence[WatchedRun]) -> BlueprintInput:
     costs = {label: cost_of(detection) for label, detection in result.detections.items()}
     times = result.assembly.motion.times
     start, last = (float(times[0]), float(times[-1])) if len(times) else (0.0, 1.0)
     # The last number may be widened beyond the last frame.
     boxes = [box for misses in result.misses.values() for box in number_boxes(misses, round(last * 1e9))]
     end = max([last, *(end / 1e9 for _, _, end in boxes)])
-    return BlueprintInput(result, subjects, _eye(result), costs, bool(_spoken_of(result)), start, end)
+    return BlueprintInput(result, subjects, _eye(result), costs, bool(_spoken_of(result)), start, end, watched)
 
 
 def _eye(result: RunResult) -> Eye:

@@ -80,24 +80,25 @@ def make_assembly(frames):
 
 
 @cache
-def demo_run(frames=270):
-    """Three seconds (or more) at 90 Hz, looked at by ``hybrid`` and by ``discrete`` 22.5 times a second."""
+def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
+    """Three seconds (or more) at 90 Hz, looked at by ``hybrid`` and by another, else ``discrete`` at 22.5 Hz."""
     session, assembly = make_assembly(frames)
     oracle = create_detector("hybrid", assembly.bodies, pairs=assembly.pairs)
-    slow = create_detector("discrete", assembly.bodies, pairs=assembly.pairs, rate_hz=22.5)
+    subject = create_detector(name, assembly.bodies, pairs=assembly.pairs, **(settings or {"rate_hz": 22.5}))
 
     def faces_of(motion):
         return oracle.detect(motion, faces=True)
 
-    detections = {ORACLE: faces_of(assembly.motion), SUBJECT: slow.detect(assembly.motion, faces=True)}
-    comparison = compare(detections[SUBJECT], detections[ORACLE], (SUBJECT, ORACLE))
-    found = {label: episodes(detection) for label, detection in detections.items()}
+    detections = {ORACLE: faces_of(assembly.motion), label: subject.detect(assembly.motion, faces=True)}
+    comparison = compare(detections[label], detections[ORACLE], (label, ORACLE))
+    found = {one: episodes(detection) for one, detection in detections.items()}
     places = stretches(comparison, found[ORACLE])
     evidence = Evidence(assembly, faces_of, [(one.pair, one.first, one.last) for one in places])
     names = [(assembly.bodies[i].name, assembly.bodies[j].name) for i, j in assembly.pairs.tolist()]
     return RunResult(
-        session=session, assembly=assembly, detections=detections, oracle=ORACLE, comparisons={SUBJECT: comparison},
-        episodes=found, misses={SUBJECT: misses(places, names, assembly.motion.times, evidence)},
+        session=session, assembly=assembly, detections=detections, oracle=ORACLE, comparisons={label: comparison},
+        episodes=found, misses={label: misses(places, names, assembly.motion.times, evidence)},
+        detectors={label: subject},
     )  # fmt: skip
 
 
@@ -148,6 +149,18 @@ class Read:
 def demo():
     """Three seconds of taps, audited."""
     return demo_run()
+
+
+@pytest.fixture(scope="session")
+def taps():
+    """Makes other runs of the same taps."""
+    return demo_run
+
+
+@pytest.fixture(scope="session")
+def reader():
+    """Reads a picture back."""
+    return Read
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,30 @@
+"""Views that more than one tab has."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import rerun.blueprint as rrb
+from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
+
+from replay.outputs.palette import BACKGROUND
+from replay.outputs.rerun_log.columns import FRAME, SESSION
+
+PLAIN: Final = rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor)
+
+
+def spatial(name: str, contents: Sequence[str], controls: rrb.EyeControls3D, **more: Any) -> Any:
+    """The room, dark and without a grid."""
+    return rrb.Spatial3DView(
+        origin="/world", contents=list(contents), name=name, eye_controls=controls, background=PLAIN,
+        line_grid=rrb.LineGrid3D(visible=False), **more,
+    )  # fmt: skip
+
+
+def text_list(path: str, name: str) -> Any:
+    """Lines of which a click moves the cursor."""
+    times = [TimelineColumn(SESSION), TimelineColumn(FRAME, visible=False)]
+    columns = rrb.TextLogColumns(timeline_columns=times, text_log_columns=[TextLogColumn("body")])
+    one_width = rrb.TextLogFormat(monospace_body=True)
+    return rrb.TextLogView(origin=f"/{path}", name=name, columns=columns, format_options=one_width)

@@ -1,0 +1,154 @@
+"""A detector with a search, watched at its work: how many pairs each stage left, and the looks worth a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from cdcore import Detection, Motion, Verdict
+from cdcore.numerics import BoolArray, IntArray
+from cdcore.protocol import counts_as_contact
+from cdcore.search.tracing import LookTrace, Watchable, Watched
+from replay.comparison.clusters import by_depth
+from replay.comparison.episodes import column_runs
+from replay.pipeline.run_result import RunResult
+from replay.prepare.stored_motion import StoredMotion
+
+DRAWN_EVALUATIONS: Final = 40_000
+"""Evaluations that the looks of one detector draw at most: some 4 MB. Misses come first, then contacts, near passes."""
+
+LOOKS: Final = 60
+"""Looks drawn of one detector at most: beyond it nobody steps through them."""
+
+NEAR_PASSES: Final = 8
+"""Near passes among them: those that came closest."""
+
+ALL, SPHERES, BOXES, SEARCHED, CONFIRMED = "all pairs", "spheres meet", "boxes meet", "searched", "confirmed"
+
+LOST, CONTACT, NEAR = "missed", "contact", "near pass"
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A frame that matters, and the look that led to its verdict.
+
+    Parameters
+    ----------
+    frame, pair : row and column of the verdict.
+    looked : frame of the look; earlier where the pair was not searched again since.
+    kind : ``LOST``, ``CONTACT`` or ``NEAR``.
+    """
+
+    frame: int
+    pair: int
+    looked: int
+    kind: str
+
+
+@dataclass(frozen=True, eq=False)
+class WatchedRun:
+    """One audited detector at its work.
+
+    Parameters
+    ----------
+    counts : stage -> (T,) pairs that it left.
+    seen : what each stage did.
+    moments : at most one per frame, in order of time.
+    """
+
+    label: str
+    detection: Detection
+    motion: Motion
+    counts: Mapping[str, IntArray]
+    seen: Watched
+    moments: Sequence[Moment]
+
+    def trace(self, moment: Moment) -> LookTrace:
+        """Everything that the look of a moment evaluated."""
+        return self.seen.search.trace(self.motion, moment.looked, moment.pair)
+
+
+def watched_runs(result: RunResult, *, all_looks: bool) -> list[WatchedRun]:
+    """The audited detectors that can be watched, searched again; none of a session of hours or of a budget in seconds.
+
+    ``all_looks``: every look is a moment, not only those that matter.
+    """
+    found: list[WatchedRun] = []
+    for label in result.comparisons:
+        detector: object = result.detectors.get(label)
+        detection = result.detections[label]
+        motion = result.assembly.motion
+        if isinstance(detector, Watchable) and detection.reproducible and not isinstance(motion, StoredMotion):
+            seen = detector.watch(motion)
+            moments = _moments(result, label, seen, all_looks=all_looks)
+            found.append(WatchedRun(label, detection, motion, stage_counts(detection, seen), seen, moments))
+    return found
+
+
+def stage_counts(detection: Detection, seen: Watched) -> dict[str, IntArray]:
+    """Stage -> pairs that it left, (T,); without boxes there is no such stage."""
+    left = {ALL: detection.verdict != Verdict.NO_POSE, SPHERES: seen.spheres, BOXES: seen.boxes}
+    if seen.boxes is seen.spheres:
+        del left[BOXES]
+    left |= {SEARCHED: seen.searched, CONFIRMED: counts_as_contact(detection.verdict)}
+    return {stage: pairs.sum(axis=1) for stage, pairs in left.items()}
+
+
+def _moments(result: RunResult, label: str, seen: Watched, *, all_looks: bool) -> list[Moment]:
+    chosen: dict[int, Moment] = {}
+    spent = 0
+    matter = [*_missed(result, label, seen), *_begun(result, label, seen), *_near(result, label, seen)]
+    for moment in matter:
+        evaluations = seen.search.noted[moment.looked, moment.pair].result.evaluations
+        room = len(chosen) < LOOKS and spent + evaluations <= DRAWN_EVALUATIONS
+        if moment.frame not in chosen and (room or all_looks):
+            chosen[moment.frame] = moment
+            spent += evaluations
+    if all_looks:
+        # Of several looks in a frame the one that ended closest: a picture holds one.
+        places = sorted(seen.search.noted, key=lambda place: seen.search.noted[place].result.distance)
+        contact = counts_as_contact(result.detections[label].verdict)
+        for frame, pair in places:
+            kind = CONTACT if contact[frame, pair] else NEAR
+            chosen.setdefault(frame, Moment(frame, pair, frame, kind))
+    return [chosen[frame] for frame in sorted(chosen)]
+
+
+def _missed(result: RunResult, label: str, seen: Watched) -> Iterator[Moment]:
+    """The frame of each miss that shows most, longest cut first, with the last look before it."""
+    for miss in by_depth(result.misses[label]):
+        looked = np.flatnonzero(seen.searched[: miss.deepest + 1, miss.pair])
+        if len(looked):
+            yield Moment(miss.deepest, miss.pair, int(looked[-1]), LOST)
+
+
+def _begun(result: RunResult, label: str, seen: Watched) -> Iterator[Moment]:
+    """The first frame of each contact that the search found, spread over the session where there are too many."""
+    found = [
+        Moment(one.first, one.pair, one.first, CONTACT)
+        for one in result.episodes[label]
+        if (one.first, one.pair) in seen.search.noted
+    ]
+    for part in range(stride := max(1, -(-len(found) // LOOKS))):
+        yield from found[part::stride]
+
+
+def _near(result: RunResult, label: str, seen: Watched) -> list[Moment]:
+    """Where pairs came closest without contact, closest first."""
+    said = counts_as_contact(result.detections[label].verdict)
+    touched = said | counts_as_contact(result.detections[result.oracle].verdict)
+    passes: list[tuple[float, Moment]] = []
+    for pair, first, last in column_runs(seen.boxes.T).tolist():
+        frames = np.flatnonzero(seen.searched[first : last + 1, pair]) + first
+        if len(frames) and not _any(touched, first, last, pair):
+            distance = {frame: seen.search.noted[frame, pair].result.distance for frame in frames.tolist()}
+            frame = min(distance, key=distance.__getitem__)
+            passes.append((distance[frame], Moment(frame, pair, frame, NEAR)))
+    return [moment for _, moment in sorted(passes, key=lambda one: one[0])[:NEAR_PASSES]]
+
+
+def _any(table: BoolArray, first: int, last: int, pair: int) -> bool:
+    return bool(table[first : last + 1, pair].any())

@@ -1,0 +1,146 @@
+"""The pipeline read back: spheres, the funnel, sampled faces and best pairs are those of the run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cdcore.bounding.sphere import sphere_best
+from replay.outputs.palette import MISSED, SERIES, WHITE
+from replay.outputs.rerun_log.columns import packed
+from replay.outputs.rerun_log.pipeline import budget_words, stage_ms
+from replay.outputs.rerun_log.recording import write_recording
+from replay.outputs.rerun_log.search_picture import shaded_faces
+from replay.outputs.watched_run import CONTACT, LOST, NEAR, watched_runs
+
+LABEL = "paper"
+END = {CONTACT: SERIES[2], LOST: MISSED, NEAR: WHITE}
+
+
+@pytest.fixture(scope="module")
+def run(taps):
+    return taps(135, label=LABEL, name="hybrid-qaco", variant="corrected", budget=300)
+
+
+@pytest.fixture(scope="module")
+def watched(run):
+    (one,) = watched_runs(run, all_looks=False)
+    return one
+
+
+@pytest.fixture(scope="module")
+def read(run, tmp_path_factory, reader):
+    path = tmp_path_factory.mktemp("pipeline") / "run.rrd"
+    write_recording(run, path)
+    return reader(path)
+
+
+def overlaps(assembly, column):
+    """(T,) whether the balls of a pair meet, from their centres alone."""
+    motion, balls, centres = assembly.motion, [], []
+    for body in assembly.pairs[column].tolist():
+        ball = sphere_best(assembly.bodies[body].mesh)
+        balls.append(ball.radius)
+        centres.append(motion.rotations[:, body] @ ball.centre + motion.translations[:, body])
+    return np.linalg.norm(centres[0] - centres[1], axis=1) <= sum(balls)
+
+
+def test_a_sphere_stands_exactly_while_it_overlaps_another(run, read):
+    assembly = run.assembly
+    valid = assembly.motion.valid
+    meets = [overlaps(assembly, column) & valid[:, ends].all(axis=1) for column, ends in enumerate(assembly.pairs)]
+    expected = {"beaker": meets[0], "rod": meets[0] | meets[1], "hand": meets[1]}
+    assert not expected["hand"].all(), "the hand has no pose for a while"
+    for name, truth in expected.items():
+        shown = [
+            len(read.at(f"world/{name}/sphere_of_{LABEL}", "Ellipsoids3D:half_sizes", t)) for t in range(len(valid))
+        ]
+        assert shown == truth.astype(int).tolist()
+    assert not any(read.at(f"world/bench/sphere_of_{LABEL}", "Ellipsoids3D:half_sizes", 0)), "it holds the room"
+
+
+def test_the_funnel_counts_what_the_run_counted(run, watched, read):
+    detection = run.detections[LABEL]
+    spheres = sum(
+        (overlaps(run.assembly, column) & run.assembly.motion.valid[:, ends].all(axis=1)).astype(int)
+        for column, ends in enumerate(run.assembly.pairs)
+    )
+    steps = {
+        stage: f"pipeline/{LABEL}/pairs/{k}_{stage.replace(' ', chr(92) + ' ')}"
+        for k, stage in enumerate(list(watched.counts)[1:])
+    }
+    told = {
+        stage: [read.at(path, "Scalars:scalars", t)[0] for t in range(len(detection.times))]
+        for stage, path in steps.items()
+    }
+    assert told["spheres meet"] == spheres.tolist()
+    assert sum(told["spheres meet"]) == detection.work["box_tests"]
+    assert sum(told["searched"]) == detection.work["looks"] > 0
+    assert told["confirmed"] == (detection.verdict == 1).sum(axis=1).tolist()
+    assert (np.array(told["boxes meet"]) <= told["spheres meet"]).all()
+
+
+def test_a_look_stands_in_its_frame_alone_with_all_its_faces_and_ends_in_the_colour_of_its_verdict(run, watched, read):
+    kinds = {moment.kind for moment in watched.moments}
+    assert {CONTACT, LOST} <= kinds
+    root, frames = f"pipeline/{LABEL}/search", {moment.frame for moment in watched.moments}
+    for moment in watched.moments:
+        trace = watched.trace(moment)
+        there = read.at(f"{root}/faces", "Mesh3D:vertex_positions", moment.frame)
+        assert len(there) == 3 * sum(len(np.unique(trace.faces[:, side])) for side in range(2))
+        assert read.at(f"{root}/end", "Points3D:colors", moment.frame) == packed([END[moment.kind]]).tolist()
+        assert len(read.at(f"{root}/best", "LineStrips3D:strips", moment.frame)[0]) == len(trace.best())
+        if moment.frame + 1 not in frames and moment.frame + 1 < len(run.detections[LABEL].times):
+            for part, component in (("faces", "Mesh3D:vertex_positions"), ("end", "Points3D:positions")):
+                assert read.at(f"{root}/{part}", component, moment.frame + 1) == []
+
+
+def test_the_confirmed_pair_lies_where_the_bodies_meet(run, watched, read):
+    for moment in watched.moments:
+        if moment.kind == CONTACT:
+            section = run.detections["hybrid"].section(moment.frame, moment.pair).reshape(-1, 3)
+            (end,) = read.at(f"pipeline/{LABEL}/search/end", "Points3D:positions", moment.frame)
+            # The mean of two centroids: within a long face of the rod, and a centimetre towards the eye.
+            assert np.linalg.norm(section - end, axis=1).min() < 0.11
+
+
+def test_more_pheromone_is_more_yellow_and_local_search_is_pale(watched):
+    trace = watched.trace(watched.moments[-1])
+    faces, shades = shaded_faces(trace, 0)
+    yellow = faces.tolist().index(trace.faces[np.nanargmax(trace.pheromone), 0])
+    assert shades[yellow] == packed([(253, 231, 37, 255)])[0]
+
+
+def test_times_are_added_up_and_the_title_compares_them_with_the_budget(run, watched, read):
+    seconds = run.detections[LABEL].seconds
+    mean = sum(seconds.values()) * 1e3 / 135
+    total = read.column(f"pipeline/{LABEL}/time/1_{list(stage_ms(watched))[-1]}", "Scalars:scalars")
+    assert [row[1] for row in total] == [0, 134] and total[0][2] == [pytest.approx(mean, abs=1e-3)]
+    assert f"{mean:.2f}"[:4] in budget_words(watched) and "90 Hz" in budget_words(watched)
+
+
+def test_frames_timed_one_by_one_have_a_value_each_and_a_99th_percentile(run, write):
+    detection = run.detections[LABEL]
+    seconds = {"spheres": np.full(135, 1e-5), "search": np.linspace(0.0, 1e-3, 135)}
+    timed = replace(run, detections={**run.detections, LABEL: replace(detection, seconds=seconds)})
+    seen = write(timed)
+    rows = seen.column(f"pipeline/{LABEL}/time/1_search", "Scalars:scalars")
+    assert [row[1] for row in rows] == list(range(135))
+    assert np.allclose([row[2][0] for row in rows], 1e3 * sum(seconds.values()))
+    (one,) = watched_runs(timed, all_looks=False)
+    assert budget_words(one).startswith("p99 1.00 = 9.0% of a 90 Hz frame")
+    frame = one.moments[-1].frame
+    said = seen.at(f"pipeline/{LABEL}/frame/price/title/words", "Points2D:labels", frame)
+    assert said == [f"{1e3 * (seconds['spheres'] + seconds['search'])[frame]:.2f} ms for this frame"]
+
+
+def test_with_every_look_each_searched_frame_has_its_faces(run, watched):
+    (whole,) = watched_runs(run, all_looks=True)
+    searched = np.flatnonzero(watched.seen.searched.any(axis=1))
+    assert [moment.frame for moment in whole.moments if moment.looked == moment.frame] == searched.tolist()
+
+
+def test_a_detector_without_a_search_has_no_pipeline(demo):
+    assert watched_runs(demo, all_looks=True) == []
