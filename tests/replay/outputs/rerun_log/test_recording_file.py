@@ -20,9 +20,9 @@ import resource, sys
 from replay.cli.main import main
 from replay.outputs.rerun_log import recording
 
-def limited(result, path, write=recording.write_recording):
+def limited(result, path, write=recording.write_recording, **settings):
     resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)  # not earlier: the compiler keeps files too
-    write(result, path)
+    write(result, path, **settings)
 
 recording.write_recording = limited
 sys.exit(main(sys.argv[2:]))
