@@ -7,14 +7,13 @@ from dataclasses import dataclass, field
 from typing import Final, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Detection, Motion
+from cdcore.numerics import FloatArray, IntArray
 from replay.comparison.first_touch import first_touch
 from replay.comparison.outcome import FirstTouch, Vector, as_vector
 from replay.prepare.assembly import Assembly
 
-FloatArray = NDArray[np.float64]
 Place = tuple[int, int, int]
 Item = TypeVar("Item")
 
@@ -54,7 +53,7 @@ class Cut:
     face_pairs: int
     length: float
     touch: FirstTouch | None = None
-    faces: NDArray[np.int64] | None = field(default=None, compare=False, repr=False)
+    faces: IntArray | None = field(default=None, compare=False, repr=False)
 
 
 class Evidence:
@@ -159,7 +158,7 @@ def _unit(way: FloatArray) -> FloatArray:
     return way / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
 
 
-def looks(first: int, last: int, most: int) -> NDArray[np.int64]:
+def looks(first: int, last: int, most: int) -> IntArray:
     """At most ``most`` frames of a stretch, evenly spread with both ends; a single one lies in the middle."""
     if last - first < most:
         return np.arange(first, last + 1)
@@ -174,8 +173,7 @@ def _point(segments: FloatArray, length: FloatArray) -> FloatArray:
     weight = length if length.sum() > 0.0 else np.ones(len(length))
     middle = (middles * weight[:, None]).sum(axis=0) / weight.sum()
     away = middles - middle
-    nearest: FloatArray = middles[int((away * away).sum(axis=-1).argmin())]
-    return nearest
+    return middles[int((away * away).sum(axis=-1).argmin())]
 
 
 def _normal(segments: FloatArray, toward: FloatArray) -> FloatArray:

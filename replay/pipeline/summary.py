@@ -115,8 +115,7 @@ def frame_seconds(detection: Detection) -> np.ndarray[Any, np.dtype[np.float64]]
     stages = list(detection.seconds.values())
     if not stages or not all(isinstance(stage, np.ndarray) for stage in stages):
         return None
-    total: np.ndarray[Any, np.dtype[np.float64]] = np.sum(np.array(stages, dtype=np.float64), axis=0)
-    return total
+    return np.sum(np.array(stages, dtype=np.float64), axis=0)
 
 
 def look_seconds(detection: Detection) -> np.ndarray[Any, np.dtype[np.float64]] | None:

@@ -75,8 +75,7 @@ class Flags:
     def of_pairs(self, pairs: NDArray[np.int64], start: int = 0, stop: int | None = None) -> NDArray[np.uint16]:
         """(n, P) flags of pairs in some frames: those of either body."""
         part = self.bodies[start:stop]
-        both: NDArray[np.uint16] = part[:, pairs[:, 0]] | part[:, pairs[:, 1]]
-        return both
+        return part[:, pairs[:, 0]] | part[:, pairs[:, 1]]
 
 
 def flag_words() -> list[str]:

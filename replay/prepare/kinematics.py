@@ -11,15 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cdcore.numerics import ByteArray, FloatArray, IntArray
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.errors import AssemblyError
 from replay.prepare.assembly import PoseOrigin
 from replay.prepare.interpolation import FilledFrames
 from sessions.model.scene import Pose, Scene
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,10 +32,10 @@ class PlacedFrames:
     origin : (T, N) uint8, values of ``PoseOrigin``.
     """
 
-    stamp_ns: NDArray[np.int64]
+    stamp_ns: IntArray
     translation: FloatArray
     rotation: FloatArray
-    origin: NDArray[np.uint8]
+    origin: ByteArray
 
     def __len__(self) -> int:
         return len(self.stamp_ns)
@@ -61,7 +59,7 @@ class _World:
 
     translation: FloatArray
     rotation: FloatArray
-    origin: NDArray[np.uint8]
+    origin: ByteArray
 
     def then(self, child: _World) -> _World:
         """A pose given in this frame, in the world.

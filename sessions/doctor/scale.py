@@ -173,5 +173,4 @@ def _sides(looked: PosePass, roles: Roles) -> Iterator[Finding]:
 
 
 def _there(rows: FloatArray) -> FloatArray:
-    kept: FloatArray = rows[np.isfinite(rows).all(axis=1)]
-    return kept
+    return rows[np.isfinite(rows).all(axis=1)]

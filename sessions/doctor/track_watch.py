@@ -143,5 +143,4 @@ def _no_motion(velocity: FloatArray) -> NDArray[np.bool_]:
 
 def _middle(four: FloatArray) -> FloatArray:
     """Median of four arrays (4, ...): the mean of the two in the middle."""
-    middle: FloatArray = (four.sum(axis=0) - four.max(axis=0) - four.min(axis=0)) / 2.0
-    return middle
+    return (four.sum(axis=0) - four.max(axis=0) - four.min(axis=0)) / 2.0

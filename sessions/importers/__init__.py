@@ -49,8 +49,7 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
     path = Path(source)
     if not path.is_file():
         raise ImportFileError(f"{path} does not exist or is no file; check the path")
-    session: Session = read(path, **options)
-    return session
+    return read(path, **options)
 
 
 def _importer(name: str) -> Any:

@@ -13,14 +13,13 @@ from time import perf_counter
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Body, Detection, Motion, TriangleMesh, create_detector
 from cdcore.narrow.fcl_meshes import FclMeshes
-from cdcore.numerics import FloatArray
+from cdcore.numerics import FloatArray, Int32Array, IntArray
 from replay.studies.bench.workload import BenchWorkload
 
-Answer = NDArray[np.int64]
+Answer = IntArray
 """(T, P) distinct face pairs, or 0 and 1."""
 EVERY_CONTACT: Final = 4_000_000
 
@@ -66,7 +65,7 @@ class CoalLoop:
 
         return frame_by_frame(self._load, place, fill)
 
-    def _tree(self, vertices: FloatArray, faces: NDArray[np.int32]) -> Any:
+    def _tree(self, vertices: FloatArray, faces: Int32Array) -> Any:
         tree = self._coal.BVHModelOBBRSS()
         tree.beginModel(len(faces), len(vertices))
         tree.addVertices(vertices)

@@ -81,8 +81,7 @@ def as_json(study: Study) -> dict[str, Any]:
         "refused": [{"result": r.what, "rule": r.rule, "reason": r.reason, "lift": r.lift} for r in study.refusals],
         "warnings": list(study.warnings),
     }  # fmt: skip
-    plain: dict[str, Any] = _plain(whole)
-    return plain
+    return _plain(whole)
 
 
 def _plain(value: Any) -> Any:

@@ -14,13 +14,10 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from replay.base.processes import OnDone, in_processes
 from replay.errors import OutputError
 from sessions.synthetic.rng import random_stream
-
-Floats = NDArray[np.float64]
 
 STUDENTS: Final = 52
 SESSIONS: Final = "sessions"

@@ -52,14 +52,12 @@ def grid(rng: Generator, n: int, half: int = 64, step: float = 2.0**-6) -> Float
 
 def log_uniform(rng: Generator, low: float, high: float, shape: int | tuple[int, ...]) -> FloatArray:
     """Ten to a power uniform in [low, high)."""
-    power: FloatArray = np.asarray(10.0 ** rng.uniform(low, high, shape), dtype=np.float64)
-    return power
+    return np.asarray(10.0 ** rng.uniform(low, high, shape), dtype=np.float64)
 
 
 def face_point(rng: Generator, triangles: FloatArray, weight: float = 1.0) -> FloatArray:
     """A random point (n, 3) of each triangle (n, 3, 3), Dirichlet weights."""
-    point: FloatArray = np.einsum("nk,nkd->nd", rng.dirichlet([weight] * 3, len(triangles)), triangles)
-    return point
+    return np.einsum("nk,nkd->nd", rng.dirichlet([weight] * 3, len(triangles)), triangles)
 
 
 def unit_normal(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -100,8 +100,7 @@ def moved(mesh: TriangleMesh, offset: ArrayLike) -> TriangleMesh:
 
 
 def _on_sphere(vertices: FloatArray) -> FloatArray:
-    unit: FloatArray = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
-    return unit
+    return vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
 
 
 def _in_four(vertices: FloatArray, faces: list[list[int]]) -> tuple[NDArray[np.float64], list[list[int]]]:
