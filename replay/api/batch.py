@@ -56,7 +56,7 @@ def run_batch(
     out : folder of the batch; a batch with the same settings that was begun there is continued.
     jobs : processes.
     settings : for ``replay.run``: detectors, oracle, seed, picture.
-    told : called for each session when it is finished.
+    on_done : called for each session when it is finished.
 
     Raises
     ------

@@ -184,10 +184,7 @@ def _interval_edges(times: FloatArray, oracle: Detection, contact: Episode) -> t
     after = contact.last + 1
     if after == len(times) or bool(is_undecided(oracle.verdict[after, contact.pair])):
         return begin, None
-    if contact.last > contact.first or impact is None:
-        inside = float(times[max(contact.last - 1, 0)])
-    else:
-        inside = impact[1]
+    inside = float(times[max(contact.last - 1, 0)]) if contact.last > contact.first or impact is None else impact[1]
     return begin, (inside, float(times[contact.last]))
 
 

@@ -23,7 +23,6 @@ LOOKS_PER_MISS: Final = 128
 LOOKS_IN_ALL: Final = 20_000
 """Pair-frames examined in all, some seconds of work; with more misses each is examined once, in its middle."""
 
-
 LOOKS_AT_ONCE: Final = 4096
 """Looks whose faces are held together: some 100 MB when every look has a thousand face pairs in every pair."""
 

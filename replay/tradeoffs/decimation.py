@@ -37,9 +37,7 @@ def clustered(mesh: TriangleMesh, cell: float) -> TriangleMesh:
     a, b, c = faces.T
     faces = faces[(a != b) & (b != c) & (a != c)]
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
-    if len(first) < FEWEST_FACES:
-        return mesh
-    return TriangleMesh(middle / count, faces[np.sort(first)])
+    return mesh if len(first) < FEWEST_FACES else TriangleMesh(middle / count, faces[np.sort(first)])
 
 
 def decimated(assembly: Assembly, cell: float) -> Assembly:

@@ -51,7 +51,8 @@ class CsvTable:
                 arrow_csv.ConvertOptions(column_types=dict.fromkeys(header, pa.string()), strings_can_be_null=False),
             )
         except (pa.ArrowInvalid, pa.ArrowKeyError, UnicodeDecodeError) as error:
-            raise ImportFileError(f"{source}: this is no CSV ({_first_line(error)}); save it again as UTF-8") from None
+            why = str(error).splitlines()[0][:160] if str(error) else type(error).__name__
+            raise ImportFileError(f"{source}: this is no CSV ({why}); save it again as UTF-8") from None
         self.columns = tuple(header)
         self.cut_short = _is_cut_short(source, delimiter, len(header))
 
@@ -200,7 +201,3 @@ def _is_cut_short(source: Path, delimiter: str, columns: int) -> bool:
         return False
     last = tail.replace(b"\r", b"\n").rsplit(b"\n", 1)[-1].decode("utf-8", errors="replace")
     return _cells(last, delimiter) == columns
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).splitlines()[0][:160] if str(error) else type(error).__name__

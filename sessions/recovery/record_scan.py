@@ -142,6 +142,4 @@ class RecordScan:
     def _is_landmark(self, at: int) -> bool:
         """A record that makes sense and is followed by another, or by the end."""
         piece = self._piece(at)
-        if piece is None:
-            return False
-        return piece.truncated or piece.end == self._size or self._is_followed(piece.end)
+        return piece is not None and (piece.truncated or piece.end == self._size or self._is_followed(piece.end))

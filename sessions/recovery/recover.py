@@ -91,7 +91,9 @@ def _write(found: FileScan, stream: BinaryIO, target: Path) -> Recovery:
             writer.attachment(name, made.media_type, data, made.log_time)
         if own:
             metadata = {**metadata_of(session or {})[0], RECOVERED: "; ".join(result.sentences())}
-            writer.metadata(SESSION_RECORD, session_record(metadata, _hashes(keep)))
+            meshes = {body: data for file, data in keep.items() if (body := mesh_name(file)) is not None}
+            hashes = {body: hashlib.sha256(data).hexdigest() for body, data in meshes.items()}
+            writer.metadata(SESSION_RECORD, session_record(metadata, hashes))
             writer.metadata(BODIES_RECORD, bodies_record(tuple(dict.fromkeys([*listed, *found.names]))))
         for name, values in declared.metadata:
             if name not in (SESSION_RECORD, BODIES_RECORD) or not own:
@@ -150,11 +152,6 @@ def _reads(name: str, data: bytes) -> bool:
     except (SessionError, UnicodeDecodeError):
         return False
     return True
-
-
-def _hashes(keep: dict[str, bytes]) -> dict[str, str]:
-    meshes = {mesh_name(file): data for file, data in keep.items()}
-    return {name: hashlib.sha256(data).hexdigest() for name, data in meshes.items() if name is not None}
 
 
 def _listed_names(record: dict[str, str] | None) -> tuple[str, ...]:
