@@ -18,11 +18,8 @@ class MeshData:
     Every bit is kept, so a glass that rests exactly on a table still does after the session was written and read.
     Only negative zeros become zeros. Face ``i`` stays face ``i``: nothing in `sessions` merges or reorders.
 
-    Raises
-    ------
-    MeshFileError
-        The arrays are no mesh: a wrong shape, no row, an index out of range, a coordinate that is not finite or
-        beyond float32 (no viewer could draw it).
+    Raises ``MeshFileError``: the arrays are no mesh: a wrong shape, no row, an index out of range, a coordinate that is
+    not finite or beyond float32 (no viewer could draw it).
 
     Examples
     --------

@@ -58,10 +58,7 @@ def run_batch(
     settings : for ``replay.run``: detectors, oracle, seed, picture.
     on_done : called for each session when it is finished.
 
-    Raises
-    ------
-    OutputError
-        Two files of one name, a folder of something else, or a batch with other settings.
+    Raises ``OutputError``: two files of one name, a folder of something else, or a batch with other settings.
     """
     request = {"schema": SCHEMA, "settings": dict(settings or {}), "versions": versions()}
     named = _named(sessions)

@@ -33,10 +33,7 @@ def examine(recording: str | Path | Session) -> list[Finding]:
     ----------
     recording : a session file, a mesh file (GLB, OBJ, STL, PLY, OFF), a scene (TOML), or a session in memory.
 
-    Raises
-    ------
-    SessionFileError
-        The file is missing or may not be read. Faults *in* the file become findings.
+    Raises ``SessionFileError``: the file is missing or may not be read. Faults *in* the file become findings.
     """
     if isinstance(recording, Session):
         return in_order([*examine_session(recording)])

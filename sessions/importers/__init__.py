@@ -36,10 +36,8 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
     options : keywords of that importer; all take ``meshes``, ``scene``, ``scene_folder`` and ``proxies`` of
         ``sessions.importers.finish.finished``.
 
-    Raises
-    ------
-    ImportFileError
-        An unknown format or option, or a file that is not what it should be; names file, line and column.
+    Raises ``ImportFileError``: an unknown format or option, or a file that is not what it should be; names file, line
+    and column.
     """
     read = _importer(format)
     known = list(signature(read).parameters)[1:]

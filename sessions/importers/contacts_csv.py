@@ -26,10 +26,8 @@ def read_contacts(source: str | Path) -> tuple[LiveContact, ...]:
     ----------
     source : rows ``time, a, b, what``: seconds, two body names, begin or end (enter, exit, stay); a header is skipped.
 
-    Raises
-    ------
-    ImportFileError
-        Names file and line: another number of columns, a time that is none, an unknown word; or nothing is in it.
+    Raises ``ImportFileError``: names file and line: another number of columns, a time that is none, an unknown word; or
+    nothing is in it.
     """
     path = Path(source)
     try:

@@ -50,10 +50,7 @@ def read_csv(
         without this every mesh is turned by 180 degrees about Y).
     meshes, scene, scene_folder, proxies : see ``sessions.importers.finish.finished``.
 
-    Raises
-    ------
-    ImportFileError
-        Names file, line and column.
+    Raises ``ImportFileError``: names file, line and column.
     """
     if mesh_axes not in MESH_AXES:
         raise ImportFileError(f"no mesh_axes {mesh_axes!r}; there are: {', '.join(MESH_AXES)}")

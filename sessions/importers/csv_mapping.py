@@ -91,10 +91,7 @@ UNITY: Final = CsvMapping(
 def read_mapping(path: str | Path) -> CsvMapping:
     """The mapping of a TOML file.
 
-    Raises
-    ------
-    ImportFileError
-        File, table and key, and what to do.
+    Raises ``ImportFileError``: file, table and key, and what to do.
     """
     whole = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError)
     clock = whole.table("time") or TomlTable({}, whole.file, "[time]", ImportFileError)

@@ -57,11 +57,8 @@ def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
     torn : what to do with a file that was cut short, for example by a crash of the recorder: ``refuse``, or ``keep``
         every whole chunk; the metadata key ``missing`` then says what is not there.
 
-    Raises
-    ------
-    SessionFileError
-        The file is missing, empty, damaged, no MCAP, of an unknown version, or has no poses; ``TornFileError`` when it
-        was cut short and ``torn`` is ``refuse``.
+    Raises ``SessionFileError``: the file is missing, empty, damaged, no MCAP, of an unknown version, or has no poses;
+    ``TornFileError`` when it was cut short and ``torn`` is ``refuse``.
     """
     if torn not in ("refuse", "keep"):
         raise SessionError(f"torn is {torn!r}; use 'refuse' or 'keep'")

@@ -53,10 +53,7 @@ class Recorder:
     facts : what is known of the session, for example ``vr_type``, ``pseudonym``, ``consent``.
     overwrite : replace a file of that name, or the partial file of a recording that was killed.
 
-    Raises
-    ------
-    SessionFileError
-        A file of that name, or a partial one, is there already; the place cannot be written.
+    Raises ``SessionFileError``: a file of that name, or a partial one, is there already; the place cannot be written.
 
     Examples
     --------
@@ -105,12 +102,8 @@ class Recorder:
         sample_ns : body name -> the device's own time of its sample; ``stamp_ns`` where not given.
         log_ns : the recorder's clock; the time of day when not given.
 
-        Raises
-        ------
-        SessionError
-            A pose that is not seven numbers, a body in ``lost`` without a pose, a stamp that is no integer.
-        SessionFileError
-            The file could not be written.
+        Raises ``SessionError``: a pose that is not seven numbers, a body in ``lost`` without a pose, a stamp that is no
+        integer; ``SessionFileError``: the file could not be written.
         """
         names, values = tuple(poses), pose_values(poses)
         stamp, log = nanoseconds(stamp_ns), time.time_ns() if log_ns is None else nanoseconds(log_ns)
@@ -200,10 +193,8 @@ class Recorder:
     def close(self) -> None:
         """Write what waits, the index, and give the file its name; a second call does nothing.
 
-        Raises
-        ------
-        SessionFileError
-            The file could not be written; what is in it stays under the name ``<name>.partial``.
+        Raises ``SessionFileError``: the file could not be written; what is in it stays under the name
+        ``<name>.partial``.
         """
         with self._changed:
             if self._closing:

@@ -41,10 +41,7 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> MeshData:
     path : the file; its ending says its type.
     scale : metres per unit of the file (0.01 for a file in centimetres).
 
-    Raises
-    ------
-    MeshFileError
-        When the file is missing, empty, damaged, of an unknown type, or holds no triangle.
+    Raises ``MeshFileError``: when the file is missing, empty, damaged, of an unknown type, or holds no triangle.
     """
     place = Path(path)
     file_type = place.suffix.lower().removeprefix(".")

@@ -110,10 +110,7 @@ class Session:
         poses : body name -> (positions (T, 3), quaternions_xyzw (T, 4)).
         meshes : body name -> (vertices (v, 3), faces (f, 3)) or ``MeshData``.
 
-        Raises
-        ------
-        SessionError
-            Shapes that do not fit, stamps that do not increase.
+        Raises ``SessionError``: shapes that do not fit, stamps that do not increase.
         """
         tracks = {name: _track_of(name, times_ns, pose) for name, pose in poses.items()}
         return cls.from_tracks(tracks, meshes=meshes, scene=scene, events=events, intervals=intervals, facts=facts)

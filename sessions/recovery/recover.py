@@ -45,10 +45,8 @@ def recover(path: str | Path, out: str | Path, *, overwrite: bool = False) -> Re
     out : the file to write, whole and indexed.
     overwrite : replace a file of that name.
 
-    Raises
-    ------
-    SessionFileError
-        ``path`` cannot be read, holds nothing that can be saved, or is ``out``; ``out`` exists or cannot be written.
+    Raises ``SessionFileError``: ``path`` cannot be read, holds nothing that can be saved, or is ``out``; ``out`` exists
+    or cannot be written.
     """
     source, target = Path(path), Path(out)
     if target.exists():
