@@ -9,6 +9,7 @@
     ├── InvalidPairError          a pair that names no body, or a body twice
     ├── InvalidSettingError       a setting a detector does not have, or a value outside its range
     ├── UnknownDetectorError      a name that is in no table
+    ├── MissingEngineError        an optional engine that is not installed
     ├── OwnDetectorError          a detector from outside the table failed, or answered with what is no verdict
     └── NotRecordedError          a result that was not asked for, such as face pairs without ``faces=True``
 """
@@ -43,6 +44,10 @@ class UnknownDetectorError(CollisionCoreError, KeyError):
 
     def __str__(self) -> str:
         return str(self.args[0]) if self.args else ""
+
+
+class MissingEngineError(CollisionCoreError, ImportError):
+    """A detector needs an engine that is not installed."""
 
 
 class OwnDetectorError(CollisionCoreError, RuntimeError):

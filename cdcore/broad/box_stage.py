@@ -60,10 +60,10 @@ class BoxStage:
     """Tests oriented boxes of all bodies for separation, 15 axes, for many pair-frames at once."""
 
     def __init__(self, boxes: Sequence[Box], pairs: IntArray) -> None:
-        self._centres = np.array([box.centre for box in boxes]).reshape(-1, 3)
-        self._axes = np.array([box.axes for box in boxes]).reshape(-1, 3, 3)
-        self._halves = np.array([box.half for box in boxes]).reshape(-1, 3)
-        self._sizes = np.linalg.norm(self._centres, axis=1) + np.linalg.norm(self._halves, axis=1)
+        self.centres = np.array([box.centre for box in boxes]).reshape(-1, 3)
+        self.axes = np.array([box.axes for box in boxes]).reshape(-1, 3, 3)
+        self.halves = np.array([box.half for box in boxes]).reshape(-1, 3)
+        self.sizes = np.linalg.norm(self.centres, axis=1) + np.linalg.norm(self.halves, axis=1)
         self._first = np.ascontiguousarray(pairs[:, 0])
         self._second = np.ascontiguousarray(pairs[:, 1])
 
@@ -75,6 +75,6 @@ class BoxStage:
         meets = np.empty(len(frames), dtype=np.bool_)
         boxes_may_meet(
             np.ascontiguousarray(frames), self._first[columns], self._second[columns], motion.rotations,
-            motion.translations, self._centres, self._axes, self._halves, self._sizes, BOX_PAD_ULPS * EPS, meets,
+            motion.translations, self.centres, self.axes, self.halves, self.sizes, BOX_PAD_ULPS * EPS, meets,
         )  # fmt: skip
         return meets

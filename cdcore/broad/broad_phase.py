@@ -32,19 +32,19 @@ class BroadPhase:
     """The volumes of all bodies; ``sphere`` is a mode of ``SPHERES``, ``skip`` as in ``SphereStage``."""
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, *, sphere: str = "best", skip: bool = True) -> None:
-        self._spheres = SphereStage([sphere_in_mode(body.mesh, sphere) for body in bodies], pairs, skip=skip)
-        self._boxes = BoxStage([box_best(body.mesh) for body in bodies], pairs)
+        self.spheres = SphereStage([sphere_in_mode(body.mesh, sphere) for body in bodies], pairs, skip=skip)
+        self.boxes = BoxStage([box_best(body.mesh) for body in bodies], pairs)
 
     def candidates(self, motion: Motion) -> BroadAnswer:
         """Answer for every frame and pair of the motion."""
         clock = [perf_counter()]
-        spheres = self._spheres.candidates(motion)
+        spheres = self.spheres.candidates(motion)
         columns, frames = np.nonzero(spheres.verdict.T == Verdict.CANDIDATE)
         clock.append(perf_counter())
         work = {"sphere_tests": spheres.tests, "skipped": spheres.skipped, "box_tests": len(frames)}
         spheres.verdict[frames, columns] = Verdict.CLEAR
         if len(frames):
-            meet = self._boxes.may_meet(motion, frames, columns)
+            meet = self.boxes.may_meet(motion, frames, columns)
             frames, columns = frames[meet], columns[meet]
         clock.append(perf_counter())
         return BroadAnswer(spheres.verdict, frames, columns, work, clock)

@@ -137,23 +137,21 @@ class SphereStage:
     """
 
     def __init__(self, spheres: Sequence[Sphere], pairs: IntArray, *, skip: bool = True) -> None:
-        self._centres: FloatArray = np.array([sphere.centre for sphere in spheres]).reshape(-1, 3)
-        self._radii: FloatArray = np.array([sphere.radius for sphere in spheres], dtype=np.float64)
-        self._first = np.ascontiguousarray(pairs[:, 0])
-        self._second = np.ascontiguousarray(pairs[:, 1])
+        self.centres: FloatArray = np.array([sphere.centre for sphere in spheres]).reshape(-1, 3)
+        self.radii: FloatArray = np.array([sphere.radius for sphere in spheres], dtype=np.float64)
+        self.first = np.ascontiguousarray(pairs[:, 0])
+        self.second = np.ascontiguousarray(pairs[:, 1])
         self._skip = skip
 
     def candidates(self, motion: Motion) -> SphereAnswer:
         """Answer for every frame and pair of the motion."""
         frames, bodies = motion.valid.shape
-        verdict = np.zeros((frames, len(self._first)), dtype=np.uint8)
-        if frames == 0 or len(self._first) == 0:
+        verdict = np.zeros((frames, len(self.first)), dtype=np.uint8)
+        if frames == 0 or len(self.first) == 0:
             return SphereAnswer(verdict, 0, 0)
         world, path, size = np.empty((bodies, frames, 3)), np.empty((bodies, frames)), np.empty((bodies, frames))
-        place_centres(
-            motion.rotations, motion.translations, motion.valid, self._centres, self._radii, world, path, size
-        )
+        place_centres(motion.rotations, motion.translations, motion.valid, self.centres, self.radii, world, path, size)
         tests, skipped = sphere_verdicts(
-            self._first, self._second, motion.valid, self._radii, world, path, size, PAD_ULPS * EPS, self._skip, verdict
+            self.first, self.second, motion.valid, self.radii, world, path, size, PAD_ULPS * EPS, self._skip, verdict
         )
         return SphereAnswer(verdict, int(tests), int(skipped))

@@ -30,18 +30,22 @@ DETECTORS: Final[dict[str, str]] = {
 }
 """Name -> ``module:Class``. Rows from outside come in through the entry-point group below."""
 
+OPTIONAL: Final[dict[str, str]] = {"mujoco": "cdcore.detectors.mujoco:MujocoDetector"}
+"""Rows that need an engine of the extra ``engines``; without it they are refused when they are made."""
+
 ENTRY_POINT_GROUP: Final = "vrlab_replay.detectors"
 
 
 def detector_names() -> list[str]:
     """Every name that ``create_detector`` takes, the table's first, those of installed packages after them."""
     outside = sorted(point.name for point in entry_points(group=ENTRY_POINT_GROUP))
-    return list(DETECTORS) + [name for name in outside if name not in DETECTORS]
+    rows = list(DETECTORS | OPTIONAL)
+    return rows + [name for name in outside if name not in rows]
 
 
 def load_detector(name: str) -> type[Any]:
     """The class behind a name, or behind ``module:Class``; UnknownDetectorError with the names there are."""
-    entry = DETECTORS.get(name, name if ":" in name else None)
+    entry = (DETECTORS | OPTIONAL).get(name, name if ":" in name else None)
     if entry is None:
         for point in entry_points(group=ENTRY_POINT_GROUP, name=name):
             return _checked(name, point.load())
@@ -78,7 +82,7 @@ def create_detector(
 
     Raises
     ------
-    UnknownDetectorError, InvalidSettingError, InvalidPairError
+    UnknownDetectorError, InvalidSettingError, InvalidPairError, MissingEngineError
     """
     detector = load_detector(name)
     if not bodies:

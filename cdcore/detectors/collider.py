@@ -8,14 +8,18 @@ from typing import ClassVar
 import numpy as np
 
 from cdcore.bounding.collider_shapes import SHAPES
+from cdcore.broad.broad_looks import BroadLooks
+from cdcore.broad.broad_phase import BroadPhase
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.spacetime.box_tree import build_box_tree
+from cdcore.narrow.spacetime.frame_looks import FrameLooks
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import ByteArray, IntArray
 from cdcore.protocol import Body, Detection, Explanation, Motion, PairDetector, Verdict, contact_or_clear, pair_has_pose
-from cdcore.protocol.blocks import looks_at, looks_of, require_rate
+from cdcore.protocol.blocks import HeldVerdicts, looks_at, looks_of, require_rate
+from cdcore.protocol.live import Live, LiveHeld, LivePairs
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,14 +39,6 @@ class ColliderSettings:
         require_rate(self.rate_hz)
 
 
-@dataclass(eq=False)
-class _ColliderMemory:
-    """What passes from block to block: the last tick, and per pair what was seen last."""
-
-    tick: float
-    verdict: ByteArray
-
-
 class ColliderDetector(PairDetector[ColliderSettings]):
     """Decides exactly about solids that stand in place of the meshes, and holds each answer until its next look.
 
@@ -54,6 +50,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
     """
 
     name: ClassVar[str] = "collider"
+    kind: ClassVar[str] = "re-creation"
     Settings: ClassVar[type] = ColliderSettings
     sources: ClassVar[tuple[str, ...]] = (
         "C. B. Barber, D. P. Dobkin, H. Huhdanpaa, The Quickhull algorithm for convex hulls, ACM Transactions on "
@@ -75,19 +72,20 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         verdict, _, _ = self._decide(motion.frames(frame, frame + 1))
         return Explanation(looked=looked, shapes_meet=int(verdict[0, pair]) in (Verdict.CONTACT, Verdict.CONTAINED))
 
-    def _fresh_memory(self) -> _ColliderMemory:
-        return _ColliderMemory(-np.inf, np.full(len(self.pairs), Verdict.NO_POSE, dtype=np.uint8))
+    def live(self) -> Live:
+        """A session that is asked one frame after the other."""
+        broad, surfaces = BroadPhase(self.colliders, self.pairs), FrameLooks(self._trees, self.pairs)
+        looks = LivePairs(BroadLooks(broad), surfaces.decide, self._containment.question)
+        return LiveHeld(looks, self.pairs, self.settings.rate_hz) if self.settings.rate_hz else looks
 
-    def _run(self, motion: Motion, memory: _ColliderMemory, _faces: bool) -> Detection:
+    def _fresh_memory(self) -> HeldVerdicts:
+        return HeldVerdicts(len(self.pairs))
+
+    def _run(self, motion: Motion, memory: HeldVerdicts, _faces: bool) -> Detection:
         looks, memory.tick = looks_of(motion.times, self.settings.rate_hz, memory.tick)
         seen, work, seconds = self._decide(motion.take(np.flatnonzero(looks)))
-        known = pair_has_pose(motion, self.pairs)
-        believed = _believed(seen, memory.verdict)
-        memory.verdict = believed[-1]
-        verdict = np.where(known, believed[np.cumsum(looks)], Verdict.NO_POSE).astype(np.uint8)
-        looked = int(known[looks].sum())
-        work |= {"looks": int(looks.sum()), "held": int(known.sum()) - looked}
-        return self._detection(motion, verdict, containment=self._containment.words, work=work, seconds=seconds)
+        verdict, held = memory.hold(seen, looks, pair_has_pose(motion, self.pairs))
+        return self._detection(motion, verdict, containment=self._containment.words, work=work | held, seconds=seconds)
 
     def _decide(self, motion: Motion) -> tuple[ByteArray, dict[str, int], dict[str, float]]:
         """Verdicts of the solids in every frame, counters, and seconds."""
@@ -102,10 +100,3 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         clock.append(perf_counter())
         seconds = dict(zip(("traversal", "containment"), np.diff(clock).tolist(), strict=True))
         return verdict, answer.work | {"containment_tests": len(frames)}, seconds
-
-
-def _believed(seen: ByteArray, before: ByteArray) -> ByteArray:
-    """After each look, what is believed of every pair, (looks + 1, P); a look without a pose changes nothing."""
-    rows = np.concatenate([before[None], seen])
-    last = np.where(rows != Verdict.NO_POSE, np.arange(len(rows))[:, None], 0)
-    return np.take_along_axis(rows, np.maximum.accumulate(last, axis=0), axis=0)

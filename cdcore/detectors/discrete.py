@@ -9,6 +9,7 @@ from typing import ClassVar, Final
 import numpy as np
 
 from cdcore.bounding.sphere import require_sphere_mode
+from cdcore.broad.broad_looks import BroadLooks
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
@@ -17,6 +18,7 @@ from cdcore.numerics import ByteArray, FloatArray, Int32Array, IntArray
 from cdcore.protocol import NO_FACES, Body, Detection, Explanation, FaceSets, Motion, PairDetector, Verdict
 from cdcore.protocol.blocks import looks_at, looks_of, pair_has_pose, require_rate
 from cdcore.protocol.detection import SectionSource
+from cdcore.protocol.live import Live, LiveHeld, LivePairs
 
 STAGES: Final = ("spheres", "boxes", "meshes", "containment")
 COUNTERS: Final = ("sphere_tests", "box_tests", "mesh_queries", "containment_tests")
@@ -81,6 +83,7 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
     """
 
     name: ClassVar[str] = "discrete"
+    kind: ClassVar[str] = "engine"
     online: ClassVar[bool] = True
     Settings: ClassVar[type] = DiscreteSettings
     sources: ClassVar[tuple[str, ...]] = (
@@ -101,6 +104,11 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
         """Say whether a frame was tested; where it was, spheres and boxes let every contact through."""
         del pair, faces
         return Explanation(looked=looks_at(motion.times, frame, self.settings.rate_hz), spheres_meet=True)
+
+    def live(self) -> Live:
+        """A session that is asked one frame after the other."""
+        looks = LivePairs(BroadLooks(self._broad), self._meshes.decide_now, self._containment.question)
+        return LiveHeld(looks, self.pairs, self.settings.rate_hz) if self.settings.rate_hz else looks
 
     def _fresh_memory(self) -> _DiscreteMemory:
         count = len(self.pairs)

@@ -7,14 +7,17 @@ from typing import ClassVar
 
 import numpy as np
 
+from cdcore.broad.broad_looks import BroadLooks
+from cdcore.broad.broad_phase import BroadPhase
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.narrow.spacetime.box_tree import build_box_tree
+from cdcore.narrow.spacetime.frame_looks import FrameLooks
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import IntArray
-from cdcore.protocol import Body, Detection, FaceSets, Motion, PairDetector, Verdict, contact_or_clear
+from cdcore.protocol import Body, Detection, FaceSets, Live, LivePairs, Motion, PairDetector, Verdict, contact_or_clear
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,6 +66,11 @@ class ExactDetector(PairDetector[ExactSettings]):
         super().__init__(bodies, pairs, settings)
         self._trees = [build_box_tree(body.mesh.triangles) for body in bodies]
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
+
+    def live(self) -> Live:
+        """A session that is asked one frame after the other."""
+        broad, surfaces = BroadPhase(self.bodies, self.pairs), FrameLooks(self._trees, self.pairs)
+        return LivePairs(BroadLooks(broad), surfaces.decide, self._containment.question)
 
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         poses = Poses(motion.rotations, motion.translations, motion.valid)

@@ -8,12 +8,13 @@ from typing import ClassVar
 import numpy as np
 
 from cdcore.bounding.sphere import require_sphere_mode
+from cdcore.broad.broad_looks import BroadLooks
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import IntArray
-from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict
+from cdcore.protocol import Body, Detection, Live, LivePairs, Motion, PairDetector, Verdict
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +45,7 @@ class HybridDetector(PairDetector[HybridSettings]):
     """
 
     name: ClassVar[str] = "hybrid"
+    kind: ClassVar[str] = "engine"
     Settings: ClassVar[type] = HybridSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
@@ -58,6 +60,10 @@ class HybridDetector(PairDetector[HybridSettings]):
         self._broad = BroadPhase(bodies, pairs, sphere=settings.sphere, skip=settings.skip)
         self._meshes = MeshStage(bodies, pairs)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
+
+    def live(self) -> Live:
+        """A session that is asked one frame after the other."""
+        return LivePairs(BroadLooks(self._broad), self._meshes.decide_now, self._containment.question)
 
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         near = self._broad.candidates(motion)

@@ -54,6 +54,7 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
     """
 
     name: ClassVar[str] = "hybrid-qaco"
+    kind: ClassVar[str] = "paper"
     Settings: ClassVar[type] = HybridQacoSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "

@@ -30,6 +30,7 @@ class SphereDetector(PairDetector[SphereSettings]):
     """
 
     name: ClassVar[str] = "sphere"
+    kind: ClassVar[str] = "paper"
     Settings: ClassVar[type] = SphereSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "

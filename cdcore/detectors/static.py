@@ -8,6 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from cdcore.bounding.sphere import Sphere, sphere_best
+from cdcore.broad.broad_looks import BroadLooks
+from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.containment_stage import ContainmentStage
@@ -15,6 +17,7 @@ from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray
 from cdcore.protocol import NO_FACES, Body, Detection, FaceSets, Motion, PairDetector, Verdict, pair_has_pose
+from cdcore.protocol.live import Live, LivePairs
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +57,7 @@ class StaticDetector(PairDetector[StaticSettings]):
     """
 
     name: ClassVar[str] = "static"
+    kind: ClassVar[str] = "engine"
     Settings: ClassVar[type] = StaticSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
@@ -69,6 +73,13 @@ class StaticDetector(PairDetector[StaticSettings]):
         self._broad = SphereStage(self._spheres, pairs)
         self._meshes = MeshStage(bodies, pairs)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
+
+    def live(self) -> Live:
+        """A session that is asked one frame after the other."""
+        if self.settings.epsilon > 0.0:
+            return super().live()
+        looks = BroadLooks(BroadPhase(self.bodies, self.pairs))
+        return LivePairs(looks, self._meshes.decide_now, self._containment.question)
 
     def _fresh_memory(self) -> _StaticMemory:
         count = len(self.pairs)

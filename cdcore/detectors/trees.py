@@ -12,6 +12,8 @@ import numpy as np
 
 from cdcore.bounding.box import box_by_body_axes
 from cdcore.bounding.sphere import sphere_best
+from cdcore.broad.broad_looks import BroadLooks
+from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.broad.sweep_stage import SweepMemory, SweepStage
 from cdcore.narrow.containment.containment_stage import ContainmentStage
@@ -19,7 +21,7 @@ from cdcore.narrow.sections.section_source import sections_of
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 from cdcore.narrow.trees.search import TreeSearch
 from cdcore.numerics import ByteArray, IntArray
-from cdcore.protocol import Body, Detection, FaceSets, Motion, PairDetector, Verdict, pair_has_pose
+from cdcore.protocol import Body, Detection, FaceSets, Live, LivePairs, Motion, PairDetector, Verdict, pair_has_pose
 
 OBB_TREE: Final = (
     "S. Gottschalk, M. C. Lin, D. Manocha, OBBTree: a hierarchical structure for rapid interference detection, "
@@ -44,6 +46,16 @@ class TreeDetector(PairDetector[TreeSettings]):
         search = TreeSearch(self.name, [body.mesh.triangles for body in bodies])
         self._trees = TreeStage(bodies, pairs, search, settings)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
+
+    def live(self) -> Live:
+        """A session that is asked one frame after the other; a budget is spent as over the whole motion.
+
+        Without a budget, spheres and boxes come first, and what was found apart stays so until bodies moved that far.
+        """
+        if self.settings.budget is not None:
+            return super().live()
+        looks = BroadLooks(BroadPhase(self.bodies, self.pairs))
+        return LivePairs(looks, self._trees.decide_now, self._containment.question)
 
     def _near(self, motion: Motion, _memory: Any) -> Near:
         verdict = np.where(pair_has_pose(motion, self.pairs), Verdict.CANDIDATE, Verdict.NO_POSE)
@@ -120,6 +132,7 @@ class RapidStyleDetector(TreeDetector):
     """
 
     name: ClassVar[str] = "rapid-style"
+    kind: ClassVar[str] = "re-creation"
     sources: ClassVar[tuple[str, ...]] = (OBB_TREE,)
     choose_when: ClassVar[str] = "you compare with RAPID: its descent, its counters, its first-contact mode"
     cannot: ClassVar[str] = "speak for RAPID's own rounding: its leaf test here is exact"
@@ -136,6 +149,7 @@ class SolidStyleDetector(TreeDetector):
     """
 
     name: ClassVar[str] = "solid-style"
+    kind: ClassVar[str] = "re-creation"
     sources: ClassVar[tuple[str, ...]] = (
         AABB_TREE,
         "G. van den Bergen, A fast and robust GJK implementation for collision detection of convex objects, Journal of "

@@ -58,9 +58,10 @@ class FclMeshes:
         """Put a body at a rigid pose; InvalidPoseError where it is not finite, to which FCL would answer *contact*."""
         if not (np.isfinite(rotation).all() and np.isfinite(translation).all()):
             raise InvalidPoseError(f"body {body}: the pose is not finite; flag it as not valid or repair it")
-        self._place(body, rotation, translation)
+        self.place_known(body, rotation, translation)
 
-    def _place(self, body: int, rotation: FloatArray, translation: FloatArray) -> None:
+    def place_known(self, body: int, rotation: FloatArray, translation: FloatArray) -> None:
+        """Put a body at a pose of a ``Motion``, which is finite."""
         self._bodies[body].setRotation(rotation)
         self._bodies[body].setTranslation(translation)
 
@@ -102,8 +103,8 @@ class FclMeshes:
         """The face pairs at each of K pairs of poses; arguments as for ``touch_along``."""
         found = []
         for ra, ta, rb, tb in zip(*poses_a, *poses_b, strict=True):
-            self._place(a, ra, ta)
-            self._place(b, rb, tb)
+            self.place_known(a, ra, ta)
+            self.place_known(b, rb, tb)
             found.append(self.faces(a, b))
         return found
 
@@ -117,7 +118,7 @@ class FclMeshes:
         counts = np.zeros((len(rotations), len(pairs)), dtype=np.int64)
         moves = (rotations != rotations[:1]).any(axis=(0, 2, 3)) | (translations != translations[:1]).any(axis=(0, 2))
         for body in np.unique(pairs).tolist():
-            self._place(body, rotations[0, body], translations[0, body])
+            self.place_known(body, rotations[0, body], translations[0, body])
         things = [(body, self._bodies[body]) for body in np.flatnonzero(moves).tolist()]
         moving = [(body, thing.setRotation, thing.setTranslation) for body, thing in things]
         asked = [(k, self._bodies[i], self._bodies[j]) for k, (i, j) in enumerate(pairs.tolist())]

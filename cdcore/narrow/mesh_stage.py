@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns, turned_faces
 from cdcore.numerics import BoolArray, IntArray
-from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, ordered_by_name
+from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, Verdict, ordered_by_name
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +37,7 @@ class MeshStage:
     def __init__(self, bodies: Sequence[Body], pairs: IntArray) -> None:
         self._meshes = FclMeshes([body.mesh for body in bodies])
         self._pairs, self._turned = ordered_by_name(bodies, pairs)
+        self._ends = self._pairs.tolist()
 
     def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, faces: bool = False) -> MeshAnswer:
         """Answer for K pair-frames at which both bodies have a pose, sorted by column, then frame."""
@@ -63,10 +64,17 @@ class MeshStage:
 
     def look(self, motion: Motion, frame: int, column: int, *, faces: bool = False) -> tuple[bool, NDArray[np.int32]]:
         """One pair in one frame, as a live engine asks: contact or not, and the faces if asked for."""
-        a, b = self._pairs[column].tolist()
-        self._meshes.place(a, motion.rotations[frame, a], motion.translations[frame, a])
-        self._meshes.place(b, motion.rotations[frame, b], motion.translations[frame, b])
+        a, b = self._ends[column]
+        for body in (a, b):
+            self._meshes.place_known(body, motion.rotations[frame, body], motion.translations[frame, body])
         if not faces:
             return self._meshes.touch(a, b), NO_FACES
         found = self._meshes.faces(a, b)
         return len(found) > 0, turned_faces(found) if self._turned[column] else found
+
+    def decide_now(self, now: Motion, column: int, _margin: float) -> tuple[int, bool]:
+        """CONTACT or CLEAR for one pair in a motion of one frame, and False: how far it is apart is not asked."""
+        return (CONTACT if self.look(now, 0, column)[0] else CLEAR), False
+
+
+CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)

@@ -4,6 +4,7 @@ A search that runs to completion is complete: a pad around volumes covers roundi
 reference vertices. A search that its budget ends says what it found, and NOT_FOUND where that is nothing.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -19,8 +20,12 @@ from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns, turn
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, position_pad
 from cdcore.narrow.trees.search import UNLIMITED, PairPoses, Searched, TreeSearch
 from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
-from cdcore.protocol import Body, Motion, ordered_by_name
+from cdcore.protocol import Body, Motion, Verdict, ordered_by_name
 
+FIRST_FRAME: Final = np.zeros(1, dtype=np.int64)
+CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)
+MARGIN_TESTS: Final = 128
+"""Tests spent on whether surfaces are apart by a margin, before they are asked without one."""
 MODES: Final = ("all", "first")
 
 SKEW: Final = 2.0 * 3.0 * ORTHONORMAL_KEEP
@@ -68,8 +73,10 @@ class TreeStage:
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, search: TreeSearch, settings: TreeSettings) -> None:
         self._bodies = tuple(bodies)
         self._ordered, self._turned = ordered_by_name(bodies, pairs)
+        self._ends: list[tuple[int, int]] = [(a, b) for a, b in self._ordered.tolist()]
         self._search = search
         self._settings = settings
+        self._scratch = np.zeros((1, len(search.counters)), dtype=np.int64), np.zeros(1, dtype=np.uint8), np.zeros(1)
         self._reach = [_reach(body.mesh.triangles) for body in bodies]
 
     def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, every: bool) -> TreeAnswer:
@@ -99,6 +106,35 @@ class TreeStage:
         work = dict(zip(self._search.counters, total.tolist(), strict=True))
         work |= {"tree_queries": queries, "reused": len(frames) - queries, "exhaustive": exhaustive}
         return TreeAnswer(hits, truncated & ~hits, which, sets, work)
+
+    def decide_now(self, now: Motion, column: int, margin: float) -> tuple[int, bool]:
+        """CONTACT or CLEAR for one pair in a motion of one frame, without a budget.
+
+        Also whether the surfaces are known to be more than ``margin`` apart.
+        """
+        a, b = self._ends[column]
+        move_a, move_b = now.translations[0, a].tolist(), now.translations[0, b].tolist()
+        size = self._reach[a] + self._reach[b] + math.hypot(*move_a) + math.hypot(*move_b)
+        if not size <= LARGEST_SIZE:
+            hit = self.decide(now, FIRST_FRAME, np.array([column]), every=False).hits[0]
+            return (CONTACT if hit else CLEAR), False
+        # copies: the kernels are compiled for arrays that can be written to
+        turns = now.rotations[:, a].copy(), now.rotations[:, b].copy()
+        moves = now.translations[:, a].copy(), now.translations[:, b].copy()
+        counts, truncated, pad = self._scratch
+        tight, left = position_pad(size, SKEW) + UNDERFLOW_PAD, self._search.undismissed
+        # With a margin some hundred tests only: where surfaces are near each other, most faces lie within it.
+        for extra, budget in ((margin, MARGIN_TESTS), (0.0, UNLIMITED))[left is None :]:
+            counts[:], truncated[0], pad[0] = 0, 0, tight + extra
+            found = self._search.found_by(
+                a, b, turns[0], moves[0], turns[1], moves[1], pad, False, budget, counts, truncated
+            )
+            if len(found) or not truncated[0]:
+                break
+        if not len(found):
+            return CLEAR, left is not None and extra > 0.0 and counts[0, left] == 0
+        corners = self._bodies[a].mesh.triangles, self._bodies[b].mesh.triangles
+        return (CONTACT if len(decided_by_integers(found, corners, turns, moves)) else CLEAR), False
 
     def _poses(
         self, a: int, b: int, pose_a: tuple[FloatArray, FloatArray], pose_b: tuple[FloatArray, FloatArray],

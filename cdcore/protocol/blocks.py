@@ -64,6 +64,29 @@ def ordered_by_name(bodies: Sequence[Body], pairs: IntArray) -> tuple[IntArray, 
     return ordered, turned
 
 
+class HeldVerdicts:
+    """What is believed of each pair between looks (zero-order hold), handed from block to block.
+
+    ``tick``: number of the last tick that had a look, for ``looks_of``.
+    """
+
+    def __init__(self, pairs: int) -> None:
+        self.tick = -np.inf
+        self._verdict: ByteArray = np.full(pairs, Verdict.NO_POSE, dtype=np.uint8)
+
+    def hold(self, seen: ByteArray, looks: BoolArray, known: BoolArray) -> tuple[ByteArray, dict[str, int]]:
+        """Verdicts of a block (T, P), and how many were looked at and held; a look without a pose changes nothing.
+
+        ``seen`` (looks, P), verdicts at the frames with a look; ``looks`` (T,); ``known`` (T, P): has a pose.
+        """
+        rows = np.concatenate([self._verdict[None], seen])
+        last = np.where(rows != Verdict.NO_POSE, np.arange(len(rows))[:, None], 0)
+        believed = np.take_along_axis(rows, np.maximum.accumulate(last, axis=0), axis=0)
+        self._verdict = believed[-1]
+        verdict = np.where(known, believed[np.cumsum(looks)], Verdict.NO_POSE).astype(np.uint8)
+        return verdict, {"looks": int(looks.sum()), "held": int(known.sum()) - int(known[looks].sum())}
+
+
 TICK_SLACK: Final = 1e-6
 """A frame up to a microsecond before a tick counts as at it: stamps are whole nanoseconds, and k/rate is rounded."""
 

@@ -8,6 +8,7 @@ from cdcore.numerics import ByteArray, IntArray
 from cdcore.protocol.blocks import blocks_in_order, require_bodies
 from cdcore.protocol.body import Body
 from cdcore.protocol.detection import Detection
+from cdcore.protocol.live import Live, LiveBlocks
 from cdcore.protocol.motion import Motion
 
 SettingsT = TypeVar("SettingsT")
@@ -21,6 +22,8 @@ class PairDetector(ABC, Generic[SettingsT]):
 
     name: ClassVar[str]
     online: ClassVar[bool] = False
+    kind: ClassVar[str] = "own"
+    """Whose answer it is: *own* method, *paper*, *re-creation* of an engine, or the *engine* itself."""
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SettingsT) -> None:
         self.bodies = tuple(bodies)
@@ -38,6 +41,11 @@ class PairDetector(ABC, Generic[SettingsT]):
         for motion in blocks_in_order(motions):
             require_bodies(motion, self.bodies)
             yield self._run(motion, memory, faces)
+
+    def live(self) -> Live:
+        """A session that is asked one frame after the other."""
+        memory = self._fresh_memory()
+        return LiveBlocks(lambda now: self._run(now, memory, False))
 
     def _fresh_memory(self) -> Any:
         """What passes from block to block, as it is before the first; nothing unless a detector says otherwise."""

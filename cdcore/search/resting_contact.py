@@ -81,6 +81,7 @@ def relative_of(motion: Motion, near: BoolArray, ends: list[tuple[int, int]]) ->
     for column, (first, second) in enumerate(ends):
         frames = np.flatnonzero(near[:, column])
         out = np.empty((len(frames), 13))
-        relative_poses(frames, first, second, motion.rotations, motion.translations, out)
+        if len(frames):
+            relative_poses(frames, first, second, motion.rotations, motion.translations, out)
         poses.append(out)
     return poses

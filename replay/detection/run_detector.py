@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Detection, Detector, Motion, create_detector, join
-from cdcore.detectors import DETECTORS, load_detector
+from cdcore.detectors import DETECTORS, OPTIONAL, load_detector
 from cdcore.errors import CollisionCoreError, OwnDetectorError
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.protocol import FaceSets, own_failure
@@ -95,7 +95,7 @@ def blamed(spec: DetectorSpec, kind: type, doing: str) -> Iterator[None]:
     except (CollisionCoreError, ReplayError):
         raise
     except Exception as error:
-        if spec.name in DETECTORS or spec.name == RECORDED:
+        if spec.name in (*DETECTORS, *OPTIONAL, RECORDED):
             raise
         raise own_failure(doing, kind, error) from error
 

@@ -8,14 +8,14 @@ from typing import Any, Final
 
 BEGIN: Final = "<!-- begin of the table that choosing.py makes -->"
 END: Final = "<!-- end of the table that choosing.py makes -->"
-HEAD: Final = "| name | what it does | choose it when | it cannot |\n|---|---|---|---|"
+HEAD: Final = "| name | kind | what it does | choose it when | it cannot |\n|---|---|---|---|---|"
 
 
 def choosing_table() -> str:
-    """Markdown: a row for each detector of the table, in its order."""
-    from cdcore.detectors import DETECTORS, load_detector
+    """Markdown: a row for each detector of the table, in its order, those that need an extra engine last."""
+    from cdcore.detectors import DETECTORS, OPTIONAL, load_detector
 
-    return "\n".join([HEAD, *(_row(name, load_detector(name)) for name in DETECTORS)])
+    return "\n".join([HEAD, *(_row(name, load_detector(name)) for name in DETECTORS | OPTIONAL)])
 
 
 def with_table(text: str, table: str) -> str:
@@ -29,7 +29,7 @@ def with_table(text: str, table: str) -> str:
 def _row(name: str, detector: type[Any]) -> str:
     paragraph = (inspect.getdoc(detector) or "").split("\n\n")[0]
     what = " ".join(paragraph.split()).replace("``", "`").removesuffix(".")
-    cells = (what, getattr(detector, "choose_when", ""), getattr(detector, "cannot", ""))
+    cells = (detector.kind, what, getattr(detector, "choose_when", ""), getattr(detector, "cannot", ""))
     return f"| `{name}` | " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 

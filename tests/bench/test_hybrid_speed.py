@@ -1,4 +1,4 @@
-"""Hybrid says CONTACT exactly where a frame-by-frame python-fcl loop collides, and takes less time.
+"""Hybrid says CONTACT exactly where a frame-by-frame python-fcl loop collides, and takes less time; live, twice it.
 
 Run with ``-m bench -s`` for the figures; ``-m slow`` checks the answers on every seed, the quick test a short session.
 """
@@ -21,6 +21,8 @@ SEEDS = range(5)
 REPEATS = 5
 BOOLEANS_AT_MOST = 0.65
 FACE_SETS_AT_MOST = 0.95
+LIVE_AT_MOST = dict.fromkeys(("exact", "collider", "hybrid", "static", "obb", "rapid-style", "solid-style"), 2.0)
+LIVE = (*LIVE_AT_MOST, "aabb", "sphere", "hybrid-qaco")
 
 
 def bench_modules():
@@ -97,3 +99,22 @@ def test_it_takes_at_most_this_share_of_the_loops_time(faces, what, at_most, see
     plain, hybrid = (float(np.median(column)) for column in zip(*both, strict=True))
     print(f"\n{faces} faces, seed {seed}, {what}: {hybrid:.4f} s of {plain:.4f} s, ratio {hybrid / plain:.3f}")
     assert hybrid <= at_most * plain
+
+
+@pytest.mark.bench
+def test_a_live_look_takes_at_most_twice_the_loops_time():
+    work, loop, _ = session(FACES, 5400, 0)
+    bodies = [Body(name, TriangleMesh(*mesh)) for name, mesh in zip(work.names, work.meshes, strict=True)]
+    motion = Motion.from_matrices(np.arange(len(work.poses)) / work.rate_hz, work.poses)
+    frames = [motion.frames(k, k + 1) for k in range(len(motion))]
+    detectors = {name: create_detector(name, bodies, pairs=work.pairs) for name in LIVE}
+
+    def ask(name):
+        live = detectors[name].live()
+        return seconds(lambda: [live.look(now) for now in frames])
+
+    both = [{"loop": seconds(lambda: loop.query("bool"))} | {name: ask(name) for name in LIVE} for _ in range(4)][1:]
+    least = {name: min(one[name] for one in both) for name in both[0]}
+    for name, spent in least.items():
+        print(f"\n{name}: {spent / len(motion) * 1e6:.1f} us a frame, {spent / least['loop']:.2f} of the loop", end="")
+    assert {name for name, most in LIVE_AT_MOST.items() if least[name] > most * least["loop"]} == set()

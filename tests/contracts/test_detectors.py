@@ -4,17 +4,26 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support.shapes import lab
+from support.rows import ROWS
+from support.shapes import lab, random_rotations
 
-from cdcore import DETECTORS, Body, Motion, TriangleMesh, Verdict, create_detector, join
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.errors import CollisionCoreError, InvalidPairError, InvalidPoseError, InvalidSettingError, NotRecordedError
-from cdcore.protocol import Detector, counts_as_contact
+from cdcore.protocol import Detector, counts_as_contact, detect_live
+from cdcore.transforms.rigid import rotation_from_quaternion
 
-NAMES = list(DETECTORS)
 FRAMES = 40
+LIVE = [
+    ("exact", {}), ("exact", {"containment": False}), ("hybrid", {}), ("hybrid", {"sphere": "paper"}), ("obb", {}),
+    ("obb", {"budget": 300}), ("rapid-style", {}), ("solid-style", {}), ("solid-style", {"budget": 40}), ("aabb", {}),
+    ("collider", {"shape": "mesh"}), ("collider", {"shape": "hull", "rate_hz": 30}), ("static", {}), ("sphere", {}),
+    ("static", {"epsilon": 0.001}), ("discrete", {"rate_hz": 50}), ("discrete", {}), ("qaco", {"budget": 200}),
+    ("hybrid-qaco", {"budget": 200}), ("hybrid-qaco", {"decide": "mesh", "budget": 200}),
+]  # fmt: skip
+"""Detectors and settings that a live session answers on a path of its own, or must leave to the usual one."""
 
 
-@pytest.fixture(params=NAMES)
+@pytest.fixture(params=ROWS)
 def name(request):
     return request.param
 
@@ -58,6 +67,43 @@ def test_a_stream_gives_the_answer_of_the_whole_for_any_block_size(name, block, 
     assert joined.verdict.shape == whole(name).verdict.shape
     if has_faces(joined):
         assert joined.faces_digest == whole(name).faces_digest
+
+
+@pytest.mark.parametrize("name", dict(LIVE))
+def test_asked_live_it_gives_the_answer_of_the_whole_and_times_every_frame(name, scene):
+    bodies, motion = scene
+    answer = detect_live(create_detector(name, bodies), motion)
+    assert answer.digest == whole(name).digest
+    assert np.array_equal(answer.verdict, whole(name).verdict)
+    assert answer.containment == whole(name).containment
+    assert all(spent.shape == (FRAMES,) for spent in answer.seconds.values())
+    assert (sum(answer.seconds.values()) > 0).all()
+
+
+@cache
+def restless():
+    """Bodies in one heap that jump for 30 frames, then drift, stand still now and then, and lose their pose."""
+    bodies, rng = lab(2)[0], np.random.default_rng(8)
+    count = 120
+    places, turns = rng.normal(scale=0.12, size=(count, 5, 3)), random_rotations(rng, count, 5)
+    little = rotation_from_quaternion(np.array([0, 0, 0, 1]) + rng.normal(scale=0.004, size=(count, 5, 4)))
+    stays = rng.random((count, 5)) < 0.3
+    for frame in range(1, count):
+        if frame >= 30:
+            places[frame] = places[frame - 1] + rng.normal(scale=0.003, size=(5, 3))
+            turns[frame] = little[frame] @ turns[frame - 1]
+        places[frame, stays[frame]] = places[frame - 1, stays[frame]]
+        turns[frame, stays[frame]] = turns[frame - 1, stays[frame]]
+    return bodies, Motion(np.arange(count) / 90, places, turns, rng.random((count, 5)) < 0.95)
+
+
+@pytest.mark.parametrize("settings", LIVE, ids=str)
+def test_live_and_whole_agree_on_bodies_that_jump_stand_and_lose_their_pose(settings):
+    name, chosen = settings
+    detector, motion = create_detector(name, restless()[0], **chosen), restless()[1]
+    found = detector.detect(motion)
+    assert {Verdict.CLEAR, Verdict.CONTACT, Verdict.NO_POSE} <= set(found.verdict.ravel().tolist()) or name == "sphere"
+    assert np.array_equal(detect_live(detector, motion).verdict, found.verdict)
 
 
 def test_pairs_written_in_another_order_give_the_same_digests(name, scene):

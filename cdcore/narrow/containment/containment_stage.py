@@ -6,18 +6,25 @@ outside the glass.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.kernels.memory import Memory, doubles_of
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.containment.closed_parts import parity_is_inside
-from cdcore.narrow.containment.ray_parity import OUTSIDE, UNCERTAIN, InsideGrid, point_inside
+from cdcore.narrow.containment.ray_parity import (
+    INSIDE,
+    OUTSIDE,
+    UNCERTAIN,
+    InsideGrid,
+    build_inside_grid,
+    point_inside,
+    point_state,
+)  # fmt: skip
 from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.numerics import EPS, BoolArray, ByteArray, FloatArray, IntArray, place_points
 from cdcore.protocol import DECIDED, Body, Motion, Verdict
@@ -27,11 +34,15 @@ MARGIN_ULPS: Final = 1024.0
 the sum of 192, to which a rotation's transpose is its inverse (``ORTHONORMAL_KEEP``), and 64 for placing a point twice.
 """
 
+PAD: Final = MARGIN_ULPS * EPS
+
 ROOM_SLACK: Final = 1e-9
 """A body longer than the other's box by less than this share is still asked about."""
 
 PROBES_PER_COMPONENT: Final = 4
 """Vertices tried before the exact answer: from one of them a ray may run along an edge, hardly from four."""
+
+FIRST_FRAME: Final = np.zeros(1, dtype=np.int64)
 
 Pose = tuple[FloatArray, FloatArray]
 
@@ -48,7 +59,7 @@ class ContainmentStage:
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, *, asked: bool = True, refusal: str = REFUSAL) -> None:
         self._asked = asked
         self._solids = [_Solid(body.mesh) for body in bodies] if asked else []
-        self._pairs = pairs.tolist()
+        self._pairs, self._may_now = pairs.tolist(), np.empty(1, dtype=np.bool_)
         self.words = tuple(containment_word(bodies[i], bodies[j]) if asked else refusal for i, j in self._pairs)
         """As ``containment_word``, per pair; what lies inside a closed body is found all the same."""
 
@@ -62,66 +73,54 @@ class ContainmentStage:
         """Whether one body of the pair is wholly inside the other, (K,) for K pair-frames without contact."""
         inside = np.zeros(len(frames), dtype=np.bool_)
         for column, rows in rows_of_columns(columns) if self._asked else ():
-            i, j = self._pairs[column]
-            for inner, outer in ((i, j), (j, i)):
-                if self._solids[outer].has_room_for(self._solids[inner]):
-                    left = rows[~inside[rows]]
-                    inside[left] = self._inside(motion, inner, outer, frames[left])
+            for inner, outer in self._nestings[column]:
+                left = rows[~inside[rows]]
+                inside[left] = self._inside(motion, inner, outer, frames[left])
         return inside
+
+    @property
+    def question(self) -> Callable[[Motion, int], bool] | None:
+        """``inside_now``, or ``None`` where containment is not asked."""
+        return self.inside_now if self._asked else None
+
+    def inside_now(self, now: Motion, column: int) -> bool:
+        """The same for one pair in a motion of one frame."""
+        for inner, outer in self._nestings[column]:
+            self._fill_may(now, inner, outer, FIRST_FRAME, self._may_now)
+            if self._may_now[0] and self._inside(now, inner, outer, FIRST_FRAME)[0]:
+                return True
+        return False
+
+    @cached_property
+    def _nestings(self) -> list[list[tuple[int, int]]]:
+        """Per pair, which body could lie in which at all: (inner, outer)."""
+        solids, ways = self._solids, [((i, j), (j, i)) for i, j in self._pairs]
+        return [[one for one in two if solids[one[1]].has_room_for(solids[one[0]])] for two in ways]
+
+    def _fill_may(self, motion: Motion, inner: int, outer: int, frames: IntArray, may: BoolArray) -> None:
+        a, b = self._solids[inner], self._solids[outer]
+        may_be_inside(
+            motion.rotations, motion.translations, frames, inner, outer, a.extremes, b.box, a.size + b.size, PAD, may
+        )
 
     def _inside(self, motion: Motion, inner: int, outer: int, frames: IntArray) -> BoolArray:
         a, b = self._solids[inner], self._solids[outer]
-        inside = np.zeros(len(frames), dtype=np.bool_)
-        size, pad = a.size + b.size, MARGIN_ULPS * EPS
-        may = np.empty(len(frames), dtype=np.bool_)
-        may_be_inside(motion.rotations, motion.translations, frames, inner, outer, a.extremes, b.box, size, pad, may)
+        inside, may = np.zeros(len(frames), dtype=np.bool_), np.empty(len(frames), dtype=np.bool_)
+        self._fill_may(motion, inner, outer, frames, may)
         rows = np.flatnonzero(may)
         if len(rows):
-            poses = _Relative(motion, frames[rows], inner, outer)
-            inside[rows] = poses.wholly_inside(a, b, pad * (size + poses.far))
+            states = np.empty(len(rows), dtype=np.uint8)
+            nesting_states(
+                motion.rotations, motion.translations, frames[rows], inner, outer, a.probes, b.grid, a.size + b.size,
+                PAD, states,
+            )  # fmt: skip
+            inside[rows] = states == INSIDE
+            for k in rows[states == UNCERTAIN].tolist():
+                of_a, of_b = (
+                    (motion.rotations[frames[k], o], motion.translations[frames[k], o]) for o in (inner, outer)
+                )
+                inside[k] = wholly_inside(a.mesh, of_a, b.mesh, of_b)
         return inside
-
-
-class _Relative:
-    """K poses of one body and another, in the columns of a motion."""
-
-    def __init__(self, motion: Motion, frames: IntArray, inner: int, outer: int) -> None:
-        self.ra, self.ta = motion.rotations[frames, inner], motion.translations[frames, inner]
-        self.rb, self.tb = motion.rotations[frames, outer], motion.translations[frames, outer]
-        self.far: FloatArray = np.abs(self.ta).max(axis=1) + np.abs(self.tb).max(axis=1)
-
-    def wholly_inside(self, a: _Solid, b: _Solid, margins: FloatArray) -> BoolArray:
-        """Whether all components of A are inside B, (K,); the exact answer where a ray is uncertain."""
-        inside = np.ones(len(margins), dtype=np.bool_)
-        uncertain = np.zeros(len(margins), dtype=np.bool_)
-        for probes in a.probes:
-            rows = np.flatnonzero(inside)
-            states = self._component_states(probes, b.grid, rows, margins)
-            inside[rows[states == OUTSIDE]] = False
-            uncertain[rows[states == UNCERTAIN]] = True
-        for k in np.flatnonzero(inside & uncertain).tolist():
-            inside[k] = wholly_inside(a.mesh, (self.ra[k], self.ta[k]), b.mesh, (self.rb[k], self.tb[k]))
-        return inside
-
-    def _component_states(
-        self, probes: FloatArray, grid: InsideGrid, rows: IntArray, margins: FloatArray
-    ) -> NDArray[np.int8]:
-        """State of one component: it meets no surface, so any of its vertices along any axis tells."""
-        states = np.full(len(rows), UNCERTAIN, dtype=np.int8)
-        for probe in probes:
-            left = np.flatnonzero(states == UNCERTAIN)
-            seen = self._seen(probe, rows[left])
-            for axis in range(3):
-                still = states[left] == UNCERTAIN
-                asked = left[still]
-                states[asked] = grid.parity(seen[still], margins[rows[asked]], axis)
-        return states
-
-    def _seen(self, point: FloatArray, rows: IntArray) -> FloatArray:
-        """A point of A in the frame of B, (K, 3)."""
-        away = np.einsum("kij,j->ki", self.ra[rows], point) + (self.ta[rows] - self.tb[rows])
-        seen: FloatArray = np.einsum("kji,kj->ki", self.rb[rows], away)
-        return seen
 
 
 def containment_word(a: Body, b: Body) -> str:
@@ -183,7 +182,7 @@ class _Solid:
 
     @cached_property
     def grid(self) -> InsideGrid:
-        return InsideGrid(self.mesh.triangles)
+        return build_inside_grid(self.mesh.triangles)
 
 
 def _component_vertices(mesh: TriangleMesh, count: int) -> FloatArray:
@@ -196,18 +195,27 @@ def _component_vertices(mesh: TriangleMesh, count: int) -> FloatArray:
 
 
 @hot_kernel
+def way_to_point(
+    points: Memory, e: int, turns: Memory, places: Memory, a: int, b: int
+) -> tuple[float, float, float]:  # fmt: skip
+    """The way from the origin of a body with pose ``b`` to point ``e`` of one with pose ``a``, world axes."""
+    p, q, r = points[3 * e], points[3 * e + 1], points[3 * e + 2]
+    t, v, w = 9 * a, 3 * a, 3 * b
+    x = turns[t] * p + turns[t + 1] * q + turns[t + 2] * r + (places[v] - places[w])
+    y = turns[t + 3] * p + turns[t + 4] * q + turns[t + 5] * r + (places[v + 1] - places[w + 1])
+    z = turns[t + 6] * p + turns[t + 7] * q + turns[t + 8] * r + (places[v + 2] - places[w + 2])
+    return x, y, z
+
+
+@hot_kernel
 def point_in_box(
     points: Memory, e: int, turns: Memory, places: Memory, a: int, b: int, box: Memory, margin: float
 ) -> bool:
     """Whether point ``e`` of a body with pose ``a`` may lie in the box (6,), low and high, of one with pose ``b``."""
     stay_one_function()
-    p, q, r = points[3 * e], points[3 * e + 1], points[3 * e + 2]
-    t, u, v, w = 9 * a, 9 * b, 3 * a, 3 * b
-    x = turns[t] * p + turns[t + 1] * q + turns[t + 2] * r + (places[v] - places[w])
-    y = turns[t + 3] * p + turns[t + 4] * q + turns[t + 5] * r + (places[v + 1] - places[w + 1])
-    z = turns[t + 6] * p + turns[t + 7] * q + turns[t + 8] * r + (places[v + 2] - places[w + 2])
+    x, y, z = way_to_point(points, e, turns, places, a, b)
     for k in range(3):
-        seen = turns[u + k] * x + turns[u + 3 + k] * y + turns[u + 6 + k] * z
+        seen = turns[9 * b + k] * x + turns[9 * b + 3 + k] * y + turns[9 * b + 6 + k] * z
         if seen < box[k] - margin or seen > box[3 + k] + margin:
             return False
     return True
@@ -240,3 +248,32 @@ def may_be_inside(
             if not point_in_box(points, e, turns, places, a, b, ends, margin):
                 may[k] = False
                 break
+
+
+@kernel
+def nesting_states(
+    rotation: FloatArray, translation: FloatArray, frames: IntArray, inner: int, outer: int, probes: FloatArray,
+    grid: InsideGrid, size: float, pad: float, states: ByteArray,
+) -> None:  # fmt: skip
+    """Fill ``states`` (K,): whether all components of the inner body are INSIDE the outer one.
+
+    A component meets no surface, so any of its ``probes`` (C, 4, 3), along any axis, tells about it.
+    """
+    turns, places, points = doubles_of(rotation), doubles_of(translation), doubles_of(probes)
+    bodies, seen = rotation.shape[1], np.empty(3)
+    for k in range(len(frames)):
+        a, b = frames[k] * bodies + inner, frames[k] * bodies + outer
+        margin, whole = pad * (size + (largest_of(places, a) + largest_of(places, b))), INSIDE
+        for component in range(len(probes)):
+            state = UNCERTAIN
+            for probe in range(PROBES_PER_COMPONENT * component, PROBES_PER_COMPONENT * (component + 1)):
+                x, y, z = way_to_point(points, probe, turns, places, a, b)
+                for i in range(3):
+                    seen[i] = turns[9 * b + i] * x + turns[9 * b + 3 + i] * y + turns[9 * b + 6 + i] * z
+                for axis in range(3):
+                    if state == UNCERTAIN:
+                        state = point_state(grid, seen, margin, axis)
+            whole = max(whole, state) if state != OUTSIDE else OUTSIDE
+            if whole == OUTSIDE:
+                break
+        states[k] = whole

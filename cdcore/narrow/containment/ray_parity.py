@@ -1,7 +1,8 @@
-"""Whether points are inside a closed mesh, by ray parity: many at once in floats, one exactly.
+"""Whether points are inside a closed mesh, by ray parity: in floats where they are certain, or exactly.
 
-``InsideGrid`` casts rays in the mesh's own frame along one of its axes. A margin bounds how far every point may be from
-its placed position; an answer is certain if moving all points, those of the mesh too, by that much changes no crossing.
+``point_state`` casts rays in the mesh's own frame along one of its axes. A margin bounds how far every point may be
+from its placed position; an answer is certain if moving all points, those of the mesh too, by that much changes no
+crossing.
 
 ``point_inside`` is exact. Its ray runs along +x. The half-open rule (an edge belongs to the side of its lower end; a
 point on an edge's line counts as above it) moves the ray infinitesimally off every vertex and edge, the same for all
@@ -11,11 +12,11 @@ triangles.
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cdcore.kernels.compiling import kernel, stay_one_function
 from cdcore.numerics import FloatArray, IntArray
 
 Point = tuple[Fraction, Fraction, Fraction]
@@ -23,7 +24,6 @@ Point = tuple[Fraction, Fraction, Fraction]
 OUTSIDE: Final = 0
 INSIDE: Final = 1
 UNCERTAIN: Final = 2
-States = NDArray[np.int8]
 
 MOST_CELLS: Final = 256
 """Cells per side of the grid over a mesh: finer ones gain nothing below a million faces."""
@@ -31,110 +31,126 @@ MOST_CELLS: Final = 256
 OVERLAP: Final = 1e-3
 """Cells overlap by this share of the mesh, far above any margin; a larger margin makes every answer uncertain."""
 
-MOST_POINTS: Final = 4096
-"""Points tested together, so that memory stays at some tens of megabytes."""
+
+class InsideGrid(NamedTuple):
+    """Triangles of a closed mesh, (f, 3, 3), by the cells of their projection along each axis.
+
+    ``low``, ``high`` (f, 3): least and largest coordinates of a triangle. ``corner`` (3,): where the cells begin, of
+    which there are ``cells`` a side, ``scale`` a metre, each larger by ``overlap``. ``start`` (3, cells^2 + 1): where
+    the triangles of each cell begin in ``items``, an axis a row.
+    """
+
+    triangles: FloatArray
+    low: FloatArray
+    high: FloatArray
+    corner: FloatArray
+    cells: int
+    scale: float
+    overlap: float
+    start: IntArray
+    items: IntArray
 
 
-class InsideGrid:
-    """Triangles of a closed mesh, (f, 3, 3), by the cells of their projection along each axis."""
-
-    def __init__(self, triangles: FloatArray) -> None:
-        self._triangles = triangles
-        self._low, self._high = triangles.min(axis=1), triangles.max(axis=1)
-        corner, extent = self._low.min(axis=0), float((self._high.max(axis=0) - self._low.min(axis=0)).max())
-        self._cells = int(min(max(np.sqrt(len(triangles) / 2), 1), MOST_CELLS))
-        self._overlap = OVERLAP * extent
-        self._corner = corner - 2 * self._overlap
-        # A closed mesh has a size; the guard is for the smallest of doubles.
-        self._scale = self._cells / max(extent + 4 * self._overlap, np.finfo(np.float64).tiny)
-        self._lists = [self._list_along(axis) for axis in range(3)]
-
-    def parity(self, points: FloatArray, margins: FloatArray, axis: int) -> States:
-        """OUTSIDE, INSIDE or UNCERTAIN for points (K, 3) with margins (K,), by rays along +``axis``."""
-        parts = range(0, len(points), MOST_POINTS)
-        states = [self._parity(points[k : k + MOST_POINTS], margins[k : k + MOST_POINTS], axis) for k in parts]
-        return np.concatenate(states) if states else np.zeros(0, dtype=np.int8)
-
-    def _parity(self, points: FloatArray, margins: FloatArray, axis: int) -> States:
-        start, items = self._lists[axis]
-        u, v = (axis + 1) % 3, (axis + 2) % 3
-        place = (points[:, [u, v]] - self._corner[[u, v]]) * self._scale
-        known = ((place >= 0) & (place < self._cells)).all(axis=1) & (margins < self._overlap)
-        cell = np.where(known, place[:, 0].astype(np.int64) * self._cells + place[:, 1].astype(np.int64), 0)
-        count = np.where(known, start[cell + 1] - start[cell], 0)
-        point, within = _ragged(count)
-        triangle = items[start[cell[point]] + within]
-        crossed = self._crossed(triangle, points[point], margins[point], axis)
-        crossings = np.bincount(point[crossed == INSIDE], minlength=len(points))
-        open_ones = np.bincount(point[crossed == UNCERTAIN], minlength=len(points))
-        return np.where(known & (open_ones == 0), crossings & 1, UNCERTAIN).astype(np.int8)
-
-    def _crossed(self, triangle: IntArray, points: FloatArray, margins: FloatArray, axis: int) -> States:
-        """Whether the ray of each row crosses the triangle of that row."""
+def build_inside_grid(triangles: FloatArray) -> InsideGrid:
+    """The grid over the triangles (f, 3, 3) of a closed mesh."""
+    low, high = triangles.min(axis=1), triangles.max(axis=1)
+    extent = float((high.max(axis=0) - low.min(axis=0)).max())
+    cells, overlap = int(min(max(np.sqrt(len(triangles) / 2), 1), MOST_CELLS)), OVERLAP * extent
+    corner = low.min(axis=0) - 2 * overlap
+    # A closed mesh has a size; the guard is for the smallest of doubles.
+    scale = cells / max(extent + 4 * overlap, float(np.finfo(np.float64).tiny))
+    starts, items, count = [], [], 0
+    for axis in range(3):
         plane = [(axis + 1) % 3, (axis + 2) % 3]
-        reach = 2.0 * margins[:, None]
-        low, high = self._low[triangle], self._high[triangle]
-        beside = ((points < low - reach) | (points > high + reach))[:, plane].any(axis=1)
-        beside |= points[:, axis] > high[:, axis] + reach[:, 0]
-        crossed = np.zeros(len(points), dtype=np.int8)
-        near = np.flatnonzero(~beside)
-        crossed[near] = triangles_crossed(self._triangles[triangle[near]], points[near], margins[near], axis)
-        return crossed
-
-    def _list_along(self, axis: int) -> tuple[IntArray, IntArray]:
-        """Where the triangles of each cell begin, (cells^2 + 1,), and their numbers."""
-        plane = [(axis + 1) % 3, (axis + 2) % 3]
-        first = self._cell_of(self._low[:, plane] - self._overlap, plane)
-        last = self._cell_of(self._high[:, plane] + self._overlap, plane)
+        first, last = (
+            np.clip(((ends - corner[plane]) * scale).astype(np.int64), 0, cells - 1)
+            for ends in (low[:, plane] - overlap, high[:, plane] + overlap)
+        )
         span = last - first + 1
         triangle, within = _ragged(span[:, 0] * span[:, 1])
         row, column = np.divmod(within, span[triangle, 1])
-        cell = (first[triangle, 0] + row) * self._cells + first[triangle, 1] + column
-        order = np.argsort(cell, kind="stable")
-        start = np.zeros(self._cells**2 + 1, dtype=np.int64)
-        np.cumsum(np.bincount(cell, minlength=self._cells**2), out=start[1:])
-        return start, triangle[order]
-
-    def _cell_of(self, places: FloatArray, plane: list[int]) -> IntArray:
-        cell = ((places - self._corner[plane]) * self._scale).astype(np.int64)
-        clipped: IntArray = np.clip(cell, 0, self._cells - 1)
-        return clipped
+        cell = (first[triangle, 0] + row) * cells + first[triangle, 1] + column
+        items.append(triangle[np.argsort(cell, kind="stable")])
+        starts.append(count + np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=cells**2))]))
+        count += len(triangle)
+    return InsideGrid(
+        np.ascontiguousarray(triangles), low, high, corner, cells, scale, overlap, np.stack(starts),
+        np.concatenate(items),
+    )  # fmt: skip
 
 
-def triangles_crossed(triangles: FloatArray, points: FloatArray, margins: FloatArray, axis: int) -> States:
-    """Whether rays from points (K, 3) along +``axis`` cross triangles (K, 3, 3), row by row, with margins (K,)."""
-    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
-    sides = np.stack([_edge_side(s, e, points, margins, axis) for s, e in ((a, b), (b, c), (c, a))])
-    beside = (sides.min(axis=0) < 0) & (sides.max(axis=0) > 0)
-    within = (sides != 0).all(axis=0)
-    ahead = np.where(_plane_side(a, b, c, points, margins) == 0, UNCERTAIN, OUTSIDE)
-    ahead[_plane_side(a, b, c, points, margins) == -sides[0]] = INSIDE
-    ahead[points[:, axis] < triangles[:, :, axis].min(axis=1) - 2.0 * margins] = INSIDE
-    return np.where(beside, OUTSIDE, np.where(within, ahead, UNCERTAIN)).astype(np.int8)
+@kernel
+def point_state(grid: InsideGrid, point: FloatArray, margin: float, axis: int) -> int:
+    """OUTSIDE, INSIDE or UNCERTAIN for a point (3,) with a margin, by a ray along +``axis``."""
+    stay_one_function()
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    x, y = (point[u] - grid.corner[u]) * grid.scale, (point[v] - grid.corner[v]) * grid.scale
+    # Asked this way round, what is not a number is uncertain.
+    if not (0.0 <= x < grid.cells and 0.0 <= y < grid.cells and margin < grid.overlap):
+        return UNCERTAIN
+    cell, reach, crossings = int(x) * grid.cells + int(y), 2.0 * margin, 0
+    for place in range(grid.start[axis, cell], grid.start[axis, cell + 1]):
+        face = grid.items[place]
+        beside = point[axis] > grid.high[face, axis] + reach
+        for k in (u, v):
+            beside |= point[k] < grid.low[face, k] - reach or point[k] > grid.high[face, k] + reach
+        if not beside:
+            state = triangle_crossed(grid.triangles[face], point, margin, axis)
+            if state == UNCERTAIN:
+                return UNCERTAIN
+            crossings += state
+    return crossings & 1
 
 
-def _edge_side(a: FloatArray, b: FloatArray, points: FloatArray, margins: FloatArray, axis: int) -> States:
-    """1 or -1: on which side of each edge the point lies in the projection; 0 if the margin leaves it open.
+@kernel
+def triangle_crossed(corners: FloatArray, point: FloatArray, margin: float, axis: int) -> int:
+    """Whether a ray from a point (3,) along +``axis`` crosses a triangle (3, 3): INSIDE, OUTSIDE or UNCERTAIN."""
+    stay_one_function()
+    least, most, opened = 1, -1, False
+    for k in range(3):
+        side = edge_side(corners, k, (k + 1) % 3, point, margin, axis)
+        least, most, opened = min(least, side), max(most, side), opened or side == 0
+    if least < 0 and most > 0:
+        return OUTSIDE
+    if opened:
+        return UNCERTAIN
+    if point[axis] < min(corners[0, axis], corners[1, axis], corners[2, axis]) - 2.0 * margin:
+        return INSIDE
+    side = plane_side(corners, point, margin)
+    if side == 0:
+        return UNCERTAIN
+    return INSIDE if side == -least else OUTSIDE
+
+
+@kernel
+def edge_side(corners: FloatArray, start: int, end: int, point: FloatArray, margin: float, axis: int) -> int:
+    """1 or -1: on which side of an edge the point lies in the projection; 0 if the margin leaves it open.
 
     With every coordinate off by the margin m, the cross product changes by at most 2 m (|e|_1 + |r|_1 + 4 m).
     """
+    stay_one_function()
     u, v = (axis + 1) % 3, (axis + 2) % 3
-    edge, away = b - a, points - a
-    cross = edge[:, u] * away[:, v] - edge[:, v] * away[:, u]
-    size = np.abs(edge[:, u]) + np.abs(edge[:, v]) + np.abs(away[:, u]) + np.abs(away[:, v])
-    return _sign(cross, 2.0 * margins * (size + 4.0 * margins))
+    e, f = corners[end, u] - corners[start, u], corners[end, v] - corners[start, v]
+    r, s = point[u] - corners[start, u], point[v] - corners[start, v]
+    bound = 2.0 * margin * (abs(e) + abs(f) + abs(r) + abs(s) + 4.0 * margin)
+    cross = e * s - f * r
+    return 1 if cross > bound else -1 if cross < -bound else 0
 
 
-def _plane_side(a: FloatArray, b: FloatArray, c: FloatArray, points: FloatArray, margins: FloatArray) -> States:
+@kernel
+def plane_side(corners: FloatArray, point: FloatArray, margin: float) -> int:
     """1 or -1: on which side of the triangle's plane the point lies; 0 if the margin leaves it open."""
-    e, f, r = b - a, c - a, points - a
-    volume = np.einsum("kd,kd->k", np.cross(e, f), r)
-    size_e, size_f, size_r = (np.abs(each).sum(axis=1) + 6.0 * margins for each in (e, f, r))
-    return _sign(volume, 4.0 * margins * (size_e * size_f + size_f * size_r + size_r * size_e))
-
-
-def _sign(values: FloatArray, bounds: FloatArray) -> States:
-    return (values > bounds).astype(np.int8) - (values < -bounds).astype(np.int8)
+    stay_one_function()
+    volume, size_e, size_f, size_r = 0.0, 6.0 * margin, 6.0 * margin, 6.0 * margin
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        e, g = corners[1, j] - corners[0, j], corners[1, k] - corners[0, k]
+        f, h = corners[2, j] - corners[0, j], corners[2, k] - corners[0, k]
+        r = point[i] - corners[0, i]
+        volume += (e * h - g * f) * r
+        size_e, size_f, size_r = size_e + abs(e), size_f + abs(f), size_r + abs(r)
+    bound = 4.0 * margin * (size_e * size_f + size_f * size_r + size_r * size_e)
+    return 1 if volume > bound else -1 if volume < -bound else 0
 
 
 def _ragged(counts: IntArray) -> tuple[IntArray, IntArray]:

@@ -87,7 +87,7 @@ class PairJob:
                 self._take(tuple(self._lanes_of(body, shared) for body in bodies))
         self.count = len(self._asked)
         """Number of distinct frames; all frames, as they come, of bodies that spans alone keep apart."""
-        self._bits = tuple((len(tree.faces) - 1).bit_length() for tree in self._trees)
+        self._bits = bits_of(self._trees)
         self.most_frames = 1 << max(0, KEY_BITS - sum(self._bits))
         """Most frames that one stretch may have."""
 
@@ -114,10 +114,7 @@ class PairJob:
         if len(self._lanes) < 2:
             return np.inf
         a, b = self._lanes
-        size = sum(tree.reach for tree in self._trees) + a.size + b.size
-        if not SMALLEST_SIZE <= size <= LARGEST_SIZE or a.skew + b.skew > LARGEST_SKEW:
-            return np.inf
-        return position_pad(size, a.skew + b.skew)
+        return pad_between(self._trees, a.size + b.size, a.skew + b.skew)
 
     def _lanes_of(self, body: int, shared: Sequence[PoseLanes | None]) -> PoseLanes:
         known = shared[body]
@@ -210,6 +207,19 @@ class PairJob:
         faces = np.concatenate(found).astype(np.int32) if self._faces else NO_FACES
         work = np.zeros(COUNTERS + 1, dtype=np.int64)
         return FramesAnswer(start, sizes > 0, frame, faces, work, (0.0, perf_counter() - begin, 0.0))
+
+
+def bits_of(trees: tuple[BoxTree, BoxTree]) -> tuple[int, int]:
+    """Bits that the number of a face takes, for both bodies."""
+    return (len(trees[0].faces) - 1).bit_length(), (len(trees[1].faces) - 1).bit_length()
+
+
+def pad_between(trees: tuple[BoxTree, BoxTree], away: float, skew: float) -> float:
+    """What a dismissal keeps, for bodies so far from the origin together; infinity where sizes are not for kernels."""
+    size = trees[0].reach + trees[1].reach + away
+    if not SMALLEST_SIZE <= size <= LARGEST_SIZE or skew > LARGEST_SKEW:
+        return np.inf
+    return position_pad(size, skew)
 
 
 def _distinct_frames(

@@ -192,23 +192,43 @@ class Workspace:
         Returns ``Lists`` without the counts in front: face pairs that meet, those left open, dismissals. They hold
         until the next traversal.
         """
-        row, nodes = self._row, 3 * (len(tree_a.links) + len(tree_b.links) + 2)
-        if len(self._stack) < nodes:
-            self._stack = np.empty(nodes, dtype=np.int64)
-        row[:TREE_B], row[TREE_B:POSE_A], row[POSE_A:POSE_B], row[POSE_B:ROOM] = (
-            tree_a.row, tree_b.row, pose_a.row, pose_b.row
-        )  # fmt: skip
-        row[STACK], row[HITS], row[WORK] = address_of(self._stack), address_of(hits), address_of(work)
-        start, stop, pad, *rest = question
-        row[QUESTION:] = start, stop, *rest
-        self._state[:] = 0
-        self._state[AT_FRAME] = start
-        for one in self._lists:
-            one[0] = 0
-        while not traverse_frames(row, pad):
+        row = self.row_of_pair(tree_a, pose_a.row, tree_b, pose_b.row, question, hits, work)
+        self.start(question.start)
+        while not traverse_frames(row, question.pad):
             self._lists = [_longer(one) for one in self._lists]
             self._place_lists()
         return [one[1 : one[0] + 1] for one in self._lists]
+
+    def make_room(self, tree_a: BoxTree, tree_b: BoxTree) -> None:
+        """Make the stack long enough for two trees; a longer one has another address."""
+        nodes = 3 * (len(tree_a.links) + len(tree_b.links) + 2)
+        if len(self._stack) < nodes:
+            self._stack = np.empty(nodes, dtype=np.int64)
+
+    def row_of_pair(
+        self, tree_a: BoxTree, pose_a: IntArray, tree_b: BoxTree, pose_b: IntArray, question: BlockQuestion,
+        hits: ByteArray, work: IntArray,
+    ) -> IntArray:  # fmt: skip
+        """The kernel's row; it holds until the next one is made."""
+        self.make_room(tree_a, tree_b)
+        row = self._row
+        row[:TREE_B], row[TREE_B:POSE_A], row[POSE_A:POSE_B], row[POSE_B:ROOM] = tree_a.row, tree_b.row, pose_a, pose_b
+        row[STACK], row[HITS], row[WORK] = address_of(self._stack), address_of(hits), address_of(work)
+        start, stop, _, *rest = question
+        row[QUESTION:] = start, stop, *rest
+        return row
+
+    def start(self, frame: int) -> None:
+        """Make ready for a traversal that begins at this frame."""
+        self._state[:] = 0
+        self._state[AT_FRAME] = frame
+        for one in self._lists:
+            one[0] = 0
+
+    def traverse_one(self, row: IntArray, pad: float) -> bool:
+        """Decide the one frame of a copied row; whether that needs neither longer lists nor exact arithmetic."""
+        self.start(0)
+        return traverse_frames(row, pad) and self._lists[1][0] == 0
 
     def _place_lists(self) -> None:
         self._row[LISTS:QUESTION:2] = [address_of(one) for one in self._lists]

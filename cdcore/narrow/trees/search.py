@@ -13,7 +13,7 @@ from cdcore.narrow.trees.obb import traverse as obb
 from cdcore.narrow.trees.rapid import traverse as rapid_style
 from cdcore.narrow.trees.solid import traverse as solid_style
 from cdcore.narrow.triangles.sums import new_digits
-from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 
 UNLIMITED: Final = int(np.iinfo(np.int64).max)
 """The budget of a search that runs to completion."""
@@ -49,19 +49,23 @@ class Searched:
 
 @dataclass(frozen=True)
 class TreeKind:
-    """A hierarchy: ``build`` makes a tree of corners (f, 3, 3) and says its depth, ``search_rows`` searches two."""
+    """A hierarchy: ``build`` makes a tree of corners (f, 3, 3) and says its depth, ``search_rows`` searches two.
+
+    ``undismissed``: the counter of face pairs that no volume kept apart by the pad; ``None`` where pads are not used.
+    """
 
     build: Callable[[FloatArray], tuple[Any, int]]
     search_rows: Callable[..., IntArray]
     more_counters: tuple[str, ...] = ()
+    undismissed: int | None = 1
 
 
 TREE_KINDS: Final = {
     "rapid-style": TreeKind(rapid_style.build_rapid_tree, rapid_style.search_rows),
     "solid-style": TreeKind(
-        solid_style.build_solid_tree, solid_style.search_rows, ("cache_hits", "gjk_steps", "exact_tests")
+        solid_style.build_solid_tree, solid_style.search_rows, ("cache_hits", "gjk_steps", "exact_tests"), 4
     ),
-    "aabb": TreeKind(aabb.build_world_box_tree, aabb.search_rows, ("boxes_fitted",)),
+    "aabb": TreeKind(aabb.build_world_box_tree, aabb.search_rows, ("boxes_fitted",), None),
     "obb": TreeKind(obb.build_obb_tree, obb.search_rows),
 }
 """Detector -> its hierarchy."""
@@ -75,19 +79,29 @@ class TreeSearch:
 
     def __init__(self, kind: str, corners: Sequence[FloatArray]) -> None:
         self._kind = TREE_KINDS[kind]
+        self.undismissed = self._kind.undismissed
         self.counters = ("node_tests", "leaf_tests", *self._kind.more_counters)
         built = [self._kind.build(one) for one in corners]
         self.trees = [tree for tree, _ in built]
-        self._depths = [depth for _, depth in built]
+        # A step takes one pair from the stack and puts two, or four where both boxes are opened at once.
+        self._stack = np.empty((3 * max(depth for _, depth in built) + 4, 2), dtype=np.int64)
+        self._digits = new_digits()
 
     def search(self, a: int, b: int, poses: PairPoses, *, every: bool, budget: int) -> Searched:
         """Look for faces that meet: ``every`` one, or the first; at most ``budget`` node and leaf tests a row."""
         counts = np.zeros((len(poses.pad), len(self.counters)), dtype=np.int64)
         truncated = np.zeros(len(poses.pad), dtype=np.uint8)
-        # A step takes one pair from the stack and puts two, or four where both boxes are opened at once.
-        stack = np.empty((3 * max(self._depths[a], self._depths[b]) + 4, 2), dtype=np.int64)
-        found = self._kind.search_rows(
-            self.trees[a], self.trees[b], stack, poses.turn_a, poses.move_a, poses.turn_b, poses.move_b, poses.pad,
-            every, budget, new_digits(), counts, truncated,
-        )  # fmt: skip
+        found = self.found_by(
+            a, b, poses.turn_a, poses.move_a, poses.turn_b, poses.move_b, poses.pad, every, budget, counts, truncated
+        )
         return Searched(found, counts, truncated.astype(np.bool_))
+
+    def found_by(
+        self, a: int, b: int, turn_a: FloatArray, move_a: FloatArray, turn_b: FloatArray, move_b: FloatArray,
+        pad: FloatArray, every: bool, budget: int, counts: IntArray, truncated: ByteArray,
+    ) -> IntArray:  # fmt: skip
+        """``Searched.found``; ``counts`` (K, C) is added to, ``truncated`` (K,) is set."""
+        return self._kind.search_rows(
+            self.trees[a], self.trees[b], self._stack, turn_a, move_a, turn_b, move_b, pad, every, budget, self._digits,
+            counts, truncated,
+        )  # fmt: skip

@@ -29,6 +29,7 @@ ALL: Final = "all"
 NOT_IN_ALL: Final = {
     "sphere": "answers about bounding spheres, not about triangles",
     "collider": "answers about a solid that stands in for the mesh",
+    "mujoco": "answers about the hull, which is another solid",
     "image-space": "refuses open meshes, and one triangle is open",
     "static": "asks the same meshes as discrete, and its spheres would take nine minutes",
 }

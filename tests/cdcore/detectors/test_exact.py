@@ -9,6 +9,7 @@ from support.shapes import ball_mesh, box_mesh, lab
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
+from cdcore.protocol import detect_live
 
 FRAMES = 40
 
@@ -172,3 +173,13 @@ def test_epsilon_in_blocks_gives_the_same_answers(block):
     whole, joined = detector.detect(motion), join(detector.stream(motion.blocks(block)))
     assert joined.digest == whole.digest
     assert joined.work == whole.work
+
+
+def test_asked_live_ties_and_sizes_beyond_the_kernels_are_decided_as_in_the_whole_motion():
+    places = np.zeros((4, 2, 3))
+    places[:, 1] = [[0, 0, 1], [1, 1, 1], [0.5, 0, 1 + 2.0**-50], [1e80, 0, 0]]
+    motion = Motion(np.arange(4), places, np.tile(np.eye(3), (4, 2, 1, 1)))
+    detector = create_detector("exact", [Body("a", box_mesh()), Body("b", box_mesh())])
+    whole = detector.detect(motion).verdict
+    assert whole[:, 0].tolist() == [Verdict.CONTACT, Verdict.CONTACT, Verdict.CLEAR, Verdict.CLEAR]
+    assert np.array_equal(detect_live(detector, motion).verdict, whole)

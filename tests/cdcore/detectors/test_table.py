@@ -7,23 +7,25 @@ from time import perf_counter
 
 import numpy as np
 import pytest
+from support.rows import ROWS
 from support.shapes import box_mesh, lab
 
 import cdcore.detectors as table
-from cdcore import DETECTORS, Body, create_detector
-from cdcore.detectors import detector_names, load_detector
+from cdcore import Body, create_detector
+from cdcore.detectors import DETECTORS, OPTIONAL, detector_names, load_detector
 from cdcore.detectors.sphere import SphereDetector
-from cdcore.errors import InvalidSettingError, UnknownDetectorError
+from cdcore.errors import InvalidSettingError, MissingEngineError, UnknownDetectorError
 
+TABLE = [*DETECTORS, *OPTIONAL]
 BODIES = [Body("a", box_mesh()), Body("b", box_mesh())]
 
 
-@pytest.mark.parametrize("name", DETECTORS)
+@pytest.mark.parametrize("name", TABLE)
 def test_every_row_names_a_class_of_that_name(name):
     assert load_detector(name).name == name
 
 
-@pytest.mark.parametrize("name", DETECTORS)
+@pytest.mark.parametrize("name", ROWS)
 def test_the_seconds_of_all_stages_are_part_of_those_of_the_call(name):
     bodies, motion = lab(8)
     detector, start = create_detector(name, bodies), perf_counter()
@@ -67,6 +69,13 @@ def test_a_setting_it_does_not_have_is_answered_with_those_it_has():
         create_detector("sphere", BODIES, speed=3)
 
 
+@pytest.mark.parametrize("name", OPTIONAL)
+def test_a_row_whose_engine_is_not_installed_says_how_to_install_it(name, monkeypatch):
+    monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(MissingEngineError, match=rf'^{name} is not installed; pip install -e ".\[engines\]"$'):
+        create_detector(name, BODIES)
+
+
 def test_settings_arrive_and_are_kept():
     assert create_detector("sphere", BODIES, sphere="paper").settings.sphere == "paper"
 
@@ -87,7 +96,8 @@ def test_a_value_out_of_range_is_refused(name, settings, message):
 
 
 def test_the_table_costs_no_engine_until_one_is_used():
-    code = "import sys, cdcore; cdcore.DETECTORS; cdcore.Motion; print({'fcl', 'numba', 'scipy'} & set(sys.modules))"
+    engines = {"fcl", "numba", "scipy", "mujoco"}
+    code = f"import sys, cdcore; cdcore.DETECTORS; cdcore.Motion; print({engines} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stdout.strip() == "set()"
 
@@ -105,7 +115,7 @@ def test_what_is_no_whole_detector_is_refused_with_what_it_lacks(name, lacks):
         load_detector(name)
 
 
-@pytest.mark.parametrize("name", DETECTORS)
+@pytest.mark.parametrize("name", TABLE)
 def test_it_names_sources_that_can_be_looked_up(name):
     sources = load_detector(name).sources
     assert isinstance(sources, tuple) and sources
@@ -113,7 +123,7 @@ def test_it_names_sources_that_can_be_looked_up(name):
     assert len(set(sources)) == len(sources)
 
 
-@pytest.mark.parametrize("name", DETECTORS)
+@pytest.mark.parametrize("name", TABLE)
 def test_it_says_when_to_choose_it_and_what_it_cannot_do(name):
     detector = load_detector(name)
     for words in (detector.choose_when, detector.cannot):
@@ -123,5 +133,5 @@ def test_it_says_when_to_choose_it_and_what_it_cannot_do(name):
 
 
 def test_no_two_rows_are_to_be_chosen_for_the_same_reason():
-    reasons = [load_detector(name).choose_when for name in DETECTORS]
+    reasons = [load_detector(name).choose_when for name in TABLE]
     assert len(set(reasons)) == len(reasons)

@@ -56,6 +56,23 @@ def test_frames_that_share_an_answer_share_its_faces():
     assert len(sets.at(2, 0)) == 0
 
 
+def test_faces_of_several_pairs_stay_with_their_pair():
+    pairs, rng = np.array([[0, 1], [0, 2], [1, 2]]), np.random.default_rng(3)
+    turns = np.tile(random_rotations(rng, 3), (3, 1, 1, 1))
+    motion = Motion(np.arange(3), rng.uniform(-0.5, 0.5, (3, 3, 3)), turns)
+    frames, columns = (one.ravel() for one in np.meshgrid(np.arange(3), np.arange(3), indexing="ij"))
+    sets = MeshStage(BODIES, pairs).decide(motion, frames, columns, faces=True).face_sets(frames, columns)
+    counts = set()
+    for frame, column in zip(frames.tolist(), columns.tolist(), strict=True):
+        world = [
+            placed(BODIES[k].mesh.triangles, turns[frame, k], motion.translations[frame, k]) for k in pairs[column]
+        ]
+        want = meeting_faces_exhaustive(*world)
+        assert np.array_equal(sets.at(frame, column), want)
+        counts.add(len(want))
+    assert len(counts) > 3
+
+
 def test_a_pair_written_the_other_way_round_has_its_faces_the_other_way_round():
     motion = motion_of([0.9])
     forward = decide(MeshStage(BODIES, np.array([[0, 1]])), motion, faces=True).sets[0]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from cdcore import DETECTORS
+from cdcore.detectors import DETECTORS, OPTIONAL
 from replay.guide.choosing import BEGIN, END, choosing_table, with_table
 from replay.guide.pages import page
 from replay.studies.synthetic_sessions import made_up_names, synthetic_session
@@ -14,10 +14,11 @@ def test_the_table_of_the_guide_is_current():
     assert with_table(text, choosing_table()) == text, "run the module that makes the table"
 
 
-def test_every_detector_has_one_row_of_four_cells():
+def test_every_detector_has_one_row_of_five_cells_and_one_word_says_whose_answer_it_is():
     rows = choosing_table().splitlines()[2:]
-    assert [row.split("`")[1] for row in rows] == list(DETECTORS)
-    assert {row.replace("\\|", "").count("|") for row in rows} == {5}
+    assert [row.split("`")[1] for row in rows] == list(DETECTORS | OPTIONAL)
+    assert {row.replace("\\|", "").count("|") for row in rows} == {6}
+    assert {row.split("|")[2].strip() for row in rows} == {"own", "paper", "re-creation", "engine"}
 
 
 def test_only_what_stands_between_the_marks_is_replaced():

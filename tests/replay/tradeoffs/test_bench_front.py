@@ -67,9 +67,11 @@ def test_front_and_advice_come_out_again_from_the_table(written):
     assert [one["label"] for one in front] == told["front"]
     assert [one["label"] for one in live] == told["front_online"]
     assert len(front) > 1
-    for begin, there in (("To audit", front), ("To ship", live)):
+    for begin, there, price, most in (("To audit", front, "ms_per_frame", 10.0), ("To ship", live, "p99_ms", 11.1)):
         said = [one for one in told["advice"] if one.startswith(begin)]
-        assert said and all(any(f" {one['label']}" in sentence for one in there) for sentence in said)
+        paid = [one["label"] for one in there if one[price] <= most or len(there) == 1]
+        # on a busy machine nothing may be quick enough for a live loop
+        assert f" {paid[-1]}" in said[-1] if paid else not said
 
 
 def test_a_second_run_gives_the_same_recalls_bit_for_bit(written):

@@ -9,12 +9,12 @@ from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, random_rota
 from cdcore import TriangleMesh
 from cdcore.narrow.containment.ray_parity import (
     INSIDE,
-    MOST_POINTS,
     OUTSIDE,
     UNCERTAIN,
-    InsideGrid,
+    build_inside_grid,
     point_inside,
-    triangles_crossed,
+    point_state,
+    triangle_crossed,
 )
 from cdcore.numerics import place_points
 
@@ -97,8 +97,12 @@ MESHES = {
 
 
 def parity(mesh, points, axis, margin=1e-14):
-    points = np.atleast_2d(points)
-    return InsideGrid(mesh.triangles).parity(points, np.full(len(points), margin), axis)
+    inside_grid = build_inside_grid(mesh.triangles)
+    return np.array([point_state(inside_grid, point, margin, axis) for point in np.atleast_2d(points).astype(float)])
+
+
+def crossed(triangles, points, margin):
+    return np.array([triangle_crossed(*pair, margin, 0) for pair in zip(triangles, points, strict=True)])
 
 
 def points_around(mesh, count, seed):
@@ -140,21 +144,11 @@ def test_a_point_beside_the_grid_is_uncertain():
 def test_points_moved_by_the_margin_never_contradict_a_certain_crossing(margin):
     rng = np.random.default_rng(4)
     triangles, points = rng.uniform(-1, 1, (2000, 3, 3)), rng.uniform(-1, 1, (2000, 3))
-    answers = triangles_crossed(triangles, points, np.full(2000, margin), 0)
+    answers = crossed(triangles, points, margin)
     certain = answers != UNCERTAIN
     assert certain.sum() > 1000
     assert set(answers.tolist()) >= {OUTSIDE, INSIDE}
     for _ in range(20):
         shaken = triangles + rng.uniform(-margin, margin, (2000, 3, 3))
-        after = triangles_crossed(shaken, points + rng.uniform(-margin, margin, (2000, 3)), np.zeros(2000), 0)
+        after = crossed(shaken, points + rng.uniform(-margin, margin, (2000, 3)), 0.0)
         assert ((after == answers) | (after == UNCERTAIN))[certain].all()
-
-
-def test_many_points_at_once_give_the_answers_of_few():
-    mesh = MESHES["shells"]
-    points = points_around(mesh, 2 * MOST_POINTS + 7, 5)
-    together = parity(mesh, points, 1)
-    assert together.shape == (len(points),)
-    for k in (0, MOST_POINTS - 1, MOST_POINTS, 2 * MOST_POINTS + 6):
-        assert parity(mesh, points[k], 1)[0] == together[k]
-    assert parity(mesh, np.zeros((0, 3)), 0).shape == (0,)

@@ -14,7 +14,7 @@ from support.shapes import ball_mesh
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.containment.containment_stage import wholly_inside
-from cdcore.narrow.spacetime.far_poses import certainly_apart, far_poses, without
+from cdcore.narrow.spacetime.far_poses import asked_apart, certainly_apart, far_poses, without
 from cdcore.numerics import place_points
 
 CORNERS = np.array([[x, y, z] for x in (-0.05, 0.05) for y in (-0.05, 0.05) for z in (-0.05, 0.05)])
@@ -129,6 +129,13 @@ def test_touching_bodies_are_never_certainly_apart():
     far, beside = np.array([[1e16, 0.0, 0.0]]), np.array([[1.0, 0.0, 0.0]])
     assert not certainly_apart(far, far + 2.0 * beside, 1.0).any()
     assert certainly_apart(far, far + 1e6 * beside, 1.0).all()
+
+
+def test_bodies_far_out_are_asked_as_far_apart_as_both_reach():
+    places = np.array([[[1e9, 0, 0], [1e9 + away, 0, 0]] for away in (3.4, 1e4)])
+    everywhere = np.ones((2, 2), dtype=bool)
+    ((column, rows, asked),) = asked_apart(everywhere, everywhere, places, np.array([[0, 1]]), np.array([2.0, 1.5]))
+    assert (column, rows.tolist(), asked.tolist()) == (0, [0, 1], [0])
 
 
 def test_a_body_so_small_that_squares_of_its_size_vanish_is_not_called_apart():

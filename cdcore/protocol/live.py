@@ -1,0 +1,178 @@
+"""A detector asked live: one frame after the other, as an engine asks, with what a look costs by stage."""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from time import perf_counter
+from typing import Final, Protocol
+
+import numpy as np
+
+from cdcore.numerics import ByteArray, IntArray
+from cdcore.protocol.blocks import looks_of, pair_has_pose
+from cdcore.protocol.detection import Detection
+from cdcore.protocol.motion import Motion
+from cdcore.protocol.verdict import Verdict
+
+CLEAR: Final = int(Verdict.CLEAR)
+Decide = Callable[[Motion, int, float], tuple[int, bool]]
+"""``(now, pair, margin)``: the verdict of one pair in a motion of one frame, and whether its surfaces are known to be
+apart by the margin."""
+
+
+class Live(Protocol):
+    """A session of looks: what is learned in one is there for the next."""
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """Of the last look, by stage."""
+        ...
+
+    @property
+    def work(self) -> Counter[str]:
+        """Counters of all looks so far."""
+        ...
+
+    def look(self, now: Motion) -> ByteArray:
+        """Verdicts of all pairs, (P,), in a motion of one frame, later than the one before; not to be written to."""
+        ...
+
+
+class LiveDetector(Protocol):
+    """What can be asked live."""
+
+    def live(self) -> Live:
+        """A session that is asked one frame after the other."""
+        ...
+
+    def detect(self, motion: Motion) -> Detection:
+        """Answer for a whole motion."""
+        ...
+
+
+class Near(Protocol):
+    """The volumes before a narrow phase; ``verdict`` (P,) is theirs where they decide."""
+
+    verdict: ByteArray
+
+    def near(self, now: Motion) -> list[int]:
+        """The pairs that are to be asked."""
+        ...
+
+    def margin(self, pair: int) -> float:
+        """A distance of surfaces that is worth to be known."""
+        ...
+
+    def keep_apart(self, pair: int, margin: float, apart: bool) -> None:
+        """Take note of what was found about it."""
+        ...
+
+
+class LiveBlocks:
+    """Looks of a detector that answers any block: each frame is a block."""
+
+    def __init__(self, answer: Callable[[Motion], Detection]) -> None:
+        self._answer = answer
+        self.seconds: dict[str, float] = {}
+        self.work: Counter[str] = Counter()
+
+    def look(self, now: Motion) -> ByteArray:
+        """As ``Live.look``."""
+        found = self._answer(now)
+        self.seconds = {stage: float(np.sum(spent)) for stage, spent in found.seconds.items()}
+        self.work.update({name: int(np.sum(count)) for name, count in found.work.items()})
+        verdict: ByteArray = found.verdict[0]
+        return verdict
+
+
+class LivePairs:
+    """Looks of volumes, then of a narrow phase pair by pair.
+
+    ``decide`` gives the verdict of a pair whose surfaces are asked about; ``inside``, whether one body of a pair that
+    is CLEAR is inside the other; ``None`` where that is not asked.
+    """
+
+    def __init__(self, near: Near, decide: Decide, inside: Callable[[Motion, int], bool] | None) -> None:
+        self._near, self._decide, self._inside = near, decide, inside
+        self._clock = (0.0, 0.0, 0.0, 0.0)
+        self._looks = self._surfaces = self._insides = 0
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """As ``Live.seconds``."""
+        spent = (after - before for before, after in pairwise(self._clock))
+        return dict(zip(("volumes", "surfaces", "containment"), spent, strict=True))
+
+    @property
+    def work(self) -> Counter[str]:
+        """As ``Live.work``."""
+        return Counter(looks=self._looks, surface_queries=self._surfaces, containment_tests=self._insides)
+
+    def look(self, now: Motion) -> ByteArray:
+        """As ``Live.look``."""
+        start, volumes = perf_counter(), self._near
+        columns = volumes.near(now)
+        found, verdict = perf_counter(), volumes.verdict
+        for column in columns:
+            margin = volumes.margin(column)
+            verdict[column], apart = self._decide(now, column, margin)
+            volumes.keep_apart(column, margin, apart)
+        surfaces = perf_counter()
+        if self._inside is not None and columns:
+            clear = [column for column in columns if verdict[column] == CLEAR]
+            for column in clear:
+                if self._inside(now, column):
+                    verdict[column] = Verdict.CONTAINED
+            self._insides += len(clear)
+        self._looks += 1
+        self._surfaces += len(columns)
+        self._clock = start, found, surfaces, perf_counter()
+        return verdict.copy()
+
+
+class LiveHeld:
+    """Looks at the ticks of a rate only: between them each answer is held, and a look without a pose changes nothing.
+
+    ``pairs`` (P, 2) body numbers.
+    """
+
+    def __init__(self, live: Live, pairs: IntArray, rate_hz: float | None) -> None:
+        self._live, self._pairs, self._rate_hz, self._tick = live, pairs, rate_hz, -np.inf
+        self._believed: ByteArray = np.full(len(pairs), Verdict.NO_POSE, dtype=np.uint8)
+        self.seconds: dict[str, float] = {}
+
+    @property
+    def work(self) -> Counter[str]:
+        """As ``Live.work``."""
+        return self._live.work
+
+    def look(self, now: Motion) -> ByteArray:
+        """As ``Live.look``."""
+        looks, self._tick = looks_of(now.times, self._rate_hz, self._tick)
+        self.seconds = dict.fromkeys(self.seconds, 0.0)
+        if looks[0]:
+            seen = self._live.look(now)
+            self._believed = np.where(seen != Verdict.NO_POSE, seen, self._believed)
+            self.seconds = self._live.seconds
+        return np.where(pair_has_pose(now, self._pairs)[0], self._believed, np.uint8(Verdict.NO_POSE))
+
+
+def detect_live(detector: LiveDetector, motion: Motion, live: Live | None = None) -> Detection:
+    """Ask frame after frame; every frame is timed from outside, and what no stage took is the stage ``rest``.
+
+    ``live``: a session that goes on from the motion before; ``None``: a new one.
+    """
+    empty, asked = detector.detect(motion.frames(0, 0)), detector.live() if live is None else live
+    frames, before = [motion.frames(k, k + 1) for k in range(len(motion))], asked.work.copy()
+    verdict = np.empty((len(motion), len(empty.pairs)), dtype=np.uint8)
+    spent, whole = [], np.zeros(len(motion))
+    for k, now in enumerate(frames):
+        start = perf_counter()
+        verdict[k] = asked.look(now)
+        whole[k] = perf_counter() - start
+        spent.append(asked.seconds)
+    stages = dict.fromkeys(stage for one in spent for stage in one)
+    seconds = {stage: np.array([one.get(stage, 0.0) for one in spent]) for stage in stages}
+    seconds["rest"] = whole - sum(seconds.values(), np.zeros(len(motion)))
+    return replace(empty, times=motion.times, verdict=verdict, work=dict(asked.work - before), seconds=seconds)

@@ -1,0 +1,55 @@
+"""Looks at volumes name the pairs that the broad phase names, and paths never fall short of what a point moved."""
+
+import numpy as np
+from support.shapes import lab, random_rotations
+
+from cdcore import Motion, Verdict
+from cdcore.broad.broad_looks import BroadLooks
+from cdcore.broad.broad_phase import BroadPhase
+from cdcore.protocol import resolve_pairs
+
+
+def walk(seed, frames=60):
+    bodies, rng = lab(2)[0], np.random.default_rng(seed)
+    places = rng.normal(scale=0.2, size=(frames, len(bodies), 3))
+    return bodies, Motion(np.arange(frames), places, random_rotations(rng, frames, len(bodies)))
+
+
+def test_every_frame_names_the_pairs_that_the_broad_phase_names_over_the_whole_motion():
+    bodies, motion = walk(0)
+    broad = BroadPhase(bodies, resolve_pairs(bodies, None))
+    looks, whole = BroadLooks(broad), broad.candidates(motion)
+    assert 0 < len(whole.frames) < whole.verdict.size
+    for frame in range(len(motion)):
+        assert looks.near(motion.frames(frame, frame + 1)) == sorted(whole.columns[whole.frames == frame].tolist())
+
+
+def test_a_pair_keeps_its_verdict_until_a_body_moves_and_is_asked_again_after_a_lost_pose():
+    bodies, motion = walk(1, 1)
+    places, turns = np.repeat(motion.translations, 4, axis=0) * 0.1, np.repeat(motion.rotations, 4, axis=0)
+    places[3, 0] += 1e-9
+    valid = np.ones((4, len(bodies)), dtype=bool)
+    valid[1, 1] = False
+    looks, still = BroadLooks(BroadPhase(bodies, np.array([[0, 1]]))), Motion(np.arange(4), places, turns, valid)
+    assert [looks.near(still.frames(k, k + 1)) for k in range(4)] == [[0], [], [0], [0]]
+    looks.near(still.frames(1, 2))
+    assert looks.verdict.tolist() == [Verdict.NO_POSE]
+
+
+def test_surfaces_apart_by_a_margin_are_asked_again_no_later_than_points_moved_by_it():
+    bodies, motion = walk(2)
+    bodies = bodies[:2]
+    pairs = np.array([[0, 1]])
+    for frame in range(1, len(motion)):
+        looks, near = BroadLooks(BroadPhase(bodies, pairs)), motion.translations[:, :2] * 0.01
+        close = Motion(motion.times, near, motion.rotations[:, :2])
+        looks.near(close.frames(frame - 1, frame))
+        ends = [
+            np.einsum("kij,vj->kvi", close.rotations[[frame - 1, frame], k], bodies[k].mesh.vertices)
+            + close.translations[[frame - 1, frame], k][:, None]
+            for k in (0, 1)
+        ]
+        moved = sum(np.linalg.norm(one[1] - one[0], axis=1).max() for one in ends)
+        looks.verdict[0] = Verdict.CLEAR
+        looks.keep_apart(0, moved, True)
+        assert looks.near(close.frames(frame, frame + 1)) == [0]

@@ -1,0 +1,164 @@
+"""MuJoCo decides as exact hulls do, but for distances below its own tolerance; truth by sums of hulls and by planes."""
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull
+from support.shapes import beaker_mesh, box_mesh, lab, random_rotations, rod_mesh, still
+
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
+from cdcore.errors import InvalidMeshError, InvalidSettingError
+from cdcore.protocol import counts_as_contact
+from replay.prepare.assemble import assemble
+from sessions.synthetic.scenes import SCENES, make_scene_session
+
+mujoco = pytest.importorskip("mujoco", reason="mujoco is no part of `test`: the extra engines")
+
+TOLERANCE = 1e-6
+"""Metres: ``ccd_tolerance`` of MuJoCo, and more than the spacing of float32 in a body of metres."""
+EXPERIMENTS = [name for name in SCENES if name != "bench-bumps"]
+
+
+def convex(rng, size):
+    """Random corners within ``size`` metres, and some within their hull that no face of the hull uses."""
+    points = rng.normal(size=(rng.integers(8, 40), 3))
+    return TriangleMesh(points * (size / np.ptp(points)), ConvexHull(points).simplices)
+
+
+def hulls_at(seed, gaps):
+    """Two hulls whose distance is each of the ``gaps``, below 0 their depth.
+
+    Origins that make bodies touch form the hull of all differences of corners. From the middle of one of its faces
+    straight out, the distance to it is the way gone.
+    """
+    rng = np.random.default_rng(seed)
+    a, b, turn = convex(rng, 0.1), convex(rng, 0.05), random_rotations(rng, 1)[0]
+    ways = a.referenced_vertices[:, None] - b.referenced_vertices @ turn.T
+    touching = ConvexHull(ways.reshape(-1, 3))
+    face = rng.integers(len(touching.simplices))
+    middle, out = touching.points[touching.simplices[face]].mean(axis=0), touching.equations[face, :3]
+    places = np.zeros((len(gaps), 2, 3))
+    places[:, 1] = middle + np.outer(gaps, out)
+    turns = np.broadcast_to([np.eye(3), turn], (len(gaps), 2, 3, 3))
+    return [Body("a", a), Body("b", b)], Motion(np.arange(len(gaps)), places, turns)
+
+
+def apart(a, b):
+    """Whether a plane has all points of ``a`` (n, 3) on one side and those of ``b`` on the other: a linear program."""
+    rows = np.block([[a, np.ones((len(a), 1))], [-b, -np.ones((len(b), 1))]])
+    return linprog(np.zeros(4), A_ub=rows, b_ub=-np.ones(len(rows)), bounds=(None, None)).status == 0
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.002])
+def test_beyond_its_tolerance_it_decides_as_exact_hulls_do_at_any_margin(margin):
+    gaps = margin + np.array([-1e-3, -1e-5, -TOLERANCE, TOLERANCE, 1e-5, 1e-3])
+    for seed in range(30):
+        bodies, motion = hulls_at(seed, gaps)
+        found = create_detector("mujoco", bodies, margin_m=margin).detect(motion).verdict[:, 0]
+        assert (found == Verdict.CONTACT).tolist() == [True] * 3 + [False] * 3
+        assert margin or np.array_equal(found, create_detector("collider", bodies).detect(motion).verdict[:, 0])
+
+
+def test_it_differs_from_the_exact_hull_collider_only_below_its_tolerance():
+    gaps = np.concatenate([-np.logspace(-5, -12, 30), np.logspace(-12, -5, 30)])
+    differ = []
+    for seed in range(20):
+        bodies, motion = hulls_at(seed, gaps)
+        hull, engine = (create_detector(name, bodies).detect(motion) for name in ("collider", "mujoco"))
+        differ += np.abs(gaps[hull.verdict[:, 0] != engine.verdict[:, 0]]).tolist()
+    assert differ and max(differ) < TOLERANCE
+
+
+def test_it_sees_no_hollow_and_a_body_inside_another_is_a_contact():
+    bodies = [Body("beaker", beaker_mesh()), Body("rod", rod_mesh()), Body("grain", box_mesh((1e-4,) * 3))]
+    places = np.array([[0, 0, 0], [0, 0, 0.05], [0, 0, 0.2]])
+    motion = still(bodies, places)
+    assert create_detector("exact", bodies).detect(motion).verdict[0, 0] == Verdict.CLEAR
+    assert create_detector("mujoco", bodies).detect(motion).verdict[0].tolist() == [Verdict.CONTACT, 0, 0]
+    places[2] = 0.01, 0, 0.03
+    assert create_detector("mujoco", bodies).detect(still(bodies, places)).verdict[0, 1] == Verdict.CONTACT
+
+
+def test_what_no_face_uses_and_where_the_mesh_lies_in_its_body_change_nothing():
+    box, far = box_mesh(), np.array([1000.0, 0, 0])
+    stray = TriangleMesh([*box.vertices.tolist(), [9.0, 9, 9]], box.faces)
+    moved = TriangleMesh(box.vertices + far, box.faces)
+    width = np.ptp(box.vertices[:, 0])
+    for gap, word in ((1e-5, Verdict.CLEAR), (-1e-5, Verdict.CONTACT)):
+        bodies = [Body("a", moved), Body("b", stray)]
+        assert (
+            create_detector("mujoco", bodies).detect(still(bodies, [-far, [width + gap, 0, 0]])).verdict[0, 0] == word
+        )
+
+
+@pytest.mark.parametrize("thickness", [0.0, 1e-9, 9e-6, 2e-5, 1e-3])
+@pytest.mark.parametrize("size", [0.01, 2.0])
+def test_a_sheet_touches_what_crosses_it_and_not_what_is_above_it(thickness, size):
+    sheet = TriangleMesh(box_mesh().vertices * [size, size, thickness], box_mesh().faces)
+    top, half = sheet.vertices[:, 2].max(), np.ptp(box_mesh().vertices[:, 2]) * 0.005
+    small = TriangleMesh(box_mesh().vertices * 0.01, box_mesh().faces)
+    bodies = [Body("sheet", sheet), Body("small", small)]
+    for height, word in ((top + half + 1e-5, Verdict.CLEAR), (top + half - 1e-5, Verdict.CONTACT)):
+        assert (
+            create_detector("mujoco", bodies).detect(still(bodies, [[0, 0, 0], [0, 0, height]])).verdict[0, 0] == word
+        )
+
+
+def test_a_mesh_that_it_refuses_is_refused_by_name_in_one_line():
+    box, turn = box_mesh(), random_rotations(np.random.default_rng(0), 1)[0]
+    for vertices in (box.vertices * [1e6, 1e6, 1e-4] @ turn, box.vertices * 1e100):
+        with pytest.raises(InvalidMeshError, match=r"^MuJoCo refuses a mesh.*'slab', id 0$"):
+            create_detector("mujoco", [Body("slab", TriangleMesh(vertices, box.faces))])
+
+
+def test_a_crowd_in_one_place_loses_no_contact():
+    bodies = [Body(f"box {k}", box_mesh()) for k in range(40)]
+    motion = still(bodies, np.random.default_rng(0).normal(scale=1e-3, size=(40, 3)))
+    assert (create_detector("mujoco", bodies).detect(motion).verdict == Verdict.CONTACT).all()
+
+
+def test_between_its_looks_it_believes_what_the_collider_of_that_rate_believes():
+    bodies, motion = lab(60)
+    engine, hull = (create_detector(name, bodies, rate_hz=13.0).detect(motion) for name in ("mujoco", "collider"))
+    assert np.array_equal(counts_as_contact(engine.verdict), counts_as_contact(hull.verdict))
+    assert {key: engine.work[key] for key in ("looks", "held")} == {key: hull.work[key] for key in ("looks", "held")}
+    assert np.count_nonzero(engine.seconds["engine"]) == engine.work["looks"] < 60
+
+
+def test_it_explains_whether_it_looked_and_whether_the_hulls_meet():
+    bodies, motion = lab(60)
+    always, slow = (create_detector("mujoco", bodies, rate_hz=rate) for rate in (None, 13.0))
+    seen, pair = always.detect(motion).verdict, 4
+    told = [slow.explain(motion, frame, pair, np.zeros((0, 2))) for frame in range(60)]
+    assert sum(one.looked for one in told) == slow.detect(motion).work["looks"]
+    known = seen[:, pair] != Verdict.NO_POSE
+    meet = np.array([one.shapes_meet for one in told])
+    assert {True, False} == set(meet[known].tolist())
+    assert np.array_equal(meet[known], seen[known, pair] == Verdict.CONTACT)
+
+
+@pytest.mark.parametrize("margin", [-1e-3, float("nan"), float("inf")])
+def test_a_margin_that_is_no_distance_is_refused(margin):
+    with pytest.raises(InvalidSettingError, match="is no distance; give metres, 0 or more"):
+        create_detector("mujoco", lab(2)[0], margin_m=margin)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_in_every_experiment_it_says_of_every_frame_what_the_exact_hull_collider_says(name):
+    scene = assemble(make_scene_session(name)[0])
+    engine, hull = (
+        counts_as_contact(create_detector(row, scene.bodies, pairs=scene.pairs).detect(scene.motion).verdict)
+        for row in ("mujoco", "collider")
+    )
+    assert engine.any() and np.array_equal(engine, hull)
+    # A third opinion where the answer changes: no plane parts two bodies in contact, and one parts those that are not.
+    corners = [body.mesh.referenced_vertices for body in scene.bodies]
+    changes = np.argwhere(engine[1:] != engine[:-1])
+    valid, turns, places = scene.motion.valid, scene.motion.rotations, scene.motion.translations
+    for frame, pair in changes[:: max(1, len(changes) // 8)].tolist():
+        for k in (frame, frame + 1):
+            i, j = scene.pairs[pair].tolist()
+            if valid[k, i] and valid[k, j]:
+                a, b = (corners[body] @ turns[k, body].T + places[k, body] for body in (i, j))
+                assert apart(a, b) == (not engine[k, pair])
