@@ -24,10 +24,7 @@ class ContactCounts:
     Contacts are counted, not the stretches in which they were lost: a contact that was lost twice is one contact
     missed in part.
 
-    Parameters
-    ----------
-    pairs : (C,) column of the pair of each contact.
-    frames : (C, outcomes) frames of each contact by ``Outcome``.
+    ``pairs``: (C,) column of the pair of each contact; ``frames``: (C, outcomes) frames of each contact by ``Outcome``.
     """
 
     pairs: NDArray[np.int64]

@@ -29,9 +29,7 @@ MESH_FILES: Final = (".glb", ".obj", ".stl", ".ply", ".off")
 def examine(recording: str | Path | Session) -> list[Finding]:
     """Everything that is wrong with a recording, or odd about it, the worst first.
 
-    Parameters
-    ----------
-    recording : a session file, a mesh file (GLB, OBJ, STL, PLY, OFF), a scene (TOML), or a session in memory.
+    ``recording``: a session file, a mesh file (GLB, OBJ, STL, PLY, OFF), a scene (TOML), or a session in memory.
 
     Raises ``SessionFileError``: the file is missing or may not be read. Faults *in* the file become findings.
     """

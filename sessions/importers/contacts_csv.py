@@ -22,9 +22,8 @@ LONGEST_STAMP_S: Final = Decimal(9_000_000_000)
 def read_contacts(source: str | Path) -> tuple[LiveContact, ...]:
     """Every report of the file in order of time; stamps are nanoseconds of the file's own clock.
 
-    Parameters
-    ----------
-    source : rows ``time, a, b, what``: seconds, two body names, begin or end (enter, exit, stay); a header is skipped.
+    ``source``: rows ``time, a, b, what``: seconds, two body names, begin or end (enter, exit, stay); a header is
+    skipped.
 
     Raises ``ImportFileError``: names file and line: another number of columns, a time that is none, an unknown word; or
     nothing is in it.
