@@ -1,7 +1,5 @@
 """Adds contacts that an engine reported to a session: their clock is fitted to true contacts, with a residual."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path

@@ -4,8 +4,6 @@ A run folder appears whole or not at all, so one that exists is finished: a batc
 session's failure is written down and does not stop the others.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shutil

@@ -3,8 +3,6 @@
 0 ok; 1 failure or invalid input; 2 usage or missing path; 3 completed with data loss; 4 a gate failed; 130 interrupted.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Sequence

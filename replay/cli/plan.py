@@ -1,7 +1,5 @@
 """``replay plan``: what a scene calls for, and why."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The offset of another clock: the shift at which most reported begins and ends fall on true ones; and its drift."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final

@@ -1,7 +1,5 @@
 """How long contacts lasted, and which step rates would have missed them, counted as the headline counts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache

@@ -1,7 +1,5 @@
 """The geometry behind misses: faces, curve, point and normal, computed only in frames with a miss."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Final, TypeVar

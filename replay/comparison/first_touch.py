@@ -1,7 +1,5 @@
 """The moment between two frames at which two bodies first touch: when, in which faces, at which point."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Final
 

@@ -4,8 +4,6 @@ Episodes of one pair in one detection do not overlap each other, so overlaps of 
 assignment, the one that the Hungarian method finds, comes out of one pass over the overlaps in order of time.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -2,8 +2,6 @@
 INVENTED a false positive, NEITHER a true negative.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from enum import IntEnum
 

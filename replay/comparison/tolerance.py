@@ -6,8 +6,6 @@ touch, however deep the cubes stand in each other. A disagreement about a body b
 no shift by tau gives the other answer. Neither are candidates of volumes, nor verdicts on intervals.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
@@ -54,7 +52,7 @@ class Tolerance:
         self._tau = require_tau(tau)
 
     @cached_property
-    def _stage(self) -> MarginStage:
+    def _stage(self) -> "MarginStage":
         """The geometry behind a judgement, with its compiler: a run without a disagreement loads neither."""
         from cdcore.narrow.ill_posed import MarginStage
 

@@ -1,7 +1,5 @@
 """A vessel as the scene declares it: its cavity, its opening, what stands in it; what is missing is named."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

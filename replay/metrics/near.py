@@ -3,8 +3,6 @@
 Distances are between points spread over the surfaces, so they are too long by up to the spacing of the points.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final

@@ -1,7 +1,5 @@
 """One row per session and detector: what the student did, as that detector sees it, and how far to trust that."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping, Sequence

@@ -3,8 +3,6 @@
 "Outward along the contact normal" ends inside a flask. So directions are tried and crossings counted.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final

@@ -1,7 +1,5 @@
 """A run as figures in JSON, with all settings, seeds and versions needed to compute each of them again."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from time import perf_counter
 from typing import Any, Final

@@ -5,8 +5,6 @@ pose in every frame by the rules of ``replay.prepare.interpolation``; parents, o
 together; rotations are renormalised in float64. The session itself stays as it was recorded.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import Final

@@ -1,7 +1,5 @@
 """A session in the form that detectors take: bodies, one motion, pairs, and the origin of each pose."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum

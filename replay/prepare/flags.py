@@ -1,7 +1,5 @@
 """Which verdicts use a doubtful pose: a mark per frame and body, and per pair through its bodies."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -57,7 +55,7 @@ class Flags:
     bodies: NDArray[np.uint16]
 
     @classmethod
-    def of(cls, spans: Sequence[FlagSpan], assembly: Assembly, scene: Scene) -> Flags:
+    def of(cls, spans: Sequence[FlagSpan], assembly: Assembly, scene: Scene) -> "Flags":
         """Flag the frames of an assembly that spans cover."""
         marks = np.zeros((len(assembly.stamp_ns), len(assembly.names)), dtype=np.uint16)
         columns: dict[str, list[int]] = {}

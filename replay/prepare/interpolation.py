@@ -10,8 +10,6 @@ Rules, per body and frame:
   tracker that comes back usually comes back some millimetres elsewhere.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final
@@ -88,13 +86,13 @@ class _Anchor:
     usable: BoolArray
 
     @classmethod
-    def none(cls, bodies: int) -> _Anchor:
+    def none(cls, bodies: int) -> "_Anchor":
         """No body has been seen."""
         return cls(
             np.zeros(bodies, dtype=np.int64), np.zeros((bodies, 3)), np.zeros((bodies, 4)), np.zeros(bodies, np.bool_)
         )
 
-    def after(self, frames: Frames) -> _Anchor:
+    def after(self, frames: Frames) -> "_Anchor":
         """The last sample of each body after these frames too."""
         table = _Samples.of(frames, self)
         last = table.before[-1], np.arange(len(frames.names))
@@ -116,7 +114,7 @@ class _Samples:
     after: IntArray
 
     @classmethod
-    def of(cls, window: Frames, anchor: _Anchor) -> _Samples:
+    def of(cls, window: Frames, anchor: _Anchor) -> "_Samples":
         """Look up the neighbours of every frame."""
         present = window.status != Status.ABSENT
         rows = np.arange(1, len(window) + 1)[:, None]

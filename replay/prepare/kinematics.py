@@ -5,8 +5,6 @@ parent is met in its tracker's frame, before its own offset. Bodies without pare
 recorded pose.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
@@ -40,13 +38,13 @@ class PlacedFrames:
     def __len__(self) -> int:
         return len(self.stamp_ns)
 
-    def part(self, start: int, stop: int) -> PlacedFrames:
+    def part(self, start: int, stop: int) -> "PlacedFrames":
         """Frames ``start <= t < stop`` as views."""
         rows = slice(start, stop)
         return PlacedFrames(self.stamp_ns[rows], self.translation[rows], self.rotation[rows], self.origin[rows])
 
     @classmethod
-    def join(cls, parts: Sequence[PlacedFrames]) -> PlacedFrames:
+    def join(cls, parts: "Sequence[PlacedFrames]") -> "PlacedFrames":
         """Blocks after each other."""
         if len(parts) == 1:
             return parts[0]
@@ -61,7 +59,7 @@ class _World:
     rotation: FloatArray
     origin: ByteArray
 
-    def then(self, child: _World) -> _World:
+    def then(self, child: "_World") -> "_World":
         """A pose given in this frame, in the world.
 
         A child has a pose only where its parent has one; its origin is its own, or its parent's where it is fixed.

@@ -3,8 +3,6 @@
 The summary lists every action, and the verdicts concerned carry a flag.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final

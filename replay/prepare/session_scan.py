@@ -1,7 +1,5 @@
 """One cheap pass over a session before any detector runs: its clock, which bodies move, which samples are no poses."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

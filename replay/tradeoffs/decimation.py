@@ -1,7 +1,5 @@
 """The same scene with coarser meshes: vertices that share a cell of a grid become one, and never leave their cell."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

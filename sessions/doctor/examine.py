@@ -1,7 +1,5 @@
 """``examine``: finds everything wrong with a recording, a scene or a mesh; no fault ends the search."""
 
-from __future__ import annotations
-
 import hashlib
 from collections import Counter
 from collections.abc import Iterator

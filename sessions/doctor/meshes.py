@@ -1,7 +1,5 @@
 """Findings about meshes: what is wrong with a surface, before any collision detection."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Runs of a mask: the first and last index of every stretch of True."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

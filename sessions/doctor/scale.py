@@ -1,7 +1,5 @@
 """Findings about scale and axes: positions that are not in metres, a head at an impossible place or angle."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

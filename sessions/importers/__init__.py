@@ -1,7 +1,5 @@
 """Recordings of other programs, one importer per format; conversions and dropped rows are recorded in the metadata."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from importlib.metadata import entry_points
 from inspect import signature

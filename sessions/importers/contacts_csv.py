@@ -1,7 +1,5 @@
 """Contacts that an engine reported, as a CSV of ``time, a, b, begin|end`` on the engine's own clock."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Iterator
 from decimal import Decimal, InvalidOperation

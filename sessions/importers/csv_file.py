@@ -1,7 +1,5 @@
 """Imports a CSV of poses, wide or long, of any convention; doubtful rows are flagged as lost."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a CSV holds besides poses: collisions the engine reported, triggers, events; rows left out are counted."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -4,8 +4,6 @@ The built-in mapping is for the CSV of the README's Unity script: a row per body
 triggers and collisions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A CSV as typed columns: stamps are exact to the last digit, and an error names line and column."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation

@@ -1,7 +1,5 @@
 """Makes a session of converted samples: adds meshes and stand-ins, and records what was converted."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

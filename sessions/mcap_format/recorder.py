@@ -6,8 +6,6 @@ closed, the index is written and the file gets its name. A program that is kille
 had not yet put on the disk.
 """
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -65,7 +63,7 @@ class Recorder:
         self,
         path: str | Path,
         scene: Scene | None = None,
-        meshes: Mapping[str, MeshLike] | None = None,
+        meshes: "Mapping[str, MeshLike] | None" = None,
         *,
         facts: Mapping[str, str] | None = None,
         overwrite: bool = False,
@@ -207,7 +205,7 @@ class Recorder:
         self._file.close()
         self._raise_failure()
 
-    def __enter__(self) -> Recorder:
+    def __enter__(self) -> "Recorder":
         return self
 
     def __exit__(

@@ -3,8 +3,6 @@
 Only this module of `sessions` imports trimesh and manifold3d, and only when a function needs them.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -151,7 +149,7 @@ def _read_with_trimesh(data: bytes, kind: str) -> tuple[NDArray[np.float64], NDA
     return whole.vertices, whole.faces
 
 
-def _placed_parts(scene: trimesh.Scene) -> Iterable[MeshData]:
+def _placed_parts(scene: "trimesh.Scene") -> Iterable[MeshData]:
     """Yield the meshes of a scene where its nodes put them, in an order that depends on the file alone."""
     import trimesh
 

@@ -6,8 +6,6 @@ ends on every file, in time proportional to its size.
 Source: MCAP specification, https://mcap.dev/spec.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

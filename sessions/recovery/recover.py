@@ -3,8 +3,6 @@
 The result and the new file's metadata name what is lost. Data that cannot be trusted is not kept.
 """
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import replace
 from pathlib import Path

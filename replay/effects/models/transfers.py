@@ -1,7 +1,5 @@
 """Liquid on its way from one vessel to another, and the ledger that neither makes nor loses any."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final

@@ -1,7 +1,5 @@
 """The bench as a picture, drawn without a graphics card: every triangle from far to near, glass translucent."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Mapping
 from typing import Final

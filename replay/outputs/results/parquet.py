@@ -1,7 +1,5 @@
 """The one door to Parquet: plain rows in and out, with a type for every column."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """A run as tables: verdict data in float64 and int64, bodies by name, one row per thing that happened."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from typing import Any, Final

@@ -4,8 +4,6 @@ The three peers are loops of Python over an engine that knows one pose at a time
 move are placed once a frame, then every pair is asked.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec

@@ -3,8 +3,6 @@
 Corners are rounded to single precision, so that engines of either precision see the same geometry.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Final
 

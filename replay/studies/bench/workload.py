@@ -5,8 +5,6 @@ leans on it, then pours over the cup's rim, a hand touches bottle, cup and tray.
 the time and touch in some 10 % of the frames, which makes such a session hard. The motion repeats every 30 s.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

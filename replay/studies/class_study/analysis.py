@@ -4,8 +4,6 @@ Every regression carries its n, the detector behind the behaviour and that detec
 again with every other detector, to see whether its conclusion depends on what the detector missed.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 It is written before the data are seen: what is not declared here is not analysed.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """A study as files: a page to read, tables for further work, and JSON with everything that it was made from."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math

@@ -1,7 +1,5 @@
 """Questionnaire and metrics, joined student by student; a row that cannot be joined is an error."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections import Counter
@@ -129,7 +127,7 @@ class Metrics:
         """Detectors with rows, in order of appearance."""
         return tuple(dict.fromkeys(self.columns[DETECTOR]))
 
-    def of(self, detector: str) -> Metrics:
+    def of(self, detector: str) -> "Metrics":
         """The rows of one detector."""
         keep = [k for k, name in enumerate(self.columns[DETECTOR]) if name == detector]
         return Metrics({name: [values[k] for k in keep] for name, values in self.columns.items()})

@@ -1,7 +1,5 @@
 """How far a questionnaire can be relied on: Cronbach's alpha with its interval, KMO and Bartlett's test."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

@@ -3,8 +3,6 @@
 In the model, ease of use is associated with motivation and with fewer accidental touches; near misses with nothing.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json

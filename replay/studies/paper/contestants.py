@@ -7,8 +7,6 @@ Of T1c: an engine that stops after k contacts lists k face pairs, whatever meets
 budget, so one that stops at its k-th contact is the traversal with the least budget that finds k.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

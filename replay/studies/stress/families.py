@@ -6,8 +6,6 @@ Arrays only: every family turns a random stream and a count into pairs (n, 2, 3,
 Source: section 7.2 of the project's specification.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

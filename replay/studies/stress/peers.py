@@ -6,8 +6,6 @@ table to show what their answers are worth on the same pairs. ``trimesh`` makes 
 takes what is nearer than some micrometres for touching.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from importlib import import_module

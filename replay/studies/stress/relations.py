@@ -4,8 +4,6 @@ Source: section 7.3 of the project's specification. Rounded rotations and transl
 change the exact answer itself.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

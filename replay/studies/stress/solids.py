@@ -1,7 +1,5 @@
 """Meshes with known geometry for the hard cases of whole bodies: boxes, things turned on a lathe, icospheres."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Detectors over the twenty-six families: per family what was missed, invented, within tolerance and refused."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
