@@ -69,9 +69,8 @@ def read_codebook(path: Path) -> Codebook:
         raise StudyError(f"{path.name}: must be a table of names and values, not {loaded!r:.60}")
     for key, kind, what in (("items", dict, "a table of tables"), ("regressions", list, "a list of tables")):
         held = loaded.get(key, kind())
-        if not isinstance(held, kind) or not all(
-            isinstance(one, dict) for one in (held.values() if kind is dict else held)
-        ):
+        entries = held.values() if isinstance(held, dict) else held
+        if not isinstance(held, kind) or not all(isinstance(one, dict) for one in entries):
             raise StudyError(f"{path.name}: {key} must be {what}, not {held!r:.60}")
     failure: Any = StudyError
     table = TomlTable(loaded, path.name, "", failure)
