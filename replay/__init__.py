@@ -1,7 +1,5 @@
 """Replay recorded VR laboratory sessions: see what your collision detection missed, and what catching it costs."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 

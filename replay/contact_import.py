@@ -1,7 +1,5 @@
 """Adds contacts that an engine reported to a session: their clock is fitted to true contacts, with a residual."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -35,12 +33,8 @@ def import_contacts(
     session : with the meshes, so that true contacts can be found.
     offset : seconds to add to the CSV's times, so that 0 is the first frame; ``None``: estimated.
 
-    Raises
-    ------
-    ImportFileError
-        A file that is not what it should be; names the line.
-    AuditError
-        No body of the file is in the session, or nothing to estimate the offset from.
+    Raises ``ImportFileError``: a file that is not what it should be; names the line; ``AuditError``: no body of the
+    file is in the session, or nothing to estimate the offset from.
     """
     contacts = read_contacts(source)
     known = {name for contact in contacts for name in (contact.body_a, contact.body_b)} & set(session.meshes)

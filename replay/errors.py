@@ -21,8 +21,6 @@
         └── StudyRefusedError a result that a rule of the study forbids (replay.studies.class_study.refusals)
 """
 
-from __future__ import annotations
-
 
 class ReplayError(Exception):
     """The root of the tree: catch it to catch everything the tool raises on purpose."""

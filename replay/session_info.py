@@ -1,7 +1,5 @@
 """What a session holds, counted in one pass and without judging: a broken recording has information too."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass
 from typing import Any
@@ -35,7 +33,7 @@ class ClockInfo:
     not_forward: int
 
     @classmethod
-    def of(cls, stamps: NDArray[np.int64]) -> ClockInfo:
+    def of(cls, stamps: NDArray[np.int64]) -> "ClockInfo":
         """Count the steps of stamps (n,), ns."""
         step = np.diff(stamps)
         forward = step[step > 0]

@@ -1,7 +1,5 @@
 """A triangle mesh as two read-only arrays, kept bit for bit on the way to a file and back; imports only numpy."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,11 +16,8 @@ class MeshData:
     Every bit is kept, so a glass that rests exactly on a table still does after the session was written and read.
     Only negative zeros become zeros. Face ``i`` stays face ``i``: nothing in `sessions` merges or reorders.
 
-    Raises
-    ------
-    MeshFileError
-        The arrays are no mesh: a wrong shape, no row, an index out of range, a coordinate that is not finite or
-        beyond float32 (no viewer could draw it).
+    Raises ``MeshFileError``: the arrays are no mesh: a wrong shape, no row, an index out of range, a coordinate that is
+    not finite or beyond float32 (no viewer could draw it).
 
     Examples
     --------
@@ -63,7 +58,7 @@ class MeshData:
         corners = self.triangles - self.vertices.mean(axis=0)
         return float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0)
 
-    def transformed(self, matrix: ArrayLike) -> MeshData:
+    def transformed(self, matrix: ArrayLike) -> "MeshData":
         """Return this mesh posed by a 4x4 matrix (column convention); a mirroring matrix also turns the faces round."""
         pose = np.asarray(matrix, dtype=np.float64)
         faces = self.faces if np.linalg.det(pose[:3, :3]) > 0 else self.faces[:, ::-1]

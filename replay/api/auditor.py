@@ -54,12 +54,8 @@ def audit(
     faces : compare faces too, at the price of a second pass of every audited detector off the clock.
     tau : metres; a disagreement about less is *within tolerance*.
 
-    Raises
-    ------
-    AuditError
-        No session, no oracle, or two sessions that would share a run folder.
-    ReplayError, SessionError, CollisionCoreError
-        One sentence that says what to do.
+    Raises ``AuditError``: no session, no oracle, or two sessions that would share a run folder; ``ReplayError``,
+    ``SessionError``, ``CollisionCoreError``: one sentence that says what to do.
 
     Examples
     --------

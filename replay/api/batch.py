@@ -4,8 +4,6 @@ A run folder appears whole or not at all, so one that exists is finished: a batc
 session's failure is written down and does not stop the others.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shutil
@@ -56,12 +54,9 @@ def run_batch(
     out : folder of the batch; a batch with the same settings that was begun there is continued.
     jobs : processes.
     settings : for ``replay.run``: detectors, oracle, seed, picture.
-    told : called for each session when it is finished.
+    on_done : called for each session when it is finished.
 
-    Raises
-    ------
-    OutputError
-        Two files of one name, a folder of something else, or a batch with other settings.
+    Raises ``OutputError``: two files of one name, a folder of something else, or a batch with other settings.
     """
     request = {"schema": SCHEMA, "settings": dict(settings or {}), "versions": versions()}
     named = _named(sessions)

@@ -44,10 +44,7 @@ def run(
     force : replace an earlier run folder.
     progress : receives reports of how far the work is.
 
-    Raises
-    ------
-    ReplayError, SessionError, CollisionCoreError
-        One sentence that says what to do.
+    Raises ``ReplayError``, ``SessionError``, ``CollisionCoreError``: one sentence that says what to do.
     """
     progress = progress or Silent()
     target = None if out is None else Path(out)

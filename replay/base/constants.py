@@ -1,7 +1,5 @@
 """Figures and words that several parts of the tool share; each is decided here and nowhere else."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from sessions.model.constants import BLOCK_FRAMES, HEADSET_HZ

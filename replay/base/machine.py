@@ -1,7 +1,5 @@
 """Versions and machine of a run: figures of different machines must not be mixed up."""
 
-from __future__ import annotations
-
 import os
 import platform
 import subprocess

@@ -1,8 +1,6 @@
 """Independent tasks in processes: named tasks, where one failure does not stop the others, and a crew that returns
 results."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import threading
@@ -72,7 +70,7 @@ class Crew:
     def __init__(self, jobs: int) -> None:
         self._pool = _pool(jobs) if jobs > 1 else None
 
-    def __enter__(self) -> Crew:
+    def __enter__(self) -> "Crew":
         return self
 
     def __exit__(self, *error: object) -> None:

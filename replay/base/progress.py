@@ -1,7 +1,5 @@
 """Progress of long work, reported through a protocol, because modules that compute do not know the terminal."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Protocol

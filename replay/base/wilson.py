@@ -1,7 +1,5 @@
 """The interval behind every share that is printed: it stays within 0 and 1, and is not empty at 0 of n."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import sqrt
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """``replay audit``: what detectors missed and invented beside an oracle, over one session or several, with gates."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +21,7 @@ if TYPE_CHECKING:
 @gates
 @replaying
 def command(
-    sessions: tuple[Path, ...], no_faces: bool, no_picture: bool, limits: Gates, cite: bool, as_json: bool,
+    sessions: tuple[Path, ...], no_faces: bool, no_picture: bool, limits: "Gates", cite: bool, as_json: bool,
     people: People, **asked: Any,
 ) -> int:  # fmt: skip
     """Replay each SESSION through detectors and say what each missed beside the oracle, and why.

@@ -1,7 +1,5 @@
 """The table of verbs: each is a module of this folder, imported when the verb is used and not before."""
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 GROUPS: Final = ("Record", "Check", "Replay", "Audit", "Study", "Learn")

@@ -1,7 +1,5 @@
 """Answers on stdout, sentences and progress on stderr, and exit codes. Progress is shown on a terminal only."""
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -68,7 +66,7 @@ class TerminalProgress:
                 bars.update(task, total=1, completed=1)
 
 
-def _bars(unit: str) -> Progress:
+def _bars(unit: str) -> "Progress":
     from rich.console import Console
     from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TextColumn
     from rich.text import Text
@@ -96,7 +94,7 @@ def pace(speed: float | None, left: float | None, elapsed: float | None, finishe
     return f"{speed:,.0f} {unit}/s, {left:.0f} s left"
 
 
-def answer(as_json: bool, plain: Any, shown: Callable[[], RenderableType]) -> None:
+def answer(as_json: bool, plain: Any, shown: "Callable[[], RenderableType]") -> None:
     """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal; a ``str`` as it is."""
     made = json.dumps(plain, indent=1, allow_nan=False) if as_json else shown()
     if isinstance(made, str):
@@ -105,7 +103,7 @@ def answer(as_json: bool, plain: Any, shown: Callable[[], RenderableType]) -> No
         stdout_console().print(made)
 
 
-def stdout_console() -> Console:
+def stdout_console() -> "Console":
     """Where tables go: as wide as the terminal, and wide enough to lose nothing where there is none."""
     from rich.console import Console
 

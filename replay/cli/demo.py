@@ -1,7 +1,5 @@
 """``replay demo``: everything once, on a synthetic session whose contacts are known."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -64,7 +62,7 @@ def _record(file: Path, *, scene: str, seed: int, noise: str | None) -> Path:
     return truth_path(file)
 
 
-def _demo(out: Path, force: bool, people: People, **made: Any) -> RunResult:
+def _demo(out: Path, force: bool, people: People, **made: Any) -> "RunResult":
     from replay.api.runner import write
     from replay.effects.effect_plan import plan
     from replay.outputs.results.run_folder import check_target

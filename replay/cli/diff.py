@@ -1,7 +1,5 @@
 """``replay diff``: two run folders beside each other."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -51,7 +49,7 @@ def command(run_a: Path, run_b: Path, different_sessions: bool, as_json: bool, p
     return 0
 
 
-def _shown(found: RunDiff, run_a: Path, run_b: Path) -> Iterator[str | Table]:
+def _shown(found: "RunDiff", run_a: Path, run_b: Path) -> Iterator[str | Table]:
     yield f"{run_b} beside {run_a}: " + ("contacts changed" if found.changed else "no contact changed")
     for name, pair in found.settings.items():
         values = " -> ".join("not set" if value is None else str(value) for value in pair)
@@ -67,7 +65,7 @@ def _shown(found: RunDiff, run_a: Path, run_b: Path) -> Iterator[str | Table]:
             yield f" {label}: … and {len(lines) - MOST_ROWS} more with --format json"
 
 
-def _table(found: RunDiff) -> Table:
+def _table(found: "RunDiff") -> Table:
     verdicts = {None: "no digest", True: "the same", False: "differ"}
     rows = []
     for label, one in found.detectors.items():
@@ -90,7 +88,7 @@ def _change(shares: tuple[float | None, float | None]) -> str:
     return f"{before} %" if before == after else f"{before} -> {after} %"
 
 
-def _caption(found: RunDiff) -> str:
+def _caption(found: "RunDiff") -> str:
     """What times are, and how much of them is the machine's."""
     own, note = found.machines_own, "time, p99: of the second run, as a multiple of the first's"
     if own is None:
@@ -100,7 +98,7 @@ def _caption(found: RunDiff) -> str:
     return f"{note}; what gave the same verdicts with the same settings took {spread}: so much is the machine's"
 
 
-def _lines(one: DetectorDiff) -> Iterator[str]:
+def _lines(one: "DetectorDiff") -> Iterator[str]:
     """A line per contact that was gained, lost or shifted, the largest shifts first."""
     for word, rows in (("gained", one.gained), ("lost", one.lost)):
         for row in rows:

@@ -1,7 +1,5 @@
 """``replay doctor``: what is wrong with recordings, worst first, and what to do about each thing."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -47,7 +45,7 @@ def command(files: tuple[Path, ...], fail_on: str | None, as_json: bool, people:
     return GATE_FAILED if bad else OK
 
 
-def _shown(file: Path, findings: Sequence[Finding], verbose: bool) -> Iterator[Table | RenderableType]:
+def _shown(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterator[Table | RenderableType]":
     from replay.outputs.run_tables import finding_table
 
     yield f"[bold]{file.name}[/bold]  {headline(findings)}"
@@ -61,7 +59,7 @@ def _shown(file: Path, findings: Sequence[Finding], verbose: bool) -> Iterator[T
         yield f"[dim]  notes (-v lists them): {codes}[/dim]"
 
 
-def headline(findings: Sequence[Finding]) -> str:
+def headline(findings: "Sequence[Finding]") -> str:
     """One clause: how bad it is."""
     from replay.outputs.words import NOTHING_SUSPICIOUS, counted
 

@@ -1,7 +1,5 @@
 """``replay guide``: the pages of the guide in the terminal."""
 
-from __future__ import annotations
-
 import sys
 from typing import Final
 

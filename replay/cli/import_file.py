@@ -1,7 +1,5 @@
 """``replay import``: a recording of another program as a session file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -66,7 +64,7 @@ def command(
     return 0
 
 
-def _contacts(source: Path, session: Path | None, offset: float | None) -> tuple[Session, list[str]]:
+def _contacts(source: Path, session: Path | None, offset: float | None) -> "tuple[Session, list[str]]":
     """A session with the reported contacts in it, and how well their clock fits."""
     if session is None:
         raise click.UsageError("contacts belong to a session; name it with --session FILE.mcap")
@@ -89,7 +87,7 @@ def _meshes(given: tuple[str, ...]) -> dict[str, Path]:
     return meshes
 
 
-def _what(session: Session) -> Iterator[str]:
+def _what(session: "Session") -> Iterator[str]:
     yield f"{len(session.frames):,} frames of {', '.join(session.names)}"
     conversions = session.facts.get("conversions", "none")
     if conversions != "none":

@@ -1,7 +1,5 @@
 """``replay info``: what a session file holds."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,7 +28,7 @@ def command(session: Path, as_json: bool, people: People) -> int:
     return 0
 
 
-def _shown(info: dict[str, Any], file: Path, verbose: bool) -> Iterator[Table | RenderableType]:
+def _shown(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table | RenderableType]":
     clock = info["frames"]
     scene = f"  ({info['scene']})" if info["scene"] else ""
     yield f"[bold]{file.name}{scene}[/bold]"

@@ -1,7 +1,5 @@
 """Options that mean the same on every verb."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterable
 from functools import wraps

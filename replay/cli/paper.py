@@ -1,7 +1,5 @@
 """``replay paper``: the paper's tables and figures, regenerated beside what it printed."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -58,7 +56,7 @@ def command(
     return OK
 
 
-def paper_tables(tables: Sequence[PaperTable]) -> Group:
+def paper_tables(tables: "Sequence[PaperTable]") -> "Group":
     """All tables with the same cells as in the files, each with its note below it."""
     from replay.cli.terminal import terminal
 

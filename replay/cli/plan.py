@@ -1,18 +1,14 @@
 """``replay plan``: what a scene calls for, and why."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from replay.cli.console import People, answer
 from replay.cli.options import SESSION_FILE, reporting
-
-if TYPE_CHECKING:
-    from sessions.model.scene import Scene
+from sessions.model.scene import Scene
 
 
 @click.command()

@@ -1,7 +1,5 @@
 """``replay recover``: what can be read of a torn or damaged session file, in a file that is whole."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from pathlib import Path
 

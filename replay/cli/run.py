@@ -1,7 +1,5 @@
 """``replay run``: a session file through detectors, into a run folder."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +20,7 @@ if TYPE_CHECKING:
 @gates
 @replaying
 def command(
-    session: Path, no_picture: bool, limits: Gates, cite: bool, as_json: bool, people: People, **asked: Any
+    session: Path, no_picture: bool, limits: "Gates", cite: bool, as_json: bool, people: People, **asked: Any
 ) -> int:
     """Replay FILE.mcap through detectors and write what came of it to a run folder.
 

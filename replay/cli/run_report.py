@@ -1,7 +1,5 @@
 """What ``run`` and ``demo`` say when they are done: tables or JSON on stdout, what to do next on stderr."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
@@ -38,7 +36,7 @@ def sources_of(results: Sequence[RunResult]) -> Sources:
 
 
 def answer_cited(
-    as_json: bool, plain: Mapping[str, Any], shown: Callable[[], RenderableType], behind: Sources,
+    as_json: bool, plain: Mapping[str, Any], shown: "Callable[[], RenderableType]", behind: Sources,
     sentences: Sequence[str] = (),
 ) -> None:  # fmt: skip
     """``answer``; where it is text, sentences below it; then the sources ``behind`` it, none if not asked for."""

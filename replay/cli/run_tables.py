@@ -1,7 +1,5 @@
 """What a terminal shows of a run and of an audit: the answers first, then the tables."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """``replay study``: what students did beside what they answered, and printed tables recomputed."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """``replay study run|collect|demo``: from many recordings to one table of metrics, and a whole synthetic class."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from pathlib import Path

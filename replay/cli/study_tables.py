@@ -1,7 +1,5 @@
 """A study and a check of printed tables, as a terminal shows them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from rich.console import Group

@@ -1,7 +1,5 @@
 """Tables for a terminal: every mark has a style, a count of zero is a dot, and no cell is cut off."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from rich import box

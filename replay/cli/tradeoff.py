@@ -1,7 +1,5 @@
 """``replay tradeoff``: what accuracy costs in time, over every detector and its settings; and which one to take."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

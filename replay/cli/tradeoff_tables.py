@@ -1,7 +1,5 @@
 """The front of a tradeoff on a terminal, and a bar that shows it while it grows."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
@@ -27,7 +25,7 @@ HEAD: Final = (
 )  # fmt: skip
 
 
-def front_table(done: Tradeoff, *, everything: bool = False) -> Table:
+def front_table(done: "Tradeoff", *, everything: bool = False) -> Table:
     """The front, quickest first; or every row in order of time."""
     from replay.outputs.tradeoff_table import AT_PHASE, measured_on, quickest_first, tradeoff_table
 
@@ -62,7 +60,7 @@ class FrontBar:
         self._shown = sys.stderr.isatty() and not people.quiet
         self._bars: Progress | None = None
 
-    def __enter__(self) -> FrontBar:
+    def __enter__(self) -> "FrontBar":
         if self._shown:
             from rich.console import Console
             from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn

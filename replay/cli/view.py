@@ -1,7 +1,5 @@
 """``replay view``: the picture of a run in a viewer of its own."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -3,8 +3,6 @@
 To find the stage, the missed frames are decided again.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

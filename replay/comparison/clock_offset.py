@@ -1,7 +1,5 @@
 """The offset of another clock: the shift at which most reported begins and ends fall on true ones; and its drift."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -77,10 +75,8 @@ def estimate_offset(reported: Moments, truth: Moments, given: float | None = Non
     A constant delay of the engine and an offset of its clock have the same effect: the estimate is their sum. Contacts
     that come at equal intervals support several shifts equally; of those the smallest is taken.
 
-    Parameters
-    ----------
-    reported, truth : moments per pair and kind, each on its own clock.
-    given : take this offset, without a drift, and only say how well it fits.
+    ``reported``, ``truth``: moments per pair and kind, each on its own clock; ``given``: take this offset, without a
+    drift, and only say how well it fits.
 
     Raises ``AuditError``: at most one report has a partner, and one alone fits every clock.
     """

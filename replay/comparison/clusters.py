@@ -1,7 +1,5 @@
 """Groups of misses of one pair that lie close together in time, the deepest first: dozens instead of hundreds."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

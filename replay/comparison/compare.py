@@ -1,7 +1,5 @@
 """Compares two detections of the same frames and pairs: every pair-frame gets exactly one outcome."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias

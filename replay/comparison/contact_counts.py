@@ -1,7 +1,5 @@
 """What became of the oracle's contacts, counted once: whoever says how many were missed asks here."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -24,10 +22,7 @@ class ContactCounts:
     Contacts are counted, not the stretches in which they were lost: a contact that was lost twice is one contact
     missed in part.
 
-    Parameters
-    ----------
-    pairs : (C,) column of the pair of each contact.
-    frames : (C, outcomes) frames of each contact by ``Outcome``.
+    ``pairs``: (C,) column of the pair of each contact; ``frames``: (C, outcomes) frames of each contact by ``Outcome``.
     """
 
     pairs: NDArray[np.int64]
@@ -73,7 +68,7 @@ class ContactCounts:
         """Pair-frames of the oracle's contacts that were left out."""
         return int(self.frames[:, Outcome.LEFT_OUT].sum())
 
-    def of_pair(self, pair: int) -> ContactCounts:
+    def of_pair(self, pair: int) -> "ContactCounts":
         """The contacts of one pair."""
         return ContactCounts(self.pairs[self.pairs == pair], self.frames[self.pairs == pair])
 
@@ -90,7 +85,7 @@ class ContactCounts:
         return self._any(Outcome.BOTH) | self._any(Outcome.MISSED)
 
 
-def contact_counts(result: Measured, label: str) -> ContactCounts:
+def contact_counts(result: "Measured", label: str) -> ContactCounts:
     """What an audited detector of a run made of the oracle's contacts."""
     return count_contacts(result.comparisons[label], result.episodes[result.oracle])
 

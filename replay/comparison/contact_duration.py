@@ -1,16 +1,14 @@
 """How long contacts lasted, and which step rates would have missed them, counted as the headline counts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Detection, Motion, Verdict, create_detector
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import counts_as_contact, is_undecided
 from cdcore.protocol.blocks import looks_of
 from replay.comparison.first_touch import poses_between
@@ -18,8 +16,7 @@ from replay.comparison.outcome import Episode
 from replay.prepare.assembly import Assembly
 from sessions.doctor.runs import runs
 
-FloatArray = NDArray[np.float64]
-Within = Callable[[NDArray[np.int64], NDArray[np.int64]], NDArray[np.bool_]]
+Within = Callable[[IntArray, IntArray], BoolArray]
 
 RATES_HZ: Final = (10.0, 20.0, 22.5, 30.0, 45.0, 50.0, 60.0, 72.0, 80.0, 90.0, 120.0, 144.0, 240.0)
 """Step rates reported: physics steps of engines and refresh rates of headsets."""
@@ -79,12 +76,10 @@ class StepRates:
             "none_missed_from_hz": None if shortest <= 0.0 else 1.0 / shortest,
         }  # fmt: skip
 
-    def _frames(self, one: Episode) -> NDArray[np.int64]:
+    def _frames(self, one: Episode) -> IntArray:
         return np.arange(max(one.first - self._reach, 0), one.last + 1)
 
-    def _found(
-        self, looked: NDArray[np.bool_], frames: NDArray[np.int64], columns: NDArray[np.int64]
-    ) -> NDArray[np.bool_]:
+    def _found(self, looked: BoolArray, frames: IntArray, columns: IntArray) -> BoolArray:
         """Whether contact is believed in K pair-frames, (K,), by looks at the frames ``looked`` (T,)."""
         looks = np.flatnonzero(looked)
         last = np.searchsorted(looks, frames, side="right") - 1
@@ -100,7 +95,7 @@ def _counts(one: Episode, within: Within) -> bool:
     return not within(frames, np.full(len(frames), one.pair)).all()
 
 
-def _longest_shown(seen: Detection, frames: NDArray[np.int64], pair: int) -> float:
+def _longest_shown(seen: Detection, frames: IntArray, pair: int) -> float:
     """Seconds of the longest stretch of ticks whose look, at the first frame from each on, sees the contact."""
     times, shown = seen.times, runs(counts_as_contact(seen.verdict[frames, pair])) + frames[0]
     return max((np.inf if a == 0 else float(times[b] - times[a - 1]) for a, b in shown.tolist()), default=0.0)
@@ -120,7 +115,7 @@ class ContactDurations:
 
     begin: FloatArray
     end: FloatArray
-    open: NDArray[np.bool_]
+    open: BoolArray
     refined: bool
     rates: StepRates | None = field(default=None, repr=False)
 
@@ -167,9 +162,7 @@ Edge = tuple[float, float]
 """A time in contact, and one without contact before or after it."""
 
 
-def _edges(
-    motion: Motion, pairs: NDArray[np.int64], oracle: Detection, contact: Episode
-) -> tuple[Edge | None, Edge | None]:
+def _edges(motion: Motion, pairs: IntArray, oracle: Detection, contact: Episode) -> tuple[Edge | None, Edge | None]:
     """Where a contact begins and ends; ``None``: at the end of what was recorded of the pair."""
     times, last, bodies = motion.times, len(motion) - 1, pairs[contact.pair]
     if oracle.covers == "intervals":
@@ -189,10 +182,7 @@ def _interval_edges(times: FloatArray, oracle: Detection, contact: Episode) -> t
     after = contact.last + 1
     if after == len(times) or bool(is_undecided(oracle.verdict[after, contact.pair])):
         return begin, None
-    if contact.last > contact.first or impact is None:
-        inside = float(times[max(contact.last - 1, 0)])
-    else:
-        inside = impact[1]
+    inside = float(times[max(contact.last - 1, 0)]) if contact.last > contact.first or impact is None else impact[1]
     return begin, (inside, float(times[contact.last]))
 
 

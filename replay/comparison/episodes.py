@@ -1,7 +1,5 @@
 """Contacts as episodes: maximal stretches of frames in which a pair is in contact."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

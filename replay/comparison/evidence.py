@@ -1,20 +1,17 @@
 """The geometry behind misses: faces, curve, point and normal, computed only in frames with a miss."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Final, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Detection, Motion
+from cdcore.numerics import FloatArray, IntArray
 from replay.comparison.first_touch import first_touch
 from replay.comparison.outcome import FirstTouch, Vector, as_vector
 from replay.prepare.assembly import Assembly
 
-FloatArray = NDArray[np.float64]
 Place = tuple[int, int, int]
 Item = TypeVar("Item")
 
@@ -23,7 +20,6 @@ LOOKS_PER_MISS: Final = 128
 
 LOOKS_IN_ALL: Final = 20_000
 """Pair-frames examined in all, some seconds of work; with more misses each is examined once, in its middle."""
-
 
 LOOKS_AT_ONCE: Final = 4096
 """Looks whose faces are held together: some 100 MB when every look has a thousand face pairs in every pair."""
@@ -54,7 +50,7 @@ class Cut:
     face_pairs: int
     length: float
     touch: FirstTouch | None = None
-    faces: NDArray[np.int64] | None = field(default=None, compare=False, repr=False)
+    faces: IntArray | None = field(default=None, compare=False, repr=False)
 
 
 class Evidence:
@@ -159,7 +155,7 @@ def _unit(way: FloatArray) -> FloatArray:
     return way / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
 
 
-def looks(first: int, last: int, most: int) -> NDArray[np.int64]:
+def looks(first: int, last: int, most: int) -> IntArray:
     """At most ``most`` frames of a stretch, evenly spread with both ends; a single one lies in the middle."""
     if last - first < most:
         return np.arange(first, last + 1)
@@ -174,8 +170,7 @@ def _point(segments: FloatArray, length: FloatArray) -> FloatArray:
     weight = length if length.sum() > 0.0 else np.ones(len(length))
     middle = (middles * weight[:, None]).sum(axis=0) / weight.sum()
     away = middles - middle
-    nearest: FloatArray = middles[int((away * away).sum(axis=-1).argmin())]
-    return nearest
+    return middles[int((away * away).sum(axis=-1).argmin())]
 
 
 def _normal(segments: FloatArray, toward: FloatArray) -> FloatArray:

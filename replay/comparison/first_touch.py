@@ -1,19 +1,14 @@
 """The moment between two frames at which two bodies first touch: when, in which faces, at which point."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Motion
-from cdcore.numerics import place_points
+from cdcore.numerics import FloatArray, IntArray, place_points
 from replay.comparison.outcome import FirstTouch, as_vector
 from replay.prepare.assembly import Assembly
-
-FloatArray = NDArray[np.float64]
 
 PARALLEL: Final = 1e-9
 """Two directions whose cross product is shorter, of unit vectors, span no plane."""
@@ -61,12 +56,11 @@ def _direction(gap: FloatArray, across: FloatArray, toward: FloatArray) -> Float
     """Unit vector along a gap; without a gap, ``across`` turned towards the second body."""
     length = float(np.linalg.norm(gap))
     if length > NO_GAP:
-        along: FloatArray = gap / length
-        return along
+        return gap / length
     return across if across @ toward >= 0.0 else -across
 
 
-def poses_between(motion: Motion, bodies: NDArray[np.int64], moments: FloatArray) -> Motion:
+def poses_between(motion: Motion, bodies: IntArray, moments: FloatArray) -> Motion:
     """These bodies at moments between frames (n,), as a motion of n frames with a separate clock.
 
     Origins move along lines, rotations at a constant rate along the shorter arc, as ``continuous`` moves them.

@@ -4,8 +4,6 @@ Episodes of one pair in one detection do not overlap each other, so overlaps of 
 assignment, the one that the Hungarian method finds, comes out of one pass over the overlaps in order of time.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -89,7 +87,8 @@ def match_episodes(
     taken, used = {one.truth for one in chosen}, {one.found for one in chosen}
     extra = [(number, episode) for number, episode in enumerate(found, 1) if number not in of_found]
     missed = count_contacts(comparison, truth).missed_numbers
-    invented = [number for number, episode in extra if _any(comparison, episode, Outcome.INVENTED)]
+    false = comparison.outcome == Outcome.INVENTED
+    invented = [number for number, one in extra if false[one.first : one.last + 1, one.pair].any()]
     return EpisodeMatches(
         matched=tuple(_match(one, truth[one.truth - 1], found[one.found - 1]) for one in chosen), missed=tuple(missed),
         invented=tuple(invented), split=tuple(sorted(number for number, count in of_truth.items() if count > 1)),
@@ -170,7 +169,3 @@ def _share(one: _Overlap, other: _Overlap) -> bool:
 def _match(overlap: _Overlap, truth: Episode, found: Episode) -> EpisodeMatch:
     longer = (found.end - found.start) - (truth.end - truth.start)
     return EpisodeMatch(overlap.truth, overlap.found, overlap.frames, found.start - truth.start, longer)
-
-
-def _any(comparison: Comparison, episode: Episode, outcome: Outcome) -> bool:
-    return bool((comparison.outcome[episode.first : episode.last + 1, episode.pair] == outcome).any())

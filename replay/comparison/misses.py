@@ -1,7 +1,5 @@
 """Every stretch of an oracle's contact that a detector did not report gets one fixed number, in order of time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final

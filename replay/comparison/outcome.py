@@ -2,18 +2,15 @@
 INVENTED a false positive, NEITHER a true negative.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-import numpy as np
-from numpy.typing import NDArray
+from cdcore.numerics import ByteArray, FloatArray, IntArray
 
 Vector = tuple[float, float, float]
 
 
-def as_vector(array: NDArray[np.float64]) -> Vector:
+def as_vector(array: FloatArray) -> Vector:
     """Three plain floats of an array (3,)."""
     x, y, z = array.tolist()
     return x, y, z
@@ -44,7 +41,7 @@ class Comparison:
 
     subject: str
     oracle: str
-    outcome: NDArray[np.uint8]
+    outcome: ByteArray
 
     def count(self, outcome: Outcome) -> int:
         """How many pair-frames ended so."""
@@ -131,7 +128,7 @@ class Miss:
     cut_length: float
     cause: str = "not examined"
     touch: FirstTouch | None = None
-    faces: NDArray[np.int64] | None = field(default=None, compare=False, repr=False)
+    faces: IntArray | None = field(default=None, compare=False, repr=False)
 
     @property
     def shown(self) -> tuple[int, int]:

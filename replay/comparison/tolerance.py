@@ -6,17 +6,15 @@ touch, however deep the cubes stand in each other. A disagreement about a body b
 no shift by tau gives the other answer. Neither are candidates of volumes, nor verdicts on intervals.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Detection, Motion, Verdict
 from cdcore.narrow.pair_frames import rows_of_columns
+from cdcore.numerics import BoolArray, IntArray
 from replay.errors import AuditError
 from replay.prepare.assembly import Assembly
 
@@ -54,18 +52,16 @@ class Tolerance:
         self._tau = require_tau(tau)
 
     @cached_property
-    def _stage(self) -> MarginStage:
+    def _stage(self) -> "MarginStage":
         """The geometry behind a judgement, with its compiler: a run without a disagreement loads neither."""
         from cdcore.narrow.ill_posed import MarginStage
 
         return MarginStage(self._assembly.bodies, self._tau)
 
-    def judge(
-        self, subject: Detection, oracle: Detection
-    ) -> Callable[[NDArray[np.int64], NDArray[np.int64]], NDArray[np.bool_]]:
+    def judge(self, subject: Detection, oracle: Detection) -> Callable[[IntArray, IntArray], BoolArray]:
         """What says of K disagreeing pair-frames (frames, columns) which are within tolerance, (K,)."""
 
-        def within(frames: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.bool_]:
+        def within(frames: IntArray, columns: IntArray) -> BoolArray:
             asked = np.isin(subject.verdict[frames, columns], EXCUSABLE)
             asked &= np.isin(oracle.verdict[frames, columns], EXCUSABLE)
             asked &= self._tau > 0 and subject.covers == oracle.covers == "instants"
@@ -74,7 +70,7 @@ class Tolerance:
 
         return within
 
-    def _within(self, frames: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.bool_]:
+    def _within(self, frames: IntArray, columns: IntArray) -> BoolArray:
         within = np.zeros(len(frames), dtype=np.bool_)
         known, row = np.unique(frames, return_inverse=True)
         for start in range(0, len(known), FRAMES_AT_ONCE):
@@ -83,7 +79,7 @@ class Tolerance:
             within[here] = self._judge(motion, row[here] - start, columns[here])
         return within
 
-    def _judge(self, motion: Motion, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.bool_]:
+    def _judge(self, motion: Motion, rows: IntArray, columns: IntArray) -> BoolArray:
         """Of pair-frames of a short motion."""
         truth = self._faces(motion)
         meet = truth.verdict[rows, columns] == Verdict.CONTACT

@@ -4,8 +4,6 @@ Adding an effect is one file that defines a ``SPEC`` (see ``replay.effects.proto
 here. A row from outside is an entry point of the group below, ``kind = "package.module:SPEC"``.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping
 from functools import lru_cache
@@ -55,7 +53,7 @@ def _outside(path: tuple[str, ...]) -> Mapping[str, str]:
     return MappingProxyType({point.name: point.value for point in reversed([*entry_points(group=ENTRY_POINT_GROUP)])})
 
 
-def load_effect(kind: str, table: Mapping[str, str] = EFFECTS) -> EffectSpec:
+def load_effect(kind: str, table: Mapping[str, str] = EFFECTS) -> "EffectSpec":
     """The spec of a kind; this imports the effect's file.
 
     Raises EffectError: there is no such kind, or its file cannot be loaded.

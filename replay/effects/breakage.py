@@ -1,7 +1,5 @@
 """Breakage by the speed across the surface at the moment of impact; a tracking jump, a loss or a gap breaks nothing."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Final

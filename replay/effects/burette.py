@@ -1,7 +1,5 @@
 """Liquid runs out of a burette as far as its stopcock is turned, and falls into what stands below."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A hand on a hot part for too long is a burn; the threshold is the author's, from ISO 13732-1."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Final
 

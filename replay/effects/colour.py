@@ -1,7 +1,5 @@
 """An indicator shows the pH: one colour below its range, the other above, and in between a mixture."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Contact with hysteresis: two frames of contact begin one, two clear frames end it, and flicker makes no events."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final

@@ -1,7 +1,5 @@
 """Checks what a scene declares of an effect, field by field; an error names file, table, key and the nearest name."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial

@@ -3,8 +3,6 @@
 Every item carries its reasons, so that a plan can be read: ``contact: because breakage needs it``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter

@@ -1,7 +1,5 @@
 """Plan and effects of a run in figures that JSON can hold: what ran, why, at what price, and what did not."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping
 from typing import Any

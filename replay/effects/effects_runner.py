@@ -1,7 +1,5 @@
 """Runs the effects of a plan over one assembly, in order; each is timed and gets only what its spec names."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ A difference of two samples of a tracker with 0.3 mm of noise at 90 Hz is off by
 them by a few. Differs from a Savitzky-Golay filter in that the stamps need not be evenly spaced.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

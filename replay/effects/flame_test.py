@@ -1,7 +1,5 @@
 """A salt on a wire shows its colour when the wire's tip stays in the flame long enough."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from replay.effects.declaring import Declaration, bodies, body, mapping, number, vector

@@ -1,7 +1,5 @@
 """Gas that a reaction gives is collected while the tube leads from the flask into the jar; else it leaks."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from replay.effects.declaring import Declaration, body, number, text, vector

@@ -1,7 +1,5 @@
 """A grasp is a pressed trigger and a thing that rides on the hand: held a while and moved, or it failed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import partial

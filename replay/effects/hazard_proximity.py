@@ -1,7 +1,5 @@
 """Seconds and least distance of a head or hand near a hazard; far away it costs one distance a frame."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A flame heats what stands over it; an acid heats the water it is diluted with; the wrong order is named."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

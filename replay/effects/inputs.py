@@ -1,7 +1,5 @@
 """All that an effect gets: it can read what its spec names, and everything else is refused."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -66,7 +64,7 @@ class BodyPoses:
         # The arc tangent keeps its digits near 0 and pi, where the arc cosine of a rounded cosine loses half of them.
         return np.arctan2(np.hypot(up[:, 0], up[:, 2]), up[:, 1])
 
-    def relative_to(self, other: BodyPoses) -> BodyPoses:
+    def relative_to(self, other: "BodyPoses") -> "BodyPoses":
         """The same in the other body's frame."""
         place = other.local(self.translation)
         rotation = np.einsum("tji,tjk->tik", other.rotation, self.rotation)
@@ -76,7 +74,7 @@ class BodyPoses:
         """World places (T, 3) in the body's frame; they mean nothing where there is no pose."""
         return np.asarray(np.einsum("tji,tj->ti", self.rotation, places - self.translation))
 
-    def held(self) -> BodyPoses:
+    def held(self) -> "BodyPoses":
         """The last pose there was, in every frame: a glass lost for a moment stays; invalid before the first pose."""
         rows = np.maximum.accumulate(np.where(self.valid, np.arange(len(self.valid)), -1))
         return BodyPoses(self.times, self.translation[rows], self.rotation[rows], rows >= 0, self.linked)

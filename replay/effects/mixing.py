@@ -1,7 +1,5 @@
 """What is in each vessel after all that was poured and run in: perfectly mixed, volumes added."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

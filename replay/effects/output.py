@@ -1,7 +1,5 @@
 """What an effect gives back: events, series, lanes, liquids; outputs are equal exactly when their digests are."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

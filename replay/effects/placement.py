@@ -1,7 +1,5 @@
 """A thing is placed when it rests on a support with its centre of mass over what it stands on; else it tips."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Liquid leaves a tilted vessel as soon as the tilt keeps less than stands in it, and goes where it falls."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from replay.effects.declaring import Declaration, bodies, number

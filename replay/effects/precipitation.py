@@ -1,7 +1,5 @@
 """A salt falls out as soon as its ion product exceeds its solubility product, and as much of it as evens the two."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

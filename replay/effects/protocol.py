@@ -51,8 +51,6 @@ It returns `EffectOutput`: ``events`` (moments, or spans with an end; a world ``
 ``inputs.times``. Nothing is written by the effect; picture, tables and report are made from the output.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Final

@@ -1,7 +1,5 @@
 """A declared equation runs to the end of its limiting reagent, at once or at a rate; acids and bases give a pH."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

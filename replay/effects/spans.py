@@ -1,7 +1,5 @@
 """Stretches of frames: a flag that flickers becomes spans that do not, by counting frames in and frames out."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Final
 

@@ -1,7 +1,5 @@
 """What was poured and met no declared opening is spilled: how much, when and where it landed."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from replay.effects.declaring import bodies, number

@@ -1,7 +1,5 @@
 """Contacts between frames: the earliest time of impact in every step, and the steps that stay undecided, by reason."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cdcore import Verdict

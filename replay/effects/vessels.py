@@ -1,7 +1,5 @@
 """A vessel as the scene declares it: its cavity, its opening, what stands in it; what is missing is named."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -60,8 +58,7 @@ class Vessel:
 
     def contents(self, kind: str) -> Mapping[str, Any]:
         """``properties.liquid`` or ``properties.solid`` as written, empty where there is none."""
-        found: Mapping[str, Any] = (self.body.extra.get("properties") or {}).get(kind) or {}
-        return found
+        return (self.body.extra.get("properties") or {}).get(kind) or {}
 
     def amount(self, kind: str, key: str, default: float | None = None) -> float:
         """A number of at least 0 that the scene declares in ``properties.liquid`` or ``properties.solid``."""

@@ -1,7 +1,5 @@
 """The guide's table of detectors, written from the detectors themselves: ``python -m replay.guide.choosing``."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from typing import Any, Final

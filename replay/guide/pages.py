@@ -1,7 +1,5 @@
 """The pages of the guide: which there are, and the text of one. Markdown files beside this module."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Final

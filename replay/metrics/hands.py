@@ -1,7 +1,5 @@
 """Hands and what they took: from the trigger's press and from what then moved along."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

@@ -3,17 +3,15 @@
 Distances are between points spread over the surfaces, so they are too long by up to the spacing of the points.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Body
 from cdcore.bounding.sphere import sphere_by_box_centre
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 from replay.metrics.hands import frames_at
 from replay.prepare.assembly import Assembly
 
@@ -43,7 +41,7 @@ class NearMiss:
     distance: float
 
 
-def close_stretches(assembly: Assembly, pairs: NDArray[np.int64], close: float = CLOSE_M) -> tuple[NearMiss, ...]:
+def close_stretches(assembly: Assembly, pairs: IntArray, close: float = CLOSE_M) -> tuple[NearMiss, ...]:
     """Stretches in which a pair came closer than ``close``, touching or not, in order of time.
 
     ``pairs``: columns of ``assembly.pairs`` to look at.
@@ -59,7 +57,7 @@ def close_stretches(assembly: Assembly, pairs: NDArray[np.int64], close: float =
     return tuple(sorted(found, key=lambda one: (one.start, one.pair)))
 
 
-def without_contact(found: Sequence[NearMiss], touching: NDArray[np.float64]) -> tuple[NearMiss, ...]:
+def without_contact(found: Sequence[NearMiss], touching: FloatArray) -> tuple[NearMiss, ...]:
     """Those with no contact of their pair within half a second.
 
     ``found``: stretches in which a pair was close.
@@ -76,16 +74,14 @@ def without_contact(found: Sequence[NearMiss], touching: NDArray[np.float64]) ->
 class _Cloud:
     """Points of a surface sorted into cubes, so that those far from everything are never moved one by one."""
 
-    def __init__(self, points: NDArray[np.float64]) -> None:
+    def __init__(self, points: FloatArray) -> None:
         cell, own = np.unique(np.floor(points / CELL_M), axis=0, return_inverse=True)
         order = np.argsort(own, kind="stable")
         self.points = points[order]
         self.start = np.searchsorted(own[order], np.arange(len(cell) + 1))
         self.middle = (cell + 0.5) * CELL_M
 
-    def inside(
-        self, turn: NDArray[np.float64], move: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def inside(self, turn: FloatArray, move: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
         """The moved points inside a box; the cubes' own size is allowed for."""
         middle = self.middle @ turn.T + move
         near = ((middle >= low - CELL_M) & (middle <= high + CELL_M)).all(axis=1)
@@ -93,11 +89,10 @@ class _Cloud:
             return self.points[:0]
         points = np.concatenate([self.points[self.start[k] : self.start[k + 1]] for k in np.flatnonzero(near)])
         points = points @ turn.T + move
-        inside: NDArray[np.float64] = points[((points >= low) & (points <= high)).all(axis=1)]
-        return inside
+        return points[((points >= low) & (points <= high)).all(axis=1)]
 
 
-def spread_points(body: Body, spacing: float = SPACING_M) -> NDArray[np.float64]:
+def spread_points(body: Body, spacing: float = SPACING_M) -> FloatArray:
     """Points over a body's surface, (k, 3) in its own frame, no larger gap than ``spacing`` while they suffice."""
     corners = body.mesh.vertices[body.mesh.faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
@@ -114,8 +109,8 @@ def spread_points(body: Body, spacing: float = SPACING_M) -> NDArray[np.float64]
 
 
 def _distances(
-    assembly: Assembly, a: int, b: int, rows: NDArray[np.int64], close: float, clouds: dict[int, _Cloud]
-) -> NDArray[np.float64]:
+    assembly: Assembly, a: int, b: int, rows: IntArray, close: float, clouds: dict[int, _Cloud]
+) -> FloatArray:
     """Least distance at each look, inf where the bounding spheres are farther apart than ``close`` or a pose lacks."""
     from scipy.spatial import cKDTree
 
@@ -138,7 +133,7 @@ def _distances(
     return distance
 
 
-def _spheres_near(assembly: Assembly, a: int, b: int, rows: NDArray[np.int64], close: float) -> NDArray[np.bool_]:
+def _spheres_near(assembly: Assembly, a: int, b: int, rows: IntArray, close: float) -> BoolArray:
     motion = assembly.motion
     centres, radii = [], []
     for body in (a, b):
@@ -148,13 +143,10 @@ def _spheres_near(assembly: Assembly, a: int, b: int, rows: NDArray[np.int64], c
         radii.append(sphere.radius)
     apart = np.linalg.norm(centres[0] - centres[1], axis=1)
     known = motion.valid[rows, a] & motion.valid[rows, b]
-    near: NDArray[np.bool_] = known & (apart <= sum(radii) + close)
-    return near
+    return known & (apart <= sum(radii) + close)
 
 
-def _stretches(
-    times: NDArray[np.float64], distance: NDArray[np.float64], close: float
-) -> list[tuple[float, float, float]]:
+def _stretches(times: FloatArray, distance: FloatArray, close: float) -> list[tuple[float, float, float]]:
     at = np.flatnonzero(distance < close)
     if not len(at):
         return []

@@ -1,7 +1,5 @@
 """One row per session and detector: what the student did, as that detector sees it, and how far to trust that."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
@@ -9,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cdcore.numerics import IntArray
 from cdcore.protocol import counts_as_contact
 from replay.comparison.outcome import Episode, Outcome
 from replay.metrics.hands import Grasp, fixed_bodies, grasps, hand_bodies, moving, task_seconds
@@ -161,9 +159,7 @@ def joined(found: Sequence[Episode]) -> list[Episode]:
     return whole
 
 
-def intended(
-    one: Episode, pairs: NDArray[np.int64], fixed: set[int], hands: Mapping[int, str], taken: Sequence[Grasp]
-) -> bool:
+def intended(one: Episode, pairs: IntArray, fixed: set[int], hands: Mapping[int, str], taken: Sequence[Grasp]) -> bool:
     """Whether a contact is part of the work: on what carries things, or of a hand with what it takes."""
     a, b = pairs[one.pair].tolist()
     if a in fixed or b in fixed:

@@ -3,17 +3,14 @@
 "Outward along the contact normal" ends inside a flask. So directions are tried and crossings counted.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Motion, TriangleMesh
-from cdcore.numerics import FloatArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 from replay.comparison.first_touch import at_touch
 from replay.comparison.outcome import Miss
 from replay.effects.output import vector_of
@@ -107,7 +104,7 @@ class _Surface:
         self._centres = mesh.triangles.mean(axis=1)
         self._radii = np.sqrt(((mesh.triangles - self._centres[:, None]) ** 2).sum(axis=2).max(axis=1))
 
-    def crossings(self, point: FloatArray, rays: FloatArray, length: float) -> NDArray[np.int64]:
+    def crossings(self, point: FloatArray, rays: FloatArray, length: float) -> IntArray:
         """How many faces each ray (n, 3) crosses between ``SKIN`` and ``length`` from the point, (n,)."""
         away = self._centres - point
         distance = np.sqrt((away * away).sum(axis=1))
@@ -120,7 +117,7 @@ class _Surface:
         return np.bincount(ray[hit], minlength=len(rays))
 
 
-def _crossed(triangles: FloatArray, point: FloatArray, rays: FloatArray, length: float) -> NDArray[np.bool_]:
+def _crossed(triangles: FloatArray, point: FloatArray, rays: FloatArray, length: float) -> BoolArray:
     """Whether each ray crosses its triangle between ``SKIN`` and ``length``.
 
     Source: Moeller and Trumbore, "Fast, minimum storage ray-triangle intersection", 1997.
@@ -135,8 +132,7 @@ def _crossed(triangles: FloatArray, point: FloatArray, rays: FloatArray, length:
     q = np.cross(from_a, edge_b)
     v = (rays * q).sum(axis=1) * inverse
     t = (edge_c * q).sum(axis=1) * inverse
-    inside: NDArray[np.bool_] = ~flat & (u >= 0) & (v >= 0) & (u + v <= 1) & (t > SKIN) & (t < length)
-    return inside
+    return ~flat & (u >= 0) & (v >= 0) & (u + v <= 1) & (t > SKIN) & (t < length)
 
 
 def _cost(tags: tuple[str, ...]) -> float:

@@ -1,7 +1,5 @@
 """What the lanes of page and picture have in common: which pairs have one, and where the numbers of misses stand."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

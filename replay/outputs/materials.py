@@ -1,7 +1,5 @@
 """What a body looks like follows from its tags: glass is translucent, hands never hide a contact."""
 
-from __future__ import annotations
-
 import re
 from typing import Final
 

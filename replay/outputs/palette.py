@@ -3,8 +3,6 @@
 Red, yellow and blue differ in lightness too, so that they stay apart for readers who see hues differently.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final

@@ -1,7 +1,5 @@
 """A table of the paper: numbers with a key and a note; `plain` is the table that terminal, page and picture show."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from replay.outputs.tables import Table, table
@@ -19,7 +17,7 @@ class PaperTable:
     rows: tuple[tuple[Cell, ...], ...]  # ``None`` is shown as a dash
     note: str = ""  # what a reader must know
 
-    def where(self, **wanted: Cell) -> PaperTable:
+    def where(self, **wanted: Cell) -> "PaperTable":
         """The rows whose cells are as wanted, heading by heading."""
         places = {self.head.index(heading): cell for heading, cell in wanted.items()}
         return replace(self, rows=tuple(row for row in self.rows if all(row[k] == one for k, one in places.items())))

@@ -1,7 +1,5 @@
 """The tables of a run, each built once; a renderer takes the columns for which it has room."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -4,8 +4,6 @@ The renderers are ``replay.cli.terminal`` (rich), ``replay.outputs.report.markup
 ``replay.outputs.rerun_log.markdown``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
@@ -52,24 +50,24 @@ class Table:
     notes: tuple[str, ...] = ()
     foot: Row = field(default=())
 
-    def only(self, *names: str) -> Table:
+    def only(self, *names: str) -> "Table":
         """The columns of these names, in this order; a name without a column is left out."""
         place = {column.name: k for k, column in enumerate(self.columns)}
         chosen = [place[name] for name in names if name in place]
         rows = tuple(tuple(row[k] for k in chosen) for row in self.rows)
         return replace(self, columns=tuple(self.columns[k] for k in chosen), rows=rows)
 
-    def beside(self, name: str, words: Sequence[str]) -> Table:
+    def beside(self, name: str, words: Sequence[str]) -> "Table":
         """With a column of words in front."""
         rows = tuple((word, *row) for word, row in zip(words, self.rows, strict=True))
         return replace(self, columns=(Column(name, True), *self.columns), rows=rows)
 
-    def first(self, most: int, more: str) -> Table:
+    def first(self, most: int, more: str) -> "Table":
         """The first rows; where there are others, a note says how many: ``more`` with their number in its braces."""
         rest = len(self.rows) - most
         return self if rest <= 0 else replace(self, rows=self.rows[:most], notes=(*self.notes, more.format(rest)))
 
-    def titled(self, title: str, *notes: str) -> Table:
+    def titled(self, title: str, *notes: str) -> "Table":
         """The same table below another title, with further notes."""
         return replace(self, title=title, notes=(*self.notes, *notes))
 

@@ -1,7 +1,5 @@
 """Accuracy beside its price, a row per setting that was tried."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 

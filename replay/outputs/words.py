@@ -1,7 +1,5 @@
 """The words that terminal, page and picture use for the same thing, once."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final

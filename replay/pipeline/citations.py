@@ -1,7 +1,5 @@
 """The sources behind a run: of every detector and every effect that ran, and no others."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 
 from cdcore.detectors import load_detector

@@ -1,7 +1,5 @@
 """Limits that a build server holds a detector to; a limit that was not measured counts as broken."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import floor, log10

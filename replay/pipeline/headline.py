@@ -1,7 +1,5 @@
 """Sentences about what a detector missed and how long it took, the same in terminal, picture and report."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What a run gives back: detections, the audit between them, effects, a summary, and what other settings cost."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

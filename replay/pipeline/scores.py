@@ -1,7 +1,5 @@
 """The figures of an audit as plain data: every share with its count, its whole and its interval."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 

@@ -1,7 +1,5 @@
 """A run as figures in JSON, with all settings, seeds and versions needed to compute each of them again."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from time import perf_counter
 from typing import Any, Final
@@ -115,8 +113,7 @@ def frame_seconds(detection: Detection) -> np.ndarray[Any, np.dtype[np.float64]]
     stages = list(detection.seconds.values())
     if not stages or not all(isinstance(stage, np.ndarray) for stage in stages):
         return None
-    total: np.ndarray[Any, np.dtype[np.float64]] = np.sum(np.array(stages, dtype=np.float64), axis=0)
-    return total
+    return np.sum(np.array(stages, dtype=np.float64), axis=0)
 
 
 def look_seconds(detection: Detection) -> np.ndarray[Any, np.dtype[np.float64]] | None:

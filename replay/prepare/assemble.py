@@ -5,8 +5,6 @@ pose in every frame by the rules of ``replay.prepare.interpolation``; parents, o
 together; rotations are renormalised in float64. The session itself stays as it was recorded.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import Final
@@ -94,14 +92,9 @@ def lay_out(
     looking : whether a detector will run; without one, a session may have no pair.
     jumps : what the doctor calls a teleport in these frames; ``None``: it is asked here.
 
-    Raises
-    ------
-    AssemblyError
-        No frame, no body with a mesh, no pair, or a scene that contradicts itself.
-    InvalidPoseError
-        A sample that claims to be a pose and is none; names frame, time and body.
-    InvalidMeshError
-        A mesh that cannot be one; names the body.
+    Raises ``AssemblyError``: no frame, no body with a mesh, no pair, or a scene that contradicts itself;
+    ``InvalidPoseError``: a sample that claims to be a pose and is none; names frame, time and body;
+    ``InvalidMeshError``: a mesh that cannot be one; names the body.
     """
     seen = scan(session)
     if not len(seen.stamp_ns):
@@ -154,10 +147,8 @@ def assemble(
     start, end : seconds after the first frame, both included; ``None``: the session's own.
     layout : from ``lay_out`` of this session, which is then not read again; ``pairs`` is ignored.
 
-    Raises
-    ------
-    AssemblyError, InvalidPoseError, InvalidMeshError
-        As ``lay_out``; also when no frame lies between ``start`` and ``end``.
+    Raises ``AssemblyError``, ``InvalidPoseError``, ``InvalidMeshError``: as ``lay_out``; also when no frame lies
+    between ``start`` and ``end``.
 
     Examples
     --------

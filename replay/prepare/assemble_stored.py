@@ -1,7 +1,5 @@
 """Keeps the poses of sessions of hours on disk; decodes a shorter session once and holds it in memory."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

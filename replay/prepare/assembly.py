@@ -1,15 +1,11 @@
 """A session in the form that detectors take: bodies, one motion, pairs, and the origin of each pose."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cdcore import Body, Motion
+from cdcore.numerics import BoolArray, ByteArray, IntArray
 from sessions.model.live_contact import LiveContact
 
 
@@ -48,10 +44,10 @@ class Assembly:
 
     bodies: tuple[Body, ...]
     motion: Motion
-    pairs: NDArray[np.int64]
-    held: NDArray[np.bool_]
-    stamp_ns: NDArray[np.int64]
-    origin: NDArray[np.uint8]
+    pairs: IntArray
+    held: BoolArray
+    stamp_ns: IntArray
+    origin: ByteArray
     proxies: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()

@@ -1,7 +1,5 @@
 """Which verdicts use a doubtful pose: a mark per frame and body, and per pair through its bodies."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -57,7 +55,7 @@ class Flags:
     bodies: NDArray[np.uint16]
 
     @classmethod
-    def of(cls, spans: Sequence[FlagSpan], assembly: Assembly, scene: Scene) -> Flags:
+    def of(cls, spans: Sequence[FlagSpan], assembly: Assembly, scene: Scene) -> "Flags":
         """Flag the frames of an assembly that spans cover."""
         marks = np.zeros((len(assembly.stamp_ns), len(assembly.names)), dtype=np.uint16)
         columns: dict[str, list[int]] = {}
@@ -75,8 +73,7 @@ class Flags:
     def of_pairs(self, pairs: NDArray[np.int64], start: int = 0, stop: int | None = None) -> NDArray[np.uint16]:
         """(n, P) flags of pairs in some frames: those of either body."""
         part = self.bodies[start:stop]
-        both: NDArray[np.uint16] = part[:, pairs[:, 0]] | part[:, pairs[:, 1]]
-        return both
+        return part[:, pairs[:, 0]] | part[:, pairs[:, 1]]
 
 
 def flag_words() -> list[str]:

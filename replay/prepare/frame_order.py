@@ -1,7 +1,5 @@
 """The frames of a file whose stamps increase; the others are left out and counted."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 

@@ -10,15 +10,13 @@ Rules, per body and frame:
   tracker that comes back usually comes back some millimetres elsewhere.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from replay.prepare.assembly import PoseOrigin
 from sessions import Frames, Status
 
@@ -29,8 +27,6 @@ _ORIGIN: Final = np.array(
     [PoseOrigin.NONE, PoseOrigin.RECORDED, PoseOrigin.NONE, PoseOrigin.HELD, PoseOrigin.INTERPOLATED], dtype=np.uint8
 )
 """Origin of a recorded sample by its ``Status``."""
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,19 +41,18 @@ class FilledFrames:
     origin : (T, N) uint8, values of ``PoseOrigin``.
     """
 
-    stamp_ns: NDArray[np.int64]
+    stamp_ns: IntArray
     position: FloatArray
     quaternion_xyzw: FloatArray
-    origin: NDArray[np.uint8]
+    origin: ByteArray
 
     def __len__(self) -> int:
         return len(self.stamp_ns)
 
 
-def is_usable(status: NDArray[np.uint8]) -> NDArray[np.bool_]:
+def is_usable(status: ByteArray) -> BoolArray:
     """Whether each sample is a pose that may be computed with, same shape."""
-    usable: NDArray[np.bool_] = _ORIGIN[status] != PoseOrigin.NONE
-    return usable
+    return _ORIGIN[status] != PoseOrigin.NONE
 
 
 def filled(blocks: Iterable[Frames]) -> Iterator[FilledFrames]:
@@ -85,19 +80,19 @@ def filled(blocks: Iterable[Frames]) -> Iterator[FilledFrames]:
 class _Anchor:
     """The last sample of each body before a window: one row of the same columns."""
 
-    stamp_ns: NDArray[np.int64]
+    stamp_ns: IntArray
     position: FloatArray
     quaternion: FloatArray
-    usable: NDArray[np.bool_]
+    usable: BoolArray
 
     @classmethod
-    def none(cls, bodies: int) -> _Anchor:
+    def none(cls, bodies: int) -> "_Anchor":
         """No body has been seen."""
         return cls(
             np.zeros(bodies, dtype=np.int64), np.zeros((bodies, 3)), np.zeros((bodies, 4)), np.zeros(bodies, np.bool_)
         )
 
-    def after(self, frames: Frames) -> _Anchor:
+    def after(self, frames: Frames) -> "_Anchor":
         """The last sample of each body after these frames too."""
         table = _Samples.of(frames, self)
         last = table.before[-1], np.arange(len(frames.names))
@@ -111,15 +106,15 @@ class _Samples:
     ``before`` and ``after`` are (n, N) row numbers; ``after`` is -1 where no sample follows.
     """
 
-    stamp_ns: NDArray[np.int64]
+    stamp_ns: IntArray
     position: FloatArray
     quaternion: FloatArray
-    usable: NDArray[np.bool_]
-    before: NDArray[np.int64]
-    after: NDArray[np.int64]
+    usable: BoolArray
+    before: IntArray
+    after: IntArray
 
     @classmethod
-    def of(cls, window: Frames, anchor: _Anchor) -> _Samples:
+    def of(cls, window: Frames, anchor: _Anchor) -> "_Samples":
         """Look up the neighbours of every frame."""
         present = window.status != Status.ABSENT
         rows = np.arange(1, len(window) + 1)[:, None]
@@ -148,8 +143,8 @@ def _fill(window: Frames, count: int, anchor: _Anchor) -> FilledFrames:
 
 
 def _fill_absent(
-    samples: _Samples, stamp_ns: NDArray[np.int64], absent: NDArray[np.bool_], position: FloatArray,
-    quaternion: FloatArray, origin: NDArray[np.uint8],
+    samples: _Samples, stamp_ns: IntArray, absent: BoolArray, position: FloatArray,
+    quaternion: FloatArray, origin: ByteArray,
 ) -> None:  # fmt: skip
     rows, columns = np.nonzero(absent)
     now = stamp_ns[rows]
@@ -194,10 +189,8 @@ def slerp(start: FloatArray, end: FloatArray, share: FloatArray) -> FloatArray:
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
     product = a * b
-    total: FloatArray = ((product[:, 0] + product[:, 1]) + product[:, 2]) + product[:, 3]
-    return total
+    return ((product[:, 0] + product[:, 1]) + product[:, 2]) + product[:, 3]
 
 
 def _unit(q: FloatArray) -> FloatArray:
-    unit: FloatArray = q / np.sqrt(_dot(q, q))[:, None]
-    return unit
+    return q / np.sqrt(_dot(q, q))[:, None]

@@ -5,21 +5,17 @@ parent is met in its tracker's frame, before its own offset. Bodies without pare
 recorded pose.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cdcore.numerics import ByteArray, FloatArray, IntArray
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.errors import AssemblyError
 from replay.prepare.assembly import PoseOrigin
 from replay.prepare.interpolation import FilledFrames
 from sessions.model.scene import Pose, Scene
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,21 +30,21 @@ class PlacedFrames:
     origin : (T, N) uint8, values of ``PoseOrigin``.
     """
 
-    stamp_ns: NDArray[np.int64]
+    stamp_ns: IntArray
     translation: FloatArray
     rotation: FloatArray
-    origin: NDArray[np.uint8]
+    origin: ByteArray
 
     def __len__(self) -> int:
         return len(self.stamp_ns)
 
-    def part(self, start: int, stop: int) -> PlacedFrames:
+    def part(self, start: int, stop: int) -> "PlacedFrames":
         """Frames ``start <= t < stop`` as views."""
         rows = slice(start, stop)
         return PlacedFrames(self.stamp_ns[rows], self.translation[rows], self.rotation[rows], self.origin[rows])
 
     @classmethod
-    def join(cls, parts: Sequence[PlacedFrames]) -> PlacedFrames:
+    def join(cls, parts: "Sequence[PlacedFrames]") -> "PlacedFrames":
         """Blocks after each other."""
         if len(parts) == 1:
             return parts[0]
@@ -61,9 +57,9 @@ class _World:
 
     translation: FloatArray
     rotation: FloatArray
-    origin: NDArray[np.uint8]
+    origin: ByteArray
 
-    def then(self, child: _World) -> _World:
+    def then(self, child: "_World") -> "_World":
         """A pose given in this frame, in the world.
 
         A child has a pose only where its parent has one; its origin is its own, or its parent's where it is fixed.

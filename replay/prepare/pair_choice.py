@@ -1,7 +1,5 @@
 """The pairs that a run examines: those asked for, those the scene declares, else all that move against each other."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

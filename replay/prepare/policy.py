@@ -3,8 +3,6 @@
 The summary lists every action, and the verdicts concerned carry a flag.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -87,10 +85,8 @@ class Policy:
 def parse_policy(words: PolicyLike | Policy | None = None) -> Policy:
     """Defaults, changed by ``KIND=ACTION`` or ``KIND=ACTION:SECONDS``, or by a mapping from kind to action.
 
-    Raises
-    ------
-    PolicyError
-        An unknown kind or action, one that makes no sense for the kind, or a limit that is no positive number.
+    Raises ``PolicyError``: an unknown kind or action, one that makes no sense for the kind, or a limit that is no
+    positive number.
 
     Examples
     --------

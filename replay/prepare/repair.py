@@ -1,7 +1,5 @@
 """Before a run: the faults of the session, and what the policy does about them; the recording is not changed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any, Final
 

@@ -1,7 +1,5 @@
 """The frames of a session with some samples replaced, dropped or held; every other sample keeps its bits."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final

@@ -1,15 +1,12 @@
 """One cheap pass over a session before any detector runs: its clock, which bodies move, which samples are no poses."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.errors import InvalidPoseError
-from cdcore.numerics import QUATERNION_REJECT
+from cdcore.numerics import QUATERNION_REJECT, BoolArray, IntArray
 from replay.base.constants import BLOCK_FRAMES
 from replay.prepare.frame_order import in_order
 from replay.prepare.interpolation import is_usable
@@ -34,10 +31,10 @@ class SessionScan:
     """
 
     names: tuple[str, ...]
-    stamp_ns: NDArray[np.int64]
+    stamp_ns: IntArray
     repeated: int
     backwards: int
-    moves: NDArray[np.bool_]
+    moves: BoolArray
     median_step_ns: int
     off_norm: int
     worst_norm: float
@@ -79,13 +76,13 @@ class _Count:
 
     def __init__(self, names: tuple[str, ...]) -> None:
         self.names = names
-        self.stamps: list[NDArray[np.int64]] = []
+        self.stamps: list[IntArray] = []
         self.repeated = self.backwards = self.off_norm = 0
         self.worst_norm = 1.0
         self.first = np.full((len(names), 7), np.nan)
         self.moves = np.zeros(len(names), dtype=np.bool_)
 
-    def add(self, frames: Frames, numbers: NDArray[np.int64]) -> None:
+    def add(self, frames: Frames, numbers: IntArray) -> None:
         """Take the frames of one block into account."""
         self.stamps.append(frames.stamp_ns)
         usable = is_usable(frames.status)
@@ -95,7 +92,7 @@ class _Count:
         self.first[columns] = pose[usable.argmax(axis=0)[columns], columns]
         self.moves |= ((pose != self.first).any(axis=-1) & usable).any(axis=0)
 
-    def _require_poses(self, frames: Frames, numbers: NDArray[np.int64], usable: NDArray[np.bool_]) -> None:
+    def _require_poses(self, frames: Frames, numbers: IntArray, usable: BoolArray) -> None:
         with np.errstate(over="ignore", invalid="ignore"):
             norm = np.sqrt((frames.quaternion_xyzw * frames.quaternion_xyzw).sum(axis=-1))
         finite = np.isfinite(frames.position).all(axis=-1)

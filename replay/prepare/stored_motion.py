@@ -4,8 +4,6 @@ Choose it for sessions of hours, where poses alone are gigabytes. Everything tha
 selection of frames works on it as on any motion; what asks for all poses of all frames gets them, at that price.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from tempfile import TemporaryFile
 from types import EllipsisType

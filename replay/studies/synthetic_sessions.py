@@ -1,7 +1,5 @@
 """Every synthetic session by its name, so that a command line can offer them all."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from sessions import Session

@@ -1,7 +1,5 @@
 """The same scene with coarser meshes: vertices that share a cell of a grid become one, and never leave their cell."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -37,9 +35,7 @@ def clustered(mesh: TriangleMesh, cell: float) -> TriangleMesh:
     a, b, c = faces.T
     faces = faces[(a != b) & (b != c) & (a != c)]
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
-    if len(first) < FEWEST_FACES:
-        return mesh
-    return TriangleMesh(middle / count, faces[np.sort(first)])
+    return mesh if len(first) < FEWEST_FACES else TriangleMesh(middle / count, faces[np.sort(first)])
 
 
 def decimated(assembly: Assembly, cell: float) -> Assembly:

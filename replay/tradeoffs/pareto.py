@@ -7,8 +7,6 @@ with the share of its reports that is invented, beside a row that invents less f
 dominates one that invents less.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, TypeAlias
 

@@ -1,7 +1,5 @@
 """The oracle's answer, and the figures of a detection beside it: counted as the audit counts them."""
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Any
 

@@ -3,8 +3,6 @@
 The list is the same on every machine and in every run; a time limit cuts its tail.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final

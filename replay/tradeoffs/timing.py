@@ -1,7 +1,5 @@
 """Timing from outside the detector; an online detector gets one frame after the other, in order."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import sqrt
 from time import perf_counter, process_time

@@ -1,7 +1,5 @@
 """Everything the doctor can find: what each code means and what to do about it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

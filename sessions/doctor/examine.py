@@ -1,7 +1,5 @@
 """``examine``: finds everything wrong with a recording, a scene or a mesh; no fault ends the search."""
 
-from __future__ import annotations
-
 import hashlib
 from collections import Counter
 from collections.abc import Iterator
@@ -29,14 +27,9 @@ MESH_FILES: Final = (".glb", ".obj", ".stl", ".ply", ".off")
 def examine(recording: str | Path | Session) -> list[Finding]:
     """Everything that is wrong with a recording, or odd about it, the worst first.
 
-    Parameters
-    ----------
-    recording : a session file, a mesh file (GLB, OBJ, STL, PLY, OFF), a scene (TOML), or a session in memory.
+    ``recording``: a session file, a mesh file (GLB, OBJ, STL, PLY, OFF), a scene (TOML), or a session in memory.
 
-    Raises
-    ------
-    SessionFileError
-        The file is missing or may not be read. Faults *in* the file become findings.
+    Raises ``SessionFileError``: the file is missing or may not be read. Faults *in* the file become findings.
     """
     if isinstance(recording, Session):
         return in_order([*examine_session(recording)])

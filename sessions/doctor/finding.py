@@ -1,7 +1,5 @@
 """One thing that the doctor found in a recording."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
@@ -75,7 +73,7 @@ class Span:
     zero_ns: int
 
     @classmethod
-    def of(cls, stamps: NDArray[np.int64], first: int, last: int) -> Span:
+    def of(cls, stamps: NDArray[np.int64], first: int, last: int) -> "Span":
         """The stretch between two frames of a session."""
         return cls(int(stamps[first]), int(stamps[last]), int(stamps[0]))
 

@@ -1,7 +1,5 @@
 """Findings about meshes: what is wrong with a surface, before any collision detection."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Final
 
@@ -43,8 +41,7 @@ def degenerate_faces(mesh: MeshData) -> NDArray[np.bool_]:
     edges = corners - np.roll(corners, 1, axis=1)
     longest = np.sqrt((edges * edges).sum(axis=2).max(axis=1))
     normal = np.cross(edges[:, 0], edges[:, 1])
-    flat: NDArray[np.bool_] = np.sqrt((normal * normal).sum(axis=1)) <= FLAT * longest * longest
-    return flat
+    return np.sqrt((normal * normal).sum(axis=1)) <= FLAT * longest * longest
 
 
 def duplicate_faces(mesh: MeshData) -> int:
@@ -78,8 +75,7 @@ def _edges(name: str, mesh: MeshData) -> Iterator[Finding]:
 def _welded(mesh: MeshData) -> NDArray[np.int64]:
     """Faces over vertices that are different places: exporters split vertices at seams of textures and normals."""
     _, inverse = np.unique(np.round(mesh.vertices / SAME_PLACE_M), axis=0, return_inverse=True)
-    welded: NDArray[np.int64] = inverse.reshape(-1)[mesh.faces]
-    return welded
+    return inverse.reshape(-1)[mesh.faces]
 
 
 def all_mesh_findings(meshes: Mapping[str, MeshData]) -> Iterator[Finding]:

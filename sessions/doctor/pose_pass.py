@@ -3,8 +3,6 @@
 Findings and repairs both use these marks, so that they cannot disagree.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

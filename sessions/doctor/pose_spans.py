@@ -1,7 +1,5 @@
 """From marks on samples to spans of one fault each: the rows that a policy changes and that a finding names."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -104,7 +102,7 @@ class _Track:
     usable: NDArray[np.int64]
 
     @classmethod
-    def of(cls, looked: PosePass, column: int) -> _Track:
+    def of(cls, looked: PosePass, column: int) -> "_Track":
         marks = looked.marks[:, column]
         there, gone = marked(marks, Mark.PRESENT), marked(marks, Mark.NO_POSE)
         usable = np.flatnonzero(there & ~gone)

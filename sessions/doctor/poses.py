@@ -1,7 +1,5 @@
 """Findings about poses: each fault of a body with the span it covers."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

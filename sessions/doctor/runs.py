@@ -1,7 +1,5 @@
 """Runs of a mask: the first and last index of every stretch of True."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,5 +13,4 @@ def runs(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
     [[0, 0], [2, 3]]
     """
     edge = np.diff(np.concatenate([[0], mask.astype(np.int8), [0]]))
-    found: NDArray[np.int64] = np.stack([np.flatnonzero(edge == 1), np.flatnonzero(edge == -1) - 1], axis=1)
-    return found
+    return np.stack([np.flatnonzero(edge == 1), np.flatnonzero(edge == -1) - 1], axis=1)

@@ -1,7 +1,5 @@
 """Findings about scale and axes: positions that are not in metres, a head at an impossible place or angle."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -173,5 +171,4 @@ def _sides(looked: PosePass, roles: Roles) -> Iterator[Finding]:
 
 
 def _there(rows: FloatArray) -> FloatArray:
-    kept: FloatArray = rows[np.isfinite(rows).all(axis=1)]
-    return kept
+    return rows[np.isfinite(rows).all(axis=1)]

@@ -1,7 +1,5 @@
 """Findings about a session and its scene, but not about its file: the container code is not loaded."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 from sessions.doctor.finding import Finding, Severity

@@ -3,8 +3,6 @@
 Source: MCAP specification, https://mcap.dev/spec.
 """
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Findings about clocks: stamps that do not go forward, gaps, uneven steps, and two clocks that disagree."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Reads every frame that can be read, and notes the data that the strict reader refuses."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field

@@ -5,8 +5,6 @@ after by more than 2.5 m/s plus four times their spread. At 90 Hz the second rul
 rest and accepts a shaken hand.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import IntFlag
 from typing import Final
@@ -69,14 +67,14 @@ class TrackSamples:
     def __len__(self) -> int:
         return len(self.rows)
 
-    def after(self, earlier: TrackSamples | None) -> TrackSamples:
+    def after(self, earlier: "TrackSamples | None") -> "TrackSamples":
         """Earlier samples, then these."""
         if earlier is None:
             return self
         columns = zip(vars(earlier).values(), vars(self).values(), strict=True)
         return TrackSamples(*(np.concatenate(pair) for pair in columns))
 
-    def part(self, start: int, stop: int) -> TrackSamples:
+    def part(self, start: int, stop: int) -> "TrackSamples":
         """Some of them."""
         return TrackSamples(*(column[start:stop] for column in vars(self).values()))
 
@@ -143,5 +141,4 @@ def _no_motion(velocity: FloatArray) -> NDArray[np.bool_]:
 
 def _middle(four: FloatArray) -> FloatArray:
     """Median of four arrays (4, ...): the mean of the two in the middle."""
-    middle: FloatArray = (four.sum(axis=0) - four.max(axis=0) - four.min(axis=0)) / 2.0
-    return middle
+    return (four.sum(axis=0) - four.max(axis=0) - four.min(axis=0)) / 2.0

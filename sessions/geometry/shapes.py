@@ -35,10 +35,7 @@ def make_shape(shape: str, size: Mapping[str, float], faces: int = DEFAULT_FACES
     size : the sizes that ``SIZES`` names, metres, above 0.
     faces : about how many faces a round shape gets; a box always has 12.
 
-    Raises
-    ------
-    SceneError
-        An unknown shape, a missing or impossible size.
+    Raises ``SceneError``: an unknown shape, a missing or impossible size.
     """
     _check(shape, size, faces)
     if shape == "box":

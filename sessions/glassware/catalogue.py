@@ -44,10 +44,7 @@ def make_instrument(name: str, faces: int = 5000, **options: Any) -> Instrument:
     faces : 500 to 50,000.
     **options : what the instrument's function takes, for example ``grip_radius=0.02`` for a hand.
 
-    Raises
-    ------
-    UnknownInstrumentError
-        When there is no such instrument or option, or ``faces`` is out of range.
+    Raises ``UnknownInstrumentError``: when there is no such instrument or option, or ``faces`` is out of range.
 
     Examples
     --------

@@ -3,8 +3,6 @@
 Conventions: metres, +Y up; the origin is the centre of the base, unless ``Instrument.origin`` names another place.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -41,7 +39,7 @@ class Opening:
     pour_direction: Point
 
     @classmethod
-    def upwards(cls, radius: float, height: float, reach: float = 0.0) -> Opening:
+    def upwards(cls, radius: float, height: float, reach: float = 0.0) -> "Opening":
         """Return the opening of an upright vessel; its lip lies towards +X, ``reach`` metres beyond the radius."""
         lip = (radius + reach, height, 0.0)
         centre, up, x = (0.0, height, 0.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)
@@ -98,7 +96,7 @@ class Joint:
 class Part:
     """An instrument that belongs to another one: where its origin lies in the parent, and how it may move."""
 
-    instrument: Instrument
+    instrument: "Instrument"
     position: Point = (0.0, 0.0, 0.0)
     joint: Joint | None = None
 

@@ -1,7 +1,5 @@
 """Recordings of other programs, one importer per format; conversions and dropped rows are recorded in the metadata."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from importlib.metadata import entry_points
 from inspect import signature
@@ -36,10 +34,8 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
     options : keywords of that importer; all take ``meshes``, ``scene``, ``scene_folder`` and ``proxies`` of
         ``sessions.importers.finish.finished``.
 
-    Raises
-    ------
-    ImportFileError
-        An unknown format or option, or a file that is not what it should be; names file, line and column.
+    Raises ``ImportFileError``: an unknown format or option, or a file that is not what it should be; names file, line
+    and column.
     """
     read = _importer(format)
     known = list(signature(read).parameters)[1:]
@@ -49,8 +45,7 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
     path = Path(source)
     if not path.is_file():
         raise ImportFileError(f"{path} does not exist or is no file; check the path")
-    session: Session = read(path, **options)
-    return session
+    return read(path, **options)
 
 
 def _importer(name: str) -> Any:

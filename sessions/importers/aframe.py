@@ -6,8 +6,6 @@ order YXZ about the body's own axes, as three.js has them; stamps are millisecon
 Source: the format of aframe-motion-capture-components (``poses``, ``events``, ``gamepad`` per device).
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping

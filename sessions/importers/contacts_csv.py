@@ -1,7 +1,5 @@
 """Contacts that an engine reported, as a CSV of ``time, a, b, begin|end`` on the engine's own clock."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Iterator
 from decimal import Decimal, InvalidOperation
@@ -22,14 +20,11 @@ LONGEST_STAMP_S: Final = Decimal(9_000_000_000)
 def read_contacts(source: str | Path) -> tuple[LiveContact, ...]:
     """Every report of the file in order of time; stamps are nanoseconds of the file's own clock.
 
-    Parameters
-    ----------
-    source : rows ``time, a, b, what``: seconds, two body names, begin or end (enter, exit, stay); a header is skipped.
+    ``source``: rows ``time, a, b, what``: seconds, two body names, begin or end (enter, exit, stay); a header is
+    skipped.
 
-    Raises
-    ------
-    ImportFileError
-        Names file and line: another number of columns, a time that is none, an unknown word; or nothing is in it.
+    Raises ``ImportFileError``: names file and line: another number of columns, a time that is none, an unknown word; or
+    nothing is in it.
     """
     path = Path(source)
     try:

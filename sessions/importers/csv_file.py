@@ -1,18 +1,15 @@
 """Imports a CSV of poses, wide or long, of any convention; doubtful rows are flagged as lost."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_happenings import events, hands, live_contacts, pose_rows, unknown_kinds
 from sessions.importers.csv_mapping import METRES, UNITY, CsvMapping, PoseColumns, read_mapping
-from sessions.importers.csv_table import CsvTable
+from sessions.importers.csv_table import CsvTable, Rows
 from sessions.importers.finish import Imported, MeshSource, counted, finished, loaded, usable_track
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import Convention, convention, quaternion_from_euler
@@ -28,8 +25,6 @@ MESH_AXES = {
 HALF_TURN = np.diag([-1.0, 1.0, -1.0, 1.0])
 
 MOST_BODIES = 1000  # More names than a laboratory has bodies: then the column holds something else
-
-Rows = NDArray[np.bool_]
 
 
 def read_csv(
@@ -53,10 +48,7 @@ def read_csv(
         without this every mesh is turned by 180 degrees about Y).
     meshes, scene, scene_folder, proxies : see ``sessions.importers.finish.finished``.
 
-    Raises
-    ------
-    ImportFileError
-        Names file, line and column.
+    Raises ``ImportFileError``: names file, line and column.
     """
     if mesh_axes not in MESH_AXES:
         raise ImportFileError(f"no mesh_axes {mesh_axes!r}; there are: {', '.join(MESH_AXES)}")

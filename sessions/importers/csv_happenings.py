@@ -1,21 +1,16 @@
 """What a CSV holds besides poses: collisions the engine reported, triggers, events; rows left out are counted."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sessions.importers.csv_mapping import CsvMapping
-from sessions.importers.csv_table import CsvTable
+from sessions.importers.csv_table import CsvTable, Rows
 from sessions.importers.finish import side_of
 from sessions.model.event import Event
 from sessions.model.hand import HandTrack
 from sessions.model.live_contact import LiveContact
-
-Rows = NDArray[np.bool_]
 
 NAMED_KINDS = 5  # Unknown kinds of rows that are named before the sentence ends in dots
 

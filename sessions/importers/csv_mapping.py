@@ -4,8 +4,6 @@ The built-in mapping is for the CSV of the README's Unity script: a row per body
 triggers and collisions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -91,10 +89,7 @@ UNITY: Final = CsvMapping(
 def read_mapping(path: str | Path) -> CsvMapping:
     """The mapping of a TOML file.
 
-    Raises
-    ------
-    ImportFileError
-        File, table and key, and what to do.
+    Raises ``ImportFileError``: file, table and key, and what to do.
     """
     whole = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError)
     clock = whole.table("time") or TomlTable({}, whole.file, "[time]", ImportFileError)

@@ -1,7 +1,5 @@
 """A CSV as typed columns: stamps are exact to the last digit, and an error names line and column."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
@@ -51,7 +49,8 @@ class CsvTable:
                 arrow_csv.ConvertOptions(column_types=dict.fromkeys(header, pa.string()), strings_can_be_null=False),
             )
         except (pa.ArrowInvalid, pa.ArrowKeyError, UnicodeDecodeError) as error:
-            raise ImportFileError(f"{source}: this is no CSV ({_first_line(error)}); save it again as UTF-8") from None
+            why = str(error).splitlines()[0][:160] if str(error) else type(error).__name__
+            raise ImportFileError(f"{source}: this is no CSV ({why}); save it again as UTF-8") from None
         self.columns = tuple(header)
         self.cut_short = _is_cut_short(source, delimiter, len(header))
 
@@ -72,13 +71,11 @@ class CsvTable:
     def texts(self, column: str, rows: Rows | None = None) -> NDArray[np.object_]:
         """The cells of a column, of some rows or all, as text, (n,)."""
         chosen = self.column(column) if rows is None else self._chosen(column, rows)
-        cells: NDArray[np.object_] = chosen.to_numpy(zero_copy_only=False)
-        return cells
+        return chosen.to_numpy(zero_copy_only=False)
 
     def words(self, column: str, rows: Rows) -> list[str]:
         """The different texts in some rows of a column, in the order they come in."""
-        found: list[str] = self._chosen(column, rows).unique().to_pylist()
-        return found
+        return self._chosen(column, rows).unique().to_pylist()
 
     def counts(self, column: str) -> dict[str, int]:
         """The different texts of a column and how many rows have each."""
@@ -88,8 +85,7 @@ class CsvTable:
         """Which rows have exactly this text in a column, (n,)."""
         import pyarrow.compute as pc
 
-        same: Rows = pc.equal(self.column(column), word).to_numpy(zero_copy_only=False).astype(np.bool_)
-        return same
+        return pc.equal(self.column(column), word).to_numpy(zero_copy_only=False).astype(np.bool_)
 
     def numbers(self, columns: Sequence[str], rows: Rows) -> NDArray[np.float64]:
         """The cells of some columns and rows as float64, (n, columns); an empty cell is NaN."""
@@ -170,8 +166,7 @@ class CsvTable:
         import pyarrow.compute as pc
 
         cells = pc.utf8_trim_whitespace(self._chosen(column, rows))
-        said: Rows = pc.is_in(cells, pa.array(TRUE_WORDS)).to_numpy(zero_copy_only=False).astype(np.bool_)
-        return said
+        return pc.is_in(cells, pa.array(TRUE_WORDS)).to_numpy(zero_copy_only=False).astype(np.bool_)
 
 
 def _header(source: Path, delimiter: str) -> list[str]:
@@ -204,7 +199,3 @@ def _is_cut_short(source: Path, delimiter: str, columns: int) -> bool:
         return False
     last = tail.replace(b"\r", b"\n").rsplit(b"\n", 1)[-1].decode("utf-8", errors="replace")
     return _cells(last, delimiter) == columns
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).splitlines()[0][:160] if str(error) else type(error).__name__

@@ -1,7 +1,5 @@
 """Makes a session of converted samples: adds meshes and stand-ins, and records what was converted."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -64,10 +62,7 @@ def finished(
     scene : declared bodies, pairs and effects; its mesh paths are relative to ``scene_folder``.
     proxies : whether headset and controllers without a mesh get a stand-in; ``None``: only if no mesh is given at all.
 
-    Raises
-    ------
-    ImportFileError
-        No pose at all, or a mesh for a body that is not there.
+    Raises ``ImportFileError``: no pose at all, or a mesh for a body that is not there.
     """
     if not any(len(track) for track in samples.tracks.values()):
         raise ImportFileError(f"{source}: there is no pose in it; check that this is the recording")

@@ -51,17 +51,11 @@ def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
     Meshes are checked against their hashes. Frames, hands, live contacts and faster tracks are decoded when asked for.
     A file without the profile has the metadata ``format: foreign`` and ``profile: none`` (or what it calls its own).
 
-    Parameters
-    ----------
-    path : the file.
-    torn : what to do with a file that was cut short, for example by a crash of the recorder: ``refuse``, or ``keep``
-        every whole chunk; the metadata key ``missing`` then says what is not there.
+    ``path``: the file; ``torn``: what to do with a file that was cut short, for example by a crash of the recorder:
+    ``refuse``, or ``keep`` every whole chunk; the metadata key ``missing`` then says what is not there.
 
-    Raises
-    ------
-    SessionFileError
-        The file is missing, empty, damaged, no MCAP, of an unknown version, or has no poses; ``TornFileError`` when it
-        was cut short and ``torn`` is ``refuse``.
+    Raises ``SessionFileError``: the file is missing, empty, damaged, no MCAP, of an unknown version, or has no poses;
+    ``TornFileError`` when it was cut short and ``torn`` is ``refuse``.
     """
     if torn not in ("refuse", "keep"):
         raise SessionError(f"torn is {torn!r}; use 'refuse' or 'keep'")

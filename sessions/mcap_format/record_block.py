@@ -1,7 +1,5 @@
 """Whole MCAP message records in a row, and where a chunk may end between them."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -33,7 +31,7 @@ class RecordBlock:
     group_ends: NDArray[np.int64]
     group_counts: NDArray[np.int64]
 
-    def split(self, groups: int) -> tuple[RecordBlock, RecordBlock]:
+    def split(self, groups: int) -> "tuple[RecordBlock, RecordBlock]":
         """The first groups, and the rest."""
         if groups >= len(self.group_ends):
             return self, RecordBlock.of([])
@@ -49,7 +47,7 @@ class RecordBlock:
         return head, rest
 
     @classmethod
-    def join(cls, blocks: list[RecordBlock]) -> RecordBlock:
+    def join(cls, blocks: "list[RecordBlock]") -> "RecordBlock":
         """Blocks after each other."""
         if len(blocks) == 1:
             return blocks[0]
@@ -65,7 +63,7 @@ class RecordBlock:
         )
 
     @classmethod
-    def of(cls, messages: Iterable[tuple[int, int, int, int, bytes]]) -> RecordBlock:
+    def of(cls, messages: Iterable[tuple[int, int, int, int, bytes]]) -> "RecordBlock":
         """One group per message (channel, sequence, log_ns, publish_ns, payload)."""
         records, channels, logs = [], [], []
         for channel, sequence, log_ns, publish_ns, payload in messages:

@@ -6,8 +6,6 @@ closed, the index is written and the file gets its name. A program that is kille
 had not yet put on the disk.
 """
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -53,10 +51,7 @@ class Recorder:
     facts : what is known of the session, for example ``vr_type``, ``pseudonym``, ``consent``.
     overwrite : replace a file of that name, or the partial file of a recording that was killed.
 
-    Raises
-    ------
-    SessionFileError
-        A file of that name, or a partial one, is there already; the place cannot be written.
+    Raises ``SessionFileError``: a file of that name, or a partial one, is there already; the place cannot be written.
 
     Examples
     --------
@@ -68,7 +63,7 @@ class Recorder:
         self,
         path: str | Path,
         scene: Scene | None = None,
-        meshes: Mapping[str, MeshLike] | None = None,
+        meshes: "Mapping[str, MeshLike] | None" = None,
         *,
         facts: Mapping[str, str] | None = None,
         overwrite: bool = False,
@@ -105,12 +100,8 @@ class Recorder:
         sample_ns : body name -> the device's own time of its sample; ``stamp_ns`` where not given.
         log_ns : the recorder's clock; the time of day when not given.
 
-        Raises
-        ------
-        SessionError
-            A pose that is not seven numbers, a body in ``lost`` without a pose, a stamp that is no integer.
-        SessionFileError
-            The file could not be written.
+        Raises ``SessionError``: a pose that is not seven numbers, a body in ``lost`` without a pose, a stamp that is no
+        integer; ``SessionFileError``: the file could not be written.
         """
         names, values = tuple(poses), pose_values(poses)
         stamp, log = nanoseconds(stamp_ns), time.time_ns() if log_ns is None else nanoseconds(log_ns)
@@ -200,10 +191,8 @@ class Recorder:
     def close(self) -> None:
         """Write what waits, the index, and give the file its name; a second call does nothing.
 
-        Raises
-        ------
-        SessionFileError
-            The file could not be written; what is in it stays under the name ``<name>.partial``.
+        Raises ``SessionFileError``: the file could not be written; what is in it stays under the name
+        ``<name>.partial``.
         """
         with self._changed:
             if self._closing:
@@ -216,7 +205,7 @@ class Recorder:
         self._file.close()
         self._raise_failure()
 
-    def __enter__(self) -> Recorder:
+    def __enter__(self) -> "Recorder":
         return self
 
     def __exit__(

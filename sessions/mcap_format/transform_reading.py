@@ -5,8 +5,6 @@ length are read layout by layout: one comparison, one gather. Bytes that fit no 
 library, message by message; so do layouts too many to be worth learning.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
@@ -44,7 +42,7 @@ class BodySamples:
     values: NDArray[np.float64]
     """(n, 7) position and quaternion xyzw."""
 
-    def without(self, rows: NDArray[np.bool_]) -> BodySamples:
+    def without(self, rows: NDArray[np.bool_]) -> "BodySamples":
         """These samples but those of messages that are read another way."""
         keep = ~rows[self.rows]
         return replace(self, rows=self.rows[keep], sample_ns=self.sample_ns[keep], values=self.values[keep])

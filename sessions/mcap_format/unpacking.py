@@ -4,8 +4,6 @@ Source: MCAP specification, https://mcap.dev/spec (chunk, message); zstandard an
 that must not exceed the chunk's.
 """
 
-from __future__ import annotations
-
 import zlib
 from array import array
 from collections.abc import Callable, Iterable, Iterator
@@ -53,7 +51,7 @@ class MessageTable:
         """One message's payload."""
         return self.data[self.start[row] : self.end[row]]
 
-    def part(self, rows: NDArray[np.int64]) -> MessageTable:
+    def part(self, rows: NDArray[np.int64]) -> "MessageTable":
         """Some of the messages."""
         return MessageTable(self.data, *(getattr(self, name)[rows] for name in _COLUMNS))
 

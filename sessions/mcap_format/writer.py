@@ -37,10 +37,8 @@ def write_session(session: Session, path: str | Path) -> None:
     replaced. First come attachments and metadata, then the drawing for Foxglove, then events, hands and other sparse
     messages in chunks of their own, then the poses. So a reader that wants the events does not unpack the poses.
 
-    Raises
-    ------
-    SessionFileError
-        The session cannot be held by a file (a negative stamp), or the place cannot be written.
+    Raises ``SessionFileError``: the session cannot be held by a file (a negative stamp), or the place cannot be
+    written.
     """
     with replaced(Path(path)) as stream:
         writer = SessionWriter(stream, session.scene, session.meshes, session.facts, session.names, CHUNK_NS)

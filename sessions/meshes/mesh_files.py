@@ -3,8 +3,6 @@
 Only this module of `sessions` imports trimesh and manifold3d, and only when a function needs them.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -41,10 +39,7 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> MeshData:
     path : the file; its ending says its type.
     scale : metres per unit of the file (0.01 for a file in centimetres).
 
-    Raises
-    ------
-    MeshFileError
-        When the file is missing, empty, damaged, of an unknown type, or holds no triangle.
+    Raises ``MeshFileError``: when the file is missing, empty, damaged, of an unknown type, or holds no triangle.
     """
     place = Path(path)
     file_type = place.suffix.lower().removeprefix(".")
@@ -154,7 +149,7 @@ def _read_with_trimesh(data: bytes, kind: str) -> tuple[NDArray[np.float64], NDA
     return whole.vertices, whole.faces
 
 
-def _placed_parts(scene: trimesh.Scene) -> Iterable[MeshData]:
+def _placed_parts(scene: "trimesh.Scene") -> Iterable[MeshData]:
     """Yield the meshes of a scene where its nodes put them, in an order that depends on the file alone."""
     import trimesh
 

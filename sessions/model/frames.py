@@ -1,7 +1,5 @@
 """The poses of a session as arrays: one row per frame, one column per body, and the status of each sample."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from enum import IntEnum
@@ -57,24 +55,24 @@ class Frames:
     def __len__(self) -> int:
         return len(self.stamp_ns)
 
-    def part(self, start: int, stop: int) -> Frames:
+    def part(self, start: int, stop: int) -> "Frames":
         """Frames ``start <= t < stop`` as views."""
         arrays = [getattr(self, item.name)[start:stop] for item in fields(self)[1:]]
         return Frames(self.names, *arrays)
 
-    def blocks(self, frames: int) -> Iterator[Frames]:
+    def blocks(self, frames: int) -> "Iterator[Frames]":
         """These frames in consecutive blocks of at most this many."""
         for start in range(0, len(self), frames):
             yield self.part(start, start + frames)
 
     @classmethod
-    def join(cls, parts: list[Frames]) -> Frames:
+    def join(cls, parts: "list[Frames]") -> "Frames":
         """Blocks after each other; all have the same bodies."""
         arrays = [np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(cls)[1:]]
         return cls(parts[0].names, *arrays)
 
     @classmethod
-    def empty(cls, names: tuple[str, ...]) -> Frames:
+    def empty(cls, names: tuple[str, ...]) -> "Frames":
         """No frame of these bodies."""
         n, none = len(names), np.zeros(0, dtype=np.int64)
         return cls(

@@ -20,10 +20,7 @@ class HandTrack:
     buttons : b names.
     pressed : (n, b) bool; ``None``: never pressed.
 
-    Raises
-    ------
-    SessionError
-        Shapes that do not fit, or stamps that do not increase.
+    Raises ``SessionError``: shapes that do not fit, or stamps that do not increase.
     """
 
     times_ns: NDArray[np.int64]

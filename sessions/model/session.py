@@ -1,7 +1,5 @@
 """A recorded session: poses, meshes, scene and events; in memory or larger than memory."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -95,13 +93,13 @@ class Session:
         cls,
         times_ns: ArrayLike,
         poses: Mapping[str, tuple[ArrayLike, ArrayLike]],
-        meshes: Mapping[str, MeshLike] | None = None,
+        meshes: "Mapping[str, MeshLike] | None" = None,
         scene: Scene | None = None,
         *,
         events: Sequence[Event] = (),
         intervals: Sequence[Interval] = (),
         facts: Mapping[str, str] | None = None,
-    ) -> Session:
+    ) -> "Session":
         """A session whose bodies share one clock.
 
         Parameters
@@ -110,10 +108,7 @@ class Session:
         poses : body name -> (positions (T, 3), quaternions_xyzw (T, 4)).
         meshes : body name -> (vertices (v, 3), faces (f, 3)) or ``MeshData``.
 
-        Raises
-        ------
-        SessionError
-            Shapes that do not fit, stamps that do not increase.
+        Raises ``SessionError``: shapes that do not fit, stamps that do not increase.
         """
         tracks = {name: _track_of(name, times_ns, pose) for name, pose in poses.items()}
         return cls.from_tracks(tracks, meshes=meshes, scene=scene, events=events, intervals=intervals, facts=facts)
@@ -122,13 +117,13 @@ class Session:
     def from_tracks(
         cls,
         tracks: Mapping[str, Track],
-        meshes: Mapping[str, MeshLike] | None = None,
+        meshes: "Mapping[str, MeshLike] | None" = None,
         scene: Scene | None = None,
         *,
         events: Sequence[Event] = (),
         intervals: Sequence[Interval] = (),
         facts: Mapping[str, str] | None = None,
-    ) -> Session:
+    ) -> "Session":
         """A session whose bodies have clocks of their own; a frame is made for every stamp that any body has."""
         given = {name: mesh_of(name, mesh) for name, mesh in (meshes or {}).items()}
         return cls(_frames(tracks), given, scene or Scene(), tuple(events), tuple(intervals), dict(facts or {}))
@@ -145,7 +140,7 @@ def _track_of(name: str, times_ns: ArrayLike, pose: tuple[ArrayLike, ArrayLike])
         raise SessionError(f"body {name!r}: {error}") from None
 
 
-def mesh_of(name: str, mesh: MeshLike) -> MeshData:
+def mesh_of(name: str, mesh: "MeshLike") -> MeshData:
     """A body's mesh as `MeshData`; an error names the body."""
     try:
         return mesh if isinstance(mesh, MeshData) else MeshData(*mesh)

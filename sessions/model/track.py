@@ -20,10 +20,7 @@ class Track:
     quaternions_xyzw : (n, 4).
     valid : (n,) bool, False where the tracker had lost the body; ``None``: all valid.
 
-    Raises
-    ------
-    SessionError
-        Shapes that do not fit, or stamps that do not increase.
+    Raises ``SessionError``: shapes that do not fit, or stamps that do not increase.
     """
 
     times_ns: NDArray[np.int64]

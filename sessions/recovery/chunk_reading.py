@@ -4,8 +4,6 @@ A chunk whose checksum agrees is whole. A truncated chunk is read as far as it g
 chunk whose checksum is wrong is not read at all, because nobody can say which of its bytes changed.
 """
 
-from __future__ import annotations
-
 import io
 from typing import Any, BinaryIO, Final
 

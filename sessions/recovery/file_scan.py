@@ -1,7 +1,5 @@
 """One scan of a damaged file: what it declares, which records are whole, and what is lost. It writes nothing."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """What was lost when a damaged session file was saved: bytes, messages, spans of time, bodies, attachments."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 

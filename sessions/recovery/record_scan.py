@@ -6,8 +6,6 @@ ends on every file, in time proportional to its size.
 Source: MCAP specification, https://mcap.dev/spec.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -142,6 +140,4 @@ class RecordScan:
     def _is_landmark(self, at: int) -> bool:
         """A record that makes sense and is followed by another, or by the end."""
         piece = self._piece(at)
-        if piece is None:
-            return False
-        return piece.truncated or piece.end == self._size or self._is_followed(piece.end)
+        return piece is not None and (piece.truncated or piece.end == self._size or self._is_followed(piece.end))

@@ -3,8 +3,6 @@
 The result and the new file's metadata name what is lost. Data that cannot be trusted is not kept.
 """
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import replace
 from pathlib import Path
@@ -45,10 +43,8 @@ def recover(path: str | Path, out: str | Path, *, overwrite: bool = False) -> Re
     out : the file to write, whole and indexed.
     overwrite : replace a file of that name.
 
-    Raises
-    ------
-    SessionFileError
-        ``path`` cannot be read, holds nothing that can be saved, or is ``out``; ``out`` exists or cannot be written.
+    Raises ``SessionFileError``: ``path`` cannot be read, holds nothing that can be saved, or is ``out``; ``out`` exists
+    or cannot be written.
     """
     source, target = Path(path), Path(out)
     if target.exists():
@@ -91,7 +87,9 @@ def _write(found: FileScan, stream: BinaryIO, target: Path) -> Recovery:
             writer.attachment(name, made.media_type, data, made.log_time)
         if own:
             metadata = {**metadata_of(session or {})[0], RECOVERED: "; ".join(result.sentences())}
-            writer.metadata(SESSION_RECORD, session_record(metadata, _hashes(keep)))
+            meshes = {body: data for file, data in keep.items() if (body := mesh_name(file)) is not None}
+            hashes = {body: hashlib.sha256(data).hexdigest() for body, data in meshes.items()}
+            writer.metadata(SESSION_RECORD, session_record(metadata, hashes))
             writer.metadata(BODIES_RECORD, bodies_record(tuple(dict.fromkeys([*listed, *found.names]))))
         for name, values in declared.metadata:
             if name not in (SESSION_RECORD, BODIES_RECORD) or not own:
@@ -150,11 +148,6 @@ def _reads(name: str, data: bytes) -> bool:
     except (SessionError, UnicodeDecodeError):
         return False
     return True
-
-
-def _hashes(keep: dict[str, bytes]) -> dict[str, str]:
-    meshes = {mesh_name(file): data for file, data in keep.items()}
-    return {name: hashlib.sha256(data).hexdigest() for name, data in meshes.items() if name is not None}
 
 
 def _listed_names(record: dict[str, str] | None) -> tuple[str, ...]:

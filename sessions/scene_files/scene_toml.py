@@ -29,10 +29,7 @@ def read_scene(path: str | Path) -> Scene:
 def parse_scene(text: str, file: str = "scene.toml") -> Scene:
     """The scene of a TOML text; ``file`` is the name used in messages.
 
-    Raises
-    ------
-    SceneError
-        File, table and key, and what to do.
+    Raises ``SceneError``: file, table and key, and what to do.
     """
     whole = parse_toml(text, file, SceneError)
     head = whole.table("scene") or TomlTable({}, file, "[scene]", SceneError)

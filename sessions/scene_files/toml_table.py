@@ -1,7 +1,5 @@
 """One table of a TOML file, read key by key; an error names file, table, key and the nearest known name."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
@@ -27,7 +25,7 @@ def read_text(path: str | Path, what: str, error: type[SessionError]) -> str:
         raise error(f"{what} {place} is not UTF-8 text; save it as UTF-8") from None
 
 
-def parse_toml(text: str, file: str, error: type[SessionError]) -> TomlTable:
+def parse_toml(text: str, file: str, error: type[SessionError]) -> "TomlTable":
     """The whole file as a table; the parser's own sentence names line and column."""
     try:
         return TomlTable(tomllib.loads(text), file, "", error)
@@ -117,13 +115,13 @@ class TomlTable:
         fits = lambda value: isinstance(value, list) and len(value) == size and all(map(is_number, value))  # noqa: E731
         return tuple(map(float, self._checked(key, list(default), f"give {size} finite numbers", fits)))
 
-    def table(self, key: str) -> TomlTable | None:
+    def table(self, key: str) -> "TomlTable | None":
         """A table within, or ``None``."""
         value = self._checked(key, None, "give a table", lambda value: value is None or isinstance(value, dict))
         place = f"{self.place} {key}" if self.place else f"[{key}]"
         return None if value is None else TomlTable(value, self.file, place, self.error)
 
-    def tables(self, key: str) -> list[TomlTable] | None:
+    def tables(self, key: str) -> "list[TomlTable] | None":
         """``[[key]]`` tables in order, or ``None`` where the key does not occur."""
         wanted = f"write it as [[{key}]]"
         value = self._checked(key, None, wanted, lambda value: value is None or _is_list(value, dict))
@@ -131,7 +129,7 @@ class TomlTable:
             return None
         return [TomlTable(one, self.file, f"[[{key}]] {row}", self.error) for row, one in enumerate(value, start=1)]
 
-    def named_tables(self, key: str) -> dict[str, TomlTable]:
+    def named_tables(self, key: str) -> "dict[str, TomlTable]":
         """``[key.NAME]`` tables by name."""
         wanted = f"write it as [{key}.NAME]"
         value = self._checked(

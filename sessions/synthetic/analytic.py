@@ -202,10 +202,7 @@ def make_analytic(
     jitter : ``even``, ``steady`` or ``browser`` stamps.
     losses : ``flagged``, ``identity`` (unflagged identity poses) or ``off``; only with noise.
 
-    Raises
-    ------
-    SessionError
-        An unknown name, a rate or length that is not positive.
+    Raises ``SessionError``: an unknown name, a rate or length that is not positive.
 
     Examples
     --------

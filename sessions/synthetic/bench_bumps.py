@@ -68,10 +68,7 @@ def make_bench_bumps(
     while held they ride on the recorded hand. Truth is about the recorded poses: with noise, ``surely`` and
     ``possibly`` leave five sigma (1 mm) open, and tracking is lost only between bumps.
 
-    Raises
-    ------
-    SessionError
-        An unknown noise, jitter or losses; a rate that is not positive.
+    Raises ``SessionError``: an unknown noise, jitter or losses; a rate that is not positive.
     """
     how = Recording(seed=seed, rate_hz=rate_hz, seconds=SECONDS, noise=noise, jitter=jitter, losses=losses)
     layout = Instruments(PLACED, faces)

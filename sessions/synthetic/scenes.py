@@ -34,10 +34,7 @@ def make_scene_session(
     **settings : ``jitter`` (``even``, ``steady``, ``browser``), ``losses`` (``flagged``, ``identity``, ``off``),
         ``faces`` (resolution of the meshes).
 
-    Raises
-    ------
-    SessionError
-        No such scene, noise, jitter or losses; a rate that is not positive.
+    Raises ``SessionError``: no such scene, noise, jitter or losses; a rate that is not positive.
     """
     if name not in SCENES:
         raise SessionError(f"no scene {name!r}; there are: {', '.join(SCENES)}")

@@ -152,10 +152,7 @@ def write_truth(truth: Truth, path: str | Path) -> None:
 def read_truth(path: str | Path) -> Truth:
     """Read a truth file.
 
-    Raises
-    ------
-    SessionError
-        The file is no truth of this format.
+    Raises ``SessionError``: the file is no truth of this format.
     """
     try:
         held = json.loads(Path(path).read_text(encoding="utf-8"))

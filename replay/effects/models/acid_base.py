@@ -1,7 +1,5 @@
 """pH by charge balance: the one root of a monotone function, found by bisection, finite at every concentration."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final

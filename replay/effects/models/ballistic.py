@@ -1,7 +1,5 @@
 """Where falling liquid goes: into the first opening that its parabola enters from above, or beside them all."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A balanced equation as written on a blackboard, and how far it goes: to the end of the limiting reagent."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Mapping

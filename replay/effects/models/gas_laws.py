@@ -1,7 +1,5 @@
 """Room that a gas takes, dry or over water."""
 
-from __future__ import annotations
-
 from typing import Final
 
 GAS_CONSTANT: Final = 8.314462618

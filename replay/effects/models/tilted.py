@@ -1,7 +1,5 @@
 """How much a tilted cylindrical vessel keeps: right to 1e-9 relative and never rising, up to 90 - 1e-9 degrees."""
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

@@ -1,15 +1,12 @@
 """Liquid on its way from one vessel to another, and the ledger that neither makes nor loses any."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdcore.numerics import FloatArray
+from cdcore.numerics import FloatArray, IntArray
 from replay.effects.output import Vector
 
 GAP_S: Final = 0.5
@@ -109,7 +106,7 @@ class History:
 
     # times, frames: (n,)
     times: FloatArray
-    frames: NDArray[np.int64]
+    frames: IntArray
     # volume_ml, added_ml: (n,) what is in it, and all that ever came in
     volume_ml: FloatArray
     added_ml: FloatArray

@@ -1,7 +1,5 @@
 """Temperatures in closed form from row to row: heat in at a steady power, heat out in proportion to the excess."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

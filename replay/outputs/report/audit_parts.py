@@ -1,7 +1,5 @@
 """Parts of the report that only an audit has: counts, causes, a map of the pairs, how long frames took, step rates."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,15 +1,12 @@
 """The bench as a picture, drawn without a graphics card: every triangle from far to near, glass translucent."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdcore.numerics import FloatArray, place_points
+from cdcore.numerics import BoolArray, FloatArray, IntArray, place_points
 from replay.outputs.camera import FIELD_OF_VIEW, Eye, look_rotation
 from replay.outputs.materials import albedo, is_ghost, tags_of
 from replay.outputs.palette import MISSED
@@ -31,7 +28,7 @@ PAPER: Final = 0.4
 GLASS_ALPHA: Final = 0.22
 GHOST_ALPHA: Final = 0.30
 
-Faces = Mapping[int, NDArray[np.int64]]
+Faces = Mapping[int, IntArray]
 """Body -> numbers of the faces to mark."""
 
 
@@ -60,9 +57,7 @@ def bench_picture(assembly: Assembly, scene: Scene, frame: int, eye: Eye, marked
     return _drawn(flat[order], _shaded(normal, colours)[order], half)
 
 
-def _triangles(
-    assembly: Assembly, scene: Scene, frame: int, marked: Faces
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+def _triangles(assembly: Assembly, scene: Scene, frame: int, marked: Faces) -> tuple[FloatArray, FloatArray, BoolArray]:
     corners, colours, red = [np.zeros((0, 3, 3))], [np.zeros((0, 4))], [np.zeros(0, dtype=np.bool_)]
     motion = assembly.motion
     for body, thing in enumerate(assembly.bodies):

@@ -1,7 +1,5 @@
 """Charts of a run as SVG that lies in the page: who touched when, and what each frame took."""
 
-from __future__ import annotations
-
 from itertools import cycle
 from typing import TYPE_CHECKING, Final
 
@@ -162,7 +160,7 @@ def timing(result: RunResult) -> Markup:
     return element("figure", svg, element("figcaption", "What each frame took, in milliseconds on a log axis."))
 
 
-def _draw_timing(axes: Axes, result: RunResult) -> None:
+def _draw_timing(axes: "Axes", result: RunResult) -> None:
     for (label, detection), colour in zip(result.detections.items(), cycle(SERIES), strict=False):
         seconds = frame_seconds(detection)
         if seconds is not None and len(seconds):

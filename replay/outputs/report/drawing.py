@@ -1,7 +1,5 @@
 """Plots that lie in a page as SVG and take ink and paper from it: dark on a light page, light on a dark one."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
@@ -22,7 +20,7 @@ INKED: Final = (
 )  # fmt: skip
 
 
-def svg_in_page(width: float, height: float, words: str, draw: Callable[[Axes], None]) -> Markup:
+def svg_in_page(width: float, height: float, words: str, draw: "Callable[[Axes], None]") -> Markup:
     """One plot without a background of its own, in inches of 72 points; the same drawing gives the same bytes.
 
     ``words`` say what it shows, for those who cannot see it; ``draw`` is called with the axes to draw on.

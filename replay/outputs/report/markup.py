@@ -1,7 +1,5 @@
 """Pieces of HTML in which every word from outside is escaped: a body may be called ``<script>``."""
 
-from __future__ import annotations
-
 from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from html import escape

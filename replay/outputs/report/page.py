@@ -1,7 +1,5 @@
 """``report.html``: what was missed, where and at what price, on one self-contained page."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The tables of the report; every number in them stands in the result."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """A tradeoff in page and folder: recall against time as a picture, the advice, and a row per setting."""
 
-from __future__ import annotations
-
 import base64
 import json
 from collections.abc import Iterator

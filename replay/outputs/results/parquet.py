@@ -1,7 +1,5 @@
 """The one door to Parquet: plain rows in and out, with a type for every column."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -28,14 +26,12 @@ def table_of(rows: Sequence[Mapping[str, Any]], kinds: Mapping[str, type]) -> pa
 
 def read_rows(path: Path) -> list[dict[str, Any]]:
     """Every row of a file, column -> value."""
-    rows: list[dict[str, Any]] = pq.read_table(path).to_pylist()
-    return rows
+    return pq.read_table(path).to_pylist()
 
 
 def read_columns(path: Path) -> dict[str, list[Any]]:
     """A file column by column."""
-    columns: dict[str, list[Any]] = pq.read_table(path).to_pydict()
-    return columns
+    return pq.read_table(path).to_pydict()
 
 
 def write_rows(rows: Iterable[Mapping[str, Any]], path: Path) -> None:

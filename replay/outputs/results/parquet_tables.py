@@ -1,7 +1,5 @@
 """A run as tables: verdict data in float64 and int64, bodies by name, one row per thing that happened."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
@@ -11,6 +9,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from cdcore import Verdict
+from cdcore.numerics import IntArray
 from cdcore.protocol import counts_as_contact
 from replay.base.constants import VERDICT_FRAMES
 from replay.comparison.contact_counts import contact_counts
@@ -177,7 +176,7 @@ def metrics_table(result: RunResult) -> pa.Table:
     return table_of(rows, METRICS | dict.fromkeys(tasks, float))
 
 
-def _happened(result: RunResult) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _happened(result: RunResult) -> tuple[IntArray, IntArray]:
     """Frame and column of every pair-frame in which anything happened, looked for in some frames at a time."""
     rows, columns = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     for start in range(0, len(result.assembly.stamp_ns), VERDICT_FRAMES):
@@ -201,7 +200,7 @@ def _doubt(result: RunResult, episode: Episode) -> str | None:
     return flag_words()[int(np.bitwise_or.reduce(part, axis=None))] or None
 
 
-def _flag_column(result: RunResult, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> pa.DictionaryArray:
+def _flag_column(result: RunResult, rows: IntArray, columns: IntArray) -> pa.DictionaryArray:
     flag = np.zeros(len(rows), dtype=np.uint16)
     if result.flags is not None:
         ends = result.assembly.pairs[columns]
@@ -212,9 +211,7 @@ def _flag_column(result: RunResult, rows: NDArray[np.int64], columns: NDArray[np
     return pa.DictionaryArray.from_arrays(named, pa.array([words[code] for code in codes.tolist()], pa.string()))
 
 
-def _frame_columns(
-    result: RunResult, rows: NDArray[np.int64], columns: NDArray[np.int64], numbers: Mapping[str, NDArray[np.int64]]
-) -> Columns:
+def _frame_columns(result: RunResult, rows: IntArray, columns: IntArray, numbers: Mapping[str, IntArray]) -> Columns:
     table: Columns = {
         "frame": pa.array(rows),
         "stamp_ns": pa.array(result.assembly.stamp_ns[rows]),
@@ -237,7 +234,7 @@ def _frame_columns(
     return table
 
 
-def _pair_columns(result: RunResult, pairs: NDArray[np.int64]) -> Columns:
+def _pair_columns(result: RunResult, pairs: IntArray) -> Columns:
     names = list(result.assembly.names)
     ends = result.assembly.pairs[pairs]
     return {
@@ -251,9 +248,7 @@ def _words(values: NDArray[np.integer], words: list[str]) -> pa.DictionaryArray:
     return pa.DictionaryArray.from_arrays(pa.array(values.astype(np.int32)), pa.array(words, pa.string()))
 
 
-def _miss_numbers(
-    result: RunResult, label: str, rows: NDArray[np.int64], columns: NDArray[np.int64]
-) -> NDArray[np.int64]:
+def _miss_numbers(result: RunResult, label: str, rows: IntArray, columns: IntArray) -> IntArray:
     """Number of the miss that each row belongs to, 0 outside."""
     number = np.zeros(len(rows), dtype=np.int64)
     for miss in result.misses[label]:

@@ -1,7 +1,5 @@
 """Run folders, written whole or not at all: everything gets a temporary name beside the folder, then is renamed."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Callable, Iterator, Mapping

@@ -3,8 +3,6 @@
 Trees are kept between calls for the same meshes, answers never.
 """
 
-from __future__ import annotations
-
 from replay.studies.bench.engines import Answer, OwnExact
 from replay.studies.bench.workload import BenchWorkload
 

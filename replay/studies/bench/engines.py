@@ -4,8 +4,6 @@ The three peers are loops of Python over an engine that knows one pose at a time
 move are placed once a frame, then every pair is asked.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
@@ -13,14 +11,13 @@ from time import perf_counter
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Body, Detection, Motion, TriangleMesh, create_detector
 from cdcore.narrow.fcl_meshes import FclMeshes
-from cdcore.numerics import FloatArray
+from cdcore.numerics import FloatArray, Int32Array, IntArray
 from replay.studies.bench.workload import BenchWorkload
 
-Answer = NDArray[np.int64]
+Answer = IntArray
 """(T, P) distinct face pairs, or 0 and 1."""
 EVERY_CONTACT: Final = 4_000_000
 
@@ -66,7 +63,7 @@ class CoalLoop:
 
         return frame_by_frame(self._load, place, fill)
 
-    def _tree(self, vertices: FloatArray, faces: NDArray[np.int32]) -> Any:
+    def _tree(self, vertices: FloatArray, faces: Int32Array) -> Any:
         tree = self._coal.BVHModelOBBRSS()
         tree.beginModel(len(faces), len(vertices))
         tree.addVertices(vertices)

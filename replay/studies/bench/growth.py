@@ -4,8 +4,6 @@ Reading the poses is linear and cannot be otherwise. The search among distant bo
 test a pair where frames grow eightfold.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 from typing import Final

@@ -3,8 +3,6 @@
 The yardstick is a loop of Python over python-fcl. A ratio holds within one race; seconds of two races do not compare.
 """
 
-from __future__ import annotations
-
 import gc
 import time
 import zlib

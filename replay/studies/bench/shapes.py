@@ -3,17 +3,14 @@
 Corners are rounded to single precision, so that engines of either precision see the same geometry.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdcore.numerics import FloatArray
+from cdcore.numerics import FloatArray, Int32Array
 
-Mesh = tuple[FloatArray, NDArray[np.int32]]
+Mesh = tuple[FloatArray, Int32Array]
 
 PINHOLE: Final = 2e-4
 """Metres: surfaces of revolution stay open by that much at their axis, where faces would have no area."""

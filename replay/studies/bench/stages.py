@@ -5,8 +5,6 @@ more with trees that are cut to their root, and once with trees whose leaves are
 a boolean ends at its first contact, so there trees and faces stay together.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial

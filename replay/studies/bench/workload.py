@@ -5,15 +5,12 @@ leans on it, then pours over the cup's rim, a hand touches bottle, cup and tray.
 the time and touch in some 10 % of the frames, which makes such a session hard. The motion repeats every 30 s.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdcore.numerics import FloatArray
+from cdcore.numerics import FloatArray, IntArray
 from replay.base.constants import HEADSET_HZ
 from replay.studies.bench.shapes import Mesh, bench_mesh
 
@@ -79,7 +76,7 @@ class BenchWorkload:
     names: tuple[str, ...]
     meshes: tuple[Mesh, ...]
     poses: FloatArray
-    pairs: NDArray[np.int64]
+    pairs: IntArray
     rate_hz: float = RATE_HZ
 
 
@@ -139,8 +136,7 @@ def _tremor(seconds: FloatArray, rng: np.random.Generator) -> FloatArray:
     rate, phase = rng.uniform(0.2, 2.2, (6, 4)), rng.uniform(0, 2 * np.pi, (6, 4))
     wave = np.stack([sum(np.sin(2 * np.pi * f * seconds + p) for f, p in zip(*axis, strict=True)) / 4
                      for axis in zip(rate, phase, strict=True)], axis=1)  # fmt: skip
-    shaken: FloatArray = wave * np.repeat(TREMOR, 3)
-    return shaken
+    return wave * np.repeat(TREMOR, 3)
 
 
 def _turned_by(vectors: FloatArray) -> FloatArray:

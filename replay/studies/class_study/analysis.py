@@ -4,8 +4,6 @@ Every regression carries its n, the detector behind the behaviour and that detec
 again with every other detector, to see whether its conclusion depends on what the detector missed.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,8 +11,8 @@ from functools import partial
 from typing import Final, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cdcore.numerics import FloatArray, IntArray
 from replay.errors import StudyError
 from replay.studies.class_study.codebook import Codebook, Item, RegressionQuestion
 from replay.studies.class_study.joining import DETECTOR, RECALL, STUDENT, Metrics, Questionnaire, rows_of_students
@@ -24,8 +22,6 @@ from replay.studies.class_study.reliability import Bartlett, Reliability, bartle
 from sessions.scene_files.toml_table import nearest
 from sessions.synthetic.rng import random_stream
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Result = TypeVar("Result")
 
 LEVEL: Final = 0.05
@@ -150,7 +146,7 @@ def _try(make: Callable[[], Result], what: str, refusals: list[StudyRefusedError
         return None
 
 
-def _of_items(questionnaire: Questionnaire, items: Sequence[Item], figure: Callable[[Floats], Result]) -> Result:
+def _of_items(questionnaire: Questionnaire, items: Sequence[Item], figure: Callable[[FloatArray], Result]) -> Result:
     """A figure of the complete answers to some items, if so many students gave them that none can be recognised."""
     answers = np.column_stack([questionnaire.answers[item.name] for item in items])
     answers = answers[np.isfinite(answers).all(axis=1)]
@@ -230,7 +226,7 @@ def _fit(
     if len(outcome) > 1:
         raise StudyRefusedError("undeclared-groups", "")
     names: list[str] = []
-    columns: list[Floats] = []
+    columns: list[FloatArray] = []
     for name in question.predictors:
         for word, values in _variable(name, codebook, questionnaire, metrics, rows).items():
             names.append(word)
@@ -247,8 +243,8 @@ def _fit(
 
 
 def _variable(
-    name: str, codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None, rows: Ints
-) -> dict[str, Floats]:
+    name: str, codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None, rows: IntArray
+) -> dict[str, FloatArray]:
     """One variable row by row; a group is one column per group after the first."""
     if name in codebook.constructs:
         return {name: questionnaire.scores(codebook.constructs[name])[rows]}

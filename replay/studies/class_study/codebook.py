@@ -3,9 +3,6 @@
 It is written before the data are seen: what is not declared here is not analysed.
 """
 
-from __future__ import annotations
-
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -72,7 +69,8 @@ def read_codebook(path: Path) -> Codebook:
         raise StudyError(f"{path.name}: must be a table of names and values, not {loaded!r:.60}")
     for key, kind, what in (("items", dict, "a table of tables"), ("regressions", list, "a list of tables")):
         held = loaded.get(key, kind())
-        if not isinstance(held, kind) or not all(isinstance(one, dict) for one in _entries(held)):
+        entries = held.values() if isinstance(held, dict) else held
+        if not isinstance(held, kind) or not all(isinstance(one, dict) for one in entries):
             raise StudyError(f"{path.name}: {key} must be {what}, not {held!r:.60}")
     failure: Any = StudyError
     table = TomlTable(loaded, path.name, "", failure)
@@ -85,10 +83,6 @@ def read_codebook(path: Path) -> Codebook:
     if not items:
         raise table.fail("items is empty; declare at least one item, as `peu1: {construct: ease of use}`")
     return Codebook(student, items, questions, groups, path)
-
-
-def _entries(held: Any) -> Iterable[Any]:
-    return held.values() if isinstance(held, dict) else held
 
 
 def _with_words(value: Any) -> Any:

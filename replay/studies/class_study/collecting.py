@@ -1,7 +1,5 @@
 """Metrics of many runs as one table: every row has a pseudonym, and no session is in it twice."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final

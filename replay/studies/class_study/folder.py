@@ -1,7 +1,5 @@
 """A study as files: a page to read, tables for further work, and JSON with everything that it was made from."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math
@@ -81,8 +79,7 @@ def as_json(study: Study) -> dict[str, Any]:
         "refused": [{"result": r.what, "rule": r.rule, "reason": r.reason, "lift": r.lift} for r in study.refusals],
         "warnings": list(study.warnings),
     }  # fmt: skip
-    plain: dict[str, Any] = _plain(whole)
-    return plain
+    return _plain(whole)
 
 
 def _plain(value: Any) -> Any:

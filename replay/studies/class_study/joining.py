@@ -1,7 +1,5 @@
 """Questionnaire and metrics, joined student by student; a row that cannot be joined is an error."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections import Counter
@@ -11,14 +9,12 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cdcore.numerics import FloatArray, IntArray
 from replay.errors import StudyError
 from replay.outputs.results.parquet import UNREADABLE, read_columns
 from replay.studies.class_study.codebook import Codebook, Item
 from replay.studies.class_study.refusals import StudyRefusedError
-
-Floats = NDArray[np.float64]
 
 PSEUDONYM: Final = re.compile(r"(?=.*\d)[A-Za-z0-9_-]{1,32}")
 """A pseudonym has a digit and neither space nor sign: ``S01``. A name has no digit, an address has a sign."""
@@ -37,10 +33,10 @@ class Questionnaire:
     """
 
     students: tuple[str, ...]
-    answers: dict[str, Floats]
+    answers: dict[str, FloatArray]
     group: tuple[str, ...] = ()
 
-    def scores(self, items: Sequence[Item]) -> Floats:
+    def scores(self, items: Sequence[Item]) -> FloatArray:
         """Mean answer over the items of a construct, (students,); nan where one is missing."""
         return np.asarray(np.mean([self.answers[item.name] for item in items], axis=0), dtype=np.float64)
 
@@ -89,7 +85,7 @@ def read_questionnaire(path: Path, codebook: Codebook) -> Questionnaire:
     return Questionnaire(tuple(students[k] for k in order), answers, group)
 
 
-def _column(rows: Sequence[dict[str, str]], item: Item, where: str, order: Sequence[int]) -> Floats:
+def _column(rows: Sequence[dict[str, str]], item: Item, where: str, order: Sequence[int]) -> FloatArray:
     values = np.full(len(rows), np.nan)
     low, high = item.scale
     for k, row in enumerate(rows):
@@ -131,12 +127,12 @@ class Metrics:
         """Detectors with rows, in order of appearance."""
         return tuple(dict.fromkeys(self.columns[DETECTOR]))
 
-    def of(self, detector: str) -> Metrics:
+    def of(self, detector: str) -> "Metrics":
         """The rows of one detector."""
         keep = [k for k, name in enumerate(self.columns[DETECTOR]) if name == detector]
         return Metrics({name: [values[k] for k in keep] for name, values in self.columns.items()})
 
-    def numbers(self, name: str) -> Floats:
+    def numbers(self, name: str) -> FloatArray:
         """One column as numbers, nan where there is none."""
         return np.array([np.nan if value is None else float(value) for value in self.columns[name]], dtype=np.float64)
 
@@ -162,7 +158,7 @@ def read_metrics(path: Path) -> Metrics:
     return Metrics(columns)
 
 
-def rows_of_students(metrics: Metrics, questionnaire: Questionnaire) -> NDArray[np.int64]:
+def rows_of_students(metrics: Metrics, questionnaire: Questionnaire) -> IntArray:
     """For each row of metrics the index of its student in the questionnaire.
 
     Raises ``StudyRefusedError`` ``ids``: a student is in one file only.

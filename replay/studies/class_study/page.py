@@ -1,7 +1,5 @@
 """``study.html``: what a study found, in plain words that claim association and never cause."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
@@ -115,7 +113,7 @@ def _forest(study: Study) -> Markup:
     """Every coefficient with its interval; the ones told from zero filled."""
     rows = coefficients(study)
 
-    def draw(axes: Axes) -> None:
+    def draw(axes: "Axes") -> None:
         for k, (_, c) in enumerate(rows):
             axes.plot([c.low, c.high], [k, k], color=BLUE, lw=1.6)
             axes.plot(c.beta, k, "o", ms=7, color=BLUE, mfc=BLUE if associated(c) else PAPER)

@@ -4,8 +4,6 @@ Given n, the standardised coefficient, the adjusted fit and p, each follows from
 predictor; and all rows of one multiple regression share one fit. What disagrees by more than rounding is reported.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections import defaultdict
 from collections.abc import Mapping, Sequence

@@ -4,8 +4,6 @@ A refusal is a result, not a failure: the analysis goes on and the page lists it
 where the list is kept.
 """
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 from replay.errors import StudyError

@@ -4,8 +4,6 @@ Coefficients are standardised. Their intervals are bootstrapped over students, b
 standardised slope forgets that the scales were estimated too: at a correlation of 0.6 it covers the truth in 99 %.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -13,11 +11,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cdcore.numerics import FloatArray, IntArray
 from replay.studies.class_study.refusals import LEAST_STUDENTS, StudyRefusedError
 from replay.studies.class_study.reliability import interval
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 PERMUTATION_BELOW: Final = 100
 """Students below which p comes from permutations instead of the t distribution."""
@@ -68,7 +64,7 @@ class Regression:
 
 
 def regress(
-    outcome: str, y: Floats, names: Sequence[str], x: Floats, students: Ints, random: np.random.Generator
+    outcome: str, y: FloatArray, names: Sequence[str], x: FloatArray, students: IntArray, random: np.random.Generator
 ) -> Regression:
     """Fit one regression by ordinary least squares on standardised variables.
 
@@ -117,12 +113,12 @@ def holm(regressions: Sequence[Regression]) -> tuple[Regression, ...]:
     return tuple(done)
 
 
-def inflation(x: Floats) -> list[float | None]:
+def inflation(x: FloatArray) -> list[float | None]:
     """Variance inflation factor of each predictor: the diagonal of the inverse correlation matrix."""
     return [float(value) for value in np.diag(np.linalg.inv(np.corrcoef(x, rowvar=False)))]
 
 
-def _refuse(what: str, table: Floats) -> None:
+def _refuse(what: str, table: FloatArray) -> None:
     # The mean of equal values may differ from them in its last digit.
     alike = np.ptp(table, axis=0) <= LEAST_SPREAD * np.abs(table).max(axis=0)
     if len(table) <= table.shape[1] or alike.any():
@@ -132,7 +128,7 @@ def _refuse(what: str, table: Floats) -> None:
         raise StudyRefusedError("collinear", what)
 
 
-def _p_values(fitted: Any, y: Floats, x: Floats, random: np.random.Generator) -> tuple[list[float | None], str]:
+def _p_values(fitted: Any, y: FloatArray, x: FloatArray, random: np.random.Generator) -> tuple[list[float | None], str]:
     k = x.shape[1]
     if len(y) < LEAST_STUDENTS:
         return [None] * k, "none: fewer than 10 students"
@@ -141,7 +137,7 @@ def _p_values(fitted: Any, y: Floats, x: Floats, random: np.random.Generator) ->
     return [permutation_p(y, x, i, random) for i in range(k)], "permutation"
 
 
-def permutation_p(y: Floats, x: Floats, column: int, random: np.random.Generator) -> float:
+def permutation_p(y: FloatArray, x: FloatArray, column: int, random: np.random.Generator) -> float:
     """Two-sided p of one predictor by permuting what the other predictors leave unexplained of the outcome."""
     others = np.column_stack([np.ones(len(y)), np.delete(x, column, axis=1)])
     basis, _ = np.linalg.qr(others)
@@ -154,7 +150,7 @@ def permutation_p(y: Floats, x: Floats, column: int, random: np.random.Generator
     return (1 + int((chance >= found * (1.0 - 1e-12)).sum())) / (1 + PERMUTATIONS)
 
 
-def _bootstrap(y: Floats, x: Floats, random: np.random.Generator) -> list[tuple[float, float]]:
+def _bootstrap(y: FloatArray, x: FloatArray, random: np.random.Generator) -> list[tuple[float, float]]:
     """Interval of each standardised coefficient, students drawn with replacement."""
     table, people = np.column_stack([x, y]), len(y)
     drawn = _betas(random.multinomial(people, np.full(people, 1.0 / people), BOOTSTRAPS), table)
@@ -163,7 +159,7 @@ def _bootstrap(y: Floats, x: Floats, random: np.random.Generator) -> list[tuple[
     return [interval(drawn[:, i], float(found[i]), left_out[:, i]) for i in range(x.shape[1])]
 
 
-def _betas(weights: NDArray[np.generic], table: Floats) -> Floats:
+def _betas(weights: NDArray[np.generic], table: FloatArray) -> FloatArray:
     """Standardised coefficients (B, k) of the last column of (n, k + 1) on the others, rows weighted by (B, n)."""
     share = weights / weights.sum(axis=1, keepdims=True)
     mean = share @ table

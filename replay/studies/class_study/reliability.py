@@ -1,16 +1,12 @@
 """How far a questionnaire can be relied on: Cronbach's alpha with its interval, KMO and Bartlett's test."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cdcore.numerics import FloatArray
 from replay.studies.class_study.refusals import LEAST_STUDENTS, StudyRefusedError
-
-Floats = NDArray[np.float64]
 
 BOOTSTRAPS: Final = 2000
 """Resamples of students behind an interval: its ends then move by about 0.005 from seed to seed."""
@@ -48,7 +44,7 @@ class Bartlett:
     students: int
 
 
-def interval(drawn: Floats, found: float, left_out: Floats) -> tuple[float, float]:
+def interval(drawn: FloatArray, found: float, left_out: FloatArray) -> tuple[float, float]:
     """95 % bootstrap interval, bias-corrected and accelerated, its quantiles those of Student's t.
 
     ``drawn`` (B,) is the estimate in each resample, ``found`` the estimate itself, ``left_out`` (n,) the estimate
@@ -75,7 +71,7 @@ def interval(drawn: Floats, found: float, left_out: Floats) -> tuple[float, floa
     return float(low), float(high)
 
 
-def cronbach_alpha(answers: Floats) -> float:
+def cronbach_alpha(answers: FloatArray) -> float:
     """Cronbach's alpha, ``k/(k-1) (1 - sum var(x_i) / var(sum x_i))`` with variances over n - 1.
 
     ``answers`` are (students, items), reverse-coded items already turned. Refused as ``one-item``, and as
@@ -90,7 +86,7 @@ def cronbach_alpha(answers: Floats) -> float:
     return float(_alphas(answers[None])[0])
 
 
-def reliability(answers: Floats, random: np.random.Generator) -> Reliability:
+def reliability(answers: FloatArray, random: np.random.Generator) -> Reliability:
     """Alpha of ``answers`` (as ``cronbach_alpha``), its interval from random resamples of students, and item totals."""
     alpha = cronbach_alpha(answers)
     students, items = answers.shape
@@ -100,17 +96,17 @@ def reliability(answers: Floats, random: np.random.Generator) -> Reliability:
     return Reliability(alpha, low, high, item_total(answers), students, items)
 
 
-def _alphas(answers: Floats) -> Floats:
+def _alphas(answers: FloatArray) -> FloatArray:
     """Alpha of each of (B, students, items), nan where the sums do not vary."""
     items = answers.shape[2]
     total = answers.sum(axis=2).var(axis=1, ddof=1)
     single = answers.var(axis=1, ddof=1).sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        alphas: Floats = np.where(total > 0.0, items / (items - 1) * (1.0 - single / total), np.nan)
+        alphas: FloatArray = np.where(total > 0.0, items / (items - 1) * (1.0 - single / total), np.nan)
     return alphas
 
 
-def item_total(answers: Floats) -> tuple[float, ...]:
+def item_total(answers: FloatArray) -> tuple[float, ...]:
     """Correlation of each item with the sum of the others; nan for an item that everyone answered alike."""
     others = answers.sum(axis=1, keepdims=True) - answers
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -122,19 +118,19 @@ def kaiser_word(kmo: float) -> str:
     return next((word for least, word in KAISER if kmo >= least), "unacceptable")
 
 
-def correlations(answers: Floats) -> Floats:
+def correlations(answers: FloatArray) -> FloatArray:
     """Correlation matrix of items, (k, k); refused as ``one-item``, ``no-variance`` or ``singular``."""
     if answers.shape[1] < 2:
         raise StudyRefusedError("one-item", "correlations of items")
     if len(answers) < 2 or np.any(np.ptp(answers, axis=0) == 0.0):
         raise StudyRefusedError("no-variance", "correlations of items")
-    matrix: Floats = np.asarray(np.corrcoef(answers, rowvar=False), dtype=np.float64)
+    matrix: FloatArray = np.asarray(np.corrcoef(answers, rowvar=False), dtype=np.float64)
     if len(answers) <= answers.shape[1] or np.linalg.cond(matrix) > WORST_CONDITION:
         raise StudyRefusedError("singular", "KMO and Bartlett's test")
     return matrix
 
 
-def kmo(answers: Floats) -> float:
+def kmo(answers: FloatArray) -> float:
     """Kaiser-Meyer-Olkin measure of sampling adequacy, ``sum r^2 / (sum r^2 + sum a^2)`` over i != j.
 
     ``a`` are the partial correlations, ``-P_ij / sqrt(P_ii P_jj)`` with ``P`` the inverse correlation matrix.
@@ -150,7 +146,7 @@ def kmo(answers: Floats) -> float:
     return plain / (plain + partial)
 
 
-def bartlett(answers: Floats) -> Bartlett:
+def bartlett(answers: FloatArray) -> Bartlett:
     """Bartlett's test of sphericity, ``chi2 = -(n - 1 - (2k + 5)/6) ln det R`` with ``k (k - 1)/2`` degrees.
 
     Refused as by ``correlations``, and as ``few-students``.

@@ -3,8 +3,6 @@
 In the model, ease of use is associated with motivation and with fewer accidental touches; near misses with nothing.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json
@@ -14,13 +12,10 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from replay.base.processes import OnDone, in_processes
 from replay.errors import OutputError
 from sessions.synthetic.rng import random_stream
-
-Floats = NDArray[np.float64]
 
 STUDENTS: Final = 52
 SESSIONS: Final = "sessions"

@@ -1,7 +1,5 @@
 """The sentences and tables of a study, for page and terminal; none of them claims a cause."""
 
-from __future__ import annotations
-
 import re
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Compares two run folders: episodes gained, lost and shifted, the ratio of times, and every setting that differs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

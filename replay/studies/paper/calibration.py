@@ -1,7 +1,5 @@
 """All wall times of the experiment, in one file: who reads the same file gets the same tables, on any machine."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field

@@ -1,7 +1,5 @@
 """What the colony is worth: near contacts found at equal evaluations, with each equation switched off in turn."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final

@@ -7,8 +7,6 @@ Of T1c: an engine that stops after k contacts lists k face pairs, whatever meets
 budget, so one that stops at its k-th contact is the traversal with the least budget that finds k.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -25,6 +23,7 @@ from cdcore.detectors import load_detector
 from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 from cdcore.narrow.trees.search import TREE_KINDS, TreeSearch
+from cdcore.numerics import IntArray
 from cdcore.search.features import Features, features_of
 from cdcore.search.pair_search import PairSearch
 from cdcore.search.result import SearchResult
@@ -75,7 +74,7 @@ class Group:
     target: int
     bodies: tuple[Body, Body]
     motion: Motion
-    truth: tuple[NDArray[np.int64], ...]
+    truth: tuple[IntArray, ...]
 
 
 @dataclass(frozen=True)
@@ -131,9 +130,7 @@ def ask(name: str, detector: Detector, group: Group, pose: int) -> PoseAnswer:
     return answer_of(pairs, group.truth[pose], operations, seconds)
 
 
-def answer_of(
-    pairs: NDArray[np.integer], truth: NDArray[np.int64], operations: int, seconds: float | None = None
-) -> PoseAnswer:
+def answer_of(pairs: NDArray[np.integer], truth: IntArray, operations: int, seconds: float | None = None) -> PoseAnswer:
     """Face pairs found (k, 2) held to the truth."""
     both = set(map(tuple, pairs.tolist())) & set(map(tuple, truth.tolist()))
     right = np.array(sorted(both), dtype=np.int64).reshape(-1, 2)
@@ -148,7 +145,7 @@ ONLY: Final = np.array([[0, 1]], dtype=np.int64)
 FIRST: Final = np.zeros(1, dtype=np.int64)
 NO_SEEDS: Final = np.zeros((0, 2), dtype=np.int64)
 
-Found = tuple[NDArray[np.int64], int]
+Found = tuple[IntArray, int]
 """Face pairs (k, 2) that meet, sorted, and the operations they took."""
 
 
@@ -184,7 +181,7 @@ class SearchEngine:
         """Search ``size`` faces of each body from here on, drawn by area; ``None``: all."""
         self._search.use(*self._samples(size, seed))
 
-    def sampled_faces(self, size: int | None, seed: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def sampled_faces(self, size: int | None, seed: int) -> tuple[IntArray, IntArray]:
         """Numbers of the faces of the first and the second body that such a sample holds."""
         drawn = self._samples(size, seed)
         faces = [self._search.first.face[drawn[0].pick], self._search.second.face[drawn[1].pick]]
@@ -267,7 +264,7 @@ def ask_capped(group: Group, engines: Mapping[str, Engine], whole: Mapping[str, 
     return found
 
 
-def first_contacts(engine: Engine, frame: Motion, cap: int, whole: int) -> tuple[NDArray[np.int64], int]:
+def first_contacts(engine: Engine, frame: Motion, cap: int, whole: int) -> tuple[IntArray, int]:
     """The first ``cap`` face pairs that a traversal comes to, and its operations until then.
 
     ``whole``: operations that find every pair.

@@ -1,7 +1,5 @@
 """The whole experiment: fixtures, calibration, tables; the same seed and calibration give the same tables."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -5,8 +5,6 @@ The poses are those about first touch that collide. Each draw of faces serves a 
 one lucky sample.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

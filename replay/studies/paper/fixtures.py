@@ -7,8 +7,6 @@ met. Everything random is keyed by seed, family, number of faces and pose.
 Source: section 6.2 of the project's specification.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ phase of the looks is taken, because where they fall is chance. The session is m
 planted to last 16 to 24 ms: how many are brief is by design, what a rate loses of them is found.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final

@@ -1,7 +1,5 @@
 """A picture for every table, drawn from its cells alone, so that none shows what its table does not say."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Sequence
 from typing import Any, Final

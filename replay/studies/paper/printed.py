@@ -1,7 +1,5 @@
 """What the paper printed, kept apart: no computed figure is made from these, they only stand beside them."""
 
-from __future__ import annotations
-
 from typing import Final
 
 PRINTED: Final = "printed; hardware, budget, counting rule unknown"

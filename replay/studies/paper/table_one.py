@@ -1,7 +1,5 @@
 """Table I, T1a to c, Fig. 7 a to c: run to completion exact rows find every face; cut short, each finds its share."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product

@@ -1,7 +1,5 @@
 """The tables on disk: JSON, pictures, one page that needs no other file, a recording for Rerun, the calibration."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -3,8 +3,6 @@
 Source: section 7.5 of the project's specification, cases 34 to 36 and 43.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """Failing triangle pairs in a file: all that is needed to fail again, and to hold that it does not."""
 
-from __future__ import annotations
-
 import re
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence

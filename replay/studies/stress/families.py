@@ -6,8 +6,6 @@ Arrays only: every family turns a random stream and a count into pairs (n, 2, 3,
 Source: section 7.2 of the project's specification.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -52,14 +50,12 @@ def grid(rng: Generator, n: int, half: int = 64, step: float = 2.0**-6) -> Float
 
 def log_uniform(rng: Generator, low: float, high: float, shape: int | tuple[int, ...]) -> FloatArray:
     """Ten to a power uniform in [low, high)."""
-    power: FloatArray = np.asarray(10.0 ** rng.uniform(low, high, shape), dtype=np.float64)
-    return power
+    return np.asarray(10.0 ** rng.uniform(low, high, shape), dtype=np.float64)
 
 
 def face_point(rng: Generator, triangles: FloatArray, weight: float = 1.0) -> FloatArray:
     """A random point (n, 3) of each triangle (n, 3, 3), Dirichlet weights."""
-    point: FloatArray = np.einsum("nk,nkd->nd", rng.dirichlet([weight] * 3, len(triangles)), triangles)
-    return point
+    return np.einsum("nk,nkd->nd", rng.dirichlet([weight] * 3, len(triangles)), triangles)
 
 
 def unit_normal(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:

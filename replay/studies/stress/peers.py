@@ -6,8 +6,6 @@ table to show what their answers are worth on the same pairs. ``trimesh`` makes 
 takes what is nearer than some micrometres for touching.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from importlib import import_module
@@ -15,12 +13,11 @@ from importlib.util import find_spec
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.detectors import load_detector
 from cdcore.errors import CollisionCoreError
-from cdcore.numerics import FloatArray
+from cdcore.numerics import ByteArray, FloatArray
 
 BATCH: Final = 500
 """Pairs in one call: two bodies each, so that a detector's tables of bodies stay small."""
@@ -31,10 +28,10 @@ CHEAPER: Final[dict[str, Any]] = {"containment": False, "sphere": "paper"}
 """Settings, where a detector on meshes has them, that change no verdict here: a single triangle is open, so nothing is
 inside it, and any bounding sphere will do. Spheres fitted to each triangle took 94 % of the time."""
 
-Ask = Callable[[FloatArray], NDArray[np.uint8]]
+Ask = Callable[[FloatArray], ByteArray]
 
 
-def coal_verdicts(pairs: FloatArray) -> NDArray[np.uint8]:
+def coal_verdicts(pairs: FloatArray) -> ByteArray:
     """What ``coal`` says of each triangle pair (n, 2, 3, 3): a tree of one face against another."""
     coal: Any = import_module("coal")
     here, request, result = coal.Transform3s(), coal.CollisionRequest(), coal.CollisionResult()
@@ -53,7 +50,7 @@ def coal_verdicts(pairs: FloatArray) -> NDArray[np.uint8]:
     return verdict_each(pairs, meets)
 
 
-def trimesh_verdicts(pairs: FloatArray) -> NDArray[np.uint8]:
+def trimesh_verdicts(pairs: FloatArray) -> ByteArray:
     """What the collision manager of ``trimesh`` says of each triangle pair (n, 2, 3, 3)."""
     mesh_of: Any = import_module("trimesh").Trimesh
     manager_of: Any = import_module("trimesh.collision").CollisionManager
@@ -73,7 +70,7 @@ PEERS: Final[dict[str, Ask]] = {"coal": coal_verdicts, "trimesh": trimesh_verdic
 """Name of the package -> what asks it."""
 
 
-def answers_of(name: str, pairs: FloatArray) -> NDArray[np.uint8]:
+def answers_of(name: str, pairs: FloatArray) -> ByteArray:
     """What a peer or a detector of that name says of each triangle pair (n, 2, 3, 3)."""
     return PEERS[name](pairs) if name in PEERS else verdicts_of(name, pairs)
 
@@ -83,7 +80,7 @@ def installed_peers() -> list[str]:
     return [name for name in PEERS if find_spec(name) is not None]
 
 
-def verdict_each(pairs: FloatArray, meets: Callable[[FloatArray], bool]) -> NDArray[np.uint8]:
+def verdict_each(pairs: FloatArray, meets: Callable[[FloatArray], bool]) -> ByteArray:
     """One verdict a pair; an engine that raises has refused."""
     verdict = np.empty(len(pairs), dtype=np.uint8)
     for k, pair in enumerate(pairs):
@@ -94,7 +91,7 @@ def verdict_each(pairs: FloatArray, meets: Callable[[FloatArray], bool]) -> NDAr
     return verdict
 
 
-def verdicts_of(detector: str, pairs: FloatArray) -> NDArray[np.uint8]:
+def verdicts_of(detector: str, pairs: FloatArray) -> ByteArray:
     """What a detector says of each triangle pair.
 
     ``pairs``: (n, 2, 3, 3).
@@ -113,7 +110,7 @@ def known_settings(detector: str, settings: Mapping[str, Any]) -> dict[str, Any]
     return {name: value for name, value in settings.items() if name in known}
 
 
-def _batch(detector: str, pairs: FloatArray, settings: dict[str, Any]) -> NDArray[np.uint8]:
+def _batch(detector: str, pairs: FloatArray, settings: dict[str, Any]) -> ByteArray:
     """Ask about all pairs at once; where that is refused, halve until the refused ones stand alone."""
     try:
         return _ask(detector, pairs, settings)
@@ -124,10 +121,9 @@ def _batch(detector: str, pairs: FloatArray, settings: dict[str, Any]) -> NDArra
         return np.concatenate([_batch(detector, part, settings) for part in (pairs[:half], pairs[half:])])
 
 
-def _ask(detector: str, pairs: FloatArray, settings: dict[str, Any]) -> NDArray[np.uint8]:
+def _ask(detector: str, pairs: FloatArray, settings: dict[str, Any]) -> ByteArray:
     count = 2 * len(pairs)
     bodies = [Body(f"{k:05d}", TriangleMesh(corners, ONE_FACE)) for k, corners in enumerate(pairs.reshape(-1, 3, 3))]
     ends = np.arange(count).reshape(-1, 2)
     motion = Motion([0.0], np.zeros((1, count, 3)), np.tile(np.eye(3), (1, count, 1, 1)))
-    verdict: NDArray[np.uint8] = create_detector(detector, bodies, pairs=ends, **settings).detect(motion).verdict[0]
-    return verdict
+    return create_detector(detector, bodies, pairs=ends, **settings).detect(motion).verdict[0]

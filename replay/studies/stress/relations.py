@@ -4,8 +4,6 @@ Source: section 7.3 of the project's specification. Rounded rotations and transl
 change the exact answer itself.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,11 +12,10 @@ from typing import Final
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
 from cdcore import Verdict
 from cdcore.narrow.triangles.predicates import triangles_intersect
-from cdcore.numerics import FloatArray
+from cdcore.numerics import ByteArray, FloatArray
 from cdcore.protocol import counts_as_contact, is_undecided
 from replay.base.progress import Progress, Silent
 from replay.errors import StressError
@@ -137,7 +134,7 @@ def flips_of(
     family: Family,
     seed: int,
     triangles: tuple[FloatArray, FloatArray],
-    verdicts: tuple[NDArray[np.uint8], NDArray[np.uint8]],
+    verdicts: tuple[ByteArray, ByteArray],
     *,
     out: Path | None = None,
 ) -> Flips:

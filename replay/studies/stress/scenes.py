@@ -3,8 +3,6 @@
 Source: section 7.5 of the project's specification; the numbers of the cases are its numbers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final

@@ -1,7 +1,5 @@
 """Meshes with known geometry for the hard cases of whole bodies: boxes, things turned on a lathe, icospheres."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -100,8 +98,7 @@ def moved(mesh: TriangleMesh, offset: ArrayLike) -> TriangleMesh:
 
 
 def _on_sphere(vertices: FloatArray) -> FloatArray:
-    unit: FloatArray = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
-    return unit
+    return vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
 
 
 def _in_four(vertices: FloatArray, faces: list[list[int]]) -> tuple[NDArray[np.float64], list[list[int]]]:

@@ -1,20 +1,17 @@
 """Detectors over the twenty-six families: per family what was missed, invented, within tolerance and refused."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Verdict
 from cdcore.detectors import detector_names, load_detector
 from cdcore.narrow.margins.triangle_margins import triangle_margins
 from cdcore.narrow.triangles.integers import pair_intersects_integers
-from cdcore.numerics import FloatArray
+from cdcore.numerics import BoolArray, ByteArray, FloatArray
 from cdcore.protocol import counts_as_contact, is_undecided
 from replay.base.progress import Progress, Silent
 from replay.comparison.tolerance import TAU
@@ -176,8 +173,8 @@ def tally_of(
     family: Family,
     seed: int,
     triangles: FloatArray,
-    truth: NDArray[np.bool_],
-    verdict: NDArray[np.uint8],
+    truth: BoolArray,
+    verdict: ByteArray,
     *,
     tau: float,
     out: Path | None = None,
@@ -201,7 +198,7 @@ def tally_of(
     return Tally(name, family.number, family.name, seed, len(triangles), **counts, file=file)
 
 
-def _within(triangles: FloatArray, wrong: NDArray[np.bool_], tau: float) -> NDArray[np.bool_]:
+def _within(triangles: FloatArray, wrong: BoolArray, tau: float) -> BoolArray:
     """Which of the wrong answers are about at most tau; with tau 0 none is, not even a touch."""
     within = np.zeros(len(triangles), dtype=np.bool_)
     if tau > 0 and wrong.any():

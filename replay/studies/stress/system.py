@@ -1,7 +1,5 @@
 """Detectors on the hard cases of whole bodies, 27 to 43: passed, missed, invented or refused, with the reason."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
