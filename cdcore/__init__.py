@@ -9,11 +9,22 @@ if TYPE_CHECKING:
     from cdcore.narrow.continuous.time_of_impact import Impact, TimeOfImpact, time_of_impact
     from cdcore.narrow.intersecting_faces import intersecting_faces
     from cdcore.narrow.triangles.predicates import triangles_intersect
-    from cdcore.protocol import Body, Detection, Detector, FaceSets, FrameDetector, Motion, Verdict, join
+    from cdcore.protocol import (
+        Body,
+        Detection,
+        Detector,
+        FaceSets,
+        FrameDetector,
+        Motion,
+        Verdict,
+        detect_live,
+        join,
+    )
 
 __all__ = [
     "DETECTORS", "Body", "Detection", "Detector", "FaceSets", "FrameDetector", "Impact", "Motion", "TimeOfImpact",
-    "TriangleMesh", "Verdict", "create_detector", "intersecting_faces", "join", "time_of_impact", "triangles_intersect",
+    "TriangleMesh", "Verdict", "create_detector", "detect_live", "intersecting_faces", "join", "time_of_impact",
+    "triangles_intersect",
 ]  # fmt: skip
 
 _NAMES = {
@@ -22,7 +33,7 @@ _NAMES = {
     "narrow.continuous.time_of_impact": "Impact TimeOfImpact time_of_impact",
     "narrow.intersecting_faces": "intersecting_faces",
     "narrow.triangles.predicates": "triangles_intersect",
-    "protocol": "Body Detection Detector FaceSets FrameDetector Motion Verdict join",
+    "protocol": "Body Detection Detector FaceSets FrameDetector Motion Verdict detect_live join",
 }
 _HOME = {name: f"cdcore.{module}" for module, names in _NAMES.items() for name in names.split()}
 """Public name -> module; loaded on first use, so that ``import cdcore`` costs nothing."""
