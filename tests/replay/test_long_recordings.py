@@ -9,6 +9,7 @@ import pytest
 from support.rows import ROWS
 from support.small_worlds import along_x, cube
 
+from cdcore import DETECTORS
 from replay.base.constants import HELD_FRAMES
 from replay.cli.main import main
 from replay.comparison.first_touch import poses_between
@@ -37,7 +38,11 @@ def answers(result):
     return digests, result.misses, result.causes, result.episodes, result.dwell, result.summary["dwell"]
 
 
-@pytest.mark.parametrize("name", [*ROWS, "continuous as oracle"])
+QUICK = ("exact", "hybrid-qaco", "discrete")
+SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in DETECTORS if name not in QUICK]
+
+
+@pytest.mark.parametrize("name", [*QUICK, *SLOW, *ROWS[len(DETECTORS) :], "continuous as oracle"])
 def test_a_detector_answers_alike_on_both_sides_of_the_limit(name, monkeypatch):
     frames = 100 if name == "image-space" else FRAMES  # it draws every frame
     asked = {"oracle": "continuous"} if name.startswith("continuous") else {"detectors": name, "oracle": "exact"}

@@ -99,6 +99,7 @@ def test_one_session_that_fails_is_a_sentence_and_not_an_exception(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
 def test_processes_of_a_killed_batch_end_with_it(files, tmp_path):
     """The batch is killed as its workers start; within seconds nobody works for it any more."""

@@ -48,6 +48,7 @@ def test_help_says_what_the_time_limit_does_not_count(capsys):
     assert "Not in it: compiling, and the audit for --out" in " ".join(capsys.readouterr().out.split())
 
 
+@pytest.mark.slow
 def test_sources_and_a_folder_without_a_picture_when_asked(file, tmp_path, capsys):
     words = ["tradeoff", file, "--repeats", "1", "--cite"]
     assert main([*words, "--no-picture", "--out", str(tmp_path / "costs")]) == 0

@@ -91,6 +91,7 @@ def test_an_instrument_says_what_it_is(made):
     assert {part.instrument.name for part in made.parts} <= set(INSTRUMENTS)
 
 
+@pytest.mark.slow
 def test_the_same_call_gives_the_same_bytes(made, faces):
     if faces == 500:
         for remembered in (hands._right_skin, proxies._surface_once):

@@ -176,7 +176,7 @@ def test_the_gauze_lies_on_the_tripod():
     assert np.hypot(feet[:, 0], feet[:, 2]).min() > 0.08
 
 
-@pytest.mark.parametrize("grip_radius", [0.008, 0.02, 0.045])
+@pytest.mark.parametrize("grip_radius", [0.02, *(pytest.param(one, marks=pytest.mark.slow) for one in (0.008, 0.045))])
 def test_a_hand_goes_round_a_cylinder_of_the_grip_without_entering_it(grip_radius):
     mesh = hand_right(3000, grip_radius=grip_radius).mesh
     radii = np.hypot(mesh.vertices[:, 0], mesh.vertices[:, 2])

@@ -64,7 +64,7 @@ def grid_turn(rng):
 def test_two_faces_on_straight_ways_meet_when_whole_numbers_say_so(kind):
     rng = np.random.default_rng(11)
     met = free = grazed = 0
-    for _ in range(80):
+    for _ in range(50):
         a, b = whole_number_faces(rng, kind), whole_number_faces(rng, kind)
         ways = rng.integers(-4, 5, (2, 2, 3))
         turned = np.array([grid_turn(rng), grid_turn(rng)])
