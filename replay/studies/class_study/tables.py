@@ -4,6 +4,7 @@ import re
 from typing import Final
 
 from replay.outputs.tables import STRONG, Marked, Table, table
+from replay.pipeline.gates import figure
 from replay.studies.class_study.analysis import UNDECIDED, Study, associated, conclusion
 from replay.studies.class_study.regression import Coefficient, Regression
 
@@ -58,7 +59,7 @@ def behind(study: Study) -> str:
     """Whose behaviour was looked at, by which detector, and what that finds."""
     if not study.detector:
         return f"{study.students} students, questionnaire alone"
-    recall = "recall not measured" if study.recall is None else f"which finds {study.recall:.1%} of contact frames"
+    recall = "recall not measured" if study.recall is None else f"which finds {figure(100 * study.recall)} % of contact frames"
     return f"{study.students} students, {study.rows} sessions, contacts as {study.detector} sees them, {recall}"
 
 
@@ -98,7 +99,7 @@ def sensitivity_table(study: Study) -> Table:
     rows = [
         (
             words(row.outcome), words(row.predictor), row.detector, row.students,
-            "not measured" if row.recall is None else f"{row.recall:.1%}",
+            "not measured" if row.recall is None else f"{figure(100 * row.recall)} %",
             f"{row.beta:+.3f}", p_words(row.p_holm), "another conclusion" if row.changes else "the same",
         )
         for row in study.sensitivity

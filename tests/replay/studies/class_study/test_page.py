@@ -10,6 +10,7 @@ from replay.studies.class_study.page import CAUSAL, study_html
 from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.tables import (
     OBSERVED_ONLY,
+    behind,
     coefficient_table,
     headlines,
     reliability_table,
@@ -41,8 +42,13 @@ def test_the_first_sentence_is_the_association_with_its_interval_and_n(study, pa
     assert first in page
 
 
+def test_a_small_recall_is_not_rounded_to_none(study):
+    rare = replace(study, recall=0.0003)
+    assert "which finds 0.03 % of contact frames" in behind(rare)
+
+
 def test_every_result_stands_with_its_n_its_detector_and_what_that_misses(study, page):
-    assert "40 students, 40 sessions, contacts as exact sees them, which finds 100.0% of contact frames" in page
+    assert "40 students, 40 sessions, contacts as exact sees them, which finds 100 % of contact frames" in page
     for one in study.regressions:
         for c in one.coefficients:
             assert f">{c.beta:+.3f}<" in page
