@@ -59,7 +59,11 @@ def behind(study: Study) -> str:
     """Whose behaviour was looked at, by which detector, and what that finds."""
     if not study.detector:
         return f"{study.students} students, questionnaire alone"
-    recall = "recall not measured" if study.recall is None else f"which finds {figure(100 * study.recall)} % of contact frames"
+    recall = (
+        "recall not measured"
+        if study.recall is None
+        else f"which finds {figure(100 * study.recall)} % of contact frames"
+    )
     return f"{study.students} students, {study.rows} sessions, contacts as {study.detector} sees them, {recall}"
 
 
