@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from cdcore import Detection, Motion, Verdict
 from cdcore.numerics import BoolArray, IntArray
 from cdcore.protocol import counts_as_contact
-from cdcore.search.tracing import LookTrace, Watchable, Watched
 from replay.comparison.clusters import by_depth
 from replay.comparison.episodes import column_runs
 from replay.pipeline.run_result import RunResult
 from replay.prepare.stored_motion import StoredMotion
+
+if TYPE_CHECKING:
+    from cdcore.search.tracing import LookTrace, Watched
 
 DRAWN_EVALUATIONS: Final = 40_000
 """Evaluations that the looks of one detector draw at most: some 4 MB. Misses come first, then contacts, near passes."""
@@ -76,6 +78,11 @@ def watched_runs(result: RunResult, *, all_looks: bool) -> list[WatchedRun]:
 
     ``all_looks``: every look is a moment, not only those that matter.
     """
+    if not result.comparisons:
+        return []
+    # Here, since a run without a search loads no compiler.
+    from cdcore.search.tracing import Watchable
+
     found: list[WatchedRun] = []
     for label in result.comparisons:
         detector: object = result.detectors.get(label)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import rerun as rr
@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from cdcore.bounding.sphere import sphere_in_mode
 from cdcore.numerics import FloatArray, place_points
-from cdcore.search.tracing import LookTrace
 from replay.outputs.camera import CLOSE_UP, Eye, Obstacles, look_rotation, towards_user
 from replay.outputs.palette import MISSED, SERIES, WHITE, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, packed
@@ -23,6 +22,9 @@ from replay.outputs.rerun_log.world import face_normals
 from replay.outputs.watched_run import CONTACT, LOST, Moment, WatchedRun
 from replay.prepare.assembly import Assembly
 from sessions.model.scene import Scene
+
+if TYPE_CHECKING:
+    from cdcore.search.tracing import LookTrace
 
 STAND_OFF: Final = 0.00025
 """Metres that sampled faces stand off their body."""
