@@ -17,7 +17,7 @@ FIRST = """
 import sys, time
 import numpy as np
 from numba.core import event
-from cdcore import Body, Motion, TriangleMesh, create_detector, intersecting_faces, triangles_intersect
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, detect_live, intersecting_faces, triangles_intersect
 from cdcore.kernels.compiling import compiling_reported
 import cdcore.narrow.triangles.predicates, cdcore.narrow.spacetime.whole_motion
 import cdcore.narrow.containment.containment_stage
@@ -45,11 +45,18 @@ with compiling_reported(lambda family, _: families.append(family)):
         intersecting_faces(bodies[0].mesh, bodies[1].mesh)
         for name in ("hybrid", "static", "sphere", "discrete", "obb", "continuous"):
             create_detector(name, bodies).detect(Motion(np.arange(frames) / 90, move, turn))
+        for name in ("exact", "hybrid", "static", "sphere", "discrete", "obb"):
+            detect_live(create_detector(name, bodies), Motion(np.arange(frames) / 90, move, turn))
+        inside = [bodies[0], Body("pearl", TriangleMesh(0.2 * corners + [0, 0, 0.4], faces))]
+        nested = create_detector("exact", inside).detect(Motion([0.0], np.zeros((1, 2, 3)), turn[:1]))
+        assert nested.verdict[0, 0] == Verdict.CONTAINED
         Motion.from_matrices([0.0], np.tile(np.eye(4), (1, 2, 1, 1)))
         Motion.from_quaternions([0.0], np.zeros((1, 2, 3)), np.tile([0, 0, 0, 1.0], (1, 2, 1)))
 print(first, time.process_time() - start, len(families))
 from numba.core.dispatcher import Dispatcher
-print(*sorted({value.py_func.__qualname__ for name, module in sys.modules.items() if name.startswith("cdcore.")
+others = ("cdcore.broad.sweep", *(f"cdcore.narrow.trees.{name}" for name in ("aabb", "rapid", "solid")))
+print(*sorted({f"{name}:{value.py_func.__qualname__}" for name, module in sys.modules.items()
+               if name.startswith("cdcore.") and not name.startswith(others)
                for value in vars(module).values() if isinstance(value, Dispatcher) and not value.signatures}))
 """
 
