@@ -17,7 +17,8 @@ FIRST = """
 import sys, time
 import numpy as np
 from numba.core import event
-from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, detect_live, intersecting_faces, triangles_intersect
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, detect_live, intersecting_faces
+from cdcore import triangles_intersect
 from cdcore.kernels.compiling import compiling_reported
 import cdcore.narrow.triangles.predicates, cdcore.narrow.spacetime.whole_motion
 import cdcore.narrow.containment.containment_stage
