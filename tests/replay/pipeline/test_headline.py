@@ -57,7 +57,7 @@ def priced(*, contacts=1, faces=True, **detectors):
     return SimpleNamespace(oracle="exact", comparisons=dict.fromkeys(detectors), summary=summary, episodes=episodes)
 
 
-LIKE = "`replay tradeoff` compares like with like."
+LIKE = "replay tradeoff compares like with like."
 
 
 def test_times_of_one_pass_are_said_to_be_that_and_to_be_of_what_they_are():
