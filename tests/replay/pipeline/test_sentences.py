@@ -82,10 +82,10 @@ def audited(oracle, subject):
         oracle="exact", detections=detections, comparisons={"it": comparison}, episodes=found, face_recall={},
         misses={"it": stretches(comparison, found["exact"])}, causes={}, matches={}, treatment=None,
     )  # fmt: skip
-    took = {"name": "x", "online": True, "faces_asked": False, "seconds": {"per_frame_mean": 1e-3}}
+    took = {"name": "x", "live": True, "faces_asked": False, "seconds": {"per_frame_mean": 1e-3}}
     run.summary = {
         "audit": {"it": score(run, "it")}, "session": {"origin": "s.mcap"},
-        "detectors": {"exact": {**took, "online": False, "faces_asked": True}, "it": took},
+        "detectors": {"exact": {**took, "live": False, "faces_asked": True}, "it": took},
     }  # fmt: skip
     return run
 
