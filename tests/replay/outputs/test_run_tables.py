@@ -138,5 +138,6 @@ def test_intervals_are_said_to_be_over_contacts_wherever_they_stand(run):
     tables = pair_frame_table("", audit), matched_table("", audit, CONTACT_WORDS), tradeoff_table("", [])
     texts = [run.summary["intervals"], *(" ".join(made.titled("", "more").notes) for made in tables)]
     texts += [" ".join(page(topic).split()) for topic in ("audit", "price")]
-    assert all("contacts drawn anew" in text.replace("contacts are", "contacts") for text in texts)
+    (word,) = (line for line in page("glossary").splitlines() if line.startswith("| interval |"))
+    assert all("contacts drawn anew" in text.replace("contacts are", "contacts") for text in [*texts, word])
     assert all("over look phases alone" in text for text in texts)
