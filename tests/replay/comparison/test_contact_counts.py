@@ -147,6 +147,7 @@ def drawn(random, contacts, every=4, longest=0.8):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "contacts, every, longest",
     [(18, 4, 0.8), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((12, 4, 1.0), (18, 9, 0.8), (30, 4, 0.8)))],
