@@ -59,7 +59,7 @@ def test_the_same_input_gives_the_same_answer(name, scene):
         assert first.faces_digest == second.faces_digest == whole(name).faces_digest
 
 
-@pytest.mark.parametrize("block", [1, 7, pytest.param(64, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("block", [7, *(pytest.param(size, marks=pytest.mark.slow) for size in (1, 64))])
 def test_a_stream_gives_the_answer_of_the_whole_for_any_block_size(name, block, scene):
     bodies, motion = scene
     joined = join(create_detector(name, bodies).stream(motion.blocks(block), faces=True))
