@@ -55,6 +55,7 @@ class Lists(NamedTuple):
     dismissed_end: int
 
 
+NEAR_LANES = 2
 MOST_AT_ONCE = 512
 """Numbers that one step may add to a list: eight faces against eight in eight frames."""
 
@@ -62,7 +63,8 @@ MOST_AT_ONCE = 512
 class Scratch(NamedTuple):
     """Memory of a traversal, so that nothing is allocated inside it.
 
-    ``state``: height of the stack and lanes still alive, for a traversal that stopped because a list was full.
+    ``state``: height of the stack and lanes still alive, for a traversal that stopped because a list was full; at
+    ``NEAR_LANES`` the lanes in which the two root boxes are not certainly apart.
     """
 
     stack: Memory
@@ -194,6 +196,8 @@ def traverse_block(
             scratch.offset,
         )  # fmt: skip
         work[NODE_TESTS] += 1
+        if a == 0 and b == 0:
+            scratch.state[NEAR_LANES] = mask
         if question.record and before != mask:
             note(lists, BY_BOX, frame, before & ~mask, a, b)
         if mask == 0:

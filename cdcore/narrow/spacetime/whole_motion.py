@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from cdcore.narrow.spacetime.block import COUNTERS
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.far_poses import asked_apart, far_poses, without
-from cdcore.narrow.spacetime.pair_job import FramesAnswer, PairJob, Poses
+from cdcore.narrow.spacetime.pair_job import NO_FACES, NO_FRAMES, FramesAnswer, PairJob, Poses
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes, pose_lanes
 from cdcore.narrow.spacetime.traverse import Workspace
 from cdcore.numerics import BoolArray, IntArray
@@ -42,7 +42,8 @@ class MotionAnswer:
 
     ``hits`` (T, P). With faces, entries stand for the pair-frames in contact, sorted by frame, then pair: ``frame``,
     ``pair``, and the face pairs ``faces[start:stop]``, (K,) each; equal poses share them. ``faces`` (M, 2) is sorted
-    within an entry. ``seconds`` of ``STAGES``; workers side by side add up.
+    within an entry. ``near``: frames and pairs, (n,) each, without contact that no bounding volume keeps apart.
+    ``seconds`` of ``STAGES``; workers side by side add up.
     """
 
     hits: BoolArray
@@ -51,6 +52,7 @@ class MotionAnswer:
     start: IntArray
     stop: IntArray
     faces: NDArray[np.int32]
+    near: tuple[IntArray, IntArray]
     work: dict[str, int]
     seconds: dict[str, float]
 
@@ -81,19 +83,24 @@ def decide_motion(
 def _together(answers: list[tuple[MotionAnswer, IntArray, IntArray]], kept: BoolArray) -> MotionAnswer:
     """One answer of several, each with its frames and columns; of the first only the pair-frames that are kept."""
     hits, rows = answers[0][0].hits & kept, 0
-    entries, seconds, work = [], dict.fromkeys(STAGES, 0.0), dict.fromkeys(answers[0][0].work, 0)
+    entries, near, seconds, work = [], [], dict.fromkeys(STAGES, 0.0), dict.fromkeys(answers[0][0].work, 0)
     for number, (answer, frames, columns) in enumerate(answers):
         frame, pair = frames[answer.frame], columns[answer.pair]
-        use = kept[frame, pair] if number == 0 else np.ones(len(frame), dtype=np.bool_)
+        close = frames[answer.near[0]], columns[answer.near[1]]
+        use, still = (slice(None) if number else kept[where] for where in ((frame, pair), close))
         if number:
             hits[np.ix_(frames, columns)] |= answer.hits
+        near.append([part[still] for part in close])
         entries.append((frame[use], pair[use], answer.start[use] + rows, answer.stop[use] + rows))
         rows += len(answer.faces)
         seconds = {stage: seconds[stage] + answer.seconds[stage] for stage in STAGES}
         work = {name: work[name] + answer.work[name] for name in work}
     frame, pair, start, stop = (np.concatenate(some) for some in zip(*entries, strict=True))
     order, faces = np.lexsort((pair, frame)), np.concatenate([answer.faces for answer, _, _ in answers])
-    return MotionAnswer(hits, frame[order], pair[order], start[order], stop[order], faces, work, seconds)
+    close = np.concatenate(near, axis=1)
+    return MotionAnswer(
+        hits, frame[order], pair[order], start[order], stop[order], faces, (close[0], close[1]), work, seconds
+    )
 
 
 def _decide(
@@ -149,14 +156,18 @@ def _answered(jobs: list[PairJob], threads: int) -> list[list[FramesAnswer]]:
 def _collected(jobs: list[PairJob], answers: list[list[FramesAnswer]], frames: int, faces: bool) -> MotionAnswer:
     hits = np.zeros((frames, len(jobs)), dtype=np.bool_)
     total = np.zeros(COUNTERS + 1, dtype=np.int64)
-    entries = [(np.zeros(0, dtype=np.int64),) * 4]
-    rows: list[NDArray[np.int32]] = [np.zeros((0, 2), dtype=np.int32)]
+    entries, near = [(NO_FRAMES,) * 4], [(NO_FRAMES, NO_FRAMES)]
+    rows: list[NDArray[np.int32]] = [NO_FACES]
     row_count = reused = 0
     for column, (job, parts) in enumerate(zip(jobs, answers, strict=True)):
         reused += len(job.frames) - job.count
         for part in parts:
             total += part.work
-        known = parts[0].hits if len(parts) == 1 else np.concatenate([hits[:0, column], *(part.hits for part in parts)])
+        known, close = (_along([part[k] for part in parts]) for k in (1, 2))
+        apart = close > known
+        if apart.any():
+            frame = job.frames[np.flatnonzero(apart[job.which])]
+            near.append((frame, np.full(len(frame), column)))
         if not known.any():
             continue
         if len(known) == frames and not faces:
@@ -172,6 +183,13 @@ def _collected(jobs: list[PairJob], answers: list[list[FramesAnswer]], frames: i
             rows += [part.faces for part in parts]
             row_count += len(found)
     frame, pair, start, stop = (np.concatenate(some) for some in zip(*entries, strict=True))
-    order = np.lexsort((pair, frame))
+    order, close = np.lexsort((pair, frame)), np.concatenate(near, axis=1)
     work = dict(zip(COUNTER_NAMES, total.tolist(), strict=True)) | {"reused": reused}
-    return MotionAnswer(hits, frame[order], pair[order], start[order], stop[order], np.concatenate(rows), work, {})
+    return MotionAnswer(
+        hits, frame[order], pair[order], start[order], stop[order], np.concatenate(rows), (close[0], close[1]), work, {}
+    )
+
+
+def _along(parts: list[BoolArray]) -> BoolArray:
+    """The stretches of a pair as one; none, where it has no frame."""
+    return parts[0] if len(parts) == 1 else np.concatenate([np.zeros(0, dtype=np.bool_), *parts])
