@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar
 
-import numpy as np
-
 from cdcore.broad.broad_looks import BroadLooks
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.errors import InvalidSettingError

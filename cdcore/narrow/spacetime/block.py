@@ -99,6 +99,18 @@ def note(lists: Lists, kind: int, frame: int, extent: int, a: int, b: int) -> No
 
 
 @hot_kernel
+def note_lanes(
+    lists: Lists, question: BlockQuestion, state: Memory, frame: int, before: int, mask: int, a: int, b: int
+) -> None:
+    """Keep the lanes that two root boxes leave, and on request a record of those that any two nodes dismiss."""
+    become_part_of_caller()
+    if a == 0 and b == 0:
+        state[NEAR_LANES] = mask
+    if question.record and before != mask:
+        note(lists, BY_BOX, frame, before & ~mask, a, b)
+
+
+@hot_kernel
 def have_room(lists: Lists) -> bool:
     """Whether every list can take what one step may add."""
     become_part_of_caller()
@@ -196,10 +208,7 @@ def traverse_block(
             scratch.offset,
         )  # fmt: skip
         work[NODE_TESTS] += 1
-        if a == 0 and b == 0:
-            scratch.state[NEAR_LANES] = mask
-        if question.record and before != mask:
-            note(lists, BY_BOX, frame, before & ~mask, a, b)
+        note_lanes(lists, question, scratch.state, frame, before, mask, a, b)
         if mask == 0:
             continue
         if leaf_a >= 0 and leaf_b >= 0:
