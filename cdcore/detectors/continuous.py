@@ -97,7 +97,7 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         if len(block):
             memory[:] = [block.frames(len(block) - 1, len(block))]
         clock = [perf_counter()]
-        poses = Poses(motion.rotations, motion.translations, motion.valid)
+        poses = Poses(motion.rotations, motion.translations, motion.valid, motion.still)
         answer = decide_motion(self._trees, self.pairs, poses)
         clock.append(perf_counter())
         found = self._between(motion, answer.hits, first)

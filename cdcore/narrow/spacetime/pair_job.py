@@ -37,11 +37,12 @@ NO_FACES: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """Poses of all bodies: (T, N, 3, 3), (T, N, 3), and where they exist, (T, N)."""
+    """Poses of all bodies: (T, N, 3, 3), (T, N, 3), where they exist, (T, N), and bodies known not to move, (N,)."""
 
     rotations: FloatArray
     translations: FloatArray
     valid: BoolArray
+    still: BoolArray | None = None
 
     @cached_property
     def everywhere(self) -> IntArray:
