@@ -91,7 +91,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
     def _decide(self, motion: Motion) -> tuple[ByteArray, dict[str, int], dict[str, float]]:
         """Verdicts of the solids in every frame, counters, and seconds."""
         clock = [perf_counter()]
-        poses = Poses(motion.rotations, motion.translations, motion.valid)
+        poses = Poses(motion.rotations, motion.translations, motion.valid, motion.still)
         answer = decide_motion(self._trees, self.pairs, poses)
         verdict = contact_or_clear(answer.hits, motion, self.pairs)
         clock.append(perf_counter())
