@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.small_tables import ROWS, made
-from support.small_worlds import cube, cubes, grazing
+from support.small_worlds import cube, cubes, grazing, jumping
 
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
