@@ -190,5 +190,7 @@ def test_no_template_is_untested():
     rated = SimpleNamespace(contacts=("one",), missed=lambda rate: (1, 0.5))
     slow.summary["detectors"]["it"]["settings"], slow.dwell = {"rate_hz": 5.0}, SimpleNamespace(rates=rated)
     everything += headline.phases(slow)
+    cut = SimpleNamespace(settings=SimpleNamespace(shape="compound", pieces=4), parts={"a": (1, 2), "b": (1,)})
+    everything += headline.compounds(SimpleNamespace(detectors={"it": cut}))
     text = "\n".join([*everything, *advice_of(two), str(refused.value)])
     assert unsaid(text, headline, gates, pareto) == []
