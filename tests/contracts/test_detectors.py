@@ -16,7 +16,8 @@ FRAMES = 40
 LIVE = [
     ("exact", {}), ("exact", {"containment": False}), ("hybrid", {}), ("hybrid", {"sphere": "paper"}), ("obb", {}),
     ("obb", {"budget": 300}), ("rapid-style", {}), ("solid-style", {}), ("solid-style", {"budget": 40}), ("aabb", {}),
-    ("collider", {"shape": "mesh"}), ("collider", {"shape": "hull", "rate_hz": 30}), ("static", {}), ("sphere", {}),
+    ("collider", {"shape": "mesh"}), ("collider", {"shape": "hull", "rate_hz": 30}),
+    ("collider", {"shape": "mesh", "skin_m": 0.01}), ("static", {}), ("sphere", {}),
     ("static", {"epsilon": 0.001}), ("discrete", {"rate_hz": 50}), ("discrete", {}), ("qaco", {"budget": 200}),
     ("hybrid-qaco", {"budget": 200}), ("hybrid-qaco", {"decide": "mesh", "budget": 200}),
 ]  # fmt: skip

@@ -193,5 +193,7 @@ def test_no_template_is_untested():
     everything += headline.phases(slow)
     everything += [f"{one.line} {one.axis}" for one in settings_list()]
     everything.append(citations(sources_behind(["support.planted_detectors:Undecided"])))
+    cut = SimpleNamespace(settings=SimpleNamespace(shape="compound", pieces=4), parts={"a": (1, 2), "b": (1,)})
+    everything += headline.compounds(SimpleNamespace(detectors={"it": cut}))
     text = "\n".join([*everything, *advice_of(two), str(refused.value)])
     assert unsaid(text, *sources("replay/pipeline/*.py", "replay/tradeoffs/*.py")) == []
