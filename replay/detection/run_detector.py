@@ -44,7 +44,7 @@ class Run:
     detector : ready to be asked again.
     settings : all settings in force, as plain data.
     detection : the answer.
-    faces : whether it was asked which faces meet, within the seconds below.
+    faces : whether it was asked which faces meet, and lists them, within the seconds below.
     prepare, warm, detect : seconds to build the detector, to warm it up, and to detect.
     """
 
@@ -109,7 +109,8 @@ def run_detector(spec: DetectorSpec, assembly: Assembly, *, seed: int, faces: bo
     with blamed(spec, type(detector), "to detect"):
         # What fails on the sample fails below too, under the number that the frame has in the recording.
         with suppress(OwnDetectorError):
-            detector.detect(motion.take(warm_frames(len(motion))), faces=faces)
+            warmed = detector.detect(motion.take(warm_frames(len(motion))), faces=faces)
+            faces = faces and warmed.face_sets is not None
         clock.append(perf_counter())
         if len(motion) <= WHOLE_FRAMES:
             # Frames of a motion are in memory, wherever the motion itself lies; kernels take nothing else.
