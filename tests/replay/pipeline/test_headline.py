@@ -2,9 +2,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from support.small_worlds import jumping
 
 from replay.comparison.outcome import Comparison, Episode, Outcome
+<<<<<<< .merge_file_6vUFvv
 from replay.pipeline.headline import beside, compounds, headline, invented, phases, price
+=======
+from replay.pipeline.engine import compute
+from replay.pipeline.headline import beside, headline, invented, phases, price
+>>>>>>> .merge_file_XnYtyl
 
 
 def told(*contacts):
@@ -85,6 +91,13 @@ def test_times_of_one_pass_are_said_to_be_that_and_to_be_of_what_they_are():
 def test_booleans_beside_faces_and_live_beside_the_whole_recording_are_not_alike(faces, subject, alike):
     (line,) = price(priced(faces=faces, it=subject))
     assert line.endswith(f". One pass of each{'' if alike else ', not alike'}: {LIKE}")
+
+
+def test_who_lists_no_faces_took_its_time_without_them_though_it_was_asked():
+    (line,) = price(compute(jumping(), detectors="exact", oracle="continuous"))
+    assert line.count("(whole recording at once, without faces)") == 2 and "One pass of each: " in line
+    (line,) = price(compute(jumping(), detectors="continuous", oracle="exact"))
+    assert "with faces); continuous took" in line and "One pass of each, not alike: " in line
 
 
 def test_who_reports_contact_where_there_is_none_is_told_so_however_little_it_misses():
