@@ -203,7 +203,7 @@ def test_every_sentence_of_the_terminal_holds_in_every_state(state):
     assert rows == expected
     assert sum(" a - b " in line for line in shown.splitlines()) == min(len(lost), 20)
     assert (f"… and {len(lost) - 20} more with --format json" in shown) == (len(lost) > 20)
-    figures = printed(audit_tables([result], result.summary["audit"]), 200).replace("·", "0")
+    figures = printed(terminal(*audit_tables([result], result.summary["audit"])), 200).replace("·", "0")
     rows = [line.split() for line in figures.splitlines()]
     assert [row for row in rows if row[:1] in (["both"], ["missed"], ["invented"])][:3] == [
         ["both", str(counts[0])], ["missed", str(counts[1])], ["invented", str(counts[2])]
@@ -219,7 +219,9 @@ def test_no_template_of_the_tables_in_a_terminal_is_untested(monkeypatch, tmp_pa
     looked += [proxy, compute(cubes(PLACES, scene=scene), detectors=()), compute(cubes(PLACES, scene=calls))]
     looked += [compute(jumping(), detectors="exact", oracle="continuous")]
     looked += [replace(one, out=tmp_path) for one in looked]
-    shown = [text(one, 400) + printed(audit_tables([one], one.summary.get("audit", {})), 400) for one in looked]
+    shown = [
+        text(one, 400) + printed(terminal(*audit_tables([one], one.summary.get("audit", {}))), 400) for one in looked
+    ]
     shown += ["\n".join(where_to_look(one)) for one in looked]
     for one in (proxy, replace(proxy, assembly=replace(proxy.assembly, left_out=("c",)))):
         close_run(one, People())

@@ -241,6 +241,11 @@ def everything(monkeypatch, path):
     for one in (*pages[:-2], *at_work()):
         yield picture_text(one, path)
     yield "\n".join(map(str, run_tables.pair_table(several, "it").notes))
+    audit = several.summary["audit"]["it"]
+    phases = dict.fromkeys(("contacts_missed", "contacts_in_part", "invented"), audit["invented"])
+    held = audit | {"held": {"invented": 2, "contacts_missed": 1}, "phases": phases}
+    yield str(run_tables.ranking_table(several.summary | {"audit": {"it": held}}))
+    yield picture_text(compute(several.session, detectors="s=hybrid-qaco", oracle="exact", offline=True), path)
     yield "\n".join(words_of_curve(filled.tradeoff))
 
 

@@ -5,12 +5,8 @@ import pytest
 from support.small_worlds import jumping
 
 from replay.comparison.outcome import Comparison, Episode, Outcome
-<<<<<<< .merge_file_6vUFvv
-from replay.pipeline.headline import beside, compounds, headline, invented, phases, price
-=======
 from replay.pipeline.engine import compute
-from replay.pipeline.headline import beside, headline, invented, phases, price
->>>>>>> .merge_file_XnYtyl
+from replay.pipeline.headline import beside, compounds, headline, invented, phases, price
 
 
 def told(*contacts):
@@ -94,7 +90,7 @@ def test_booleans_beside_faces_and_live_beside_the_whole_recording_are_not_alike
 
 
 def test_who_lists_no_faces_took_its_time_without_them_though_it_was_asked():
-    (line,) = price(compute(jumping(), detectors="exact", oracle="continuous"))
+    (line,) = price(compute(jumping(), detectors="exact", oracle="continuous", offline=True))
     assert line.count("(whole recording at once, without faces)") == 2 and "One pass of each: " in line
     (line,) = price(compute(jumping(), detectors="continuous", oracle="exact"))
     assert "with faces); continuous took" in line and "One pass of each, not alike: " in line
