@@ -17,7 +17,12 @@ from cdcore.kernels.memory import Memory, doubles_of
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.containment.closed_parts import connected_parts, parity_is_inside
 from cdcore.narrow.containment.ray_parity import (
-    INSIDE, UNCERTAIN, InsideGrid, build_inside_grid, point_inside, point_state,
+    INSIDE,
+    UNCERTAIN,
+    InsideGrid,
+    build_inside_grid,
+    point_inside,
+    point_state,
 )  # fmt: skip
 from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.numerics import EPS, BoolArray, ByteArray, FloatArray, IntArray, place_points
