@@ -10,6 +10,7 @@
     ├── AuditError            detections that cannot be compared
     ├── PolicyError           words that name no policy
     ├── RefusedError          a recording with a fault that the policy refuses
+    ├── NoiseError            noise asked for in words that mean nothing, or that cannot be measured
     ├── OutputError           a run folder or file that cannot be written
     ├── RunFolderError        a folder that holds no run, or a run of another version
     ├── TradeoffError         settings whose price cannot be measured: nothing to miss, no grid
@@ -53,6 +54,10 @@ class PolicyError(ReplayError, ValueError):
 
 class RefusedError(ReplayError, ValueError):
     """A recording has a fault that the policy refuses."""
+
+
+class NoiseError(ReplayError, ValueError):
+    """A noise was asked for in words that mean nothing, or of a body in which it cannot be measured."""
 
 
 class OutputError(ReplayError, OSError):

@@ -1,0 +1,252 @@
+"""How far recorded poses may be from the truth: asked for in words, measured at rest, and copies drawn from it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from cdcore import Motion
+from cdcore.numerics import BoolArray, FloatArray
+from replay.errors import NoiseError
+from replay.prepare.assembly import Assembly
+from replay.prepare.flags import chain_of
+from sessions import Scene
+from sessions.synthetic.rng import random_stream
+from sessions.synthetic.tracker import VIVE, TrackerNoise
+
+STILL_S: Final = 0.5
+"""Least length of a stretch at rest; the rest of a VIVE tracker correlates over 0.07 s."""
+
+STILL_M: Final = 0.005
+STILL_DEG: Final = 1.0
+"""A body at rest stays within this of where the stretch began: ten times the noise of a VIVE tracker."""
+
+LEAST_STRETCHES: Final = 3.0
+"""Seconds at rest from which the noise of a body is measured."""
+
+_PART = re.compile(r"\s*([0-9.eE+-]+)\s*(um|mm|cm|m|deg|rad|ms|s)\s*")
+_UNITS: Final = {
+    "um": ("position_rms_m", 1e-6), "mm": ("position_rms_m", 1e-3), "cm": ("position_rms_m", 1e-2),
+    "m": ("position_rms_m", 1.0), "deg": ("rotation_rms_deg", 1.0), "rad": ("rotation_rms_deg", 180.0 / np.pi),
+    "ms": ("correlation_s", 1e-3), "s": ("correlation_s", 1.0),
+}  # fmt: skip
+_HOW: Final = 'write vive, measured or "0.3 mm, 0.05 deg, 0.1 s", or one of them for a body: beaker=vive'
+
+
+@dataclass(frozen=True)
+class NoiseSpec:
+    """The noise asked for: of every tracker, and of some bodies their own; ``None`` is to be measured.
+
+    ``usual`` is of all bodies that ``own`` does not name; without it they have none.
+    """
+
+    usual: TrackerNoise | str = ""
+    own: tuple[tuple[str, TrackerNoise | str], ...] = ()
+
+
+def parse_noise(words: Sequence[str]) -> NoiseSpec | None:
+    """Read ``[BODY=]vive``, ``[BODY=]measured`` or ``[BODY=]0.3 mm, 0.05 deg, 0.1 s``; ``None`` of no words.
+
+    Sizes are root mean squares: of the length of the position error and of the angle of the rotation error; the time is
+    that in which the correlation falls by 1/e. What is left out is that of ``vive``. Raises ``NoiseError``.
+
+    Examples
+    --------
+    >>> parse_noise(["0.3 mm, 0.05 deg, 0.1 s"]).usual.rotation_rms_deg
+    0.05
+    """
+    usual: TrackerNoise | str = ""
+    own: dict[str, TrackerNoise | str] = {}
+    for text in words:
+        body, there, size = text.rpartition("=")
+        if there:
+            own[body.strip()] = _size(size)
+        else:
+            usual = _size(size)
+    return NoiseSpec(usual, tuple(own.items())) if words else None
+
+
+def _size(text: str) -> TrackerNoise | str:
+    if text.strip() in ("measured", "vive"):
+        return VIVE if text.strip() == "vive" else "measured"
+    found: dict[str, Any] = {}
+    for part in text.split(","):
+        match = _PART.fullmatch(part)
+        name, unit = _UNITS[match[2]] if match else ("", 0.0)
+        try:
+            value = float(match[1]) * unit if match else -1.0
+        except ValueError:
+            value = -1.0
+        if name in found or not 0.0 <= value < np.inf or (name == "correlation_s" and not value):
+            raise NoiseError(f"{text!r} is no noise; {_HOW}")
+        found[name] = value
+    return TrackerNoise(**found)
+
+
+@dataclass(frozen=True, eq=False)
+class BodyNoise:
+    """The noise of the bodies of an assembly.
+
+    Parameters
+    ----------
+    roots : of each of N bodies the tracker that carries it: a name.
+    anchors : of each body the number of the body that is its tracker, or its own.
+    noise : root -> its noise; a root that is missing has none.
+    """
+
+    roots: tuple[str, ...]
+    anchors: tuple[int, ...]
+    noise: Mapping[str, TrackerNoise]
+
+    def reach(self, body: int, lever: float) -> float:
+        """Metres by which the noise may move a surface ``lever`` metres from the body's origin: five sigma."""
+        own = self.noise.get(self.roots[body])
+        return 0.0 if own is None else own.margin(lever, bodies=1)
+
+
+def noise_of(spec: NoiseSpec, assembly: Assembly, scene: Scene, whole: Motion | None = None) -> BodyNoise:
+    """The noise of every tracker of an assembly; ``whole`` is the motion that it is measured in.
+
+    Bodies that one tracker carries share its error. What the scene fixes has none. Raises ``NoiseError``: a body that
+    is not there, or one to be measured that never rests.
+    """
+    names = assembly.names
+    roots = tuple(chain_of(name, scene)[-1] for name in names)
+    unknown = [name for name, _ in spec.own if name not in {*names, *roots}]
+    if unknown:
+        raise NoiseError(f"there is no body {unknown[0]!r} to be noisy; there are: {', '.join(names)}")
+    fixed = {body.id for body in scene.bodies if body.fixed is not None}
+    asked = {root: dict(spec.own).get(root, spec.usual) for root in dict.fromkeys(roots) if root not in fixed}
+    asked |= {root: size for name, size in spec.own for root in roots if name == root}
+    motion = assembly.motion if whole is None else whole
+    noise: dict[str, TrackerNoise] = {}
+    for root, size in asked.items():
+        if isinstance(size, TrackerNoise):
+            noise[root] = size
+        elif size:
+            body = names.index(root) if root in names else roots.index(root)
+            noise[root] = measured_noise(names[body], motion, body)
+    anchors = tuple(names.index(root) if root in names else body for body, root in enumerate(roots))
+    return BodyNoise(roots, anchors, noise)
+
+
+def measured_noise(name: str, motion: Motion, body: int) -> TrackerNoise:
+    """Noise of a body from its own stretches at rest: what is left when the mean of each is taken away.
+
+    The correlation time is where the product of two samples falls to 1/e, from neighbours. Raises ``NoiseError`` where
+    the body rests for less than three seconds in all.
+    """
+    times, place, turn = motion.times, motion.translations[:, body], motion.rotations[:, body]
+    errors, steps = [], []
+    for first, last in still_stretches(times, place, turn, motion.valid[:, body]):
+        rows = slice(first, last + 1)
+        turned = Rotation.from_matrix(turn[rows])
+        vectors = (turned * turned.mean().inv()).as_rotvec()
+        errors.append(np.hstack([place[rows] - place[rows].mean(axis=0), vectors]))
+        steps.append(np.diff(times[rows]))
+    seconds = float(sum(step.sum() for step in steps))
+    if seconds < LEAST_STRETCHES:
+        raise NoiseError(
+            f"{name} rests for {seconds:.1f} s of {LEAST_STRETCHES:g} s that measuring its noise takes; "
+            f"give its size: {name}=vive"
+        )
+    # Degrees of freedom: the mean of each stretch was taken from the stretch itself.
+    left = sum(len(one) for one in errors) - len(errors)
+    square = sum((one**2).sum(axis=0) for one in errors) / left
+    along = sum((one[1:, :3] * one[:-1, :3]).sum() for one in errors) / max(1, left - len(errors))
+    correlation = float(np.clip(along / max(square[:3].sum(), 1e-300), 1e-3, 0.999))
+    step = float(np.median(np.concatenate(steps)))
+    return TrackerNoise(
+        position_rms_m=float(np.sqrt(square[:3].sum())),
+        rotation_rms_deg=float(np.degrees(np.sqrt(square[3:].sum()))),
+        correlation_s=-step / float(np.log(correlation)),
+    )
+
+
+def still_stretches(
+    times: FloatArray, place: FloatArray, turn: FloatArray, valid: BoolArray
+) -> Iterator[tuple[int, int]]:
+    """First and last frame of stretches of half a second and more in which a body stays where it is, (T,) frames."""
+    first = 0
+    while first < len(times):
+        reach = np.searchsorted(times, times[first] + STILL_S)
+        while first < len(times):
+            rows = slice(first, min(int(reach), len(times)))
+            away = np.linalg.norm(place[rows] - place[first], axis=1)
+            angle = np.linalg.norm(_vectors(turn[rows] @ turn[first].T), axis=1)
+            out = np.flatnonzero((away > STILL_M) | (np.degrees(angle) > STILL_DEG) | ~valid[rows])
+            if len(out) or rows.stop == len(times):
+                last = first + int(out[0]) - 1 if len(out) else rows.stop - 1
+                break
+            reach = min(2 * reach - first, len(times))
+        if last > first and times[last] - times[first] >= STILL_S:
+            yield first, last
+        first = max(last, first) + 1
+
+
+def _vectors(rotations: FloatArray) -> FloatArray:
+    """Rotation vectors (T, 3), radians, of rotations (T, 3, 3)."""
+    found: FloatArray = Rotation.from_matrix(rotations).as_rotvec()
+    return found
+
+
+class NoisyCopies:
+    """Errors of every tracker in every copy, block after block of one recording.
+
+    A copy of a body is the same whatever the size of the blocks, and whichever other bodies there are: each series has
+    a random stream of its own, and errors of two frames correlate by their true distance in time.
+    """
+
+    def __init__(self, noise: BodyNoise, copies: int, seed: int) -> None:
+        self.noise, self.copies = noise, copies
+        self._streams = {
+            root: [random_stream(seed, "noisy copy", root, restart=copy) for copy in range(copies)]
+            for root in noise.noise
+        }
+        self._last: dict[str, FloatArray] = {}
+        self._time = -np.inf
+
+    def errors(self, times: FloatArray) -> dict[str, tuple[FloatArray, FloatArray]]:
+        """Root -> its position errors (C, B, 3) in metres and rotation errors (C, B, 3, 3) at the frames of a block."""
+        gaps = np.diff(times, prepend=self._time)
+        found = {}
+        for root, noise in self.noise.noise.items():
+            fresh = np.stack([stream.standard_normal((len(times), 6)) for stream in self._streams[root]], axis=1)
+            keep = np.exp(-gaps / noise.correlation_s)
+            add = np.sqrt(1.0 - keep**2)
+            before = self._last.get(root, np.zeros((self.copies, 6)))
+            for row, (old, new) in enumerate(zip(keep.tolist(), add.tolist(), strict=True)):
+                before = fresh[row] = old * before + new * fresh[row]
+            self._last[root] = before
+            series = np.swapaxes(fresh, 0, 1)
+            turned = np.radians(noise.rotation_rms_deg) / np.sqrt(3.0) * series[..., 3:]
+            rotation = Rotation.from_rotvec(turned.reshape(-1, 3)).as_matrix()
+            moved = noise.position_rms_m / np.sqrt(3.0) * series[..., :3]
+            found[root] = moved, rotation.reshape(*moved.shape[:2], 3, 3)
+        self._time = float(times[-1]) if len(times) else self._time
+        return found
+
+    def poses(
+        self, motion: Motion, errors: Mapping[str, tuple[FloatArray, FloatArray]], body: int, rows: BoolArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Rotations (C k, 3, 3) and places (C k, 3) of a body at k rows of a block, copy after copy."""
+        turn, place = motion.rotations[rows, body], motion.translations[rows, body]
+        own = errors.get(self.noise.roots[body])
+        if own is None:
+            return np.tile(turn, (self.copies, 1, 1)), np.tile(place, (self.copies, 1))
+        lever = place - motion.translations[rows, self.noise.anchors[body]]
+        moved, turned = own[0][:, rows], own[1][:, rows]
+        swung = (turned @ lever[None, :, :, None])[..., 0] - lever
+        return (turned @ turn).reshape(-1, 3, 3), (place + moved + swung).reshape(-1, 3)
+
+
+def joined_spans(spans: Sequence[tuple[int, int]], times: FloatArray, apart: float) -> list[tuple[int, int]]:
+    """Spans of frames, in order, of which those less than ``apart`` seconds from each other are one."""
+    starts = [0, *(k + 1 for k, (one, other) in enumerate(pairwise(spans)) if times[other[0]] - times[one[1]] >= apart)]
+    return [(spans[a][0], spans[b - 1][1]) for a, b in pairwise([*starts, len(spans)])] if spans else []
