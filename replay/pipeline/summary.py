@@ -84,8 +84,9 @@ def _detector(run: Run, contacts: int) -> dict[str, Any]:
     detection = run.detection
     verdicts = np.bincount(detection.verdict.ravel(), minlength=len(Verdict))
     return {
-        "name": run.spec.name, "settings": dict(run.settings), "covers": detection.covers,
-        "online": run.detector.online, "live": run.live, "approximate": detection.approximate, "contacts": contacts,
+        "name": run.spec.name, "asked": str(run.spec).partition("=")[2], "settings": dict(run.settings),
+        "covers": detection.covers, "online": run.detector.online, "live": run.live,
+        "approximate": detection.approximate, "contacts": contacts,
         "faces_asked": run.faces,
         "verdicts": {verdict.name: int(verdicts[verdict]) for verdict in Verdict if verdicts[verdict]},
         "seconds": _seconds(run), "work": {name: int(np.sum(value)) for name, value in detection.work.items()},

@@ -2,9 +2,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from support.small_worlds import jumping
 
 from replay.comparison.outcome import Comparison, Episode, Outcome
-from replay.pipeline.headline import beside, headline, invented, phases, price
+from replay.pipeline.engine import compute
+from replay.pipeline.headline import beside, compounds, headline, invented, phases, price
 
 
 def told(*contacts):
@@ -87,6 +89,13 @@ def test_booleans_beside_faces_and_live_beside_the_whole_recording_are_not_alike
     assert line.endswith(f". One pass of each{'' if alike else ', not alike'}: {LIKE}")
 
 
+def test_who_lists_no_faces_took_its_time_without_them_though_it_was_asked():
+    (line,) = price(compute(jumping(), detectors="exact", oracle="continuous", offline=True))
+    assert line.count("(whole recording at once, without faces)") == 2 and "One pass of each: " in line
+    (line,) = price(compute(jumping(), detectors="continuous", oracle="exact"))
+    assert "with faces); continuous took" in line and "One pass of each, not alike: " in line
+
+
 def test_who_reports_contact_where_there_is_none_is_told_so_however_little_it_misses():
     shares = {
         label: Comparison(label, "exact", np.array([outcomes], dtype=np.uint8))
@@ -107,7 +116,7 @@ def looked(*rates_hz, name="discrete", contacts=18):
         label: Comparison(label, "exact", np.array([[1, 2, 3]], dtype=np.uint8)) for label in summary["detectors"]
     }
     dwell = SimpleNamespace(rates=rates)
-    return SimpleNamespace(oracle="exact", summary=summary, comparisons=comparisons, dwell=dwell)
+    return SimpleNamespace(oracle="exact", summary=summary, comparisons=comparisons, dwell=dwell, detectors={})
 
 
 def test_who_looks_at_a_rate_is_said_to_miss_at_this_runs_phase_and_what_the_mean_is():
@@ -124,3 +133,18 @@ def test_page_picture_and_terminal_say_the_same_beside_the_headline():
     run = looked(22.5)
     run.detections = {"exact": SimpleNamespace(verdict=np.zeros((1, 3), dtype=np.uint8))}
     assert beside(run) == [*invented(run), *phases(run)] and len(beside(run)) == 2
+
+
+@pytest.mark.parametrize(
+    ("counts", "lines"),
+    [
+        ((), []),
+        ((1,), ["it was asked for at most 4 convex pieces of a mesh: it made 1 piece of each, 1 in all."]),
+        ((3, 1, 4), ["it was asked for at most 4 convex pieces of a mesh: it made 1 to 4 pieces of each, 8 in all."]),
+    ],
+)
+def test_how_many_pieces_a_compound_came_to_is_said(counts, lines):
+    parts = {str(k): (None,) * count for k, count in enumerate(counts)}
+    shape = "compound" if counts else "hull"
+    detector = SimpleNamespace(settings=SimpleNamespace(shape=shape, pieces=4), parts=parts)
+    assert compounds(SimpleNamespace(detectors={"it": detector})) == lines
