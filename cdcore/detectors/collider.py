@@ -64,6 +64,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
 
     name: ClassVar[str] = "collider"
     kind: ClassVar[str] = "re-creation"
+    online: ClassVar[bool] = True
     Settings: ClassVar[type] = ColliderSettings
     sources: ClassVar[tuple[str, ...]] = (
         "C. B. Barber, D. P. Dobkin, H. Huhdanpaa, The Quickhull algorithm for convex hulls, ACM Transactions on "
@@ -121,7 +122,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
     def _decide(self, motion: Motion) -> tuple[ByteArray, dict[str, int], dict[str, float]]:
         """Verdicts of the solids in every frame, counters, and seconds."""
         clock = [perf_counter()]
-        poses = Poses(motion.rotations, motion.translations, motion.valid)
+        poses = Poses(motion.rotations, motion.translations, motion.valid, motion.still)
         answer = decide_motion(self._trees, self.pairs, poses)
         verdict = contact_or_clear(answer.hits, motion, self.pairs)
         if self._offset is not None:
