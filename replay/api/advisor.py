@@ -5,24 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
-import numpy as np
-
-from cdcore.protocol import detect_live
 from replay.api.auditor import audit
 from replay.comparison.contact_counts import contact_counts, count_reports
 from replay.comparison.outcome import Outcome
-from replay.detection.run_detector import warm_frames
 from replay.errors import TradeoffError
 from replay.pipeline.headline import contact_words
 from replay.pipeline.run_result import RunResult
-from replay.pipeline.summary import look_seconds
 from replay.tradeoffs.engine_knobs import EXTRA, Engine, advice_words, engine_named
 from sessions import Session
-
-LIVE_FRAMES: Final = 1350
-"""Asked live where the audit was not: 15 s at 90 Hz, in which a p99 stands on 600 looks of an engine at 50 Hz."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +26,7 @@ class Advice:
     engine : with where its words are from.
     rows : one a choice that could run, plain data: ``number``, ``knobs``, ``setting`` (as ``replay audit`` takes it),
         ``contacts``, ``missed``, ``in_part``, ``undecided``, ``undecided_in_part``, ``false`` (share of the pair-frames
-        reported), ``ms`` and ``p99_ms`` of a look that is asked live.
+        reported), ``ms`` a frame and ``p99_ms`` of a look, ``None`` where it is not asked live.
     sentences : what to change, and what could not be tried.
     result : the run behind it, a detector a row: ``row-1`` and so on.
     """
@@ -77,18 +69,13 @@ def _lacks(setting: str) -> str:
 
 
 def _row(result: RunResult, label: str, number: int, engine: Engine) -> dict[str, Any]:
-    """Counted as the audit counts; the time is taken live, from the audit's own looks where it took them."""
     counts, said = contact_counts(result, label), count_reports(result.comparisons[label])
-    seconds = look_seconds(result.detections[label])
-    if seconds is None:
-        detector, motion = result.detectors[label], result.assembly.motion
-        detect_live(detector, motion.take(warm_frames(len(motion))))
-        seconds = look_seconds(detect_live(detector, motion.frames(0, min(len(motion), LIVE_FRAMES))))
-    ms = 1e3 * (seconds if seconds is not None and len(seconds) else np.zeros(1))
-    choice = engine.choices[number - 1]
+    seconds, choice = result.summary["detectors"][label]["seconds"], engine.choices[number - 1]
+    looks = seconds.get("per_frame")
     return {
         "number": number, "knobs": dict(choice.knobs), "setting": choice.setting, "contacts": counts.contacts,
         "missed": counts.missed, "in_part": counts.in_part, "undecided": counts.undecided,
         "undecided_in_part": counts.undecided_in_part, "words": contact_words(counts) if counts.contacts else "",
-        "false": said.share(Outcome.INVENTED)["share"], "ms": float(ms.mean()), "p99_ms": float(np.quantile(ms, 0.99)),
+        "false": said.share(Outcome.INVENTED)["share"], "ms": 1e3 * seconds["per_frame_mean"],
+        "p99_ms": None if looks is None else 1e3 * looks["p99"],
     }  # fmt: skip

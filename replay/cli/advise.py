@@ -62,14 +62,14 @@ def knob_table(advice: "Advice") -> "Table":
         words = f"{row['number']}  {knob_words(row['knobs'])}"
         false = "" if row["false"] is None else figure(100 * row["false"])
         what = Marked(row["setting"], STRONG, words)
-        rows.append((what, row["missed"], row["in_part"], Marked(false, INVENTED if row["false"] else ""),
-                     f"{row['p99_ms']:.3f}"))  # fmt: skip
+        ms = "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f}"
+        rows.append((what, row["missed"], row["in_part"], Marked(false, INVENTED if row["false"] else ""), ms))
     about = advice.result.summary["session"]
     contacts = len(advice.result.episodes[advice.result.oracle])
     title = f"{advice.engine.name}: {contacts} contacts in {about['duration']:.0f} s, beside {advice.result.oracle}"
     notes = (
-        "missed, in part: contacts; false: of the pair-frames reported; ms: p99 of a look, live, of this program; "
-        f"{AT_PHASE}.",
+        "missed, in part: contacts; false: of the pair-frames reported; ms: p99 of a look, live, of this program, "
+        f"empty where a whole recording is asked at once; {AT_PHASE}.",
         f"Each row is checked by: replay audit SESSION --detectors SETTING. Words: {advice.engine.source}.",
         *advice.engine.notes,
     )
