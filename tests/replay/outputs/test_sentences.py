@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 import rerun.blueprint as rrb
 from support.page_cells import Cells
+from support.price_rows import ABOUT, CHECK, price_row
 from support.sentences import unsaid
 from support.small_worlds import cubes, jumping
 
-from replay.outputs import run_tables, tradeoff_table, words
+from replay.outputs import price_plot, run_tables, tradeoff_table, words
 from replay.outputs.report import audit_parts, charts, page, tables, tradeoff
 from replay.outputs.report.markup import Markup
 from replay.outputs.report.page import report_html
@@ -25,7 +26,7 @@ from replay.outputs.rerun_log import tradeoff as curve
 from replay.outputs.rerun_log.focus import focus
 from replay.pipeline.engine import compute
 from replay.pipeline.run_result import Tradeoff
-from replay.tradeoffs.pareto import advice_of
+from replay.tradeoffs.pareto import advice_of, answer_of
 from sessions import Finding, Severity
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
@@ -214,43 +215,28 @@ def test_a_page_of_effects_counts_what_happened_and_says_how_much_it_leaves_out(
     assert "Not called for, so not imported and not run: " in text
 
 
-ABOUT = {
-    "session": "s", "contacts": 3, "frames": 6, "oracle": "exact", "processor_share": 0.5,
-    "machine": {"system": "Linux", "processor": "x", "cores": 2},
-}  # fmt: skip
-
-
-def tried(label, ms, missed, **more):
-    return {
-        "label": label, "detector": label, "line": label, "ms_per_frame": ms, "ms_high": ms, "p99_ms": None,
-        "missed": missed, "missed_low": 0.0, "missed_high": 1.0, "recall": 1 - missed, "recall_low": 0.0,
-        "recall_high": 1.0, "precision": 1.0, "precision_low": 0.5,
-        "precision_high": 1.0, "face_recall": None, "seconds_per_minute": 1.0, "work": {"looks": 3}, "online": False,
-        "oracle": False, "front": False, "front_online": False, **more,
-    }  # fmt: skip
-
-
 @pytest.mark.parametrize(
     ("rows", "cut", "front"),
     [
         ([], (), 0),
-        ([tried("a", 0.5, 0.1)], ("b",), 1),
-        ([tried("a", 0.5, 0.1), tried("b", 5.0, 0.0), tried("c", 9.0, 0.5)], ("d", "e"), 2),
-        ([tried("a", 0.5, 0.1, contact_frames_undecided=1)], (), 0),
-        ([tried("a", 0.5, 0.1, precision=None)], (), 0),
-        ([tried("a", 0.5, 0.1, precision=0.4)], (), 0),
+        ([price_row("a", 0.5, 2)], ("b",), 1),
+        ([price_row("a", 0.5, 2), price_row("b", 5.0, 0, live=5.0), price_row("c", 9.0, 8)], ("d", "e"), 2),
+        ([price_row("a", 0.5, 2, contact_frames_undecided=1)], (), 0),
+        ([price_row("a", 0.5, 2, precision=None)], (), 0),
+        ([price_row("a", 0.5, 2, precision=0.4)], (), 0),
     ],
     ids=["none", "one", "several", "undecided", "not measured", "more invented than found"],
 )
-def test_the_report_of_a_tradeoff_counts_settings_and_front_in_every_state(rows, cut, front):
+def test_the_report_of_a_tradeoff_answers_in_every_state(rows, cut, front):
     labels = tuple(tradeoff_table.front_of(rows))
-    done = Tradeoff(tuple(rows), labels, (), tuple(advice_of(rows)), cut, ABOUT)
+    done = Tradeoff(tuple(rows), labels, (), tuple(advice_of(rows)), cut, ABOUT, answer_of(rows))
     text = unescape(report_html(replace(run("several"), tradeoff=done)))
-    assert f"<h1>What accuracy costs: {len(rows)} settings tried, {front} on the front</h1>" in text
+    assert f"<h1>{done.answer}</h1>" in text and len(labels) == front
     assert (f"{len(cut)} setting{'s' * (len(cut) > 1)} not tried, for want of time" in text) == bool(cut)
     told = curve.advice_text(done)
     assert (f"Not tried, for want of time: {', '.join(cut)}." in told) == bool(cut)
-    assert told.count("To audit a recording, ") == front == text.count("<li>To audit a recording, ")
+    assert told.count("To audit a recording, ") == bool(front) == text.count("<li>To audit a recording, ")
+    assert text.count("<li>For less time, ") == max(0, front - 1)
 
 
 def everything(monkeypatch):
@@ -274,8 +260,15 @@ def everything(monkeypatch):
     session = several.summary["session"] | {"dropped_frames": {"lost": 2}}
     flagged = {"it": {"CONTACT": 2}}
     filled = several.summary | {"session": session, "flagged_verdicts": flagged}
-    rows = (tried("a", 0.5, 0.1), tried("b", 5.0, 0.0))
-    done = Tradeoff(rows, ("a", "b"), (), tuple(advice_of(rows)), ("c",), ABOUT)
+    axes = ("step rate", "budget", "mesh resolution", "samples", "tolerance", "shape")
+    named = [(f"{axis} {k}", k, {"axis": axis, "line": axis, "phases": 36}) for axis in axes for k in range(2)]
+    rows = tuple(price_row(label, 0.5, lost, live=0.5) | more for label, lost, more in named)
+    clock = {kind: {**CHECK, "tie": False} for kind in ("live", "offline")}
+    about = (ABOUT, ABOUT | {"clock": clock})
+    done, other = (Tradeoff(rows, ("a", "b"), (), tuple(advice_of(rows)), ("c",), one, "") for one in about)
+    yield from (curve.advice_text(other), *price_plot.WORDS.values())
+    bare = tuple({**row, "containment": False, "front": True} for row in rows)
+    yield curve.advice_text(replace(done, rows=bare))
     full = replace(several, treatment=bad, assembly=left, summary=filled, tradeoff=done)
     yield from (report_html(full), notes.report_text(full), findings.finding_list(full), curve.advice_text(done))
     writer = MagicMock()
@@ -294,4 +287,5 @@ def everything(monkeypatch):
 def test_no_template_of_report_and_picture_is_untested(monkeypatch):
     text = "\n".join(map(unescape, everything(monkeypatch)))
     modules = (page, tables, audit_parts, charts, tradeoff, notes, findings, run_tables, tradeoff_table, words, curve)
+    modules = (*modules, price_plot)
     assert unsaid(text, *modules) == []
