@@ -80,7 +80,7 @@ class _Trial(Timed):
             self.label, self.detector, sample, self.faces, self.detector.detect(sample, faces=self.faces).digest
         )
         whole = whole_pass([asked])[0][0] * len(motion) / max(1, len(sample))
-        if not hasattr(self.detector, "live") or self.faces:
+        if not self.detector.online or self.faces:
             return float("inf"), whole
         frames = LiveFrames(sample, len(sample))
         return min(frames.live_pass([asked])[0].mean() for _ in range(2)), whole

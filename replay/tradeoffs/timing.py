@@ -16,7 +16,7 @@ import numpy as np
 
 from cdcore import Detection, Motion
 from cdcore.numerics import FloatArray
-from cdcore.protocol import Live
+from cdcore.protocol import Live, live_session
 from replay.errors import TradeoffError
 
 TURN_FRAMES: Final = 90
@@ -188,7 +188,7 @@ class LiveFrames:
         """Seconds of every timed frame, (count,) a setting; each begins a session of its own."""
         # Whoever follows its twin finds the caches warm: in a fixed order, one setting timed twice differed by 1.4.
         shuffled = np.random.default_rng(number)
-        sessions: list[Live] = [one.detector.live() for one in asked]
+        sessions: list[Live] = [live_session(one.detector) for one in asked]
         seconds, at = np.zeros((len(sessions), self.count)), 0
         collecting = gc.isenabled()
         gc.disable()

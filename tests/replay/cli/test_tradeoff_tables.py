@@ -6,6 +6,7 @@ import pytest
 from rich.console import Console
 from support.small_worlds import cubes
 
+from replay.base.wilson import OVER_CONTACTS
 from replay.cli.console import People
 from replay.cli.terminal import terminal
 from replay.cli.tradeoff_tables import FrontBar, front_table, front_words
@@ -55,6 +56,11 @@ def test_how_it_was_measured_stands_below_the_table(done):
     assert "gives 1.4, no tie" in offline and offline.endswith("; 1 pass.")
     bare = replace(done, rows=tuple({**row, "containment": False} for row in done.rows))
     assert "Containment is in, but not of " in (said := how_measured(bare)[5]) and done.front[0] in said
+
+
+def test_table_and_file_say_what_their_intervals_are_over(done):
+    assert OVER_CONTACTS in " ".join(printed(front_table(done), 400).split())
+    assert done.as_json()["intervals"] == OVER_CONTACTS
 
 
 def test_the_front_so_far_fits_one_line(done):
