@@ -28,9 +28,7 @@ def write_paper(result: PaperResult, out: Path) -> list[Path]:
     for name, png in drawn.values():
         put(out / name, png)
     put(out / "paper.html", page(result, drawn))
-    partial = out / "paper.rrd.part"
-    record(result, drawn, partial)
-    partial.replace(out / "paper.rrd")
+    record(result, drawn, out / "paper.rrd")
     return [*written, *(out / name for name, _ in drawn.values()), out / "paper.html", out / "paper.rrd"]
 
 

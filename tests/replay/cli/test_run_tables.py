@@ -109,7 +109,7 @@ def test_counts_and_intervals_are_shown():
     places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
     found = audit([cubes(places), cubes(places)], detectors="slow=discrete[rate_hz=20],sphere")
     console = Console(width=150, record=True, file=StringIO())
-    console.print(audit_tables(found.summary))
+    console.print(terminal(*audit_tables(found.results, found.summary)))
     text = console.export_text()
     assert "50 % [15, 85]" in text and "not asked" in text and "not examined" in text
     rows = [line.split() for line in text.splitlines()]
@@ -151,7 +151,7 @@ def test_three_detectors_with_long_names_fit_into_80_columns_whole():
     found = audit(
         [cubes(places)], detectors="collider-capsule=discrete[rate_hz=20],collider-hull=sphere,recorded=hybrid"
     )
-    text = printed(audit_tables(found.summary), 80)
+    text = printed(terminal(*audit_tables(found.results, found.summary)), 80)
     assert "…" not in text and "collider-capsule" in text
     rows = [line.split("  ") for line in text.splitlines() if line.strip().startswith(("invented ", "begin late"))]
     assert len(rows) == 3 and all(len([cell for cell in row if cell.strip()]) >= 3 for row in rows)
@@ -203,7 +203,7 @@ def test_every_sentence_of_the_terminal_holds_in_every_state(state):
     assert rows == expected
     assert sum(" a - b " in line for line in shown.splitlines()) == min(len(lost), 20)
     assert (f"… and {len(lost) - 20} more with --format json" in shown) == (len(lost) > 20)
-    figures = printed(audit_tables(result.summary["audit"]), 200).replace("·", "0")
+    figures = printed(terminal(*audit_tables([result], result.summary["audit"])), 200).replace("·", "0")
     rows = [line.split() for line in figures.splitlines()]
     assert [row for row in rows if row[:1] in (["both"], ["missed"], ["invented"])][:3] == [
         ["both", str(counts[0])], ["missed", str(counts[1])], ["invented", str(counts[2])]
@@ -219,7 +219,9 @@ def test_no_template_of_the_tables_in_a_terminal_is_untested(monkeypatch, tmp_pa
     looked += [proxy, compute(cubes(PLACES, scene=scene), detectors=()), compute(cubes(PLACES, scene=calls))]
     looked += [compute(jumping(), detectors="exact", oracle="continuous")]
     looked += [replace(one, out=tmp_path) for one in looked]
-    shown = [text(one, 400) + printed(audit_tables(one.summary.get("audit", {})), 400) for one in looked]
+    shown = [
+        text(one, 400) + printed(terminal(*audit_tables([one], one.summary.get("audit", {}))), 400) for one in looked
+    ]
     shown += ["\n".join(where_to_look(one)) for one in looked]
     for one in (proxy, replace(proxy, assembly=replace(proxy.assembly, left_out=("c",)))):
         close_run(one, People())

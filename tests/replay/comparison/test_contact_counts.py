@@ -153,6 +153,7 @@ def drawn(random, contacts, every=4, longest=0.8, unseen=0.0):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "contacts, every, longest",
     [(18, 4, 0.8), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((12, 4, 1.0), (18, 9, 0.8), (30, 4, 0.8)))],

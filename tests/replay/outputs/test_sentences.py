@@ -234,12 +234,18 @@ def everything(monkeypatch, path):
     filled = full(several)
     pages += [flickering(), between, filled, calm, replace(several, treatment=None)]
     pages.append(compute(several.session, detectors="exact,sphere", oracle="none"))
+    yield report_html(compute(jumping(), detectors="continuous"))
     yield from map(report_html, pages)
     monkeypatch.setattr(charts, "MOST_LANES", 0)
     yield report_html(several)
     for one in (*pages[:-2], *at_work()):
         yield picture_text(one, path)
     yield "\n".join(map(str, run_tables.pair_table(several, "it").notes))
+    audit = several.summary["audit"]["it"]
+    phases = dict.fromkeys(("contacts_missed", "contacts_in_part", "invented"), audit["invented"])
+    held = audit | {"held": {"invented": 2, "contacts_missed": 1}, "phases": phases}
+    yield str(run_tables.ranking_table(several.summary | {"audit": {"it": held}}))
+    yield picture_text(compute(several.session, detectors="s=hybrid-qaco", oracle="exact", offline=True), path)
     yield "\n".join(words_of_curve(filled.tradeoff))
 
 

@@ -1,5 +1,6 @@
 """Every sentence of headline, advice and gate, against counts worked out by hand, in every state."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -14,6 +15,7 @@ from replay.outputs.report.tables import trust
 from replay.pipeline import headline
 from replay.pipeline.citations import citations, sources_behind
 from replay.pipeline.gates import Gates
+from replay.pipeline.ranking import PHASES, Rank, fault_words
 from replay.pipeline.scores import score
 from replay.tradeoffs.pareto import advice_of
 from replay.tradeoffs.settings import settings_list
@@ -83,10 +85,10 @@ def audited(oracle, subject):
         oracle="exact", detections=detections, comparisons={"it": comparison}, episodes=found, face_recall={},
         misses={"it": stretches(comparison, found["exact"])}, causes={}, matches={}, treatment=None,
     )  # fmt: skip
-    took = {"name": "x", "online": True, "faces_asked": False, "seconds": {"per_frame_mean": 1e-3}}
+    took = {"name": "x", "live": True, "faces_asked": False, "seconds": {"per_frame_mean": 1e-3}}
     run.summary = {
         "audit": {"it": score(run, "it")}, "session": {"origin": "s.mcap"},
-        "detectors": {"exact": {**took, "online": False, "faces_asked": True}, "it": took},
+        "detectors": {"exact": {**took, "live": False, "faces_asked": True}, "it": took},
     }  # fmt: skip
     return run
 
@@ -193,5 +195,11 @@ def test_no_template_is_untested():
     everything += headline.phases(slow)
     everything += [f"{one.line} {one.axis}" for one in settings_list()]
     everything.append(citations(sources_behind(["support.planted_detectors:Undecided"])))
+    cut = SimpleNamespace(settings=SimpleNamespace(shape="compound", pieces=4), parts={"a": (1, 2), "b": (1,)})
+    everything += headline.compounds(SimpleNamespace(detectors={"it": cut}))
+    half = {"share": 0.5, "count": 1, "of": 2}
+    rank = Rank("it", "discrete", 2, half, half, half, 1, (0, 0), None, PHASES)
+    none = replace(rank, missed=None, in_part=None, false=None, undecided=0)
+    everything += map(fault_words, (rank, none, replace(none, contacts=0)))
     text = "\n".join([*everything, *advice_of(two), str(refused.value)])
     assert unsaid(text, *sources("replay/pipeline/*.py", "replay/tradeoffs/*.py")) == []
