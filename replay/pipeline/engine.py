@@ -16,6 +16,8 @@ from replay.comparison.causes import examine
 from replay.comparison.compare import FaceRecall, compare, face_recall
 from replay.comparison.contact_duration import ContactDurations, StepRates, contact_durations
 from replay.comparison.episodes import episodes
+from replay.comparison.holding import holdings
+from replay.comparison.look_phases import phase_shares
 from replay.comparison.matching import EpisodeMatches, match_episodes
 from replay.comparison.outcome import Comparison, Episode
 from replay.comparison.tolerance import TAU, Tolerance
@@ -123,9 +125,15 @@ def compute(
         found = {label: episodes(run.detection) for label, run in runs.items()}
         again = _face_source(assembly, seed)
         tolerance = Tolerance(assembly, again, tau)
-        comparisons, matches = _compared(runs, lineup.oracle, found, tolerance)
         truth = found.get(lineup.oracle, ())
-        dwell = _durations(assembly, runs[lineup.oracle].detection, truth, tolerance, seed) if lineup.oracle else None
+        held = holdings(assembly, session, truth) if lineup.oracle else ()
+        comparisons, matches = _compared(runs, lineup.oracle, found, tolerance, held)
+        dwell, phases = None, {}
+        if lineup.oracle:
+            loose, trusted = tuple(one for one in truth if one not in set(held)), runs[lineup.oracle].detection
+            dwell = _durations(assembly, trusted, loose, tolerance, seed)
+            asked = {one: phase_shares(runs[one], assembly, trusted, loose, held, tolerance, seed) for one in matches}
+            phases = {label: shares for label, shares in asked.items() if shares}
         missed, causes = examine(comparisons, truth, runs, assembly, again)
     recall = _face_recall(comparisons, found, runs, assembly, progress) if faces else {}
     effects: dict[str, EffectRun] = {}
@@ -135,7 +143,8 @@ def compute(
     measured = Measured(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
         oracle=lineup.oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches,
-        face_recall=recall, causes=causes, dwell=dwell, effects=effects, treatment=treatment,
+        face_recall=recall, causes=causes, dwell=dwell, phases=phases, holdings=held, effects=effects,
+        treatment=treatment,
         flags=Flags.of(treatment.spans, assembly, session.scene),
         detectors={label: run.detector for label, run in runs.items()},
     )  # fmt: skip
@@ -172,14 +181,18 @@ def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Det
 
 
 def _compared(
-    runs: dict[str, Run], oracle: str, found: dict[str, tuple[Episode, ...]], tolerance: Tolerance
+    runs: dict[str, Run],
+    oracle: str,
+    found: dict[str, tuple[Episode, ...]],
+    tolerance: Tolerance,
+    held: tuple[Episode, ...],
 ) -> tuple[dict[str, Comparison], dict[str, EpisodeMatches]]:
     """By label: pair-frames held to the oracle's, and contacts matched with its own."""
     comparisons, matches = {}, {}
     for label, run in runs.items():
         if oracle and label != oracle:
             answer, truth = run.detection, runs[oracle].detection
-            one = comparisons[label] = compare(answer, truth, (label, oracle), tolerance.judge(answer, truth))
+            one = comparisons[label] = compare(answer, truth, (label, oracle), tolerance.judge(answer, truth), held)
             reach = 1 if (answer.covers, truth.covers) == ("instants", "intervals") else 0
             matches[label] = match_episodes(one, found[oracle], found[label], reach=reach)
     return comparisons, matches

@@ -8,13 +8,13 @@ from re import findall
 from types import SimpleNamespace
 from unittest.mock import MagicMock
 
-import numpy as np
 import pytest
 import rerun.blueprint as rrb
 from support.page_cells import Cells
 from support.sentences import unsaid
 from support.small_worlds import cubes, jumping
 
+from replay.comparison.outcome import Episode
 from replay.outputs import run_tables, tradeoff_table, words
 from replay.outputs.report import audit_parts, charts, page, tables, tradeoff
 from replay.outputs.report.markup import Markup
@@ -269,14 +269,14 @@ def everything(monkeypatch):
     several = run("several")
     span = SimpleNamespace(kind="lost", body="a", action="drop", samples=1, dropped=1, held=0, interpolated=0)
     bad = SimpleNamespace(findings=(Finding("frozen", Severity.WARNING, "it stood"),), spans=(span,))
-    held = np.array([True])
-    left = replace(several.assembly, proxies=("a",), left_out=("c",), held=held, notes=("made up",))
+    left = replace(several.assembly, proxies=("a",), left_out=("c",), notes=("made up",))
     session = several.summary["session"] | {"dropped_frames": {"lost": 2}}
     flagged = {"it": {"CONTACT": 2}}
     filled = several.summary | {"session": session, "flagged_verdicts": flagged}
     rows = (tried("a", 0.5, 0.1), tried("b", 5.0, 0.0))
     done = Tradeoff(rows, ("a", "b"), (), tuple(advice_of(rows)), ("c",), ABOUT)
-    full = replace(several, treatment=bad, assembly=left, summary=filled, tradeoff=done)
+    in_hand = (Episode(0, 0, 1, 0.0, 0.01),)
+    full = replace(several, holdings=in_hand, treatment=bad, assembly=left, summary=filled, tradeoff=done)
     yield from (report_html(full), notes.report_text(full), findings.finding_list(full), curve.advice_text(done))
     writer = MagicMock()
     curve.log_tradeoff(writer, done)
@@ -285,6 +285,12 @@ def everything(monkeypatch):
     sent = [call.args[1].labels for call in writer.static.call_args_list]
     yield from (str(one.as_arrow_array().to_pylist()) for one in sent if one is not None)
     yield report_html(replace(several, treatment=None))
+    pair = Scene(bodies=(SceneBody("a", group="g", tags=("hand",)), SceneBody("b", group="g"), SceneBody("c")))
+    places = {"a": [0.0] * 6, "b": [0.9, 3.0, 0.9, 0.9, 3.0, 0.9], "c": [3.0, -0.9, 3.0, -0.9, 3.0, 3.0]}
+    rated = compute(
+        cubes(places, scene=pair), detectors="it=discrete[rate_hz=50],more=sphere", pairs=[("a", "b"), ("a", "c")]
+    )
+    yield from (report_html(rated), notes.report_text(rated))
     calm = compute(cubes({"a": [0.0] * 2, "b": [3.0, 3.1]}, scene=replace(SCENE, effects=(NEAR,))), detectors=())
     yield from (report_html(calm), notes.report_text(calm))
     yield report_html(compute(several.session, detectors="exact,sphere", oracle="none"))
