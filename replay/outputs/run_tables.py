@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from cdcore.protocol import DECIDED
-from replay.base.constants import HEADSET_HZ
+from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.clusters import clusters
 from replay.comparison.contact_counts import contact_counts, held_counts, loose
@@ -201,19 +201,38 @@ def cluster_table(label: str, misses: Sequence[Miss], run: object = "RUN") -> Ta
 
 
 def cost_table(result: RunResult) -> Table:
-    """What each detector took."""
-    rows = []
+    """What each detector took; quantiles are over the frames at which it looked, ``LATE`` is a share of all frames."""
+    rows, notes = [], []
     for label, figures in result.summary["detectors"].items():
         seconds, stages = figures["seconds"], figures["seconds"]["stages"]
         frame = seconds.get("per_frame")
-        role = "oracle" if label == result.oracle else "frame by frame" if figures["online"] else "whole motion at once"
+        role = "oracle" if label == result.oracle else "live" if figures["live"] else "offline"
+        if label in result.comparisons and not figures["online"]:
+            notes.append(f"{label} cannot be asked live")
         longest = max(stages, key=stages.__getitem__, default="")
         total = sum(stages.values())
         share = f"{longest} {100 * stages[longest] / total:.0f} %" if total > 0 else longest
-        each = [_ms(frame[key]) if frame else "" for key in ("median", "p99", "max")]
-        rows.append((label, role, f"{seconds['detect']:.3f}", _ms(seconds["per_frame_mean"]), *each, share))
-    head = ("detector", "how", "whole s", "mean ms", "median ms", "99 % ms", "worst ms", "longest stage")
-    return table("Time of each detector", head, rows, words=("detector", "how", "longest stage"))
+        each = [_ms(frame[key]) if frame else "" for key in QUANTILES]
+        late = f"{figure(100 * frame['over_budget'])} %" if frame else ""
+        rows.append((label, role, f"{seconds['detect']:.3f}", _ms(seconds["per_frame_mean"]), *each, late, share))
+    head = ("detector", "how", "whole s", "mean ms", *QUANTILES.values(), LATE, "longest stage")
+    words = ("detector", "how", "longest stage")
+    return table("Time of each detector", head, rows, words=words, whole=("how",), notes=notes)
+
+
+QUANTILES = {"median": "median ms", "p95": "95 % ms", "p99": "99 % ms", "max": "worst ms"}
+LATE = f"over {BUDGET_MS:.1f} ms"
+"""Column of the frames that took longer than one at 90 Hz."""
+
+
+def stage_table(result: RunResult) -> Table:
+    """What each stage of a look took, of every detector whose frames were timed one by one."""
+    rows = [
+        (label, stage, *(_ms(one[key]) for key in QUANTILES))
+        for label, figures in result.summary["detectors"].items()
+        for stage, one in figures["seconds"].get("per_frame", {"stages": {}})["stages"].items()
+    ]
+    return table("Time of each stage of a look", ("detector", "stage", *QUANTILES.values()), rows, words=2)
 
 
 def _ms(seconds: float) -> str:

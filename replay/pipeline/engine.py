@@ -51,10 +51,11 @@ TRUSTED: Final = "exact"
 
 @dataclass(frozen=True)
 class Lineup:
-    """Every detector of a run, the oracle among them, and the oracle's label or ``""``."""
+    """Every detector of a run, the oracle among them, and the oracle's label or ``""``; labels to be asked ``live``."""
 
     specs: tuple[DetectorSpec, ...]
     oracle: str
+    live: frozenset[str] = frozenset()
 
 
 def line_up(detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
@@ -94,7 +95,8 @@ def _with_oracle(specs: tuple[DetectorSpec, ...], trusted: DetectorSpec) -> Line
 def compute(
     session: Session, *, detectors: SpecsLike | None = None, oracle: SpecLike | None = None, pairs: Pairs | None = None,
     start: float | None = None, end: float | None = None, seed: int = 0, faces: bool = False, tau: float = TAU,
-    policy: PolicyLike | Policy | None = None, progress: Progress | None = None, out: Path | None = None,
+    policy: PolicyLike | Policy | None = None, offline: bool = False, progress: Progress | None = None,
+    out: Path | None = None,
 ) -> RunResult:  # fmt: skip
     """As ``replay.run``, of a session in memory: examine and repair, assemble, detect, compare, number the misses.
 
@@ -106,7 +108,7 @@ def compute(
     progress, began = progress or Silent(), perf_counter()
     rules = parse_policy(policy)
     planned = plan(session.scene)
-    lineup = _called_for(planned, detectors, oracle)
+    lineup = _called_for(planned, detectors, oracle, live=not offline)
     with progress.stage("examine"):
         treatment = repair_session(decoded_once(session), rules)
         session = treatment.session
@@ -118,8 +120,9 @@ def compute(
     for spec in lineup.specs:
         with progress.stage(spec.label, len(assembly.motion)) as advance, compiling_announced(progress):
             runs[spec.label] = run_detector(
-                spec, assembly, seed=seed, faces=spec.label in (lineup.oracle, *planned.detectors), advance=advance
-            )
+                spec, assembly, seed=seed, faces=spec.label in (lineup.oracle, *planned.detectors), advance=advance,
+                live=spec.label in lineup.live,
+            )  # fmt: skip
     # Misses are examined with other kernels; without a detection no compiler is loaded.
     with progress.stage("audit"), compiling_announced(progress if runs else None):
         found = {label: episodes(run.detection) for label, run in runs.items()}
@@ -152,14 +155,18 @@ def compute(
     return RunResult(**vars(measured), summary=summary, out=out)
 
 
-def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
-    """The detectors to run: those asked for, else the usual ones if the plan needs contacts, and those effects name."""
+def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None, *, live: bool) -> Lineup:
+    """The detectors to run: those asked for, else the usual ones if the plan needs contacts, and those effects name.
+
+    Live are those that are audited; the oracle, and whom only effects ask, always see the whole motion.
+    """
     if detectors is None and not planned.detection:
         return Lineup((), "")
     lineup = line_up(detectors, oracle)
     there = {spec.name for spec in lineup.specs} | ({TRUSTED} if lineup.specs else set())
     more = [DetectorSpec(name, name) for name in planned.detectors if name not in there]
-    return Lineup((*lineup.specs, *more), lineup.oracle)
+    audited = frozenset(spec.label for spec in lineup.specs if live) - {lineup.oracle}
+    return Lineup((*lineup.specs, *more), lineup.oracle, audited)
 
 
 def _wanted(planned: Plan, asked: Pairs | None, session: Session, looking: bool) -> Pairs | None:

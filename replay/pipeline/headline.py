@@ -149,5 +149,5 @@ def price(result: RunResult) -> list[str]:
 
 def _kind(figures: Mapping[str, Any]) -> str:
     """What a time is of; only times of one kind can be compared."""
-    way = "frame by frame" if figures["online"] else "whole recording at once"
+    way = "frame by frame" if figures["live"] else "whole recording at once"
     return f"{way}, {'with' if figures['faces_asked'] else 'without'} faces"

@@ -40,9 +40,9 @@ def frame_table(result: RunResult) -> Iterator[pa.Table]:
     A row stands for one pair in one frame that some detector calls contact, candidate, unresolved or invalid. Columns:
     ``frame stamp_ns time body_a body_b held``; per detector ``verdict/<label>``; per audited one ``outcome/<label>``
     and ``miss/<label>`` (number of the miss, null outside); ``work/<label>/<counter>`` where counted per pair-frame;
-    and ``frame_seconds/<label>`` (the whole frame, all pairs) of online detectors. ``flag`` names what was in doubt
-    about a pose of either body (``frozen+gap``; null: nothing); such pair-frames always have a row, except
-    those after a gap, whose poses are not in doubt.
+    and ``frame_seconds/<label>`` (the whole frame, all pairs) where frames were timed. ``flag`` names what was in doubt
+    about a pose of either body (``frozen+gap``; null: nothing); such pair-frames always have a row, except those after
+    a gap, whose poses are not in doubt.
     """
     rows, columns = _happened(result)
     numbers = {label: _miss_numbers(result, label, rows, columns) for label in result.comparisons}
@@ -50,6 +50,17 @@ def frame_table(result: RunResult) -> Iterator[pa.Table]:
         part = slice(start, start + ROWS_PER_PART)
         cut = {label: number[part] for label, number in numbers.items()}
         yield pa.table(_frame_columns(result, rows[part], columns[part], cut))
+
+
+def timing_table(result: RunResult) -> pa.Table:
+    """Seconds of every frame: ``frame stamp_ns time``, and ``seconds/<label>/<stage>`` of detectors timed by frame."""
+    times = result.assembly.motion.times
+    columns: Columns = {"frame": np.arange(len(times)), "stamp_ns": result.assembly.stamp_ns, "time": times}
+    for label, detection in result.detections.items():
+        for stage, value in detection.seconds.items():
+            if isinstance(value, np.ndarray):
+                columns[f"seconds/{label}/{stage}"] = value
+    return pa.table(columns)
 
 
 def episode_table(result: RunResult) -> pa.Table:

@@ -102,7 +102,7 @@ def test_counts_and_intervals_are_shown():
     places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
     found = audit([cubes(places), cubes(places)], detectors="slow=discrete[rate_hz=20],sphere")
     console = Console(width=150, record=True, file=StringIO())
-    console.print(audit_tables(found.summary))
+    console.print(terminal(*audit_tables(found.results, found.summary)))
     text = console.export_text()
     assert "50 % [15, 85]" in text and "not asked" in text and "not examined" in text
     rows = [line.split() for line in text.splitlines()]
@@ -144,7 +144,7 @@ def test_three_detectors_with_long_names_fit_into_80_columns_whole():
     found = audit(
         [cubes(places)], detectors="collider-capsule=discrete[rate_hz=20],collider-hull=sphere,recorded=hybrid"
     )
-    text = printed(audit_tables(found.summary), 80)
+    text = printed(terminal(*audit_tables(found.results, found.summary)), 80)
     assert "…" not in text and "collider-capsule" in text
     rows = [line.split("  ") for line in text.splitlines() if line.strip().startswith(("invented ", "begin late"))]
     assert len(rows) == 3 and all(len([cell for cell in row if cell.strip()]) >= 3 for row in rows)

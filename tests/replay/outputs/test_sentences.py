@@ -263,6 +263,7 @@ def everything(monkeypatch):
         monkeypatch.setattr(module, name, most)
     yield from (report_html(flickering()), report_html(run("more than a list holds")))
     between = compute(jumping(), detectors="it=exact", oracle="continuous")
+    yield report_html(compute(jumping(), detectors="continuous"))
     yield from (report_html(between), picture_words(between))
     yield from (picture_words(run("undecided")), picture_words(run("several")))
     monkeypatch.setattr(charts, "MOST_LANES", 0)

@@ -48,12 +48,12 @@ def test_the_headline_of_two_that_decided_nothing_says_that_nothing_was_compared
     assert headline(run, "slow") == "Nothing compared: exact and slow both decided none of 10 pair-frames"
 
 
-def took(seconds, *, online=True, name="discrete", faces=False):
-    return {"name": name, "online": online, "faces_asked": faces, "seconds": {"per_frame_mean": seconds}}
+def took(seconds, *, live=True, name="discrete", faces=False):
+    return {"name": name, "live": live, "faces_asked": faces, "seconds": {"per_frame_mean": seconds}}
 
 
 def priced(*, contacts=1, faces=True, **detectors):
-    summary = {"detectors": {"exact": took(5.69e-5, online=False, name="exact", faces=faces), **detectors}}
+    summary = {"detectors": {"exact": took(5.69e-5, live=False, name="exact", faces=faces), **detectors}}
     episodes = {"exact": (None,) * contacts}
     return SimpleNamespace(oracle="exact", comparisons=dict.fromkeys(detectors), summary=summary, episodes=episodes)
 
@@ -63,7 +63,7 @@ LIKE = "replay tradeoff compares like with like."
 
 def test_times_of_one_pass_are_said_to_be_that_and_to_be_of_what_they_are():
     engine = took(1e-7, name="recorded")
-    assert price(priced(slow=took(1.63e-4), engine=engine, box=took(2e-5, online=False))) == [
+    assert price(priced(slow=took(1.63e-4), engine=engine, box=took(2e-5, live=False))) == [
         "Every contact counted here was found by exact in 0.0569 ms a frame (whole recording at once, with faces); "
         "slow took 0.163 ms (frame by frame, without faces); box took 0.02 ms (whole recording at once, without "
         f"faces). One pass of each, not alike: {LIKE}"
@@ -76,10 +76,10 @@ def test_times_of_one_pass_are_said_to_be_that_and_to_be_of_what_they_are():
 @pytest.mark.parametrize(
     ("faces", "subject", "alike"),
     [
-        (False, took(2e-5, online=False), True),
-        (True, took(2e-5, online=False), False),
+        (False, took(2e-5, live=False), True),
+        (True, took(2e-5, live=False), False),
         (False, took(2e-5), False),
-        (False, took(2e-5, online=False, faces=True), False),
+        (False, took(2e-5, live=False, faces=True), False),
         (True, took(2e-5, name="recorded"), True),
     ],
 )

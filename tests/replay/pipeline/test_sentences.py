@@ -85,10 +85,10 @@ def audited(oracle, subject):
         misses={"it": stretches(comparison, found["exact"])}, causes={}, matches={}, treatment=None, holdings=(),
         phases={},
     )  # fmt: skip
-    took = {"name": "x", "online": True, "faces_asked": False, "seconds": {"per_frame_mean": 1e-3}}
+    took = {"name": "x", "live": True, "faces_asked": False, "seconds": {"per_frame_mean": 1e-3}}
     run.summary = {
         "audit": {"it": score(run, "it")}, "session": {"origin": "s.mcap"},
-        "detectors": {"exact": {**took, "online": False, "faces_asked": True}, "it": took},
+        "detectors": {"exact": {**took, "live": False, "faces_asked": True}, "it": took},
     }  # fmt: skip
     return run
 
