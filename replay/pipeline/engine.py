@@ -21,6 +21,7 @@ from replay.comparison.outcome import Comparison, Episode
 from replay.comparison.tolerance import TAU, Tolerance
 from replay.detection.compile_notice import compiling_announced
 from replay.detection.detector_spec import DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
+from replay.detection.recorded import RECORDED
 from replay.detection.run_detector import Run, face_sets_again, make_detector, run_detector
 from replay.effects.effect_plan import Plan, plan
 from replay.effects.effects_runner import EffectRun, run_effects
@@ -106,7 +107,7 @@ def compute(
     progress, began = progress or Silent(), perf_counter()
     rules = parse_policy(policy)
     planned = plan(session.scene)
-    lineup = _called_for(planned, detectors, oracle, live=not offline)
+    lineup = _called_for(planned, detectors, oracle, reported=_reports(session), live=not offline)
     with progress.stage("examine"):
         treatment = repair_session(decoded_once(session), rules)
         session = treatment.session
@@ -146,18 +147,28 @@ def compute(
     return RunResult(**vars(measured), summary=summary, out=out)
 
 
-def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None, *, live: bool) -> Lineup:
+def _called_for(
+    planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None, *, reported: bool, live: bool
+) -> Lineup:
     """The detectors to run: those asked for, else the usual ones if the plan needs contacts, and those effects name.
 
-    Live are those that are audited; the oracle, and whom only effects ask, always see the whole motion.
+    Unasked, what an engine ``reported`` comes first. Live are those that are audited; the oracle, and whom only effects
+    ask, always see the whole motion.
     """
     if detectors is None and not planned.detection:
         return Lineup((), "")
     lineup = line_up(detectors, oracle)
+    if detectors is None and reported and lineup.oracle not in ("", RECORDED):
+        lineup = replace(lineup, specs=(DetectorSpec(RECORDED, RECORDED), *lineup.specs))
     there = {spec.name for spec in lineup.specs} | ({TRUSTED} if lineup.specs else set())
     more = [DetectorSpec(name, name) for name in planned.detectors if name not in there]
     audited = frozenset(spec.label for spec in lineup.specs if live) - {lineup.oracle}
     return Lineup((*lineup.specs, *more), lineup.oracle, audited)
+
+
+def _reports(session: Session) -> bool:
+    """Whether the recording holds what an engine reported about bodies that can be looked at."""
+    return any(session.meshes.keys() >= {one.body_a, one.body_b} for one in session.live_contacts)
 
 
 def _wanted(planned: Plan, asked: Pairs | None, session: Session, looking: bool) -> Pairs | None:
