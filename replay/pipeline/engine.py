@@ -144,22 +144,11 @@ def compute(
     """
     progress, began = progress or Silent(), perf_counter()
     planned = plan(session.scene)
-<<<<<<< HEAD
-    lineup = _called_for(planned, detectors, oracle, live=not offline)
+    lineup = _called_for(planned, detectors, oracle, reported=_reports(session), live=not offline)
     ready = prepared(
         session, pairs=pairs, start=start, end=end, policy=policy, looking=bool(lineup.specs), progress=progress
     )
     treatment, layout, assembly, session = ready.treatment, ready.layout, ready.assembly, ready.treatment.session
-=======
-    lineup = _called_for(planned, detectors, oracle, reported=_reports(session), live=not offline)
-    with progress.stage("examine"):
-        treatment = repair_session(decoded_once(session), rules)
-        session = treatment.session
-    with progress.stage("assemble"):
-        wanted, looking = _wanted(planned, pairs, session, bool(lineup.specs)), bool(lineup.specs)
-        layout = lay_out(session, pairs=wanted, looking=looking, jumps=treatment.jumps)
-        assembly = assemble_bounded(session, layout, start=start, end=end)
->>>>>>> advise
     runs: dict[str, Run] = {}
     for spec in lineup.specs:
         with progress.stage(spec.label, len(assembly.motion)) as advance, compiling_announced(progress):
@@ -204,12 +193,8 @@ def _called_for(
 ) -> Lineup:
     """The detectors to run: those asked for, else the usual ones if the plan needs contacts, and those effects name.
 
-<<<<<<< HEAD
-    Live are those asked for; an oracle that is not among them, and whom only effects ask, see the whole motion.
-=======
-    Unasked, what an engine ``reported`` comes first. Live are those that are audited; the oracle, and whom only effects
-    ask, always see the whole motion.
->>>>>>> advise
+    Unasked, what an engine ``reported`` comes first. Live are those asked for; an oracle that is not among them, and
+    whom only effects ask, see the whole motion.
     """
     if detectors is None and not planned.detection:
         return Lineup((), "")
