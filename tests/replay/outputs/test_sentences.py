@@ -239,7 +239,9 @@ def everything(monkeypatch, path):
     filled = full(several)
     pages += [flickering(), between, filled, calm, replace(several, treatment=None)]
     pages.append(compute(several.session, detectors="exact,sphere", oracle="none"))
-    yield report_html(compute(jumping(), detectors="continuous"))
+    alone = compute(jumping(), detectors="continuous,exact")
+    alone.summary["detectors"]["continuous"]["seconds"]["processor_share"] = 0.5
+    yield report_html(alone)
     yield from map(report_html, pages)
     monkeypatch.setattr(charts, "MOST_LANES", 0)
     pair = Scene(bodies=(SceneBody("a", group="g", tags=("hand",)), SceneBody("b", group="g"), SceneBody("c")))
