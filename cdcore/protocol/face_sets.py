@@ -80,8 +80,8 @@ class FaceSets:
         low, high = (np.searchsorted(self.frame, frames, side) for side in ("left", "right"))
         sizes = high - low
         kept = np.arange(sizes.sum()) + np.repeat(low - (np.cumsum(sizes) - sizes), sizes)
-        columns = (part[kept] for part in (self.pair, self.start, self.stop))
-        return FaceSets(np.repeat(np.arange(len(frames)), sizes), *columns, self.faces)
+        numbers = np.repeat(np.arange(len(frames)), sizes)
+        return FaceSets(numbers, self.pair[kept], self.start[kept], self.stop[kept], self.faces)
 
     @classmethod
     def join(cls, parts: Iterable[tuple[int, FaceSets]]) -> FaceSets:

@@ -14,6 +14,8 @@ from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effect_summary import happened_words
 from replay.outputs.run_tables import (
     AUDIT_MARKS,
+    LATE,
+    QUANTILES,
     contact_table,
     containment_notes,
     cost_table,
@@ -33,8 +35,9 @@ MISS_ROWS: Final = 20
 
 PAIR_ROWS: Final = 20
 
+COST_HEAD: Final = ("detector", "how", "mean ms", *QUANTILES.values(), LATE, "longest stage")
+
 MISS_HEAD: Final = ("miss", "at s", "pair", "frames", "what", "cause")
-COST_HEAD: Final = ("detector", "how", "whole s", "mean ms", "worst ms", "longest stage")
 
 
 def run_tables(result: RunResult) -> Group:
@@ -115,14 +118,16 @@ def answers(results: Sequence[RunResult]) -> Group:
     return Group(*lines)
 
 
-def audit_tables(audit: Mapping[str, Any]) -> Group:
-    """Pair-frames and contacts with a column per detector, and why contacts were missed."""
+def audit_tables(results: Sequence[RunResult], audit: Mapping[str, Any]) -> list[Table]:
+    """Pair-frames and contacts with a column per detector, why contacts were missed, and of each session the times."""
+    of = [f": {result.session.origin}" if len(results) > 1 else "" for result in results]
+    times = [
+        (one := cost_table(result).only(*COST_HEAD)).titled(one.title + where)
+        for result, where in zip(results, of, strict=True)
+    ]
     contacts = "contacts: from the first frame of touching to the last, matched one to one"
-    return terminal(
-        pair_frame_table("pair-frames: one pair of bodies in one frame, beside the oracle", audit),
-        matched_table(contacts, audit, CONTACT_WORDS_SHORT),
-        cause_table(audit),
-    )
+    frames = pair_frame_table("pair-frames: one pair of bodies in one frame, beside the oracle", audit)
+    return [frames, matched_table(contacts, audit, CONTACT_WORDS_SHORT), cause_table(audit), *times]
 
 
 def cause_table(audit: Mapping[str, Any]) -> Table:

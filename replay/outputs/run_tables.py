@@ -6,15 +6,24 @@ from typing import Any
 import numpy as np
 
 from cdcore.protocol import DECIDED
+from replay.base.constants import BUDGET_MS
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.clusters import clusters
 from replay.comparison.contact_counts import contact_counts
 from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.outputs.tables import CODE, FAINT, FOUND, IN_RED, INVENTED, PARTLY, STRONG, Cell, Marked, Table, table
-from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, counted, depth_words, span_words
-from replay.pipeline.gates import percent
+from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, bound_words, counted, depth_words, span_words
+from replay.pipeline.gates import figure, percent
+from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 from sessions import Finding
+
+RANK_MARKS = {"missed": IN_RED, "in part": PARTLY, "false": INVENTED}
+RANK_HEAD = (
+    "detector", "missed", "in part", "undecided", "false", "p99 ms", "of a frame", "held: false frames", "held: missed",
+    "asked",
+)  # fmt: skip
+MAY_LACK = ("undecided", "p99 ms", "of a frame", "held: false frames", "held: missed")
 
 AUDIT_MARKS = {
     "missed": IN_RED, "in part": PARTLY, "frames found": FOUND, "frames missed": PARTLY, "frames invented": INVENTED,
@@ -23,6 +32,28 @@ AUDIT_MARKS = {
 
 MOST_REASONS = 4
 """Reasons listed why containment was refused; each open body makes one of its own."""
+
+
+def ranking_table(summary: Mapping[str, Any]) -> Table:
+    """Every detector of a run, the one with the largest fault first, and the oracle last, without columns of nothing.
+
+    A hand and what it holds stand in columns of their own.
+    """
+    ranks = ranking(summary)
+    rows = [
+        (
+            one.label, one.count(one.missed), one.count(one.in_part), one.undecided,
+            "" if one.false is None else one.false["count"] and f"{figure(100 * one.false['share'])} %",
+            "" if one.p99 is None else _ms(one.p99), "" if one.of_frame is None else f"{figure(100 * one.of_frame)} %",
+            *one.held, one.setting,
+        )
+        for one in ranks
+    ]  # fmt: skip
+    empty = {name for k, name in enumerate(RANK_HEAD) if name in MAY_LACK and not any(row[k] for row in rows)}
+    title = f"{counted(ranks[-1].contacts, 'contact')} of {summary['oracle']}, the worst detector first"
+    notes = [f"Mean over {one.phases} look phases: {one.label}." for one in ranks if one.phases > 1]
+    made = table(title, RANK_HEAD, rows, words=("detector", "asked"), marks=RANK_MARKS, notes=notes)
+    return made.only(*(name for name in RANK_HEAD if name not in empty))
 
 
 def pair_frame_table(title: str, audit: Mapping[str, Any]) -> Table:
@@ -112,10 +143,8 @@ def miss_table(title: str, misses: Sequence[Miss], run: object = "RUN") -> Table
 
 
 def _moment(miss: Miss) -> Cell:
-    """Seconds; below them how far a first touch is uncertain where it is by more than the microsecond promised."""
-    known = 0.0 if miss.touch is None else miss.touch.moment - miss.touch.free
-    words = f"{miss.seconds:.3f}"
-    return Marked(words, "", f"within {1e6 * known:.2g} microseconds") if known > 1e-6 else words
+    words, bound = f"{miss.seconds:.3f}", bound_words(miss)
+    return Marked(words, "", bound) if bound else words
 
 
 MISS_HEAD = ("miss", "pair", "what", "cause", "look at it", "at s")
@@ -139,19 +168,38 @@ def cluster_table(label: str, misses: Sequence[Miss], run: object = "RUN") -> Ta
 
 
 def cost_table(result: RunResult) -> Table:
-    """What each detector took."""
-    rows = []
+    """What each detector took; quantiles are over the frames at which it looked, ``LATE`` is a share of all frames."""
+    rows, notes = [], []
     for label, figures in result.summary["detectors"].items():
         seconds, stages = figures["seconds"], figures["seconds"]["stages"]
         frame = seconds.get("per_frame")
-        role = "oracle" if label == result.oracle else "frame by frame" if figures["online"] else "whole motion at once"
+        role = "oracle" if label == result.oracle else "live" if figures["live"] else "offline"
+        if label in result.comparisons and not figures["online"]:
+            notes.append(f"{label} cannot be asked live")
         longest = max(stages, key=stages.__getitem__, default="")
         total = sum(stages.values())
         share = f"{longest} {100 * stages[longest] / total:.0f} %" if total > 0 else longest
-        each = [_ms(frame[key]) if frame else "" for key in ("median", "p99", "max")]
-        rows.append((label, role, f"{seconds['detect']:.3f}", _ms(seconds["per_frame_mean"]), *each, share))
-    head = ("detector", "how", "whole s", "mean ms", "median ms", "99 % ms", "worst ms", "longest stage")
-    return table("Time of each detector", head, rows, words=("detector", "how", "longest stage"))
+        each = [_ms(frame[key]) if frame else "" for key in QUANTILES]
+        late = f"{figure(100 * frame['over_budget'])} %" if frame else ""
+        rows.append((label, role, f"{seconds['detect']:.3f}", _ms(seconds["per_frame_mean"]), *each, late, share))
+    head = ("detector", "how", "whole s", "mean ms", *QUANTILES.values(), LATE, "longest stage")
+    words = ("detector", "how", "longest stage")
+    return table("Time of each detector", head, rows, words=words, whole=("how",), notes=notes)
+
+
+QUANTILES = {"median": "median ms", "p95": "95 % ms", "p99": "99 % ms", "max": "worst ms"}
+LATE = f"over {BUDGET_MS:.1f} ms"
+"""Column of the frames that took longer than one at 90 Hz."""
+
+
+def stage_table(result: RunResult) -> Table:
+    """What each stage of a look took, of every detector whose frames were timed one by one."""
+    rows = [
+        (label, stage, *(_ms(one[key]) for key in QUANTILES))
+        for label, figures in result.summary["detectors"].items()
+        for stage, one in figures["seconds"].get("per_frame", {"stages": {}})["stages"].items()
+    ]
+    return table("Time of each stage of a look", ("detector", "stage", *QUANTILES.values()), rows, words=2)
 
 
 def _ms(seconds: float) -> str:

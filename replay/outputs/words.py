@@ -56,14 +56,20 @@ LANE_LEGEND: Final = (
 """What the colours of audit lanes mean; the detector's label goes into the braces."""
 
 
-def counted(number: int, thing: str) -> str:
-    """``1 frame``, ``2 frames``."""
-    return f"{number:,} {thing}{'s' * (number != 1)}"
+def counted(number: int, thing: str, several: str = "") -> str:
+    """``1 frame``, ``2 frames``; ``several`` where an s is not enough."""
+    return f"{number:,} {thing if number == 1 else several or thing + 's'}"
 
 
 def depth_words(miss: Miss, unit: str = "", width: int = 0) -> str:
     """Millimetres of the cut of a miss; of one that no frame shows, that it lies between frames."""
     return BETWEEN if miss.touch is not None else f"{miss.cut_length * 1e3:{width}.1f}{unit}"
+
+
+def bound_words(miss: Miss) -> str:
+    """How far a first touch is uncertain, where it is by more than the microsecond promised."""
+    known = 0.0 if miss.touch is None else miss.touch.moment - miss.touch.free
+    return f"within {1e6 * known:.2g} microseconds" if known > 1e-6 else ""
 
 
 def span_words(start: float | None, end: float | None) -> str:

@@ -29,12 +29,12 @@ from replay.effects.effects_runner import EffectRun, run_effects
 from replay.errors import DetectorSpecError
 from replay.pipeline.run_result import Measured, RunResult
 from replay.pipeline.summary import summarise
-from replay.prepare.assemble import Pairs, lay_out
+from replay.prepare.assemble import AssemblyLayout, Pairs, lay_out
 from replay.prepare.assemble_stored import assemble_bounded, decoded_once
 from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
 from replay.prepare.policy import Policy, PolicyLike, parse_policy
-from replay.prepare.repair import repair_session
+from replay.prepare.repair import Repair, repair_session
 from sessions import Session
 
 SUBJECTS: Final = ("hybrid-qaco", "hybrid")
@@ -51,10 +51,11 @@ TRUSTED: Final = "exact"
 
 @dataclass(frozen=True)
 class Lineup:
-    """Every detector of a run, the oracle among them, and the oracle's label or ``""``."""
+    """Every detector of a run, the oracle among them, and the oracle's label or ``""``; labels to be asked ``live``."""
 
     specs: tuple[DetectorSpec, ...]
     oracle: str
+    live: frozenset[str] = frozenset()
 
 
 def line_up(detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
@@ -91,10 +92,44 @@ def _with_oracle(specs: tuple[DetectorSpec, ...], trusted: DetectorSpec) -> Line
     return Lineup((*specs, trusted), trusted.label)
 
 
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What every verb that asks detectors about a session starts from: the same poses, the same pairs.
+
+    ``plan`` is the scene's; ``treatment`` holds the session as the policy leaves it; ``layout`` is that of
+    ``assembly``.
+    """
+
+    plan: Plan
+    treatment: Repair
+    layout: AssemblyLayout
+    assembly: Assembly
+
+
+def prepared(
+    session: Session, *, pairs: Pairs | None = None, start: float | None = None, end: float | None = None,
+    policy: PolicyLike | Policy | None = None, looking: bool = True, progress: Progress | None = None,
+) -> Prepared:  # fmt: skip
+    """Examine and repair a session by the policy, choose its pairs, and assemble it.
+
+    ``looking``: whether a detector will run; the other parameters are as for ``replay.run``.
+    """
+    progress, planned = progress or Silent(), plan(session.scene)
+    rules = parse_policy(policy)
+    with progress.stage("examine"):
+        treatment = repair_session(decoded_once(session), rules)
+    with progress.stage("assemble"):
+        wanted = _wanted(planned, pairs, treatment.session, looking)
+        layout = lay_out(treatment.session, pairs=wanted, looking=looking, jumps=treatment.jumps)
+        assembly = assemble_bounded(treatment.session, layout, start=start, end=end)
+    return Prepared(planned, treatment, layout, assembly)
+
+
 def compute(
     session: Session, *, detectors: SpecsLike | None = None, oracle: SpecLike | None = None, pairs: Pairs | None = None,
     start: float | None = None, end: float | None = None, seed: int = 0, faces: bool = False, tau: float = TAU,
-    policy: PolicyLike | Policy | None = None, progress: Progress | None = None, out: Path | None = None,
+    policy: PolicyLike | Policy | None = None, offline: bool = False, progress: Progress | None = None,
+    out: Path | None = None,
 ) -> RunResult:  # fmt: skip
     """As ``replay.run``, of a session in memory: examine and repair, assemble, detect, compare, number the misses.
 
@@ -104,22 +139,19 @@ def compute(
     Raises ``ReplayError``, ``CollisionCoreError`` or ``SessionError``: one sentence each.
     """
     progress, began = progress or Silent(), perf_counter()
-    rules = parse_policy(policy)
     planned = plan(session.scene)
-    lineup = _called_for(planned, detectors, oracle)
-    with progress.stage("examine"):
-        treatment = repair_session(decoded_once(session), rules)
-        session = treatment.session
-    with progress.stage("assemble"):
-        wanted, looking = _wanted(planned, pairs, session, bool(lineup.specs)), bool(lineup.specs)
-        layout = lay_out(session, pairs=wanted, looking=looking, jumps=treatment.jumps)
-        assembly = assemble_bounded(session, layout, start=start, end=end)
+    lineup = _called_for(planned, detectors, oracle, live=not offline)
+    ready = prepared(
+        session, pairs=pairs, start=start, end=end, policy=policy, looking=bool(lineup.specs), progress=progress
+    )
+    treatment, layout, assembly, session = ready.treatment, ready.layout, ready.assembly, ready.treatment.session
     runs: dict[str, Run] = {}
     for spec in lineup.specs:
         with progress.stage(spec.label, len(assembly.motion)) as advance, compiling_announced(progress):
             runs[spec.label] = run_detector(
-                spec, assembly, seed=seed, faces=spec.label in (lineup.oracle, *planned.detectors), advance=advance
-            )
+                spec, assembly, seed=seed, faces=spec.label in (lineup.oracle, *planned.detectors), advance=advance,
+                live=spec.label in lineup.live,
+            )  # fmt: skip
     # Misses are examined with other kernels; without a detection no compiler is loaded.
     with progress.stage("audit"), compiling_announced(progress if runs else None):
         found = {label: episodes(run.detection) for label, run in runs.items()}
@@ -145,14 +177,18 @@ def compute(
     return RunResult(**vars(measured), summary=summary, out=out)
 
 
-def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
-    """The detectors to run: those asked for, else the usual ones if the plan needs contacts, and those effects name."""
+def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None, *, live: bool) -> Lineup:
+    """The detectors to run: those asked for, else the usual ones if the plan needs contacts, and those effects name.
+
+    Live are those that are audited; the oracle, and whom only effects ask, always see the whole motion.
+    """
     if detectors is None and not planned.detection:
         return Lineup((), "")
     lineup = line_up(detectors, oracle)
     there = {spec.name for spec in lineup.specs} | ({TRUSTED} if lineup.specs else set())
     more = [DetectorSpec(name, name) for name in planned.detectors if name not in there]
-    return Lineup((*lineup.specs, *more), lineup.oracle)
+    audited = frozenset(spec.label for spec in lineup.specs if live) - {lineup.oracle}
+    return Lineup((*lineup.specs, *more), lineup.oracle, audited)
 
 
 def _wanted(planned: Plan, asked: Pairs | None, session: Session, looking: bool) -> Pairs | None:

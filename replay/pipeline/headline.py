@@ -102,7 +102,19 @@ def phases(result: RunResult) -> list[str]:
 
 def beside(result: RunResult) -> list[str]:
     """What a reader must know beside the headlines: what was not decided, what is invented, what is chance."""
-    return [*undecided(result), *invented(result), *phases(result)]
+    return [*undecided(result), *invented(result), *compounds(result), *phases(result)]
+
+
+def compounds(result: RunResult) -> list[str]:
+    """A line per detector that cut meshes into convex pieces: how many there may be, and how many there are."""
+    lines = []
+    for label, detector in result.detectors.items():
+        if getattr(detector.settings, "shape", "") == "compound" and hasattr(detector, "parts"):
+            counts = [len(solids) for solids in detector.parts.values()]
+            each = "1 piece" if max(counts) == 1 else f"{min(counts)} to {max(counts)} pieces"
+            asked = f"{label} was asked for at most {detector.settings.pieces} convex pieces of a mesh"
+            lines.append(f"{asked}: it made {each} of each, {sum(counts)} in all.")
+    return lines
 
 
 def price(result: RunResult) -> list[str]:
@@ -120,10 +132,11 @@ def price(result: RunResult) -> list[str]:
     parts = [f"{did} {trusted} in {took[trusted]} a frame ({kinds[trusted]})"]
     parts += [f"{label} took {took[label]} ({kinds[label]})" for label in labels[1:]]
     alike = "" if len(set(kinds.values())) == 1 else ", not alike"
-    return [f"{'; '.join(parts)}. One pass of each{alike}: replay tradeoff compares like with like."]
+    passes = f"One pass of each{alike}: replay tradeoff compares like with like" if len(labels) > 1 else "One pass"
+    return [f"{'; '.join(parts)}. {passes}."]
 
 
 def _kind(figures: Mapping[str, Any]) -> str:
     """What a time is of; only times of one kind can be compared."""
-    way = "frame by frame" if figures["online"] else "whole recording at once"
+    way = "frame by frame" if figures["live"] else "whole recording at once"
     return f"{way}, {'with' if figures['faces_asked'] else 'without'} faces"

@@ -30,8 +30,7 @@ from cdcore.protocol import DECIDED, Body, Motion, Verdict
 
 MARGIN_ULPS: Final = 1024.0
 """How far a point seen from the other body may be from the reference vertices, in eps of both bodies' size: over twice
-the sum of 192, to which a rotation's transpose is its inverse (``ORTHONORMAL_KEEP``), and 64 for placing a point twice.
-"""
+the sum of 192, to which a rotation's transpose is its inverse (``ORTHONORMAL_KEEP``), and 64 for placing it twice."""
 
 PAD: Final = MARGIN_ULPS * EPS
 

@@ -219,7 +219,9 @@ class Workspace:
         self.make_room(tree_a, tree_b)
         row = self._row
         row[:TREE_B], row[TREE_B:POSE_A], row[POSE_A:POSE_B], row[POSE_B:ROOM] = tree_a.row, tree_b.row, pose_a, pose_b
-        row[STACK], row[HITS], row[NEAR], row[WORK] = map(address_of, (self._stack, hits, self._near, work))
+        row[STACK], row[HITS], row[NEAR], row[WORK] = (
+            address_of(array) for array in (self._stack, hits, self._near, work)
+        )
         start, stop, _, *rest = question
         row[QUESTION:] = start, stop, *rest
         return row

@@ -120,9 +120,9 @@ def _together(answers: list[tuple[MotionAnswer, IntArray, IntArray]], kept: Bool
         work = {name: work[name] + answer.work[name] for name in work}
     frame, pair, start, stop = (np.concatenate(some) for some in zip(*entries, strict=True))
     order, faces = np.lexsort((pair, frame)), np.concatenate([answer.faces for answer, _, _ in answers])
-    close = np.concatenate(near, axis=1)
+    together = np.concatenate(near, axis=1)
     return MotionAnswer(
-        hits, frame[order], pair[order], start[order], stop[order], faces, (close[0], close[1]), work, seconds
+        hits, frame[order], pair[order], start[order], stop[order], faces, (together[0], together[1]), work, seconds
     )
 
 
@@ -179,7 +179,7 @@ def _collected(jobs: list[PairJob], answers: list[list[FramesAnswer]], frames: i
         reused += len(job.frames) - job.count
         for part in parts:
             total += part.work
-        known, close = (_along([part[k] for part in parts]) for k in (1, 2))
+        known, close = _along([part.hits for part in parts]), _along([part.near for part in parts])
         apart = close > known
         if apart.any():
             frame = job.frames[np.flatnonzero(apart[job.which])]

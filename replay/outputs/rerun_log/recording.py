@@ -64,18 +64,13 @@ def write_recording(result: RunResult, path: Path, *, log_search: bool = False) 
     clock = RecordingClock.of(result.assembly, spans)
     subjects = [_subject(result, label, k) for k, label in enumerate(result.comparisons)]
     watched = watched_runs(result, all_looks=log_search)
-    partial = path.with_name(f"{path.stem}.{uuid4().hex[:8]}.partial.rrd")
-    try:
-        layout = build_blueprint(_layout(result, subjects, watched))
-        with recording_file(f"{APPLICATION}-{uuid4().hex}", partial, layout) as stream:
-            stream.send_recording_name(result.session.scene.name or "Session")
-            writer = RecordingWriter(stream, clock)
-            _log_all(writer, result, subjects)
-            for run in watched:
-                _log_watched(writer, result, run)
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+    layout = build_blueprint(_layout(result, subjects, watched))
+    with recording_file(f"{APPLICATION}-{uuid4().hex}", path, layout) as stream:
+        stream.send_recording_name(result.session.scene.name or "Session")
+        writer = RecordingWriter(stream, clock)
+        _log_all(writer, result, subjects)
+        for run in watched:
+            _log_watched(writer, result, run)
 
 
 def _subject(result: RunResult, label: str, number: int) -> Subject:

@@ -19,7 +19,7 @@ from replay.outputs.rerun_log.focus import Focus, moments
 from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.run_tables import cluster_table, miss_table
 from replay.outputs.tables import table
-from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted, depth_words
+from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, bound_words, counted, depth_words
 from replay.pipeline.headline import beside, doubts, headline
 from replay.pipeline.run_result import RunResult
 
@@ -59,19 +59,21 @@ def _line(miss: Miss, width: int, digits: int) -> str:
 def log_notes(writer: RecordingWriter, path: str, shown: Sequence[Focus], result: RunResult, label: str) -> None:
     """Send what is to be said about the miss in the close-up, a row where it changes."""
     count, contacts = len(result.misses[label]), len(result.episodes[result.oracle])
-    texts = [_note(one.miss, count, contacts, label, result.oracle) for one in shown]
+    texts = [miss_note(one.miss, count, contacts, label, result.oracle) for one in shown]
     columns = rr.TextDocument.columns(text=texts, media_type=["text/markdown"] * len(texts))
     writer.rows_later(path, [(one.frame, one.later) for one in shown], columns)
 
 
-def _note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:
+def miss_note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:
+    """What is to be said about a miss, one of ``count``, in Markdown."""
     frames = miss.last - miss.first + 1
     found = f"{oracle}: **CONTACT**, {miss.face_pairs} face pairs, cut {miss.cut_length * 1e3:.1f} mm"
     if miss.touch is not None:
-        before, (a, b) = miss.touch.frame, miss.touch.faces
+        before, (a, b), bound = miss.touch.frame, miss.touch.faces, bound_words(miss)
         found = (
-            f"{oracle}: **CONTACT** between frames {before} and {before + 1}, from {miss.touch.moment:.6f} s; "
-            f"no frame shows it\n- first faces {a} of {miss.body_a} and {b} of {miss.body_b}, shown where they touch"
+            f"{oracle}: **CONTACT** between frames {before} and {before + 1}, from {miss.touch.moment:.6f} s"
+            f"{bound and f' ({bound})'}; no frame shows it\n"
+            f"- first faces {a} of {miss.body_a} and {b} of {miss.body_b}, shown where they touch"
         )
     return (
         f"#### Miss {miss.number} of {count}: {miss.body_a}-{miss.body_b}\n\n"

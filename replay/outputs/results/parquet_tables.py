@@ -39,9 +39,9 @@ def frame_table(result: RunResult) -> Iterator[pa.Table]:
     A row stands for one pair in one frame that some detector calls contact, candidate, unresolved or invalid. Columns:
     ``frame stamp_ns time body_a body_b held``; per detector ``verdict/<label>``; per audited one ``outcome/<label>``
     and ``miss/<label>`` (number of the miss, null outside); ``work/<label>/<counter>`` where counted per pair-frame;
-    and ``frame_seconds/<label>`` (the whole frame, all pairs) of online detectors. ``flag`` names what was in doubt
-    about a pose of either body (``frozen+gap``; null: nothing); such pair-frames always have a row, except
-    those after a gap, whose poses are not in doubt.
+    and ``frame_seconds/<label>`` (the whole frame, all pairs) where frames were timed. ``flag`` names what was in doubt
+    about a pose of either body (``frozen+gap``; null: nothing); such pair-frames always have a row, except those after
+    a gap, whose poses are not in doubt.
     """
     rows, columns = _happened(result)
     numbers = {label: _miss_numbers(result, label, rows, columns) for label in result.comparisons}
@@ -49,6 +49,17 @@ def frame_table(result: RunResult) -> Iterator[pa.Table]:
         part = slice(start, start + ROWS_PER_PART)
         cut = {label: number[part] for label, number in numbers.items()}
         yield pa.table(_frame_columns(result, rows[part], columns[part], cut))
+
+
+def timing_table(result: RunResult) -> pa.Table:
+    """Seconds of every frame: ``frame stamp_ns time``, and ``seconds/<label>/<stage>`` of detectors timed by frame."""
+    times = result.assembly.motion.times
+    columns: Columns = {"frame": np.arange(len(times)), "stamp_ns": result.assembly.stamp_ns, "time": times}
+    for label, detection in result.detections.items():
+        for stage, value in detection.seconds.items():
+            if isinstance(value, np.ndarray):
+                columns[f"seconds/{label}/{stage}"] = value
+    return pa.table(columns)
 
 
 def episode_table(result: RunResult) -> pa.Table:
@@ -95,15 +106,15 @@ def miss_table(result: RunResult) -> pa.Table:
     """Every numbered miss of every audited detector, with the geometry of its deepest frame (metres, world).
 
     Of a contact that no frame shows ``touch`` says when, in seconds, it begins between the frames ``first`` - 1 and
-    ``first``, and ``face_a`` and ``face_b`` which faces touch first; point and normal are those of that moment.
+    ``first``: not before ``touch_free``. ``face_a`` and ``face_b`` touch first; point and normal are of that moment.
     """
     rows = [(label, miss) for label, found in result.misses.items() for miss in found]
     values = []
     for _, miss in rows:
-        touch = (None,) * 3 if miss.touch is None else (miss.touch.moment, *miss.touch.faces)
+        touch = (None,) * 4 if miss.touch is None else (miss.touch.moment, *miss.touch.faces, miss.touch.free)
         values.append([*(getattr(miss, name) for name in MISS_COLUMNS), *miss.point, *miss.normal, *touch])
     places = dict.fromkeys([f"{name}_{axis}" for name in ("point", "normal") for axis in "xyz"], float)
-    kinds = MISS_COLUMNS | places | {"touch": float, "face_a": int, "face_b": int}
+    kinds = MISS_COLUMNS | places | {"touch": float, "face_a": int, "face_b": int, "touch_free": float}
     heads = _heads(result, [(label, miss.number, miss.pair) for label, miss in rows])
     return pa.table(heads | columns_of(values, kinds))
 

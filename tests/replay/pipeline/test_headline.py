@@ -2,9 +2,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from support.small_worlds import jumping
 
 from replay.comparison.outcome import Comparison, Episode, Outcome
-from replay.pipeline.headline import beside, headline, invented, phases, price
+from replay.pipeline.engine import compute
+from replay.pipeline.headline import beside, compounds, headline, invented, phases, price
 
 
 def told(*contacts):
@@ -47,12 +49,12 @@ def test_the_headline_of_two_that_decided_nothing_says_that_nothing_was_compared
     assert headline(run, "slow") == "Nothing compared: exact and slow both decided none of 10 pair-frames"
 
 
-def took(seconds, *, online=True, name="discrete", faces=False):
-    return {"name": name, "online": online, "faces_asked": faces, "seconds": {"per_frame_mean": seconds}}
+def took(seconds, *, live=True, name="discrete", faces=False):
+    return {"name": name, "live": live, "faces_asked": faces, "seconds": {"per_frame_mean": seconds}}
 
 
 def priced(*, contacts=1, faces=True, **detectors):
-    summary = {"detectors": {"exact": took(5.69e-5, online=False, name="exact", faces=faces), **detectors}}
+    summary = {"detectors": {"exact": took(5.69e-5, live=False, name="exact", faces=faces), **detectors}}
     episodes = {"exact": (None,) * contacts}
     return SimpleNamespace(oracle="exact", comparisons=dict.fromkeys(detectors), summary=summary, episodes=episodes)
 
@@ -62,12 +64,14 @@ LIKE = "replay tradeoff compares like with like."
 
 def test_times_of_one_pass_are_said_to_be_that_and_to_be_of_what_they_are():
     engine = took(1e-7, name="recorded")
-    assert price(priced(slow=took(1.63e-4), engine=engine, box=took(2e-5, online=False))) == [
+    assert price(priced(slow=took(1.63e-4), engine=engine, box=took(2e-5, live=False))) == [
         "Every contact counted here was found by exact in 0.0569 ms a frame (whole recording at once, with faces); "
         "slow took 0.163 ms (frame by frame, without faces); box took 0.02 ms (whole recording at once, without "
         f"faces). One pass of each, not alike: {LIKE}"
     ]
     assert price(priced()) == []
+    (alone,) = price(priced(engine=engine))
+    assert alone.endswith(" 0.0569 ms a frame (whole recording at once, with faces). One pass.")
     (none,) = price(priced(contacts=0, slow=took(1.63e-4)))
     assert none.startswith("No contact was found by exact in 0.0569 ms a frame")
 
@@ -75,16 +79,22 @@ def test_times_of_one_pass_are_said_to_be_that_and_to_be_of_what_they_are():
 @pytest.mark.parametrize(
     ("faces", "subject", "alike"),
     [
-        (False, took(2e-5, online=False), True),
-        (True, took(2e-5, online=False), False),
+        (False, took(2e-5, live=False), True),
+        (True, took(2e-5, live=False), False),
         (False, took(2e-5), False),
-        (False, took(2e-5, online=False, faces=True), False),
-        (True, took(2e-5, name="recorded"), True),
+        (False, took(2e-5, live=False, faces=True), False),
     ],
 )
 def test_booleans_beside_faces_and_live_beside_the_whole_recording_are_not_alike(faces, subject, alike):
     (line,) = price(priced(faces=faces, it=subject))
     assert line.endswith(f". One pass of each{'' if alike else ', not alike'}: {LIKE}")
+
+
+def test_who_lists_no_faces_took_its_time_without_them_though_it_was_asked():
+    (line,) = price(compute(jumping(), detectors="exact", oracle="continuous", offline=True))
+    assert line.count("(whole recording at once, without faces)") == 2 and "One pass of each: " in line
+    (line,) = price(compute(jumping(), detectors="continuous", oracle="exact"))
+    assert "with faces); continuous took" in line and "One pass of each, not alike: " in line
 
 
 def test_who_reports_contact_where_there_is_none_is_told_so_however_little_it_misses():
@@ -107,7 +117,7 @@ def looked(*rates_hz, name="discrete", contacts=18):
         label: Comparison(label, "exact", np.array([[1, 2, 3]], dtype=np.uint8)) for label in summary["detectors"]
     }
     dwell = SimpleNamespace(rates=rates)
-    return SimpleNamespace(oracle="exact", summary=summary, comparisons=comparisons, dwell=dwell)
+    return SimpleNamespace(oracle="exact", summary=summary, comparisons=comparisons, dwell=dwell, detectors={})
 
 
 def test_who_looks_at_a_rate_is_said_to_miss_at_this_runs_phase_and_what_the_mean_is():
@@ -124,3 +134,18 @@ def test_page_picture_and_terminal_say_the_same_beside_the_headline():
     run = looked(22.5)
     run.detections = {"exact": SimpleNamespace(verdict=np.zeros((1, 3), dtype=np.uint8))}
     assert beside(run) == [*invented(run), *phases(run)] and len(beside(run)) == 2
+
+
+@pytest.mark.parametrize(
+    ("counts", "lines"),
+    [
+        ((), []),
+        ((1,), ["it was asked for at most 4 convex pieces of a mesh: it made 1 piece of each, 1 in all."]),
+        ((3, 1, 4), ["it was asked for at most 4 convex pieces of a mesh: it made 1 to 4 pieces of each, 8 in all."]),
+    ],
+)
+def test_how_many_pieces_a_compound_came_to_is_said(counts, lines):
+    parts = {str(k): (None,) * count for k, count in enumerate(counts)}
+    shape = "compound" if counts else "hull"
+    detector = SimpleNamespace(settings=SimpleNamespace(shape=shape, pieces=4), parts=parts)
+    assert compounds(SimpleNamespace(detectors={"it": detector})) == lines
