@@ -16,11 +16,16 @@ from support.price_rows import ABOUT, CHECK, price_row
 from support.sentences import picture_text, sources, unsaid
 from support.small_worlds import cubes, jumping
 
+<<<<<<< HEAD
 from replay.comparison.outcome import Episode
 from replay.outputs import price_plot, run_tables, tradeoff_table
+=======
+from replay.outputs import growth, price_plot, run_tables, tradeoff_table
+>>>>>>> price
 from replay.outputs.report import audit_parts, charts, page, tables, tradeoff, tradeoff_picture
 from replay.outputs.report.markup import Markup
 from replay.outputs.report.page import report_html
+from replay.outputs.report.tradeoff_picture import DARK
 from replay.outputs.rerun_log import tradeoff as curve
 from replay.outputs.rerun_log.search_picture import path_words
 from replay.outputs.words import NOTHING_SUSPICIOUS
@@ -259,6 +264,10 @@ def everything(monkeypatch, path):
     held = audit | {"held": {"invented": 2, "contacts_missed": 1}, "phases": phases}
     yield str(run_tables.ranking_table(several.summary | {"audit": {"it": held}}))
     yield picture_text(compute(several.session, detectors="s=hybrid-qaco", oracle="exact", offline=True), path)
+    grown = {"axis": "bodies", "detector": "a", "size": 3, "budget_ms": 1.0, "p99_ms": 0.5, "passes": 3}
+    over = {**grown, "axis": "rate", "p99_ms": 2.0}
+    yield str(growth.growth_table([grown, over]))
+    yield "\n".join(one.get_text() for one in growth._drawn([grown, over], DARK).findobj(Text))
     yield from (*words_of_picture(filled.tradeoff), *price_plot.WORDS.values())
     clock = {kind: {**CHECK, "tie": False} for kind in ("live", "offline")}
     bare = tuple({**row, "containment": False, "front": True} for row in filled.tradeoff.rows)
