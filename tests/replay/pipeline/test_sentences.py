@@ -21,11 +21,8 @@ from replay.pipeline.gates import Gates
 from replay.pipeline.ranking import PHASES, Rank, fault_words
 from replay.pipeline.scores import score
 from replay.tradeoffs import pareto
-<<<<<<< HEAD
 from replay.tradeoffs.engine_knobs import ENGINES, advice_words
-=======
 from replay.tradeoffs.growth import UNITS, growth_answer
->>>>>>> price
 from replay.tradeoffs.pareto import advice_of, answer_of
 from replay.tradeoffs.settings import settings_list, steps_of_trust
 from sessions import Finding, Severity
