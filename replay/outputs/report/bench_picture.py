@@ -2,7 +2,7 @@
 
 import io
 from collections.abc import Mapping
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -114,7 +114,8 @@ def _drawn(flat: FloatArray, colours: FloatArray, half: float) -> bytes:
     axes.set_xlim(-half, half)
     axes.set_ylim(-1.0, 1.0)
     # as many are drawn as there are offsets
-    nowhere, plain = np.zeros((len(flat), 2)), {"edgecolors": "none", "antialiaseds": False}
+    nowhere = np.zeros((len(flat), 2))
+    plain: dict[str, Any] = {"edgecolors": "none", "antialiaseds": False}
     drawn = Triangles(facecolors=colours, offsets=nowhere, offset_transform=IdentityTransform(), **plain)
     axes.add_collection(drawn, autolim=False)
     buffer = io.BytesIO()

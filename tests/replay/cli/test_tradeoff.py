@@ -27,7 +27,7 @@ def test_front_and_advice_are_printed_and_the_folder_is_written(file, tmp_path, 
     out, err = capsys.readouterr()
     assert err.index("outside the time limit: one audit") < err.index("wrote ")
     said = " ".join(out.split())
-    assert "The clock's self-check, live: exact timed twice gives" in said and "36 look phases" in said
+    assert "The clock's self-check, live: exact timed twice gives" in said and "16 look phases" in said
     assert "Missing nothing costs" in said and "Live: one frame after the other, 12 frames a pass" in said
     assert "hybrid" in out and "To audit a recording" in out and "tradeoff.png" in err
     assert (tmp_path / "costs" / "tradeoff.parquet").is_file()
