@@ -16,8 +16,8 @@ from support.price_rows import ABOUT, CHECK, price_row
 from support.sentences import picture_text, sources, unsaid
 from support.small_worlds import cubes, jumping
 
-from replay.outputs import growth, price_plot, run_tables, tradeoff_table
-from replay.outputs.report import audit_parts, charts, page, tables, tradeoff, tradeoff_picture
+from replay.outputs import price_plot, run_tables, tradeoff_table
+from replay.outputs.report import audit_parts, charts, growth, page, tables, tradeoff, tradeoff_picture
 from replay.outputs.report.markup import Markup
 from replay.outputs.report.page import report_html
 from replay.outputs.report.tradeoff_picture import DARK
