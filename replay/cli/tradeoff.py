@@ -42,7 +42,7 @@ def command(
     from replay.cli.terminal import terminal
     from replay.cli.tradeoff_tables import FrontBar, front_table
     from replay.detection.compile_notice import compiling_announced
-    from replay.outputs.report.growth_picture import growth_table
+    from replay.outputs.report.growth import growth_table
     from replay.outputs.report.tradeoff import tradeoff_files
     from replay.outputs.results.run_folder import check_target
     from replay.pipeline.citations import sources_behind

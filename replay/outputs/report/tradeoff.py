@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from replay.outputs.price_plot import subtitle
-from replay.outputs.report.growth_picture import growth_picture, growth_table
+from replay.outputs.report.growth import growth_picture, growth_table
 from replay.outputs.report.markup import Markup, element, joined, page_table
 from replay.outputs.report.tradeoff_picture import DARK, LIGHT, Theme, picture
 from replay.outputs.results.parquet import write_rows

@@ -18,7 +18,7 @@ from support.small_worlds import cubes, jumping
 
 from replay.comparison.outcome import Episode
 from replay.outputs import price_plot, run_tables, tradeoff_table
-from replay.outputs.report import audit_parts, charts, growth_picture, page, tables, tradeoff, tradeoff_picture
+from replay.outputs.report import audit_parts, charts, growth, page, tables, tradeoff, tradeoff_picture
 from replay.outputs.report.markup import Markup
 from replay.outputs.report.page import report_html
 from replay.outputs.report.tradeoff_picture import DARK
@@ -262,8 +262,8 @@ def everything(monkeypatch, path):
     yield picture_text(compute(several.session, detectors="s=hybrid-qaco", oracle="exact", offline=True), path)
     grown = {"axis": "bodies", "detector": "a", "size": 3, "budget_ms": 1.0, "p99_ms": 0.5, "passes": 3}
     over = {**grown, "axis": "rate", "p99_ms": 2.0}
-    yield str(growth_picture.growth_table([grown, over]))
-    yield "\n".join(one.get_text() for one in growth_picture._drawn([grown, over], DARK).findobj(Text))
+    yield str(growth.growth_table([grown, over]))
+    yield "\n".join(one.get_text() for one in growth._drawn([grown, over], DARK).findobj(Text))
     yield from (*words_of_picture(filled.tradeoff), *price_plot.WORDS.values())
     clock = {kind: {**CHECK, "tie": False} for kind in ("live", "offline")}
     bare = tuple({**row, "containment": False, "front": True} for row in filled.tradeoff.rows)
