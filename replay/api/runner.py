@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from replay.detection.detector_spec import SpecLike, SpecsLike
 from replay.pipeline.engine import compute
 from replay.pipeline.run_result import RunResult
 from replay.prepare.assemble import Pairs
+from replay.prepare.noise import COPIES
 from replay.prepare.policy import Policy, PolicyLike
 from sessions import Session
 
@@ -20,7 +21,8 @@ def run(
     session_or_path: Session | str | Path, *, detectors: SpecsLike | None = None, oracle: SpecLike | None = None,
     out: str | Path | None = None, pairs: Pairs | None = None, start: float | None = None, end: float | None = None,
     seed: int = 0, faces: bool = False, tau: float = TAU, policy: PolicyLike | Policy | None = None,
-    picture: bool = True, log_search: bool = False, offline: bool = False, force: bool = False,
+    picture: bool = True, log_search: bool = False, offline: bool = False,
+    noise: Sequence[str] | str = (), noise_copies: int = COPIES, force: bool = False,
     progress: Progress | None = None,
 ) -> RunResult:  # fmt: skip
     """Replay a session through detectors, audit them against the one you trust, and write the result.
@@ -43,6 +45,8 @@ def run(
     picture : whether the run folder holds the recording for Rerun.
     log_search : whether the recording shows every look of every search, not only those that matter.
     offline : ask what is audited the whole motion at once, as the oracle always is, not one frame after the other.
+    noise : ``"vive"``, ``"measured"`` or ``"0.3 mm, 0.05 deg, 0.1 s"``, of one body ``"beaker=vive"``, or several: ask
+        ``noise_copies`` noisy copies of the recording which contacts of the oracle hold in spite of it.
     force : replace an earlier run folder.
     progress : receives reports of how far the work is.
 
@@ -60,7 +64,7 @@ def run(
         session_or_path = read_session(Path(session_or_path))
     result = compute(
         session_or_path, detectors=detectors, oracle=oracle, pairs=pairs, start=start, end=end, seed=seed, faces=faces,
-        tau=tau, policy=policy, offline=offline, progress=progress, out=target,
+        tau=tau, policy=policy, offline=offline, noise=noise, noise_copies=noise_copies, progress=progress, out=target,
     )  # fmt: skip
     if target is not None:
         with progress.stage("write"):

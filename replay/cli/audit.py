@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import OK, People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, gates, lineup, log_search, offline, replaying
+from replay.cli.options import ANY_PATH, SESSION_FILE, gates, lineup, log_search, noisy, offline, replaying
 
 if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 @lineup
 @log_search
 @offline
+@noisy
 @gates
 @replaying
 def command(

@@ -89,6 +89,16 @@ log_search = click.option("--log-search", is_flag=True, help="Show every look of
 offline = click.option("--offline", is_flag=True, help="Ask for the whole motion at once, not frame by frame.")
 
 
+def noisy(command: Command) -> Command:
+    """``--noise --noise-copies``: the tracker noise in spite of which contacts are to hold."""
+    size = 'Ask noisy copies: [BODY=]vive, measured or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
+    return _with(
+        command,
+        click.option("--noise", multiple=True, metavar="SIZE", help=size),
+        click.option("--noise-copies", type=click.IntRange(min=1), default=64, show_default=True, help="How many."),
+    )
+
+
 def specs_named(context: click.Context, option: click.Parameter, value: str | tuple[str, ...] | None) -> Any:
     """One detector, or a list of them, as given; ``None`` if none is named."""
     del context, option

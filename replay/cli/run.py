@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, gates, lineup, log_search, offline, replaying
+from replay.cli.options import ANY_PATH, SESSION_FILE, gates, lineup, log_search, noisy, offline, replaying
 
 if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 @lineup
 @log_search
 @offline
+@noisy
 @gates
 @replaying
 def command(

@@ -25,6 +25,7 @@ from replay.outputs.run_tables import (
     pair_frame_table,
     pair_table,
     ranking_table,
+    with_noise,
 )
 from replay.outputs.tables import FAINT, GOOD, IN_RED, INVENTED, Table, table
 from replay.outputs.words import CONTACT_WORDS_SHORT
@@ -105,6 +106,7 @@ def missed_tables(results: Sequence[RunResult]) -> list[Table]:
         found = [(result, miss) for result in results for miss in result.misses.get(label, ())]
         found.sort(key=lambda one: one[1].kind != NEVER_FOUND)
         made = miss_table(f"missed by {label}", [miss for _, miss in found]).only(*MISS_HEAD)
+        made = with_noise(made, found)
         if len(results) > 1:
             made = made.beside("session", [Path(result.session.origin).name for result, _ in found])
         tables += [made.first(MISS_ROWS, "… and {} more" + where)] if found else []

@@ -37,6 +37,11 @@ class ContactCounts:
     pairs: NDArray[np.int64]
     frames: NDArray[np.int64]
 
+    def only(self, kept: Sequence[bool]) -> "ContactCounts":
+        """The contacts for which ``kept`` (C,) is true."""
+        which = np.asarray(kept, dtype=np.bool_)
+        return ContactCounts(self.numbers[which], self.pairs[which], self.frames[which])
+
     @property
     def contacts(self) -> int:
         """Contacts of the oracle."""

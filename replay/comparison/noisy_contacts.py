@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Final
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Final
 
 import numpy as np
 
 from cdcore import Body, Detection, Detector, Motion
 from cdcore.bounding.sphere import Sphere, sphere_by_box_centre
-from cdcore.narrow.fcl_meshes import FclMeshes
+from cdcore.narrow.contact_offset import ContactOffset
+from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
 from replay.base.progress import Advance
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Episode
+from replay.detection.run_detector import Run, make_detector
+from replay.errors import NoiseError
 from replay.prepare.assembly import Assembly
-from replay.prepare.noise import BodyNoise, NoisyCopies, joined_spans
+from replay.prepare.noise import BodyNoise, NoiseSpec, NoisyCopies, joined_spans, noise_of
+from sessions import Scene
 
-COPIES: Final = 64
 HOLDS, UNDECIDABLE, ABSENT = "holds", "undecidable", "absent"
 
 SURE: Final = 0.95
@@ -66,6 +69,7 @@ class NoiseResult:
     asked, frames : pair-frames that copies were asked about, and all there are; the others are farther apart than the
         noise reaches, or further in.
     digest : of all answers.
+    sizes : tracker -> millimetres, degrees and seconds of its noise.
     """
 
     copies: int
@@ -77,15 +81,41 @@ class NoiseResult:
     asked: int
     frames: int
     digest: str
+    sizes: Mapping[str, tuple[float, float, float]]
 
     def count(self, word: str) -> int:
         """Contacts of a word."""
         return self.words.count(word)
 
+    def as_json(self) -> dict[str, Any]:
+        """Plain data; the word and the share of each contact stand in the tables of contacts and misses."""
+        return {
+            "copies": self.copies, "sizes": {name: list(size) for name, size in self.sizes.items()},
+            "contacts": {word: self.count(word) for word in (HOLDS, UNDECIDABLE, ABSENT)},
+            "near": [asdict(one) for one in self.near], "resting": [asdict(one) for one in self.resting],
+            "open_frames": self.open_frames, "asked": self.asked, "frames": self.frames, "digest": self.digest,
+        }  # fmt: skip
+
+
+def in_noise(
+    spec: NoiseSpec, assembly: Assembly, scene: Scene, oracle: Run, contacts: Sequence[Episode], seed: int,
+    advance: Advance,
+) -> NoiseResult:  # fmt: skip
+    """What the oracle of a run says of noisy copies; ``NoiseError``: it does not decide at instants."""
+    if oracle.detection.covers != "instants":
+        raise NoiseError(f"noise is asked of an oracle of instants, which {oracle.spec.name} is not; trust exact")
+
+    def of_pair(column: int) -> Detector:
+        bodies = tuple(assembly.bodies[end] for end in assembly.pairs[column])
+        return make_detector(oracle.spec, replace(assembly, bodies=bodies, pairs=np.array([[0, 1]])), seed)
+
+    noise = noise_of(spec, assembly, scene)
+    return noisy_contacts(assembly, oracle.detection, contacts, noise, of_pair, spec.copies, seed, advance)
+
 
 def noisy_contacts(
     assembly: Assembly, oracle: Detection, contacts: Sequence[Episode], noise: BodyNoise,
-    make: Callable[[int], Detector], *, copies: int = COPIES, seed: int = 0, advance: Advance = lambda _: None,
+    make: Callable[[int], Detector], copies: int, seed: int, advance: Advance,
 ) -> NoiseResult:  # fmt: skip
     """Ask noisy copies of a recording, where noise can change the answer.
 
@@ -117,12 +147,15 @@ def noisy_contacts(
         advance(len(block))
     for number, (pair, first, last) in enumerate(windows):
         found[number] |= bool((counts[first : last + 1, pair] == copies).any())
-    return _result(motion.times, windows, len(contacts), found, counts, near)
+    sizes = {
+        root: (1e3 * one.position_rms_m, one.rotation_rms_deg, one.correlation_s) for root, one in noise.noise.items()
+    }
+    return _result(motion.times, windows, len(contacts), found, counts, near, sizes)
 
 
 def _result(
     times: FloatArray, windows: Sequence[tuple[int, int, int]], contacts: int, found: BoolArray, counts: IntArray,
-    near: BoolArray,
+    near: BoolArray, sizes: Mapping[str, tuple[float, float, float]],
 ) -> NoiseResult:  # fmt: skip
     copies = found.shape[1]
     spans = [NoisySpan(*window, float(one.mean())) for window, one in zip(windows, found, strict=True)]
@@ -134,55 +167,27 @@ def _result(
     digest = hashlib.sha256(np.ascontiguousarray(counts, dtype="<u2").tobytes() + found.tobytes()).hexdigest()
     return NoiseResult(
         copies, tuple(spans[:contacts]), words, tuple(one for one in near_passes if one.word != ABSENT), resting,
-        int(open_.sum()), int(near.sum()), near.size, digest,
+        int(open_.sum()), int(near.sum()), near.size, digest, sizes,
     )  # fmt: skip
 
 
 def _near(assembly: Assembly, column: int, touching: BoolArray, noise: BodyNoise) -> BoolArray:
-    """Frames (T,) of a pair in which noise may change the answer: surfaces meet, or are nearer than it reaches.
-
-    Each distance holds for all frames in which the bodies have moved less against each other than what it leaves over.
-    """
+    """Frames (T,) of a pair in which noise may change the answer: surfaces meet, or are nearer than it reaches."""
     ends = [int(end) for end in assembly.pairs[column]]
     bodies, motion = [assembly.bodies[end] for end in ends], assembly.motion
     reach = float(np.linalg.norm([noise.reach(end, _lever(body)) for end, body in zip(ends, bodies, strict=True)]))
-    surfaces = FclMeshes([body.mesh for body in bodies])
     near = np.zeros(len(motion), dtype=np.bool_)
     if not reach:
         return near
+    surfaces = ContactOffset([build_box_tree(body.mesh.triangles) for body in bodies], np.array([[0, 1]]), reach)
     for start in range(0, len(motion), BLOCK):
         block = motion.frames(start, min(start + BLOCK, len(motion)))
-        known = block.valid[:, ends].all(axis=1)
-        rows = np.flatnonzero(known & (_sphere_gap(bodies, block, ends) <= reach))
         meets = touching[start : start + len(block)]
-        near[start + rows] = _within(surfaces, block, ends, rows, meets[rows], reach, _lever(bodies[1]))
-    return near
-
-
-def _within(
-    surfaces: FclMeshes, motion: Motion, ends: Sequence[int], rows: IntArray, meets: BoolArray, reach: float,
-    lever: float,
-) -> BoolArray:  # fmt: skip
-    """Which of some rows, in order, have surfaces that meet or are at most ``reach`` apart."""
-    turn = [motion.rotations[rows, end] for end in ends]
-    place = [motion.translations[rows, end] for end in ends]
-    back = np.swapaxes(turn[0], 1, 2)
-    rotation, offset = back @ turn[1], (back @ (place[1] - place[0])[..., None])[..., 0]
-    near, k = meets.copy(), 0
-    while k < len(rows):
-        if meets[k]:
-            k += 1
-            continue
-        for body in range(2):
-            surfaces.place_known(body, turn[body][k], place[body][k])
-        left = surfaces.distance(0, 1) - reach
-        moved = np.linalg.norm(offset[k:] - offset[k], axis=1)
-        # The spectral norm of a difference of rotations is its Frobenius norm over the root of two.
-        moved += lever * np.linalg.norm(rotation[k:] - rotation[k], axis=(1, 2)) / np.sqrt(2.0)
-        beyond = np.flatnonzero((moved >= abs(left)) | meets[k:])
-        stop = k + max(1, int(beyond[0]) if len(beyond) else len(rows) - k)
-        near[k:stop] |= left <= 0.0
-        k = stop
+        rows = np.flatnonzero(block.valid[:, ends].all(axis=1) & (_sphere_gap(bodies, block, ends) <= reach) & ~meets)
+        poses = block.translations[:, ends], block.rotations[:, ends], block.valid[:, ends]
+        close = surfaces.near(Motion(block.times, *poses), rows, np.zeros_like(rows))
+        near[start : start + len(block)] = meets
+        near[start + rows] = close
     return near
 
 

@@ -173,6 +173,12 @@ def miss_table(title: str, misses: Sequence[Miss], run: object = "RUN") -> Table
     return table(title, (*SEEN_HEAD, *BETWEEN_HEAD[-2:]), rows, words=5, whole=("miss", "pair"))
 
 
+def with_noise(made: Table, found: Sequence[tuple[RunResult, Miss]]) -> Table:
+    """A table of misses, and beside each whether its contact holds in spite of tracker noise, where that was asked."""
+    words = [one.noise.words[miss.episode - 1] for one, miss in found if one.noise is not None]
+    return made.beside("in noise", words) if words and len(words) == len(found) else made
+
+
 def _moment(miss: Miss) -> Cell:
     words, bound = f"{miss.seconds:.3f}", bound_words(miss)
     return Marked(words, "", bound) if bound else words

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -21,6 +21,7 @@ from replay.comparison.episodes import episodes
 from replay.comparison.holding import holdings
 from replay.comparison.look_phases import phase_shares
 from replay.comparison.matching import EpisodeMatches, match_episodes
+from replay.comparison.noisy_contacts import in_noise
 from replay.comparison.outcome import Comparison, Episode
 from replay.comparison.tolerance import TAU, Tolerance
 from replay.detection.compile_notice import compiling_announced
@@ -29,13 +30,14 @@ from replay.detection.recorded import RECORDED
 from replay.detection.run_detector import Run, face_sets_again, make_detector, run_detector
 from replay.effects.effect_plan import Plan, plan
 from replay.effects.effects_runner import EffectRun, run_effects
-from replay.errors import DetectorSpecError
+from replay.errors import DetectorSpecError, NoiseError
 from replay.pipeline.run_result import Measured, RunResult
 from replay.pipeline.summary import summarise
 from replay.prepare.assemble import AssemblyLayout, Pairs, lay_out
 from replay.prepare.assemble_stored import assemble_bounded, decoded_once
 from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
+from replay.prepare.noise import COPIES, parse_noise
 from replay.prepare.policy import Policy, PolicyLike, parse_policy
 from replay.prepare.repair import Repair, repair_session
 from sessions import Session
@@ -132,19 +134,19 @@ def prepared(
 def compute(
     session: Session, *, detectors: SpecsLike | None = None, oracle: SpecLike | None = None, pairs: Pairs | None = None,
     start: float | None = None, end: float | None = None, seed: int = 0, faces: bool = False, tau: float = TAU,
-    policy: PolicyLike | Policy | None = None, offline: bool = False, progress: Progress | None = None,
-    out: Path | None = None,
+    policy: PolicyLike | Policy | None = None, offline: bool = False, noise: Sequence[str] | str = (),
+    noise_copies: int = COPIES, progress: Progress | None = None, out: Path | None = None,
 ) -> RunResult:  # fmt: skip
     """As ``replay.run``, of a session in memory: examine and repair, assemble, detect, compare, number the misses.
 
     ``detectors`` and ``oracle`` are as for ``line_up``; ``None`` runs none where the scene's plan needs none. ``out``
-    is only noted in the result.
-
-    Raises ``ReplayError``, ``CollisionCoreError`` or ``SessionError``: one sentence each.
+    is only noted in the result. Raises ``ReplayError``, ``CollisionCoreError`` or ``SessionError``: one sentence each.
     """
-    progress, began = progress or Silent(), perf_counter()
-    planned = plan(session.scene)
+    progress, began, planned = progress or Silent(), perf_counter(), plan(session.scene)
     lineup = _called_for(planned, detectors, oracle, reported=_reports(session), live=not offline)
+    blur = parse_noise([noise] if isinstance(noise, str) else noise, noise_copies)
+    if blur and not lineup.oracle:
+        raise NoiseError("noise is asked of an oracle about its contacts; name detectors, or leave out the noise")
     ready = prepared(
         session, pairs=pairs, start=start, end=end, policy=policy, looking=bool(lineup.specs), progress=progress
     )
@@ -171,6 +173,10 @@ def compute(
             asked = {one: phase_shares(runs[one], assembly, trusted, loose, held, tolerance, seed) for one in matches}
             phases = {label: shares for label, shares in asked.items() if shares}
         missed, causes = examine(comparisons, truth, runs, assembly, again)
+    noisy = None
+    if blur:
+        with progress.stage("noise", len(assembly.motion)) as advance:
+            noisy = in_noise(blur, assembly, session.scene, runs[lineup.oracle], truth, seed, advance)
     recall = _face_recall(comparisons, found, runs, assembly, progress) if faces else {}
     effects: dict[str, EffectRun] = {}
     if planned.effects:
@@ -180,8 +186,7 @@ def compute(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
         oracle=lineup.oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches,
         face_recall=recall, causes=causes, dwell=dwell, phases=phases, holdings=held, effects=effects,
-        treatment=treatment,
-        flags=Flags.of(treatment.spans, assembly, session.scene),
+        treatment=treatment, noise=noisy, flags=Flags.of(treatment.spans, assembly, session.scene),
         detectors={label: run.detector for label, run in runs.items()},
     )  # fmt: skip
     summary = summarise(measured, runs, layout.scan, planned, window=(start, end), seed=seed, tau=tau, began=began)

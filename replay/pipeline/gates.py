@@ -49,17 +49,20 @@ class Gates:
 
 
 def _missed(name: str, label: str, figures: Mapping[str, Any], most: float) -> Iterator[str]:
-    contacts, frames = share(figures["contacts_missed"], figures["contacts"]), figures["missed"]
+    firm = figures | figures.get("holds", {})
+    contacts, frames = share(firm["contacts_missed"], firm["contacts"]), firm["missed"]
     undecided = figures["contact_frames_undecided"]
     if undecided:
         whole = f"{figures['contacts_undecided']} of {contacts['of']} contacts"
         yield f"{name} cannot be checked: {label} left {undecided} pair-frames in contact undecided, {whole} whole"
     elif not contacts["of"]:
-        yield f"{name} cannot be checked: there is no contact for {label} to miss"
+        what = "contact that holds in spite of the noise" if "holds" in figures else "contact"
+        yield f"{name} cannot be checked: there is no {what} for {label} to miss"
     yield from _undecided_oracle(name, figures)
     for what, part in (("contacts", contacts), ("pair-frames in contact", frames)):
         if part["of"] and part["share"] > most:
             worse = f"{percent(part)}), more than {name} {most:g}{_apart(figures)}"
+            worse += "; counted is what holds in spite of the noise" * ("holds" in figures)
             yield f"{label} missed {part['count']} of {part['of']} {what} ({worse}"
 
 

@@ -1,10 +1,11 @@
 """Sentences about what a detector missed and how long it took, the same in terminal, picture and report."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
 
 from replay.comparison.contact_counts import ContactCounts, contact_counts, held_counts
 from replay.comparison.contact_duration import PHASES
+from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.comparison.outcome import Outcome
 from replay.detection.recorded import RECORDED
 from replay.pipeline.gates import figure
@@ -13,6 +14,10 @@ from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import undecided_share
 from sessions import Finding, Severity
 from sessions.doctor.codes import CODES
+
+NOT_COVERED: Final = (
+    "Not in these copies: a constant offset of a tracker, a wrong mesh, noise that the recording already has."
+)
 
 
 def headlines(result: RunResult) -> list[str]:
@@ -126,7 +131,29 @@ def phases(result: RunResult) -> list[str]:
 
 def beside(result: RunResult) -> list[str]:
     """What a reader must know beside the headlines: what was not decided, what is invented, what is chance."""
-    return [*undecided(result), *invented(result), *held(result), *compounds(result), *phases(result)]
+    return [
+        *undecided(result), *invented(result), *held(result), *in_noise(result), *compounds(result), *phases(result)
+    ]  # fmt: skip
+
+
+def in_noise(result: RunResult) -> list[str]:
+    """What noise leaves of the contacts, where that was asked for."""
+    noise = result.noise
+    if noise is None:
+        return []
+    firm, total = noise.count(HOLDS), len(noise.words)
+    words = f"{firm} of {total} contacts hold, {noise.count(UNDECIDABLE)} undecidable, {noise.count(ABSENT)} absent"
+    lines = [f"In {noise.copies} copies with tracker noise: {words if total else 'no contact to ask about'}."]
+    for label in result.comparisons if firm else ():
+        holds = result.summary["audit"][label]["holds"]
+        lines.append(f"Of those that hold, {label} missed {holds['contacts_missed']}.")
+    if noise.near:
+        passes = f"{len(noise.near)} near pass{'es' * (len(noise.near) > 1)}"
+        lines.append(f"A contact within the noise may be hidden in {passes}.")
+    if noise.resting:
+        count = len({one.pair for one in noise.resting})
+        lines.append(f"Of {count} pair{'s' * (count > 1)} at rest the noise leaves open whether they touch.")
+    return [*lines, NOT_COVERED]
 
 
 def compounds(result: RunResult) -> list[str]:

@@ -11,6 +11,7 @@ from replay.comparison.compare import FaceRecall
 from replay.comparison.contact_duration import ContactDurations
 from replay.comparison.look_phases import Shares
 from replay.comparison.matching import EpisodeMatches
+from replay.comparison.noisy_contacts import NoiseResult
 from replay.comparison.outcome import Comparison, Episode, Miss
 from replay.effects.effects_runner import EffectRun
 from replay.prepare.assembly import Assembly
@@ -72,6 +73,7 @@ class Measured:
     holdings : when a pair is a hand and what it holds; contacts there are counted apart.
     dwell : how long each other contact of the oracle lasted; ``None`` without an oracle.
     effects : kind -> what the effect found and took, in running order; empty where the scene declares none.
+    noise : what holds in spite of tracker noise, where that was asked for.
     treatment : the findings of the doctor, and what the policy did about them.
     flags : which verdicts rest on a pose in doubt.
     detectors : label -> the detector, ready to be asked again.
@@ -91,6 +93,7 @@ class Measured:
     holdings: tuple[Episode, ...] = ()
     dwell: ContactDurations | None = None
     effects: Mapping[str, EffectRun] = field(default_factory=dict)
+    noise: NoiseResult | None = None
     treatment: Repair | None = None
     flags: Flags | None = None
     detectors: Mapping[str, Detector] = field(default_factory=dict)

@@ -11,6 +11,7 @@ from replay.comparison.compare import FaceRecall
 from replay.comparison.contact_counts import contact_counts, count_reports, held_counts
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.misses import MISS_KINDS
+from replay.comparison.noisy_contacts import HOLDS
 from replay.comparison.outcome import Outcome
 from replay.pipeline.run_result import Measured
 
@@ -39,6 +40,11 @@ def score(result: Measured, label: str) -> dict[str, Any]:
         "by_kind": {kind: sum(miss.kind == kind for miss in missed) for kind in MISS_KINDS},
         "faces": _faces(result.face_recall.get(label)),
     }  # fmt: skip
+    if result.noise is not None:
+        firm = contacts.only([result.noise.words[number - 1] == HOLDS for number in contacts.numbers.tolist()])
+        figures["holds"] = {
+            "contacts": firm.contacts, "contacts_missed": firm.missed, "missed": firm.share(Outcome.MISSED)
+        }  # fmt: skip
     if label in result.phases:
         figures["phases"] = dict(result.phases[label])
     if label in result.causes:

@@ -45,6 +45,7 @@ def summarise(
         "detectors": {label: _detector(run, len(result.episodes[label])) for label, run in runs.items()},
         "audit": {label: score(result, label) for label in result.comparisons},
         "dwell": None if result.dwell is None else result.dwell.table(),
+        "noise": None if result.noise is None else result.noise.as_json(),
         **({} if result.treatment is None else result.treatment.as_json()),
         "flagged_verdicts": {label: _flagged(result, label) for label in runs},
         "versions": versions(), "machine": machine(), "plan": plan_summary(planned),

@@ -20,14 +20,20 @@ from sessions import Scene
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.tracker import VIVE, TrackerNoise
 
+COPIES: Final = 64
+"""Of 64 copies 61 are the share of 0.95 from which a contact holds, and 3 that up to which it is absent."""
+
 STILL_S: Final = 0.5
 """Least length of a stretch at rest; the rest of a VIVE tracker correlates over 0.07 s."""
+
+WINDOW_S: Final = 0.5
+"""What is slower than this is drift, not noise: a tracker that found itself again went 2 mm in three seconds."""
 
 STILL_M: Final = 0.005
 STILL_DEG: Final = 1.0
 """A body at rest stays within this of where the stretch began: ten times the noise of a VIVE tracker."""
 
-LEAST_STRETCHES: Final = 3.0
+LEAST_STRETCHES: Final = 1.0
 """Seconds at rest from which the noise of a body is measured."""
 
 _PART = re.compile(r"\s*([0-9.eE+-]+)\s*(um|mm|cm|m|deg|rad|ms|s)\s*")
@@ -43,14 +49,15 @@ _HOW: Final = 'write vive, measured or "0.3 mm, 0.05 deg, 0.1 s", or one of them
 class NoiseSpec:
     """The noise asked for: of every tracker, and of some bodies their own; ``None`` is to be measured.
 
-    ``usual`` is of all bodies that ``own`` does not name; without it they have none.
+    ``usual`` is of all bodies that ``own`` does not name; without it they have none. ``copies`` are drawn.
     """
 
+    copies: int
     usual: TrackerNoise | str = ""
     own: tuple[tuple[str, TrackerNoise | str], ...] = ()
 
 
-def parse_noise(words: Sequence[str]) -> NoiseSpec | None:
+def parse_noise(words: Sequence[str], copies: int = COPIES) -> NoiseSpec | None:
     """Read ``[BODY=]vive``, ``[BODY=]measured`` or ``[BODY=]0.3 mm, 0.05 deg, 0.1 s``; ``None`` of no words.
 
     Sizes are root mean squares: of the length of the position error and of the angle of the rotation error; the time is
@@ -61,6 +68,8 @@ def parse_noise(words: Sequence[str]) -> NoiseSpec | None:
     >>> parse_noise(["0.3 mm, 0.05 deg, 0.1 s"]).usual.rotation_rms_deg
     0.05
     """
+    if copies < 1:
+        raise NoiseError(f"{copies} noisy copies are none; give 1 or more")
     usual: TrackerNoise | str = ""
     own: dict[str, TrackerNoise | str] = {}
     for text in words:
@@ -69,7 +78,7 @@ def parse_noise(words: Sequence[str]) -> NoiseSpec | None:
             own[body.strip()] = _size(size)
         else:
             usual = _size(size)
-    return NoiseSpec(usual, tuple(own.items())) if words else None
+    return NoiseSpec(copies, usual, tuple(own.items())) if words else None
 
 
 def _size(text: str) -> TrackerNoise | str:
@@ -137,15 +146,14 @@ def noise_of(spec: NoiseSpec, assembly: Assembly, scene: Scene, whole: Motion | 
 
 
 def measured_noise(name: str, motion: Motion, body: int) -> TrackerNoise:
-    """Noise of a body from its own stretches at rest: what is left when the mean of each is taken away.
+    """Noise of a body from its own stretches at rest: what is left when the mean of each half second is taken away.
 
     The correlation time is where the product of two samples falls to 1/e, from neighbours. Raises ``NoiseError`` where
-    the body rests for less than three seconds in all.
+    the body rests for less than a second in all.
     """
     times, place, turn = motion.times, motion.translations[:, body], motion.rotations[:, body]
     errors, steps = [], []
-    for first, last in still_stretches(times, place, turn, motion.valid[:, body]):
-        rows = slice(first, last + 1)
+    for rows in _windows(times, still_stretches(times, place, turn, motion.valid[:, body])):
         turned = Rotation.from_matrix(turn[rows])
         vectors = (turned * turned.mean().inv()).as_rotvec()
         errors.append(np.hstack([place[rows] - place[rows].mean(axis=0), vectors]))
@@ -156,17 +164,29 @@ def measured_noise(name: str, motion: Motion, body: int) -> TrackerNoise:
             f"{name} rests for {seconds:.1f} s of {LEAST_STRETCHES:g} s that measuring its noise takes; "
             f"give its size: {name}=vive"
         )
-    # Degrees of freedom: the mean of each stretch was taken from the stretch itself.
-    left = sum(len(one) for one in errors) - len(errors)
-    square = sum((one**2).sum(axis=0) for one in errors) / left
-    along = sum((one[1:, :3] * one[:-1, :3]).sum() for one in errors) / max(1, left - len(errors))
-    correlation = float(np.clip(along / max(square[:3].sum(), 1e-300), 1e-3, 0.999))
-    step = float(np.median(np.concatenate(steps)))
+    # The median over the parts: where a tracker finds itself again, it jumps by millimetres for a moment.
+    square = np.median([(one**2).sum(axis=0) / max(1, len(one) - 1) for one in errors], axis=0)
+    stepped = float(np.median([(np.diff(one[:, :3], axis=0) ** 2).sum(axis=1).mean() for one in errors]))
+    step, time, kept = float(np.median(np.concatenate(steps))), 0.0, 1.0
+    for _ in range(8):
+        # A step of errors that correlate by r has 2 (1 - r) of the variance; and the mean of a part takes a share of
+        # the variance with it, as errors close in time are alike: by the time, which follows from r.
+        alike = float(np.clip(1.0 - stepped * kept / (2.0 * max(square[:3].sum(), 1e-300)), 1e-3, 0.999))
+        time = min(-step / float(np.log(alike)), WINDOW_S / 4)
+        kept = 1.0 - 2.0 * time / WINDOW_S * (1.0 - time / WINDOW_S)
     return TrackerNoise(
-        position_rms_m=float(np.sqrt(square[:3].sum())),
-        rotation_rms_deg=float(np.degrees(np.sqrt(square[3:].sum()))),
-        correlation_s=-step / float(np.log(correlation)),
+        position_rms_m=float(np.sqrt(square[:3].sum() / kept)),
+        rotation_rms_deg=float(np.degrees(np.sqrt(square[3:].sum() / kept))),
+        correlation_s=time,
     )
+
+
+def _windows(times: FloatArray, stretches: Iterator[tuple[int, int]]) -> Iterator[slice]:
+    """Parts of about half a second: slower drift is no noise."""
+    for first, last in stretches:
+        count = max(1, int((times[last] - times[first]) / WINDOW_S))
+        for part in np.array_split(np.arange(first, last + 1), count):
+            yield slice(int(part[0]), int(part[-1]) + 1)
 
 
 def still_stretches(

@@ -80,7 +80,11 @@ def miss_table(result: RunResult, label: str) -> Markup:
     shown, hidden = seen[:MOST_ROWS], between[:MOST_ROWS]
     words = f"What {label} missed between frames: no frame shows it, so it has no depth; in order of time"
     tables = ((f"What {label} missed", shown, SEEN_HEAD), (words, hidden, BETWEEN_HEAD))
-    parts = [page_table(run_tables.miss_table(title, some, run).only(*head)) for title, some, head in tables if some]
+    parts = [
+        page_table(run_tables.with_noise(made, [(result, one) for one in some]))
+        for title, some, head in tables
+        if some and (made := run_tables.miss_table(title, some, run).only(*head))
+    ]
     if len(misses) <= MANY:
         return joined(parts)
     count = len(shown) + len(hidden)

@@ -70,7 +70,8 @@ def episode_table(result: RunResult) -> pa.Table:
     detectors that never found an episode of the oracle, separated by commas. Of an audited detector ``status`` is
     ``matched``, ``piece`` (of a split one), ``invented`` or ``excused``, and where matched ``truth`` is the number of
     the oracle's episode, with ``overlap_frames``, ``onset_error`` and ``duration_error`` (seconds). ``flag`` names what
-    was in doubt about a pose in it (null: nothing).
+    was in doubt about a pose in it (null: nothing). Of the oracle's ``noise`` says whether the contact holds in spite
+    of tracker noise, and ``noise_share`` in which share of noisy copies it is (null: not asked).
     """
     never = _never_found(result)
     status = {label: matches.status() for label, matches in result.matches.items()}
@@ -81,6 +82,7 @@ def episode_table(result: RunResult) -> pa.Table:
             one.first, one.last, one.last - one.first + 1, one.start, one.end, ",".join(never.get((label, number), ())),
             _doubt(result, one), status.get(label, {}).get(number, ""),
             *(getattr(match.get((label, number)), name, None) for name in MATCH),
+            *(_in_noise(result, number) if label == result.oracle else (None, None)),
         )
         for label, number, one in rows
     ]  # fmt: skip
@@ -94,7 +96,14 @@ MATCH: Final = ("truth", "overlap", "onset_error", "duration_error")
 EPISODE_COLUMNS: Final[dict[str, type]] = {
     "first": int, "last": int, "frames": int, "start": float, "end": float, "missed_by": str, "flag": str,
     "status": str, "truth": int, "overlap_frames": int, "onset_error": float, "duration_error": float,
+    "noise": str, "noise_share": float,
 }  # fmt: skip
+
+
+def _in_noise(result: RunResult, number: int) -> tuple[str | None, float | None]:
+    """Word and share of a contact of the oracle in noisy copies."""
+    noise = result.noise
+    return (None, None) if noise is None else (noise.words[number - 1], noise.contacts[number - 1].share)
 
 
 def _heads(result: RunResult, rows: Sequence[tuple[str, int, Episode | Miss]]) -> Columns:
@@ -109,14 +118,17 @@ def miss_table(result: RunResult) -> pa.Table:
 
     Of a contact that no frame shows ``touch`` says when, in seconds, it begins between the frames ``first`` - 1 and
     ``first``: not before ``touch_free``. ``face_a`` and ``face_b`` touch first; point and normal are of that moment.
+    ``noise`` and ``noise_share`` are those of the contact.
     """
     rows = [(label, miss) for label, found in result.misses.items() for miss in found]
     values = []
     for _, miss in rows:
         touch = (None,) * 4 if miss.touch is None else (miss.touch.moment, *miss.touch.faces, miss.touch.free)
-        values.append([*(getattr(miss, name) for name in MISS_COLUMNS), *miss.point, *miss.normal, *touch])
+        noise = _in_noise(result, miss.episode)
+        values.append([*(getattr(miss, name) for name in MISS_COLUMNS), *miss.point, *miss.normal, *touch, *noise])
     places = dict.fromkeys([f"{name}_{axis}" for name in ("point", "normal") for axis in "xyz"], float)
     kinds = MISS_COLUMNS | places | {"touch": float, "face_a": int, "face_b": int, "touch_free": float}
+    kinds |= {"noise": str, "noise_share": float}
     heads = _heads(result, [(label, miss.number, miss) for label, miss in rows])
     return pa.table(heads | columns_of(values, kinds))
 

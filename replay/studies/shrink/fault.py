@@ -18,11 +18,8 @@ from replay.detection.detector_spec import DetectorSpec
 from replay.detection.recorded import RECORDED
 from replay.errors import ShrinkError
 from replay.outputs.results.run_folder import EPISODES, MISSES, RunFolder
-from replay.prepare.assemble import lay_out
-from replay.prepare.assemble_stored import assemble_bounded
+from replay.pipeline.engine import prepared
 from replay.prepare.assembly import Assembly
-from replay.prepare.policy import parse_policy
-from replay.prepare.repair import repair_session
 from replay.studies.stress.families import FIRST_SEED
 from replay.studies.stress.scenes import SCENES
 from sessions import read_session
@@ -151,11 +148,10 @@ def _assembled(run: RunFolder) -> Assembly:
     said = run.summary["session"]
     if not said["origin"]:
         raise ShrinkError(f"{run.path} replayed a session in memory; write it to a file and run that")
-    treatment = repair_session(read_session(said["origin"]), parse_policy(run.summary["policy"]))
-    if treatment.digest != said["digest"]:
+    ready = prepared(read_session(said["origin"]), policy=run.summary["policy"], **run.summary["window"])
+    if ready.treatment.digest != said["digest"]:
         raise ShrinkError(f"{said['origin']} is not the recording that {run.path} replayed; its contents differ")
-    layout = lay_out(treatment.session, jumps=treatment.jumps)
-    return assemble_bounded(treatment.session, layout, **run.summary["window"])
+    return ready.assembly
 
 
 def of_case(number: int, spec: DetectorSpec) -> Fault:

@@ -18,7 +18,9 @@ def told(*contacts):
         found.append(Episode(0, len(outcome), len(outcome) + len(contact) - 1, 0.0, 0.0))
         outcome += [*([letters[letter]] for letter in contact), [Outcome.NEITHER]]
     comparison = Comparison("slow", "exact", np.array(outcome, dtype=np.uint8))
-    return SimpleNamespace(oracle="exact", episodes={"exact": tuple(found)}, comparisons={"slow": comparison})
+    return SimpleNamespace(
+        oracle="exact", episodes={"exact": tuple(found)}, comparisons={"slow": comparison}, noise=None
+    )
 
 
 @pytest.mark.parametrize(

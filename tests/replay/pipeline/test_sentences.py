@@ -12,6 +12,7 @@ from replay.base.wilson import share
 from replay.comparison.compare import compare
 from replay.comparison.episodes import episodes
 from replay.comparison.misses import stretches
+from replay.comparison.noisy_contacts import ABSENT, HOLDS, NoiseResult, NoisySpan
 from replay.comparison.outcome import Episode
 from replay.errors import AuditError
 from replay.outputs.report.tables import trust
@@ -88,6 +89,7 @@ def audited(oracle, subject):
     comparison = compare(detections["it"], detections["exact"], ("it", "exact"))
     found = {label: episodes(one) for label, one in detections.items()}
     run = SimpleNamespace(
+        noise=None,
         oracle="exact", detections=detections, comparisons={"it": comparison}, episodes=found, face_recall={},
         misses={"it": stretches(comparison, found["exact"])}, causes={}, matches={}, treatment=None, holdings=(),
         phases={},
@@ -232,5 +234,16 @@ def test_no_template_is_untested():
     rank = Rank("it", "discrete", 2, half, half, half, 1, (0, 0), None, PHASES)
     none = replace(rank, missed=None, in_part=None, false=None, undecided=0)
     everything += map(fault_words, (rank, none, replace(none, contacts=0)))
+    spans = (NoisySpan(0, 0, 0, 0.5),) * 2
+    noise = NoiseResult(64, spans, (HOLDS, ABSENT), spans, spans, 1, 2, 3, "", {})
+    firm = {"contacts": 0, "contacts_missed": 0, "missed": share(0, 0)}
+    slow.noise, slow.summary["audit"]["it"]["holds"], slow.summary["audit"]["other"]["holds"] = noise, firm, firm
+    everything += headline.in_noise(slow)
+    everything += headline.in_noise(
+        SimpleNamespace(noise=replace(noise, contacts=(), words=(), near=()), comparisons=())
+    )
+    one = {"contacts": 1, "contacts_missed": 1, "missed": share(1, 1)}
+    for holds in (firm, one):
+        everything += LIMITS.broken({"it": slow.summary["audit"]["it"] | {"holds": holds}}, [])
     text = "\n".join([*everything, str(refused.value)])
     assert unsaid(text, *sources("replay/pipeline/*.py", "replay/tradeoffs/*.py")) == []

@@ -1,0 +1,142 @@
+"""Contacts in noisy copies: shares against the normal distribution, words, and the same answer however it is asked."""
+
+from statistics import NormalDist
+
+import numpy as np
+import pytest
+from support.small_worlds import along_x, cube, cubes
+
+from replay import audit, run
+from replay.comparison import noisy_contacts as module
+from replay.errors import NoiseError
+from replay.pipeline.engine import compute
+from replay.pipeline.gates import Gates
+from sessions import Session
+
+SIZE = "1 mm, 0 deg, 1 ms"
+"""Along one axis 1 mm over the root of three; frames 10 ms apart do not correlate."""
+
+SIGMA = 1e-3 / np.sqrt(3.0)
+
+
+def gaps(millimetres):
+    """Two cubes, the gap between their faces in every frame in millimetres, below 0 how far they overlap."""
+    return cubes({"a": [0.0] * len(millimetres), "b": [1.0 + 1e-3 * gap for gap in millimetres]})
+
+
+def asked(session, **more):
+    more = {"detectors": "slow=discrete[rate_hz=25]", "noise": [SIZE]} | more
+    return compute(session, **more)
+
+
+def test_the_share_of_copies_with_contact_is_that_of_the_normal_distribution(monkeypatch):
+    """Faces that are parallel meet where the noise along one axis closes the gap: two trackers, or one."""
+    counted = {}
+    monkeypatch.setattr(module, "_result", lambda *given: counted.setdefault("counts", given[4]))
+    wide = [9.0, 0.7, 0.0, -0.4, 1.2]
+    for sizes, sigma in (([SIZE], np.sqrt(2.0) * SIGMA), ([f"b={SIZE}"], SIGMA)):
+        counted.clear()
+        with pytest.raises(AttributeError):  # the counts are no result to go on with
+            asked(gaps(wide), noise=sizes, noise_copies=4000)
+        share = counted["counts"][:, 0] / 4000
+        assert share == pytest.approx([NormalDist(0, 1e3 * sigma).cdf(-gap) for gap in wide], abs=0.03)
+
+
+def test_deep_contacts_hold_grazing_ones_are_undecidable_and_near_passes_are_named():
+    far = [9.0] * 20
+    result = asked(gaps([*far, -6.0, -6.0, *far, -0.1, *far, 0.5, *far, 6.0, *far]))
+    noise = result.noise
+    assert [one.word for one in noise.contacts] == [module.HOLDS, module.UNDECIDABLE] == list(noise.words)
+    (hidden,) = noise.near
+    assert (hidden.first, hidden.last) == (63, 63) and 0.05 < hidden.share < 0.95
+    assert noise.resting == () and noise.asked == 4 and noise.frames == len(far) * 5 + 5
+    assert result.summary["noise"]["contacts"] == {"holds": 1, "undecidable": 1, "absent": 0}
+
+
+def test_sixty_one_of_sixty_four_copies_hold_and_three_are_none():
+    spans = [module.NoisySpan(0, 0, 0, share / 64) for share in (0, 3, 4, 60, 61, 64)]
+    words = [module.ABSENT] * 2 + [module.UNDECIDABLE] * 2 + [module.HOLDS] * 2
+    assert [one.word for one in spans] == words
+
+
+def test_a_glass_at_rest_is_one_statement_and_its_contacts_are_undecidable():
+    rest = 0.1 + 0.2 * np.sin(np.arange(400))
+    result = asked(gaps([9.0] * 20 + rest.tolist() + [9.0] * 20))
+    (stretch,) = result.noise.resting
+    assert (stretch.first, stretch.last) == pytest.approx((20, 419), abs=12) and result.noise.near == ()
+    assert len(result.noise.words) > 10 and set(result.noise.words) == {module.UNDECIDABLE}
+    assert "Of 1 pair at rest the noise leaves open whether they touch." in " ".join(result_lines(result))
+
+
+def result_lines(result):
+    from replay.pipeline.headline import beside
+
+    return beside(result)
+
+
+def test_blocks_change_no_answer_and_another_seed_draws_other_copies(monkeypatch):
+    session = gaps([9.0] * 5 + [0.3, -0.2, 0.1, -0.5] * 10)
+    whole = asked(session).noise
+    monkeypatch.setattr(module, "BLOCK", 7)
+    assert asked(session).noise.digest == whole.digest != asked(session, seed=1).noise.digest
+
+
+def test_tables_and_gates_count_what_holds(tmp_path):
+    far = [9.0] * 20
+    session = gaps([*far, -6.0, -6.0, *far, -0.1, *far])
+    result = run(session, detectors="slow=discrete[rate_hz=7]", noise=SIZE, out=tmp_path / "run", picture=False)
+    import pyarrow.parquet as pq
+
+    rows = pq.read_table(tmp_path / "run" / "episodes.parquet").to_pylist()
+    assert [row["noise"] for row in rows if row["detector"] == "exact"] == ["holds", "undecidable"]
+    misses = pq.read_table(tmp_path / "run" / "misses.parquet").to_pylist()
+    assert {(row["noise"], row["noise_share"] == 1.0) for row in misses} == {("holds", True), ("undecidable", False)}
+    assert ">in noise<" in (tmp_path / "run" / "report.html").read_text()
+    figures = result.summary["audit"]["slow"]
+    assert figures["contacts_missed"] == 2 and figures["holds"]["contacts"] == figures["holds"]["contacts_missed"] == 1
+    (words, *_) = Gates(max_missed=0.5).broken(result.summary["audit"], [result.summary])
+    assert "slow missed 1 of 1 contacts" in words and words.endswith("counted is what holds in spite of the noise")
+
+
+def test_where_nothing_holds_a_gate_cannot_be_checked():
+    result = asked(gaps([9.0] * 20 + [-0.1] + [9.0] * 20), detectors="hybrid")
+    (words,) = Gates(max_missed=0.5).broken(result.summary["audit"], [result.summary])
+    assert words.endswith("there is no contact that holds in spite of the noise for hybrid to miss")
+
+
+def test_without_noise_nothing_is_said_of_it_and_no_column_is_filled():
+    result = compute(gaps([9.0, -1.0, 9.0]), detectors="hybrid")
+    assert result.noise is None is result.summary["noise"] and "holds" not in result.summary["audit"]["hybrid"]
+    assert not any("noise" in line for line in result_lines(result))
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"oracle": "none"}, "noise is asked of an oracle"),
+        ({"oracle": "continuous"}, "an oracle of instants, which continuous is not"),
+        ({"noise": "jug=vive"}, "there is no body 'jug'"),
+        ({"noise": "much"}, "'much' is no noise"),
+    ],
+)
+def test_what_cannot_be_asked_is_one_sentence(more, words):
+    with pytest.raises(NoiseError, match=words):
+        asked(gaps([9.0, -1.0, 9.0]), **more)
+
+
+def test_one_word_and_several_sessions_are_taken_too():
+    done = audit([gaps([9.0, -6.0, 9.0])] * 2, detectors="hybrid", noise="vive", noise_copies=8)
+    assert [one.noise.copies for one in done.results] == [8, 8]
+    assert done.summary["hybrid"]["holds"]["contacts"] == 2
+
+
+def test_a_contact_with_a_turned_body_reaches_as_far_as_its_lever():
+    """A rod of 2 m: half a degree moves its end by 9 mm, which closes a gap of 3 mm in some copies."""
+    rod = cube()
+    long = type(rod)(rod.vertices * [0.02, 2.0, 0.02], rod.faces)
+    poses = {"rod": along_x([0.063] * 30), "cube": along_x([0.0] * 30)}
+    poses["rod"][0][:, 1], poses["cube"][0][:, 1] = 0.2, 1.1
+    poses["cube"][0][0, 1] = 1.15
+    session = Session.from_arrays(np.arange(30) * 10_000_000, poses, {"rod": long, "cube": cube(0.1)})
+    result = compute(session, detectors="hybrid", noise="rod=0 mm, 0.5 deg, 0.01 s")
+    assert result.noise.asked == 30 and (result.noise.near or result.noise.resting)

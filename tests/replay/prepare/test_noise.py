@@ -1,0 +1,141 @@
+"""Noise in words, measured at rest, and drawn: sizes and correlations are those planted."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support.shared_data import DATA
+from support.small_worlds import along_x, cube, cubes
+
+from cdcore import Motion
+from replay.errors import NoiseError
+from replay.prepare.assemble import assemble
+from replay.prepare.noise import BodyNoise, NoisyCopies, measured_noise, noise_of, parse_noise
+from sessions import Session
+from sessions.model.scene import Pose, Scene, SceneBody
+from sessions.synthetic.tracker import VIVE, TrackerNoise, disturbed
+
+
+@pytest.mark.parametrize(
+    ("words", "size"),
+    [
+        (["vive"], VIVE),
+        (["0.3 mm, 0.05 deg, 0.1 s"], TrackerNoise(position_rms_m=3e-4, rotation_rms_deg=0.05, correlation_s=0.1)),
+        (["0.5m,0deg"], TrackerNoise(position_rms_m=0.5, rotation_rms_deg=0.0)),
+        (["50 ms, 1 cm"], TrackerNoise(position_rms_m=0.01, correlation_s=0.05)),
+        (["measured"], "measured"),
+    ],
+)
+def test_a_size_is_read_in_its_units_and_what_is_left_out_is_that_of_vive(words, size):
+    assert parse_noise(words).usual == size
+    assert parse_noise([f"cup={words[0]}"]).own == (("cup", size),)
+
+
+@pytest.mark.parametrize(
+    "words", ["", "loud", "3", "3 furlongs", "-1 mm", "nan mm", "1 mm, 2 mm", "0 s", "inf m", "1e mm"]
+)
+def test_what_is_no_size_is_one_sentence_with_the_forms_there_are(words):
+    with pytest.raises(NoiseError, match="is no noise; write vive, measured or"):
+        parse_noise([words])
+
+
+def test_no_words_are_no_noise_and_no_copies_are_refused():
+    assert parse_noise([]) is None
+    with pytest.raises(NoiseError, match="0 noisy copies are none"):
+        parse_noise(["vive"], 0)
+
+
+def still(noise, frames=4000, seed=3):
+    """A body at rest as a tracker sees it, with the numbers of the synthetic recordings, not of the copies."""
+    times = np.arange(frames) / 90.0
+    poses = np.zeros((frames, 3)), np.tile([0.0, 0.0, 0.0, 1.0], (frames, 1))
+    place, turn = disturbed(poses, times, noise, np.random.default_rng(seed))
+    return Motion.from_quaternions(times, place[:, None], turn[:, None])
+
+
+@pytest.mark.parametrize("size", [VIVE, TrackerNoise(position_rms_m=1e-4, rotation_rms_deg=0.1, correlation_s=0.02)])
+def test_what_was_planted_in_a_body_at_rest_is_measured(size):
+    found = measured_noise("cup", still(size), 0)
+    assert found.position_rms_m == pytest.approx(size.position_rms_m, rel=0.15)
+    assert found.rotation_rms_deg == pytest.approx(size.rotation_rms_deg, rel=0.15)
+    assert found.correlation_s == pytest.approx(size.correlation_s, rel=0.35)
+
+
+def test_only_stretches_at_rest_count_and_a_body_that_never_rests_is_refused():
+    rest = still(VIVE)
+    away = rest.translations.copy()
+    away[1000:3000, 0, 0] += np.cumsum(np.full(2000, 0.01))
+    away[3000:, 0, 0] += 20.0
+    part = measured_noise("cup", Motion(rest.times, away, rest.rotations), 0)
+    assert part.position_rms_m == pytest.approx(VIVE.position_rms_m, rel=0.15)
+    away[:, 0, 0] += np.arange(4000) * 0.01
+    with pytest.raises(NoiseError, match=r"cup rests for 0\.0 s of 1 s .* give its size: cup=vive"):
+        measured_noise("cup", Motion(rest.times, away, rest.rotations), 0)
+
+
+@pytest.mark.skipif(not (DATA / "vive-accuracy").is_dir(), reason="the recording is not here")
+def test_the_rest_of_a_real_tracker_agrees_with_an_estimate_of_its_own():
+    rows = np.loadtxt(DATA / "vive-accuracy" / "measurementPoint3.txt")
+    rows = rows[(rows[:, :3] != 0).any(axis=1)]
+    # From the middle of the differences at 0.2 s: another way to leave out drift, and jumps when it was found again.
+    away = rows[:-50, :3] - rows[50:, :3]
+    want = np.sqrt(((1.4826 * np.median(np.abs(away), axis=0)) ** 2).sum() / 2)
+    quaternions = rows[:, [4, 5, 6, 3]]
+    motion = Motion.from_quaternions(np.arange(len(rows)) / 250.0, rows[:, None, :3], quaternions[:, None])
+    assert measured_noise("tracker", motion, 0).position_rms_m == pytest.approx(want, rel=0.2)
+
+
+def one_tracker(size, copies=400, seed=1):
+    return NoisyCopies(BodyNoise(("cup",), (0,), {"cup": size}), copies, seed)
+
+
+def test_copies_have_the_size_and_the_correlation_that_was_asked_for():
+    size = TrackerNoise(position_rms_m=0.002, rotation_rms_deg=0.3, correlation_s=0.05)
+    moved, turned = one_tracker(size).errors(np.array([0.0, 0.01, 0.06, 2.0]))["cup"]
+    assert np.sqrt((moved**2).sum(axis=2).mean(axis=0)) == pytest.approx(0.002, rel=0.1)
+    angle = Rotation.from_matrix(turned.reshape(-1, 3, 3)).magnitude().reshape(400, 4)
+    assert np.degrees(np.sqrt((angle**2).mean(axis=0))) == pytest.approx(0.3, rel=0.1)
+    for later, apart in ((1, 0.01), (2, 0.06), (3, 2.0)):
+        product = (moved[:, 0] * moved[:, later]).sum(axis=1).mean() / 0.002**2
+        assert product == pytest.approx(np.exp(-apart / 0.05), abs=0.1)
+
+
+def test_a_copy_is_the_same_in_any_blocks_and_beside_any_other_body():
+    times = np.sort(np.random.default_rng(0).uniform(0, 3, 50))
+    whole = one_tracker(VIVE, 5).errors(times)["cup"]
+    parts = one_tracker(VIVE, 5)
+    blocks = [parts.errors(part)["cup"] for part in np.split(times, [1, 7, 30])]
+    other = NoisyCopies(BodyNoise(("jug", "cup"), (0, 1), {"jug": VIVE, "cup": VIVE}), 5, 1).errors(times)["cup"]
+    for k in range(2):
+        assert (
+            whole[k].tobytes() == np.concatenate([block[k] for block in blocks], axis=1).tobytes() == other[k].tobytes()
+        )
+    assert one_tracker(VIVE, 5, seed=2).errors(times)["cup"][0].tobytes() != whole[0].tobytes()
+
+
+def test_what_one_tracker_carries_moves_with_it_and_what_is_fixed_does_not():
+    poses = {name: along_x([at, at + 0.1, at, at]) for name, at in (("hand", 1.0), ("rod", 0.5))}
+    bodies = (
+        SceneBody("hand"),
+        SceneBody("rod", parent="hand"),
+        SceneBody("bench", fixed=Pose((0, 0, 0), (0, 0, 0, 1))),
+    )
+    meshes = {name: cube(0.1) for name in ("hand", "rod", "bench")}
+    session = Session.from_arrays(np.arange(4) * 10_000_000, poses, meshes, Scene(bodies=bodies))
+    assembly = assemble(session)
+    noise = noise_of(parse_noise(["1 mm, 1 deg"]), assembly, session.scene)
+    assert set(noise.noise) == {"hand"} and noise.reach(2, 0.1) == 0.0 < noise.reach(1, 0.1)
+    drawn, every = NoisyCopies(noise, 3, 0), np.ones(4, dtype=bool)
+    errors = drawn.errors(assembly.motion.times)
+    (turn, place), (turn_rod, place_rod), (_, bench) = (
+        drawn.poses(assembly.motion, errors, assembly.names.index(name), every) for name in ("hand", "rod", "bench")
+    )
+    before = assembly.motion.translations[:, 1] - assembly.motion.translations[:, 0]
+    carried = place_rod - place - (turn @ np.tile(before, (3, 1))[..., None])[..., 0]
+    assert np.abs(carried).max() < 1e-12 and np.array_equal(turn, turn_rod)
+    assert np.array_equal(bench, np.tile(assembly.motion.translations[:, 2], (3, 1)))
+
+
+def test_a_body_that_is_not_there_is_named():
+    assembly = assemble(cubes({"a": [0.0] * 3, "b": [2.0, 3.0, 2.0]}))
+    with pytest.raises(NoiseError, match="no body 'c' to be noisy; there are: a, b"):
+        noise_of(parse_noise(["c=vive"]), assembly, Scene())
