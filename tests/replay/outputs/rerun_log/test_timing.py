@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cdcore import detect_live
 from replay.base.constants import BUDGET_MS
 from replay.outputs.rerun_log.timing import cost_of, cost_text
 
@@ -18,6 +19,16 @@ def test_an_online_detector_has_a_row_for_each_look(demo, read):
         rows = read.column(f"timing/22.5Hz/{stage}", "Scalars:scalars")
         assert [row[1] for row in rows] == looks.tolist()
         assert np.allclose([row[2][0] for row in rows], np.asarray(values)[looks] * 1e3)
+
+
+def test_asked_live_every_frame_has_its_time_and_the_quantiles_are_of_looks(demo, write):
+    live = detect_live(demo.detectors[SUBJECT], demo.assembly.motion)
+    seen = write(replace(demo, detections={**demo.detections, SUBJECT: live}))
+    for stage, values in live.seconds.items():
+        rows = seen.column(f"timing/22.5Hz/{stage}", "Scalars:scalars")
+        assert [row[1] for row in rows] == list(range(270))
+        assert np.allclose([row[2][0] for row in rows], values * 1e3)
+    assert len(cost_of(live).per_frame) == len(cost_of(demo.detections[SUBJECT]).per_frame) == 68
 
 
 def test_the_total_is_the_sum_of_the_stages(demo, read):
