@@ -25,6 +25,7 @@ from replay.comparison.outcome import Comparison, Episode
 from replay.comparison.tolerance import TAU, Tolerance
 from replay.detection.compile_notice import compiling_announced
 from replay.detection.detector_spec import DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
+from replay.detection.recorded import RECORDED
 from replay.detection.run_detector import Run, face_sets_again, make_detector, run_detector
 from replay.effects.effect_plan import Plan, plan
 from replay.effects.effects_runner import EffectRun, run_effects
@@ -143,7 +144,7 @@ def compute(
     """
     progress, began = progress or Silent(), perf_counter()
     planned = plan(session.scene)
-    lineup = _called_for(planned, detectors, oracle, live=not offline)
+    lineup = _called_for(planned, detectors, oracle, reported=_reports(session), live=not offline)
     ready = prepared(
         session, pairs=pairs, start=start, end=end, policy=policy, looking=bool(lineup.specs), progress=progress
     )
@@ -187,17 +188,27 @@ def compute(
     return RunResult(**vars(measured), summary=summary, out=out)
 
 
-def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None, *, live: bool) -> Lineup:
+def _called_for(
+    planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None, *, reported: bool, live: bool
+) -> Lineup:
     """The detectors to run: those asked for, else the usual ones if the plan needs contacts, and those effects name.
 
-    Live are those asked for; an oracle that is not among them, and whom only effects ask, see the whole motion.
+    Unasked, what an engine ``reported`` comes first. Live are those asked for; an oracle that is not among them, and
+    whom only effects ask, see the whole motion.
     """
     if detectors is None and not planned.detection:
         return Lineup((), "")
     lineup = line_up(detectors, oracle)
+    if detectors is None and reported and lineup.oracle not in ("", RECORDED):
+        lineup = replace(lineup, specs=(DetectorSpec(RECORDED, RECORDED), *lineup.specs))
     there = {spec.name for spec in lineup.specs} | ({TRUSTED} if lineup.specs else set())
     more = [DetectorSpec(name, name) for name in planned.detectors if name not in there]
     return Lineup((*lineup.specs, *more), lineup.oracle, lineup.live if live else frozenset())
+
+
+def _reports(session: Session) -> bool:
+    """Whether the recording holds what an engine reported about bodies that can be looked at."""
+    return any(session.meshes.keys() >= {one.body_a, one.body_b} for one in session.live_contacts)
 
 
 def _wanted(planned: Plan, asked: Pairs | None, session: Session, looking: bool) -> Pairs | None:

@@ -30,6 +30,7 @@ class Tradeoff:
     rows : one per setting, in the order of the list: plain data, the columns of ``tradeoff.parquet``.
     front, front_online : labels, quickest first, by the time of a whole answer and by that of a live look.
     advice : sentences; ``answer``: the shortest one, with two numbers.
+    growth : rows of ``replay.tradeoffs.growth``, where that was asked for.
     cut : labels that the time limit left out.
     about : session, oracle, machine, versions, seed, ``clock`` (its self-check, live and offline), and
         ``processor_share``: of the seconds on the clock those in
@@ -43,11 +44,12 @@ class Tradeoff:
     cut: tuple[str, ...] = ()
     about: dict[str, Any] = field(default_factory=dict)
     answer: str = ""
+    growth: tuple[dict[str, Any], ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Everything as plain data."""
         lists = {name: list(getattr(self, name)) for name in ("advice", "front", "front_online", "cut", "rows")}
-        return {"schema": TRADEOFF_SCHEMA, **self.about, "answer": self.answer, **lists}
+        return {"schema": TRADEOFF_SCHEMA, **self.about, "answer": self.answer, **lists, "growth": list(self.growth)}
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,6 +22,7 @@ from replay.outputs.report.page import report_html
 from replay.outputs.rerun_log.report import report_text
 from replay.pipeline.engine import compute
 from replay.pipeline.run_result import Tradeoff
+from replay.tradeoffs.settings import STEP
 from sessions import Scene
 from sessions.model.scene import SceneBody, SceneEffect
 
@@ -228,5 +229,6 @@ def test_no_template_of_the_tables_in_a_terminal_is_untested(monkeypatch, tmp_pa
         close_run(one, People())
     row = price_row("a", 0.5, 2)
     done = Tradeoff((row,), ("a",), (), (), (), {**ABOUT, "processor_share": 0.5})
-    shown += [printed(terminal(front_table(done)), 400), capsys.readouterr().err]
+    steps = replace(done, rows=({**row, "axis": STEP},))
+    shown += [printed(terminal(front_table(done), front_table(steps)), 400), capsys.readouterr().err]
     assert unsaid("\n".join(shown), *sources("replay/cli/run_*.py", "replay/cli/tradeoff_tables.py")) == []

@@ -18,9 +18,10 @@ from support.small_worlds import cubes, jumping
 
 from replay.comparison.outcome import Episode
 from replay.outputs import price_plot, run_tables, tradeoff_table
-from replay.outputs.report import audit_parts, charts, page, tables, tradeoff, tradeoff_picture
+from replay.outputs.report import audit_parts, charts, growth, page, tables, tradeoff, tradeoff_picture
 from replay.outputs.report.markup import Markup
 from replay.outputs.report.page import report_html
+from replay.outputs.report.tradeoff_picture import DARK
 from replay.outputs.rerun_log import tradeoff as curve
 from replay.outputs.rerun_log.search_picture import path_words
 from replay.outputs.words import NOTHING_SUSPICIOUS
@@ -239,7 +240,9 @@ def everything(monkeypatch, path):
     filled = full(several)
     pages += [flickering(), between, filled, calm, replace(several, treatment=None)]
     pages.append(compute(several.session, detectors="exact,sphere", oracle="none"))
-    yield report_html(compute(jumping(), detectors="continuous"))
+    alone = compute(jumping(), detectors="continuous,exact")
+    alone.summary["detectors"]["continuous"]["seconds"]["processor_share"] = 0.5
+    yield report_html(alone)
     yield from map(report_html, pages)
     monkeypatch.setattr(charts, "MOST_LANES", 0)
     pair = Scene(bodies=(SceneBody("a", group="g", tags=("hand",)), SceneBody("b", group="g"), SceneBody("c")))
@@ -257,6 +260,10 @@ def everything(monkeypatch, path):
     held = audit | {"held": {"invented": 2, "contacts_missed": 1}, "phases": phases}
     yield str(run_tables.ranking_table(several.summary | {"audit": {"it": held}}))
     yield picture_text(compute(several.session, detectors="s=hybrid-qaco", oracle="exact", offline=True), path)
+    grown = {"axis": "bodies", "detector": "a", "size": 3, "budget_ms": 1.0, "p99_ms": 0.5, "passes": 3}
+    over = {**grown, "axis": "rate", "p99_ms": 2.0}
+    yield str(growth.growth_table([grown, over]))
+    yield "\n".join(one.get_text() for one in growth._drawn([grown, over], DARK).findobj(Text))
     yield from (*words_of_picture(filled.tradeoff), *price_plot.WORDS.values())
     clock = {kind: {**CHECK, "tie": False} for kind in ("live", "offline")}
     bare = tuple({**row, "containment": False, "front": True} for row in filled.tradeoff.rows)

@@ -22,8 +22,9 @@ from replay.pipeline.ranking import PHASES, Rank, fault_words
 from replay.pipeline.scores import score
 from replay.tradeoffs import pareto
 from replay.tradeoffs.engine_knobs import ENGINES, advice_words
+from replay.tradeoffs.growth import UNITS, growth_answer
 from replay.tradeoffs.pareto import advice_of, answer_of
-from replay.tradeoffs.settings import settings_list
+from replay.tradeoffs.settings import settings_list, steps_of_trust
 from sessions import Finding, Severity
 
 LIMITS = Gates(max_missed=0.0, max_p99_ms=1.0, max_invented=0.0)
@@ -213,6 +214,10 @@ def test_no_template_is_untested():
     slow.summary["detectors"]["it"]["contacts"] = 1
     everything += headline.headlines(slow)
     everything += [f"{one.line} {one.axis}" for one in settings_list()]
+    everything += [f"{one.axis} {one.value}" for one in steps_of_trust()]
+    size = {"axis": "bodies", "detector": "a", "size": 3, "budget_ms": 1.0, "p99_ms": 0.5}
+    everything += [growth_answer([{**size, "p99_ms": ms}]) for ms in (0.5, 2.0)]
+    everything += UNITS.values()
     everything.append(citations(sources_behind(["support.planted_detectors:Undecided"])))
     cut = SimpleNamespace(settings=SimpleNamespace(shape="compound", pieces=4), parts={"a": (1, 2), "b": (1,)})
     everything += headline.compounds(SimpleNamespace(detectors={"it": cut}))
