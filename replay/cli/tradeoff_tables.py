@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from replay.cli.console import People
 from replay.outputs.tables import Table
+from replay.tradeoffs.settings import STEP
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -30,7 +31,11 @@ def front_table(done: "Tradeoff", *, everything: bool = False) -> Table:
     busy = [f"The machine was busy with other work for {1 - at_work:.0%} of the time."] if at_work <= BUSY else []
     marks = ("front", "front_online", "oracle", "complete")
     rows = [row for row in quickest_first(done.rows) if everything or any(row[mark] for mark in marks)]
-    return tradeoff_table("", rows).only(*COLUMNS).titled(counts, *how_measured(done), *busy)
+    shown = tradeoff_table("", rows).only(*COLUMNS)
+    if all(row["axis"] == STEP for row in done.rows):
+        adds = [row["value"] for row in done.rows]
+        shown = tradeoff_table("", done.rows).only(*COLUMNS[:-1]).beside("what the step adds", adds)
+    return shown.titled(counts, *how_measured(done), *busy)
 
 
 def front_words(rows: Sequence[dict[str, Any]]) -> str:

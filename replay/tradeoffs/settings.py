@@ -87,7 +87,7 @@ BUDGETS: Final = (30, 120, 480, 1920, 7680)
 
 TREE_BUDGETS: Final = (30, 100, 300, 1000, 3000)
 TOLERANCES_MM: Final = (1.0, 0.1, 0.01)
-FIRST: Final = ("hybrid", "exact", "solid-style", "sphere", "hybrid-qaco")
+FIRST: Final = ("exact", "hybrid", "solid-style", "sphere", "hybrid-qaco")
 SLOW: Final = ("static", "discrete", "rapid-style", "obb", "aabb", "qaco")
 SHAPES: Final = ("hull", "box", "capsule", "sphere")
 LISTING: Final = ("hybrid", "solid-style", "hybrid-qaco")
@@ -137,3 +137,27 @@ def _varied(
         text = value if isinstance(value, str) else f"{value:g}{unit}"
         settings = {**fixed, key: value / 1e3 if unit == " mm" else value}
         yield Setting(detector, axis, text, cell=settings.pop("cell", 0.0), settings=settings)
+
+
+STEP: Final = "step of trust"
+"""The axis of ``TRUST``; a value says what the step adds."""
+
+TRUST: Final[tuple[tuple[str, str, Mapping[str, Any], str], ...]] = (
+    ("sphere", "sphere", {}, "a ball in place of each body"),
+    ("boxes", "collider", {"shape": "box"}, "boxes in place of balls"),
+    ("collider", "collider", {}, "convex hulls, as engines ship"),
+    ("colony", "hybrid-qaco", {}, "real faces, as far as a search finds them"),
+    ("FCL", "hybrid", {"containment": False}, "every real face, by a widely used engine"),
+    ("exact", "exact", {"containment": False}, "degenerate faces and resting ties"),
+    ("containment", "exact", {}, "+ a body inside another"),
+    ("faces", "exact", {}, "+ which faces meet"),
+    ("continuous", "continuous", {}, "+ what happens between frames"),
+)
+
+
+def steps_of_trust() -> tuple[Setting, ...]:
+    """From a ball to every moment: what each step adds, and what it costs."""
+    return tuple(
+        Setting(detector, STEP, adds, settings, faces=label == "faces", named=label)
+        for label, detector, settings, adds in TRUST
+    )

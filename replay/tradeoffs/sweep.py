@@ -116,12 +116,14 @@ def tradeoff(
         ready = prepared(session, pairs=pairs, start=start, end=end, policy=policy)
         motion = ready.assembly.motion
         assembly = replace(ready.assembly, motion=motion.frames(0, len(motion)))
-        sweep = _Sweep(assembly, Scoring(assembly, parse_detector(oracle or TRUSTED), seed, tau), seed, watched)
+        session = ready.treatment.session
+        scoring = Scoring(assembly, parse_detector(oracle or TRUSTED), seed, tau, session)
+        sweep = _Sweep(assembly, scoring, seed, watched)
         sweep.begin([one for one in wanted if one.complete])
         sweep.settle()
         sweep.others(wanted, repeats)
         watched.next("", sweep.rows())
-    return sweep.whole(ready.treatment.session, wanted)
+    return sweep.whole(session, wanted)
 
 
 class _Watched:
@@ -175,12 +177,13 @@ class _Sweep:
         for number in range(MOST_PASSES):
             self._watched.next(f"pass {number + 1}", self.rows())
             for clock, named in ((self._live, self._named("frame")), (self._whole, self._named("seconds"))):
-                # The reference alone is timed too: without a pass there is no self-check.
-                if number < LEAST_PASSES or not all(clock.price(one).precise for one in named):
+                # Live passes ask as many frames as there is time for; a whole one takes what it takes.
+                late = number > 0 and clock is self._whole and self._watched.left() < 0
+                if not late and (number < LEAST_PASSES or not all(clock.price(one).precise for one in named)):
                     clock.time(named)
             if number == 0:
                 self._tell_times()
-            if self._watched.left(SHARE if number + 1 >= LEAST_PASSES else 1.0) < 0:
+            if number + 1 >= LEAST_PASSES and self._watched.left(SHARE) < 0:
                 break
         self._tell_times()
 

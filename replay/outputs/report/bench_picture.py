@@ -2,7 +2,7 @@
 
 import io
 from collections.abc import Mapping
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -102,7 +102,7 @@ def _drawn(flat: FloatArray, colours: FloatArray, half: float) -> bytes:
         def get_paths(self) -> list[Path]:
             return [Path([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0]], closed=True)]
 
-        def get_transforms(self) -> FloatArray:
+        def get_transforms(self) -> Any:
             images = np.tile(np.eye(3), (len(flat), 1, 1))
             images[:, :2] = np.stack([flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0], flat[:, 0]], axis=2)
             return images
@@ -114,8 +114,9 @@ def _drawn(flat: FloatArray, colours: FloatArray, half: float) -> bytes:
     axes.set_xlim(-half, half)
     axes.set_ylim(-1.0, 1.0)
     # as many are drawn as there are offsets
-    nowhere, plain = np.zeros((len(flat), 2)), {"edgecolors": "none", "antialiaseds": False}
-    drawn = Triangles(facecolors=colours, offsets=nowhere, offset_transform=IdentityTransform(), **plain)
+    plain: dict[str, Any] = {"edgecolors": "none", "antialiaseds": False, "facecolors": colours}
+    plain["offsets"] = np.zeros((len(flat), 2))
+    drawn = Triangles(offset_transform=IdentityTransform(), **plain)
     axes.add_collection(drawn, autolim=False)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", metadata={"Software": None})

@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from replay.outputs.price_plot import subtitle
+from replay.outputs.report.growth import growth_picture, growth_table
 from replay.outputs.report.markup import Markup, element, joined, page_table
 from replay.outputs.report.tradeoff_picture import DARK, LIGHT, Theme, picture
 from replay.outputs.results.parquet import write_rows
@@ -17,6 +18,7 @@ from replay.outputs.words import counted
 from replay.pipeline.run_result import Tradeoff
 
 TABLE: Final = "tradeoff.parquet"
+GROWTH: Final = "growth.png"
 JSON: Final = "tradeoff.json"
 PICTURES: Final = {
     "tradeoff.png": ("png", LIGHT), "tradeoff.svg": ("svg", LIGHT), "tradeoff-dark.png": ("png", DARK),
@@ -30,6 +32,8 @@ def write_tradeoff(done: Tradeoff, folder: Path) -> None:
     (folder / JSON).write_text(text + "\n", encoding="utf-8", newline="\n")
     for name, (kind, theme) in PICTURES.items():
         (folder / name).write_bytes(picture(done, kind, theme))
+    if done.growth:
+        (folder / GROWTH).write_bytes(growth_picture(done.growth))
 
 
 @contextmanager
@@ -54,7 +58,8 @@ def tradeoff_section(done: Tradeoff) -> Markup:
     notes = (*subtitle(done), *how_measured(done), share, f"In % of pair-frames: {AT_PHASE}.")
     measured = element("ul", *(element("li", one) for one in notes))
     whole = tradeoff_table("Every setting that was tried", quickest_first(done.rows)).only(*HEAD[1:])
-    return joined([advice, element("figure", image), *cut, measured, page_table(whole)])
+    grown = [page_table(growth_table(done.growth))] if done.growth else []
+    return joined([advice, element("figure", image), *cut, measured, page_table(whole), *grown])
 
 
 def _drawn(done: Tradeoff, theme: Theme) -> str:
