@@ -56,9 +56,9 @@ LANE_LEGEND: Final = (
 """What the colours of audit lanes mean; the detector's label goes into the braces."""
 
 
-def counted(number: int, thing: str) -> str:
-    """``1 frame``, ``2 frames``."""
-    return f"{number:,} {thing}{'s' * (number != 1)}"
+def counted(number: int, thing: str, several: str = "") -> str:
+    """``1 frame``, ``2 frames``; ``several`` where an s is not enough."""
+    return f"{number:,} {thing if number == 1 else several or thing + 's'}"
 
 
 def depth_words(miss: Miss, unit: str = "", width: int = 0) -> str:

@@ -9,6 +9,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import Final
 
+import numpy as np
+
 from cdcore import Detection, Detector, Motion
 from cdcore.detectors import detector_names
 from replay.base.progress import Progress, Silent
@@ -28,12 +30,12 @@ from replay.effects.effects_runner import EffectRun, run_effects
 from replay.errors import DetectorSpecError
 from replay.pipeline.run_result import Measured, RunResult
 from replay.pipeline.summary import summarise
-from replay.prepare.assemble import Pairs, lay_out
+from replay.prepare.assemble import AssemblyLayout, Pairs, lay_out
 from replay.prepare.assemble_stored import assemble_bounded, decoded_once
 from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
 from replay.prepare.policy import Policy, PolicyLike, parse_policy
-from replay.prepare.repair import repair_session
+from replay.prepare.repair import Repair, repair_session
 from sessions import Session
 
 SUBJECTS: Final = ("hybrid-qaco", "hybrid")
@@ -91,6 +93,39 @@ def _with_oracle(specs: tuple[DetectorSpec, ...], trusted: DetectorSpec) -> Line
     return Lineup((*specs, trusted), trusted.label)
 
 
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What every verb that asks detectors about a session starts from: the same poses, the same pairs.
+
+    ``plan`` is the scene's; ``treatment`` holds the session as the policy leaves it; ``layout`` is that of
+    ``assembly``.
+    """
+
+    plan: Plan
+    treatment: Repair
+    layout: AssemblyLayout
+    assembly: Assembly
+
+
+def prepared(
+    session: Session, *, pairs: Pairs | None = None, start: float | None = None, end: float | None = None,
+    policy: PolicyLike | Policy | None = None, looking: bool = True, progress: Progress | None = None,
+) -> Prepared:  # fmt: skip
+    """Examine and repair a session by the policy, choose its pairs, and assemble it.
+
+    ``looking``: whether a detector will run; the other parameters are as for ``replay.run``.
+    """
+    progress, planned = progress or Silent(), plan(session.scene)
+    rules = parse_policy(policy)
+    with progress.stage("examine"):
+        treatment = repair_session(decoded_once(session), rules)
+    with progress.stage("assemble"):
+        wanted = _wanted(planned, pairs, treatment.session, looking)
+        layout = lay_out(treatment.session, pairs=wanted, looking=looking, jumps=treatment.jumps)
+        assembly = assemble_bounded(treatment.session, layout, start=start, end=end)
+    return Prepared(planned, treatment, layout, assembly)
+
+
 def compute(
     session: Session, *, detectors: SpecsLike | None = None, oracle: SpecLike | None = None, pairs: Pairs | None = None,
     start: float | None = None, end: float | None = None, seed: int = 0, faces: bool = False, tau: float = TAU,
@@ -105,16 +140,12 @@ def compute(
     Raises ``ReplayError``, ``CollisionCoreError`` or ``SessionError``: one sentence each.
     """
     progress, began = progress or Silent(), perf_counter()
-    rules = parse_policy(policy)
     planned = plan(session.scene)
     lineup = _called_for(planned, detectors, oracle, reported=_reports(session), live=not offline)
-    with progress.stage("examine"):
-        treatment = repair_session(decoded_once(session), rules)
-        session = treatment.session
-    with progress.stage("assemble"):
-        wanted, looking = _wanted(planned, pairs, session, bool(lineup.specs)), bool(lineup.specs)
-        layout = lay_out(session, pairs=wanted, looking=looking, jumps=treatment.jumps)
-        assembly = assemble_bounded(session, layout, start=start, end=end)
+    ready = prepared(
+        session, pairs=pairs, start=start, end=end, policy=policy, looking=bool(lineup.specs), progress=progress
+    )
+    treatment, layout, assembly, session = ready.treatment, ready.layout, ready.assembly, ready.treatment.session
     runs: dict[str, Run] = {}
     for spec in lineup.specs:
         with progress.stage(spec.label, len(assembly.motion)) as advance, compiling_announced(progress):
@@ -125,7 +156,7 @@ def compute(
     # Misses are examined with other kernels; without a detection no compiler is loaded.
     with progress.stage("audit"), compiling_announced(progress if runs else None):
         found = {label: episodes(run.detection) for label, run in runs.items()}
-        again = _face_source(assembly, seed)
+        again = _face_source(assembly, seed, runs.get(lineup.oracle))
         tolerance = Tolerance(assembly, again, tau)
         comparisons, matches = _compared(runs, lineup.oracle, found, tolerance)
         truth = found.get(lineup.oracle, ())
@@ -231,11 +262,15 @@ def _face_recall(
     return recalls
 
 
-def _face_source(assembly: Assembly, seed: int) -> Callable[[Motion], Detection]:
-    """The faces of single frames by the most trusted detector of instants, made on first use.
+def _face_source(assembly: Assembly, seed: int, oracle: Run | None) -> Callable[[Motion], Detection]:
+    """The faces of some of the motion's frames by the most trusted detector of instants, made on first use.
 
-    An oracle of intervals, of volumes or of a lower rate says that there is contact, but not in which faces at a frame.
+    An oracle of intervals, of volumes or of a lower rate says that there is contact, but not in which faces at a frame;
+    one that is that detector, and listed faces, has said it.
     """
+    if oracle is not None and oracle.spec.name == TRUSTED and not oracle.spec.settings and oracle.detection.face_sets:
+        known = oracle.detection
+        return lambda motion: known.take(np.searchsorted(known.times, motion.times))
 
     @cache
     def trusted() -> Detector:

@@ -5,7 +5,6 @@ import pytest
 from support.small_worlds import cubes, framed
 
 from replay.cli.main import main
-from replay.outputs.tradeoff_table import AT_PHASE
 from replay.tradeoffs import sweep as trading
 from replay.tradeoffs.settings import Setting
 from sessions import write_session
@@ -25,7 +24,9 @@ def test_front_and_advice_are_printed_and_the_folder_is_written(file, tmp_path, 
     assert main(["tradeoff", file, "--out", str(tmp_path / "costs"), "--repeats", "1"]) == 0
     out, err = capsys.readouterr()
     assert err.index("outside the time limit: one audit") < err.index("wrote ")
-    assert AT_PHASE in " ".join(out.split())
+    said = " ".join(out.split())
+    assert "The clock's self-check, live: exact timed twice gives" in said and "36 look phases" in said
+    assert "Missing nothing costs" in said and "Live: one frame after the other, 12 frames a pass" in said
     assert "hybrid" in out and "To audit a recording" in out and "tradeoff.png" in err
     assert (tmp_path / "costs" / "tradeoff.parquet").is_file()
     assert main(["tradeoff", file, "--out", str(tmp_path / "costs")]) != 0
@@ -35,6 +36,15 @@ def test_json_holds_rows_front_and_advice(file, capsys):
     assert main(["tradeoff", file, "--format", "json", "--repeats", "1"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert [row["label"] for row in told["rows"]] == ["hybrid", "discrete step rate 20 Hz"] and told["advice"]
+
+
+def test_detectors_replace_the_list_and_the_same_one_twice_is_a_tie(file, tmp_path, capsys):
+    words = ["tradeoff", file, "--detectors", "a=exact,b=exact", "--out", str(tmp_path / "costs"), "--format", "json"]
+    assert main([*words, "--no-picture", "--repeats", "1"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [row["label"] for row in told["rows"]] == ["a", "b"] and told["clock"]["live"]["passes"] >= 7
+    if all(check["tie"] for check in told["clock"].values()):
+        assert all("take a: " in one and "a tie with b." in one for one in told["advice"])
 
 
 def test_what_a_time_limit_cuts_is_said(file, capsys):
