@@ -1,5 +1,6 @@
 """``replay advise``: the knobs of an engine in its own words, what each misses and costs, and what to change."""
 
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,10 +32,13 @@ def command(
     """
     from rich.text import Text
 
+    from cdcore.bounding.compound import cache_folder
     from replay.api.advisor import advise
     from replay.cli.run_report import answer_cited, close_run, sources_of, where_to_look
     from replay.cli.terminal import line, terminal
 
+    if find_spec("coacd") and not any(cache_folder().glob("pieces-*")):
+        people.say("cutting meshes into convex pieces, once per machine: about ten seconds each ...")
     shown: dict[str, Any] = {"picture": not no_picture, "progress": TerminalProgress(people)}
     advice = advise(session, engine=engine, **asked, **shown)
     plain = {

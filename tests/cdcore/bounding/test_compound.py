@@ -128,7 +128,9 @@ def test_the_cache_lies_where_each_system_keeps_such_files(system, variable, def
 
 @pytest.mark.slow
 @pytest.mark.parametrize("most", [4, 16, 64])
-def test_coacd_cuts_a_beaker_alike_twice_and_its_pieces_hold_every_vertex(most, monkeypatch, tmp_path):
+def test_coacd_cuts_a_beaker_alike_twice_and_its_pieces_hold_every_vertex_to_a_twentieth_of_a_millimetre(
+    most, monkeypatch, tmp_path
+):
     pytest.importorskip("coacd", reason="the extra `engines` is not installed")
     mesh, cut = revolved_mesh(PROFILE, 24), []
     for folder in ("one", "two"):
@@ -141,6 +143,6 @@ def test_coacd_cuts_a_beaker_alike_twice_and_its_pieces_hold_every_vertex(most, 
         a, b, c = np.moveaxis(piece.triangles, 1, 0)
         out = np.cross(b - a, c - a)
         out /= np.linalg.norm(out, axis=1, keepdims=True)
-        held |= (((mesh.vertices[:, None] - a) * out).sum(axis=-1) < 1e-6).all(axis=1)
+        held |= (((mesh.vertices[:, None] - a) * out).sum(axis=-1) < 5e-5).all(axis=1)
     assert held.all()
     assert union_of(cut[0]).is_closed

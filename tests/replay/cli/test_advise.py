@@ -3,7 +3,9 @@ import json
 import pytest
 from support.small_worlds import cubes
 
+from cdcore.bounding import compound
 from replay.api import advisor
+from replay.cli import advise as verb
 from replay.cli import console
 from replay.cli.main import main
 from sessions import write_session
@@ -37,6 +39,17 @@ def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, caps
     told = json.loads(told)
     assert told["engine"] == "Unreal Engine 5" and told["advice"] and told["rows"][0]["number"] == 1
     assert (out / "report.html").is_file() and str(out) in err
+
+
+@pytest.mark.parametrize(("there", "kept", "said"), [(True, False, True), (True, True, False), (False, False, False)])
+def test_the_first_cut_on_a_machine_is_announced(there, kept, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(verb, "find_spec", lambda name: there or None)
+    monkeypatch.setattr(compound, "cache_folder", lambda: tmp_path)
+    if kept:
+        (tmp_path / "pieces-1.npz").touch()
+    write_session(cubes(PLACES), tmp_path / "s.mcap")
+    assert main(["advise", str(tmp_path / "s.mcap"), "--engine", "godot"]) == 1
+    assert ("cutting meshes into convex pieces, once per machine" in capsys.readouterr().err) == said
 
 
 def test_an_unknown_engine_is_a_sentence(file, capsys):
