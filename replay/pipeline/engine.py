@@ -9,6 +9,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import Final
 
+import numpy as np
+
 from cdcore import Detection, Detector, Motion
 from cdcore.detectors import detector_names
 from replay.base.progress import Progress, Silent
@@ -153,7 +155,7 @@ def compute(
     # Misses are examined with other kernels; without a detection no compiler is loaded.
     with progress.stage("audit"), compiling_announced(progress if runs else None):
         found = {label: episodes(run.detection) for label, run in runs.items()}
-        again = _face_source(assembly, seed)
+        again = _face_source(assembly, seed, runs.get(lineup.oracle))
         tolerance = Tolerance(assembly, again, tau)
         comparisons, matches = _compared(runs, lineup.oracle, found, tolerance)
         truth = found.get(lineup.oracle, ())
@@ -249,11 +251,15 @@ def _face_recall(
     return recalls
 
 
-def _face_source(assembly: Assembly, seed: int) -> Callable[[Motion], Detection]:
-    """The faces of single frames by the most trusted detector of instants, made on first use.
+def _face_source(assembly: Assembly, seed: int, oracle: Run | None) -> Callable[[Motion], Detection]:
+    """The faces of some of the motion's frames by the most trusted detector of instants, made on first use.
 
-    An oracle of intervals, of volumes or of a lower rate says that there is contact, but not in which faces at a frame.
+    An oracle of intervals, of volumes or of a lower rate says that there is contact, but not in which faces at a frame;
+    one that is that detector, and listed faces, has said it.
     """
+    if oracle is not None and oracle.spec.name == TRUSTED and not oracle.spec.settings and oracle.detection.face_sets:
+        known = oracle.detection
+        return lambda motion: known.take(np.searchsorted(known.times, motion.times))
 
     @cache
     def trusted() -> Detector:

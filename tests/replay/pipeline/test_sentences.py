@@ -19,6 +19,7 @@ from replay.pipeline.gates import Gates
 from replay.pipeline.ranking import PHASES, Rank, fault_words
 from replay.pipeline.scores import score
 from replay.tradeoffs import pareto
+from replay.tradeoffs.engine_knobs import ENGINES, advice_words
 from replay.tradeoffs.growth import UNITS, growth_answer
 from replay.tradeoffs.pareto import advice_of, answer_of
 from replay.tradeoffs.settings import settings_list, steps_of_trust
@@ -205,6 +206,13 @@ def test_no_template_is_untested():
     everything.append(citations(sources_behind(["support.planted_detectors:Undecided"])))
     cut = SimpleNamespace(settings=SimpleNamespace(shape="compound", pieces=4), parts={"a": (1, 2), "b": (1,)})
     everything += headline.compounds(SimpleNamespace(detectors={"it": cut}))
+    knob = {
+        "number": 1, "knobs": {}, "contacts": 1, "missed": 0, "in_part": 0, "undecided": 0, "undecided_in_part": 0,
+        "words": "", "false": 0.0,
+    }  # fmt: skip
+    for state in ({}, {"contacts": 0}, {"missed": 1}, {"false": 0.9}):
+        everything += [*advice_words("it", [knob | state, knob]), *advice_words("it", [knob | state, knob | state])]
+    everything.append(str(ENGINES))
     half = {"share": 0.5, "count": 1, "of": 2}
     rank = Rank("it", "discrete", 2, half, half, half, 1, (0, 0), None, PHASES)
     none = replace(rank, missed=None, in_part=None, false=None, undecided=0)
