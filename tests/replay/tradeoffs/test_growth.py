@@ -73,7 +73,9 @@ def test_the_size_that_fills_a_frame_lies_on_the_power_law_between_two_sizes():
 def test_the_answer_and_the_table_say_which_axes_leave_the_budget_and_where():
     rows = [row("bodies", 10, 1.0), row("bodies", 40, 16.0), row("faces", 500, 1.0), row("faces", 5000, 1.1)]
     assert growth_answer(rows) == "Accuracy starts to cost with bodies, not with faces"
-    assert growth_answer([*rows, row("faces", 500, 99.0, "hybrid-qaco")]) == growth_answer(rows), "that one is not complete"
+    assert growth_answer([*rows, row("faces", 500, 99.0, "hybrid-qaco")]) == growth_answer(rows), (
+        "that one is not complete"
+    )
     assert growth_answer(rows[:2]) == "Accuracy starts to cost with bodies"
     assert growth_answer(rows[2:]) == "No size tried takes a complete detector out of its budget"
     made = growth_table(rows)
