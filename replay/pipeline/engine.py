@@ -18,11 +18,14 @@ from replay.comparison.causes import examine
 from replay.comparison.compare import FaceRecall, compare, face_recall
 from replay.comparison.contact_duration import ContactDurations, StepRates, contact_durations
 from replay.comparison.episodes import episodes
+from replay.comparison.holding import holdings
+from replay.comparison.look_phases import phase_shares
 from replay.comparison.matching import EpisodeMatches, match_episodes
 from replay.comparison.outcome import Comparison, Episode
 from replay.comparison.tolerance import TAU, Tolerance
 from replay.detection.compile_notice import compiling_announced
 from replay.detection.detector_spec import DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
+from replay.detection.recorded import RECORDED
 from replay.detection.run_detector import Run, face_sets_again, make_detector, run_detector
 from replay.effects.effect_plan import Plan, plan
 from replay.effects.effects_runner import EffectRun, run_effects
@@ -75,7 +78,7 @@ def line_up(detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
         if not specs:
             return Lineup((), "")
     if oracle == NO_ORACLE:
-        return Lineup(specs, "")
+        return Lineup(specs, "", frozenset(one.label for one in specs))
     trusted = parse_detector(oracle if oracle is not None else next(name for name in ORACLES if name in there))
     return _with_oracle(specs, trusted)
 
@@ -84,12 +87,13 @@ def _with_oracle(specs: tuple[DetectorSpec, ...], trusted: DetectorSpec) -> Line
     for spec in specs:
         by_label = spec.label == trusted.name and not trusted.settings
         if by_label or (spec.name, dict(spec.settings)) == (trusted.name, dict(trusted.settings)):
-            return Lineup(specs, spec.label)
+            # Beside others it is timed as they are; alone there is nothing to compare its time with.
+            return Lineup(specs, spec.label, frozenset(one.label for one in specs) if len(specs) > 1 else frozenset())
     if trusted.label in {spec.label for spec in specs}:
         raise DetectorSpecError(
             f"the oracle and a detector are both called {trusted.label!r}; write oracle=... with a label"
         )
-    return Lineup((*specs, trusted), trusted.label)
+    return Lineup((*specs, trusted), trusted.label, frozenset(one.label for one in specs))
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +144,7 @@ def compute(
     """
     progress, began = progress or Silent(), perf_counter()
     planned = plan(session.scene)
-    lineup = _called_for(planned, detectors, oracle, live=not offline)
+    lineup = _called_for(planned, detectors, oracle, reported=_reports(session), live=not offline)
     ready = prepared(
         session, pairs=pairs, start=start, end=end, policy=policy, looking=bool(lineup.specs), progress=progress
     )
@@ -157,9 +161,15 @@ def compute(
         found = {label: episodes(run.detection) for label, run in runs.items()}
         again = _face_source(assembly, seed, runs.get(lineup.oracle))
         tolerance = Tolerance(assembly, again, tau)
-        comparisons, matches = _compared(runs, lineup.oracle, found, tolerance)
         truth = found.get(lineup.oracle, ())
-        dwell = _durations(assembly, runs[lineup.oracle].detection, truth, tolerance, seed) if lineup.oracle else None
+        held = holdings(assembly, session, truth) if lineup.oracle else ()
+        comparisons, matches = _compared(runs, lineup.oracle, found, tolerance, held)
+        dwell, phases = None, {}
+        if lineup.oracle:
+            loose, trusted = tuple(one for one in truth if one not in set(held)), runs[lineup.oracle].detection
+            dwell = _durations(assembly, trusted, loose, tolerance, seed)
+            asked = {one: phase_shares(runs[one], assembly, trusted, loose, held, tolerance, seed) for one in matches}
+            phases = {label: shares for label, shares in asked.items() if shares}
         missed, causes = examine(comparisons, truth, runs, assembly, again)
     recall = _face_recall(comparisons, found, runs, assembly, progress) if faces else {}
     effects: dict[str, EffectRun] = {}
@@ -169,7 +179,8 @@ def compute(
     measured = Measured(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
         oracle=lineup.oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches,
-        face_recall=recall, causes=causes, dwell=dwell, effects=effects, treatment=treatment,
+        face_recall=recall, causes=causes, dwell=dwell, phases=phases, holdings=held, effects=effects,
+        treatment=treatment,
         flags=Flags.of(treatment.spans, assembly, session.scene),
         detectors={label: run.detector for label, run in runs.items()},
     )  # fmt: skip
@@ -177,18 +188,27 @@ def compute(
     return RunResult(**vars(measured), summary=summary, out=out)
 
 
-def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None, *, live: bool) -> Lineup:
+def _called_for(
+    planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None, *, reported: bool, live: bool
+) -> Lineup:
     """The detectors to run: those asked for, else the usual ones if the plan needs contacts, and those effects name.
 
-    Live are those that are audited; the oracle, and whom only effects ask, always see the whole motion.
+    Unasked, what an engine ``reported`` comes first. Live are those asked for; an oracle that is not among them, and
+    whom only effects ask, see the whole motion.
     """
     if detectors is None and not planned.detection:
         return Lineup((), "")
     lineup = line_up(detectors, oracle)
+    if detectors is None and reported and lineup.oracle not in ("", RECORDED):
+        lineup = replace(lineup, specs=(DetectorSpec(RECORDED, RECORDED), *lineup.specs))
     there = {spec.name for spec in lineup.specs} | ({TRUSTED} if lineup.specs else set())
     more = [DetectorSpec(name, name) for name in planned.detectors if name not in there]
-    audited = frozenset(spec.label for spec in lineup.specs if live) - {lineup.oracle}
-    return Lineup((*lineup.specs, *more), lineup.oracle, audited)
+    return Lineup((*lineup.specs, *more), lineup.oracle, lineup.live if live else frozenset())
+
+
+def _reports(session: Session) -> bool:
+    """Whether the recording holds what an engine reported about bodies that can be looked at."""
+    return any(session.meshes.keys() >= {one.body_a, one.body_b} for one in session.live_contacts)
 
 
 def _wanted(planned: Plan, asked: Pairs | None, session: Session, looking: bool) -> Pairs | None:
@@ -210,14 +230,18 @@ def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Det
 
 
 def _compared(
-    runs: dict[str, Run], oracle: str, found: dict[str, tuple[Episode, ...]], tolerance: Tolerance
+    runs: dict[str, Run],
+    oracle: str,
+    found: dict[str, tuple[Episode, ...]],
+    tolerance: Tolerance,
+    held: tuple[Episode, ...],
 ) -> tuple[dict[str, Comparison], dict[str, EpisodeMatches]]:
     """By label: pair-frames held to the oracle's, and contacts matched with its own."""
     comparisons, matches = {}, {}
     for label, run in runs.items():
         if oracle and label != oracle:
             answer, truth = run.detection, runs[oracle].detection
-            one = comparisons[label] = compare(answer, truth, (label, oracle), tolerance.judge(answer, truth))
+            one = comparisons[label] = compare(answer, truth, (label, oracle), tolerance.judge(answer, truth), held)
             reach = 1 if (answer.covers, truth.covers) == ("instants", "intervals") else 0
             matches[label] = match_episodes(one, found[oracle], found[label], reach=reach)
     return comparisons, matches

@@ -116,12 +116,14 @@ def tradeoff(
         ready = prepared(session, pairs=pairs, start=start, end=end, policy=policy)
         motion = ready.assembly.motion
         assembly = replace(ready.assembly, motion=motion.frames(0, len(motion)))
-        sweep = _Sweep(assembly, Scoring(assembly, parse_detector(oracle or TRUSTED), seed, tau), seed, watched)
+        session = ready.treatment.session
+        scoring = Scoring(assembly, parse_detector(oracle or TRUSTED), seed, tau, session)
+        sweep = _Sweep(assembly, scoring, seed, watched)
         sweep.begin([one for one in wanted if one.complete])
         sweep.settle()
         sweep.others(wanted, repeats)
         watched.next("", sweep.rows())
-    return sweep.whole(ready.treatment.session, wanted)
+    return sweep.whole(session, wanted)
 
 
 class _Watched:

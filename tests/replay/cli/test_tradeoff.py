@@ -27,7 +27,7 @@ def test_front_and_advice_are_printed_and_the_folder_is_written(file, tmp_path, 
     out, err = capsys.readouterr()
     assert err.index("outside the time limit: one audit") < err.index("wrote ")
     said = " ".join(out.split())
-    assert "The clock's self-check, live: exact timed twice gives" in said and "36 look phases" in said
+    assert "The clock's self-check, live: exact timed twice gives" in said and "16 look phases" in said
     assert "Missing nothing costs" in said and "Live: one frame after the other, 12 frames a pass" in said
     assert "hybrid" in out and "To audit a recording" in out and "tradeoff.png" in err
     assert (tmp_path / "costs" / "tradeoff.parquet").is_file()
@@ -45,8 +45,7 @@ def test_detectors_replace_the_list_and_the_same_one_twice_is_a_tie(file, tmp_pa
     assert main([*words, "--no-picture", "--repeats", "1"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert [row["label"] for row in told["rows"]] == ["a", "b"] and told["clock"]["live"]["passes"] >= 7
-    if all(check["tie"] for check in told["clock"].values()):
-        assert all("take a: " in one and "a tie with b." in one for one in told["advice"])
+    assert told["advice"] and all("take a: " in one or "take b: " in one for one in told["advice"])
 
 
 def test_the_steps_of_trust_stand_in_their_order_with_what_each_adds(file, capsys):

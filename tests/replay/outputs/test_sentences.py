@@ -16,6 +16,7 @@ from support.price_rows import ABOUT, CHECK, price_row
 from support.sentences import picture_text, sources, unsaid
 from support.small_worlds import cubes, jumping
 
+from replay.comparison.outcome import Episode
 from replay.outputs import price_plot, run_tables, tradeoff_table
 from replay.outputs.report import audit_parts, charts, growth, page, tables, tradeoff, tradeoff_picture
 from replay.outputs.report.markup import Markup
@@ -192,14 +193,15 @@ def full(result):
     """A run with every part of a page filled, and with an advice."""
     span = FlagSpan("frozen", "a", 0, 10_000_000, 0.0, 0.01, 2, "drop", dropped=2)
     bad = SimpleNamespace(findings=(Finding("frozen", Severity.WARNING, "it stood", "a", 0.0, 0.01),), spans=(span,))
-    left = replace(result.assembly, proxies=("a",), left_out=("c",), held=np.array([True]), notes=("made up",))
+    left = replace(result.assembly, proxies=("a",), left_out=("c",), notes=("made up",))
     session = result.summary["session"] | {"dropped_frames": {"lost": 2}}
     filled = result.summary | {"session": session, "flagged_verdicts": {"it": {"CONTACT": 2}}}
     axes = [*price_plot.WORDS]
     named = [(f"{axis} {k}", k, {"axis": axis, "line": axis, "phases": 36}) for axis in axes for k in range(2)]
     rows = tuple(price_row(label, 0.5, lost, live=0.5) | more for label, lost, more in named)
     done = Tradeoff(rows, ("a", "b"), (), tuple(advice_of(rows)), ("c",), ABOUT, "")
-    return replace(result, treatment=bad, assembly=left, summary=filled, tradeoff=done)
+    in_hand = (Episode(0, 0, 1, 0.0, 0.01),)
+    return replace(result, holdings=in_hand, treatment=bad, assembly=left, summary=filled, tradeoff=done)
 
 
 def at_work():
@@ -238,9 +240,17 @@ def everything(monkeypatch, path):
     filled = full(several)
     pages += [flickering(), between, filled, calm, replace(several, treatment=None)]
     pages.append(compute(several.session, detectors="exact,sphere", oracle="none"))
-    yield report_html(compute(jumping(), detectors="continuous"))
+    alone = compute(jumping(), detectors="continuous,exact")
+    alone.summary["detectors"]["continuous"]["seconds"]["processor_share"] = 0.5
+    yield report_html(alone)
     yield from map(report_html, pages)
     monkeypatch.setattr(charts, "MOST_LANES", 0)
+    pair = Scene(bodies=(SceneBody("a", group="g", tags=("hand",)), SceneBody("b", group="g"), SceneBody("c")))
+    places = {"a": [0.0] * 6, "b": [0.9, 3.0, 0.9, 0.9, 3.0, 0.9], "c": [3.0, -0.9, 3.0, -0.9, 3.0, 3.0]}
+    rated = compute(
+        cubes(places, scene=pair), detectors="it=discrete[rate_hz=50],more=sphere", pairs=[("a", "b"), ("a", "c")]
+    )
+    yield report_html(rated)
     yield report_html(several)
     for one in (*pages[:-2], *at_work()):
         yield picture_text(one, path)

@@ -8,9 +8,11 @@ from support.price_rows import price_row as row
 from support.sentences import sources, unsaid
 from support.small_worlds import verdict_column
 
+from replay.base.wilson import share
 from replay.comparison.compare import compare
 from replay.comparison.episodes import episodes
 from replay.comparison.misses import stretches
+from replay.comparison.outcome import Episode
 from replay.errors import AuditError
 from replay.outputs.report.tables import trust
 from replay.pipeline import headline
@@ -87,7 +89,8 @@ def audited(oracle, subject):
     found = {label: episodes(one) for label, one in detections.items()}
     run = SimpleNamespace(
         oracle="exact", detections=detections, comparisons={"it": comparison}, episodes=found, face_recall={},
-        misses={"it": stretches(comparison, found["exact"])}, causes={}, matches={}, treatment=None,
+        misses={"it": stretches(comparison, found["exact"])}, causes={}, matches={}, treatment=None, holdings=(),
+        phases={},
     )  # fmt: skip
     took = {"name": "x", "live": True, "faces_asked": False, "seconds": {"per_frame_mean": 1e-3}}
     run.summary = {
@@ -195,9 +198,21 @@ def test_no_template_is_untested():
     everything += [line for rows, _ in ADVICE.values() for line in advice_of(rows)]
     everything += doubted(*(Finding("unit-suspect", Severity.WARNING, "far", "a") for _ in "ab"))
     everything += [*advice_of(LIVE), *advice_of(LIVE[2:3]), *map(answer_of, (LIVE, LIVE[:1]))]
-    rated = SimpleNamespace(contacts=("one",), missed=lambda rate: (1, 0.5))
-    slow.summary["detectors"]["it"]["settings"], slow.dwell = {"rate_hz": 5.0}, SimpleNamespace(rates=rated)
+    slow.summary["detectors"]["it"]["settings"] = {"rate_hz": 5.0}
+    slow.phases = {"it": {"contacts_missed": share(8, 16)}}
     everything += headline.phases(slow)
+    grip = audited(".C.", "CC.")
+    grip.holdings = (Episode(0, 0, 2, 0.0, 0.2), *grip.episodes["exact"])
+    oracle, subject = grip.detections.values()
+    grip.comparisons = {"it": compare(subject, oracle, holdings=grip.holdings)}
+    everything += headline.held(grip)
+    apart = {**slow.summary["audit"]["it"], "held": {"contacts": 1}, "missed": share(1, 1), "contacts_missed": 1}
+    everything += LIMITS.broken({"it": apart}, [])
+    slow.comparisons["other"] = slow.comparisons["it"]
+    slow.summary["oracle"], slow.summary["detectors"]["exact"]["contacts"] = "exact", 1
+    slow.summary["audit"]["other"], slow.summary["detectors"]["other"] = apart, slow.summary["detectors"]["exact"]
+    slow.summary["detectors"]["it"]["contacts"] = 1
+    everything += headline.headlines(slow)
     everything += [f"{one.line} {one.axis}" for one in settings_list()]
     everything += [f"{one.axis} {one.value}" for one in steps_of_trust()]
     size = {"axis": "bodies", "detector": "exact", "size": 3, "budget_ms": 1.0, "p99_ms": 0.5}
