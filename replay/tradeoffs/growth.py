@@ -1,6 +1,6 @@
 """Where accuracy starts to cost: a session grown in bodies, faces and rate until a live look leaves its budget."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from math import exp, log
 from time import perf_counter
@@ -17,6 +17,7 @@ from replay.pipeline.engine import prepared
 from replay.prepare.assembly import Assembly
 from replay.tradeoffs.decimation import clustered
 from replay.tradeoffs.pareto import budget_ms
+from replay.tradeoffs.settings import AS_IT_COMES, Setting
 from replay.tradeoffs.timing import LiveFrames, Passes, Timed
 from sessions import Session
 
@@ -146,10 +147,11 @@ def leaves_at(rows: Sequence[Row], axis: str, detector: str) -> float | None:
 
 
 def growth_answer(rows: Sequence[Row]) -> str:
-    """On which axes the budget is left, and on which it is not."""
-    names, axes = dict.fromkeys(row["detector"] for row in rows), dict.fromkeys(row["axis"] for row in rows)
-    leaving: Callable[[str], bool] = lambda axis: any(leaves_at(rows, axis, name) is not None for name in names)  # noqa: E731
-    cost, free = ([axis for axis in axes if leaving(axis) == wanted] for wanted in (True, False))
+    """On which axes a complete detector leaves the budget, and on which none does."""
+    names = {row["detector"] for row in rows if Setting(row["detector"], AS_IT_COMES, "").complete}
+    axes = dict.fromkeys(row["axis"] for row in rows)
+    left = {axis: any(leaves_at(rows, axis, name) for name in names) for axis in axes}
+    cost, free = (" and ".join(axis for axis, over in left.items() if over == wanted) for wanted in (True, False))
     if not cost:
-        return "No size tried leaves the budget of a live frame"
-    return f"Accuracy starts to cost with {', '.join(cost)}" + (f", not with {', '.join(free)}" if free else "")
+        return "No size tried takes a complete detector out of its budget"
+    return f"Accuracy starts to cost with {cost}" + (f", not with {free}" if free else "")

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from replay.base.constants import BUDGET_MS, ONE_FRAME
-from replay.outputs.price_plot import COMPLETE, CURVES
+from replay.outputs.price_plot import BEST, CURVES
 from replay.outputs.report.tradeoff_picture import DARK, Theme
 from replay.outputs.tables import Table, table
 from replay.tradeoffs.growth import UNITS, growth_answer, leaves_at
@@ -13,7 +13,7 @@ from replay.tradeoffs.growth import UNITS, growth_answer, leaves_at
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-KINDS: Final = (COMPLETE, *CURVES)
+KINDS: Final = (BEST, *CURVES)
 
 
 def growth_table(rows: Sequence[dict[str, Any]]) -> Table:
@@ -47,9 +47,13 @@ def _drawn(rows: Sequence[dict[str, Any]], theme: Theme) -> "Figure":
         place.set_facecolor(theme.paper)
         place.set(xscale="log", yscale="log", xlabel=UNITS[axis], ylabel="p99 time of one live frame, ms")
         place.tick_params(colors=theme.faint)
+        place.minorticks_off()
+        place.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
         place.xaxis.label.set_color(theme.faint)
         place.yaxis.label.set_color(theme.faint)
         some = sorted((row for row in rows if row["axis"] == axis), key=lambda row: float(row["size"]))
+        sizes = [*dict.fromkeys(row["size"] for row in some)]
+        place.set_xticks(sizes, [f"{size:,.4g}" if size < 1000 else f"{size:,.0f}" for size in sizes])
         budgets = [(row["size"], row["budget_ms"]) for row in some]
         place.plot(*zip(*budgets, strict=True), color=theme.ink, lw=1.5)
         place.text(budgets[0][0], budgets[0][1], ONE_FRAME if axis != "rate" else "one frame", color=theme.ink)

@@ -62,7 +62,7 @@ def test_growth_is_timed_when_asked_for_and_its_picture_is_written(file, tmp_pat
     monkeypatch.setattr(growth, "SIZES", {"bodies": (1, 2)})
     out = tmp_path / "costs"
     assert main(["tradeoff", file, "--growth", "--no-picture", "--repeats", "1", "--out", str(out)]) == 0
-    assert "No size tried leaves the budget of a live frame" in capsys.readouterr().out
+    assert "No size tried takes a complete detector out of its budget" in capsys.readouterr().out
     assert (out / "growth.png").is_file() and "fits up to 4" in (out / "report.html").read_text("utf-8")
     told = json.loads((out / "tradeoff.json").read_text("utf-8"))["growth"]
     assert {one["size"] for one in told} == {2, 4}

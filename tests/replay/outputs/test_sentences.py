@@ -260,7 +260,7 @@ def everything(monkeypatch, path):
     held = audit | {"held": {"invented": 2, "contacts_missed": 1}, "phases": phases}
     yield str(run_tables.ranking_table(several.summary | {"audit": {"it": held}}))
     yield picture_text(compute(several.session, detectors="s=hybrid-qaco", oracle="exact", offline=True), path)
-    grown = {"axis": "bodies", "detector": "a", "size": 3, "budget_ms": 1.0, "p99_ms": 0.5, "passes": 3}
+    grown = {"axis": "bodies", "detector": "exact", "size": 3, "budget_ms": 1.0, "p99_ms": 0.5, "passes": 3}
     over = {**grown, "axis": "rate", "p99_ms": 2.0}
     yield str(growth.growth_table([grown, over]))
     yield "\n".join(one.get_text() for one in growth._drawn([grown, over], DARK).findobj(Text))

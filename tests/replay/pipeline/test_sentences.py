@@ -217,7 +217,7 @@ def test_no_template_is_untested():
     everything += headline.headlines(slow)
     everything += [f"{one.line} {one.axis}" for one in settings_list()]
     everything += [f"{one.axis} {one.value}" for one in steps_of_trust()]
-    size = {"axis": "bodies", "detector": "a", "size": 3, "budget_ms": 1.0, "p99_ms": 0.5}
+    size = {"axis": "bodies", "detector": "exact", "size": 3, "budget_ms": 1.0, "p99_ms": 0.5}
     everything += [growth_answer([{**size, "p99_ms": ms}]) for ms in (0.5, 2.0)]
     everything += UNITS.values()
     everything.append(citations(sources_behind(["support.planted_detectors:Undecided"])))

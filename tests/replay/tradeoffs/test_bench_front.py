@@ -30,7 +30,7 @@ def written(tmp_path_factory):
     folder = tmp_path_factory.mktemp("costs")
     session, _ = make_bench_bumps()
     began = process_time()
-    write_tradeoff(tradeoff(session, settings=settings_list()[:HEAD], time_limit=None), folder)
+    write_tradeoff(tradeoff(session, settings=settings_list()[:HEAD], repeats=1, time_limit=None), folder)
     seconds = process_time() - began
     told = json.loads((folder / "tradeoff.json").read_text("utf-8"))
     return pq.read_table(folder / "tradeoff.parquet").to_pylist(), told, seconds

@@ -59,24 +59,27 @@ def test_at_another_rate_bodies_take_the_same_way_and_lost_poses_stay_lost(assem
     assert (~at_rate(lost, 200.0).valid[:, 0]).sum() in (3, 4) and at_rate(lost, 200.0).valid[:, 1].all()
 
 
-def row(axis, size, ms, detector="a", budget=10.0):
+def row(axis, size, ms, detector="exact", budget=10.0):
     return {"axis": axis, "size": size, "p99_ms": ms, "detector": detector, "budget_ms": budget, "passes": 3}
 
 
 def test_the_size_that_fills_a_frame_lies_on_the_power_law_between_two_sizes():
     rows = [row("bodies", 10, 1.0), row("bodies", 20, 4.0), row("bodies", 40, 16.0)]
-    assert leaves_at(rows, "bodies", "a") == pytest.approx(20 * 2.5**0.5)
-    assert leaves_at(rows[:2], "bodies", "a") is None and leaves_at(rows, "faces", "a") is None
-    assert leaves_at([row("bodies", 10, 11.0)], "bodies", "a") == 10
+    assert leaves_at(rows, "bodies", "exact") == pytest.approx(20 * 2.5**0.5)
+    assert leaves_at(rows[:2], "bodies", "exact") is None and leaves_at(rows, "faces", "exact") is None
+    assert leaves_at([row("bodies", 10, 11.0)], "bodies", "exact") == 10
 
 
 def test_the_answer_and_the_table_say_which_axes_leave_the_budget_and_where():
     rows = [row("bodies", 10, 1.0), row("bodies", 40, 16.0), row("faces", 500, 1.0), row("faces", 5000, 1.1)]
     assert growth_answer(rows) == "Accuracy starts to cost with bodies, not with faces"
+    assert growth_answer([*rows, row("faces", 500, 99.0, "hybrid-qaco")]) == growth_answer(rows), (
+        "that one is not complete"
+    )
     assert growth_answer(rows[:2]) == "Accuracy starts to cost with bodies"
-    assert growth_answer(rows[2:]) == "No size tried leaves the budget of a live frame"
+    assert growth_answer(rows[2:]) == "No size tried takes a complete detector out of its budget"
     made = growth_table(rows)
-    assert made.rows == (("a", "leaves at 32", "fits up to 5,000"),) and "3 passes" in made.notes[0]
+    assert made.rows == (("exact", "leaves at 32", "fits up to 5,000"),) and "3 passes" in made.notes[0]
     assert growth_picture(rows).startswith(b"\x89PNG")
 
 

@@ -19,6 +19,7 @@ from replay.tradeoffs.pareto import LIVE, WHOLE, tied
 from replay.tradeoffs.settings import ASKED, Setting
 from replay.tradeoffs.sweep import LEAST_PASSES, tradeoff
 from sessions.model.scene import Scene, SceneBody, SceneEffect
+from sessions.synthetic.bench_bumps import make_bench_bumps
 
 LIST = (
     Setting("hybrid", "as it comes", ""), Setting("exact", "as it comes", ""),
@@ -64,6 +65,14 @@ def test_counts_of_every_setting_are_those_of_an_audit_of_the_same_session():
         run, done = compute(world, oracle="continuous", **how), tradeoff(world, oracle="continuous", **how)
         assert done.about["pairs"] == len(run.assembly.pairs) and done.about["frames"] == len(run.assembly.motion)
         assert [counted(row) for row in done.rows] == [audited(run, row["label"]) for row in done.rows]
+
+
+@pytest.mark.slow
+def test_counts_on_the_demo_are_those_of_its_audit_with_what_a_hand_holds_apart():
+    session, how = make_bench_bumps()[0], {"detectors": "hybrid,slow=discrete[rate_hz=22.5]"}
+    run, done = compute(session, **how), tradeoff(session, repeats=1, **how)
+    assert run.holdings and len(done.rows) == 2
+    assert [counted(row) for row in done.rows] == [audited(run, row["label"]) for row in done.rows]
 
 
 def test_two_runs_give_the_same_recalls_and_only_times_differ(bumped):
