@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 import rerun as rr
 import rerun.blueprint as rrb
 
-from cdcore.numerics import FloatArray
-from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.outputs.camera import Eye
 from replay.outputs.rerun_log.columns import SESSION
 from replay.outputs.rerun_log.contacts import contacts_path
 from replay.outputs.rerun_log.effects import EffectViews, effect_views
 from replay.outputs.rerun_log.findings import finding_lanes, finding_tab, state_view
+from replay.outputs.rerun_log.overview import SPACE, OverviewLanes
+from replay.outputs.rerun_log.overview_tab import overview_tab
 from replay.outputs.rerun_log.pipeline import sphere_path
 from replay.outputs.rerun_log.pipeline_tab import pipeline_tab
-from replay.outputs.rerun_log.timing import TOTAL, Cost, stage_path
+from replay.outputs.rerun_log.timing import Cost, any_timed, stage_path, timing_view
 from replay.outputs.rerun_log.tradeoff import curve_tab
-from replay.outputs.rerun_log.views import spatial, text_list
+from replay.outputs.rerun_log.views import plot, spatial, text_list
 from replay.outputs.rerun_log.world import body_path
 from replay.outputs.watched_run import WatchedRun
 from replay.outputs.words import LANE_LEGEND
@@ -35,9 +35,6 @@ RULER_POINTS: Final = 64
 
 BOTTOM_POINTS: Final = 200
 """Height of the timing plot and of the words about a miss."""
-
-BUDGET_SHOWN: Final = 0.25
-"""Share of the budget from which its line is in the plot of the audit."""
 
 EFFECT_PLOTS: Final = 5
 """Plots of effects, one per unit; more would be too flat to read."""
@@ -96,6 +93,9 @@ class BlueprintInput:
     costs : label -> what the detector took.
     detector_lanes : whether there are lanes per detector.
     watched : audited detectors that are shown at their work.
+    overview : lanes of the screen of all detectors, ``None`` without a moment to show.
+    leads : whether that screen is the first.
+    solids : entities of solids in place of meshes.
     start, end : seconds of the time axes; left alone, the viewer shows one minute around the cursor.
     """
 
@@ -107,17 +107,16 @@ class BlueprintInput:
     start: float
     end: float
     watched: Sequence[WatchedRun] = ()
+    overview: OverviewLanes | None = None
+    leads: bool = False
+    solids: Sequence[str] = ()
 
     @property
     def hidden(self) -> list[str]:
         """Rules that keep out of a view what would hide what it stands on: contact normals and bounding spheres."""
         spheres = [sphere_path(body, run.label) for run in self.watched for body in self.result.assembly.names]
-        return [f"- /{path}" for path in [*(f"{contacts_path(label)}/normals" for label in self.costs), *spheres]]
-
-    @property
-    def timed(self) -> list[FloatArray]:
-        """Milliseconds of the looks of each detector that was timed frame by frame."""
-        return [cost.per_frame for cost in self.costs.values() if cost.per_frame is not None]
+        normals = [f"{contacts_path(label)}/normals" for label in self.costs]
+        return [f"- /{path}" for path in [*normals, *spheres, *self.solids, f"{SPACE}/**"]]
 
 
 def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
@@ -129,6 +128,8 @@ def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
         name = f"Pipeline: {run.label}" if k else "Pipeline"
         tabs.append(pipeline_tab(result, run, _eye_controls(layout.eye), _whole(layout), name))
     first = 0
+    if layout.overview is not None:
+        tabs.insert(0 if layout.leads else len(layout.subjects), _overview(layout, layout.overview))
     if result.tradeoff is not None:
         first = len(tabs)
         tabs.append(curve_tab())
@@ -157,10 +158,22 @@ def _audit(layout: BlueprintInput, subject: Subject, name: str) -> Any:
     pictures = rrb.Horizontal(space, *beside, _words(subject), column_shares=widths)
     rows = [pictures, _lanes(layout, subject, lanes)]
     note = rrb.TextDocumentView(origin=f"/{subject.words}/nearest_miss", name="The miss in the close-up")
-    bottom = [*([_timing(layout)] if layout.timed else []), *([note] if subject.camera else [])]
+    bottom = [
+        *([timing_view(layout.costs, _whole(layout))] if any_timed(layout.costs) else []),
+        *([note] if subject.camera else []),
+    ]
     if bottom:
         rows.append(rrb.Horizontal(*bottom, column_shares=[0.7, 0.3][: len(bottom)]))
     return rrb.Vertical(*rows, row_shares=shares[: len(rows)], name=name)
+
+
+def _overview(layout: BlueprintInput, lanes: OverviewLanes) -> Any:
+    normals = [f"- /{contacts_path(label)}/normals" for label in layout.costs]
+    spheres = [f"- /{sphere_path(body, run.label)}" for run in layout.watched for body in layout.result.assembly.names]
+    own = [f"- /{one.missed}/**" for one in layout.subjects]
+    contents = ["/world/**", *normals, *spheres, *own]
+    times = timing_view(layout.costs, _whole(layout), short=True)
+    return overview_tab(lanes, contents, _eye_controls(layout.eye), _whole(layout), times)
 
 
 def _words(subject: Subject) -> Any:
@@ -212,17 +225,6 @@ def _whole(layout: BlueprintInput) -> rrb.TimeAxis:
     return rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
 
 
-def _timing(layout: BlueprintInput) -> Any:
-    # A budget far above everything would press the curves to the floor: then the title says how far.
-    slowest = max((float(looks.max()) for looks in layout.timed if len(looks)), default=0.0)
-    share = slowest / BUDGET_MS
-    budget = ["timing/budget"] if share > BUDGET_SHOWN else []
-    worst = f"worst {slowest:.2f}: {share:.0%} of a frame at {HEADSET_HZ:g} Hz ({BUDGET_MS:.1f} ms)"
-    axis = rrb.ScalarAxis(range=(0.0, 1.15 * max(slowest, BUDGET_MS if budget else 0.0)))
-    totals = [stage_path(label, TOTAL) for label in layout.costs]
-    return _plot(layout, "/timing", f"Time per frame, ms    {worst}", [*budget, *totals], axis_y=axis)
-
-
 def _plain(layout: BlueprintInput) -> Any:
     """Without anything to compare: the session, and what the one detector found."""
     return rrb.Horizontal(_room(layout), _report(), column_shares=[0.7, 0.3], name="Session")
@@ -233,18 +235,11 @@ def _room(layout: BlueprintInput) -> Any:
     return spatial(name, ["/world/**", *layout.hidden], _eye_controls(layout.eye))
 
 
-def _plot(layout: BlueprintInput, origin: str, name: str, paths: Iterable[str], **more: Any) -> Any:
-    return rrb.TimeSeriesView(
-        origin=origin, contents=[f"/{path}" for path in paths], name=name, axis_x=_whole(layout),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop), **more,
-    )  # fmt: skip
-
-
 def _costs(layout: BlueprintInput, name: str) -> Any:
     table = rrb.TextDocumentView(origin="/tradeoff/table", name="What each detector costs")
     stages = {label: [stage_path(label, stage) for stage in cost.stages] for label, cost in layout.costs.items()}
     title = "{}: ms per frame by stage"
-    plots = [_plot(layout, "/timing", title.format(label), paths) for label, paths in stages.items() if paths]
+    plots = [plot(_whole(layout), "/timing", title.format(label), paths) for label, paths in stages.items() if paths]
     beside = [rrb.Vertical(*plots)] if plots else []
     return rrb.Horizontal(*beside, table, column_shares=[0.62, 0.38] if plots else [1.0], name=name)
 
@@ -259,7 +254,7 @@ def _effects(layout: BlueprintInput, views: EffectViews) -> Any:
         high = min(RULER_POINTS + LANE_POINTS * len(views.lanes), SCREEN_POINTS // 2)
         shares = [high, *((SCREEN_POINTS - high) / len(plots) for _ in plots)]
         rows.append(state_view("effects", "When", _whole(layout), views.lanes))
-    rows += [_plot(layout, "/effects", unit or "numbers", paths) for unit, paths in plots]
+    rows += [plot(_whole(layout), "/effects", unit or "numbers", paths) for unit, paths in plots]
     words = rrb.TextLogView(origin="/effects", contents=[f"/{path}" for path in views.events], name="What happened")
     left = rrb.Vertical(_room(layout), words, row_shares=[0.68, 0.32])
     return rrb.Horizontal(left, *([rrb.Vertical(*rows, row_shares=shares)] if rows else []), name="Effects")

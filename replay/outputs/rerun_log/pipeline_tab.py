@@ -10,7 +10,7 @@ import rerun.blueprint as rrb
 from replay.outputs.materials import albedo, tags_of
 from replay.outputs.rerun_log.pipeline import budget_words, pipeline_path, sphere_path
 from replay.outputs.rerun_log.pipeline_frame import WIDTH
-from replay.outputs.rerun_log.views import PLAIN, spatial, text_list
+from replay.outputs.rerun_log.views import PLAIN, plot, spatial, text_list
 from replay.outputs.rerun_log.world import body_path
 from replay.outputs.watched_run import ALL, BOXES, WatchedRun
 from replay.pipeline.run_result import RunResult
@@ -40,10 +40,10 @@ def pipeline_tab(result: RunResult, run: WatchedRun, eye: rrb.EyeControls3D, who
     start, end = (rr.TimeRangeBoundary.cursor_relative(seconds=sign * AROUND) for sign in (-1, 1))
     around = rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
     pairs = int(max(run.counts[ALL], default=0))
-    counts = _plot(
-        run, "pairs", f"Pairs left after each stage, of {pairs}    ({2 * AROUND:g} s around the cursor)", around
-    )
-    times = _plot(run, "time", f"Time per frame by stage, ms, added up    {budget_words(run)}", whole)
+    left = f"Pairs left after each stage, of {pairs}    ({2 * AROUND:g} s around the cursor)"
+    counts = plot(around, f"/{pipeline_path(run.label, 'pairs')}", left)
+    added = f"Time per frame by stage, ms, added up    {budget_words(run)}"
+    times = plot(whole, f"/{pipeline_path(run.label, 'time')}", added)
     top, bottom = [near, _frame(run)], [counts, times]
     if run.moments:
         top.insert(1, _search(result, run, meshes))
@@ -77,9 +77,3 @@ def _frame(run: WatchedRun) -> Any:
     bounds = rrb.VisualBounds2D(x_range=(-230.0, WIDTH + 330.0), y_range=(-120.0, 960.0))
     origin = f"/{pipeline_path(run.label, 'frame')}"
     return rrb.Spatial2DView(origin=origin, name="This frame", visual_bounds=bounds, background=PLAIN)
-
-
-def _plot(run: WatchedRun, part: str, name: str, axis: rrb.TimeAxis) -> Any:
-    legend = rrb.PlotLegend(rrb.Corner2D.LeftTop)
-    origin = f"/{pipeline_path(run.label, part)}"
-    return rrb.TimeSeriesView(origin=origin, name=name, axis_x=axis, plot_legend=legend)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
 import rerun.blueprint as rrb
@@ -28,3 +28,10 @@ def text_list(path: str, name: str) -> Any:
     columns = rrb.TextLogColumns(timeline_columns=times, text_log_columns=[TextLogColumn("body")])
     one_width = rrb.TextLogFormat(monospace_body=True)
     return rrb.TextLogView(origin=f"/{path}", name=name, columns=columns, format_options=one_width)
+
+
+def plot(axis: rrb.TimeAxis, origin: str, name: str, paths: Iterable[str] = (), **more: Any) -> Any:
+    """Curves over time: of these entities, or of all below the origin."""
+    contents = [f"/{path}" for path in paths] or "$origin/**"
+    legend = rrb.PlotLegend(rrb.Corner2D.LeftTop)
+    return rrb.TimeSeriesView(origin=origin, name=name, axis_x=axis, plot_legend=legend, contents=contents, **more)

@@ -15,7 +15,7 @@ from support.page_cells import Cells
 from support.sentences import unsaid
 from support.small_worlds import cubes, jumping
 
-from replay.outputs import run_tables, tradeoff_table, words
+from replay.outputs import moments, run_tables, tradeoff_table, words
 from replay.outputs.report import audit_parts, charts, page, tables, tradeoff
 from replay.outputs.report.markup import Markup
 from replay.outputs.report.page import report_html
@@ -37,6 +37,7 @@ STATES = {
     "undecided": (".C.CC.", "nunuun", "2 of 2 contacts undecided by it"),
     "not measured": ("......", "uuuuuu", "Nothing compared: exact and it both decided none of 6 pair-frames"),
     "more invented than found": ("C.....", "cnccnc", "None of 1 contact missed by it"),
+    "false at both ends": ("..CC..C.", "nccccccn", "None of 2 contacts missed by it"),
     "more than a list holds": ("C." * 41, "n" * 82, "41 of 41 contacts missed by it"),
 }
 
@@ -85,7 +86,10 @@ def picture_words(result):
     notes.log_worst(kept, "", "it", found)
     if found:
         notes.log_notes(kept, "", focus(found), result, "it")
-    return "\n".join([notes.report_text(result), kept.text, findings.finding_list(result)])
+    false = moments.false_of(result)
+    focused = [f"{one.words} {one.said}" for one in moments.key_moments(result, false)]
+    texts = [notes.report_text(result), kept.text, findings.finding_list(result), notes.ranking_text(result, false)]
+    return "\n".join([*texts, *focused])
 
 
 def stretches(letters):
@@ -150,6 +154,19 @@ def expected_in_picture(state):
         yield f"#### Miss {number} of {len(lost)}: a-b"
         frames = f"{count} frame" + "s" * (count > 1)
         yield f"{frames} ({first} to {first + count - 1}), contact {contact} of {contacts}"
+    yield from expected_of_false(outcome)
+
+
+def expected_of_false(outcome):
+    """False contacts; the cubes are 10 mm apart in even frames without contact, 30 mm in odd ones."""
+    false = [(first, count) for first, count, word in stretches(outcome) if word == "invented"]
+    for number, (first, count) in enumerate(false, 1):
+        gap = 30 if count > 1 or first % 2 else 10
+        yield f"#### False contact {number} of {len(false)}: a-b\n\n- it: **CONTACT** (unexplained)\n- exact: none, the"
+        yield f"the meshes are **{gap}.0 mm** apart\n\n**{0.01 * first:.3f} s**, {count} frame{'s' * (count > 1)} "
+        after, before = (outcome[k : k + 1] == ["both"] for k in (first + count, first - 1 if first else len(outcome)))
+        where = ("nothing there", "begins early", "lasts long", "joins two")[2 * before + after]
+        yield f"({first} to {first + count - 1}), {where}"
 
 
 @pytest.mark.parametrize("state", STATES)
@@ -181,6 +198,36 @@ def test_every_sentence_of_the_picture_holds_in_every_state(state):
     text = picture_words(run(state))
     assert [one for one in expected_in_picture(state) if one not in text] == []
     assert len(set(findall("#### Miss [0-9]+", text))) == len(missed(*STATES[state][:2])[1])
+    said = list(expected_of_false(became(*STATES[state][:2])))
+    assert 3 * text.count("#### False contact") == len(said)
+    assert ("| nothing |" in text) == (not said and not missed(*STATES[state][:2])[1])
+
+
+def timed(result, *p99):
+    """As if oracle and detector had been timed so, frame by frame."""
+    made = dict(result.summary["detectors"])
+    for label, seconds in zip(("exact", "it"), p99, strict=True):
+        frame = {"per_frame": {"p99": seconds}} if seconds else {}
+        made[label] = {**made[label], "seconds": {"per_frame_mean": 1e-4, **frame}}
+    return replace(result, summary=result.summary | {"detectors": made})
+
+
+@pytest.mark.parametrize(("p99", "words"), [
+    ((1e-3, 2e-3), "**To be right costs** 1 ms (9 % of a 90 Hz frame): so long exact takes at p99, it 2 ms."),
+    ((1e-3, None), "One pass of each"), ((None, 2e-3), "One pass of each"),
+])  # fmt: skip
+def test_what_it_costs_to_be_right_compares_only_what_was_timed_frame_by_frame(p99, words):
+    (line,) = notes.cost_to_be_right(timed(run("several"), *p99))
+    assert words in line
+
+
+def test_a_pair_without_a_fault_of_its_own_says_what_each_detector_made_of_it():
+    result = run("false at both ends")
+    held = replace(result, assembly=replace(result.assembly, held=np.array([True])))
+    (one,) = moments.key_moments(held, moments.false_of(held))
+    assert one.said.splitlines()[0] == "#### a-b, in the whole session"
+    assert "- it: 0 frames missed, 3 invented" in one.said
+    assert one.said.endswith("A hand holds it: its faults are counted apart.")
 
 
 SCENE = Scene(
@@ -284,6 +331,13 @@ def everything(monkeypatch):
     yield from (view.name for view in views)
     sent = [call.args[1].labels for call in writer.static.call_args_list]
     yield from (str(one.as_arrow_array().to_pylist()) for one in sent if one is not None)
+    apart = {"it": several.summary["audit"]["it"] | {"held": {"invented": 2, "contacts_missed": 1}}}
+    ranked = timed(replace(several, summary=several.summary | {"audit": apart}), 1e-3, 2e-3)
+    yield from (notes.ranking_text(ranked, moments.false_of(ranked)), *moments.TO_DO.values())
+    yield str(run_tables.ranking_table(ranked.summary))
+    ends = run("false at both ends")
+    for one in (ends, replace(ends, assembly=replace(ends.assembly, held=held))):
+        yield from (f"{at.words} {at.said}" for at in moments.key_moments(one, moments.false_of(one)))
     yield report_html(replace(several, treatment=None))
     calm = compute(cubes({"a": [0.0] * 2, "b": [3.0, 3.1]}, scene=replace(SCENE, effects=(NEAR,))), detectors=())
     yield from (report_html(calm), notes.report_text(calm))
@@ -293,5 +347,5 @@ def everything(monkeypatch):
 
 def test_no_template_of_report_and_picture_is_untested(monkeypatch):
     text = "\n".join(map(unescape, everything(monkeypatch)))
-    modules = (page, tables, audit_parts, charts, tradeoff, notes, findings, run_tables, tradeoff_table, words, curve)
-    assert unsaid(text, *modules) == []
+    pages = (page, tables, audit_parts, charts, tradeoff)
+    assert unsaid(text, *pages, notes, findings, run_tables, tradeoff_table, words, curve, moments) == []

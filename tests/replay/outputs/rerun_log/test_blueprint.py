@@ -62,7 +62,7 @@ def selected(query, entities):
 def test_there_is_one_layout_and_it_has_a_tab_per_question(layout):
     assert len(layout.stores) == 1
     names = [v.get("ContainerBlueprint:display_name", [""])[0] for v in layout.values.values()]
-    assert set(names) - {""} == {"Audit", "What accuracy costs", "Detectors"}
+    assert set(names) - {""} == {"Audit", "All detectors", "What accuracy costs", "Detectors"}
 
 
 def test_every_view_shows_something_and_all_of_it_has_rows_where_the_cursor_goes(layout, recording, read):
@@ -104,8 +104,8 @@ def test_the_close_up_follows_the_camera_in_the_data(layout, read):
     tracked = [
         v["EyeControls3D:tracking_entity"] for v in layout.values.values() if "EyeControls3D:tracking_entity" in v
     ]
-    assert tracked == [["/world/missed/eye"]]
-    assert "/world/missed/eye" in read.entities
+    assert sorted(tracked) == [["/world/focus/eye"], ["/world/missed/eye"]]
+    assert {path for (path,) in tracked} <= set(read.entities)
 
 
 def test_lanes_in_view_fit_the_screen(layout):
