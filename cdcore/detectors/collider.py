@@ -51,6 +51,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
 
     name: ClassVar[str] = "collider"
     kind: ClassVar[str] = "re-creation"
+    online: ClassVar[bool] = True
     Settings: ClassVar[type] = ColliderSettings
     sources: ClassVar[tuple[str, ...]] = (
         "C. B. Barber, D. P. Dobkin, H. Huhdanpaa, The Quickhull algorithm for convex hulls, ACM Transactions on "

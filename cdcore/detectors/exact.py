@@ -50,6 +50,7 @@ class ExactDetector(PairDetector[ExactSettings]):
     """
 
     name: ClassVar[str] = "exact"
+    online: ClassVar[bool] = True
     Settings: ClassVar[type] = ExactSettings
     sources: ClassVar[tuple[str, ...]] = (
         "S. Gottschalk, M. C. Lin, D. Manocha, OBBTree: a hierarchical structure for rapid interference detection, "

@@ -56,6 +56,7 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
 
     name: ClassVar[str] = "hybrid-qaco"
     kind: ClassVar[str] = "paper"
+    online: ClassVar[bool] = True
     Settings: ClassVar[type] = HybridQacoSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "

@@ -39,6 +39,7 @@ Near = tuple[ByteArray, dict[str, int]]
 class TreeDetector(PairDetector[TreeSettings]):
     """Searches two trees wherever the broad phase says; without a broad phase of its own, in every pair-frame."""
 
+    online: ClassVar[bool] = True
     Settings: ClassVar[type] = TreeSettings
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: TreeSettings) -> None:

@@ -39,7 +39,7 @@ class Detection:
     face_sets : the faces that meet, or ``None`` when they were not asked for.
     containment : (P,) words: ``"decided"`` or ``"refused: <reason>"``.
     work : counters: a total, or (T, P) uint32 where asked for.
-    seconds : time per stage: (T,) for online detectors, else one number for the call.
+    seconds : time per stage: (T,) where frames are timed one by one, else one number for the call.
     approximate : whether the answer is an estimate by nature (``image-space``).
     reproducible : False for a budget in seconds; such a result has no digest.
     reasons : why (frame, pair) is UNRESOLVED or INVALID.

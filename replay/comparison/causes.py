@@ -18,7 +18,7 @@ from cdcore.protocol import Explains, Explanation, counts_as_contact
 from replay.comparison.evidence import Evidence, grouped, looks
 from replay.comparison.misses import MissedStretch, misses, stretches
 from replay.comparison.outcome import Comparison, Episode, Miss, Outcome
-from replay.detection.run_detector import Run
+from replay.detection.run_detector import Run, holds_answers
 from replay.prepare.assembly import Assembly
 
 LOOKS_PER_MISS: Final = 16
@@ -228,7 +228,7 @@ def examine(
         return dict.fromkeys(places, ()), {label: Causes() for label in places}
     trusted = runs[next(iter(comparisons.values())).oracle]
     own = trusted.detection
-    has_faces = own.face_sets is not None and own.covers == "instants" and not trusted.detector.online
+    has_faces = own.face_sets is not None and own.covers == "instants" and not holds_answers(trusted.settings)
     evidence = Evidence(assembly, own if has_faces else faces_of, asked, between=own.covers == "intervals")
     names = [(assembly.names[i], assembly.names[j]) for i, j in assembly.pairs.tolist()]
     times = assembly.motion.times

@@ -21,8 +21,8 @@ Within = Callable[[IntArray, IntArray], BoolArray]
 RATES_HZ: Final = (10.0, 20.0, 22.5, 30.0, 45.0, 50.0, 60.0, 72.0, 80.0, 90.0, 120.0, 144.0, 240.0)
 """Step rates reported: physics steps of engines and refresh rates of headsets."""
 
-PHASES: Final = 36
-"""Phases a mean is over, evenly spread: as often 2, 3, 4 and 9 frames, the steps of usual rates at 90 Hz."""
+PHASES: Final = 16
+"""Phases a mean is over, evenly spread over the time from look to look."""
 
 SURELY_SEEN: Final = 1.01
 """Steps that a contact is in view beyond which no phase misses it; the hundredth is for rounded stamps."""

@@ -68,12 +68,12 @@ class FalseContact:
 
 
 def false_contacts(assembly: Assembly, comparison: Comparison, detector: object = None) -> tuple[FalseContact, ...]:
-    """Number the false stretches of a comparison, in order of time, then pair; what a hand holds is left out.
+    """Number the false stretches of a comparison, in order of time, then pair; what a hand holds is none.
 
     ``detector``: the subject itself, which may explain.
     """
     outcome, times = comparison.outcome, assembly.motion.times
-    found = column_runs((outcome[:, p] == Outcome.INVENTED) & ~assembly.held[p] for p in range(outcome.shape[1]))
+    found = column_runs(outcome[:, p] == Outcome.INVENTED for p in range(outcome.shape[1]))
     longest = np.argsort([first - last for _, first, last in found.tolist()], kind="stable")[:LOOKS_IN_ALL]
     most = min(LOOKS, LOOKS_IN_ALL // max(1, len(longest)))
     measured, meshes, made = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), []

@@ -10,8 +10,9 @@ import numpy as np
 
 from cdcore.numerics import IntArray
 from cdcore.protocol import counts_as_contact
+from replay.comparison.holding import Grasp, grasps, hand_bodies
 from replay.comparison.outcome import Episode, Outcome
-from replay.metrics.hands import Grasp, fixed_bodies, grasps, hand_bodies, moving, task_seconds
+from replay.metrics.hands import fixed_bodies, moving, task_seconds
 from replay.metrics.near import NearMiss, close_stretches, without_contact
 from replay.pipeline.run_result import RunResult
 from sessions.mcap_format.metadata import NOT_STATED

@@ -161,12 +161,11 @@ def _contact(result: RunResult, pair: int, one: Episode) -> FocusMoment:
     point = motion.translations[frame, result.assembly.pairs[pair]].mean(axis=0)
     counts = []
     for label, comparison in result.comparisons.items():
-        missed, invented = (
-            int((comparison.outcome[:, pair] == one).sum()) for one in (Outcome.MISSED, Outcome.INVENTED)
-        )
-        counts.append(f"- {label}: {counted(missed, 'frame')} missed, {invented:,} invented")
-    held = ["", "A hand holds it: its faults are counted apart."] if result.assembly.held[pair] else []
-    lines = [f"#### {result.assembly.pair_name(pair)}, in the whole session", "", *counts, *held]
+        kinds = (Outcome.MISSED, Outcome.INVENTED, Outcome.HELD)
+        missed, invented, held = (int((comparison.outcome[:, pair] == one).sum()) for one in kinds)
+        apart = f", {held:,} held and counted apart" if held else ""
+        counts.append(f"- {label}: {counted(missed, 'frame')} missed, {invented:,} invented{apart}")
+    lines = [f"#### {result.assembly.pair_name(pair)}, in the whole session", "", *counts]
     return FocusMoment(
         frame, 0, pair, as_vector(point), "", 0, Outcome.BOTH, one.first, one.last, 0.0, "", "\n".join(lines)
     )
@@ -219,8 +218,7 @@ def worst_first(result: RunResult) -> list[str]:
 def leading(result: RunResult, moments: Sequence[FocusMoment]) -> int:
     """Which moment comes first: the larger fault of the worst detector, where it is longest."""
     worst = ranking(result.summary)[0]
-    false, missed = ((share or {}).get("share") or 0.0 for share in (worst.false, worst.missed))
-    kind = Outcome.INVENTED if false > missed else Outcome.MISSED
+    kind = Outcome.INVENTED if worst.leads_false else Outcome.MISSED
 
     def rank(k: int) -> tuple[bool, bool, float]:
         one = moments[k]

@@ -16,6 +16,8 @@ from replay.comparison.causes import examine
 from replay.comparison.compare import FaceRecall, compare, face_recall
 from replay.comparison.contact_duration import ContactDurations, StepRates, contact_durations
 from replay.comparison.episodes import episodes
+from replay.comparison.holding import holdings
+from replay.comparison.look_phases import phase_shares
 from replay.comparison.matching import EpisodeMatches, match_episodes
 from replay.comparison.outcome import Comparison, Episode
 from replay.comparison.tolerance import TAU, Tolerance
@@ -49,10 +51,11 @@ TRUSTED: Final = "exact"
 
 @dataclass(frozen=True)
 class Lineup:
-    """Every detector of a run, the oracle among them, and the oracle's label or ``""``."""
+    """Every detector of a run, the oracle among them, and the oracle's label or ``""``; labels to be asked ``live``."""
 
     specs: tuple[DetectorSpec, ...]
     oracle: str
+    live: frozenset[str] = frozenset()
 
 
 def line_up(detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
@@ -92,7 +95,8 @@ def _with_oracle(specs: tuple[DetectorSpec, ...], trusted: DetectorSpec) -> Line
 def compute(
     session: Session, *, detectors: SpecsLike | None = None, oracle: SpecLike | None = None, pairs: Pairs | None = None,
     start: float | None = None, end: float | None = None, seed: int = 0, faces: bool = False, tau: float = TAU,
-    policy: PolicyLike | Policy | None = None, progress: Progress | None = None, out: Path | None = None,
+    policy: PolicyLike | Policy | None = None, offline: bool = False, progress: Progress | None = None,
+    out: Path | None = None,
 ) -> RunResult:  # fmt: skip
     """As ``replay.run``, of a session in memory: examine and repair, assemble, detect, compare, number the misses.
 
@@ -104,7 +108,7 @@ def compute(
     progress, began = progress or Silent(), perf_counter()
     rules = parse_policy(policy)
     planned = plan(session.scene)
-    lineup = _called_for(planned, detectors, oracle)
+    lineup = _called_for(planned, detectors, oracle, live=not offline)
     with progress.stage("examine"):
         treatment = repair_session(decoded_once(session), rules)
         session = treatment.session
@@ -116,16 +120,23 @@ def compute(
     for spec in lineup.specs:
         with progress.stage(spec.label, len(assembly.motion)) as advance, compiling_announced(progress):
             runs[spec.label] = run_detector(
-                spec, assembly, seed=seed, faces=spec.label in (lineup.oracle, *planned.detectors), advance=advance
-            )
+                spec, assembly, seed=seed, faces=spec.label in (lineup.oracle, *planned.detectors), advance=advance,
+                live=spec.label in lineup.live,
+            )  # fmt: skip
     # Misses are examined with other kernels; without a detection no compiler is loaded.
     with progress.stage("audit"), compiling_announced(progress if runs else None):
         found = {label: episodes(run.detection) for label, run in runs.items()}
         again = _face_source(assembly, seed)
         tolerance = Tolerance(assembly, again, tau)
-        comparisons, matches = _compared(runs, lineup.oracle, found, tolerance)
         truth = found.get(lineup.oracle, ())
-        dwell = _durations(assembly, runs[lineup.oracle].detection, truth, tolerance, seed) if lineup.oracle else None
+        held = holdings(assembly, session, truth) if lineup.oracle else ()
+        comparisons, matches = _compared(runs, lineup.oracle, found, tolerance, held)
+        dwell, phases = None, {}
+        if lineup.oracle:
+            loose, trusted = tuple(one for one in truth if one not in set(held)), runs[lineup.oracle].detection
+            dwell = _durations(assembly, trusted, loose, tolerance, seed)
+            asked = {one: phase_shares(runs[one], assembly, trusted, loose, held, tolerance, seed) for one in matches}
+            phases = {label: shares for label, shares in asked.items() if shares}
         missed, causes = examine(comparisons, truth, runs, assembly, again)
     recall = _face_recall(comparisons, found, runs, assembly, progress) if faces else {}
     effects: dict[str, EffectRun] = {}
@@ -135,7 +146,8 @@ def compute(
     measured = Measured(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
         oracle=lineup.oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches,
-        face_recall=recall, causes=causes, dwell=dwell, effects=effects, treatment=treatment,
+        face_recall=recall, causes=causes, dwell=dwell, phases=phases, holdings=held, effects=effects,
+        treatment=treatment,
         flags=Flags.of(treatment.spans, assembly, session.scene),
         detectors={label: run.detector for label, run in runs.items()},
     )  # fmt: skip
@@ -143,14 +155,18 @@ def compute(
     return RunResult(**vars(measured), summary=summary, out=out)
 
 
-def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
-    """The detectors to run: those asked for, else the usual ones if the plan needs contacts, and those effects name."""
+def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None, *, live: bool) -> Lineup:
+    """The detectors to run: those asked for, else the usual ones if the plan needs contacts, and those effects name.
+
+    Live are those that are audited; the oracle, and whom only effects ask, always see the whole motion.
+    """
     if detectors is None and not planned.detection:
         return Lineup((), "")
     lineup = line_up(detectors, oracle)
     there = {spec.name for spec in lineup.specs} | ({TRUSTED} if lineup.specs else set())
     more = [DetectorSpec(name, name) for name in planned.detectors if name not in there]
-    return Lineup((*lineup.specs, *more), lineup.oracle)
+    audited = frozenset(spec.label for spec in lineup.specs if live) - {lineup.oracle}
+    return Lineup((*lineup.specs, *more), lineup.oracle, audited)
 
 
 def _wanted(planned: Plan, asked: Pairs | None, session: Session, looking: bool) -> Pairs | None:
@@ -172,14 +188,18 @@ def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Det
 
 
 def _compared(
-    runs: dict[str, Run], oracle: str, found: dict[str, tuple[Episode, ...]], tolerance: Tolerance
+    runs: dict[str, Run],
+    oracle: str,
+    found: dict[str, tuple[Episode, ...]],
+    tolerance: Tolerance,
+    held: tuple[Episode, ...],
 ) -> tuple[dict[str, Comparison], dict[str, EpisodeMatches]]:
     """By label: pair-frames held to the oracle's, and contacts matched with its own."""
     comparisons, matches = {}, {}
     for label, run in runs.items():
         if oracle and label != oracle:
             answer, truth = run.detection, runs[oracle].detection
-            one = comparisons[label] = compare(answer, truth, (label, oracle), tolerance.judge(answer, truth))
+            one = comparisons[label] = compare(answer, truth, (label, oracle), tolerance.judge(answer, truth), held)
             reach = 1 if (answer.covers, truth.covers) == ("instants", "intervals") else 0
             matches[label] = match_episodes(one, found[oracle], found[label], reach=reach)
     return comparisons, matches

@@ -9,6 +9,7 @@ from cdcore import Detection, Detector
 from replay.comparison.causes import Causes
 from replay.comparison.compare import FaceRecall
 from replay.comparison.contact_duration import ContactDurations
+from replay.comparison.look_phases import Shares
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.outcome import Comparison, Episode, Miss
 from replay.effects.effects_runner import EffectRun
@@ -63,7 +64,9 @@ class Measured:
     matches : label -> its episodes matched one to one with the oracle's.
     face_recall : label -> face pairs found, where it was asked for and both list faces of instants.
     causes : label -> why each of its misses was missed.
-    dwell : how long each contact of the oracle lasted; ``None`` without an oracle.
+    phases : label -> what a detector of a fixed rate misses and invents in the mean over look phases.
+    holdings : when a pair is a hand and what it holds; contacts there are counted apart.
+    dwell : how long each other contact of the oracle lasted; ``None`` without an oracle.
     effects : kind -> what the effect found and took, in running order; empty where the scene declares none.
     treatment : the findings of the doctor, and what the policy did about them.
     flags : which verdicts rest on a pose in doubt.
@@ -80,6 +83,8 @@ class Measured:
     matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)
     face_recall: Mapping[str, FaceRecall] = field(default_factory=dict)
     causes: Mapping[str, Causes] = field(default_factory=dict)
+    phases: Mapping[str, Shares] = field(default_factory=dict)
+    holdings: tuple[Episode, ...] = ()
     dwell: ContactDurations | None = None
     effects: Mapping[str, EffectRun] = field(default_factory=dict)
     treatment: Repair | None = None

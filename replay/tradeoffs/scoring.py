@@ -11,26 +11,32 @@ from replay.base.wilson import share
 from replay.comparison.compare import compare, face_recall
 from replay.comparison.contact_counts import count_contacts, count_reports
 from replay.comparison.episodes import episodes
-from replay.comparison.outcome import Comparison, Episode, Outcome
+from replay.comparison.holding import holdings
+from replay.comparison.outcome import Comparison, Outcome
 from replay.comparison.tolerance import Tolerance
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
 from replay.errors import TradeoffError
 from replay.prepare.assembly import Assembly
+from sessions import Session
 
 
 class Scoring:
     """What an oracle found in a session, and figures of any other detection of it.
 
-    A disagreement about less than ``tau`` metres is *within tolerance*. Raises ``TradeoffError``: the oracle finds no
-    contact, so nothing can be missed.
+    Contacts of a hand with what it holds, as the ``session`` tells, are left out. A disagreement about less than
+    ``tau`` metres is *within tolerance*. Raises ``TradeoffError``: the oracle finds no contact, so none can be missed.
     """
 
-    def __init__(self, assembly: Assembly, spec: DetectorSpec, seed: int, tau: float) -> None:
+    def __init__(
+        self, assembly: Assembly, spec: DetectorSpec, seed: int, tau: float, session: Session | None = None
+    ) -> None:
         self.spec = spec
         self._trusted, self._motion = make_detector(spec, assembly, seed), assembly.motion
         self.truth = self._trusted.detect(assembly.motion)
-        self.contacts: tuple[Episode, ...] = episodes(self.truth)
+        found = episodes(self.truth)
+        self._held = holdings(assembly, session, found)
+        self.contacts = tuple(one for one in found if one not in set(self._held))
         if not self.contacts:
             raise TradeoffError(f"{spec.name} finds no contact in this session: nothing can be missed; take another")
         exact = make_detector(DetectorSpec("faces", "exact"), assembly, seed)
@@ -46,7 +52,8 @@ class Scoring:
 
         Without ``same_faces`` the detection's meshes are not the oracle's, and faces are not compared.
         """
-        comparison = compare(detection, self.truth, within=self._tolerance.judge(detection, self.truth))
+        judge = self._tolerance.judge(detection, self.truth)
+        comparison = compare(detection, self.truth, within=judge, holdings=self._held)
         count = np.bincount(comparison.outcome.ravel(), minlength=len(Outcome))
         both, missed, invented = (int(count[word]) for word in (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED))
         whole = count_contacts(comparison, self.contacts)

@@ -97,7 +97,7 @@ def tradeoff(
         watched = _Watched(watch, steps, time_limit, compiled)
         session = repair_session(decoded_once(session), rules).session
         assembly = assemble(session, pairs=pairs, start=start, end=end)
-        scoring = Scoring(assembly, parse_detector(oracle or TRUSTED), seed, tau)
+        scoring = Scoring(assembly, parse_detector(oracle or TRUSTED), seed, tau, session)
         for setting in (one for one in wanted if not one.tail):
             _try(setting, assembly, scoring, seed, trials, watched)
         for _ in range(1, repeats):

@@ -1,4 +1,4 @@
-"""Timing from outside the detector; an online detector gets one frame after the other, in order."""
+"""Timing from outside the detector: the whole motion at once, and of an online one each frame, one after the other."""
 
 from dataclasses import dataclass
 from math import sqrt
@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore import Detection, Detector, Motion, join
+from cdcore import Detection, Detector, Motion, detect_live
 from replay.base.constants import BUDGET_MS
 from replay.base.wilson import Z95, wilson
 
@@ -25,7 +25,7 @@ OF_FRAMES: Final = (
 class Pass:
     """Wall clock of one pass over a motion, and seconds that this process was at work meanwhile.
 
-    ``frames`` (T,) are seconds of every frame of an online detector; ``None`` of one that sees all at once.
+    ``frames`` (T,) are seconds of every frame, in a pass of its own; ``None`` of one that sees all at once only.
     """
 
     seconds: float
@@ -34,21 +34,14 @@ class Pass:
 
 
 def timed(detector: Detector, motion: Motion, *, faces: bool) -> tuple[Detection, Pass]:
-    """Detect once and measure the time: frame by frame for an online detector, else in one call."""
-    at_work = process_time()
+    """Detect in one call and measure the time; then ask an online detector frame by frame too, without faces."""
+    at_work, began = process_time(), perf_counter()
+    detection = detector.detect(motion, faces=faces)
+    seconds, at_work = perf_counter() - began, process_time() - at_work
     if not detector.online:
-        began = perf_counter()
-        detection = detector.detect(motion, faces=faces)
-        return detection, Pass(perf_counter() - began, None, process_time() - at_work)
-    parts, seconds = [], np.zeros(len(motion))
-    answers = detector.stream(iter([motion.frames(k, k + 1) for k in range(len(motion))]), faces=faces)
-    for frame in range(len(motion)):
-        began = perf_counter()
-        part = next(answers)
-        seconds[frame] = perf_counter() - began
-        parts.append(part)
-    at_work = process_time() - at_work
-    return join(parts), Pass(float(seconds.sum()), seconds, at_work)
+        return detection, Pass(seconds, None, at_work)
+    stages = np.array(list(detect_live(detector, motion).seconds.values()))
+    return detection, Pass(seconds, stages.sum(axis=0), at_work)
 
 
 def figures(passes: list[Pass]) -> dict[str, Any]:

@@ -83,7 +83,7 @@ def _log_lanes(
     writer: RecordingWriter, result: RunResult, order: Sequence[str], moments: Sequence[FocusMoment]
 ) -> None:
     lanes, assembly = overview_lanes(result, order), result.assembly
-    frames, own = np.arange(len(assembly.motion)), ~assembly.held
+    frames = np.arange(len(assembly.motion))
     pair = pair_in_focus(moments, len(frames))
     contact = counts_as_contact(result.detections[result.oracle].verdict)
     names = {column: assembly.pair_name(column) for column in np.unique(pair).tolist()}
@@ -91,14 +91,15 @@ def _log_lanes(
     words = np.array([f"{names[column]}{CONTACT if now else ''}" for column, now in there], dtype=object)
     looks = [(f"{name}{more}", shade) for name in names.values() for more, shade in (("", FAINT), (CONTACT, TRUE))]
     send_lane(writer, lanes.near[0], *word_changes(writer, words), looks)
-    anywhere = np.where(contact[:, own].any(axis=1), "contact", "").astype(object)
+    free = contact & (next(iter(result.comparisons.values())).outcome != Outcome.HELD)
+    anywhere = np.where(free.any(axis=1), "contact", "").astype(object)
     send_lane(writer, lanes.whole[0], *word_changes(writer, anywhere), [("contact", TRUE)])
     for label, near, whole in zip(order, lanes.near[1:], lanes.whole[1:], strict=False):
         outcome = result.comparisons[label].outcome
         log_lane(writer, near, outcome[frames, pair], OUTCOMES)
         worst = np.full(len(frames), "", dtype=object)
         for code in reversed(SHOWN):
-            worst[(outcome[:, own] == code).any(axis=1)] = OUTCOMES[code][0]
+            worst[(outcome == code).any(axis=1)] = OUTCOMES[code][0]
         log_with_numbers(writer, whole, worst, LOOKS, result.misses[label])
 
 

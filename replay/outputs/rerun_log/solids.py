@@ -68,8 +68,8 @@ def solid_states(result: RunResult, label: str, pair: IntArray) -> NDArray[np.ui
     frames = np.arange(len(pair))
     for side in range(2):
         state[frames, assembly.pairs[pair, side]] = SEEN
-    for column in np.flatnonzero(~assembly.held).tolist():
-        for body in assembly.pairs[column].tolist():
+    for column, ends in enumerate(assembly.pairs.tolist()):
+        for body in ends:
             state[outcome[:, column] == Outcome.INVENTED, body] = FALSE
     return state
 

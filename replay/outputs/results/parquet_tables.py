@@ -1,7 +1,7 @@
 """A run as tables: verdict data in float64 and int64, bodies by name, one row per thing that happened."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -13,7 +13,8 @@ from cdcore.numerics import IntArray
 from cdcore.protocol import counts_as_contact
 from replay.base.constants import VERDICT_FRAMES
 from replay.comparison.contact_counts import contact_counts
-from replay.comparison.outcome import Episode, Outcome
+from replay.comparison.holding import within
+from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.effects.output import plain_value
 from replay.metrics.row import METRICS, TASK, metric_rows
 from replay.outputs.results.parquet import columns_of, table_of
@@ -39,9 +40,9 @@ def frame_table(result: RunResult) -> Iterator[pa.Table]:
     A row stands for one pair in one frame that some detector calls contact, candidate, unresolved or invalid. Columns:
     ``frame stamp_ns time body_a body_b held``; per detector ``verdict/<label>``; per audited one ``outcome/<label>``
     and ``miss/<label>`` (number of the miss, null outside); ``work/<label>/<counter>`` where counted per pair-frame;
-    and ``frame_seconds/<label>`` (the whole frame, all pairs) of online detectors. ``flag`` names what was in doubt
-    about a pose of either body (``frozen+gap``; null: nothing); such pair-frames always have a row, except
-    those after a gap, whose poses are not in doubt.
+    and ``frame_seconds/<label>`` (the whole frame, all pairs) where frames were timed. ``flag`` names what was in doubt
+    about a pose of either body (``frozen+gap``; null: nothing); such pair-frames always have a row, except those after
+    a gap, whose poses are not in doubt.
     """
     rows, columns = _happened(result)
     numbers = {label: _miss_numbers(result, label, rows, columns) for label in result.comparisons}
@@ -49,6 +50,17 @@ def frame_table(result: RunResult) -> Iterator[pa.Table]:
         part = slice(start, start + ROWS_PER_PART)
         cut = {label: number[part] for label, number in numbers.items()}
         yield pa.table(_frame_columns(result, rows[part], columns[part], cut))
+
+
+def timing_table(result: RunResult) -> pa.Table:
+    """Seconds of every frame: ``frame stamp_ns time``, and ``seconds/<label>/<stage>`` of detectors timed by frame."""
+    times = result.assembly.motion.times
+    columns: Columns = {"frame": np.arange(len(times)), "stamp_ns": result.assembly.stamp_ns, "time": times}
+    for label, detection in result.detections.items():
+        for stage, value in detection.seconds.items():
+            if isinstance(value, np.ndarray):
+                columns[f"seconds/{label}/{stage}"] = value
+    return pa.table(columns)
 
 
 def episode_table(result: RunResult) -> pa.Table:
@@ -72,7 +84,7 @@ def episode_table(result: RunResult) -> pa.Table:
         )
         for label, number, one in rows
     ]  # fmt: skip
-    heads = _heads(result, [(label, number, one.pair) for label, number, one in rows])
+    heads = _heads(result, rows)
     return pa.table(heads | columns_of(values, EPISODE_COLUMNS))
 
 
@@ -85,10 +97,11 @@ EPISODE_COLUMNS: Final[dict[str, type]] = {
 }  # fmt: skip
 
 
-def _heads(result: RunResult, rows: list[tuple[str, int, int]]) -> Columns:
+def _heads(result: RunResult, rows: Sequence[tuple[str, int, Episode | Miss]]) -> Columns:
     """Detector, number and pair of each row."""
-    pairs = np.array([pair for _, _, pair in rows], dtype=np.int64)
-    return columns_of(rows, {"detector": str, "number": int}) | _pair_columns(result, pairs)
+    asked = np.array([(one.pair, one.first, one.last) for _, _, one in rows], dtype=np.int64).reshape(-1, 3)
+    named = columns_of([(label, number) for label, number, _ in rows], {"detector": str, "number": int})
+    return named | _pair_columns(result, *asked.T)
 
 
 def miss_table(result: RunResult) -> pa.Table:
@@ -104,7 +117,7 @@ def miss_table(result: RunResult) -> pa.Table:
         values.append([*(getattr(miss, name) for name in MISS_COLUMNS), *miss.point, *miss.normal, *touch])
     places = dict.fromkeys([f"{name}_{axis}" for name in ("point", "normal") for axis in "xyz"], float)
     kinds = MISS_COLUMNS | places | {"touch": float, "face_a": int, "face_b": int}
-    heads = _heads(result, [(label, miss.number, miss.pair) for label, miss in rows])
+    heads = _heads(result, [(label, miss.number, miss) for label, miss in rows])
     return pa.table(heads | columns_of(values, kinds))
 
 
@@ -216,7 +229,7 @@ def _frame_columns(result: RunResult, rows: IntArray, columns: IntArray, numbers
         "frame": pa.array(rows),
         "stamp_ns": pa.array(result.assembly.stamp_ns[rows]),
         "time": pa.array(result.assembly.motion.times[rows]),
-        **_pair_columns(result, columns),
+        **_pair_columns(result, columns, rows, rows),
         "flag": _flag_column(result, rows, columns),
     }
     for label, detection in result.detections.items():
@@ -234,13 +247,14 @@ def _frame_columns(result: RunResult, rows: IntArray, columns: IntArray, numbers
     return table
 
 
-def _pair_columns(result: RunResult, pairs: IntArray) -> Columns:
+def _pair_columns(result: RunResult, pairs: IntArray, first: IntArray, last: IntArray) -> Columns:
+    """Columns of stretches of frames, K each; ``held``: a hand and what it holds, or a body and its parent."""
     names = list(result.assembly.names)
     ends = result.assembly.pairs[pairs]
     return {
         "body_a": _words(ends[:, 0], names),
         "body_b": _words(ends[:, 1], names),
-        "held": pa.array(result.assembly.held[pairs]),
+        "held": pa.array(result.assembly.held[pairs] | within(result.holdings, pairs, first, last)),
     }
 
 

@@ -76,11 +76,11 @@ def test_names_of_pairs_are_whole_in_a_terminal_of_80_columns():
 def test_the_answers_and_their_price_come_before_any_table():
     two = "slow=discrete[rate_hz=20],slower=discrete[rate_hz=10]"
     lines = text(compute(cubes(PLACES), detectors=two), width=200).splitlines()
-    assert "missed by slow," in lines[1] and "missed by slower" in lines[2]
-    assert lines[3].startswith(" slow invents ") and lines[4].startswith(" slower invents ")
-    assert lines[5].startswith(" slow looks 20 times a second, at this run's phase.")
-    after = next(k for k, line in enumerate(lines) if k > 5 and "this phase" not in line and "phases" not in line)
-    assert lines[after].startswith(" Every contact counted here was found by exact in")
+    assert lines[1].startswith(" slower: misses ")
+    ranked = [line.split()[0] for line in lines[2:9] if line.startswith(("slow", "exact"))]
+    assert ranked == ["slower", "slow", "exact"]
+    phased = [k for k, line in enumerate(lines) if " times a second. At this run's phase" in line]
+    assert len(phased) == 2 and lines[phased[1] + 1].startswith(" Every contact counted here was found by exact in")
 
 
 def test_a_miss_that_no_frame_shows_says_so_and_when_they_touch():
@@ -102,7 +102,7 @@ def test_counts_and_intervals_are_shown():
     places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
     found = audit([cubes(places), cubes(places)], detectors="slow=discrete[rate_hz=20],sphere")
     console = Console(width=150, record=True, file=StringIO())
-    console.print(audit_tables(found.summary))
+    console.print(terminal(*audit_tables(found.results, found.summary)))
     text = console.export_text()
     assert "50 % [15, 85]" in text and "not asked" in text and "not examined" in text
     rows = [line.split() for line in text.splitlines()]
@@ -144,7 +144,7 @@ def test_three_detectors_with_long_names_fit_into_80_columns_whole():
     found = audit(
         [cubes(places)], detectors="collider-capsule=discrete[rate_hz=20],collider-hull=sphere,recorded=hybrid"
     )
-    text = printed(audit_tables(found.summary), 80)
+    text = printed(terminal(*audit_tables(found.results, found.summary)), 80)
     assert "…" not in text and "collider-capsule" in text
     rows = [line.split("  ") for line in text.splitlines() if line.strip().startswith(("invented ", "begin late"))]
     assert len(rows) == 3 and all(len([cell for cell in row if cell.strip()]) >= 3 for row in rows)

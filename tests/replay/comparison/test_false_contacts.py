@@ -10,10 +10,10 @@ from replay.comparison.false_contacts import HELD, SOLIDS, UNEXPLAINED, false_co
 from replay.comparison.outcome import Comparison, Outcome
 from replay.prepare.assembly import Assembly
 
-N, B, M, F = (int(one) for one in (Outcome.NEITHER, Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED))
+N, B, M, F, H = map(int, (Outcome.NEITHER, Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.HELD))
 
 
-def world(outcomes, gaps=None, held=False):
+def world(outcomes, gaps=None):
     """Two cubes of 2 m, apart by ``gaps`` metres frame by frame, and what was said of them."""
     frames = len(outcomes)
     places = np.zeros((frames, 2, 3))
@@ -22,7 +22,7 @@ def world(outcomes, gaps=None, held=False):
     times = np.arange(frames) * 0.01
     motion = Motion(times, places, np.broadcast_to(np.eye(3), (frames, 2, 3, 3)), np.ones((frames, 2), bool))
     stamps, origin = np.arange(frames) * 10_000_000, np.zeros((frames, 2), np.uint8)
-    assembly = Assembly(bodies, motion, np.array([[0, 1]]), np.array([held]), stamps, origin)
+    assembly = Assembly(bodies, motion, np.array([[0, 1]]), np.array([False]), stamps, origin)
     return assembly, Comparison("it", "truth", np.array(outcomes, dtype=np.uint8)[:, None])
 
 
@@ -47,7 +47,7 @@ def test_a_stretch_is_shown_where_the_meshes_are_farthest_apart():
 
 def test_numbers_go_by_time_and_what_a_hand_holds_has_none():
     assert [(one.number, one.first) for one in false_contacts(*world([F, N, F, F]))] == [(1, 0), (2, 2)]
-    assert false_contacts(*world([F, F], held=True)) == ()
+    assert false_contacts(*world([H, H])) == ()
 
 
 def test_of_too_many_the_longest_are_measured(monkeypatch):

@@ -11,6 +11,7 @@ from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
 from replay.guide.pages import page
 from replay.outputs.run_tables import (
+    LATE,
     contact_table,
     cost_table,
     finding_table,
@@ -18,11 +19,13 @@ from replay.outputs.run_tables import (
     miss_table,
     pair_frame_table,
     pair_table,
+    stage_table,
 )
 from replay.outputs.tables import Marked
 from replay.outputs.tradeoff_table import HEAD, quickest_first, tradeoff_table
 from replay.outputs.words import CONTACT_WORDS
 from replay.pipeline.engine import compute
+from replay.pipeline.summary import look_figures
 from sessions import Finding, MeshData, Severity
 
 
@@ -71,8 +74,38 @@ def test_a_first_touch_that_is_not_known_to_a_microsecond_says_how_well_it_is():
     assert column(miss_table("missed", [vague]), "at s") == [Marked(moment, "", "within 8.9 microseconds")]
 
 
-def test_the_oracle_is_named_in_the_table_of_times(run):
-    assert {row[1] for row in cost_table(run).rows} == {"oracle", "frame by frame"}
+@pytest.mark.parametrize(
+    ("detectors", "offline", "ways", "notes"),
+    [
+        ("hybrid,slow=discrete[rate_hz=20]", False, ["live", "live", "oracle"], ()),
+        ("hybrid", True, ["offline", "oracle"], ()),
+        (
+            "hybrid,a=continuous,b=continuous", False, ["live", "offline", "offline", "oracle"],
+            ("a cannot be asked live", "b cannot be asked live"),
+        ),
+    ],
+)  # fmt: skip
+def test_the_table_of_times_says_how_each_was_asked_and_who_cannot_be_asked_live(detectors, offline, ways, notes):
+    asked = compute(jumping(), detectors=detectors, offline=offline)
+    assert column(cost_table(asked), "how") == ways and cost_table(asked).notes == notes
+    timed = [label for label, made in asked.detections.items() if isinstance(made.seconds.get("rest"), np.ndarray)]
+    assert timed == [label for label, way in zip(asked.detections, ways, strict=True) if way == "live"]
+    assert [row[0] for row in stage_table(asked).rows] == [
+        name for name in timed for _ in asked.detections[name].seconds
+    ]
+
+
+def test_quantiles_are_over_looks_and_the_share_over_the_budget_is_over_frames(run):
+    seconds = {"volumes": np.array([0.02, 0.0, 0.0, 0.0, 0.01] + [0.0] * 7), "rest": np.full(12, 0.002)}
+    slow = replace(run.detections["slow"], seconds=seconds)
+    figures = look_figures(slow)
+    assert figures["looks"] == 2 and figures["over_budget"] == pytest.approx(2 / 12)
+    assert [figures[key] for key in ("median", "max")] == pytest.approx([0.017, 0.022])
+    assert figures["stages"]["volumes"]["max"] == 0.02
+    was = run.summary["detectors"]["slow"]
+    told = {"slow": {**was, "seconds": was["seconds"] | {"per_frame": figures}}}
+    (row,) = cost_table(replace(run, summary={**run.summary, "detectors": told})).only("median ms", LATE).rows
+    assert row == ("17.000", "17 %")
 
 
 def test_a_code_is_explained_at_its_first_finding_only():

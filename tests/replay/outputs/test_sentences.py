@@ -15,6 +15,7 @@ from support.page_cells import Cells
 from support.sentences import unsaid
 from support.small_worlds import cubes, jumping
 
+from replay.comparison.outcome import Episode, Outcome
 from replay.outputs import moments, run_tables, tradeoff_table, words
 from replay.outputs.report import audit_parts, charts, page, tables, tradeoff
 from replay.outputs.report.markup import Markup
@@ -223,11 +224,20 @@ def test_what_it_costs_to_be_right_compares_only_what_was_timed_frame_by_frame(p
 
 def test_a_pair_without_a_fault_of_its_own_says_what_each_detector_made_of_it():
     result = run("false at both ends")
-    held = replace(result, assembly=replace(result.assembly, held=np.array([True])))
-    (one,) = moments.key_moments(held, moments.false_of(held))
+    (one,) = moments.key_moments(all_held(result), {"it": ()})
     assert one.said.splitlines()[0] == "#### a-b, in the whole session"
-    assert "- it: 0 frames missed, 3 invented" in one.said
-    assert one.said.endswith("A hand holds it: its faults are counted apart.")
+    assert one.said.endswith("- it: 0 frames missed, 0 invented, 6 held and counted apart")
+    outcome = np.full_like(result.comparisons["it"].outcome, Outcome.BOTH)
+    calm = replace(result, comparisons={"it": replace(result.comparisons["it"], outcome=outcome)})
+    (one,) = moments.key_moments(calm, {"it": ()})
+    assert one.said.endswith("- it: 0 frames missed, 0 invented")
+
+
+def all_held(result):
+    """As if the one pair were a hand and what it holds."""
+    outcome = result.comparisons["it"].outcome
+    held = np.where(outcome == Outcome.NEITHER, outcome, np.uint8(Outcome.HELD))
+    return replace(result, comparisons={"it": replace(result.comparisons["it"], outcome=held)})
 
 
 SCENE = Scene(
@@ -310,20 +320,21 @@ def everything(monkeypatch):
         monkeypatch.setattr(module, name, most)
     yield from (report_html(flickering()), report_html(run("more than a list holds")))
     between = compute(jumping(), detectors="it=exact", oracle="continuous")
+    yield report_html(compute(jumping(), detectors="continuous"))
     yield from (report_html(between), picture_words(between))
     yield from (picture_words(run("undecided")), picture_words(run("several")))
     monkeypatch.setattr(charts, "MOST_LANES", 0)
     several = run("several")
     span = SimpleNamespace(kind="lost", body="a", action="drop", samples=1, dropped=1, held=0, interpolated=0)
     bad = SimpleNamespace(findings=(Finding("frozen", Severity.WARNING, "it stood"),), spans=(span,))
-    held = np.array([True])
-    left = replace(several.assembly, proxies=("a",), left_out=("c",), held=held, notes=("made up",))
+    left = replace(several.assembly, proxies=("a",), left_out=("c",), notes=("made up",))
     session = several.summary["session"] | {"dropped_frames": {"lost": 2}}
     flagged = {"it": {"CONTACT": 2}}
     filled = several.summary | {"session": session, "flagged_verdicts": flagged}
     rows = (tried("a", 0.5, 0.1), tried("b", 5.0, 0.0))
     done = Tradeoff(rows, ("a", "b"), (), tuple(advice_of(rows)), ("c",), ABOUT)
-    full = replace(several, treatment=bad, assembly=left, summary=filled, tradeoff=done)
+    in_hand = (Episode(0, 0, 1, 0.0, 0.01),)
+    full = replace(several, holdings=in_hand, treatment=bad, assembly=left, summary=filled, tradeoff=done)
     yield from (report_html(full), notes.report_text(full), findings.finding_list(full), curve.advice_text(done))
     writer = MagicMock()
     curve.log_tradeoff(writer, done)
@@ -336,9 +347,15 @@ def everything(monkeypatch):
     yield from (notes.ranking_text(ranked, moments.false_of(ranked)), *moments.TO_DO.values())
     yield str(run_tables.ranking_table(ranked.summary))
     ends = run("false at both ends")
-    for one in (ends, replace(ends, assembly=replace(ends.assembly, held=held))):
+    for one in (ends, all_held(ends)):
         yield from (f"{at.words} {at.said}" for at in moments.key_moments(one, moments.false_of(one)))
     yield report_html(replace(several, treatment=None))
+    pair = Scene(bodies=(SceneBody("a", group="g", tags=("hand",)), SceneBody("b", group="g"), SceneBody("c")))
+    places = {"a": [0.0] * 6, "b": [0.9, 3.0, 0.9, 0.9, 3.0, 0.9], "c": [3.0, -0.9, 3.0, -0.9, 3.0, 3.0]}
+    rated = compute(
+        cubes(places, scene=pair), detectors="it=discrete[rate_hz=50],more=sphere", pairs=[("a", "b"), ("a", "c")]
+    )
+    yield from (report_html(rated), notes.report_text(rated))
     calm = compute(cubes({"a": [0.0] * 2, "b": [3.0, 3.1]}, scene=replace(SCENE, effects=(NEAR,))), detectors=())
     yield from (report_html(calm), notes.report_text(calm))
     yield report_html(compute(several.session, detectors="exact,sphere", oracle="none"))

@@ -6,9 +6,11 @@ import pytest
 from support.sentences import unsaid
 from support.small_worlds import verdict_column
 
+from replay.base.wilson import share
 from replay.comparison.compare import compare
 from replay.comparison.episodes import episodes
 from replay.comparison.misses import stretches
+from replay.comparison.outcome import Episode
 from replay.errors import AuditError
 from replay.outputs.report.tables import trust
 from replay.pipeline import gates, headline
@@ -80,12 +82,13 @@ def audited(oracle, subject):
     found = {label: episodes(one) for label, one in detections.items()}
     run = SimpleNamespace(
         oracle="exact", detections=detections, comparisons={"it": comparison}, episodes=found, face_recall={},
-        misses={"it": stretches(comparison, found["exact"])}, causes={}, matches={}, treatment=None,
+        misses={"it": stretches(comparison, found["exact"])}, causes={}, matches={}, treatment=None, holdings=(),
+        phases={},
     )  # fmt: skip
-    took = {"name": "x", "online": True, "faces_asked": False, "seconds": {"per_frame_mean": 1e-3}}
+    took = {"name": "x", "live": True, "faces_asked": False, "seconds": {"per_frame_mean": 1e-3}}
     run.summary = {
         "audit": {"it": score(run, "it")}, "session": {"origin": "s.mcap"},
-        "detectors": {"exact": {**took, "online": False, "faces_asked": True}, "it": took},
+        "detectors": {"exact": {**took, "live": False, "faces_asked": True}, "it": took},
     }  # fmt: skip
     return run
 
@@ -187,8 +190,17 @@ def test_no_template_is_untested():
     everything += [line for rows, _ in ADVICE.values() for line in advice_of(rows)]
     everything += doubted(*(Finding("unit-suspect", Severity.WARNING, "far", "a") for _ in "ab"))
     two = [row("a", 0.5, 0.1, online=True, p99_ms=0.6), row("b", 0.6, 0.0, online=True, p99_ms=2.0)]
-    rated = SimpleNamespace(contacts=("one",), missed=lambda rate: (1, 0.5))
-    slow.summary["detectors"]["it"]["settings"], slow.dwell = {"rate_hz": 5.0}, SimpleNamespace(rates=rated)
+    slow.summary["detectors"]["it"]["settings"] = {"rate_hz": 5.0}
+    slow.phases, slow.holdings = {"it": {"contacts_missed": share(8, 16)}}, (Episode(0, 0, 2, 0.0, 0.2),)
     everything += headline.phases(slow)
+    slow.comparisons = {"it": compare(*slow.detections.values(), holdings=slow.holdings)}
+    everything += headline.held(slow)
+    apart = {**slow.summary["audit"]["it"], "held": {"contacts": 1}, "missed": share(1, 1), "contacts_missed": 1}
+    everything += LIMITS.broken({"it": apart}, [])
+    slow.comparisons["other"] = slow.comparisons["it"]
+    slow.summary["oracle"], slow.summary["detectors"]["exact"]["contacts"] = "exact", 1
+    slow.summary["audit"]["other"], slow.summary["detectors"]["other"] = apart, slow.summary["detectors"]["exact"]
+    slow.summary["detectors"]["it"]["contacts"] = 1
+    everything += headline.headlines(slow)
     text = "\n".join([*everything, *advice_of(two), str(refused.value)])
     assert unsaid(text, headline, gates, pareto) == []

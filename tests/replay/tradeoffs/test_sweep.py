@@ -106,15 +106,16 @@ def test_faces_cost_time_and_find_the_same_contacts(bumped):
     assert faces["work"]["face_pairs"] > booleans["work"]["face_pairs"] == 0
 
 
-def test_offline_ones_are_one_mark_in_seconds_per_session_minute_and_online_ones_have_quantiles(bumped):
-    done = tradeoff(bumped, settings=LIST, repeats=2)
+def test_all_have_seconds_per_session_minute_and_those_that_can_be_asked_live_have_quantiles(bumped):
+    never = Setting("continuous", "as it comes", "")
+    done = tradeoff(bumped, settings=[*LIST, never], repeats=2)
     minutes = done.about["seconds"] / 60
     for row in done.rows:
         assert row["seconds_per_minute"] == pytest.approx(row["seconds"] / minutes)
         assert row["ms_per_frame"] == pytest.approx(1e3 * row["seconds"] / done.about["frames"])
         quantiles = [row[f"p{level}_ms"] for level in (50, 95, 99)]
         told = None not in quantiles and row["over_share"] is not None
-        assert row["work"] and row["online"] == (row["detector"] == "discrete") == told
+        assert row["work"] and row["online"] == (row["detector"] != "continuous") == told
         assert not row["online"] or quantiles == sorted(quantiles)
     assert done.about["machine"]["processor"] == processor() and done.about["processor_share"] > 0
 

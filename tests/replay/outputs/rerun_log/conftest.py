@@ -13,6 +13,7 @@ from cdcore import Body, Motion, TriangleMesh, create_detector
 from replay.comparison.compare import compare
 from replay.comparison.episodes import episodes
 from replay.comparison.evidence import Evidence
+from replay.comparison.holding import holdings
 from replay.comparison.misses import misses, stretches
 from replay.outputs.rerun_log.recording import write_recording
 from replay.pipeline.engine import compute
@@ -93,15 +94,16 @@ def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
         return oracle.detect(motion, faces=True)
 
     detections = {ORACLE: faces_of(assembly.motion), label: subject.detect(assembly.motion, faces=True)}
-    comparison = compare(detections[label], detections[ORACLE], (label, ORACLE))
     found = {one: episodes(detection) for one, detection in detections.items()}
+    held = holdings(assembly, None, found[ORACLE])
+    comparison = compare(detections[label], detections[ORACLE], (label, ORACLE), holdings=held)
     places = stretches(comparison, found[ORACLE])
     evidence = Evidence(assembly, faces_of, [(one.pair, one.first, one.last) for one in places])
     names = [(assembly.bodies[i].name, assembly.bodies[j].name) for i, j in assembly.pairs.tolist()]
     result = RunResult(
         session=session, assembly=assembly, detections=detections, oracle=ORACLE, comparisons={label: comparison},
         episodes=found, misses={label: misses(places, names, assembly.motion.times, evidence)},
-        detectors={label: subject},
+        detectors={label: subject}, holdings=held,
     )  # fmt: skip
     return replace(result, summary=figures(result))
 
@@ -113,7 +115,7 @@ def figures(result):
         looks = look_seconds(detection)
         frame = {} if looks is None else {"per_frame": {"p99": float(np.quantile(looks, 0.99))}}
         made[label] = {
-            "name": label, "contacts": len(result.episodes[label]), "online": bool(frame), "faces_asked": True,
+            "name": label, "contacts": len(result.episodes[label]), "live": bool(frame), "faces_asked": True,
             "seconds": {"per_frame_mean": 1e-4, **frame},
         }  # fmt: skip
     return {

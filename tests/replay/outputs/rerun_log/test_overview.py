@@ -13,6 +13,7 @@ from replay.outputs.palette import OUTCOMES
 from replay.outputs.rerun_log.overview import LANES, overview_lanes, read_moments
 from replay.outputs.rerun_log.report import ranking_text
 from replay.outputs.rerun_log.viewer import _target
+from replay.pipeline.ranking import fault_words, ranking
 
 SUBJECT = "22.5Hz"
 
@@ -56,7 +57,7 @@ def test_at_every_frame_a_lane_says_what_the_detector_made_of_the_pair_in_focus(
 
 
 def test_the_lane_of_all_pairs_shows_the_worst_and_numbers_stand_over_misses(demo, read, stamps):
-    own = demo.comparisons[SUBJECT].outcome[:, ~demo.assembly.held]
+    own = demo.comparisons[SUBJECT].outcome
     seen = states(read, f"focus/all/2_{SUBJECT}", stamps)
     numbers = {str(one.number) for one in demo.misses[SUBJECT]}
     for frame, word in enumerate(seen):
@@ -93,7 +94,7 @@ def test_a_flag_stands_while_a_fault_in_focus_lasts_and_carries_its_number(momen
 def test_the_ranking_stands_at_all_times(demo, read):
     ((at, _, (text,)),) = read.column("ranking", "TextDocument:text")
     assert at is None and text == ranking_text(demo, false_of(demo))
-    assert text.startswith(f"## {SUBJECT}: misses ")
+    assert text.startswith(f"## {SUBJECT}: {fault_words(ranking(demo.summary)[0]).split(';')[0]}\n")
 
 
 def test_a_screen_has_four_lanes_at_most_the_worst_detectors_first(demo):
@@ -103,13 +104,15 @@ def test_a_screen_has_four_lanes_at_most_the_worst_detectors_first(demo):
 
 
 def test_the_larger_fault_of_the_worst_leads(demo, moments, recording, stamps):
-    longest = max(demo.misses[SUBJECT], key=lambda one: one.cut_length)
+    longest = max(false_of(demo)[SUBJECT], key=lambda one: one.frames)
     lead = moments[leading(demo, moments)]
-    assert (lead.outcome, lead.number) == (Outcome.MISSED, longest.number)
-    audit = {SUBJECT: demo.summary["audit"][SUBJECT] | {"contacts_missed": 0}}
-    other = moments[leading(replace(demo, summary=demo.summary | {"audit": audit}), moments)]
-    assert other.outcome == Outcome.INVENTED
+    assert lead.outcome == Outcome.INVENTED and lead.last - lead.first + 1 == longest.frames
     assert _target(recording, None, None, "") == int(stamps[lead.frame]) + lead.later
+    figures = demo.summary["audit"][SUBJECT]
+    audit = {SUBJECT: figures | {"contacts_missed": figures["contacts"]}}
+    other = moments[leading(replace(demo, summary=demo.summary | {"audit": audit}), moments)]
+    deepest = max(demo.misses[SUBJECT], key=lambda one: one.cut_length)
+    assert (other.outcome, other.number) == (Outcome.MISSED, deepest.number)
 
 
 def test_a_number_leads_to_its_moment_and_a_wrong_one_is_one_sentence(moments, recording, stamps):
