@@ -75,7 +75,7 @@ def line_up(detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
         if not specs:
             return Lineup((), "")
     if oracle == NO_ORACLE:
-        return Lineup(specs, "")
+        return Lineup(specs, "", frozenset(one.label for one in specs))
     trusted = parse_detector(oracle if oracle is not None else next(name for name in ORACLES if name in there))
     return _with_oracle(specs, trusted)
 
@@ -84,12 +84,13 @@ def _with_oracle(specs: tuple[DetectorSpec, ...], trusted: DetectorSpec) -> Line
     for spec in specs:
         by_label = spec.label == trusted.name and not trusted.settings
         if by_label or (spec.name, dict(spec.settings)) == (trusted.name, dict(trusted.settings)):
-            return Lineup(specs, spec.label)
+            # Beside others it is timed as they are; alone there is nothing to compare its time with.
+            return Lineup(specs, spec.label, frozenset(one.label for one in specs) if len(specs) > 1 else frozenset())
     if trusted.label in {spec.label for spec in specs}:
         raise DetectorSpecError(
             f"the oracle and a detector are both called {trusted.label!r}; write oracle=... with a label"
         )
-    return Lineup((*specs, trusted), trusted.label)
+    return Lineup((*specs, trusted), trusted.label, frozenset(one.label for one in specs))
 
 
 def compute(
@@ -158,15 +159,14 @@ def compute(
 def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None, *, live: bool) -> Lineup:
     """The detectors to run: those asked for, else the usual ones if the plan needs contacts, and those effects name.
 
-    Live are those that are audited; the oracle, and whom only effects ask, always see the whole motion.
+    Live are those asked for; an oracle that is not among them, and whom only effects ask, see the whole motion.
     """
     if detectors is None and not planned.detection:
         return Lineup((), "")
     lineup = line_up(detectors, oracle)
     there = {spec.name for spec in lineup.specs} | ({TRUSTED} if lineup.specs else set())
     more = [DetectorSpec(name, name) for name in planned.detectors if name not in there]
-    audited = frozenset(spec.label for spec in lineup.specs if live) - {lineup.oracle}
-    return Lineup((*lineup.specs, *more), lineup.oracle, audited)
+    return Lineup((*lineup.specs, *more), lineup.oracle, lineup.live if live else frozenset())
 
 
 def _wanted(planned: Plan, asked: Pairs | None, session: Session, looking: bool) -> Pairs | None:

@@ -102,11 +102,11 @@ def held(result: RunResult) -> list[str]:
     lines = []
     for label in result.comparisons:
         apart = held_counts(result, label)
-        if any(apart.values()):
-            lines.append(
-                f"Counted apart, a hand with what it holds: {label} misses {apart['contacts_missed']} of "
-                f"{apart['contacts']} such contacts and reports {apart['invented']:,} pair-frames of false contact."
-            )
+        missed = f"misses {apart['contacts_missed']} of {apart['contacts']} contacts" if apart["contacts"] else ""
+        false = f"reports {apart['invented']:,} pair-frames of false contact" if apart["invented"] else ""
+        if missed or false:
+            words = " and ".join(one for one in (missed, false) if one)
+            lines.append(f"Counted apart, of a hand with what it holds, {label} {words}.")
     return lines
 
 

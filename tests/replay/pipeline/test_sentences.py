@@ -191,10 +191,13 @@ def test_no_template_is_untested():
     everything += doubted(*(Finding("unit-suspect", Severity.WARNING, "far", "a") for _ in "ab"))
     two = [row("a", 0.5, 0.1, online=True, p99_ms=0.6), row("b", 0.6, 0.0, online=True, p99_ms=2.0)]
     slow.summary["detectors"]["it"]["settings"] = {"rate_hz": 5.0}
-    slow.phases, slow.holdings = {"it": {"contacts_missed": share(8, 16)}}, (Episode(0, 0, 2, 0.0, 0.2),)
+    slow.phases = {"it": {"contacts_missed": share(8, 16)}}
     everything += headline.phases(slow)
-    slow.comparisons = {"it": compare(*slow.detections.values(), holdings=slow.holdings)}
-    everything += headline.held(slow)
+    grip = audited(".C.", "CC.")
+    grip.holdings = (Episode(0, 0, 2, 0.0, 0.2), *grip.episodes["exact"])
+    oracle, subject = grip.detections.values()
+    grip.comparisons = {"it": compare(subject, oracle, holdings=grip.holdings)}
+    everything += headline.held(grip)
     apart = {**slow.summary["audit"]["it"], "held": {"contacts": 1}, "missed": share(1, 1), "contacts_missed": 1}
     everything += LIMITS.broken({"it": apart}, [])
     slow.comparisons["other"] = slow.comparisons["it"]
