@@ -48,6 +48,7 @@ from replay.outputs.rerun_log.tradeoff import log_tradeoff
 from replay.outputs.rerun_log.world import log_touches, log_world
 from replay.outputs.watched_run import WatchedRun, watched_runs
 from replay.pipeline.headline import contact_words, headline
+from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 
 APPLICATION: Final = "vrlab-replay"
@@ -195,7 +196,7 @@ def _layout(
     end = max([last, *(end / 1e9 for _, _, end in boxes)])
     lanes = overview_lanes(result, worst_first(result)) if moments else None
     solids = [solid_path(body, label) for label in with_solids(result) for body in result.assembly.names]
-    leads = len(subjects) > 1
+    leads = bool(moments) and (len(subjects) > 1 or ranking(result.summary)[0].leads_false)
     return BlueprintInput(
         result, subjects, _eye(result), costs, bool(_spoken_of(result)), start, end, watched, lanes, leads, solids
     )

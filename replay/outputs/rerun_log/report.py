@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 import rerun as rr
 
 from replay.base.constants import CAVEAT, HEADSET_HZ
+from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.clusters import MANY, Cluster, clusters, seen_and_between
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.misses import NEVER_FOUND
@@ -19,7 +21,7 @@ from replay.outputs.rerun_log.columns import RecordingWriter, packed
 from replay.outputs.rerun_log.focus import Focus, moments
 from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.run_tables import cluster_table, miss_table, ranking_table
-from replay.outputs.tables import table
+from replay.outputs.tables import table, text_of
 from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted, depth_words
 from replay.pipeline.gates import figure
 from replay.pipeline.headline import beside, doubts, headlines, price
@@ -75,6 +77,9 @@ def ranking_text(result: RunResult, false: Mapping[str, Sequence[FalseContact]])
     ranks = ranking(result.summary)
     told = [*(to_do(result, one.label, false[one.label]) for one in ranks[:-1]), "trusted here"]
     made = ranking_table(result.summary).beside("what to do", told).only(*RANK_COLUMNS)
+    # Page and terminal have room for intervals; here they would push out what to do.
+    plain = [tuple(text_of(cell).partition(" [")[0] for cell in row[:-1]) + row[-1:] for row in made.rows]
+    made = replace(made, rows=tuple(plain), notes=tuple(one for one in made.notes if one != OVER_CONTACTS))
     about = "*missed*: never reported. *in part*: late, early, or with gaps. *false*: share of the contact it reports."
     held = [f"A hand and what it holds are counted apart: {words}." for words in _held_words(ranks)]
     title = f"## {ranks[0].label}: {fault_words(ranks[0]).partition(';')[0]}"
@@ -89,7 +94,7 @@ def cost_to_be_right(result: RunResult) -> list[str]:
         return price(result)
     own, other = (f"{1e3 * one.p99:.2g} ms" for one in (trusted, worst) if one.p99 is not None)
     share = f"{figure(100 * trusted.of_frame)} % of a {HEADSET_HZ:g} Hz frame"
-    return [f"**To be right costs** {own} ({share}): so long {trusted.label} takes at p99, {worst.label} {other}."]
+    return [f"**Being right costs** {own} ({share}), p99 of {trusted.label}; {worst.label} takes {other}."]
 
 
 def _held_words(ranks: Sequence[Rank]) -> list[str]:

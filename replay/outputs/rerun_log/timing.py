@@ -126,8 +126,8 @@ def timing_view(costs: Mapping[str, Cost], whole: rrb.TimeAxis, *, short: bool =
     high = min(slowest, CUT * max((float(np.percentile(one, 99.9)) for one in timed), default=0.0))
     budget = ["timing/budget"] if high > BUDGET_SHOWN * BUDGET_MS else []
     top = 1.15 * max(high, BUDGET_MS if budget else 0.0)
-    cut = ", cut off" if slowest > top else ""
-    worst = f"worst {slowest:.2f}{cut}: {slowest / BUDGET_MS:.0%} of a frame at {HEADSET_HZ:g} Hz ({BUDGET_MS:.1f} ms)"
+    worst = f"worst {slowest:.2f}{', cut off' if slowest > top else ''}: {slowest / BUDGET_MS:.0%} of a "
+    worst += f"{HEADSET_HZ:g} Hz frame" if short else f"frame at {HEADSET_HZ:g} Hz ({BUDGET_MS:.1f} ms)"
     totals = {label: stage_path(label, TOTAL) for label in costs}
     more: dict[str, Any] = {"axis_y": rrb.ScalarAxis(range=(0.0, top))}
     if short:

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
 from replay.outputs.camera import Eye
@@ -13,6 +14,7 @@ from replay.outputs.rerun_log import blueprint
 from replay.outputs.rerun_log.blueprint import LANES_IN_VIEW, Subject, lanes_in_view
 from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.recording import write_recording
+from replay.outputs.rerun_log.timing import cost_of, timing_view
 
 
 class BlueprintInput:
@@ -124,11 +126,21 @@ def test_the_budget_line_is_drawn_where_it_does_not_press_the_curves_down(demo, 
     slow = demo.detections["22.5Hz"]
     timed = replace(slow, seconds={"meshes": np.full(270, share / 90.0)})
     write_recording(replace(demo, detections={**demo.detections, "22.5Hz": timed}), tmp_path / "run.rrd")
-    name, query = next(
-        item for item in BlueprintInput(tmp_path / "run.rrd").views().items() if item[0].startswith("Time per")
-    )
-    assert ("/timing/budget" in query) == drawn
-    assert f"{share:.0%} of a frame at 90 Hz" in name
+    views = BlueprintInput(tmp_path / "run.rrd").views().items()
+    views = [(name, query) for name, query in views if name.startswith("Time per frame,")]
+    assert len(views) == 2
+    for name, query in views:
+        assert ("/timing/budget" in query) == drawn
+        assert f"worst {share * 1e3 / 90:.2f}: {share:.0%} of a " in name and "90 Hz" in name
+
+
+def test_one_look_that_the_machine_held_up_is_cut_off_and_the_title_says_so(demo, tmp_path):
+    slow = demo.detections["22.5Hz"]
+    seconds = np.full(2000, 0.001)
+    seconds[7] = 0.05
+    costs = {"it": cost_of(replace(slow, seconds={"meshes": seconds}))}
+    view = timing_view(costs, rrb.TimeAxis(), short=True)
+    assert "worst 50.00, cut off: 450% of a 90 Hz frame" in view.name
 
 
 def test_hundreds_of_misses_are_listed_by_clusters_first_and_each_in_a_tab_beside(hundreds, layout):
