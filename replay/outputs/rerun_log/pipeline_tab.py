@@ -8,7 +8,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from replay.outputs.materials import albedo, tags_of
-from replay.outputs.rerun_log.pipeline import budget_words, pipeline_path, sphere_path
+from replay.outputs.rerun_log.pipeline import budget_words, near_path, pipeline_path, sphere_path
 from replay.outputs.rerun_log.pipeline_frame import WIDTH
 from replay.outputs.rerun_log.views import PLAIN, plot, spatial, text_list
 from replay.outputs.rerun_log.world import body_path
@@ -36,7 +36,8 @@ def pipeline_tab(result: RunResult, run: WatchedRun, eye: rrb.EyeControls3D, who
     tracked = pipeline_path(run.label, "near", "eye")
     if run.moments:
         eye = rrb.EyeControls3D(tracking_entity=f"/{tracked}")
-    near = spatial(f"Near: {legend}", [*meshes, *spheres, f"/{tracked}"], eye)
+    pairs_near = f"/{near_path(run.label)}/**"
+    near = spatial(f"Near: {legend}", [*meshes, *spheres, pairs_near, f"/{tracked}"], eye)
     start, end = (rr.TimeRangeBoundary.cursor_relative(seconds=sign * AROUND) for sign in (-1, 1))
     around = rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
     pairs = int(max(run.counts[ALL], default=0))
@@ -44,7 +45,8 @@ def pipeline_tab(result: RunResult, run: WatchedRun, eye: rrb.EyeControls3D, who
     counts = plot(around, f"/{pipeline_path(run.label, 'pairs')}", left)
     added = f"Time per frame by stage, ms, added up    {budget_words(run)}"
     times = plot(whole, f"/{pipeline_path(run.label, 'time')}", added)
-    top, bottom = [near, _frame(run)], [counts, times]
+    work = plot(whole, f"/{pipeline_path(run.label, 'work')}", "Work of the search, per frame")
+    top, bottom = [near, _frame(run)], [counts, rrb.Tabs(times, work, active_tab=0)]
     if run.moments:
         top.insert(1, _search(result, run, meshes))
         bottom.append(text_list(pipeline_path(run.label, "moments"), "Frames that matter: click the time"))

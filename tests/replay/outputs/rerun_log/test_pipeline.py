@@ -113,6 +113,31 @@ def test_more_pheromone_is_more_yellow_and_local_search_is_pale(watched):
     assert shades[yellow] == packed([(253, 231, 37, 255)])[0]
 
 
+def test_each_pair_whose_spheres_meet_is_a_line_of_its_own_in_the_frames_that_matter(run, watched, read):
+    assembly = run.assembly
+    for moment in watched.moments:
+        for column, ends in enumerate(assembly.pairs[:2].tolist()):
+            path = f"pipeline/{LABEL}/near/pairs/{assembly.pair_name(column)}"
+            strips = read.at(path, "LineStrips3D:strips", moment.frame)
+            meets = overlaps(assembly, column)[moment.frame] and assembly.motion.valid[moment.frame, ends].all()
+            assert len(strips) == int(meets)
+            if meets:
+                turns, moves = assembly.motion.rotations[moment.frame], assembly.motion.translations[moment.frame]
+                balls = [turns[body] @ sphere_best(assembly.bodies[body].mesh).centre + moves[body] for body in ends]
+                assert np.allclose(strips[0], balls, atol=1e-6)
+            if column == moment.pair and moment.kind != NEAR:
+                colour = packed([{CONTACT: SERIES[2], LOST: MISSED}[moment.kind]])
+                assert read.at(path, "LineStrips3D:colors", moment.frame) == colour.tolist()
+    assert f"/pipeline/{LABEL}/near/pairs/bench-rod" not in read.entities, "the ball of the bench holds the room"
+
+
+def test_the_work_of_the_search_adds_up_to_what_the_run_counted(run, read):
+    for name in ("evaluations", "iterations"):
+        rows = read.column(f"pipeline/{LABEL}/work/{name}", "Scalars:scalars")
+        assert sum(row[2][0] for row in rows) == run.detections[LABEL].work[name] > 0
+        assert {0, 134} <= {row[1] for row in rows}
+
+
 def test_times_are_added_up_and_the_title_compares_them_with_the_budget(run, watched, read):
     seconds = run.detections[LABEL].seconds
     mean = sum(seconds.values()) * 1e3 / 135
