@@ -111,8 +111,9 @@ def partners(one: Sequence[Episode], other: Sequence[Episode]) -> list[tuple[int
 
 def _held(comparison: Comparison, episodes: Sequence[Episode]) -> set[int]:
     """Numbers of the contacts that are held in every frame."""
-    held = comparison.outcome == Outcome.HELD
-    return {number for number, one in enumerate(episodes, 1) if held[one.first : one.last + 1, one.pair].all()}
+    outcome = comparison.outcome
+    parts = ((number, outcome[one.first : one.last + 1, one.pair]) for number, one in enumerate(episodes, 1))
+    return {number for number, part in parts if (part == Outcome.HELD).all()}
 
 
 def _matched(

@@ -2,6 +2,7 @@ import json
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -76,6 +77,9 @@ def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(tmp_path):
     never = [miss for miss in told["misses"]["mesh50"] if miss["kind"] == "never found"]
     assert all(any(_within(miss, episode) for miss in never) for episode in expected.missed)
     assert not any(_within(miss, episode) for miss in never for episode in expected.caught)
+    readme = (Path(__file__).resolve().parents[3] / "README.md").read_text("utf-8")
+    for one in ranking(told)[:-1]:
+        assert f"| {one.count(one.missed)} | {one.count(one.in_part)} | {100 * one.false['share']:.0f} % |" in readme
     assert {figures["contacts"] for figures in told["audit"].values()} == {len(truth.episodes)} and expected.caught
 
 
