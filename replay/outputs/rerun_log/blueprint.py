@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Final
 
+import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
@@ -20,10 +21,10 @@ from replay.outputs.rerun_log.pipeline import sphere_path
 from replay.outputs.rerun_log.pipeline_tab import pipeline_tab
 from replay.outputs.rerun_log.timing import Cost, any_timed, stage_path, timing_view
 from replay.outputs.rerun_log.tradeoff import curve_tab
-from replay.outputs.rerun_log.views import plot, spatial, text_list
+from replay.outputs.rerun_log.views import faded_meshes, plot, spatial, text_list
 from replay.outputs.rerun_log.world import body_path
 from replay.outputs.watched_run import WatchedRun
-from replay.outputs.words import LANE_LEGEND
+from replay.outputs.words import lane_legend
 from replay.pipeline.run_result import RunResult
 
 AROUND: Final = 0.6
@@ -33,7 +34,10 @@ LANE_POINTS: Final = 40
 RULER_POINTS: Final = 64
 """Heights of a lane, and of title and ruler together, in points: the viewer does not let us choose."""
 
-BOTTOM_POINTS: Final = 200
+LOW_POINTS: Final = 704
+"""Height the tabs share on a screen of 800 lines: shares are relative, so what is whole there is whole on all."""
+
+BOTTOM_POINTS: Final = 165
 """Height of the timing plot and of the words about a miss."""
 
 EFFECT_PLOTS: Final = 5
@@ -43,7 +47,7 @@ SCREEN_POINTS: Final = 980
 """Height the tabs share on a 1080-line screen."""
 
 
-LANES_IN_VIEW: Final = 7
+LANES_IN_VIEW: Final = 5
 """Lanes beside the picture, the numbers included: at 40 points each, more would be cut off. All are in the next tab."""
 
 
@@ -95,7 +99,8 @@ class BlueprintInput:
     watched : audited detectors that are shown at their work.
     overview : lanes of the screen of all detectors, ``None`` without a moment to show.
     leads : whether that screen is the first.
-    solids : entities of solids in place of meshes.
+    solids : label -> entities of the solids in place of the meshes.
+    hiding : bodies that stand before what a close-up shows: translucent there.
     start, end : seconds of the time axes; left alone, the viewer shows one minute around the cursor.
     """
 
@@ -109,14 +114,16 @@ class BlueprintInput:
     watched: Sequence[WatchedRun] = ()
     overview: OverviewLanes | None = None
     leads: bool = False
-    solids: Sequence[str] = ()
+    solids: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    hiding: Collection[str] = ()
 
     @property
     def hidden(self) -> list[str]:
         """Rules that keep out of a view what would hide what it stands on: contact normals and bounding spheres."""
         spheres = [sphere_path(body, run.label) for run in self.watched for body in self.result.assembly.names]
         normals = [f"{contacts_path(label)}/normals" for label in self.costs]
-        return [f"- /{path}" for path in [*normals, *spheres, *self.solids, f"{SPACE}/**"]]
+        solids = [path for paths in self.solids.values() for path in paths]
+        return [f"- /{path}" for path in [*normals, *spheres, *solids, f"{SPACE}/**"]]
 
 
 def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
@@ -152,7 +159,7 @@ def _audit(layout: BlueprintInput, subject: Subject, name: str) -> Any:
     where = f"Where: red dots are contacts missed by {subject.label}"
     space = spatial(where, _contents(layout, subject, f"/{subject.missed}/eye"), _eye_controls(layout.eye))
     lane_share = RULER_POINTS + LANE_POINTS * max(2, len(lanes))
-    shares = [max(300, SCREEN_POINTS - lane_share - BOTTOM_POINTS), lane_share, BOTTOM_POINTS]
+    shares = [LOW_POINTS - lane_share - BOTTOM_POINTS, lane_share, BOTTOM_POINTS]
     beside = [_close_up(layout, subject)] if subject.camera else []
     widths = [0.42, 0.26, 0.32] if beside else [0.66, 0.34]
     pictures = rrb.Horizontal(space, *beside, _words(subject), column_shares=widths)
@@ -173,7 +180,8 @@ def _overview(layout: BlueprintInput, lanes: OverviewLanes) -> Any:
     own = [f"- /{one.missed}/**" for one in layout.subjects]
     contents = ["/world/**", *normals, *spheres, *own]
     times = timing_view(layout.costs, _whole(layout), short=True)
-    return overview_tab(lanes, contents, _eye_controls(layout.eye), _whole(layout), times)
+    faded = faded_meshes(layout.result, layout.hiding)
+    return overview_tab(lanes, contents, _eye_controls(layout.eye), faded, _whole(layout), times)
 
 
 def _words(subject: Subject) -> Any:
@@ -192,13 +200,16 @@ def _contents(layout: BlueprintInput, subject: Subject, *hidden: str) -> list[st
     others = [one for one in layout.subjects if one is not subject]
     bodies = [body_path(name) for name in layout.result.assembly.names]
     foreign = [f"/{one.missed}/**" for one in others] + [f"/{body}/{one.faces}" for one in others for body in bodies]
-    return ["/world/**", *layout.hidden, *(f"- {path}" for path in [*hidden, *foreign])]
+    own = [f"- /{path}" for path in layout.solids.get(subject.label, ())]
+    shown = [rule for rule in layout.hidden if rule not in own]
+    return ["/world/**", *shown, *(f"- {path}" for path in [*hidden, *foreign])]
 
 
 def _close_up(layout: BlueprintInput, subject: Subject) -> Any:
     hidden = (f"/{subject.missed}/{part}" for part in ("pins", "numbers", "flag/**"))
     controls = rrb.EyeControls3D(tracking_entity=f"/{subject.camera}")
-    return spatial("Close-up: the miss nearest to the cursor", _contents(layout, subject, *hidden), controls)
+    contents, faded = _contents(layout, subject, *hidden), faded_meshes(layout.result, layout.hiding)
+    return spatial("Close-up: the miss nearest to the cursor", contents, controls, overrides=faded)
 
 
 def _eye_controls(eye: Eye) -> rrb.EyeControls3D:
@@ -208,7 +219,8 @@ def _eye_controls(eye: Eye) -> rrb.EyeControls3D:
 
 
 def _lanes(layout: BlueprintInput, subject: Subject, lanes: Sequence[str]) -> Any:
-    name = f"When and which pair    {LANE_LEGEND.format(subject.label)}"
+    there = np.unique(layout.result.comparisons[subject.label].outcome).tolist()
+    name = f"When and which pair    {lane_legend(there, subject.label)}"
     root = lanes[0].rpartition("/")[0]
     whole = state_view(root, name, _whole(layout), lanes)
     if len(lanes) < 2:

@@ -68,15 +68,15 @@ def overview_lanes(result: RunResult, order: Sequence[str]) -> OverviewLanes:
 
 
 def log_overview(
-    writer: RecordingWriter, result: RunResult, order: Sequence[str], moments: Sequence[FocusMoment]
-) -> None:
-    """Send lanes, moments, flags and the camera; ``moments`` in order of time, one at least."""
+    writer: RecordingWriter, result: RunResult, order: Sequence[str], moments: Sequence[FocusMoment],
+    eyes: Sequence[Eye],
+) -> None:  # fmt: skip
+    """Send lanes, moments, flags and the camera; ``moments`` in order of time, one at least, and the eye of each."""
     _log_lanes(writer, result, order, moments)
     _log_texts(writer, result, moments)
     _log_flags(writer, result, moments)
-    eyes = _eyes(result, moments)
-    rows = focus_rows(moments)
-    log_eyes(writer, EYE, [(frame, later) for frame, later, _ in rows], [eyes[id(one)] for *_, one in rows])
+    at = [(frame, later) for frame, later, _ in focus_rows(moments)]
+    log_eyes(writer, EYE, at, eyes)
 
 
 def _log_lanes(
@@ -154,19 +154,22 @@ def _log_flags(writer: RecordingWriter, result: RunResult, moments: Sequence[Foc
     writer.static(f"{SPACE}/pole", rr.LineStrips3D.from_fields(radii=radius))
 
 
-def _eyes(result: RunResult, moments: Sequence[FocusMoment]) -> dict[int, Eye]:
-    """Before the contact that was missed; farther off where there is none, so that the bodies are seen."""
+def moment_eyes(result: RunResult, moments: Sequence[FocusMoment]) -> tuple[list[Eye], set[str]]:
+    """An eye for each moment, and the bodies that stand between any of them and what it looks at.
+
+    It stands before the contact that was missed; farther off where there is none, so that the bodies are seen.
+    """
     assembly, scene = result.assembly, result.session.scene
-    obstacles = Obstacles(assembly, scene)
-    found = {}
+    obstacles, eyes, hiding = Obstacles(assembly, scene), [], set()
     for one in moments:
         user = towards_user(assembly, scene, one.frame, one.point)
         eye = obstacles.close_up(one.frame, one.point, user)
         if one.outcome != Outcome.MISSED:
             back = np.subtract(eye.position, eye.target) * (BACK / CLOSE_UP)
             eye = Eye(vector_of(np.asarray(eye.target) + back), eye.target)
-        found[id(one)] = eye
-    return found
+        eyes.append(eye)
+        hiding |= obstacles.hiding(one.frame, eye)
+    return eyes, {assembly.names[body] for body in hiding}
 
 
 @dataclass(frozen=True)

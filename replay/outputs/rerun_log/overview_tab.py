@@ -23,14 +23,14 @@ SHARES: Final = (0.42, 0.32, 0.26)
 
 
 def overview_tab(
-    lanes: OverviewLanes, contents: Sequence[str], eye: rrb.EyeControls3D, whole: rrb.TimeAxis, timing: Any
+    lanes: OverviewLanes, contents: Sequence[str], eye: rrb.EyeControls3D, faded: Any, whole: rrb.TimeAxis, timing: Any
 ) -> Any:
-    """The tab; ``contents``: of the room; ``eye``: on all of it; ``timing``: the view of times."""
+    """The tab; ``contents``: of the room; ``eye``: on all of it; ``faded``: overrides of the close-up."""
     ranking = rrb.TextDocumentView(origin=f"/{RANKING}", name="Ranking")
     where = spatial("Where: red = missed, yellow = invented", [*contents, f"- /{EYE}"], eye)
     controls = rrb.EyeControls3D(tracking_entity=f"/{EYE}")
     hidden = [f"- /{SPACE}/{part}" for part in ("pins", "flag", "pole")]
-    close = spatial("Close-up: the moment nearest to the cursor", [*contents, *hidden], controls)
+    close = spatial("Close-up: the moment nearest to the cursor", [*contents, *hidden], controls, overrides=faded)
     start, end = (rr.TimeRangeBoundary.cursor_relative(seconds=sign * AROUND) for sign in (-1, 1))
     around = rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
     legend = "red: missed   yellow: invented   blue: both   grey: true"

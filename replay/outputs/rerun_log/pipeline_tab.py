@@ -4,25 +4,20 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from replay.outputs.materials import albedo, tags_of
-from replay.outputs.rerun_log.pipeline import budget_words, near_path, pipeline_path, sphere_path
+from replay.outputs.rerun_log.pipeline import budget_words, near_path, pipeline_path, sphere_path, stage_ms
 from replay.outputs.rerun_log.pipeline_frame import WIDTH
-from replay.outputs.rerun_log.views import PLAIN, plot, spatial, text_list
+from replay.outputs.rerun_log.timing import clipped
+from replay.outputs.rerun_log.views import PLAIN, faded_meshes, plot, spatial, text_list
 from replay.outputs.rerun_log.world import body_path
 from replay.outputs.watched_run import ALL, BOXES, WatchedRun
 from replay.pipeline.run_result import RunResult
 
 AROUND: Final = 1.0
 """Seconds before and after the cursor in which steps can be read; over a minute they are a carpet."""
-
-FADED: Final = 110
-"""Alpha, at most, of a body in the picture of the search: what is behind it is the point."""
-
-GROUND: Final = ("bench", "table", "furniture")
-"""Tags of what stays solid."""
 
 
 def pipeline_tab(result: RunResult, run: WatchedRun, eye: rrb.EyeControls3D, whole: rrb.TimeAxis, name: str) -> Any:
@@ -43,8 +38,10 @@ def pipeline_tab(result: RunResult, run: WatchedRun, eye: rrb.EyeControls3D, who
     pairs = int(max(run.counts[ALL], default=0))
     left = f"Pairs left after each stage, of {pairs}    ({2 * AROUND:g} s around the cursor)"
     counts = plot(around, f"/{pipeline_path(run.label, 'pairs')}", left)
-    added = f"Time per frame by stage, ms, added up    {budget_words(run)}"
-    times = plot(whole, f"/{pipeline_path(run.label, 'time')}", added)
+    high, slowest, cut = clipped([np.sum(list(stage_ms(run).values()), axis=0)])
+    worst = f"    worst {slowest:.2f}{cut}" if cut else ""
+    added = f"Time per frame by stage, ms, added up    {budget_words(run)}{worst}"
+    times = plot(whole, f"/{pipeline_path(run.label, 'time')}", added, axis_y=rrb.ScalarAxis(range=(0.0, high)))
     work = plot(whole, f"/{pipeline_path(run.label, 'work')}", "Work of the search, per frame")
     top, bottom = [near, _frame(run)], [counts, rrb.Tabs(times, work, active_tab=0)]
     if run.moments:
@@ -59,20 +56,8 @@ def _search(result: RunResult, run: WatchedRun, meshes: list[str]) -> Any:
     root = pipeline_path(run.label, "search")
     controls = rrb.EyeControls3D(tracking_entity=f"/{root}/eye")
     name = "Search: yellow = most pheromone, white = best so far, green = confirmed, red = missed"
-    # A body that has no pose for a while is hidden by its own colour, which must stay.
-    seen: Any = result.assembly.motion.valid.all(axis=0)
-    overrides: Any = {
-        mesh: rr.Mesh3D.from_fields(albedo_factor=_faded(tags_of(body, result.session.scene)))
-        for mesh, body, always in zip(meshes, result.assembly.names, seen, strict=True)
-        if always
-    }
     parts = [f"/{root}/{part}" for part in ("faces", "centroids", "best", "steps", "end", "words", "leaders", "eye")]
-    return spatial(name, [*meshes, *parts], controls, overrides=overrides)
-
-
-def _faded(tags: tuple[str, ...]) -> tuple[int, ...]:
-    colour = albedo(tags)
-    return colour if set(tags) & set(GROUND) else (*colour[:3], min(colour[3], FADED))
+    return spatial(name, [*meshes, *parts], controls, overrides=faded_meshes(result, result.assembly.names))
 
 
 def _frame(run: WatchedRun) -> Any:

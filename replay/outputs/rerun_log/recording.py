@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Final
@@ -28,7 +28,7 @@ from replay.outputs.rerun_log.findings import log_findings
 from replay.outputs.rerun_log.focus import eyes_of, focus, log_eye, log_miss_table
 from replay.outputs.rerun_log.lanes import audit_lanes, log_detector_lanes, log_lane, log_number_lane
 from replay.outputs.rerun_log.missed import log_missed_faces, log_pins
-from replay.outputs.rerun_log.overview import log_overview, overview_lanes
+from replay.outputs.rerun_log.overview import log_overview, moment_eyes, overview_lanes
 from replay.outputs.rerun_log.overview_tab import RANKING
 from replay.outputs.rerun_log.pipeline import log_pipeline
 from replay.outputs.rerun_log.pipeline_frame import log_frame
@@ -79,9 +79,10 @@ def write_recording(result: RunResult, path: Path, *, log_search: bool = False) 
     watched = watched_runs(result, all_looks=log_search)
     false = false_of(result)
     moments = key_moments(result, false) if result.comparisons and result.summary else []
+    eyes, hiding = moment_eyes(result, moments)
     partial = path.with_name(f"{path.stem}.{uuid4().hex[:8]}.partial.rrd")
     try:
-        layout = build_blueprint(_layout(result, subjects, watched, moments))
+        layout = build_blueprint(_layout(result, subjects, watched, moments, hiding))
         with recording_file(f"{APPLICATION}-{uuid4().hex}", partial, layout) as stream:
             stream.send_recording_name(result.session.scene.name or "Session")
             writer = RecordingWriter(stream, clock)
@@ -89,7 +90,7 @@ def write_recording(result: RunResult, path: Path, *, log_search: bool = False) 
             for run in watched:
                 _log_watched(writer, result, run)
             if moments:
-                _log_overview(writer, result, false, moments)
+                _log_overview(writer, result, false, moments, eyes)
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
@@ -146,9 +147,9 @@ def _log_watched(writer: RecordingWriter, result: RunResult, run: WatchedRun) ->
 
 def _log_overview(
     writer: RecordingWriter, result: RunResult, false: Mapping[str, Sequence[FalseContact]],
-    moments: Sequence[FocusMoment],
+    moments: Sequence[FocusMoment], eyes: Sequence[Eye],
 ) -> None:  # fmt: skip
-    log_overview(writer, result, worst_first(result), moments)
+    log_overview(writer, result, worst_first(result), moments, eyes)
     writer.markdown(RANKING, ranking_text(result, false))
     pair = pair_in_focus(moments, len(result.assembly.motion))
     for label in with_solids(result):
@@ -186,8 +187,9 @@ def _spoken_of(result: RunResult) -> list[int]:
 
 
 def _layout(
-    result: RunResult, subjects: Sequence[Subject], watched: Sequence[WatchedRun], moments: Sequence[FocusMoment]
-) -> BlueprintInput:
+    result: RunResult, subjects: Sequence[Subject], watched: Sequence[WatchedRun], moments: Sequence[FocusMoment],
+    hiding: Collection[str],
+) -> BlueprintInput:  # fmt: skip
     costs = {label: cost_of(detection) for label, detection in result.detections.items()}
     times = result.assembly.motion.times
     start, last = (float(times[0]), float(times[-1])) if len(times) else (0.0, 1.0)
@@ -195,10 +197,21 @@ def _layout(
     boxes = [box for misses in result.misses.values() for box in number_boxes(misses, round(last * 1e9))]
     end = max([last, *(end / 1e9 for _, _, end in boxes)])
     lanes = overview_lanes(result, worst_first(result)) if moments else None
-    solids = [solid_path(body, label) for label in with_solids(result) for body in result.assembly.names]
+    solids = {label: [solid_path(body, label) for body in result.assembly.names] for label in with_solids(result)}
     leads = bool(moments) and (len(subjects) > 1 or ranking(result.summary)[0].leads_false)
     return BlueprintInput(
-        result, subjects, _eye(result), costs, bool(_spoken_of(result)), start, end, watched, lanes, leads, solids
+        result,
+        subjects,
+        _eye(result),
+        costs,
+        bool(_spoken_of(result)),
+        start,
+        end,
+        watched,
+        lanes,
+        leads,
+        solids,
+        hiding,
     )
 
 

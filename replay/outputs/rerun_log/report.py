@@ -58,7 +58,7 @@ def _log_lines(
 def _line(miss: Miss, width: int, digits: int) -> str:
     when = f"{miss.seconds:7.2f} s {miss.last - miss.first + 1:4} fr"
     name, depth = f"{miss.body_a}-{miss.body_b}", depth_words(miss, " mm", 5)
-    return f"{miss.number:>{digits}}  {when}  {name:<{width}}  {miss.kind:<11}  {depth}"
+    return f"{miss.number:>{digits}}  {when}  {name:<{width}}  {miss.kind:<11}  {depth}  {miss.cause}"
 
 
 def log_notes(writer: RecordingWriter, path: str, shown: Sequence[Focus], result: RunResult, label: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -112,6 +112,13 @@ def _log_counters(writer: RecordingWriter, label: str, detection: Detection) -> 
             _log_constant(writer, path, float(value))
 
 
+def clipped(timed: Sequence[FloatArray]) -> tuple[float, float, str]:
+    """Where a plot of times ends, the slowest, and words where that is beyond: one look would flatten all others."""
+    slowest = max((float(one.max()) for one in timed), default=0.0)
+    high = min(slowest, CUT * max((float(np.percentile(one, 99.9)) for one in timed), default=0.0))
+    return 1.15 * high, slowest, ", cut off" if slowest > 1.15 * high else ""
+
+
 def any_timed(costs: Mapping[str, Cost]) -> bool:
     """Whether a detector was timed frame by frame."""
     return any(cost.per_frame is not None for cost in costs.values())
@@ -119,14 +126,12 @@ def any_timed(costs: Mapping[str, Cost]) -> bool:
 
 def timing_view(costs: Mapping[str, Cost], whole: rrb.TimeAxis, *, short: bool = False) -> Any:
     """Times of all detectors on one axis; ``short``: curves named by their 99th percentile alone."""
-    # A budget far above everything would press the curves to the floor, and so would one look that the machine held
-    # up: then the title says how far.
     timed = [cost.per_frame for cost in costs.values() if cost.per_frame is not None and len(cost.per_frame)]
-    slowest = max((float(one.max()) for one in timed), default=0.0)
-    high = min(slowest, CUT * max((float(np.percentile(one, 99.9)) for one in timed), default=0.0))
-    budget = ["timing/budget"] if high > BUDGET_SHOWN * BUDGET_MS else []
-    top = 1.15 * max(high, BUDGET_MS if budget else 0.0)
-    worst = f"worst {slowest:.2f}{', cut off' if slowest > top else ''}: {slowest / BUDGET_MS:.0%} of a "
+    top, slowest, cut = clipped(timed)
+    # A budget far above everything would press the curves to the floor: then the title says how far.
+    budget = ["timing/budget"] if top > BUDGET_SHOWN * BUDGET_MS else []
+    top = max(top, 1.15 * BUDGET_MS if budget else 0.0)
+    worst = f"worst {slowest:.2f}{cut if slowest > top else ''}: {slowest / BUDGET_MS:.0%} of a "
     worst += f"{HEADSET_HZ:g} Hz frame" if short else f"frame at {HEADSET_HZ:g} Hz ({BUDGET_MS:.1f} ms)"
     totals = {label: stage_path(label, TOTAL) for label in costs}
     more: dict[str, Any] = {"axis_y": rrb.ScalarAxis(range=(0.0, top))}

@@ -9,12 +9,14 @@ import pytest
 import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
+from cdcore import Motion
 from replay.outputs.camera import Eye
 from replay.outputs.rerun_log import blueprint
 from replay.outputs.rerun_log.blueprint import LANES_IN_VIEW, Subject, lanes_in_view
 from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.timing import cost_of, timing_view
+from replay.outputs.rerun_log.views import faded_meshes
 
 
 class BlueprintInput:
@@ -134,6 +136,16 @@ def test_the_budget_line_is_drawn_where_it_does_not_press_the_curves_down(demo, 
         assert f"worst {share * 1e3 / 90:.2f}: {share:.0%} of a " in name and "90 Hz" in name
 
 
+def test_what_hides_a_contact_is_translucent_in_the_close_up_and_the_ground_is_not(demo):
+    own = demo.assembly.motion
+    always = Motion(own.times, own.translations, own.rotations, np.ones_like(own.valid))
+    run = replace(demo, assembly=replace(demo.assembly, motion=always))
+    faded = faded_meshes(run, ["rod", "bench", "beaker"])
+    alpha = {path: one.albedo_factor.as_arrow_array().to_pylist()[0] & 255 for path, one in faded.items()}
+    assert alpha == {"/world/rod/mesh": 110, "/world/beaker/mesh": 34}
+    assert "/world/hand/mesh" not in faded_meshes(demo, ["hand"]), "its colour hides it where it has no pose"
+
+
 def test_one_look_that_the_machine_held_up_is_cut_off_and_the_title_says_so(demo, tmp_path):
     slow = demo.detections["22.5Hz"]
     seconds = np.full(2000, 0.001)
@@ -154,7 +166,12 @@ def built(subjects, effects, *, tradeoff=False):
     """The tabs of a layout made by hand."""
     room = SimpleNamespace(scene=SimpleNamespace(name="room"))
     result = SimpleNamespace(
-        tradeoff=tradeoff or None, effects=effects, treatment=None, session=room, assembly=SimpleNamespace(names=())
+        tradeoff=tradeoff or None,
+        effects=effects,
+        treatment=None,
+        session=room,
+        assembly=SimpleNamespace(names=(), motion=SimpleNamespace(valid=np.ones((1, 0), dtype=bool))),
+        comparisons={"slow": SimpleNamespace(outcome=np.zeros((1, 1), np.uint8))},
     )
     eye = Eye((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
     layout = blueprint.BlueprintInput(result, subjects, eye, {}, detector_lanes=False, start=0.0, end=1.0)

@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 from cdcore.bounding.sphere import sphere_best
+from replay.cli.demo import DETECTORS
 from replay.outputs.palette import MISSED, SERIES, WHITE
 from replay.outputs.rerun_log.columns import packed
-from replay.outputs.rerun_log.pipeline import budget_words, stage_ms
+from replay.outputs.rerun_log.pipeline import ROOM, budget_words, pipeline_path, stage_ms
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.search_picture import shaded_faces
-from replay.outputs.watched_run import CONTACT, LOST, NEAR, watched_runs
+from replay.outputs.watched_run import ALL, CONTACT, LOST, NEAR, watched_runs
+from replay.pipeline.engine import compute
+from replay.studies.synthetic_sessions import synthetic_session
 
 LABEL = "paper"
 END = {CONTACT: SERIES[2], LOST: MISSED, NEAR: WHITE}
@@ -169,3 +172,31 @@ def test_with_every_look_each_searched_frame_has_its_faces(run, watched):
 
 def test_a_detector_without_a_search_has_no_pipeline(demo):
     assert watched_runs(demo, all_looks=True) == []
+
+
+@pytest.mark.slow
+def test_the_recording_of_the_demo_holds_every_frame_of_all_detectors_and_the_search_at_its_work(write):
+    result = compute(synthetic_session("bench-bumps", 0, None)[0], detectors=DETECTORS)
+    seen, frames = write(result), list(range(len(result.assembly.motion)))
+    assert list(result.detections) == ["paper", "hull50", "mesh50", "exact"]
+    for label, detection in result.detections.items():
+        for stage, seconds in {**detection.seconds, "1_total": sum(detection.seconds.values())}.items():
+            rows = seen.column(f"timing/{label}/{stage}", "Scalars:scalars")
+            assert [row[1] for row in rows] == frames, (label, stage)
+            assert np.allclose([row[2][0] for row in rows], 1e3 * seconds)
+    (watched,) = watched_runs(result, all_looks=False)
+    for rank, (stage, count) in enumerate((stage, count) for stage, count in watched.counts.items() if stage != ALL):
+        rows = seen.column(pipeline_path("paper", "pairs", f"{rank}_{stage}"), "Scalars:scalars")
+        at = np.searchsorted([row[1] for row in rows], frames, side="right") - 1
+        assert [rows[k][2][0] for k in at] == count.tolist(), stage
+    assert watched.moments
+    for moment in watched.moments:
+        trace, root = watched.trace(moment), "pipeline/paper/search"
+        faces = sum(len(np.unique(trace.faces[:, side])) for side in range(2))
+        assert len(seen.at(f"{root}/faces", "Mesh3D:vertex_positions", moment.frame)) == 3 * faces
+        assert len(seen.at(f"{root}/best", "LineStrips3D:strips", moment.frame)[0]) == len(trace.best())
+        bodies = [result.assembly.bodies[body] for body in result.assembly.pairs[moment.pair].tolist()]
+        if all(sphere_best(body.mesh).radius <= ROOM for body in bodies):
+            for body in bodies:
+                path = f"world/{body.name}/sphere_of_paper"
+                assert len(seen.at(path, "Ellipsoids3D:half_sizes", moment.frame)) == 1

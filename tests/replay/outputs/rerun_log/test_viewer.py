@@ -54,11 +54,14 @@ def opened(recording):
 
 def settled(opened, title):
     """Pixels of the view with this title, once two pictures in a row are equal."""
-    view = next(one for one in opened.state().views if one.name.startswith(title))
     before = b""
-    for _ in range(20):
-        picture = opened.screenshot(view)
-        if picture == before:
+    for _ in range(50):
+        view = next(one for one in opened.state().views if one.name.startswith(title))
+        try:
+            picture = opened.screenshot(view)
+        except ConnectionError:  # Not laid out yet.
+            picture = b""
+        if picture and picture == before:
             break
         before = picture
         time.sleep(0.2)
