@@ -6,17 +6,16 @@ session's failure is written down and does not stop the others.
 
 import hashlib
 import json
-import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
-from uuid import uuid4
 
 from replay.base.machine import versions
 from replay.base.processes import OnDone, in_processes
 from replay.errors import OutputError
 from replay.outputs.results.run_folder import METRICS, SUMMARY, read_run_folder
+from sessions.whole_files import whole_file
 
 BATCH: Final = "batch.json"
 SCHEMA: Final = "vrlab-batch/1"
@@ -96,15 +95,9 @@ def _begin(out: Path, request: dict[str, Any], digests: Mapping[str, str]) -> li
     """Make or reopen the folder; return the names of sessions that are finished already."""
     before = _before(out, request)
     kept = [name for name in digests if before.get(name) == digests[name] and (out / name / SUMMARY).is_file()]
-    for name in digests:
-        if name not in kept and (out / name / SUMMARY).is_file():
-            shutil.rmtree(out / name)
-    for leftover in [*out.glob(".*.partial"), *out.glob(".*.old")]:
-        shutil.rmtree(leftover, ignore_errors=True)
     text = json.dumps({**request, "sessions": {**before, **digests}}, indent=1, sort_keys=True) + "\n"
-    partial = out / f".{BATCH}.{uuid4().hex[:8]}"
-    partial.write_text(text, encoding="utf-8", newline="\n")
-    partial.replace(out / BATCH)
+    with whole_file(out / BATCH, OutputError) as file:
+        file.write(text.encode())
     return kept
 
 
@@ -133,7 +126,7 @@ def run_one(path: Path, out: Path, settings: Mapping[str, Any]) -> str:
     from replay.api.runner import run
 
     try:
-        run(path, out=out, **settings)
+        run(path, out=out, force=True, **settings)
     except Exception as error:
         return " ".join(f"{type(error).__name__}: {error}".split())
     return ""

@@ -54,8 +54,10 @@ def command(
     from replay.base.machine import machine, versions
     from replay.cli.run_report import answer_cited
     from replay.detection.compile_notice import compiling_announced
+    from replay.errors import OutputError
     from replay.pipeline.citations import sources_behind
     from replay.studies.bench.engines import OPTIONAL, installed_engines
+    from sessions.whole_files import whole_file
 
     absent = [name for name in OPTIONAL if name not in installed_engines()]
     if absent:
@@ -69,8 +71,8 @@ def command(
     figures |= {"race": [vars(row) for row in rows], "stages": [vars(one) for one in spent]}
     figures |= {"growth": [vars(one) for one in growth]}
     if out is not None:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+        with whole_file(out, OutputError, parents=True) as file:
+            file.write((json.dumps(figures, indent=1) + "\n").encode())
     behind = sources_behind(["exact"]) if cite else {}
     answer_cited(as_json, figures, lambda: bench_tables(rows, spent, growth, figures), behind)
     wrong = [row for row in rows if row.wrong and row.engine == "exact"]

@@ -30,6 +30,7 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "audit": CommandSpec("Audit", "Count what detectors missed beside an oracle; gates.", "audit"),
     "tradeoff": CommandSpec("Audit", "Measure what accuracy costs in time, and which setting to take.", "tradeoff"),
     "diff": CommandSpec("Audit", "Say which contacts two runs disagree about, and why.", "diff"),
+    "shrink": CommandSpec("Audit", "Cut a wrong answer down to a small test.", "shrink"),
     "view": CommandSpec("Replay", "Open the picture of a run, at a miss if you like.", "view"),
     "study": CommandSpec("Study", "Join what students did with what they answered; check printed tables.", "study"),
     "stress": CommandSpec("Audit", "Ask detectors hard questions with known answers.", "stress"),

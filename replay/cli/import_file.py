@@ -57,7 +57,7 @@ def command(
         imported = import_session(kind, source, **given)
         said = list(_what(imported))
     out.parent.mkdir(parents=True, exist_ok=True)
-    write_session(imported, out)
+    write_session(imported, out, overwrite=force)
     people.say(*said)
     plain = {"out": str(out), "frames": len(imported.frames), "bodies": list(imported.names), "notes": said}
     answer(as_json, plain, lambda: str(out))

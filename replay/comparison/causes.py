@@ -61,7 +61,7 @@ class Cause(StrEnum):
     BUDGET = "budget ran out"
     """Ten times the budget finds it, spent from some frames before."""
     SEARCH = "search"
-    """In the sample, not found."""
+    """In the sample, not found; nor with ten times the budget, where that can be asked."""
     UNEXPLAINED = "unexplained"
     """No stage explains it."""
     NOT_EXAMINED = "not examined"

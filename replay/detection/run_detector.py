@@ -45,7 +45,7 @@ class Run:
     settings : all settings in force, as plain data.
     detection : the answer.
     live : whether it was asked one frame after the other; else the whole motion at once.
-    faces : whether it was asked which faces meet, within the seconds below.
+    faces : whether it was asked which faces meet, and lists them, within the seconds below.
     prepare, warm, detect : seconds to build the detector, to warm it up, and to detect; asked live, the sum of the
         looks.
     """
@@ -119,7 +119,8 @@ def run_detector(
         with suppress(OwnDetectorError):
             sample = motion.take(warm_frames(len(motion)))
             # Looks compile too what they need for rare ties only.
-            detector.detect(sample, faces=faces)
+            warmed = detector.detect(sample, faces=faces)
+            faces = faces and warmed.face_sets is not None
             if live:
                 detect_live(detector, sample)
         clock.append(perf_counter())

@@ -18,7 +18,7 @@ from replay.comparison.false_contacts import HELD, SOLIDS, FalseContact, false_c
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Episode, Miss, Outcome, Vector, as_vector
 from replay.outputs.palette import FOUND, INVENTED, MISSED, PARTLY_MISSED, Rgba
-from replay.outputs.words import counted
+from replay.outputs.words import bound_words, counted
 from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 
@@ -183,10 +183,11 @@ def miss_note(miss: Miss, count: int, contacts: int, label: str, oracle: str) ->
     frames = miss.last - miss.first + 1
     found = f"{oracle}: **CONTACT**, {miss.face_pairs} face pairs, cut {miss.cut_length * 1e3:.1f} mm"
     if miss.touch is not None:
-        before, (a, b) = miss.touch.frame, miss.touch.faces
+        before, (a, b), bound = miss.touch.frame, miss.touch.faces, bound_words(miss)
         found = (
-            f"{oracle}: **CONTACT** between frames {before} and {before + 1}, from {miss.touch.moment:.6f} s; "
-            f"no frame shows it\n- first faces {a} of {miss.body_a} and {b} of {miss.body_b}, shown where they touch"
+            f"{oracle}: **CONTACT** between frames {before} and {before + 1}, from {miss.touch.moment:.6f} s"
+            f"{bound and f' ({bound})'}; no frame shows it\n"
+            f"- first faces {a} of {miss.body_a} and {b} of {miss.body_b}, shown where they touch"
         )
     return (
         f"#### Miss {miss.number} of {count}: {miss.body_a}-{miss.body_b}\n\n"

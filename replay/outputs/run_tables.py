@@ -13,7 +13,7 @@ from replay.comparison.contact_counts import contact_counts, held_counts, loose
 from replay.comparison.contact_duration import PHASES
 from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.outputs.tables import CODE, FAINT, FOUND, IN_RED, INVENTED, PARTLY, STRONG, Cell, Marked, Table, table
-from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, counted, depth_words, span_words
+from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, bound_words, counted, depth_words, span_words
 from replay.pipeline.gates import figure, percent
 from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.run_result import RunResult
@@ -174,10 +174,8 @@ def miss_table(title: str, misses: Sequence[Miss], run: object = "RUN") -> Table
 
 
 def _moment(miss: Miss) -> Cell:
-    """Seconds; below them how far a first touch is uncertain where it is by more than the microsecond promised."""
-    known = 0.0 if miss.touch is None else miss.touch.moment - miss.touch.free
-    words = f"{miss.seconds:.3f}"
-    return Marked(words, "", f"within {1e6 * known:.2g} microseconds") if known > 1e-6 else words
+    words, bound = f"{miss.seconds:.3f}", bound_words(miss)
+    return Marked(words, "", bound) if bound else words
 
 
 MISS_HEAD = ("miss", "pair", "what", "cause", "look at it", "at s")

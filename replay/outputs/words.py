@@ -79,6 +79,12 @@ def depth_words(miss: Miss, unit: str = "", width: int = 0) -> str:
     return BETWEEN if miss.touch is not None else f"{miss.cut_length * 1e3:{width}.1f}{unit}"
 
 
+def bound_words(miss: Miss) -> str:
+    """How far a first touch is uncertain, where it is by more than the microsecond promised."""
+    known = 0.0 if miss.touch is None else miss.touch.moment - miss.touch.free
+    return f"within {1e6 * known:.2g} microseconds" if known > 1e-6 else ""
+
+
 def span_words(start: float | None, end: float | None) -> str:
     """Seconds from start to end, one number where they are the same, nothing where they are unknown."""
     if start is None or end is None:

@@ -126,7 +126,19 @@ def phases(result: RunResult) -> list[str]:
 
 def beside(result: RunResult) -> list[str]:
     """What a reader must know beside the headlines: what was not decided, what is invented, what is chance."""
-    return [*undecided(result), *invented(result), *held(result), *phases(result)]
+    return [*undecided(result), *invented(result), *held(result), *compounds(result), *phases(result)]
+
+
+def compounds(result: RunResult) -> list[str]:
+    """A line per detector that cut meshes into convex pieces: how many there may be, and how many there are."""
+    lines = []
+    for label, detector in result.detectors.items():
+        if getattr(detector.settings, "shape", "") == "compound" and hasattr(detector, "parts"):
+            counts = [len(solids) for solids in detector.parts.values()]
+            each = "1 piece" if max(counts) == 1 else f"{min(counts)} to {max(counts)} pieces"
+            asked = f"{label} was asked for at most {detector.settings.pieces} convex pieces of a mesh"
+            lines.append(f"{asked}: it made {each} of each, {sum(counts)} in all.")
+    return lines
 
 
 def price(result: RunResult) -> list[str]:

@@ -10,6 +10,7 @@ from sessions.mcap_format.writer import SessionWriter
 from sessions.mesh_data import MeshData
 from sessions.model.frames import Frames
 from sessions.model.scene import Scene
+from sessions.whole_files import abandoned, locks, place
 
 PARTIAL = ".partial"
 
@@ -22,14 +23,18 @@ class RecordingFile:
     ) -> None:
         self.path, self.partial = path, path.with_name(path.name + PARTIAL)
         self._names: tuple[str, ...] = ()
+        self._overwrite = overwrite
         if path.exists() and not overwrite:
             raise SessionFileError(f"{path} is there already; give another name, or overwrite=True to replace it")
         try:
-            self._stream = self.partial.open("wb" if overwrite else "xb")
+            if overwrite and abandoned(self.partial):
+                self.partial.unlink()
+            self._stream = self.partial.open("xb")
+            locks(self._stream)
         except FileExistsError:
             raise SessionFileError(
-                f"{self.partial} holds a recording that was cut short; save it with `replay recover`, or give "
-                "overwrite=True to replace it"
+                f"{self.partial} holds a recording that goes on or was cut short; save it with `replay recover`, or, "
+                "once nobody writes it, give overwrite=True to replace it"
             ) from None
         except OSError as error:
             raise SessionFileError(
@@ -61,7 +66,7 @@ class RecordingFile:
         self._writer.finish()
         os.fsync(self._stream.fileno())
         self._stream.close()
-        self.partial.replace(self.path)
+        place(self.partial, self.path, overwrite=self._overwrite)
 
     def close(self) -> None:
         """Let go of the file as it is; what is in it stays."""

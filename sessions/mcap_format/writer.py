@@ -2,7 +2,6 @@
 
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
@@ -21,6 +20,7 @@ from sessions.meshes.glb import mesh_to_glb
 from sessions.model.frames import Frames
 from sessions.model.scene import Scene
 from sessions.model.session import Session
+from sessions.whole_files import whole_file
 
 SCENE_FILE = "scene.toml"
 CHUNK_BYTES = 1 << 20
@@ -30,17 +30,18 @@ CHUNK_NS = 2_000_000_000
 FRAMES_PER_BLOCK = 2048
 
 
-def write_session(session: Session, path: str | Path) -> None:
+def write_session(session: Session, path: str | Path, *, overwrite: bool = True) -> None:
     """Write a session as an MCAP file of profile ``vrlab/1``, larger than memory if need be.
 
     The file is written under a temporary name in the same folder and renamed when it is whole; a file of that name is
-    replaced. First come attachments and metadata, then the drawing for Foxglove, then events, hands and other sparse
-    messages in chunks of their own, then the poses. So a reader that wants the events does not unpack the poses.
+    replaced unless ``overwrite`` is false. First come attachments and metadata, then the drawing for Foxglove, then
+    events, hands and other sparse messages in chunks of their own, then the poses. So a reader that wants the events
+    does not unpack the poses.
 
     Raises ``SessionFileError``: the session cannot be held by a file (a negative stamp), or the place cannot be
     written.
     """
-    with replaced(Path(path)) as stream:
+    with whole_file(Path(path), SessionFileError, overwrite=overwrite) as stream:
         writer = SessionWriter(stream, session.scene, session.meshes, session.facts, session.names, CHUNK_NS)
         sparse = [(message[1], message) for message in _sparse(session)]
         for topic in dict.fromkeys(topic for _, (topic, _, _) in sparse):
@@ -123,22 +124,3 @@ def scene_text(scene: Scene) -> str:
         except SceneError:
             continue
     raise SessionFileError("the scene cannot be said in TOML, so no file can carry it; read it with read_scene")
-
-
-@contextmanager
-def replaced(path: Path) -> Iterator[BinaryIO]:
-    """A stream whose content stands at ``path`` when the block ends well, and nowhere when it does not."""
-    temporary = path.with_name(f"{path.name}.writing")
-    try:
-        with temporary.open("wb") as stream:
-            yield stream
-        temporary.replace(path)
-    except OSError as error:
-        temporary.unlink(missing_ok=True)
-        raise SessionFileError(
-            f"session file {path} cannot be written ({error.strerror or error}); check the folder, the space left and "
-            "who may write there"
-        ) from None
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise

@@ -25,9 +25,10 @@ from sessions.mcap_format.metadata import (
 )  # fmt: skip
 from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, TF
-from sessions.mcap_format.writer import CHUNK_BYTES, SCENE_FILE, replaced
+from sessions.mcap_format.writer import CHUNK_BYTES, SCENE_FILE
 from sessions.recovery.file_scan import FileScan, scan_file
 from sessions.recovery.lost import Recovery
+from sessions.whole_files import whole_file
 
 RECOVERED = "recovered"  # The fact that says what a recovered file lacks
 
@@ -56,7 +57,7 @@ def recover(path: str | Path, out: str | Path, *, overwrite: bool = False) -> Re
         found = scan_file(source, stream)
         if not found.parts and not found.attachments:
             raise SessionFileError(f"nothing in {path} can be saved: {_why_nothing(stream)}")
-        return _write(found, stream, target)
+        return _write(found, stream, target, overwrite=overwrite)
 
 
 def _why_nothing(stream: BinaryIO) -> str:
@@ -67,7 +68,7 @@ def _why_nothing(stream: BinaryIO) -> str:
     return "no chunk of it is whole" if begin == MAGIC else "it is not an MCAP file"
 
 
-def _write(found: FileScan, stream: BinaryIO, target: Path) -> Recovery:
+def _write(found: FileScan, stream: BinaryIO, target: Path, *, overwrite: bool) -> Recovery:
     declared, records = found.declared, dict(found.declared.metadata)
     session = records.get(SESSION_RECORD)
     own = session is not None or declared.profile.startswith(PROFILE_FAMILY)
@@ -80,7 +81,7 @@ def _write(found: FileScan, stream: BinaryIO, target: Path) -> Recovery:
         notes=(f"{declared.unread} records make no sense",) if declared.unread else (),
     )  # fmt: skip
     profile = PROFILE if own and not declared.profile.startswith(PROFILE_FAMILY) else declared.profile
-    with replaced(target) as file:
+    with whole_file(target, SessionFileError, overwrite=overwrite) as file:
         writer = ContainerWriter(file, profile, CHUNK_BYTES)
         for name, data in keep.items():
             made = found.attachments[name]

@@ -20,7 +20,8 @@ FRAMES = 40
 LIVE = [
     ("exact", {}), ("exact", {"containment": False}), ("hybrid", {}), ("hybrid", {"sphere": "paper"}), ("obb", {}),
     ("obb", {"budget": 300}), ("rapid-style", {}), ("solid-style", {}), ("solid-style", {"budget": 40}), ("aabb", {}),
-    ("collider", {"shape": "mesh"}), ("collider", {"shape": "hull", "rate_hz": 30}), ("static", {}), ("sphere", {}),
+    ("collider", {"shape": "mesh"}), ("collider", {"shape": "hull", "rate_hz": 30}),
+    ("collider", {"shape": "mesh", "skin_m": 0.01}), ("static", {}), ("sphere", {}),
     ("static", {"epsilon": 0.001}), ("discrete", {"rate_hz": 50}), ("discrete", {}), ("qaco", {"budget": 200}),
     ("hybrid-qaco", {"budget": 200}), ("hybrid-qaco", {"decide": "mesh", "budget": 200}),
 ]  # fmt: skip
@@ -63,7 +64,7 @@ def test_the_same_input_gives_the_same_answer(name, scene):
         assert first.faces_digest == second.faces_digest == whole(name).faces_digest
 
 
-@pytest.mark.parametrize("block", [1, 7, pytest.param(64, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("block", [7, *(pytest.param(size, marks=pytest.mark.slow) for size in (1, 64))])
 def test_a_stream_gives_the_answer_of_the_whole_for_any_block_size(name, block, scene):
     bodies, motion = scene
     joined = join(create_detector(name, bodies).stream(motion.blocks(block), faces=True))

@@ -80,20 +80,15 @@ def write_recording(result: RunResult, path: Path, *, log_search: bool = False) 
     false = false_of(result)
     moments = key_moments(result, false) if result.comparisons and result.summary else []
     eyes, hiding = moment_eyes(result, moments)
-    partial = path.with_name(f"{path.stem}.{uuid4().hex[:8]}.partial.rrd")
-    try:
-        layout = build_blueprint(_layout(result, subjects, watched, moments, hiding))
-        with recording_file(f"{APPLICATION}-{uuid4().hex}", partial, layout) as stream:
-            stream.send_recording_name(result.session.scene.name or "Session")
-            writer = RecordingWriter(stream, clock)
-            _log_all(writer, result, subjects)
-            for run in watched:
-                _log_watched(writer, result, run)
-            if moments:
-                _log_overview(writer, result, false, moments, eyes)
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+    layout = build_blueprint(_layout(result, subjects, watched, moments, hiding))
+    with recording_file(f"{APPLICATION}-{uuid4().hex}", path, layout) as stream:
+        stream.send_recording_name(result.session.scene.name or "Session")
+        writer = RecordingWriter(stream, clock)
+        _log_all(writer, result, subjects)
+        for run in watched:
+            _log_watched(writer, result, run)
+        if moments:
+            _log_overview(writer, result, false, moments, eyes)
 
 
 def _subject(result: RunResult, label: str, number: int) -> Subject:

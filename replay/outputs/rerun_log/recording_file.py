@@ -16,6 +16,9 @@ from uuid import uuid4
 import rerun as rr
 import rerun.blueprint as rrb
 
+from replay.errors import OutputError
+from sessions.whole_files import whole_file
+
 FOOTER: Final = struct.Struct("<QQI4s4sI")
 """How a recording ends: start and length of its table of contents, checksum, two marks, number of tables."""
 
@@ -41,9 +44,8 @@ def recording_file(application: str, path: Path, blueprint: rrb.Blueprint) -> It
     finally:
         stream.disconnect()
     require_complete(content)
-    path.write_bytes(content)
-    if path.stat().st_size != len(content):
-        raise OSError(f"only {path.stat().st_size} of {len(content)} bytes of the picture were kept")
+    with whole_file(path, OutputError) as file:
+        file.write(content)
 
 
 def require_complete(content: bytes) -> None:

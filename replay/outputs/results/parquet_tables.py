@@ -108,15 +108,15 @@ def miss_table(result: RunResult) -> pa.Table:
     """Every numbered miss of every audited detector, with the geometry of its deepest frame (metres, world).
 
     Of a contact that no frame shows ``touch`` says when, in seconds, it begins between the frames ``first`` - 1 and
-    ``first``, and ``face_a`` and ``face_b`` which faces touch first; point and normal are those of that moment.
+    ``first``: not before ``touch_free``. ``face_a`` and ``face_b`` touch first; point and normal are of that moment.
     """
     rows = [(label, miss) for label, found in result.misses.items() for miss in found]
     values = []
     for _, miss in rows:
-        touch = (None,) * 3 if miss.touch is None else (miss.touch.moment, *miss.touch.faces)
+        touch = (None,) * 4 if miss.touch is None else (miss.touch.moment, *miss.touch.faces, miss.touch.free)
         values.append([*(getattr(miss, name) for name in MISS_COLUMNS), *miss.point, *miss.normal, *touch])
     places = dict.fromkeys([f"{name}_{axis}" for name in ("point", "normal") for axis in "xyz"], float)
-    kinds = MISS_COLUMNS | places | {"touch": float, "face_a": int, "face_b": int}
+    kinds = MISS_COLUMNS | places | {"touch": float, "face_a": int, "face_b": int, "touch_free": float}
     heads = _heads(result, [(label, miss.number, miss) for label, miss in rows])
     return pa.table(heads | columns_of(values, kinds))
 

@@ -2,22 +2,25 @@
 
 import json
 import shutil
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
-from uuid import uuid4
 
 import pyarrow.parquet as pq
 
 from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
 from replay.outputs.report.page import write_report
+from replay.outputs.report.tradeoff import JSON as TRADEOFF_JSON
+from replay.outputs.report.tradeoff import PICTURES
+from replay.outputs.report.tradeoff import TABLE as TRADEOFF_TABLE
 from replay.outputs.results import parquet_tables
 from replay.outputs.results.parquet import read_rows
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds
+from sessions.whole_files import whole_folder
 
 SUMMARY: Final = "summary.json"
 FRAMES: Final = "frames.parquet"
@@ -39,20 +42,71 @@ TABLES: Final = {
 Picture = Callable[[RunResult, Path], None]
 
 
-def check_target(out: Path, *, force: bool = False, mark: str = SUMMARY, what: str = "run") -> None:
-    """Refuse a folder that cannot become a run folder, before the work is done and not after.
+@dataclass(frozen=True)
+class FolderKind:
+    """A kind of folder that a command writes and, when asked, replaces.
 
-    With ``force``, an earlier run folder or an empty folder may be replaced; any other folder never is. Folders of
-    another kind are recognised by the file ``mark``. Raises ``OutputError``, which says what is in the way.
+    Parameters
+    ----------
+    what : its name in sentences.
+    mark : the file that says what the folder is; its key ``files`` lists what was written.
+    schema : what its key ``schema`` holds, up to the version.
+    known : files of a folder whose mark has no such key.
+    """
+
+    what: str
+    mark: str
+    schema: str
+    known: tuple[str, ...]
+
+    def listed(self, folder: Path) -> tuple[str, ...]:
+        """The files that a command wrote into a folder, the mark last; ``OutputError``: it is none of this kind."""
+        if not any(folder.iterdir()):
+            return ()
+        try:
+            mark = json.loads((folder / self.mark).read_text(encoding="utf-8"))
+            family, names = self.schema.rpartition("/")[0], mark.get("files", self.known)
+            right = str(mark["schema"]).rpartition("/")[0] == family and all(Path(name).name == name for name in names)
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            right = False
+        if not right:
+            raise OutputError(f"{folder} is not a {self.what} folder and is not replaced; name another folder")
+        return (*(name for name in names if name != self.mark), self.mark)
+
+
+RUN: Final = FolderKind(
+    "run", SUMMARY, SCHEMA,
+    (FRAMES, *TABLES, PICTURE, REPORT, "session.mcap", "session.truth.json", TRADEOFF_TABLE, TRADEOFF_JSON, *PICTURES),
+)  # fmt: skip
+
+
+def check_target(out: Path, *, force: bool = False, kind: FolderKind = RUN) -> None:
+    """Refuse a folder that cannot become one of a kind, before the work is done and not after.
+
+    With ``force``, an earlier folder of the kind or an empty folder may be replaced; any other folder never is. Raises
+    ``OutputError``, which says what is in the way.
     """
     if not out.exists():
         return
     if not out.is_dir():
-        raise OutputError(f"{out} is a file; name a folder for the {what}")
+        raise OutputError(f"{out} is a file; name a folder for the {kind.what}")
     if not force:
         raise OutputError(f"{out} exists; name another folder, or replace it with --force")
-    if any(out.iterdir()) and not (out / mark).is_file():
-        raise OutputError(f"{out} is not a {what} folder and is not replaced; name another folder")
+    if out.is_symlink():
+        raise OutputError(f"{out} is a link and is not replaced; name the folder itself")
+    kind.listed(out)
+
+
+def result_folder(out: Path, kind: FolderKind, *, force: bool) -> AbstractContextManager[Path]:
+    """A folder to write into that appears whole; with ``force`` in place of what an earlier one of its kind lists."""
+    return whole_folder(out, OutputError, kind.listed if force else None)
+
+
+def write_summary(folder: Path, kind: FolderKind, summary: Mapping[str, Any]) -> None:
+    """Write the file that says what a folder is and which files are in it; the last to be written."""
+    files = sorted([kind.mark, *(entry.name for entry in folder.iterdir())])
+    text = json.dumps({**summary, "files": files}, indent=1, allow_nan=False, default=plain_value)
+    (folder / kind.mark).write_text(text + "\n", encoding="utf-8", newline="\n")
 
 
 def write_run_folder(
@@ -66,7 +120,7 @@ def write_run_folder(
     be written.
     """
     check_target(out, force=force)
-    with replaced(out) as folder:
+    with result_folder(out, RUN, force=force) as folder:
         _write_frames(result, folder / FRAMES)
         timed = any(frame_seconds(detection) is not None for detection in result.detections.values())
         wanted = {SERIES: bool(result.effects), TIMING: timed}
@@ -78,8 +132,7 @@ def write_run_folder(
         write_report(replace(result, out=out), folder / REPORT)
         for name, file in (files or {}).items():
             shutil.copyfile(file, folder / name)
-        text = json.dumps(result.summary, indent=1, allow_nan=False, default=plain_value)
-        (folder / SUMMARY).write_text(text + "\n", encoding="utf-8", newline="\n")
+        write_summary(folder, RUN, result.summary)
     return out
 
 
@@ -132,26 +185,3 @@ def _write_frames(result: RunResult, path: Path) -> None:
     finally:
         if writer is not None:
             writer.close()
-
-
-@contextmanager
-def replaced(out: Path) -> Iterator[Path]:
-    """A temporary folder that takes the name ``out`` when the block ends well, and is gone when it does not."""
-    partial = out.with_name(f".{out.name}.{uuid4().hex[:8]}.partial")
-    old = out.with_name(f".{out.name}.{uuid4().hex[:8]}.old")
-    try:
-        partial.mkdir(parents=True)
-    except OSError as error:
-        raise OutputError(f"{out} cannot be written ({error.strerror}); name another folder") from error
-    try:
-        yield partial
-        if out.exists():
-            out.replace(old)
-        partial.replace(out)
-    except OSError as error:
-        if old.exists() and not out.exists():
-            old.replace(out)
-        raise OutputError(f"{out} cannot be written ({error}); make room or name another folder") from error
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
-        shutil.rmtree(old, ignore_errors=True)

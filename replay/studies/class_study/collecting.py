@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
-from uuid import uuid4
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -13,6 +12,7 @@ from replay.outputs.results.parquet import UNREADABLE
 from replay.outputs.results.run_folder import METRICS
 from replay.studies.class_study.joining import check_pseudonyms, read_rows
 from replay.studies.class_study.refusals import StudyRefusedError
+from sessions.whole_files import whole_file
 
 KEY: Final = ("session", "detector", "settings")
 ORDER: Final = [("student", "ascending"), ("session", "ascending"), ("detector", "ascending")]
@@ -52,15 +52,8 @@ def write_table(table: pa.Table, out: Path, *, force: bool = False) -> Path:
     """Write a table under its name when it is whole; ``OutputError``: the file exists or cannot be written."""
     if out.exists() and not force:
         raise OutputError(f"{out} exists; name another file, or replace it with --force")
-    partial = out.with_name(f".{out.name}.{uuid4().hex[:8]}.partial")
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        pq.write_table(table, partial, compression="zstd")
-        partial.replace(out)
-    except OSError as error:
-        raise OutputError(f"{out} cannot be written ({error})") from error
-    finally:
-        partial.unlink(missing_ok=True)
+    with whole_file(out, OutputError, overwrite=force, parents=True) as file:
+        pq.write_table(table, file, compression="zstd")
     return out
 
 

@@ -1,14 +1,13 @@
 """A study as files: a page to read, tables for further work, and JSON with everything that it was made from."""
 
 import csv
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
-from replay.outputs.results.run_folder import check_target, replaced
+from replay.outputs.results.run_folder import FolderKind, check_target, result_folder, write_summary
 from replay.studies.class_study.analysis import Study, associated, conclusion
 from replay.studies.class_study.page import refuse_causal_words, study_html
 
@@ -18,6 +17,8 @@ SUMMARY: Final = "study.json"
 ASSOCIATIONS: Final = "associations.csv"
 RELIABILITY: Final = "reliability.csv"
 SENSITIVITY: Final = "sensitivity.csv"
+
+STUDY: Final = FolderKind("study", SUMMARY, SCHEMA, (PAGE, ASSOCIATIONS, RELIABILITY, SENSITIVITY))
 
 
 def write_study(study: Study, out: Path, *, title: str, inputs: dict[str, str], force: bool = False) -> Path:
@@ -29,19 +30,18 @@ def write_study(study: Study, out: Path, *, title: str, inputs: dict[str, str], 
     """
     refuse_causal_words([title])
     check_study_target(out, force=force)
-    with replaced(out) as folder:
+    with result_folder(out, STUDY, force=force) as folder:
         (folder / PAGE).write_text(study_html(study, title), encoding="utf-8", newline="\n")
         _write_csv(folder / ASSOCIATIONS, association_rows(study))
         _write_csv(folder / RELIABILITY, reliability_rows(study))
         _write_csv(folder / SENSITIVITY, [asdict(row) for row in study.sensitivity])
-        text = json.dumps({"schema": SCHEMA, "inputs": inputs, **as_json(study)}, indent=1, allow_nan=False)
-        (folder / SUMMARY).write_text(text + "\n", encoding="utf-8", newline="\n")
+        write_summary(folder, STUDY, {"schema": SCHEMA, "inputs": inputs, **as_json(study)})
     return out
 
 
 def check_study_target(out: Path, *, force: bool) -> None:
     """Raise ``OutputError`` for a folder that cannot become a study folder, before the work is done."""
-    check_target(out, force=force, mark=SUMMARY, what="study")
+    check_target(out, force=force, kind=STUDY)
 
 
 def association_rows(study: Study) -> list[dict[str, Any]]:

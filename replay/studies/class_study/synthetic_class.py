@@ -16,6 +16,7 @@ import numpy as np
 from replay.base.processes import OnDone, in_processes
 from replay.errors import OutputError
 from sessions.synthetic.rng import random_stream
+from sessions.whole_files import whole_file
 
 STUDENTS: Final = 52
 SESSIONS: Final = "sessions"
@@ -130,6 +131,5 @@ def _check_folder(out: Path, truth: str) -> None:
 
 
 def _write(path: Path, text: str) -> None:
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_text(text, encoding="utf-8", newline="\n")
-    partial.replace(path)
+    with whole_file(path, OutputError) as file:
+        file.write(text.encode())

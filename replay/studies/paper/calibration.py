@@ -8,7 +8,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any, Final
 
-from replay.errors import ReplayError
+from replay.errors import OutputError, ReplayError
+from sessions.whole_files import whole_file
 
 VERSION: Final = 2
 SHARES: Final = (0.25, 0.5, 1.0, 2.0)
@@ -55,10 +56,9 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
 
 
 def put(path: Path, content: str | bytes) -> None:
-    """Write a file, under a temporary name first."""
-    partial = path.with_name(path.name + ".part")
-    partial.write_bytes(content.encode() if isinstance(content, str) else content)
-    partial.replace(path)
+    """Write a file, whole or not at all."""
+    with whole_file(path, OutputError) as file:
+        file.write(content.encode() if isinstance(content, str) else content)
 
 
 def read_calibration(path: Path, experiment: Mapping[str, Any], names: tuple[str, ...]) -> Calibration:

@@ -28,9 +28,7 @@ def write_paper(result: PaperResult, out: Path) -> list[Path]:
     for name, png in drawn.values():
         put(out / name, png)
     put(out / "paper.html", page(result, drawn))
-    partial = out / "paper.rrd.part"
-    record(result, drawn, partial)
-    partial.replace(out / "paper.rrd")
+    record(result, drawn, out / "paper.rrd")
     return [*written, *(out / name for name, _ in drawn.values()), out / "paper.html", out / "paper.rrd"]
 
 
@@ -91,7 +89,7 @@ def _completion(table: PaperTable) -> str:
     whole = [str(name) for name, poses, every in cells if poses == every]
     least = min(float(cell) for cell in table.column("precision") if isinstance(cell, float | int))
     return (
-        f"T1a: every face pair of all {table.rows[0][1]} poses is found by {', '.join(whole)}; "
+        f"T1a: every face pair of all {table.rows[0][1]} poses is found by {', '.join(whole) or 'none'}; "
         f"the least precision of all rows is {least:g}."
     )
 

@@ -16,6 +16,7 @@ from cdcore.numerics import FloatArray
 from cdcore.protocol.detection import Covers
 from replay.errors import OutputError, StressError
 from replay.studies.stress.scenes import StressScene, two
+from sessions.whole_files import whole_file
 
 ARRAYS = ("row", "triangles", "truth", "verdict")
 NUMBERS = ("family", "seed", "count")
@@ -51,18 +52,12 @@ def write_cases(cases: Cases, folder: Path) -> Path:
 
 
 def write_arrays(values: Mapping[str, NDArray[Any]], target: Path) -> Path:
-    """Write named arrays as one compressed file, under a temporary name first; returns its path.
+    """Write named arrays as one compressed file, whole or not at all; returns its path.
 
     Raises OutputError: the folder cannot be written.
     """
-    partial = target.with_suffix(".partial")
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with partial.open("wb") as file:
-            np.savez_compressed(file, allow_pickle=False, **dict(values))
-        partial.replace(target)
-    except OSError as error:
-        raise OutputError(f"{target} cannot be written ({error.strerror}); give another folder with --out") from None
+    with whole_file(target, OutputError, parents=True) as file:
+        np.savez_compressed(file, allow_pickle=False, **dict(values))
     return target
 
 

@@ -6,6 +6,7 @@ import pytest
 from rich.console import Console
 from support.small_worlds import cubes
 
+from replay.base.wilson import OVER_CONTACTS
 from replay.cli.console import People
 from replay.cli.terminal import terminal
 from replay.cli.tradeoff_tables import FrontBar, front_table, front_words
@@ -42,6 +43,11 @@ def test_the_machine_is_named_and_that_it_did_other_work_only_where_it_did(done)
     assert all(done.about["machine"]["processor"] in one for one in said)
     assert ["busy with other work for 60% of the time" in one for one in said] == [False, True]
     assert "other work" not in said[0]
+
+
+def test_table_and_file_say_what_their_intervals_are_over(done):
+    assert OVER_CONTACTS in " ".join(printed(front_table(done), 400).split())
+    assert done.as_json()["intervals"] == OVER_CONTACTS
 
 
 def test_the_front_so_far_fits_one_line(done):

@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.small_tables import ROWS, made
-from support.small_worlds import cube, cubes, jumping
+from support.small_worlds import cube, cubes, grazing, jumping
 
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
 from replay.guide.pages import page
+from replay.outputs.rerun_log.report import miss_note
+from replay.outputs.results.parquet_tables import miss_table as parquet_misses
 from replay.outputs.run_tables import (
     LATE,
     contact_table,
@@ -66,12 +68,22 @@ def test_every_miss_has_the_command_that_shows_it(run):
     assert commands == [f"replay view RUN --miss {miss.number}" for miss in run.misses["slow"]]
 
 
-def test_a_first_touch_that_is_not_known_to_a_microsecond_says_how_well_it_is():
-    (miss,) = compute(jumping(), detectors="exact", oracle="continuous").misses["exact"]
+@pytest.mark.parametrize(("away", "known"), [(0.0, True), (1e4, False)])
+def test_a_first_touch_that_is_not_known_to_a_microsecond_says_how_well_it_is(away, known):
+    depth, turned = 1e-9, 1.5
+    result = compute(grazing(away, depth, turned), detectors="exact", oracle="continuous")
+    (miss,) = result.misses["exact"]
+    # The edge is at 45 degrees, its way out half a diagonal: x = r cos(45 degrees - angle), and touches at r - depth.
+    truth = 0.01 + 0.01 * (np.pi / 4 - np.arccos(1.0 - depth / (0.01 * 2**0.5))) / turned
+    assert miss.touch.free <= truth <= miss.touch.moment
+    (row,) = parquet_misses(result).to_pylist()
+    assert (row["touch_free"], row["touch"]) == (miss.touch.free, miss.touch.moment)
+    bound = f"within {1e6 * (row['touch'] - row['touch_free']):.2g} microseconds"
     moment = f"{miss.touch.moment:.3f}"
-    vague = replace(miss, touch=replace(miss.touch, free=miss.touch.moment - 8.9e-6))
-    assert column(miss_table("missed", [miss]), "at s") == [moment]
-    assert column(miss_table("missed", [vague]), "at s") == [Marked(moment, "", "within 8.9 microseconds")]
+    assert column(miss_table("missed", [miss]), "at s") == [moment if known else Marked(moment, "", bound)]
+    assert known == (row["touch"] - row["touch_free"] <= 1e-6)
+    note = miss_note(miss, 1, 1, "exact", "continuous")
+    assert f"from {miss.touch.moment:.6f} s{'' if known else f' ({bound})'}; no frame shows it" in note
 
 
 @pytest.mark.parametrize(
@@ -159,5 +171,6 @@ def test_intervals_are_said_to_be_over_contacts_wherever_they_stand(run):
     tables = pair_frame_table("", audit), matched_table("", audit, CONTACT_WORDS), tradeoff_table("", [])
     texts = [run.summary["intervals"], *(" ".join(made.titled("", "more").notes) for made in tables)]
     texts += [" ".join(page(topic).split()) for topic in ("audit", "price")]
-    assert all("contacts drawn anew" in text.replace("contacts are", "contacts") for text in texts)
+    (word,) = (line for line in page("glossary").splitlines() if line.startswith("| interval |"))
+    assert all("contacts drawn anew" in text.replace("contacts are", "contacts") for text in [*texts, word])
     assert all("over look phases alone" in text for text in texts)

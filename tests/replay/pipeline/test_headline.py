@@ -2,10 +2,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from support.small_worlds import jumping
 
 from replay.base.wilson import share
 from replay.comparison.outcome import Comparison, Episode, Outcome
-from replay.pipeline.headline import beside, headline, headlines, held, invented, phases, price
+from replay.pipeline.engine import compute
+from replay.pipeline.headline import beside, compounds, headline, headlines, held, invented, phases, price
 
 
 def told(*contacts):
@@ -88,6 +90,13 @@ def test_booleans_beside_faces_and_live_beside_the_whole_recording_are_not_alike
     assert line.endswith(f". One pass of each{'' if alike else ', not alike'}: {LIKE}")
 
 
+def test_who_lists_no_faces_took_its_time_without_them_though_it_was_asked():
+    (line,) = price(compute(jumping(), detectors="exact", oracle="continuous", offline=True))
+    assert line.count("(whole recording at once, without faces)") == 2 and "One pass of each: " in line
+    (line,) = price(compute(jumping(), detectors="continuous", oracle="exact"))
+    assert "with faces); continuous took" in line and "One pass of each, not alike: " in line
+
+
 def test_who_reports_contact_where_there_is_none_is_told_so_however_little_it_misses():
     for outcomes, told in {(1, 1, 2): [], (1, *[3] * 29): ["96.7"], (3, 3): ["100"]}.items():
         one = Comparison("it", "exact", np.array([outcomes], dtype=np.uint8))
@@ -101,7 +110,7 @@ def looked(contacts=18):
     run.summary = {"detectors": {"slow": {"name": "discrete", "settings": {"rate_hz": 22.5}}}}
     run.phases = {"slow": {"contacts_missed": share(contacts * 4, contacts * 16)}}
     run.detections = {"exact": SimpleNamespace(verdict=np.ones((len(run.comparisons["slow"].outcome), 1), np.uint8))}
-    run.detections["slow"], run.holdings = run.detections["exact"], ()
+    run.detections["slow"], run.holdings, run.detectors = run.detections["exact"], (), {}
     return run
 
 
@@ -146,3 +155,18 @@ def test_of_several_detectors_the_headline_is_that_of_the_worst_with_its_larger_
     run.comparisons["hull"] = run.comparisons["slow"]
     assert headlines(run) == ["hull: 75 % of the contact it reports is false"]
     assert invented(run) == []
+
+
+@pytest.mark.parametrize(
+    ("counts", "lines"),
+    [
+        ((), []),
+        ((1,), ["it was asked for at most 4 convex pieces of a mesh: it made 1 piece of each, 1 in all."]),
+        ((3, 1, 4), ["it was asked for at most 4 convex pieces of a mesh: it made 1 to 4 pieces of each, 8 in all."]),
+    ],
+)
+def test_how_many_pieces_a_compound_came_to_is_said(counts, lines):
+    parts = {str(k): (None,) * count for k, count in enumerate(counts)}
+    shape = "compound" if counts else "hull"
+    detector = SimpleNamespace(settings=SimpleNamespace(shape=shape, pieces=4), parts=parts)
+    assert compounds(SimpleNamespace(detectors={"it": detector})) == lines

@@ -1,9 +1,10 @@
 """Every sentence of headline, advice and gate, against counts worked out by hand, in every state."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from support.sentences import unsaid
+from support.sentences import sources, unsaid
 from support.small_worlds import verdict_column
 
 from replay.base.wilson import share
@@ -13,11 +14,13 @@ from replay.comparison.misses import stretches
 from replay.comparison.outcome import Episode
 from replay.errors import AuditError
 from replay.outputs.report.tables import trust
-from replay.pipeline import gates, headline
+from replay.pipeline import headline
+from replay.pipeline.citations import citations, sources_behind
 from replay.pipeline.gates import Gates
+from replay.pipeline.ranking import PHASES, Rank, fault_words
 from replay.pipeline.scores import score
-from replay.tradeoffs import pareto
 from replay.tradeoffs.pareto import advice_of
+from replay.tradeoffs.settings import settings_list
 from sessions import Finding, Severity
 
 LIMITS = Gates(max_missed=0.0, max_p99_ms=1.0, max_invented=0.0)
@@ -205,5 +208,13 @@ def test_no_template_is_untested():
     slow.summary["audit"]["other"], slow.summary["detectors"]["other"] = apart, slow.summary["detectors"]["exact"]
     slow.summary["detectors"]["it"]["contacts"] = 1
     everything += headline.headlines(slow)
+    everything += [f"{one.line} {one.axis}" for one in settings_list()]
+    everything.append(citations(sources_behind(["support.planted_detectors:Undecided"])))
+    cut = SimpleNamespace(settings=SimpleNamespace(shape="compound", pieces=4), parts={"a": (1, 2), "b": (1,)})
+    everything += headline.compounds(SimpleNamespace(detectors={"it": cut}))
+    half = {"share": 0.5, "count": 1, "of": 2}
+    rank = Rank("it", "discrete", 2, half, half, half, 1, (0, 0), None, PHASES)
+    none = replace(rank, missed=None, in_part=None, false=None, undecided=0)
+    everything += map(fault_words, (rank, none, replace(none, contacts=0)))
     text = "\n".join([*everything, *advice_of(two), str(refused.value)])
-    assert unsaid(text, headline, gates, pareto) == []
+    assert unsaid(text, *sources("replay/pipeline/*.py", "replay/tradeoffs/*.py")) == []

@@ -141,6 +141,28 @@ def test_a_recording_is_in_the_partial_file_before_it_is_closed(tmp_path):
     assert not (tmp_path / "s.mcap.partial").exists()
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="there the system itself refuses to remove an open file")
+def test_two_recorders_never_write_one_file_and_no_link_is_followed(tmp_path):
+    path, precious = tmp_path / "s.mcap", tmp_path / "thesis"
+    precious.write_text("years")
+    (tmp_path / "s.mcap.partial").symlink_to(precious)
+    with Recorder(path, overwrite=True) as recorder:
+        recorder.poses(0, {"a": ((0, 0, 0), (0, 0, 0, 1))})
+        with pytest.raises(SessionFileError, match="holds a recording that goes on"):
+            Recorder(path, overwrite=True)
+    assert len(read_session(path).frames) == 1 and precious.read_text() == "years"
+
+
+def test_a_file_that_appears_while_recording_is_kept(tmp_path):
+    path = tmp_path / "s.mcap"
+    recorder = Recorder(path)
+    recorder.poses(0, {"a": ((0, 0, 0), (0, 0, 0, 1))})
+    path.write_text("theirs")
+    with pytest.raises(SessionFileError, match="cannot be written"):
+        recorder.close()
+    assert path.read_text() == "theirs" and (tmp_path / "s.mcap.partial").is_file()
+
+
 def test_nothing_that_was_recorded_is_overwritten_by_accident(tmp_path):
     path = tmp_path / "s.mcap"
     with Recorder(path) as recorder:

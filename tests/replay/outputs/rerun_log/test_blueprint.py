@@ -155,6 +155,7 @@ def test_one_look_that_the_machine_held_up_is_cut_off_and_the_title_says_so(demo
     assert "worst 50.00, cut off: 450% of a 90 Hz frame" in view.name
 
 
+@pytest.mark.slow
 def test_hundreds_of_misses_are_listed_by_clusters_first_and_each_in_a_tab_beside(hundreds, layout):
     views = BlueprintInput(hundreds[1].path).views()
     (first,) = [query for name, query in views.items() if re.match(r"\d+ of \d+ contacts missed by 22\.5Hz", name)]

@@ -28,7 +28,8 @@ def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path):
     )  # fmt: skip
     tables = ["episodes.parquet", "events.parquet", "frames.parquet", "metrics.parquet", "misses.parquet"]
     assert names(out) == [*tables, "report.html", "run.rrd", "session.mcap", "summary.json", "timing.parquet"]
-    assert json.loads((out / "summary.json").read_text()) == json.loads(json.dumps(result.summary))
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary.pop("files") == names(out) and summary == json.loads(json.dumps(result.summary))
     assert pq.read_table(out / "misses.parquet").num_rows == len(result.misses["slow"])
     assert names(out.parent) == ["run"]
 
@@ -50,11 +51,20 @@ def test_a_failure_leaves_nothing_behind_and_an_earlier_run_untouched(result, tm
 
 def test_an_earlier_run_is_replaced_only_when_asked(result, tmp_path):
     out = write_run_folder(result, tmp_path / "run")
+    (out / "old.parquet").write_text("earlier")
+    _list(out, [*names(out)])
     (out / "note.txt").write_text("mine")
+    (out / "more").mkdir()
     with pytest.raises(OutputError, match="exists; name another folder, or replace it with --force"):
         write_run_folder(result, out)
     write_run_folder(result, out, force=True)
-    assert "note.txt" not in names(out) and names(tmp_path) == ["run"]
+    assert "old.parquet" not in names(out) and (out / "note.txt").read_text() == "mine" and (out / "more").is_dir()
+    assert names(tmp_path) == ["run"]
+
+
+def _list(out, files):
+    summary = json.loads((out / "summary.json").read_text())
+    (out / "summary.json").write_text(json.dumps({**summary, "files": files}))
 
 
 def test_a_folder_that_is_no_run_is_never_replaced(tmp_path):
@@ -63,6 +73,11 @@ def test_a_folder_that_is_no_run_is_never_replaced(tmp_path):
         check_target(tmp_path, force=True)
     with pytest.raises(OutputError, match="is a file"):
         check_target(tmp_path / "thesis.txt", force=True)
+    outside = '{"schema": "vrlab-replay/run/1", "files": ["../thesis.txt"]}'
+    for mark in ("{}", '{"schema": "vrlab-study/1"}', "[]", outside):
+        (tmp_path / "summary.json").write_text(mark)
+        with pytest.raises(OutputError, match="is not a run folder and is not replaced"):
+            check_target(tmp_path, force=True)
     (tmp_path / "empty").mkdir()
     check_target(tmp_path / "empty", force=True)
     check_target(tmp_path / "new")

@@ -1,0 +1,133 @@
+import subprocess
+import sys
+import threading
+
+import pytest
+
+from sessions.whole_files import whole_file, whole_folder
+
+
+class RefusalError(Exception):
+    pass
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def listed(folder):
+    if not (folder / "mark").is_file() and any(folder.iterdir()):
+        raise RefusalError(f"{folder} is foreign")
+    return ("table", "mark")
+
+
+KILLED = """
+import os
+from pathlib import Path
+from sessions.whole_files import whole_folder
+
+rename = Path.rename
+
+def once(self, to):
+    rename(self, to)
+    os.kill(os.getpid(), 9)
+
+if "{moment}" == "between":
+    Path.rename = once
+with whole_folder(Path("{out}"), OSError, lambda _: ("table", "mark")) as folder:
+    (folder / "table").write_text("torn")
+    if "{moment}" == "before":
+        os.kill(os.getpid(), 9)
+"""
+
+
+def write(folder, word):
+    (folder / "table").write_text(word)
+    (folder / "mark").write_text(word)
+
+
+def test_two_writers_of_one_file_share_no_bytes_and_the_later_one_stands(tmp_path):
+    out = tmp_path / "out"
+    with whole_file(out, RefusalError) as one, whole_file(out, RefusalError) as two:
+        one.write(b"one" * 9)
+        two.write(b"two")
+    assert out.read_bytes() == b"one" * 9 and names(tmp_path) == ["out"]
+
+
+def test_a_file_that_appears_meanwhile_is_not_replaced_unless_asked(tmp_path):
+    out = tmp_path / "out"
+    with pytest.raises(RefusalError, match="was written by another program meanwhile; name another"):  # noqa: SIM117
+        with whole_file(out, RefusalError, overwrite=False) as stream:
+            stream.write(b"mine")
+            out.write_bytes(b"theirs")
+    assert out.read_bytes() == b"theirs" and names(tmp_path) == ["out"]
+
+
+def test_no_link_is_followed(tmp_path):
+    (tmp_path / "precious").write_text("thesis")
+    for name in ("out.writing", ".out.partial", ".out.12345678.partial", "out"):
+        (tmp_path / name).symlink_to(tmp_path / "precious")
+    with whole_file(tmp_path / "out", RefusalError) as stream:
+        stream.write(b"new")
+    assert (tmp_path / "precious").read_text() == "thesis" and (tmp_path / "out").read_text() == "new"
+    assert not (tmp_path / "out").is_symlink()
+
+
+def test_twelve_writers_of_one_folder_leave_one_whole_folder_and_say_so(tmp_path):
+    out, ends = tmp_path / "out", []
+    begin = threading.Barrier(12)
+
+    def one(word):
+        try:
+            with whole_folder(out, RefusalError) as folder:
+                write(folder, word)
+                begin.wait()
+            ends.append(word)
+        except RefusalError as error:
+            assert "another program" in str(error)
+
+    threads = [threading.Thread(target=one, args=(str(k),)) for k in range(12)]
+    [thread.start() for thread in threads]
+    [thread.join() for thread in threads]
+    assert len(ends) == 1 and (out / "table").read_text() == (out / "mark").read_text() == ends[0]
+    assert names(tmp_path) == ["out"]
+
+
+def test_a_replaced_folder_loses_what_it_lists_and_nothing_else(tmp_path):
+    out = tmp_path / "out"
+    for word in ("first", "second"):
+        with whole_folder(out, RefusalError, listed) as folder:
+            write(folder, word)
+        (out / f"{word}.txt").write_text("mine")
+    assert names(out) == ["first.txt", "mark", "second.txt", "table"] and (out / "mark").read_text() == "second"
+    (out / "mark").unlink()
+    with pytest.raises(RefusalError, match="is foreign"), whole_folder(out, RefusalError, listed) as folder:
+        write(folder, "third")
+    assert names(tmp_path) == ["out"] and (out / "table").read_text() == "second"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no signal kills there")
+@pytest.mark.parametrize("moment", ["before", "between"])
+def test_what_a_killed_writer_left_is_cleaned_by_the_next_and_a_living_one_is_not_touched(tmp_path, moment):
+    out = tmp_path / "out"
+    with whole_folder(out, RefusalError, listed) as folder:
+        write(folder, "first")
+    (out / "note").write_text("mine")
+    program = KILLED.format(out=str(out), moment=moment)
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == -9
+    assert len(names(tmp_path)) == 3
+    with whole_folder(out, RefusalError, listed) as living:
+        with whole_folder(out, RefusalError, listed) as folder:
+            write(folder, "second")
+        assert living.is_dir()
+        write(living, "third")
+    assert names(tmp_path) == ["out"] and names(out) == ["mark", "note", "table"]
+    assert (out / "mark").read_text() == "third" and (out / "note").read_text() == "mine"
+
+
+def test_a_place_that_cannot_be_written_is_one_sentence(tmp_path):
+    (tmp_path / "file").write_text("")
+    for target in (tmp_path / "file" / "out", tmp_path / ("x" * 300)):
+        with pytest.raises(RefusalError, match="cannot be written"), whole_file(target, RefusalError):
+            pass
+    assert names(tmp_path) == ["file"]
