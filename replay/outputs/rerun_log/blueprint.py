@@ -10,6 +10,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from replay.comparison.outcome import Outcome
 from replay.outputs.camera import Eye
 from replay.outputs.rerun_log.columns import SESSION
 from replay.outputs.rerun_log.contacts import contacts_path
@@ -49,6 +50,10 @@ SCREEN_POINTS: Final = 980
 
 LANES_IN_VIEW: Final = 5
 """Lanes beside the picture, the numbers included: at 40 points each, more would be cut off. All are in the next tab."""
+
+
+IN_LEGEND: Final = frozenset({Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH, Outcome.HELD})
+"""Outcomes that the legend of the pair in focus names; for more there is no room."""
 
 
 @dataclass(frozen=True)
@@ -180,8 +185,9 @@ def _overview(layout: BlueprintInput, lanes: OverviewLanes) -> Any:
     own = [f"- /{one.missed}/**" for one in layout.subjects]
     contents = ["/world/**", *normals, *spheres, *own]
     times = timing_view(layout.costs, _whole(layout), short=True)
-    faded = faded_meshes(layout.result, layout.hiding)
-    return overview_tab(lanes, contents, _eye_controls(layout.eye), faded, _whole(layout), times)
+    there = {code for one in layout.result.comparisons.values() for code in np.unique(one.outcome).tolist()}
+    faded, legend = faded_meshes(layout.result, layout.hiding), lane_legend(there & IN_LEGEND)
+    return overview_tab(lanes, contents, _eye_controls(layout.eye), faded, legend, _whole(layout), times)
 
 
 def _words(subject: Subject) -> Any:

@@ -23,7 +23,13 @@ SHARES: Final = (0.42, 0.32, 0.26)
 
 
 def overview_tab(
-    lanes: OverviewLanes, contents: Sequence[str], eye: rrb.EyeControls3D, faded: Any, whole: rrb.TimeAxis, timing: Any
+    lanes: OverviewLanes,
+    contents: Sequence[str],
+    eye: rrb.EyeControls3D,
+    faded: Any,
+    legend: str,
+    whole: rrb.TimeAxis,
+    timing: Any,
 ) -> Any:
     """The tab; ``contents``: of the room; ``eye``: on all of it; ``faded``: overrides of the close-up."""
     ranking = rrb.TextDocumentView(origin=f"/{RANKING}", name="Ranking")
@@ -33,8 +39,7 @@ def overview_tab(
     close = spatial("Close-up: the moment nearest to the cursor", [*contents, *hidden], controls, overrides=faded)
     start, end = (rr.TimeRangeBoundary.cursor_relative(seconds=sign * AROUND) for sign in (-1, 1))
     around = rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
-    legend = "red: missed   yellow: invented   blue: both   grey: true"
-    near = state_view("focus/pair", f"The pair in focus   {legend}", around, lanes.near)
+    near = state_view("focus/pair", f"The pair in focus    {legend}    grey: true", around, lanes.near)
     every = state_view("focus/all", "All pairs, whole session: red numbers are misses", whole, lanes.whole)
     bottom = [
         timing,

@@ -39,10 +39,10 @@ def pipeline_tab(result: RunResult, run: WatchedRun, eye: rrb.EyeControls3D, who
     left = f"Pairs left after each stage, of {pairs}    ({2 * AROUND:g} s around the cursor)"
     counts = plot(around, f"/{pipeline_path(run.label, 'pairs')}", left)
     high, slowest, cut = clipped([np.sum(list(stage_ms(run).values()), axis=0)])
-    worst = f"    worst {slowest:.2f}{cut}" if cut else ""
-    added = f"Time per frame by stage, ms, added up    {budget_words(run)}{worst}"
+    worst = f", worst {slowest:.2f}{cut}" if cut else ""
+    added = f"Stages, ms, added up: {budget_words(run)}{worst}"
     times = plot(whole, f"/{pipeline_path(run.label, 'time')}", added, axis_y=rrb.ScalarAxis(range=(0.0, high)))
-    work = plot(whole, f"/{pipeline_path(run.label, 'work')}", "Work of the search, per frame")
+    work = plot(whole, f"/{pipeline_path(run.label, 'work')}", "Work per frame")
     top, bottom = [near, _frame(run)], [counts, rrb.Tabs(times, work, active_tab=0)]
     if run.moments:
         top.insert(1, _search(result, run, meshes))
@@ -61,6 +61,6 @@ def _search(result: RunResult, run: WatchedRun, meshes: list[str]) -> Any:
 
 
 def _frame(run: WatchedRun) -> Any:
-    bounds = rrb.VisualBounds2D(x_range=(-230.0, WIDTH + 330.0), y_range=(-120.0, 960.0))
+    bounds = rrb.VisualBounds2D(x_range=(-310.0, WIDTH + 330.0), y_range=(-120.0, 960.0))
     origin = f"/{pipeline_path(run.label, 'frame')}"
     return rrb.Spatial2DView(origin=origin, name="This frame", visual_bounds=bounds, background=PLAIN)
