@@ -166,11 +166,11 @@ def stream_live(detector: Detector, motions: Iterable[Motion]) -> Iterator[Detec
     for motion in blocks_in_order(motions):
         if head is None:
             # It says what does not change from frame to frame; asked before the session, which it would make forget.
-            head, session = detector.detect(motion.frames(0, 1)), _session(detector)
+            head, session = detector.detect(motion.frames(0, 1)), live_session(detector)
         yield _looks(head, session, motion)
 
 
-def _session(detector: Detector) -> Live:
+def live_session(detector: Detector) -> Live:
     """A session of a detector; of one without ``live`` its stream, in blocks of one frame."""
     if hasattr(detector, "live"):
         live: Live = detector.live()

@@ -19,8 +19,9 @@ TIMES_MORE: Final = 10
 
 FRAMES_BEFORE: Final = 32
 """At least so many frames before a miss are searched again too, because a search starts where the one before ended.
-Of 74 misses of ``hybrid-qaco[budget=100]`` in bench-bumps a cold search finds 40, one warm for 16 frames 67, for 32 72;
-a run with ten times the budget finds as many. To begin from the run's own closest faces changes none of these."""
+Of 74 misses of ``hybrid-qaco[budget=100]`` in bench-bumps (choreography 1) a cold search finds 40, one warm for 16
+frames 67, for 32 72; a run with ten times the budget finds as many. To begin from the run's own closest faces changes
+none of these."""
 
 
 class SearchExplainer:

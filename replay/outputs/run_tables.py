@@ -200,13 +200,15 @@ def cluster_table(label: str, misses: Sequence[Miss], run: object = "RUN") -> Ta
 
 def cost_table(result: RunResult) -> Table:
     """What each detector took; quantiles are over the frames at which it looked, ``LATE`` is a share of all frames."""
-    rows, notes = [], []
+    rows, notes, others = [], [], []
     for label, figures in result.summary["detectors"].items():
         seconds, stages = figures["seconds"], figures["seconds"]["stages"]
         frame = seconds.get("per_frame")
         role = "oracle" if label == result.oracle else "live" if figures["live"] else "offline"
         if label in result.comparisons and not figures["online"]:
             notes.append(f"{label} cannot be asked live")
+        if (busy := 1 - seconds.get("processor_share", 1.0)) > BUSY:
+            others.append(f"{busy:.0%} of the clock of {label}")
         longest = max(stages, key=stages.__getitem__, default="")
         total = sum(stages.values())
         share = f"{longest} {100 * stages[longest] / total:.0f} %" if total > 0 else longest
@@ -214,9 +216,14 @@ def cost_table(result: RunResult) -> Table:
         late = f"{figure(100 * frame['over_budget'])} %" if frame else ""
         rows.append((label, role, f"{seconds['detect']:.3f}", _ms(seconds["per_frame_mean"]), *each, late, share))
     head = ("detector", "how", "whole s", "mean ms", *QUANTILES.values(), LATE, "longest stage")
+    if others:
+        notes.append(f"other work took {', '.join(others)}: another run may take other times")
     words = ("detector", "how", "longest stage")
     return table("Time of each detector", head, rows, words=words, whole=("how",), notes=notes)
 
+
+BUSY = 0.05
+"""Share of the clock that others had; with less, the 99 % of three runs lie within 30 % of each other."""
 
 QUANTILES = {"median": "median ms", "p95": "95 % ms", "p99": "99 % ms", "max": "worst ms"}
 LATE = f"over {BUDGET_MS:.1f} ms"

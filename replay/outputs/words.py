@@ -69,9 +69,9 @@ def lane_legend(outcomes: Iterable[int], by: str = "") -> str:
     return "    ".join(words)
 
 
-def counted(number: int, thing: str) -> str:
-    """``1 frame``, ``2 frames``."""
-    return f"{number:,} {thing}{'s' * (number != 1)}"
+def counted(number: int, thing: str, several: str = "") -> str:
+    """``1 frame``, ``2 frames``; ``several`` where an s is not enough."""
+    return f"{number:,} {thing if number == 1 else several or thing + 's'}"
 
 
 def depth_words(miss: Miss, unit: str = "", width: int = 0) -> str:

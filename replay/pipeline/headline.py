@@ -156,7 +156,8 @@ def price(result: RunResult) -> list[str]:
     parts = [f"{did} {trusted} in {took[trusted]} a frame ({kinds[trusted]})"]
     parts += [f"{label} took {took[label]} ({kinds[label]})" for label in labels[1:]]
     alike = "" if len(set(kinds.values())) == 1 else ", not alike"
-    return [f"{'; '.join(parts)}. One pass of each{alike}: replay tradeoff compares like with like."]
+    passes = f"One pass of each{alike}: replay tradeoff compares like with like" if len(labels) > 1 else "One pass"
+    return [f"{'; '.join(parts)}. {passes}."]
 
 
 def _kind(figures: Mapping[str, Any]) -> str:

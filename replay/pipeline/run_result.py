@@ -18,7 +18,7 @@ from replay.prepare.flags import Flags
 from replay.prepare.repair import Repair
 from sessions import Session
 
-TRADEOFF_SCHEMA: Final = "vrlab-replay/tradeoffs/1"
+TRADEOFF_SCHEMA: Final = "vrlab-replay/tradeoffs/2"
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,10 +28,12 @@ class Tradeoff:
     Parameters
     ----------
     rows : one per setting, in the order of the list: plain data, the columns of ``tradeoff.parquet``.
-    front, front_online : labels, quickest first, of all and of those timed frame by frame.
-    advice : sentences.
+    front, front_online : labels, quickest first, by the time of a whole answer and by that of a live look.
+    advice : sentences; ``answer``: the shortest one, with two numbers.
+    growth : rows of ``replay.tradeoffs.growth``, where that was asked for.
     cut : labels that the time limit left out.
-    about : session, oracle, machine, versions, seed, and ``processor_share``: of the seconds on the clock those in
+    about : session, oracle, machine, versions, seed, ``clock`` (its self-check, live and offline), and
+        ``processor_share``: of the seconds on the clock those in
         which this process was at work; far below 1, others were, and times are upper bounds.
     """
 
@@ -41,11 +43,13 @@ class Tradeoff:
     advice: tuple[str, ...]
     cut: tuple[str, ...] = ()
     about: dict[str, Any] = field(default_factory=dict)
+    answer: str = ""
+    growth: tuple[dict[str, Any], ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Everything as plain data."""
         lists = {name: list(getattr(self, name)) for name in ("advice", "front", "front_online", "cut", "rows")}
-        return {"schema": TRADEOFF_SCHEMA, **self.about, **lists}
+        return {"schema": TRADEOFF_SCHEMA, **self.about, "answer": self.answer, **lists, "growth": list(self.growth)}
 
 
 @dataclass(frozen=True, eq=False)

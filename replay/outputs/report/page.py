@@ -47,8 +47,7 @@ def report_html(result: RunResult) -> str:
 
 def _headlines(result: RunResult) -> list[str]:
     if result.tradeoff is not None:
-        tried, front = len(result.tradeoff.rows), len(result.tradeoff.front)
-        return [f"What accuracy costs: {tried} settings tried, {front} on the front"]
+        return [result.tradeoff.answer]
     if result.comparisons:
         return [f"{words}, compared with {result.oracle}" for words in headlines(result)]
     if result.detections:

@@ -20,7 +20,7 @@ from replay.metrics.row import METRICS, TASK, metric_rows
 from replay.outputs.results.parquet import columns_of, table_of
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import frame_seconds
-from replay.prepare.flags import POSE_DOUBT, flag_words
+from replay.prepare.flags import POSE_DOUBT, flag_word
 
 VERDICT_WORDS: Final = [verdict.name for verdict in Verdict]
 OUTCOME_WORDS: Final = [outcome.name for outcome in Outcome]
@@ -210,7 +210,7 @@ def _doubt(result: RunResult, episode: Episode) -> str | None:
     if result.flags is None:
         return None
     part = result.flags.bodies[episode.first : episode.last + 1, result.assembly.pairs[episode.pair]]
-    return flag_words()[int(np.bitwise_or.reduce(part, axis=None))] or None
+    return flag_word(int(np.bitwise_or.reduce(part, axis=None))) or None
 
 
 def _flag_column(result: RunResult, rows: IntArray, columns: IntArray) -> pa.DictionaryArray:
@@ -219,9 +219,8 @@ def _flag_column(result: RunResult, rows: IntArray, columns: IntArray) -> pa.Dic
         ends = result.assembly.pairs[columns]
         flag = result.flags.bodies[rows, ends[:, 0]] | result.flags.bodies[rows, ends[:, 1]]
     codes, place = np.unique(flag, return_inverse=True)
-    words = flag_words()
     named = pa.array(place.reshape(-1).astype(np.int32), mask=flag == 0)
-    return pa.DictionaryArray.from_arrays(named, pa.array([words[code] for code in codes.tolist()], pa.string()))
+    return pa.DictionaryArray.from_arrays(named, pa.array([flag_word(code) for code in codes.tolist()], pa.string()))
 
 
 def _frame_columns(result: RunResult, rows: IntArray, columns: IntArray, numbers: Mapping[str, IntArray]) -> Columns:

@@ -71,6 +71,8 @@ def test_times_of_one_pass_are_said_to_be_that_and_to_be_of_what_they_are():
         f"faces). One pass of each, not alike: {LIKE}"
     ]
     assert price(priced()) == []
+    (alone,) = price(priced(engine=engine))
+    assert alone.endswith(" 0.0569 ms a frame (whole recording at once, with faces). One pass.")
     (none,) = price(priced(contacts=0, slow=took(1.63e-4)))
     assert none.startswith("No contact was found by exact in 0.0569 ms a frame")
 
@@ -82,7 +84,6 @@ def test_times_of_one_pass_are_said_to_be_that_and_to_be_of_what_they_are():
         (True, took(2e-5, live=False), False),
         (False, took(2e-5), False),
         (False, took(2e-5, live=False, faces=True), False),
-        (True, took(2e-5, name="recorded"), True),
     ],
 )
 def test_booleans_beside_faces_and_live_beside_the_whole_recording_are_not_alike(faces, subject, alike):
