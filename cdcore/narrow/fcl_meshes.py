@@ -80,6 +80,12 @@ class FclMeshes:
         keys = np.unique(np.array(found.first, dtype=np.int64) << 32 | np.array(found.second, dtype=np.int64))
         return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)
 
+    def gap(self, a: int, b: int) -> tuple[float, FloatArray]:
+        """Metres between the surfaces of two placed bodies that do not meet, and the nearest points (2, 3) of both."""
+        found = fcl.DistanceResult()
+        metres = fcl.distance(self._bodies[a], self._bodies[b], fcl.DistanceRequest(True), found)
+        return float(metres), np.array(found.nearest_points)
+
     def touch_along(
         self, a: int, b: int, poses_a: tuple[FloatArray, FloatArray], poses_b: tuple[FloatArray, FloatArray]
     ) -> BoolArray:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns, turned_faces
-from cdcore.numerics import BoolArray, IntArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, Verdict, ordered_by_name
 
 
@@ -64,13 +64,21 @@ class MeshStage:
 
     def look(self, motion: Motion, frame: int, column: int, *, faces: bool = False) -> tuple[bool, NDArray[np.int32]]:
         """One pair in one frame, as a live engine asks: contact or not, and the faces if asked for."""
-        a, b = self._ends[column]
-        for body in (a, b):
-            self._meshes.place_known(body, motion.rotations[frame, body], motion.translations[frame, body])
+        a, b = self._placed(motion, frame, column)
         if not faces:
             return self._meshes.touch(a, b), NO_FACES
         found = self._meshes.faces(a, b)
         return len(found) > 0, turned_faces(found) if self._turned[column] else found
+
+    def gap(self, motion: Motion, frame: int, column: int) -> tuple[float, FloatArray]:
+        """Metres between the surfaces of a pair that does not meet, and the nearest points (2, 3), world metres."""
+        return self._meshes.gap(*self._placed(motion, frame, column))
+
+    def _placed(self, motion: Motion, frame: int, column: int) -> tuple[int, int]:
+        a, b = self._ends[column]
+        for body in (a, b):
+            self._meshes.place_known(body, motion.rotations[frame, body], motion.translations[frame, body])
+        return a, b
 
     def decide_now(self, now: Motion, column: int, _margin: float) -> tuple[int, bool]:
         """CONTACT or CLEAR for one pair in a motion of one frame, and False: how far it is apart is not asked."""

@@ -10,23 +10,27 @@ from replay.cli.options import RUN_FOLDER, common
 
 @click.command()
 @click.argument("run", type=RUN_FOLDER, metavar="RUN")
-@click.option("--miss", type=click.IntRange(min=1), metavar="N", help="Open at this miss; else at the longest cut.")
+@click.option("--miss", type=click.IntRange(min=1), metavar="N", help="Open at this miss; else at the worst moment.")
+@click.option("--false", type=click.IntRange(min=1), metavar="N", help="Open at this false contact.")
+@click.option("--by", default="", metavar="LABEL", help="Of which detector; else of the first that has it.")
 @common
-def command(run: Path, miss: int | None, people: People) -> int:
+def command(run: Path, miss: int | None, false: int | None, by: str, people: People) -> int:
     """Open the picture of the run folder RUN in a viewer of its own, on this machine only.
 
     \b
     replay view run1
     replay view run1 --miss 4
+    replay view run1 --false 2 --by hull50
     """
     from replay.outputs.results.run_folder import read_run_folder
 
     folder = read_run_folder(run)
     folder.require_miss(miss)
-    people.say(f"opening {folder.picture}" + (f" at miss {miss}" if miss else "") + " ...")
+    where = f" at miss {miss}" if miss else f" at false contact {false}" if false else ""
+    people.say(f"opening {folder.picture}{where} ...")
     from replay.outputs.rerun_log.viewer import open_viewer
 
-    with open_viewer(run, miss) as viewer:
+    with open_viewer(run, miss, false=false, by=by) as viewer:
         people.say("close its window, or press Ctrl-C here, to end")
         viewer.process.wait()
     return 0

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from replay.effects.declaring import Pair, pairs
 from replay.effects.inputs import EffectInputs, PairContact
-from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series, Vector, vector_of
+from replay.effects.output import FACE_PAIRS, EffectEvent, EffectOutput, Findings, FloatArray, Series, Vector, vector_of
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of, steadied
 
@@ -94,7 +94,7 @@ def _faces(inputs: EffectInputs, reported: PairContact) -> Series:
     counts: NDArray[np.float64] = reported.detection.face_counts[:, reported.column].astype(np.float64)
     changes = np.flatnonzero(np.diff(counts, prepend=-1.0))
     rows = np.unique(np.concatenate([changes, np.maximum(changes - 1, 0)]))
-    return Series(inputs.times[rows], counts[rows], "face pairs")
+    return Series(inputs.times[rows], counts[rows], FACE_PAIRS)
 
 
 SPEC = EffectSpec(

@@ -4,7 +4,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,10 @@ Vector = tuple[float, float, float]
 def vector_of(place: FloatArray) -> Vector:
     """A place (3,) as three plain numbers."""
     return float(place[0]), float(place[1]), float(place[2])
+
+
+FACE_PAIRS: Final = "face pairs"
+"""Unit of a series that counts."""
 
 
 @dataclass(frozen=True)

@@ -95,6 +95,18 @@ class Obstacles:
         best = choices[int(np.argmin(cost))]
         return Eye(vector_of(place + CLOSE_UP * best), vector_of(place))
 
+    def hiding(self, frame: int, eye: Eye) -> set[int]:
+        """Bodies of the assembly of which a surface stands between an eye and what it looks at."""
+        motion, ray = self._motion, np.subtract(eye.position, eye.target)
+        far = float(np.linalg.norm(ray))
+        found = set()
+        for body in np.flatnonzero(motion.valid[frame]).tolist():
+            turn = motion.rotations[frame, body]
+            local = (np.asarray(eye.target) - motion.translations[frame, body]) @ turn
+            if self._bodies[body].crossings(local, (ray / far)[None] @ turn, far).any():
+                found.add(body)
+        return found
+
 
 class _Surface:
     """One mesh in its own frame, with a ball around each face."""

@@ -1,6 +1,6 @@
 """The words that terminal, page and picture use for the same thing, once."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Final
 
@@ -50,11 +50,23 @@ NOT_LOOKED_FOR: Final = "No contact was looked for: the scene's effects call for
 NOTHING_SUSPICIOUS: Final = "Nothing suspicious found"
 """What is said of a recording without warning or error: not that it can be trusted, for not every fault shows."""
 
-LANE_LEGEND: Final = (
-    "red: missed by {}    yellow: invented    blue: both    violet: between frames    grey: within tolerance    "
-    "dark: left out    green: held"
-)
-"""What the colours of audit lanes mean; the detector's label goes into the braces."""
+LANE_LEGEND: Final[Mapping[int, str]] = MappingProxyType(
+    {
+        Outcome.MISSED: "red: missed", Outcome.INVENTED: "yellow: invented", Outcome.BOTH: "blue: both",
+        Outcome.HELD: "green: held", Outcome.BETWEEN_FRAMES: "violet: between frames",
+        Outcome.WITHIN_TOLERANCE: "grey: within tolerance", Outcome.LEFT_OUT: "dark: left out",
+    }
+)  # fmt: skip
+"""What the colours of audit lanes mean, the worst first."""
+
+
+def lane_legend(outcomes: Iterable[int], by: str = "") -> str:
+    """The colours of the outcomes there are; ``by``: who missed."""
+    there = set(outcomes)
+    words = (
+        f"{text} by {by}" if by and one == Outcome.MISSED else text for one, text in LANE_LEGEND.items() if one in there
+    )
+    return "    ".join(words)
 
 
 def counted(number: int, thing: str, several: str = "") -> str:

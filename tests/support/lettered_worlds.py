@@ -15,6 +15,7 @@ STATES = {
     "undecided": (".C.CC.", "nunuun", "2 of 2 contacts undecided by it"),
     "not measured": ("......", "uuuuuu", "Nothing compared: exact and it both decided none of 6 pair-frames"),
     "more invented than found": ("C.....", "cnccnc", "None of 1 contact missed by it"),
+    "false at both ends": ("..CC..C.", "nccccccn", "None of 2 contacts missed by it"),
     "more than a list holds": ("C." * 41, "n" * 82, "41 of 41 contacts missed by it"),
 }
 

@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Final
 
+import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from cdcore.numerics import FloatArray
-from replay.base.constants import BUDGET_MS, HEADSET_HZ
+from replay.comparison.outcome import Outcome
 from replay.outputs.camera import Eye
 from replay.outputs.rerun_log.columns import SESSION
 from replay.outputs.rerun_log.contacts import contacts_path
 from replay.outputs.rerun_log.effects import EffectViews, effect_views
 from replay.outputs.rerun_log.findings import finding_lanes, finding_tab, state_view
+from replay.outputs.rerun_log.overview import SPACE, OverviewLanes
+from replay.outputs.rerun_log.overview_tab import overview_tab
 from replay.outputs.rerun_log.pipeline import sphere_path
 from replay.outputs.rerun_log.pipeline_tab import pipeline_tab
-from replay.outputs.rerun_log.timing import TOTAL, Cost, stage_path
+from replay.outputs.rerun_log.timing import Cost, any_timed, stage_path, timing_view
 from replay.outputs.rerun_log.tradeoff import curve_tab
-from replay.outputs.rerun_log.views import spatial, text_list
+from replay.outputs.rerun_log.views import faded_meshes, plot, spatial, text_list
 from replay.outputs.rerun_log.world import body_path
 from replay.outputs.watched_run import WatchedRun
-from replay.outputs.words import LANE_LEGEND
+from replay.outputs.words import lane_legend
 from replay.pipeline.run_result import RunResult
 
 AROUND: Final = 0.6
@@ -33,11 +35,11 @@ LANE_POINTS: Final = 40
 RULER_POINTS: Final = 64
 """Heights of a lane, and of title and ruler together, in points: the viewer does not let us choose."""
 
-BOTTOM_POINTS: Final = 200
-"""Height of the timing plot and of the words about a miss."""
+LOW_POINTS: Final = 704
+"""Height the tabs share on a screen of 800 lines: shares are relative, so what is whole there is whole on all."""
 
-BUDGET_SHOWN: Final = 0.25
-"""Share of the budget from which its line is in the plot of the audit."""
+BOTTOM_POINTS: Final = 165
+"""Height of the timing plot and of the words about a miss."""
 
 EFFECT_PLOTS: Final = 5
 """Plots of effects, one per unit; more would be too flat to read."""
@@ -46,8 +48,12 @@ SCREEN_POINTS: Final = 980
 """Height the tabs share on a 1080-line screen."""
 
 
-LANES_IN_VIEW: Final = 7
+LANES_IN_VIEW: Final = 5
 """Lanes beside the picture, the numbers included: at 40 points each, more would be cut off. All are in the next tab."""
+
+
+IN_LEGEND: Final = frozenset({Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH, Outcome.HELD})
+"""Outcomes that the legend of the pair in focus names; for more there is no room."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +102,10 @@ class BlueprintInput:
     costs : label -> what the detector took.
     detector_lanes : whether there are lanes per detector.
     watched : audited detectors that are shown at their work.
+    overview : lanes of the screen of all detectors, ``None`` without a moment to show.
+    leads : whether that screen is the first.
+    solids : label -> entities of the solids in place of the meshes.
+    hiding : bodies that stand before what a close-up shows: translucent there.
     start, end : seconds of the time axes; left alone, the viewer shows one minute around the cursor.
     """
 
@@ -107,17 +117,18 @@ class BlueprintInput:
     start: float
     end: float
     watched: Sequence[WatchedRun] = ()
+    overview: OverviewLanes | None = None
+    leads: bool = False
+    solids: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    hiding: Collection[str] = ()
 
     @property
     def hidden(self) -> list[str]:
         """Rules that keep out of a view what would hide what it stands on: contact normals and bounding spheres."""
         spheres = [sphere_path(body, run.label) for run in self.watched for body in self.result.assembly.names]
-        return [f"- /{path}" for path in [*(f"{contacts_path(label)}/normals" for label in self.costs), *spheres]]
-
-    @property
-    def timed(self) -> list[FloatArray]:
-        """Milliseconds of the looks of each detector that was timed frame by frame."""
-        return [cost.per_frame for cost in self.costs.values() if cost.per_frame is not None]
+        normals = [f"{contacts_path(label)}/normals" for label in self.costs]
+        solids = [path for paths in self.solids.values() for path in paths]
+        return [f"- /{path}" for path in [*normals, *spheres, *solids, f"{SPACE}/**"]]
 
 
 def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
@@ -129,6 +140,8 @@ def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
         name = f"Pipeline: {run.label}" if k else "Pipeline"
         tabs.append(pipeline_tab(result, run, _eye_controls(layout.eye), _whole(layout), name))
     first = 0
+    if layout.overview is not None:
+        tabs.insert(0 if layout.leads else len(layout.subjects), _overview(layout, layout.overview))
     if result.tradeoff is not None:
         first = len(tabs)
         tabs.append(curve_tab())
@@ -151,16 +164,30 @@ def _audit(layout: BlueprintInput, subject: Subject, name: str) -> Any:
     where = f"Where: red dots are contacts missed by {subject.label}"
     space = spatial(where, _contents(layout, subject, f"/{subject.missed}/eye"), _eye_controls(layout.eye))
     lane_share = RULER_POINTS + LANE_POINTS * max(2, len(lanes))
-    shares = [max(300, SCREEN_POINTS - lane_share - BOTTOM_POINTS), lane_share, BOTTOM_POINTS]
+    shares = [LOW_POINTS - lane_share - BOTTOM_POINTS, lane_share, BOTTOM_POINTS]
     beside = [_close_up(layout, subject)] if subject.camera else []
     widths = [0.42, 0.26, 0.32] if beside else [0.66, 0.34]
     pictures = rrb.Horizontal(space, *beside, _words(subject), column_shares=widths)
     rows = [pictures, _lanes(layout, subject, lanes)]
     note = rrb.TextDocumentView(origin=f"/{subject.words}/nearest_miss", name="The miss in the close-up")
-    bottom = [*([_timing(layout)] if layout.timed else []), *([note] if subject.camera else [])]
+    bottom = [
+        *([timing_view(layout.costs, _whole(layout))] if any_timed(layout.costs) else []),
+        *([note] if subject.camera else []),
+    ]
     if bottom:
         rows.append(rrb.Horizontal(*bottom, column_shares=[0.7, 0.3][: len(bottom)]))
     return rrb.Vertical(*rows, row_shares=shares[: len(rows)], name=name)
+
+
+def _overview(layout: BlueprintInput, lanes: OverviewLanes) -> Any:
+    normals = [f"- /{contacts_path(label)}/normals" for label in layout.costs]
+    spheres = [f"- /{sphere_path(body, run.label)}" for run in layout.watched for body in layout.result.assembly.names]
+    own = [f"- /{one.missed}/**" for one in layout.subjects]
+    contents = ["/world/**", *normals, *spheres, *own]
+    times = timing_view(layout.costs, _whole(layout), short=True)
+    there = {code for one in layout.result.comparisons.values() for code in np.unique(one.outcome).tolist()}
+    faded, legend = faded_meshes(layout.result, layout.hiding), lane_legend(there & IN_LEGEND)
+    return overview_tab(lanes, contents, _eye_controls(layout.eye), faded, legend, _whole(layout), times)
 
 
 def _words(subject: Subject) -> Any:
@@ -179,13 +206,16 @@ def _contents(layout: BlueprintInput, subject: Subject, *hidden: str) -> list[st
     others = [one for one in layout.subjects if one is not subject]
     bodies = [body_path(name) for name in layout.result.assembly.names]
     foreign = [f"/{one.missed}/**" for one in others] + [f"/{body}/{one.faces}" for one in others for body in bodies]
-    return ["/world/**", *layout.hidden, *(f"- {path}" for path in [*hidden, *foreign])]
+    own = [f"- /{path}" for path in layout.solids.get(subject.label, ())]
+    shown = [rule for rule in layout.hidden if rule not in own]
+    return ["/world/**", *shown, *(f"- {path}" for path in [*hidden, *foreign])]
 
 
 def _close_up(layout: BlueprintInput, subject: Subject) -> Any:
     hidden = (f"/{subject.missed}/{part}" for part in ("pins", "numbers", "flag/**"))
     controls = rrb.EyeControls3D(tracking_entity=f"/{subject.camera}")
-    return spatial("Close-up: the miss nearest to the cursor", _contents(layout, subject, *hidden), controls)
+    contents, faded = _contents(layout, subject, *hidden), faded_meshes(layout.result, layout.hiding)
+    return spatial("Close-up: the miss nearest to the cursor", contents, controls, overrides=faded)
 
 
 def _eye_controls(eye: Eye) -> rrb.EyeControls3D:
@@ -195,7 +225,8 @@ def _eye_controls(eye: Eye) -> rrb.EyeControls3D:
 
 
 def _lanes(layout: BlueprintInput, subject: Subject, lanes: Sequence[str]) -> Any:
-    name = f"When and which pair    {LANE_LEGEND.format(subject.label)}"
+    there = np.unique(layout.result.comparisons[subject.label].outcome).tolist()
+    name = f"When and which pair    {lane_legend(there, subject.label)}"
     root = lanes[0].rpartition("/")[0]
     whole = state_view(root, name, _whole(layout), lanes)
     if len(lanes) < 2:
@@ -212,17 +243,6 @@ def _whole(layout: BlueprintInput) -> rrb.TimeAxis:
     return rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
 
 
-def _timing(layout: BlueprintInput) -> Any:
-    # A budget far above everything would press the curves to the floor: then the title says how far.
-    slowest = max((float(looks.max()) for looks in layout.timed if len(looks)), default=0.0)
-    share = slowest / BUDGET_MS
-    budget = ["timing/budget"] if share > BUDGET_SHOWN else []
-    worst = f"worst {slowest:.2f}: {share:.0%} of a frame at {HEADSET_HZ:g} Hz ({BUDGET_MS:.1f} ms)"
-    axis = rrb.ScalarAxis(range=(0.0, 1.15 * max(slowest, BUDGET_MS if budget else 0.0)))
-    totals = [stage_path(label, TOTAL) for label in layout.costs]
-    return _plot(layout, "/timing", f"Time per frame, ms    {worst}", [*budget, *totals], axis_y=axis)
-
-
 def _plain(layout: BlueprintInput) -> Any:
     """Without anything to compare: the session, and what the one detector found."""
     return rrb.Horizontal(_room(layout), _report(), column_shares=[0.7, 0.3], name="Session")
@@ -233,18 +253,11 @@ def _room(layout: BlueprintInput) -> Any:
     return spatial(name, ["/world/**", *layout.hidden], _eye_controls(layout.eye))
 
 
-def _plot(layout: BlueprintInput, origin: str, name: str, paths: Iterable[str], **more: Any) -> Any:
-    return rrb.TimeSeriesView(
-        origin=origin, contents=[f"/{path}" for path in paths], name=name, axis_x=_whole(layout),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop), **more,
-    )  # fmt: skip
-
-
 def _costs(layout: BlueprintInput, name: str) -> Any:
     table = rrb.TextDocumentView(origin="/tradeoff/table", name="What each detector costs")
     stages = {label: [stage_path(label, stage) for stage in cost.stages] for label, cost in layout.costs.items()}
     title = "{}: ms per frame by stage"
-    plots = [_plot(layout, "/timing", title.format(label), paths) for label, paths in stages.items() if paths]
+    plots = [plot(_whole(layout), "/timing", title.format(label), paths) for label, paths in stages.items() if paths]
     beside = [rrb.Vertical(*plots)] if plots else []
     return rrb.Horizontal(*beside, table, column_shares=[0.62, 0.38] if plots else [1.0], name=name)
 
@@ -259,7 +272,7 @@ def _effects(layout: BlueprintInput, views: EffectViews) -> Any:
         high = min(RULER_POINTS + LANE_POINTS * len(views.lanes), SCREEN_POINTS // 2)
         shares = [high, *((SCREEN_POINTS - high) / len(plots) for _ in plots)]
         rows.append(state_view("effects", "When", _whole(layout), views.lanes))
-    rows += [_plot(layout, "/effects", unit or "numbers", paths) for unit, paths in plots]
+    rows += [plot(_whole(layout), "/effects", unit or "numbers", paths) for unit, paths in plots]
     words = rrb.TextLogView(origin="/effects", contents=[f"/{path}" for path in views.events], name="What happened")
     left = rrb.Vertical(_room(layout), words, row_shares=[0.68, 0.32])
     return rrb.Horizontal(left, *([rrb.Vertical(*rows, row_shares=shares)] if rows else []), name="Effects")

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import rerun as rr
@@ -165,3 +165,14 @@ class RecordingWriter:
             raise ValueError(f"no columns for {path}; Rerun dropped the values it was given")
         if len(index[0].as_arrow_array()):
             self.stream.send_columns(path, index, columns if counts is None else ragged(columns, counts), strict=True)
+
+
+def send_moments(
+    writer: RecordingWriter, path: str, found: Mapping[int, Sequence[Any]],
+    columns: Callable[[list[Any]], rr.ComponentColumnList], each: int = 1,
+) -> None:  # fmt: skip
+    """Send what stands in single frames: frame -> things; ``columns`` makes ``each`` values of a thing."""
+    last = len(writer.clock.ns) - 1
+    frames = sorted({0, *found, *(frame + 1 for frame in found if frame < last)})
+    flat = [one for frame in frames for one in found.get(frame, ())]
+    writer.rows(path, frames, columns(flat), [each * len(found.get(frame, ())) for frame in frames])

@@ -11,7 +11,7 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from replay.effects.effects_runner import SKIPPED, EffectRun
-from replay.effects.output import EffectEvent, FloatArray, LaneSpan, Liquid, Series
+from replay.effects.output import FACE_PAIRS, EffectEvent, FloatArray, LaneSpan, Liquid, Series
 from replay.outputs.palette import FAINT, SERIES, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.lanes import send_lane
@@ -78,10 +78,12 @@ def _drawn(effects: Mapping[str, EffectRun]) -> dict[str, Liquid]:
 
 
 def _log_series(writer: RecordingWriter, path: str, title: str, series: Series, number: int) -> None:
-    # Every sample: the mean of the samples under a pixel draws a slope from a value to the zero beside it.
-    every = rr.components.AggregationPolicy.Off
+    # A count is a step, and its peaks are the point. Of anything else every sample: the mean of the samples under a
+    # pixel draws a slope from a value to the zero beside it.
+    policies, modes = rr.components.AggregationPolicy, rr.components.InterpolationMode
+    policy, mode = (policies.Max, modes.StepAfter) if series.unit == FACE_PAIRS else (policies.Off, modes.Linear)
     colours = packed([SERIES[number % len(SERIES)]])
-    writer.static(path, rr.SeriesLines(names=title, colors=colours, aggregation_policy=every))
+    writer.static(path, rr.SeriesLines(names=title, colors=colours, aggregation_policy=policy, interpolation_mode=mode))
     writer.session_rows(path, _ns(series.times), rr.Scalars.columns(scalars=series.values))
 
 

@@ -126,13 +126,19 @@ def log_miss_table(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -
 
 def read_misses(recording: Path, path: str = "world/missed/table") -> list[MissPlace]:
     """Misses of the first audited detector, as the recording has them; ``RunFolderError`` where it cannot be read."""
+    columns = read_static(recording, path)
+    rows = zip(*(columns.get(name, []) for name in ("number", "deepest_ns", "cut_length")), strict=True)
+    return [MissPlace(int(number), int(ns), float(cut)) for number, ns, cut in rows]
+
+
+def read_static(recording: Path, path: str) -> dict[str, list[Any]]:
+    """Name -> values of a static row of a recording; empty where it has none."""
     try:
         chunks = RrdReader(recording).stream().filter(content=f"/{path}").to_chunks()
     except (OSError, ValueError, RuntimeError) as error:
         why = f"{recording} cannot be read as a recording ({error})"
         raise RunFolderError(f"{why}; replay the session again") from error
-    columns: dict[str, list[float]] = {}
+    columns: dict[str, list[Any]] = {}
     for batch in (chunk.to_record_batch() for chunk in chunks):
         columns |= {name.rpartition(":")[2]: batch.column(name).to_pylist()[0] for name in batch.schema.names}
-    rows = zip(*(columns.get(name, []) for name in ("number", "deepest_ns", "cut_length")), strict=True)
-    return [MissPlace(int(number), int(ns), float(cut)) for number, ns, cut in rows]
+    return columns

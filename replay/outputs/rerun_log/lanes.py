@@ -7,6 +7,7 @@ neighbours narrower than four pixels into grey, and a frame number leaves no roo
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Final
 
 import numpy as np
 import rerun as rr
@@ -18,6 +19,9 @@ from replay.outputs.lanes import number_boxes, ranked_pairs
 from replay.outputs.palette import MISSED, MISSED_DARK, VERDICTS, Looks, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
 from replay.prepare.assembly import Assembly
+
+NARROW: Final = (0.028, 0.012)
+"""Shares of the session that the box of a number takes, and each digit, in a view of half a screen."""
 
 
 def audit_lanes(root: str, assembly: Assembly, comparison: Comparison) -> dict[str, int | None]:
@@ -43,13 +47,36 @@ def log_detector_lanes(
 
 
 def log_lane(writer: RecordingWriter, path: str, state: NDArray[np.uint8], words: Looks) -> None:
-    """Send one lane: a row where the state changes, a reset a nanosecond before it, a gap for states without a word."""
+    """Send one lane of states; one without a word is a gap."""
     text = np.array([words[code][0] if code in words else "" for code in range(256)], dtype=object)
-    changes = np.flatnonzero(np.diff(state.astype(np.int16), prepend=-1))
-    stamps, states = writer.clock.ns[changes], text[state[changes]].tolist()
+    send_lane(writer, path, *word_changes(writer, text[state]), [words[k] for k in words])
+
+
+def word_changes(writer: RecordingWriter, words: NDArray[np.object_]) -> tuple[NDArray[np.int64], list[str]]:
+    """When a word per frame, ``""`` for none, changes, in nanoseconds, and to what."""
+    changes = np.flatnonzero(np.append(True, words[1:] != words[:-1])) if len(words) else np.zeros(0, np.int64)
     # The last state lasts one frame: left open, it would run to the end of the axis, seconds of a miss that was one.
-    end = writer.clock.ns[-1:] + round(float(np.median(np.diff(writer.clock.ns)))) if len(state) > 1 else stamps[:0]
-    send_lane(writer, path, np.concatenate([stamps, end]), states + [""] * len(end), [words[k] for k in words])
+    ns = writer.clock.ns
+    end = ns[-1:] + round(float(np.median(np.diff(ns)))) if len(words) > 1 else ns[:0]
+    return np.concatenate([ns[changes], end]), words[changes].tolist() + [""] * len(end)
+
+
+def log_with_numbers(
+    writer: RecordingWriter, path: str, words: NDArray[np.object_], looks: Sequence[tuple[str, Rgba]],
+    misses: Sequence[Miss],
+) -> None:  # fmt: skip
+    """Send a lane of a word per frame over which the numbers of misses stand, widened as in their own lane."""
+    stamps, states = word_changes(writer, words)
+    session_ns = int(writer.clock.ns[-1]) if len(writer.clock.ns) else 0
+    boxes = number_boxes(misses, session_ns, *NARROW)
+    rows = dict(zip(stamps.tolist(), states, strict=True))
+    for label, start, end in boxes:
+        after = [state for ns, state in sorted(rows.items()) if ns <= end]
+        rows = {ns: state for ns, state in rows.items() if not start <= ns <= end}
+        rows |= {start: label, end: after[-1] if after else ""}
+    shades = [(label, MISSED if k % 2 else MISSED_DARK) for k, (label, _, _) in enumerate(boxes)]
+    at = sorted(rows)
+    send_lane(writer, path, np.array(at, dtype=np.int64), [rows[ns] for ns in at], [*looks, *shades])
 
 
 def log_number_lane(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:

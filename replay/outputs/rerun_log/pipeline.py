@@ -10,12 +10,13 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from cdcore.bounding.sphere import Sphere, sphere_in_mode
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.protocol import counts_as_contact
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
-from replay.outputs.palette import BUDGET, SERIES, WITHIN_TOLERANCE, Rgba
-from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
+from replay.outputs.palette import BUDGET, MISSED, SERIES, WITHIN_TOLERANCE, Rgba
+from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed, send_moments
 from replay.outputs.rerun_log.world import body_path
-from replay.outputs.watched_run import ALL, BOXES, CONFIRMED, SEARCHED, SPHERES, WatchedRun
+from replay.outputs.watched_run import ALL, BOXES, CONFIRMED, LOST, SEARCHED, SPHERES, Moment, WatchedRun
 from replay.prepare.assembly import Assembly
 
 ROOT: Final = "pipeline"
@@ -55,8 +56,10 @@ def log_pipeline(writer: RecordingWriter, run: WatchedRun, assembly: Assembly) -
     stages = sphere_stages(run, assembly.pairs, spheres)
     for column, (body, sphere) in enumerate(zip(assembly.bodies, spheres, strict=True)):
         _log_sphere(writer, sphere_path(body.name, run.label), body.name, sphere, stages[:, column])
+    _log_near_pairs(writer, run, assembly, spheres)
     _log_counts(writer, run)
     _log_times(writer, run)
+    _log_work(writer, run)
 
 
 def sphere_stages(run: WatchedRun, pairs: IntArray, spheres: Sequence[Sphere]) -> NDArray[np.uint8]:
@@ -83,6 +86,66 @@ def _log_sphere(writer: RecordingWriter, path: str, name: str, sphere: Sphere, s
     writer.rows(path, frames, columns, shown.astype(np.int64))
     wire, thin = rr.components.FillMode.MajorWireframe, rr.Radius.ui_points(0.7)
     writer.static(path, rr.Ellipsoids3D.from_fields(fill_mode=wire, line_radii=thin, show_labels=True))
+
+
+def pair_stages(run: WatchedRun, moment: Moment) -> dict[int, Rgba]:
+    """Pair whose spheres met in the frame of a moment -> colour of how far it came; the red of a miss for a missed."""
+    frame, seen, contact = moment.frame, run.seen, counts_as_contact(run.detection.verdict[moment.frame])
+    stages = ((seen.spheres, SPHERES), (seen.boxes, BOXES), (seen.searched, SEARCHED))
+    colours = {pair: STAGE_COLOURS[stage] for held, stage in stages for pair in np.flatnonzero(held[frame]).tolist()}
+    colours |= {pair: STAGE_COLOURS[CONFIRMED] for pair in colours if contact[pair]}
+    return colours | ({moment.pair: MISSED} if moment.kind == LOST else {})
+
+
+def _log_near_pairs(writer: RecordingWriter, run: WatchedRun, assembly: Assembly, spheres: Sequence[Sphere]) -> None:
+    """A line from sphere to sphere, an entity for each pair, so that each can be clicked; at the frames that matter."""
+    lines: dict[int, dict[int, list[tuple[FloatArray, Rgba]]]] = {}
+    for moment in run.moments:
+        turns, moves = assembly.motion.rotations[moment.frame], assembly.motion.translations[moment.frame]
+        for pair, colour in pair_stages(run, moment).items():
+            ends = assembly.pairs[pair].tolist()
+            if max(spheres[body].radius for body in ends) <= ROOM:
+                line = np.array([turns[body] @ spheres[body].centre + moves[body] for body in ends])
+                lines.setdefault(pair, {})[moment.frame] = [(line, colour)]
+    for pair, found in lines.items():
+        path = near_path(run.label, assembly.pair_name(pair))
+        send_moments(writer, path, found, _strips)
+        writer.static(path, rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(1.8)))
+
+
+def _strips(lines: list[tuple[FloatArray, Rgba]]) -> rr.ComponentColumnList:
+    strips = np.array([line for line, _ in lines], dtype=np.float32).reshape(-1, 2, 3)
+    return rr.LineStrips3D.columns(strips=strips, colors=packed(colour for _, colour in lines))
+
+
+def near_path(label: str, *pair: str) -> str:
+    """Entity of a pair whose spheres meet, or of the folder of all."""
+    return pipeline_path(label, "near", "pairs", *pair)
+
+
+def _log_work(writer: RecordingWriter, run: WatchedRun) -> None:
+    """What the looks of each frame evaluated, and in how many iterations, where that is not nothing."""
+    work = {name: np.zeros(len(run.motion)) for name in ("evaluations", "iterations")}
+    for (frame, _), look in run.seen.search.noted.items():
+        work["evaluations"][frame] += look.result.evaluations
+        work["iterations"][frame] += look.result.iterations
+    for number, (name, value) in enumerate(work.items()):
+        path, frames = pipeline_path(run.label, "work", name), np.flatnonzero(_seen_with_neighbours(value))
+        writer.rows(path, frames, rr.Scalars.columns(scalars=value[frames]))
+        line = rr.SeriesLines.from_fields(
+            names=[f"{name}: {value.sum():,.0f} in all"], colors=packed([SERIES[number]]), widths=[1.4],
+            aggregation_policy=rr.components.AggregationPolicy.Max,
+        )  # fmt: skip
+        writer.static(path, line)
+
+
+def _seen_with_neighbours(value: FloatArray) -> BoolArray:
+    """Frames with a value, those beside them, and both ends: between them a line at zero is true."""
+    seen = value > 0
+    seen[:-1] |= value[1:] > 0
+    seen[1:] |= value[:-1] > 0
+    seen[[0, -1]] = True
+    return seen
 
 
 def changes(values: NDArray[np.generic]) -> NDArray[np.int64]:

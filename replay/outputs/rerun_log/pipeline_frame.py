@@ -25,12 +25,12 @@ LINES: Final = 14
 THICK: Final = 40.0
 """A bar is so many thin lines: thick ones have round caps, which lie at small counts, and boxes have no fill."""
 
-LETTER: Final = 6.8
+LETTER: Final = 9.0
 LABEL_UP: Final = 26.0
 """Half the width of a letter, and how far a label hangs below its point, on which it is centred."""
 
 TITLE_Y, COUNTS_Y, TIMES_Y = -70.0, 0.0, 560.0
-NAMES_X: Final = -130.0
+NAMES_X: Final = -160.0
 
 
 def log_frame(writer: RecordingWriter, run: WatchedRun, assembly: Assembly) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Final
@@ -14,9 +14,11 @@ from cdcore.numerics import FloatArray
 from cdcore.protocol import counts_as_contact
 from replay.comparison.clusters import MANY, by_depth
 from replay.comparison.contact_counts import contact_counts
+from replay.comparison.false_contacts import FalseContact
 from replay.outputs.camera import Eye, overview
 from replay.outputs.lanes import number_boxes, ranked_pairs
 from replay.outputs.materials import is_ghost, tags_of
+from replay.outputs.moments import FocusMoment, false_of, key_moments, pair_in_focus, worst_first
 from replay.outputs.palette import OUTCOMES
 from replay.outputs.rerun_log.blueprint import BlueprintInput, Subject, build_blueprint
 from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity
@@ -26,16 +28,27 @@ from replay.outputs.rerun_log.findings import log_findings
 from replay.outputs.rerun_log.focus import eyes_of, focus, log_eye, log_miss_table
 from replay.outputs.rerun_log.lanes import audit_lanes, log_detector_lanes, log_lane, log_number_lane
 from replay.outputs.rerun_log.missed import log_missed_faces, log_pins
+from replay.outputs.rerun_log.overview import log_overview, moment_eyes, overview_lanes
+from replay.outputs.rerun_log.overview_tab import RANKING
 from replay.outputs.rerun_log.pipeline import log_pipeline
 from replay.outputs.rerun_log.pipeline_frame import log_frame
 from replay.outputs.rerun_log.recording_file import recording_file
-from replay.outputs.rerun_log.report import log_cluster_list, log_missed_list, log_notes, log_worst, report_text
+from replay.outputs.rerun_log.report import (
+    log_cluster_list,
+    log_missed_list,
+    log_notes,
+    log_worst,
+    ranking_text,
+    report_text,
+)
 from replay.outputs.rerun_log.search_picture import log_searches
+from replay.outputs.rerun_log.solids import log_solids, solid_path, with_solids
 from replay.outputs.rerun_log.timing import cost_of, cost_text, log_timing
 from replay.outputs.rerun_log.tradeoff import log_tradeoff
 from replay.outputs.rerun_log.world import log_touches, log_world
 from replay.outputs.watched_run import WatchedRun, watched_runs
 from replay.pipeline.headline import contact_words, headline
+from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 
 APPLICATION: Final = "vrlab-replay"
@@ -64,13 +77,18 @@ def write_recording(result: RunResult, path: Path, *, log_search: bool = False) 
     clock = RecordingClock.of(result.assembly, spans)
     subjects = [_subject(result, label, k) for k, label in enumerate(result.comparisons)]
     watched = watched_runs(result, all_looks=log_search)
-    layout = build_blueprint(_layout(result, subjects, watched))
+    false = false_of(result)
+    moments = key_moments(result, false) if result.comparisons and result.summary else []
+    eyes, hiding = moment_eyes(result, moments)
+    layout = build_blueprint(_layout(result, subjects, watched, moments, hiding))
     with recording_file(f"{APPLICATION}-{uuid4().hex}", path, layout) as stream:
         stream.send_recording_name(result.session.scene.name or "Session")
         writer = RecordingWriter(stream, clock)
         _log_all(writer, result, subjects)
         for run in watched:
             _log_watched(writer, result, run)
+        if moments:
+            _log_overview(writer, result, false, moments, eyes)
 
 
 def _subject(result: RunResult, label: str, number: int) -> Subject:
@@ -122,6 +140,17 @@ def _log_watched(writer: RecordingWriter, result: RunResult, run: WatchedRun) ->
     log_frame(writer, run, result.assembly)
 
 
+def _log_overview(
+    writer: RecordingWriter, result: RunResult, false: Mapping[str, Sequence[FalseContact]],
+    moments: Sequence[FocusMoment], eyes: Sequence[Eye],
+) -> None:  # fmt: skip
+    log_overview(writer, result, worst_first(result), moments, eyes)
+    writer.markdown(RANKING, ranking_text(result, false))
+    pair = pair_in_focus(moments, len(result.assembly.motion))
+    for label in with_solids(result):
+        log_solids(writer, result, label, pair)
+
+
 def _log_subject(writer: RecordingWriter, result: RunResult, subject: Subject, reach: float) -> None:
     assembly, misses = result.assembly, result.misses.get(subject.label, ())
     oracle = result.detections[result.oracle]
@@ -152,14 +181,33 @@ def _spoken_of(result: RunResult) -> list[int]:
     return list(ranked)[:DETECTOR_LANES]
 
 
-def _layout(result: RunResult, subjects: Sequence[Subject], watched: Sequence[WatchedRun]) -> BlueprintInput:
+def _layout(
+    result: RunResult, subjects: Sequence[Subject], watched: Sequence[WatchedRun], moments: Sequence[FocusMoment],
+    hiding: Collection[str],
+) -> BlueprintInput:  # fmt: skip
     costs = {label: cost_of(detection) for label, detection in result.detections.items()}
     times = result.assembly.motion.times
     start, last = (float(times[0]), float(times[-1])) if len(times) else (0.0, 1.0)
     # The last number may be widened beyond the last frame.
     boxes = [box for misses in result.misses.values() for box in number_boxes(misses, round(last * 1e9))]
     end = max([last, *(end / 1e9 for _, _, end in boxes)])
-    return BlueprintInput(result, subjects, _eye(result), costs, bool(_spoken_of(result)), start, end, watched)
+    lanes = overview_lanes(result, worst_first(result)) if moments else None
+    solids = {label: [solid_path(body, label) for body in result.assembly.names] for label in with_solids(result)}
+    leads = bool(moments) and (len(subjects) > 1 or ranking(result.summary)[0].leads_false)
+    return BlueprintInput(
+        result,
+        subjects,
+        _eye(result),
+        costs,
+        bool(_spoken_of(result)),
+        start,
+        end,
+        watched,
+        lanes,
+        leads,
+        solids,
+        hiding,
+    )
 
 
 def _eye(result: RunResult) -> Eye:

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 import rerun as rr
 
-from replay.base.constants import CAVEAT
+from replay.base.constants import CAVEAT, HEADSET_HZ
+from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.clusters import MANY, Cluster, clusters, seen_and_between
+from replay.comparison.false_contacts import FalseContact
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Miss
 from replay.effects.effect_summary import happened_words
+from replay.outputs.moments import miss_note, to_do
 from replay.outputs.palette import MISSED, PARTLY_MISSED, WHITE
 from replay.outputs.rerun_log.columns import RecordingWriter, packed
 from replay.outputs.rerun_log.focus import Focus, moments
 from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.run_tables import cluster_table, miss_table, ranking_table
-from replay.outputs.tables import table
-from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, bound_words, counted, depth_words
-from replay.pipeline.headline import beside, doubts, headlines
+from replay.outputs.tables import table, text_of
+from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted, depth_words
+from replay.pipeline.gates import figure
+from replay.pipeline.headline import beside, doubts, headlines, price
+from replay.pipeline.ranking import Rank, fault_words, ranking
 from replay.pipeline.run_result import RunResult
 
 WORST: Final = MANY
@@ -52,7 +58,7 @@ def _log_lines(
 def _line(miss: Miss, width: int, digits: int) -> str:
     when = f"{miss.seconds:7.2f} s {miss.last - miss.first + 1:4} fr"
     name, depth = f"{miss.body_a}-{miss.body_b}", depth_words(miss, " mm", 5)
-    return f"{miss.number:>{digits}}  {when}  {name:<{width}}  {miss.kind:<11}  {depth}"
+    return f"{miss.number:>{digits}}  {when}  {name:<{width}}  {miss.kind:<11}  {depth}  {miss.cause}"
 
 
 def log_notes(writer: RecordingWriter, path: str, shown: Sequence[Focus], result: RunResult, label: str) -> None:
@@ -63,25 +69,37 @@ def log_notes(writer: RecordingWriter, path: str, shown: Sequence[Focus], result
     writer.rows_later(path, [(one.frame, one.later) for one in shown], columns)
 
 
-def miss_note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:
-    """What is to be said about a miss, one of ``count``, in Markdown."""
-    frames = miss.last - miss.first + 1
-    found = f"{oracle}: **CONTACT**, {miss.face_pairs} face pairs, cut {miss.cut_length * 1e3:.1f} mm"
-    if miss.touch is not None:
-        before, (a, b), bound = miss.touch.frame, miss.touch.faces, bound_words(miss)
-        found = (
-            f"{oracle}: **CONTACT** between frames {before} and {before + 1}, from {miss.touch.moment:.6f} s"
-            f"{bound and f' ({bound})'}; no frame shows it\n"
-            f"- first faces {a} of {miss.body_a} and {b} of {miss.body_b}, shown where they touch"
-        )
-    return (
-        f"#### Miss {miss.number} of {count}: {miss.body_a}-{miss.body_b}\n\n"
-        f"**{miss.seconds:.3f} s**, {frames} frame{'s' * (frames > 1)} ({miss.first} to {miss.last}), "
-        f"contact {miss.episode} of {contacts}\n\n"
-        f"- {found}\n"
-        f"- {label}: **{miss.kind}** ({miss.cause})\n\n"
-        f"`replay view RUN --miss {miss.number}`"
-    )
+RANK_COLUMNS: Final = ("detector", "missed", "in part", "undecided", "false", "p99 ms", "what to do", "asked")
+
+
+def ranking_text(result: RunResult, false: Mapping[str, Sequence[FalseContact]]) -> str:
+    """The audited detectors in Markdown, worst first: what is wrong, what to do, and what being right costs."""
+    ranks = ranking(result.summary)
+    told = [*(to_do(result, one.label, false[one.label]) for one in ranks[:-1]), "trusted here"]
+    made = ranking_table(result.summary).beside("what to do", told).only(*RANK_COLUMNS)
+    # Page and terminal have room for intervals; here they would push out what to do.
+    plain = [tuple(text_of(cell).partition(" [")[0] for cell in row[:-1]) + row[-1:] for row in made.rows]
+    made = replace(made, rows=tuple(plain), notes=tuple(one for one in made.notes if one != OVER_CONTACTS))
+    about = "*missed*: never reported. *in part*: late, early, or with gaps. *false*: share of the contact it reports."
+    held = [f"A hand and what it holds are counted apart: {words}." for words in _held_words(ranks)]
+    title = f"## {ranks[0].label}: {fault_words(ranks[0]).partition(';')[0]}"
+    parts = [title, *cost_to_be_right(result), markdown(made), about, *held]
+    return "\n\n".join([*parts, *doubts(result), f"*{CAVEAT}*"])
+
+
+def cost_to_be_right(result: RunResult) -> list[str]:
+    """A line: what the oracle takes of a frame, beside the worst detector; like with like only, frame by frame."""
+    worst, *_, trusted = ranking(result.summary)
+    if worst.p99 is None or trusted.p99 is None or trusted.of_frame is None:
+        return price(result)
+    own, other = (f"{1e3 * one.p99:.2g} ms" for one in (trusted, worst) if one.p99 is not None)
+    share = f"{figure(100 * trusted.of_frame)} % of a {HEADSET_HZ:g} Hz frame"
+    return [f"**Being right costs** {own} ({share}), p99 of {trusted.label}; {worst.label} takes {other}."]
+
+
+def _held_words(ranks: Sequence[Rank]) -> list[str]:
+    wrong = [f"{one.label} {one.held[0]:,} false frames, {one.held[1]} missed" for one in ranks if any(one.held)]
+    return ["; ".join(wrong)] if wrong else []
 
 
 def report_text(result: RunResult) -> str:

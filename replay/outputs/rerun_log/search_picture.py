@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
@@ -15,7 +15,7 @@ from cdcore.bounding.sphere import sphere_in_mode
 from cdcore.numerics import FloatArray, place_points
 from replay.outputs.camera import CLOSE_UP, Eye, Obstacles, look_rotation, towards_user
 from replay.outputs.palette import MISSED, SERIES, WHITE, Rgba
-from replay.outputs.rerun_log.columns import RecordingWriter, packed
+from replay.outputs.rerun_log.columns import RecordingWriter, packed, send_moments
 from replay.outputs.rerun_log.focus import log_eyes
 from replay.outputs.rerun_log.pipeline import ROOM, pipeline_path
 from replay.outputs.rerun_log.world import face_normals
@@ -202,17 +202,6 @@ def _words(path: FloatArray, eye: Eye, said: Sequence[tuple[int, str]]) -> list[
         place = np.asarray(eye.target) + distance * (WORDS_ASIDE * right + height * up)
         places.append((f"{number}  {words}", place, path[step]))
     return places
-
-
-def send_moments(
-    writer: RecordingWriter, path: str, found: Mapping[int, Sequence[Any]],
-    columns: Callable[[list[Any]], rr.ComponentColumnList], each: int = 1,
-) -> None:  # fmt: skip
-    """Send what stands in single frames: frame -> things; ``columns`` makes ``each`` values of a thing."""
-    last = len(writer.clock.ns) - 1
-    frames = sorted({0, *found, *(frame + 1 for frame in found if frame < last)})
-    flat = [one for frame in frames for one in found.get(frame, ())]
-    writer.rows(path, frames, columns(flat), [each * len(found.get(frame, ())) for frame in frames])
 
 
 def _log_faces(writer: RecordingWriter, root: str, looks: Mapping[int, Look]) -> None:

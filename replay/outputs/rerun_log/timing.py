@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import rerun as rr
+import rerun.blueprint as rrb
 
 from cdcore import Detection
 from cdcore.numerics import FloatArray
@@ -15,11 +16,19 @@ from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.outputs.palette import BUDGET, SERIES, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.markdown import markdown
+from replay.outputs.rerun_log.views import plot
 from replay.outputs.tables import table
 from replay.pipeline.summary import look_seconds
 
 TOTAL: Final = "1_total"
 """Stage name of the sum; the number sorts it first."""
+
+
+BUDGET_SHOWN: Final = 0.25
+"""Share of the budget from which its line is in the plot of times."""
+
+CUT: Final = 1.3
+"""A plot of times ends at so many times what one look in a thousand exceeds."""
 
 
 @dataclass(frozen=True)
@@ -40,9 +49,15 @@ class Cost:
     def words(self) -> str:
         """The cost for a legend or a table."""
         if self.per_frame is None or not len(self.per_frame):
-            return f"mean {self.mean_ms:.2f} ms, all at once"
-        median, high = np.percentile(self.per_frame, [50, 99])
-        return f"median {median:.2f}, p99 {high:.2f} ms a look"
+            return f"{self.short}, all at once"
+        return f"median {np.percentile(self.per_frame, 50):.2f}, {self.short} a look"
+
+    @property
+    def short(self) -> str:
+        """The 99th percentile over looks, else the mean."""
+        if self.per_frame is None or not len(self.per_frame):
+            return f"mean {self.mean_ms:.2f} ms"
+        return f"p99 {np.percentile(self.per_frame, 99):.2f} ms"
 
 
 def cost_of(detection: Detection) -> Cost:
@@ -95,6 +110,35 @@ def _log_counters(writer: RecordingWriter, label: str, detection: Detection) -> 
             writer.rows(path, kept, rr.Scalars.columns(scalars=value[kept].sum(axis=1, dtype=np.float64)))
         else:
             _log_constant(writer, path, float(value))
+
+
+def clipped(timed: Sequence[FloatArray]) -> tuple[float, float, str]:
+    """Where a plot of times ends, the slowest, and words where that is beyond: one look would flatten all others."""
+    slowest = max((float(one.max()) for one in timed), default=0.0)
+    high = min(slowest, CUT * max((float(np.percentile(one, 99.9)) for one in timed), default=0.0))
+    return 1.15 * high, slowest, ", cut off" if slowest > 1.15 * high else ""
+
+
+def any_timed(costs: Mapping[str, Cost]) -> bool:
+    """Whether a detector was timed frame by frame."""
+    return any(cost.per_frame is not None for cost in costs.values())
+
+
+def timing_view(costs: Mapping[str, Cost], whole: rrb.TimeAxis, *, short: bool = False) -> Any:
+    """Times of all detectors on one axis; ``short``: curves named by their 99th percentile alone."""
+    timed = [cost.per_frame for cost in costs.values() if cost.per_frame is not None and len(cost.per_frame)]
+    top, slowest, cut = clipped(timed)
+    # A budget far above everything would press the curves to the floor: then the title says how far.
+    budget = ["timing/budget"] if top > BUDGET_SHOWN * BUDGET_MS else []
+    top = max(top, 1.15 * BUDGET_MS if budget else 0.0)
+    worst = f"worst {slowest:.2f}{cut if slowest > top else ''}: {slowest / BUDGET_MS:.0%} of a "
+    worst += f"{HEADSET_HZ:g} Hz frame" if short else f"frame at {HEADSET_HZ:g} Hz ({BUDGET_MS:.1f} ms)"
+    totals = {label: stage_path(label, TOTAL) for label in costs}
+    more: dict[str, Any] = {"axis_y": rrb.ScalarAxis(range=(0.0, top))}
+    if short:
+        names = {label: rr.SeriesLines.from_fields(names=[f"{label}: {cost.short}"]) for label, cost in costs.items()}
+        more["overrides"] = {f"/{totals[label]}": named for label, named in names.items()}
+    return plot(whole, "/timing", f"Time per frame, ms    {worst}", [*budget, *totals.values()], **more)
 
 
 def stage_path(label: str, stage: str) -> str:

@@ -21,7 +21,8 @@ from rerun.experimental import View, ViewerClient, ViewerState
 
 from replay.errors import ReplayError, RunFolderError
 from replay.outputs.rerun_log.columns import SESSION
-from replay.outputs.rerun_log.focus import MissPlace, read_misses
+from replay.outputs.rerun_log.focus import read_misses
+from replay.outputs.rerun_log.overview import read_moments
 
 LOOPBACK: Final = "127.0.0.1"
 """A recording shows people at work: it is never served to the network."""
@@ -114,35 +115,42 @@ class OpenViewer:
         self._words.close()
 
 
-def open_viewer(run_folder: Path, miss: int | None = None, *, headless: bool = False) -> OpenViewer:
-    """Show a run: with ``miss`` at its deepest frame, else at the miss with the longest cut.
+def open_viewer(
+    run_folder: Path, miss: int | None = None, *, false: int | None = None, by: str = "", headless: bool = False
+) -> OpenViewer:
+    """Show a run at a miss or a ``false`` contact, ``by`` a detector (else by the first that has it), or at the worst.
 
     ``run_folder`` may be a recording too; ``headless`` is without a window, for pictures made by programs. The close-up
     needs no command: its camera is in the recording and follows the cursor. Raises ``RunFolderError``: there is no
-    recording, or no such miss in it; ``ViewerError``: the viewer cannot be started or does not load the recording.
+    recording, or no such moment in it; ``ViewerError``: the viewer cannot be started or does not load the recording.
     """
     recording = run_folder / RECORDING if run_folder.is_dir() else run_folder
     if not recording.is_file():
         raise RunFolderError(f"{run_folder} holds no {RECORDING}; replay a session into it first")
-    target = _target(read_misses(recording), miss, recording)
+    target = _target(recording, miss, false, by)
     viewer = start_viewer(headless=headless)
     try:
         viewer.open(recording)
-        viewer.seek(target.session_ns if target else 0)
+        viewer.seek(target)
     except BaseException:
         viewer.close()
         raise
     return viewer
 
 
-def _target(misses: list[MissPlace], number: int | None, recording: Path) -> MissPlace | None:
-    if number is None:
-        return max(misses, key=lambda miss: (miss.cut_length, -miss.number), default=None)
-    found = next((miss for miss in misses if miss.number == number), None)
-    if found is None:
-        there = f"its misses are numbered 1 to {len(misses)}" if misses else "it has none"
-        raise RunFolderError(f"there is no miss {number} in {recording}; {there}")
-    return found
+def _target(recording: Path, miss: int | None, false: int | None, by: str) -> int:
+    """Nanoseconds on the session timeline; all misses of the first detector, what is listed of the others."""
+    moments = read_moments(recording)
+    if miss is None and false is None:
+        return next((one.session_ns for one in moments if one.leads and by in (one.label, "")), 0)
+    kind, number, plural = ("miss", miss, "misses") if miss is not None else ("false", false, "false contacts")
+    there = {one.number: one.session_ns for one in moments if one.kind == kind and by in (one.label, "")}
+    if kind == "miss" and not by:
+        there = {one.number: one.session_ns for one in read_misses(recording)}
+    if number not in there:
+        most = f"its {plural} are numbered 1 to {max(there)}" if there else "it has none"
+        raise RunFolderError(f"there is no {kind} {number} in {recording}; {most}")
+    return there[number]
 
 
 def start_viewer(*, headless: bool = False, size: tuple[int, int] = (1920, 1080)) -> OpenViewer:

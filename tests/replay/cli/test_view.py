@@ -20,8 +20,8 @@ class Viewer:
 
     opened: ClassVar[list] = []
 
-    def __init__(self, run, miss):
-        self.opened.append((run, miss))
+    def __init__(self, run, miss, *, false, by):
+        self.opened.append((run, miss, false, by))
         self.process = self
 
     def __enter__(self):
@@ -38,8 +38,11 @@ def test_view_opens_the_run_at_the_miss_and_waits_for_the_window(run_folder, mon
     monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Viewer)
     monkeypatch.setattr(Viewer, "opened", [])
     assert main(["view", str(run_folder), "--miss", "1"]) == 0
-    assert Viewer.opened == [(run_folder, 1), "waited", "closed"]
+    assert Viewer.opened == [(run_folder, 1, None, ""), "waited", "closed"]
     assert "at miss 1" in capsys.readouterr().err
+    assert main(["view", str(run_folder), "--false", "2", "--by", "slow"]) == 0
+    assert Viewer.opened[3] == (run_folder, None, 2, "slow")
+    assert "at false contact 2" in capsys.readouterr().err
 
 
 def test_a_miss_that_is_not_there_is_refused_before_a_window_opens(run_folder, monkeypatch, capsys):

@@ -11,7 +11,7 @@ from replay.comparison.outcome import Outcome
 from replay.outputs import palette
 from replay.outputs.materials import albedo, is_ghost, tags_of
 from replay.outputs.rerun_log.columns import packed
-from replay.outputs.words import LANE_LEGEND, OUTCOME_WORDS, counted, depth_words, span_words
+from replay.outputs.words import OUTCOME_WORDS, counted, depth_words, lane_legend, span_words
 from replay.pipeline.engine import compute
 from sessions import Scene
 from sessions.model.scene import SceneBody
@@ -100,7 +100,9 @@ def test_a_miss_has_millimetres_or_lies_between_frames():
     assert depth_words(shown, " mm", 6) == "  12.3 mm" and depth_words(shown) == "12.3"
 
 
-def test_the_legend_of_the_lanes_names_every_outcome_that_has_a_colour():
-    words = LANE_LEGEND.lower()
+def test_the_legend_of_the_lanes_names_every_outcome_that_has_a_colour_and_none_that_is_not_there():
+    words = lane_legend(OUTCOME_WORDS, "slow").lower()
     assert all(word.lower() in words for word in OUTCOME_WORDS.values())
     assert "micrometres" not in words, "tau is an option"
+    assert lane_legend([Outcome.NEITHER, Outcome.BOTH, Outcome.MISSED], "slow") == "red: missed by slow    blue: both"
+    assert lane_legend([Outcome.NEITHER]) == "" and lane_legend([Outcome.MISSED]) == "red: missed"

@@ -16,15 +16,16 @@ from support.price_rows import ABOUT, CHECK, price_row
 from support.sentences import picture_text, sources, unsaid
 from support.small_worlds import cubes, jumping
 
-from replay.comparison.outcome import Episode
-from replay.outputs import price_plot, run_tables, tradeoff_table
+from replay.comparison.outcome import Episode, Outcome
+from replay.outputs import moments, price_plot, run_tables, tradeoff_table
 from replay.outputs.report import audit_parts, charts, growth, page, tables, tradeoff, tradeoff_picture
 from replay.outputs.report.markup import Markup
 from replay.outputs.report.page import report_html
 from replay.outputs.report.tradeoff_picture import DARK
+from replay.outputs.rerun_log import report as notes
 from replay.outputs.rerun_log import tradeoff as curve
 from replay.outputs.rerun_log.search_picture import path_words
-from replay.outputs.words import NOTHING_SUSPICIOUS
+from replay.outputs.words import LANE_LEGEND, NOTHING_SUSPICIOUS
 from replay.pipeline.engine import compute
 from replay.pipeline.run_result import Tradeoff
 from replay.prepare.flags import FlagSpan
@@ -85,6 +86,19 @@ def expected_in_picture(state):
         yield f"#### Miss {number} of {len(lost)}: a-b"
         frames = f"{count} frame" + "s" * (count > 1)
         yield f"{frames} ({first} to {first + count - 1}), contact {contact} of {contacts}"
+    yield from expected_of_false(outcome)
+
+
+def expected_of_false(outcome):
+    """False contacts; the cubes are 10 mm apart in even frames without contact, 30 mm in odd ones."""
+    false = [(first, count) for first, count, word in stretches(outcome) if word == "invented"]
+    for number, (first, count) in enumerate(false, 1):
+        gap = 30 if count > 1 or first % 2 else 10
+        yield f"#### False contact {number} of {len(false)}: a-b\n\n- it: **CONTACT** (unexplained)\n- exact: none, the"
+        yield f"the meshes are **{gap}.0 mm** apart\n\n**{0.01 * first:.3f} s**, {count} frame{'s' * (count > 1)} "
+        after, before = (outcome[k : k + 1] == ["both"] for k in (first + count, first - 1 if first else len(outcome)))
+        where = ("nothing there", "begins early", "lasts long", "joins two")[2 * before + after]
+        yield f"({first} to {first + count - 1}), {where}"
 
 
 @pytest.mark.parametrize("state", STATES)
@@ -117,6 +131,45 @@ def test_every_sentence_of_the_picture_holds_in_every_state(state, tmp_path):
     assert [one for one in expected_in_picture(state) if one not in text] == []
     assert len(set(findall("#### Miss [0-9]+", text))) == len(lost)
     assert ("nothing missed by it" in text) == (not lost) == ("The miss in the close-up" not in text)
+    said = list(expected_of_false(became(*STATES[state][:2])))
+    assert 3 * len(set(findall("#### False contact [0-9]+", text))) == len(said)
+    assert ("| nothing |" in text) == (not said and not lost and "C" in STATES[state][0])
+
+
+def timed(result, *p99):
+    """As if oracle and detector had been timed so, frame by frame."""
+    made = dict(result.summary["detectors"])
+    for label, seconds in zip(("exact", "it"), p99, strict=True):
+        frame = {"per_frame": {"p99": seconds}} if seconds else {}
+        made[label] = {**made[label], "seconds": {"per_frame_mean": 1e-4, **frame}}
+    return replace(result, summary=result.summary | {"detectors": made})
+
+
+@pytest.mark.parametrize(("p99", "words"), [
+    ((1e-3, 2e-3), "**Being right costs** 1 ms (9 % of a 90 Hz frame), p99 of exact; it takes 2 ms."),
+    ((1e-3, None), "One pass of each"), ((None, 2e-3), "One pass of each"),
+])  # fmt: skip
+def test_what_it_costs_to_be_right_compares_only_what_was_timed_frame_by_frame(p99, words):
+    (line,) = notes.cost_to_be_right(timed(run("several"), *p99))
+    assert words in line
+
+
+def test_a_pair_without_a_fault_of_its_own_says_what_each_detector_made_of_it():
+    result = run("false at both ends")
+    (one,) = moments.key_moments(all_held(result), {"it": ()})
+    assert one.said.splitlines()[0] == "#### a-b, in the whole session"
+    assert one.said.endswith("- it: 0 frames missed, 0 invented, 6 held and counted apart")
+    outcome = np.full_like(result.comparisons["it"].outcome, Outcome.BOTH)
+    calm = replace(result, comparisons={"it": replace(result.comparisons["it"], outcome=outcome)})
+    (one,) = moments.key_moments(calm, {"it": ()})
+    assert one.said.endswith("- it: 0 frames missed, 0 invented")
+
+
+def all_held(result):
+    """As if the one pair were a hand and what it holds."""
+    outcome = result.comparisons["it"].outcome
+    held = np.where(outcome == Outcome.NEITHER, outcome, np.uint8(Outcome.HELD))
+    return replace(result, comparisons={"it": replace(result.comparisons["it"], outcome=held)})
 
 
 SCENE = Scene(
@@ -268,6 +321,11 @@ def everything(monkeypatch, path):
     clock = {kind: {**CHECK, "tie": False} for kind in ("live", "offline")}
     bare = tuple({**row, "containment": False, "front": True} for row in filled.tradeoff.rows)
     yield curve.advice_text(replace(filled.tradeoff, rows=bare, about=ABOUT | {"clock": clock}))
+    ranked = timed(replace(several, summary=several.summary | {"audit": {"it": held}}), 1e-3, 2e-3)
+    ends = run("false at both ends")
+    for one in (ranked, ends, all_held(ends)):
+        yield picture_text(one, path)
+    yield "\n".join([*moments.TO_DO.values(), *LANE_LEGEND.values()])
 
 
 def test_no_template_of_report_and_picture_is_untested(monkeypatch, tmp_path):

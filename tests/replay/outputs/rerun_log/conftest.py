@@ -1,5 +1,6 @@
 """A run put together by hand from real parts, for tests of the picture: a slow look misses taps on thin walls."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -17,6 +18,8 @@ from replay.comparison.misses import misses, stretches
 from replay.outputs.rerun_log.recording import write_recording
 from replay.pipeline.engine import compute
 from replay.pipeline.run_result import RunResult
+from replay.pipeline.scores import score
+from replay.pipeline.summary import look_seconds
 from replay.prepare.assembly import Assembly, PoseOrigin
 from sessions import Scene, Session
 from sessions.model.scene import SceneBody
@@ -97,11 +100,27 @@ def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
     places = stretches(comparison, found[ORACLE])
     evidence = Evidence(assembly, faces_of, [(one.pair, one.first, one.last) for one in places])
     names = [(assembly.bodies[i].name, assembly.bodies[j].name) for i, j in assembly.pairs.tolist()]
-    return RunResult(
+    result = RunResult(
         session=session, assembly=assembly, detections=detections, oracle=ORACLE, comparisons={label: comparison},
         episodes=found, misses={label: misses(places, names, assembly.motion.times, evidence)},
         detectors={label: subject}, holdings=held,
     )  # fmt: skip
+    return replace(result, summary=figures(result))
+
+
+def figures(result):
+    """What the ranking reads of a summary."""
+    made = {}
+    for label, detection in result.detections.items():
+        looks = look_seconds(detection)
+        frame = {} if looks is None else {"per_frame": {"p99": float(np.quantile(looks, 0.99))}}
+        made[label] = {
+            "name": label, "contacts": len(result.episodes[label]), "live": bool(frame), "faces_asked": True,
+            "seconds": {"per_frame_mean": 1e-4, **frame},
+        }  # fmt: skip
+    return {
+        "oracle": result.oracle, "detectors": made, "audit": {label: score(result, label) for label in result.misses},
+    }  # fmt: skip
 
 
 class Read:

@@ -6,13 +6,17 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
+from cdcore import Motion
 from replay.outputs.camera import Eye
 from replay.outputs.rerun_log import blueprint
 from replay.outputs.rerun_log.blueprint import LANES_IN_VIEW, Subject, lanes_in_view
 from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.recording import write_recording
+from replay.outputs.rerun_log.timing import cost_of, timing_view
+from replay.outputs.rerun_log.views import faded_meshes
 
 
 class BlueprintInput:
@@ -62,7 +66,7 @@ def selected(query, entities):
 def test_there_is_one_layout_and_it_has_a_tab_per_question(layout):
     assert len(layout.stores) == 1
     names = [v.get("ContainerBlueprint:display_name", [""])[0] for v in layout.values.values()]
-    assert set(names) - {""} == {"Audit", "What accuracy costs", "Detectors"}
+    assert set(names) - {""} == {"Audit", "All detectors", "What accuracy costs", "Detectors"}
 
 
 def test_every_view_shows_something_and_all_of_it_has_rows_where_the_cursor_goes(layout, recording, read):
@@ -104,8 +108,8 @@ def test_the_close_up_follows_the_camera_in_the_data(layout, read):
     tracked = [
         v["EyeControls3D:tracking_entity"] for v in layout.values.values() if "EyeControls3D:tracking_entity" in v
     ]
-    assert tracked == [["/world/missed/eye"]]
-    assert "/world/missed/eye" in read.entities
+    assert sorted(tracked) == [["/world/focus/eye"], ["/world/missed/eye"]]
+    assert {path for (path,) in tracked} <= set(read.entities)
 
 
 def test_lanes_in_view_fit_the_screen(layout):
@@ -124,11 +128,31 @@ def test_the_budget_line_is_drawn_where_it_does_not_press_the_curves_down(demo, 
     slow = demo.detections["22.5Hz"]
     timed = replace(slow, seconds={"meshes": np.full(270, share / 90.0)})
     write_recording(replace(demo, detections={**demo.detections, "22.5Hz": timed}), tmp_path / "run.rrd")
-    name, query = next(
-        item for item in BlueprintInput(tmp_path / "run.rrd").views().items() if item[0].startswith("Time per")
-    )
-    assert ("/timing/budget" in query) == drawn
-    assert f"{share:.0%} of a frame at 90 Hz" in name
+    views = BlueprintInput(tmp_path / "run.rrd").views().items()
+    views = [(name, query) for name, query in views if name.startswith("Time per frame,")]
+    assert len(views) == 2
+    for name, query in views:
+        assert ("/timing/budget" in query) == drawn
+        assert f"worst {share * 1e3 / 90:.2f}: {share:.0%} of a " in name and "90 Hz" in name
+
+
+def test_what_hides_a_contact_is_translucent_in_the_close_up_and_the_ground_is_not(demo):
+    own = demo.assembly.motion
+    always = Motion(own.times, own.translations, own.rotations, np.ones_like(own.valid))
+    run = replace(demo, assembly=replace(demo.assembly, motion=always))
+    faded = faded_meshes(run, ["rod", "bench", "beaker"])
+    alpha = {path: one.albedo_factor.as_arrow_array().to_pylist()[0] & 255 for path, one in faded.items()}
+    assert alpha == {"/world/rod/mesh": 110, "/world/beaker/mesh": 34}
+    assert "/world/hand/mesh" not in faded_meshes(demo, ["hand"]), "its colour hides it where it has no pose"
+
+
+def test_one_look_that_the_machine_held_up_is_cut_off_and_the_title_says_so(demo, tmp_path):
+    slow = demo.detections["22.5Hz"]
+    seconds = np.full(2000, 0.001)
+    seconds[7] = 0.05
+    costs = {"it": cost_of(replace(slow, seconds={"meshes": seconds}))}
+    view = timing_view(costs, rrb.TimeAxis(), short=True)
+    assert "worst 50.00, cut off: 450% of a 90 Hz frame" in view.name
 
 
 @pytest.mark.slow
@@ -143,7 +167,12 @@ def built(subjects, effects, *, tradeoff=False):
     """The tabs of a layout made by hand."""
     room = SimpleNamespace(scene=SimpleNamespace(name="room"))
     result = SimpleNamespace(
-        tradeoff=tradeoff or None, effects=effects, treatment=None, session=room, assembly=SimpleNamespace(names=())
+        tradeoff=tradeoff or None,
+        effects=effects,
+        treatment=None,
+        session=room,
+        assembly=SimpleNamespace(names=(), motion=SimpleNamespace(valid=np.ones((1, 0), dtype=bool))),
+        comparisons={"slow": SimpleNamespace(outcome=np.zeros((1, 1), np.uint8))},
     )
     eye = Eye((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
     layout = blueprint.BlueprintInput(result, subjects, eye, {}, detector_lanes=False, start=0.0, end=1.0)

@@ -64,6 +64,21 @@ def test_crossings_are_those_of_a_ray_by_ray_count():
     assert slow.sum() > 10
 
 
+def test_what_stands_before_the_eye_is_what_its_line_of_sight_crosses(demo):
+    assembly = demo.assembly
+    obstacles = camera.Obstacles(assembly, demo.session.scene)
+    rod = assembly.motion.translations[0, assembly.names.index("rod")]
+    names = {assembly.names[body] for body in obstacles.hiding(0, eye_beside(rod, 0.05))}
+    assert "beaker" in names and "bench" not in names
+    assert obstacles.hiding(0, eye_beside(rod, 0.5)) == set()
+
+
+def eye_beside(place, up):
+    """An eye that looks level at a point above a place."""
+    x, y, z = place.tolist()
+    return camera.Eye((x + 0.2, y + up, z), (x, y + up, z))
+
+
 def test_a_body_without_a_pose_hides_nothing(demo):
     hidden = still(Body("board", wall(0.03)))
     gone = Motion([0.0], hidden.motion.translations, hidden.motion.rotations, np.zeros((1, 1), dtype=bool))

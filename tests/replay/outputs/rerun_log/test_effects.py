@@ -6,7 +6,7 @@ import rerun as rr
 from rerun.chunk import RrdReader
 
 from replay.effects.effects_runner import SKIPPED, EffectRun
-from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
+from replay.effects.output import FACE_PAIRS, EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
 from replay.outputs.rerun_log.columns import RecordingWriter
 from replay.outputs.rerun_log.effects import _log_series, effect_views, log_effects
@@ -92,8 +92,13 @@ def test_a_vessel_is_drawn_once_as_the_effect_that_ran_last_says():
     assert _drawn(runs) == {"a": "clear", "b": "pink"}
 
 
-def test_a_plot_shows_every_sample_and_not_the_mean_under_a_pixel():
+@pytest.mark.parametrize(("unit", "policy", "mode"), [("mL", "Off", "Linear"), (FACE_PAIRS, "Max", "StepAfter")])
+def test_a_plot_shows_every_sample_of_a_quantity_and_the_peaks_of_a_count_as_steps(unit, policy, mode):
     sent = []
     writer = SimpleNamespace(static=lambda path, one: sent.append(one), session_rows=lambda *given: None)
-    _log_series(writer, "effects/pour/flow", "flow", Series(np.arange(3.0), np.array([0.0, 5.0, 0.0]), "mL"), 0)
-    assert sent[0].aggregation_policy.as_arrow_array().to_pylist() == [rr.components.AggregationPolicy.Off.value]
+    _log_series(writer, "effects/pour/flow", "flow", Series(np.arange(3.0), np.array([0.0, 5.0, 0.0]), unit), 0)
+    for kept, kind, word in (
+        (sent[0].aggregation_policy, rr.components.AggregationPolicy, policy),
+        (sent[0].interpolation_mode, rr.components.InterpolationMode, mode),
+    ):
+        assert kept.as_arrow_array().to_pylist() == [getattr(kind, word).value]

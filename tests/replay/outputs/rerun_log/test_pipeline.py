@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 from cdcore.bounding.sphere import sphere_best
+from replay.cli.demo import DETECTORS
 from replay.outputs.palette import MISSED, SERIES, WHITE
 from replay.outputs.rerun_log.columns import packed
-from replay.outputs.rerun_log.pipeline import budget_words, stage_ms
+from replay.outputs.rerun_log.pipeline import ROOM, budget_words, pipeline_path, stage_ms
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.search_picture import shaded_faces
-from replay.outputs.watched_run import CONTACT, LOST, NEAR, watched_runs
+from replay.outputs.watched_run import ALL, CONTACT, LOST, NEAR, watched_runs
+from replay.pipeline.engine import compute
+from replay.studies.synthetic_sessions import synthetic_session
 
 LABEL = "paper"
 END = {CONTACT: SERIES[2], LOST: MISSED, NEAR: WHITE}
@@ -113,6 +116,31 @@ def test_more_pheromone_is_more_yellow_and_local_search_is_pale(watched):
     assert shades[yellow] == packed([(253, 231, 37, 255)])[0]
 
 
+def test_each_pair_whose_spheres_meet_is_a_line_of_its_own_in_the_frames_that_matter(run, watched, read):
+    assembly = run.assembly
+    for moment in watched.moments:
+        for column, ends in enumerate(assembly.pairs[:2].tolist()):
+            path = f"pipeline/{LABEL}/near/pairs/{assembly.pair_name(column)}"
+            strips = read.at(path, "LineStrips3D:strips", moment.frame)
+            meets = overlaps(assembly, column)[moment.frame] and assembly.motion.valid[moment.frame, ends].all()
+            assert len(strips) == int(meets)
+            if meets:
+                turns, moves = assembly.motion.rotations[moment.frame], assembly.motion.translations[moment.frame]
+                balls = [turns[body] @ sphere_best(assembly.bodies[body].mesh).centre + moves[body] for body in ends]
+                assert np.allclose(strips[0], balls, atol=1e-6)
+            if column == moment.pair and moment.kind != NEAR:
+                colour = packed([{CONTACT: SERIES[2], LOST: MISSED}[moment.kind]])
+                assert read.at(path, "LineStrips3D:colors", moment.frame) == colour.tolist()
+    assert f"/pipeline/{LABEL}/near/pairs/bench-rod" not in read.entities, "the ball of the bench holds the room"
+
+
+def test_the_work_of_the_search_adds_up_to_what_the_run_counted(run, read):
+    for name in ("evaluations", "iterations"):
+        rows = read.column(f"pipeline/{LABEL}/work/{name}", "Scalars:scalars")
+        assert sum(row[2][0] for row in rows) == run.detections[LABEL].work[name] > 0
+        assert {0, 134} <= {row[1] for row in rows}
+
+
 def test_times_are_added_up_and_the_title_compares_them_with_the_budget(run, watched, read):
     seconds = run.detections[LABEL].seconds
     mean = sum(seconds.values()) * 1e3 / 135
@@ -144,3 +172,31 @@ def test_with_every_look_each_searched_frame_has_its_faces(run, watched):
 
 def test_a_detector_without_a_search_has_no_pipeline(demo):
     assert watched_runs(demo, all_looks=True) == []
+
+
+@pytest.mark.slow
+def test_the_recording_of_the_demo_holds_every_frame_of_all_detectors_and_the_search_at_its_work(write):
+    result = compute(synthetic_session("bench-bumps", 0, None)[0], detectors=DETECTORS)
+    seen, frames = write(result), list(range(len(result.assembly.motion)))
+    assert list(result.detections) == ["paper", "hull50", "mesh50", "exact"]
+    for label, detection in result.detections.items():
+        for stage, seconds in {**detection.seconds, "1_total": sum(detection.seconds.values())}.items():
+            rows = seen.column(f"timing/{label}/{stage}", "Scalars:scalars")
+            assert [row[1] for row in rows] == frames, (label, stage)
+            assert np.allclose([row[2][0] for row in rows], 1e3 * seconds)
+    (watched,) = watched_runs(result, all_looks=False)
+    for rank, (stage, count) in enumerate((stage, count) for stage, count in watched.counts.items() if stage != ALL):
+        rows = seen.column(pipeline_path("paper", "pairs", f"{rank}_{stage}"), "Scalars:scalars")
+        at = np.searchsorted([row[1] for row in rows], frames, side="right") - 1
+        assert [rows[k][2][0] for k in at] == count.tolist(), stage
+    assert watched.moments
+    for moment in watched.moments:
+        trace, root = watched.trace(moment), "pipeline/paper/search"
+        faces = sum(len(np.unique(trace.faces[:, side])) for side in range(2))
+        assert len(seen.at(f"{root}/faces", "Mesh3D:vertex_positions", moment.frame)) == 3 * faces
+        assert len(seen.at(f"{root}/best", "LineStrips3D:strips", moment.frame)[0]) == len(trace.best())
+        bodies = [result.assembly.bodies[body] for body in result.assembly.pairs[moment.pair].tolist()]
+        if all(sphere_best(body.mesh).radius <= ROOM for body in bodies):
+            for body in bodies:
+                path = f"world/{body.name}/sphere_of_paper"
+                assert len(seen.at(path, "Ellipsoids3D:half_sizes", moment.frame)) == 1

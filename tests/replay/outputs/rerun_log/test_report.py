@@ -42,7 +42,7 @@ def test_the_note_where_the_cursor_meets_a_miss_is_about_that_miss(demo, read, r
     for miss in demo.misses[SUBJECT]:
         text = read.at_ns("report/nearest_miss", "TextDocument:text", places[miss.number])[0]
         assert f"Miss {miss.number} of {count}: {miss.body_a}-{miss.body_b}" in text
-        assert f"--miss {miss.number}`" in text
+        assert f"--miss {miss.number} --by {SUBJECT}`" in text
 
 
 def test_the_report_gives_the_counts_of_the_comparison(demo, read):

@@ -1,0 +1,232 @@
+"""Moments of a run in one list, of all its detectors: what each missed, what it invented, and one contact of each
+other pair. The pair of a moment is the pair in focus."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from cdcore.numerics import IntArray
+from replay.comparison.causes import Cause
+from replay.comparison.clusters import by_depth
+from replay.comparison.false_contacts import HELD, SOLIDS, FalseContact, false_contacts
+from replay.comparison.misses import NEVER_FOUND
+from replay.comparison.outcome import Episode, Miss, Outcome, Vector, as_vector
+from replay.outputs.palette import FOUND, INVENTED, MISSED, PARTLY_MISSED, Rgba
+from replay.outputs.words import bound_words, counted
+from replay.pipeline.ranking import ranking
+from replay.pipeline.run_result import RunResult
+
+LISTED: Final = 200
+"""Moments of one detector of each kind at most: the longest cuts, the longest false contacts."""
+
+KINDS: Final = {Outcome.MISSED: "miss", Outcome.INVENTED: "false", Outcome.BOTH: "contact"}
+
+
+PARTS: Final = "hulls of parts, or meshes"
+LOOK: Final = "look at every frame"
+DECIDE: Final = "decide by meshes"
+
+
+@dataclass(frozen=True)
+class FocusMoment:
+    """Where the cursor meets a fault, or a contact.
+
+    Parameters
+    ----------
+    frame, later : a frame, and nanoseconds after it; no two moments have the same.
+    pair, point : column of the pair in focus, and where in the world.
+    label, number : the detector and its number of the fault; ``""`` and 0 where nobody is at fault.
+    outcome : ``MISSED``, ``INVENTED`` or ``BOTH``.
+    first, last : frames of the stretch.
+    size : metres of the longest cut, or of the gap between the meshes; nan: not measured.
+    kind : of the miss or the false contact; ``""`` of a contact.
+    said : Markdown about it.
+    """
+
+    frame: int
+    later: int
+    pair: int
+    point: Vector
+    label: str
+    number: int
+    outcome: Outcome
+    first: int
+    last: int
+    size: float
+    kind: str
+    said: str
+
+    @property
+    def colour(self) -> Rgba:
+        """Red is missed, yellow invented, blue found."""
+        if self.outcome == Outcome.MISSED:
+            return MISSED if self.kind == NEVER_FOUND else PARTLY_MISSED
+        return INVENTED if self.outcome == Outcome.INVENTED else FOUND
+
+    @property
+    def words(self) -> str:
+        """What it is: for a flag and a line."""
+        return f"{KINDS[self.outcome]} {self.number or ''}".rstrip()
+
+
+TO_DO: Final[Mapping[str, str]] = {
+    SOLIDS: PARTS, Cause.COLLIDER_SHAPE: PARTS, HELD: LOOK, Cause.BETWEEN_LOOKS: LOOK, Cause.SEARCH: DECIDE,
+    Cause.SAMPLING: DECIDE, Cause.BUDGET: DECIDE, Cause.SPHERE_STAGE: "larger volumes", Cause.CLOCK: "a common clock",
+    Cause.BETWEEN_FRAMES: "ask between frames", Cause.LATE: "take off its delay", Cause.CONTAINMENT: "close the meshes",
+}  # fmt: skip
+"""Cause of most of a detector's wrong frames -> what mends it."""
+
+
+def to_do(result: RunResult, label: str, false: Sequence[FalseContact]) -> str:
+    """What mends most of the frames in which a detector was wrong."""
+    frames: Counter[str] = Counter()
+    for miss in result.misses[label]:
+        frames[miss.cause] += miss.last - miss.first + 1
+    for one in false:
+        frames[one.cause] += one.frames
+    worst = frames.most_common(1)
+    return TO_DO.get(worst[0][0], "see its causes") if worst else "nothing"
+
+
+def false_of(result: RunResult) -> dict[str, tuple[FalseContact, ...]]:
+    """Label -> its false contacts, numbered."""
+    compared = result.comparisons.items()
+    return {label: false_contacts(result.assembly, one, result.detectors.get(label)) for label, one in compared}
+
+
+def key_moments(result: RunResult, false: Mapping[str, Sequence[FalseContact]]) -> list[FocusMoment]:
+    """All moments, in order of time; of those in one frame the worst comes last, by a nanosecond."""
+    found = [*_faults(result, false)]
+    seen = {one.pair for one in found}
+    found += [_contact(result, pair, one) for pair, one in _longest(result).items() if pair not in seen]
+    found.sort(key=lambda one: (one.frame, one.later, one.outcome == Outcome.MISSED, one.size))
+    made: list[FocusMoment] = []
+    for one in found:
+        before = made[-1] if made and made[-1].frame == one.frame else None
+        made.append(replace(one, later=max(one.later, before.later + 1) if before else one.later))
+    return made
+
+
+def focus_rows(moments: Sequence[FocusMoment]) -> list[tuple[int, int, FocusMoment]]:
+    """Frame, nanoseconds after it, and the moment in focus from there on: it changes half-way between moments."""
+    rows = [(0, 0, moments[0])] if moments else []
+    for before, one in pairwise(moments):
+        same = before.frame == one.frame
+        rows.append((one.frame, one.later, one) if same else ((before.frame + one.frame + 1) // 2, 0, one))
+    return rows
+
+
+def pair_in_focus(moments: Sequence[FocusMoment], frames: int) -> IntArray:
+    """(T,) column of the pair in focus."""
+    rows = focus_rows(moments)
+    at = np.searchsorted([frame for frame, _, _ in rows], np.arange(frames), side="right") - 1
+    return np.array([one.pair for *_, one in rows], dtype=np.int64)[at]
+
+
+def _faults(result: RunResult, false: Mapping[str, Sequence[FalseContact]]) -> Iterator[FocusMoment]:
+    contacts = len(result.episodes[result.oracle])
+    for label, misses in result.misses.items():
+        for one in by_depth(misses)[:LISTED]:
+            yield FocusMoment(
+                *one.shown, one.pair, one.point, label, one.number, Outcome.MISSED, one.first, one.last, one.cut_length,
+                one.kind, miss_note(one, len(misses), contacts, label, result.oracle),
+            )  # fmt: skip
+        for no in sorted(false[label], key=lambda one: -one.frames)[:LISTED]:
+            yield FocusMoment(
+                no.widest, 0, no.pair, no.point, label, no.number, Outcome.INVENTED, no.first, no.last, no.gap, no.kind,
+                false_note(no, len(false[label]), label, result.oracle),
+            )  # fmt: skip
+
+
+def _longest(result: RunResult) -> dict[int, Episode]:
+    """Pair -> its longest contact, the oracle's before anybody else's."""
+    found: dict[int, Episode] = {}
+    for label in (result.oracle, *result.comparisons):
+        own: dict[int, Episode] = {}
+        for one in result.episodes[label]:
+            if one.last - one.first >= (own[one.pair].last - own[one.pair].first if one.pair in own else 0):
+                own[one.pair] = one
+        found = own | found
+    return found
+
+
+def _contact(result: RunResult, pair: int, one: Episode) -> FocusMoment:
+    frame, motion = (one.first + one.last) // 2, result.assembly.motion
+    point = motion.translations[frame, result.assembly.pairs[pair]].mean(axis=0)
+    counts = []
+    for label, comparison in result.comparisons.items():
+        kinds = (Outcome.MISSED, Outcome.INVENTED, Outcome.HELD)
+        missed, invented, held = (int((comparison.outcome[:, pair] == one).sum()) for one in kinds)
+        apart = f", {held:,} held and counted apart" if held else ""
+        counts.append(f"- {label}: {counted(missed, 'frame')} missed, {invented:,} invented{apart}")
+    lines = [f"#### {result.assembly.pair_name(pair)}, in the whole session", "", *counts]
+    return FocusMoment(
+        frame, 0, pair, as_vector(point), "", 0, Outcome.BOTH, one.first, one.last, 0.0, "", "\n".join(lines)
+    )
+
+
+def moment_line(moment: FocusMoment, name: str, widths: tuple[int, int]) -> str:
+    """One line of the list; ``name``: of the pair; ``widths``: of label and name."""
+    size = f"{moment.size * 1e3:5.1f} mm" if moment.label and moment.size > 0 else ""
+    frames = moment.last - moment.first + 1
+    return f"{moment.label:<{widths[0]}} {moment.words:<8} {name:<{widths[1]}} {frames:>4} fr {size}".rstrip()
+
+
+def miss_note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:
+    """What is to be said about a miss, of ``count`` by this detector and of so many ``contacts``; why comes first."""
+    frames = miss.last - miss.first + 1
+    found = f"{oracle}: **CONTACT**, {miss.face_pairs} face pairs, cut {miss.cut_length * 1e3:.1f} mm"
+    if miss.touch is not None:
+        before, (a, b), bound = miss.touch.frame, miss.touch.faces, bound_words(miss)
+        found = (
+            f"{oracle}: **CONTACT** between frames {before} and {before + 1}, from {miss.touch.moment:.6f} s"
+            f"{bound and f' ({bound})'}; no frame shows it\n"
+            f"- first faces {a} of {miss.body_a} and {b} of {miss.body_b}, shown where they touch"
+        )
+    return (
+        f"#### Miss {miss.number} of {count}: {miss.body_a}-{miss.body_b}\n\n"
+        f"- {label}: **{miss.kind}** ({miss.cause})\n"
+        f"- {found}\n\n"
+        f"**{miss.seconds:.3f} s**, {frames} frame{'s' * (frames > 1)} ({miss.first} to {miss.last}), "
+        f"contact {miss.episode} of {contacts}\n\n"
+        f"`replay view RUN --miss {miss.number} --by {label}`"
+    )
+
+
+def false_note(one: FalseContact, count: int, label: str, oracle: str) -> str:
+    """What is to be said about a false contact, of ``count`` by this detector; why comes first."""
+    gap = "" if np.isnan(one.gap) else f", the meshes are **{one.gap * 1e3:.1f} mm** apart"
+    return (
+        f"#### False contact {one.number} of {count}: {one.body_a}-{one.body_b}\n\n"
+        f"- {label}: **CONTACT** ({one.cause})\n"
+        f"- {oracle}: none{gap}\n\n"
+        f"**{one.start:.3f} s**, {counted(one.frames, 'frame')} ({one.first} to {one.last}), {one.kind}\n\n"
+        f"`replay view RUN --false {one.number} --by {label}`"
+    )
+
+
+def worst_first(result: RunResult) -> list[str]:
+    """Audited detectors, the one with the largest fault first."""
+    return [one.label for one in ranking(result.summary)[:-1]]
+
+
+def leading(result: RunResult, moments: Sequence[FocusMoment]) -> int:
+    """Which moment comes first: the larger fault of the worst detector, where it is longest."""
+    worst = ranking(result.summary)[0]
+    kind = Outcome.INVENTED if worst.leads_false else Outcome.MISSED
+
+    def rank(k: int) -> tuple[bool, bool, float]:
+        one = moments[k]
+        return (
+            one.label == worst.label,
+            one.outcome == kind,
+            one.size if kind == Outcome.MISSED else one.last - one.first,
+        )
+
+    return max(range(len(moments)), key=rank)

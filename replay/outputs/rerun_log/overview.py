@@ -1,0 +1,190 @@
+"""All detectors on one screen: a lane each for the pair in focus and for all pairs, the moments, and the close-up.
+
+Rerun runs no code of ours at a click. So what is in focus is data over time: a click on a moment moves the cursor, and
+lanes, close-up, solids and words there are those of the moment's pair.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import rerun as rr
+
+from cdcore.protocol import counts_as_contact
+from replay.comparison.outcome import Outcome
+from replay.effects.output import vector_of
+from replay.outputs.camera import CLOSE_UP, Eye, Obstacles, towards_user
+from replay.outputs.moments import KINDS, FocusMoment, focus_rows, leading, moment_line, pair_in_focus
+from replay.outputs.palette import FAINT, OUTCOMES, WITHIN_TOLERANCE
+from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
+from replay.outputs.rerun_log.focus import log_eyes, read_static
+from replay.outputs.rerun_log.lanes import log_lane, log_with_numbers, send_lane, word_changes
+from replay.outputs.rerun_log.missed import LINGER, POLE, UP
+from replay.pipeline.run_result import RunResult
+
+ROOT: Final = "focus"
+SPACE: Final = "world/focus"
+EYE: Final = f"{SPACE}/eye"
+MOMENTS: Final = f"{ROOT}/moments"
+NOTE: Final = f"{ROOT}/note"
+TABLE: Final = f"{SPACE}/table"
+
+CONTACT: Final = ": contact"
+
+LANES: Final = 4
+"""Lanes at most: as many as a screen of 800 lines shows, the oracle's among them."""
+
+BACK: Final = 0.30
+"""Metres from the eye to a false contact: the whole solid is seen, not the place where nothing is."""
+
+
+@dataclass(frozen=True)
+class OverviewLanes:
+    """Paths of the lanes of the pair in focus, and of those of all pairs; the oracle's first, then the worst."""
+
+    near: Sequence[str]
+    whole: Sequence[str]
+
+
+SHOWN: Final = (Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH)
+"""Outcomes of a lane of all pairs: of several at a time the first is shown."""
+
+LOOKS: Final = [OUTCOMES[code] for code in SHOWN]
+TRUE: Final = WITHIN_TOLERANCE
+"""Grey: what is true is nobody's merit and nobody's fault."""
+
+
+def overview_lanes(result: RunResult, order: Sequence[str]) -> OverviewLanes:
+    """Lanes of the oracle and of the first detectors of this order."""
+    labels = [result.oracle, *order][:LANES]
+    near, whole = (
+        [entity(ROOT, part, f"{rank}_{label}") for rank, label in enumerate(labels, 1)] for part in ("pair", "all")
+    )
+    return OverviewLanes(near, whole)
+
+
+def log_overview(
+    writer: RecordingWriter, result: RunResult, order: Sequence[str], moments: Sequence[FocusMoment],
+    eyes: Sequence[Eye],
+) -> None:  # fmt: skip
+    """Send lanes, moments, flags and the camera; ``moments`` in order of time, one at least, and the eye of each."""
+    _log_lanes(writer, result, order, moments)
+    _log_texts(writer, result, moments)
+    _log_flags(writer, result, moments)
+    at = [(frame, later) for frame, later, _ in focus_rows(moments)]
+    log_eyes(writer, EYE, at, eyes)
+
+
+def _log_lanes(
+    writer: RecordingWriter, result: RunResult, order: Sequence[str], moments: Sequence[FocusMoment]
+) -> None:
+    lanes, assembly = overview_lanes(result, order), result.assembly
+    frames = np.arange(len(assembly.motion))
+    pair = pair_in_focus(moments, len(frames))
+    contact = counts_as_contact(result.detections[result.oracle].verdict)
+    names = {column: assembly.pair_name(column) for column in np.unique(pair).tolist()}
+    there = zip(pair.tolist(), contact[frames, pair].tolist(), strict=True)
+    words = np.array([f"{names[column]}{CONTACT if now else ''}" for column, now in there], dtype=object)
+    looks = [(f"{name}{more}", shade) for name in names.values() for more, shade in (("", FAINT), (CONTACT, TRUE))]
+    send_lane(writer, lanes.near[0], *word_changes(writer, words), looks)
+    free = contact & (next(iter(result.comparisons.values())).outcome != Outcome.HELD)
+    anywhere = np.where(free.any(axis=1), "contact", "").astype(object)
+    send_lane(writer, lanes.whole[0], *word_changes(writer, anywhere), [("contact", TRUE)])
+    for label, near, whole in zip(order, lanes.near[1:], lanes.whole[1:], strict=False):
+        outcome = result.comparisons[label].outcome
+        log_lane(writer, near, outcome[frames, pair], OUTCOMES)
+        worst = np.full(len(frames), "", dtype=object)
+        for code in reversed(SHOWN):
+            worst[(outcome == code).any(axis=1)] = OUTCOMES[code][0]
+        log_with_numbers(writer, whole, worst, LOOKS, result.misses[label])
+
+
+def _log_texts(writer: RecordingWriter, result: RunResult, moments: Sequence[FocusMoment]) -> None:
+    """The list, in which a click moves the cursor, and what is said about the moment in focus."""
+    names = [result.assembly.pair_name(one.pair) for one in moments]
+    widths = max(len(one.label) for one in moments), max(map(len, names))
+    texts = [moment_line(one, name, widths) for one, name in zip(moments, names, strict=True)]
+    colours = packed(one.colour for one in moments)
+    levels = [KINDS[one.outcome] for one in moments]
+    columns = rr.TextLog.columns(text=texts, level=levels, color=colours)
+    writer.rows_later(MOMENTS, [(one.frame, one.later) for one in moments], columns)
+    rows = focus_rows(moments)
+    kinds = [rr.MediaType.MARKDOWN] * len(rows)
+    notes = rr.TextDocument.columns(text=[one.said for *_, one in rows], media_type=kinds)
+    writer.rows_later(NOTE, [(frame, later) for frame, later, _ in rows], notes)
+    lead = leading(result, moments)
+    columns_of: dict[str, Any] = {
+        "label": [one.label for one in moments], "kind": levels,
+        "number": np.array([one.number for one in moments], dtype=np.int64),
+        "leads": np.array([k == lead for k in range(len(moments))]),
+        "session_ns": np.array([writer.clock.ns[one.frame] + one.later for one in moments], dtype=np.int64),
+    }  # fmt: skip
+    writer.static(TABLE, rr.AnyValues(**columns_of))
+
+
+def _log_flags(writer: RecordingWriter, result: RunResult, moments: Sequence[FocusMoment]) -> None:
+    """A dot at all times where somebody is wrong, and words on a pole while the fault in focus lasts."""
+    wrong = [one for one in moments if one.label]
+    dots = np.array([one.point for one in wrong], dtype=np.float32).reshape(-1, 3)
+    colours = packed(one.colour for one in wrong)
+    writer.static(f"{SPACE}/pins", rr.Points3D(dots, colors=colours, radii=rr.Radius.ui_points(4.0)))
+    shown: dict[int, list[FocusMoment]] = {0: []}
+    rows, last = focus_rows(moments), len(writer.clock.ns) - 1
+    for (frame, _, one), after in zip(rows, [*(frame for frame, *_ in rows[1:]), last], strict=True):
+        begin = max(frame, min(one.first, one.frame))
+        end = min(after, writer.clock.frame_at(float(result.assembly.motion.times[one.last]) + LINGER))
+        if one.label and begin < max(end, one.last + 1):
+            shown[begin] = [one]
+            shown.setdefault(max(end, begin + 1), [])
+    frames = sorted(frame for frame in shown if frame <= last)
+    flat = [one for frame in frames for one in shown[frame]]
+    counts = [len(shown[frame]) for frame in frames]
+    feet = np.array([one.point for one in flat], dtype=np.float32).reshape(-1, 3)
+    tops = feet + np.float32(POLE) * UP.astype(np.float32)
+    colours, labels = packed(one.colour for one in flat), [f"{one.label}: {one.words}" for one in flat]
+    writer.rows(f"{SPACE}/flag", frames, rr.Points3D.columns(positions=tops, labels=labels, colors=colours), counts)
+    poles = rr.LineStrips3D.columns(strips=np.stack([feet, tops], axis=1), colors=colours)
+    writer.rows(f"{SPACE}/pole", frames, poles, counts)
+    radius = rr.Radius.ui_points(1.4)
+    writer.static(f"{SPACE}/flag", rr.Points3D.from_fields(radii=radius, show_labels=True))
+    writer.static(f"{SPACE}/pole", rr.LineStrips3D.from_fields(radii=radius))
+
+
+def moment_eyes(result: RunResult, moments: Sequence[FocusMoment]) -> tuple[list[Eye], set[str]]:
+    """An eye for each moment, and the bodies that stand between any of them and what it looks at.
+
+    It stands before the contact that was missed; farther off where there is none, so that the bodies are seen.
+    """
+    assembly, scene = result.assembly, result.session.scene
+    obstacles, eyes, hiding = Obstacles(assembly, scene), [], set()
+    for one in moments:
+        user = towards_user(assembly, scene, one.frame, one.point)
+        eye = obstacles.close_up(one.frame, one.point, user)
+        if one.outcome != Outcome.MISSED:
+            back = np.subtract(eye.position, eye.target) * (BACK / CLOSE_UP)
+            eye = Eye(vector_of(np.asarray(eye.target) + back), eye.target)
+        eyes.append(eye)
+        hiding |= obstacles.hiding(one.frame, eye)
+    return eyes, {assembly.names[body] for body in hiding}
+
+
+@dataclass(frozen=True)
+class MomentPlace:
+    """Where the cursor meets a moment; ``kind``: "miss", "false" or "contact"; ``leads``: of all it comes first."""
+
+    label: str
+    kind: str
+    number: int
+    session_ns: int
+    leads: bool
+
+
+def read_moments(recording: Path) -> list[MomentPlace]:
+    """The moments, as a recording has them; none in one without an audit."""
+    columns = read_static(recording, TABLE)
+    names = ("label", "kind", "number", "session_ns", "leads")
+    return [MomentPlace(*row) for row in zip(*(columns.get(name, []) for name in names), strict=True)]

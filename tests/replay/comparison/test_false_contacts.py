@@ -1,0 +1,67 @@
+"""False contacts are numbered in order of time, measured where the gap is widest, and none is counted twice."""
+
+import numpy as np
+import pytest
+from support.shapes import box_mesh
+
+from cdcore import Body, Motion, create_detector
+from replay.comparison import false_contacts as module
+from replay.comparison.false_contacts import HELD, SOLIDS, UNEXPLAINED, false_contacts
+from replay.comparison.outcome import Comparison, Outcome
+from replay.prepare.assembly import Assembly
+
+N, B, M, F, H = map(int, (Outcome.NEITHER, Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.HELD))
+
+
+def world(outcomes, gaps=None):
+    """Two cubes of 2 m, apart by ``gaps`` metres frame by frame, and what was said of them."""
+    frames = len(outcomes)
+    places = np.zeros((frames, 2, 3))
+    places[:, 1, 0] = 2.0 + (np.ones(frames) if gaps is None else np.array(gaps))
+    bodies = (Body("a", box_mesh((2.0, 2.0, 2.0))), Body("b", box_mesh((2.0, 2.0, 2.0))))
+    times = np.arange(frames) * 0.01
+    motion = Motion(times, places, np.broadcast_to(np.eye(3), (frames, 2, 3, 3)), np.ones((frames, 2), bool))
+    stamps, origin = np.arange(frames) * 10_000_000, np.zeros((frames, 2), np.uint8)
+    assembly = Assembly(bodies, motion, np.array([[0, 1]]), np.array([False]), stamps, origin)
+    return assembly, Comparison("it", "truth", np.array(outcomes, dtype=np.uint8)[:, None])
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "kinds"),
+    [
+        ([N, F, F, N], ["nothing there"]), ([F, F], ["nothing there"]), ([N, F, B, N], ["begins early"]),
+        ([N, B, F, N], ["lasts long"]), ([B, F, B], ["joins two"]), ([F, B, F], ["begins early", "lasts long"]),
+        ([B, N, F, N, B], ["nothing there"]), ([B, M, F, N], ["nothing there"]), ([N, B, M], []),
+    ],
+)  # fmt: skip
+def test_a_stretch_is_named_by_the_report_that_holds_it(outcomes, kinds):
+    assert [one.kind for one in false_contacts(*world(outcomes))] == kinds
+
+
+def test_a_stretch_is_shown_where_the_meshes_are_farthest_apart():
+    (one,) = false_contacts(*world([N, F, F, F, N], [9.0, 0.1, 0.7, 0.2, 9.0]))
+    assert (one.number, one.body_a, one.body_b, one.first, one.last, one.frames) == (1, "a", "b", 1, 3, 3)
+    assert (one.start, one.end, one.widest) == (0.01, 0.03, 2)
+    assert one.gap == pytest.approx(0.7) and one.point[0] == pytest.approx(1.0 + 0.35)
+
+
+def test_numbers_go_by_time_and_what_a_hand_holds_has_none():
+    assert [(one.number, one.first) for one in false_contacts(*world([F, N, F, F]))] == [(1, 0), (2, 2)]
+    assert false_contacts(*world([H, H])) == ()
+
+
+def test_of_too_many_the_longest_are_measured(monkeypatch):
+    monkeypatch.setattr(module, "LOOKS_IN_ALL", 1)
+    short, long = false_contacts(*world([F, N, F, F], [0.5, 1, 0.5, 0.5]))
+    assert np.isnan(short.gap) and long.gap == pytest.approx(0.5)
+
+
+def test_the_cause_is_the_solid_before_the_rate():
+    assembly, said = world([N, F, F], [9.0, 0.5, 0.5])
+    ball = create_detector("collider", assembly.bodies, pairs=assembly.pairs, shape="sphere")
+    slow = create_detector("discrete", assembly.bodies, pairs=assembly.pairs, rate_hz=1.0)
+    causes = [false_contacts(assembly, said, one)[0].cause for one in (ball, slow, None)]
+    assert causes == [UNEXPLAINED, HELD, UNEXPLAINED]
+    near = world([N, F, F], [9.0, -0.01, -0.01])[0]
+    box = create_detector("collider", near.bodies, pairs=near.pairs, shape="box", rate_hz=1.0)
+    assert false_contacts(near, said, box)[0].cause == SOLIDS
