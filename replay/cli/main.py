@@ -122,7 +122,9 @@ def _is_known(error: Exception) -> bool:
 
 
 def _sentence(text: str) -> str:
-    return " ".join(text.split())
+    from replay.base.shown import shown
+
+    return shown(" ".join(text.split()))
 
 
 def _make_streams_safe() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import rerun as rr
 
 from replay.base.constants import CAVEAT
+from replay.base.shown import shown
 from replay.comparison.clusters import MANY, Cluster, clusters, seen_and_between
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Miss
@@ -46,7 +47,9 @@ def _log_lines(
     numbers = sorted(lines, key=lambda number: at[number])
     texts, levels, whole = zip(*(lines[number] for number in numbers), strict=True)
     colours = packed(MISSED if one else PARTLY_MISSED for one in whole)
-    columns = rr.TextLog.columns(text=texts, level=[level.replace(" ", "_") for level in levels], color=colours)
+    columns = rr.TextLog.columns(
+        text=[*map(shown, texts)], level=[level.replace(" ", "_") for level in levels], color=colours
+    )
     writer.rows_later(path, [at[number] for number in numbers], columns)
 
 
