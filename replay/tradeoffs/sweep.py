@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Final
 
@@ -200,8 +201,8 @@ def _whole(
         row["front"], row["front_online"] = row["label"] in front, row["label"] in online
     times = assembly.motion.times
     about = {
-        "session": session.scene.name or session.origin, "frames": len(times), "bodies": len(assembly.bodies),
-        "seconds": float(times[-1] - times[0]), "pairs": len(assembly.pairs), "oracle": scoring.spec.name,
+        "session": session.scene.name or Path(session.origin).name,
+        "frames": len(times), "bodies": len(assembly.bodies), "seconds": float(times[-1] - times[0]), "pairs": len(assembly.pairs), "oracle": scoring.spec.name,
         "contacts": len(scoring.contacts), "seed": seed, "machine": machine(), "versions": versions(),
         "intervals": OVER_CONTACTS,
         "processor_share": sum(one.processor for one in passes) / sum(one.seconds for one in passes),
