@@ -202,9 +202,9 @@ def _whole(
     times = assembly.motion.times
     about = {
         "session": session.scene.name or Path(session.origin).name,
-        "frames": len(times), "bodies": len(assembly.bodies), "seconds": float(times[-1] - times[0]), "pairs": len(assembly.pairs), "oracle": scoring.spec.name,
-        "contacts": len(scoring.contacts), "seed": seed, "machine": machine(), "versions": versions(),
-        "intervals": OVER_CONTACTS,
+        "frames": len(times), "bodies": len(assembly.bodies), "seconds": float(times[-1] - times[0]),
+        "pairs": len(assembly.pairs), "oracle": scoring.spec.name, "contacts": len(scoring.contacts), "seed": seed,
+        "machine": machine(), "versions": versions(), "intervals": OVER_CONTACTS,
         "processor_share": sum(one.processor for one in passes) / sum(one.seconds for one in passes),
     }  # fmt: skip
     return Tradeoff(tuple(rows), tuple(front), tuple(online), tuple(advice_of(rows)), cut, about)
