@@ -40,7 +40,7 @@ def import_contacts(
     known = {name for contact in contacts for name in (contact.body_a, contact.body_b)} & set(session.meshes)
     if not known:
         raise AuditError(f"{source} names no body of the session, which has: {', '.join(session.meshes)}; rename them")
-    result = compute(session, detectors="exact", oracle="none", progress=progress)
+    result = compute(session, detectors="exact", oracle="none", offline=True, progress=progress)
     found = estimate_offset(_reported(contacts), _true(result), offset)
     placed = tuple(
         replace(one, time_ns=one.time_ns + result.assembly.first_ns + round(1e9 * found.at(one.time_ns / 1e9)))

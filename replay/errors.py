@@ -16,6 +16,7 @@
     ├── WorkerError           a process of several that ended without an answer
     ├── CalibrationError      wall times that cannot be read or are of another experiment
     ├── FixtureError          a number of faces in which no pose of two meshes meets
+    ├── ShrinkError           a wrong answer that there is not, or that does not happen again
     ├── StressError           hard cases asked for in words or files that mean nothing
     └── StudyError            metrics, questionnaire or codebook that cannot be analysed
         └── StudyRefusedError a result that a rule of the study forbids (replay.studies.class_study.refusals)
@@ -68,6 +69,10 @@ class StudyError(ReplayError, ValueError):
 
 class WorkerError(ReplayError, RuntimeError):
     """A process among several ended without an answer."""
+
+
+class ShrinkError(ReplayError, ValueError):
+    """A fault to be shrunk is not there, or does not happen again."""
 
 
 class StressError(ReplayError, ValueError):

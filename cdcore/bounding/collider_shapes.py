@@ -9,6 +9,8 @@ from typing import Final
 
 import numpy as np
 
+from cdcore.bounding.compound import convex_pieces
+from cdcore.bounding.hull import hull_collider
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import FloatArray
 
@@ -16,34 +18,13 @@ AROUND: Final = 48
 """Corners around a meshed sphere or capsule: its surface lies at most 0.5 % of the radius inside the true one."""
 
 
-def hull_collider(mesh: TriangleMesh) -> TriangleMesh:
-    """The convex hull, closed; of a flat mesh the mesh itself, which has no inside.
-
-    Source: Qhull by way of ``scipy.spatial.ConvexHull`` (Barber, Dobkin, Huhdanpaa 1996).
-    """
-    from scipy.spatial import ConvexHull, QhullError
-
-    points = mesh.referenced_vertices
-    try:
-        hull = ConvexHull(points)
-    except (QhullError, ValueError):
-        return mesh
-    used, numbers = np.unique(hull.simplices, return_inverse=True)
-    faces = numbers.reshape(hull.simplices.shape)
-    corners = points[used]
-    a, b, c = (corners[faces[:, k]] for k in range(3))
-    inward = (np.cross(b - a, c - a) * hull.equations[:, :3]).sum(axis=1) < 0
-    faces[inward] = faces[inward][:, ::-1]
-    return TriangleMesh(corners, faces)
-
-
-def box_collider(mesh: TriangleMesh) -> TriangleMesh:
-    """The box along the body's axes."""
+def box_collider(mesh: TriangleMesh, grown: float = 0.0) -> TriangleMesh:
+    """The box along the body's axes, ``grown`` by metres on every side."""
     low, high = _bounds(mesh)
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
     quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
     faces = [face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))]
-    return TriangleMesh(np.where(corners == 0, low, high), faces)
+    return TriangleMesh(np.where(corners == 0, low - grown, high + grown), faces)
 
 
 def sphere_collider(mesh: TriangleMesh) -> TriangleMesh:
@@ -61,14 +42,15 @@ def capsule_collider(mesh: TriangleMesh) -> TriangleMesh:
     return _capsule((low + high) / 2, radius, max(0.0, float(size[axis]) / 2 - radius), axis)
 
 
-SHAPES: Final[dict[str, Callable[[TriangleMesh], TriangleMesh]]] = {
-    "hull": hull_collider,
-    "box": box_collider,
-    "sphere": sphere_collider,
-    "capsule": capsule_collider,
-    "mesh": lambda mesh: mesh,
+SHAPES: Final[dict[str, Callable[[TriangleMesh, int], tuple[TriangleMesh, ...]]]] = {
+    "hull": lambda mesh, _: (hull_collider(mesh),),
+    "box": lambda mesh, _: (box_collider(mesh),),
+    "sphere": lambda mesh, _: (sphere_collider(mesh),),
+    "capsule": lambda mesh, _: (capsule_collider(mesh),),
+    "mesh": lambda mesh, _: (mesh,),
+    "compound": convex_pieces,
 }
-"""What may stand in place of a mesh; ``mesh`` leaves it as it is."""
+"""What may stand in place of a mesh, as solids; ``mesh`` leaves it as it is. The number is the most pieces."""
 
 
 def _bounds(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]:

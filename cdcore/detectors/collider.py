@@ -3,14 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import ClassVar
+from typing import ClassVar, Final
 
 import numpy as np
 
-from cdcore.bounding.collider_shapes import SHAPES
+from cdcore.bounding.collider_shapes import SHAPES, box_collider
+from cdcore.bounding.compound import union_of
 from cdcore.broad.broad_looks import BroadLooks
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.errors import InvalidSettingError
+from cdcore.narrow.contact_offset import ContactOffset
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.frame_looks import FrameLooks
@@ -21,22 +23,32 @@ from cdcore.protocol import Body, Detection, Explanation, Motion, PairDetector, 
 from cdcore.protocol.blocks import HeldVerdicts, looks_at, looks_of, require_rate
 from cdcore.protocol.live import Live, LiveHeld, LivePairs
 
+FIRST: Final = np.zeros(1, dtype=np.int64)
+
 
 @dataclass(frozen=True, kw_only=True)
 class ColliderSettings:
     """Settings of ``collider``.
 
-    ``shape``: what stands in place of every mesh: hull, box, sphere, capsule, or mesh.
+    ``shape``: what stands in place of every mesh: hull, box, sphere, capsule, mesh, or compound, of convex pieces.
     ``rate_hz``: looks per second of session time, as 50, 60, 72 or 90; ``None``: every frame.
+    ``pieces``: the most of a compound; ``skin_m``: metres around each body within which it is already in contact,
+    the contact offset of an engine: two bodies are in contact from twice that distance on.
     """
 
     shape: str = "hull"
     rate_hz: float | None = None
+    pieces: int = 16
+    skin_m: float = 0.0
 
     def __post_init__(self) -> None:
         if self.shape not in SHAPES:
             raise InvalidSettingError(f"shape={self.shape!r} is no collider; choose one of: {', '.join(SHAPES)}")
         require_rate(self.rate_hz)
+        if not isinstance(self.pieces, int) or self.pieces < 1:
+            raise InvalidSettingError(f"pieces={self.pieces!r} is no number of pieces; give 1 or more")
+        if not 0.0 <= self.skin_m < float("inf"):
+            raise InvalidSettingError(f"skin_m={self.skin_m!r} is no distance; give metres, 0 or more")
 
 
 class ColliderDetector(PairDetector[ColliderSettings]):
@@ -44,26 +56,38 @@ class ColliderDetector(PairDetector[ColliderSettings]):
 
     Choose it to see what the simple colliders of a game engine invent (a rod in the hull of a beaker) and miss (a
     corner outside its sphere), and at which step rate. Verdicts speak of the solids: a body inside a collider is
-    CONTAINED. It lists no faces, because those of a collider are not the mesh's.
+    CONTAINED. It lists no faces, because those of a collider are not the mesh's. ``shape="compound"`` needs the extra
+    ``engines``, else a MissingEngineError.
 
     Source: shapes as in ``cdcore.bounding.collider_shapes``. Cost: that of ``exact`` on small meshes; not an engine's.
     """
 
     name: ClassVar[str] = "collider"
     kind: ClassVar[str] = "re-creation"
+    online: ClassVar[bool] = True
     Settings: ClassVar[type] = ColliderSettings
     sources: ClassVar[tuple[str, ...]] = (
         "C. B. Barber, D. P. Dobkin, H. Huhdanpaa, The Quickhull algorithm for convex hulls, ACM Transactions on "
         "Mathematical Software 22(4), 1996",
+        "X. Wei, M. Liu, Z. Ling, H. Su, Approximate convex decomposition for 3D meshes with collision-aware concavity "
+        "and tree search, ACM Transactions on Graphics 41(4), 2022",
     )
     choose_when: ClassVar[str] = "you want to know what the simple colliders of an engine invent and miss"
     cannot: ClassVar[str] = "list faces: those of a collider are not the mesh's"
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ColliderSettings) -> None:
         super().__init__(bodies, pairs, settings)
-        self.colliders = tuple(Body(body.name, SHAPES[settings.shape](body.mesh)) for body in bodies)
+        parts = [SHAPES[settings.shape](body.mesh, settings.pieces) for body in bodies]
+        self.parts = {body.name: solids for body, solids in zip(bodies, parts, strict=True)}
+        """Name of a body -> the solids that stand in its place, in its frame: what a picture draws."""
+        self.colliders = tuple(Body(name, union_of(solids)) for name, solids in self.parts.items())
         self._trees = [build_box_tree(body.mesh.triangles) for body in self.colliders]
         self._containment = ContainmentStage(self.colliders, pairs)
+        skin, grown = settings.skin_m, self.colliders
+        if skin:
+            grown = tuple(Body(body.name, box_collider(body.mesh, skin)) for body in self.colliders)
+        self._broad = BroadPhase(grown, pairs)
+        self._offset = ContactOffset(self._trees, pairs, 2 * skin) if skin else None
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether the frame was tested, and whether the solids meet there."""
@@ -74,8 +98,16 @@ class ColliderDetector(PairDetector[ColliderSettings]):
 
     def live(self) -> Live:
         """A session that is asked one frame after the other."""
-        broad, surfaces = BroadPhase(self.colliders, self.pairs), FrameLooks(self._trees, self.pairs)
-        looks = LivePairs(BroadLooks(broad), surfaces.decide, self._containment.question)
+        surfaces, offset = FrameLooks(self._trees, self.pairs), self._offset
+
+        def decide(now: Motion, column: int, margin: float) -> tuple[int, bool]:
+            found = surfaces.decide(now, column, margin)
+            if offset is None or found[0] == Verdict.CONTACT:
+                return found
+            near = offset.near(now, FIRST, np.array([column]))[0]
+            return int(Verdict.CONTACT if near else Verdict.CLEAR), False
+
+        looks = LivePairs(BroadLooks(self._broad), decide, self._containment.question)
         return LiveHeld(looks, self.pairs, self.settings.rate_hz) if self.settings.rate_hz else looks
 
     def _fresh_memory(self) -> HeldVerdicts:
@@ -90,9 +122,16 @@ class ColliderDetector(PairDetector[ColliderSettings]):
     def _decide(self, motion: Motion) -> tuple[ByteArray, dict[str, int], dict[str, float]]:
         """Verdicts of the solids in every frame, counters, and seconds."""
         clock = [perf_counter()]
-        poses = Poses(motion.rotations, motion.translations, motion.valid)
+        poses = Poses(motion.rotations, motion.translations, motion.valid, motion.still)
         answer = decide_motion(self._trees, self.pairs, poses)
         verdict = contact_or_clear(answer.hits, motion, self.pairs)
+        if self._offset is not None:
+            near = self._broad.candidates(motion)
+            clear = verdict[near.frames, near.columns] == Verdict.CLEAR
+            frames, columns = near.frames[clear], near.columns[clear]
+            verdict[frames, columns] = np.where(
+                self._offset.near(motion, frames, columns), Verdict.CONTACT, Verdict.CLEAR
+            )
         clock.append(perf_counter())
         columns, frames = np.nonzero(verdict.T == Verdict.CLEAR)
         inside = self._containment.contained(motion, frames, columns)

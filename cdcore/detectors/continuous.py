@@ -97,15 +97,17 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         if len(block):
             memory[:] = [block.frames(len(block) - 1, len(block))]
         clock = [perf_counter()]
-        poses = Poses(motion.rotations, motion.translations, motion.valid)
+        poses = Poses(motion.rotations, motion.translations, motion.valid, motion.still)
         answer = decide_motion(self._trees, self.pairs, poses)
         clock.append(perf_counter())
         found = self._between(motion, answer.hits, first)
         found.work["face_tests_at_frames"] = answer.work["face_tests"]
         clock.append(perf_counter())
-        columns, frames = np.nonzero(found.verdict.T == Verdict.CLEAR)
+        frames, columns = answer.near
+        clear = found.verdict[frames, columns] == Verdict.CLEAR
         # as one end of an interval without contact is, so is the whole way
-        found.work["containment_tests"] = self._containment.mark(motion, frames, columns, found.verdict)
+        asked = self._containment.mark(motion, frames[clear], columns[clear], found.verdict)
+        found.work["containment_tests"] = asked
         clock.append(perf_counter())
         return self._detection(
             block,

@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar
 
-import numpy as np
-
 from cdcore.broad.broad_looks import BroadLooks
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.errors import InvalidSettingError
@@ -17,7 +15,7 @@ from cdcore.narrow.spacetime.frame_looks import FrameLooks
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import IntArray
-from cdcore.protocol import Body, Detection, FaceSets, Live, LivePairs, Motion, PairDetector, Verdict, contact_or_clear
+from cdcore.protocol import Body, Detection, FaceSets, Live, LivePairs, Motion, PairDetector, contact_or_clear
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +48,7 @@ class ExactDetector(PairDetector[ExactSettings]):
     """
 
     name: ClassVar[str] = "exact"
+    online: ClassVar[bool] = True
     Settings: ClassVar[type] = ExactSettings
     sources: ClassVar[tuple[str, ...]] = (
         "S. Gottschalk, M. C. Lin, D. Manocha, OBBTree: a hierarchical structure for rapid interference detection, "
@@ -73,15 +72,15 @@ class ExactDetector(PairDetector[ExactSettings]):
         return LivePairs(BroadLooks(broad), surfaces.decide, self._containment.question)
 
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
-        poses = Poses(motion.rotations, motion.translations, motion.valid)
+        poses = Poses(motion.rotations, motion.translations, motion.valid, motion.still)
         answer = decide_motion(
             self._trees, self.pairs, poses, faces=faces, threads=self.settings.threads, verify=self.settings.verify
         )
         verdict = contact_or_clear(answer.hits, motion, self.pairs)
         start, asked = perf_counter(), 0
         if self.settings.containment:
-            columns, frames = np.nonzero(verdict.T == Verdict.CLEAR)
-            asked = self._containment.mark(motion, frames, columns, verdict)
+            # what a bounding volume keeps apart contains nothing
+            asked = self._containment.mark(motion, *answer.near, verdict)
         seconds = answer.seconds | {"containment": perf_counter() - start}
         sets = FaceSets(answer.frame, answer.pair, answer.start, answer.stop, answer.faces) if faces else None
         work, sections = answer.work | {"containment_tests": asked}, sections_of(self.bodies, self.pairs, motion)

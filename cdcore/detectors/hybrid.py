@@ -46,6 +46,7 @@ class HybridDetector(PairDetector[HybridSettings]):
 
     name: ClassVar[str] = "hybrid"
     kind: ClassVar[str] = "engine"
+    online: ClassVar[bool] = True
     Settings: ClassVar[type] = HybridSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "

@@ -45,6 +45,7 @@ class QacoDetector(PairDetector[QacoSettings]):
 
     name: ClassVar[str] = "qaco"
     kind: ClassVar[str] = "paper"
+    online: ClassVar[bool] = True
     Settings: ClassVar[type] = QacoSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "

@@ -31,6 +31,7 @@ class SphereDetector(PairDetector[SphereSettings]):
 
     name: ClassVar[str] = "sphere"
     kind: ClassVar[str] = "paper"
+    online: ClassVar[bool] = True
     Settings: ClassVar[type] = SphereSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "

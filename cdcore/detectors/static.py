@@ -58,6 +58,7 @@ class StaticDetector(PairDetector[StaticSettings]):
 
     name: ClassVar[str] = "static"
     kind: ClassVar[str] = "engine"
+    online: ClassVar[bool] = True
     Settings: ClassVar[type] = StaticSettings
     sources: ClassVar[tuple[str, ...]] = (
         "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "

@@ -39,7 +39,7 @@ class Detection:
     face_sets : the faces that meet, or ``None`` when they were not asked for.
     containment : (P,) words: ``"decided"`` or ``"refused: <reason>"``.
     work : counters: a total, or (T, P) uint32 where asked for.
-    seconds : time per stage: (T,) for online detectors, else one number for the call.
+    seconds : time per stage: (T,) where frames are timed one by one, else one number for the call.
     approximate : whether the answer is an estimate by nature (``image-space``).
     reproducible : False for a budget in seconds; such a result has no digest.
     reasons : why (frame, pair) is UNRESOLVED or INVALID.
@@ -93,6 +93,16 @@ class Detection:
         if self.section_source is None:
             raise NotRecordedError(f"{self.detector} computes no intersection segments; ask a detector on meshes")
         return self.section_source(*self._place(frame, pair), faces)
+
+    def take(self, frames: IntArray) -> Detection:
+        """What was found in some frames (n,), increasing; without work, seconds and segments."""
+        row = {frame: k for k, frame in enumerate(frames.tolist())}
+        return replace(
+            self, times=self.times[frames], verdict=self.verdict[frames], work={}, seconds={}, section_source=None,
+            face_sets=None if self.face_sets is None else self.face_sets.take(frames),
+            reasons={(row[t], p): why for (t, p), why in self.reasons.items() if t in row},
+            toi={(row[t], p): toi for (t, p), toi in self.toi.items() if t in row},
+        )  # fmt: skip
 
     @cached_property
     def digest(self) -> str | None:

@@ -51,7 +51,7 @@ class Detector(Protocol):
     """Decides about pairs of bodies over a motion.
 
     All preparation (trees, spheres) happens in ``__init__(bodies, pairs, settings)``; ``detect`` may be called again
-    and again. ``online`` is True for a detector that decides frame by frame in order, as a live engine would.
+    and again. ``online`` is True for a detector that can be asked live: one frame after the other, as an engine asks.
     ``Settings`` is the frozen dataclass of its settings; ``settings`` is the one in force, printed into results.
     """
 

@@ -1,7 +1,7 @@
 """A detector asked live: one frame after the other, as an engine asks, with what a look costs by stage."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from itertools import pairwise
 from time import perf_counter
@@ -10,12 +10,16 @@ from typing import Final, Protocol
 import numpy as np
 
 from cdcore.numerics import ByteArray, IntArray
-from cdcore.protocol.blocks import looks_of, pair_has_pose
-from cdcore.protocol.detection import Detection
+from cdcore.protocol.blocks import blocks_in_order, pair_has_pose, tick_of
+from cdcore.protocol.detection import Detection, join
+from cdcore.protocol.detector import Detector
 from cdcore.protocol.motion import Motion
 from cdcore.protocol.verdict import Verdict
 
 CLEAR: Final = int(Verdict.CLEAR)
+REST: Final = "rest"
+"""The stage of what a look took beside its other stages."""
+
 Decide = Callable[[Motion, int, float], tuple[int, bool]]
 """``(now, pair, margin)``: the verdict of one pair in a motion of one frame, and whether its surfaces are known to be
 apart by the margin."""
@@ -36,18 +40,6 @@ class Live(Protocol):
 
     def look(self, now: Motion) -> ByteArray:
         """Verdicts of all pairs, (P,), in a motion of one frame, later than the one before; not to be written to."""
-        ...
-
-
-class LiveDetector(Protocol):
-    """What can be asked live."""
-
-    def live(self) -> Live:
-        """A session that is asked one frame after the other."""
-        ...
-
-    def detect(self, motion: Motion) -> Detection:
-        """Answer for a whole motion."""
         ...
 
 
@@ -137,7 +129,7 @@ class LiveHeld:
     ``pairs`` (P, 2) body numbers.
     """
 
-    def __init__(self, live: Live, pairs: IntArray, rate_hz: float | None) -> None:
+    def __init__(self, live: Live, pairs: IntArray, rate_hz: float) -> None:
         self._live, self._pairs, self._rate_hz, self._tick = live, pairs, rate_hz, -np.inf
         self._believed: ByteArray = np.full(len(pairs), Verdict.NO_POSE, dtype=np.uint8)
         self.seconds: dict[str, float] = {}
@@ -149,30 +141,64 @@ class LiveHeld:
 
     def look(self, now: Motion) -> ByteArray:
         """As ``Live.look``."""
-        looks, self._tick = looks_of(now.times, self._rate_hz, self._tick)
+        tick = float(tick_of(now.times[0], self._rate_hz))
         self.seconds = dict.fromkeys(self.seconds, 0.0)
-        if looks[0]:
-            seen = self._live.look(now)
+        if tick > self._tick:
+            seen, self._tick = self._live.look(now), tick
             self._believed = np.where(seen != Verdict.NO_POSE, seen, self._believed)
             self.seconds = self._live.seconds
+        if now.valid.all():
+            return self._believed
         return np.where(pair_has_pose(now, self._pairs)[0], self._believed, np.uint8(Verdict.NO_POSE))
 
 
-def detect_live(detector: LiveDetector, motion: Motion, live: Live | None = None) -> Detection:
+def detect_live(detector: Detector, motion: Motion) -> Detection:
     """Ask frame after frame; every frame is timed from outside, and what no stage took is the stage ``rest``.
 
-    ``live``: a session that goes on from the motion before; ``None``: a new one.
+    Verdicts only: no faces.
     """
-    empty, asked = detector.detect(motion.frames(0, 0)), detector.live() if live is None else live
-    frames, before = [motion.frames(k, k + 1) for k in range(len(motion))], asked.work.copy()
-    verdict = np.empty((len(motion), len(empty.pairs)), dtype=np.uint8)
+    return join(stream_live(detector, [motion]))
+
+
+def stream_live(detector: Detector, motions: Iterable[Motion]) -> Iterator[Detection]:
+    """As ``detect_live``, block by block, in one session."""
+    head: Detection | None = None
+    for motion in blocks_in_order(motions):
+        if head is None:
+            # It says what does not change from frame to frame; asked before the session, which it would make forget.
+            head, session = detector.detect(motion.frames(0, 1)), live_session(detector)
+        yield _looks(head, session, motion)
+
+
+def live_session(detector: Detector) -> Live:
+    """A session of a detector; of one without ``live`` its stream, in blocks of one frame."""
+    if hasattr(detector, "live"):
+        live: Live = detector.live()
+        return live
+    asked: list[Motion] = []
+    answers = detector.stream(iter(asked.pop, None))
+
+    def answer(now: Motion) -> Detection:
+        asked.append(now)
+        return next(answers)
+
+    return LiveBlocks(answer)
+
+
+def _looks(head: Detection, session: Live, motion: Motion) -> Detection:
+    before = session.work.copy()
+    verdict = np.empty((len(motion), len(head.pairs)), dtype=np.uint8)
     spent, whole = [], np.zeros(len(motion))
-    for k, now in enumerate(frames):
+    for k in range(len(motion)):
+        now = motion.frames(k, k + 1)
         start = perf_counter()
-        verdict[k] = asked.look(now)
+        verdict[k] = session.look(now)
         whole[k] = perf_counter() - start
-        spent.append(asked.seconds)
+        spent.append(session.seconds)
     stages = dict.fromkeys(stage for one in spent for stage in one)
     seconds = {stage: np.array([one.get(stage, 0.0) for one in spent]) for stage in stages}
-    seconds["rest"] = whole - sum(seconds.values(), np.zeros(len(motion)))
-    return replace(empty, times=motion.times, verdict=verdict, work=dict(asked.work - before), seconds=seconds)
+    seconds[REST] = np.maximum(whole - sum(seconds.values(), np.zeros(len(motion))), 0.0)
+    work = {name: count - before[name] for name, count in session.work.items()}
+    return replace(
+        head, times=motion.times, verdict=verdict, work=work, seconds=seconds, reasons={}, toi={}, section_source=None
+    )

@@ -52,6 +52,8 @@ class Motion:
     linked: BoolArray
     renormalised: int
     worst_orthonormality: float
+    still: BoolArray
+    """(N,): whether a body is known to keep one pose throughout."""
 
     def __init__(
         self, times: ArrayLike, translations: ArrayLike, rotations: ArrayLike, valid: ArrayLike | None = None, *,
@@ -69,8 +71,9 @@ class Motion:
         """Check arrays of our own, or fill them from matrices, and keep them."""
         flat_place, flat_turn = place.reshape(-1, 3), turn.reshape(-1, 3, 3)
         given = np.empty((0, 4, 4)) if matrices is None else matrices.reshape(-1, 4, 4)
+        still = np.ones(mask.shape[1], dtype=np.bool_)
         bad, repaired, worst = _kernels().check_poses(
-            flat_place, flat_turn, mask.reshape(-1), given, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18)
+            flat_place, flat_turn, mask.reshape(-1), given, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), still
         )
         if bad >= 0:
             what = _fault(flat_place[bad], flat_turn[bad], None if matrices is None else given[bad, 3])
@@ -78,7 +81,7 @@ class Motion:
         known = _mask(linked, mask.shape, "linked") & mask
         known[1:] &= mask[:-1]
         known[:1] = False
-        self._set(clock, place, turn, mask, known, repaired, worst)
+        self._set(clock, place, turn, mask, known, repaired, worst, still)
 
     def _set(self, *values: object) -> None:
         for field, value in zip(self.__dataclass_fields__, values, strict=True):
@@ -96,7 +99,8 @@ class Motion:
         made by the constructor, which checks.
         """
         motion = object.__new__(cls)
-        motion._set(_times(times), translations, rotations, valid, linked & valid, 0, 0.0)
+        unknown = np.zeros(valid.shape[1], dtype=np.bool_)
+        motion._set(_times(times), translations, rotations, valid, linked & valid, 0, 0.0, unknown)
         return motion
 
     @classmethod
@@ -160,7 +164,8 @@ class Motion:
 
     def _rows(self, rows: slice | IntArray, linked: BoolArray) -> Motion:
         part, arrays = object.__new__(Motion), (self.times, self.translations, self.rotations, self.valid)
-        part._set(*(array[rows] for array in arrays), linked, self.renormalised, self.worst_orthonormality)
+        checked = self.renormalised, self.worst_orthonormality, self.still
+        part._set(*(array[rows] for array in arrays), linked, *checked)
         return part
 
     def blocks(self, frames: int) -> Iterator[Motion]:

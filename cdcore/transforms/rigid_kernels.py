@@ -86,21 +86,38 @@ def cut(given: Memory, place: Memory, turn: Memory, k: int) -> bool:
     return bool(given[p + 12] == 0.0 and given[p + 13] == 0.0 and given[p + 14] == 0.0 and given[p + 15] == 1.0)
 
 
+@hot_kernel
+def same_pose(place: Memory, turn: Memory, k: int, other: int) -> bool:
+    """Whether two poses agree in every number; what is not finite agrees with nothing."""
+    become_part_of_caller()
+    same = True
+    for i in range(3):
+        same &= place[3 * k + i] == place[3 * other + i]
+    for i in range(9):
+        same &= turn[9 * k + i] == turn[9 * other + i]
+    return same
+
+
 @kernel
 def check_poses(
     place: FloatArray, turn: FloatArray, valid: BoolArray, given: FloatArray, keep: float, reject: float,
-    scratch: FloatArray,
+    scratch: FloatArray, still: BoolArray,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Check N poses, repair what is within ``reject``, put identity where nothing is ``valid`` (N,).
 
     ``place`` (N, 3) and ``turn`` (N, 3, 3), contiguous, are changed in place; ``given`` (N, 4, 4): matrices that are
-    cut into them first, their last row checked, or none; ``scratch`` (18,). Returns the number of the first bad pose or
-    GOOD, how many were repaired, and the worst error among the valid.
+    cut into them first, their last row checked, or none; ``scratch`` (18,). ``still`` (M,): of M bodies, frame after
+    frame, set to False where one moves; a pose that repeats that of the first frame was checked there. Returns the
+    number of the first bad pose or GOOD, how many were repaired, and the worst error among the valid.
     """
     places, turns, matrices, room = doubles_of(place), doubles_of(turn), doubles_of(given), doubles_of(scratch)
     whole, repaired, worst = len(given) > 0, 0, 0.0
+    bodies, body = len(still), -1
     for k in range(len(valid)):
         affine = cut(matrices, places, turns, k) if whole else True
+        body = body + 1 if body + 1 < bodies else 0
+        if k >= bodies and valid[k] and affine and same_pose(places, turns, k, body):
+            continue
         error = settled(places, turns, k, valid[k], keep, reject, room)
         if (valid[k] and not affine) or not error <= reject:
             return k, repaired, worst
@@ -108,6 +125,7 @@ def check_poses(
             worst = error
         if error > keep:
             repaired += 1
+        still[body] = still[body] and (k < bodies or same_pose(places, turns, k, body))
     return GOOD, repaired, worst
 
 

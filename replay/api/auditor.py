@@ -40,8 +40,8 @@ def audit(
     sessions: SessionLike | Sequence[SessionLike], *, detectors: SpecsLike | None = None,
     oracle: SpecLike | None = None, out: str | Path | None = None, pairs: Pairs | None = None,
     start: float | None = None, end: float | None = None, seed: int = 0, faces: bool = True, tau: float = TAU,
-    policy: PolicyLike | Policy | None = None, picture: bool = True, log_search: bool = False, force: bool = False,
-    progress: Progress | None = None,
+    policy: PolicyLike | Policy | None = None, picture: bool = True, log_search: bool = False,
+    offline: bool = False, force: bool = False, progress: Progress | None = None,
 ) -> AuditResult:  # fmt: skip
     """Compare detectors with an oracle over one or several sessions: pair-frames, contacts matched one to one, faces.
 
@@ -50,7 +50,7 @@ def audit(
     sessions : a session or the file of one, or several.
     detectors, oracle : as ``replay.run``; an oracle is needed.
     out : run folder to write; with several sessions the folder that gets a run folder for each, named after its file.
-    pairs, start, end, seed, policy, picture, log_search, force, progress : as ``replay.run``.
+    pairs, start, end, seed, policy, picture, log_search, offline, force, progress : as ``replay.run``.
     faces : compare faces too, at the price of a second pass of every audited detector off the clock.
     tau : metres; a disagreement about less is *within tolerance*.
 
@@ -71,8 +71,8 @@ def audit(
     results = tuple(
         run(
             session, detectors=detectors, oracle=oracle, out=folder, pairs=pairs, start=start, end=end, seed=seed,
-            faces=faces, tau=tau, policy=policy, picture=picture, log_search=log_search, force=force,
-            progress=progress,
+            faces=faces, tau=tau, policy=policy, picture=picture, log_search=log_search, offline=offline,
+            force=force, progress=progress,
         )
         for session, folder in zip(given, folders, strict=True)
     )  # fmt: skip

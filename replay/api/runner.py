@@ -20,7 +20,8 @@ def run(
     session_or_path: Session | str | Path, *, detectors: SpecsLike | None = None, oracle: SpecLike | None = None,
     out: str | Path | None = None, pairs: Pairs | None = None, start: float | None = None, end: float | None = None,
     seed: int = 0, faces: bool = False, tau: float = TAU, policy: PolicyLike | Policy | None = None,
-    picture: bool = True, log_search: bool = False, force: bool = False, progress: Progress | None = None,
+    picture: bool = True, log_search: bool = False, offline: bool = False, force: bool = False,
+    progress: Progress | None = None,
 ) -> RunResult:  # fmt: skip
     """Replay a session through detectors, audit them against the one you trust, and write the result.
 
@@ -41,6 +42,7 @@ def run(
         ``None``: the defaults of ``replay.prepare.policy``.
     picture : whether the run folder holds the recording for Rerun.
     log_search : whether the recording shows every look of every search, not only those that matter.
+    offline : ask what is audited the whole motion at once, as the oracle always is, not one frame after the other.
     force : replace an earlier run folder.
     progress : receives reports of how far the work is.
 
@@ -58,7 +60,7 @@ def run(
         session_or_path = read_session(Path(session_or_path))
     result = compute(
         session_or_path, detectors=detectors, oracle=oracle, pairs=pairs, start=start, end=end, seed=seed, faces=faces,
-        tau=tau, policy=policy, progress=progress, out=target,
+        tau=tau, policy=policy, offline=offline, progress=progress, out=target,
     )  # fmt: skip
     if target is not None:
         with progress.stage("write"):

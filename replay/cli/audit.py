@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import OK, People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, gates, lineup, log_search, replaying
+from replay.cli.options import ANY_PATH, SESSION_FILE, gates, lineup, log_search, offline, replaying
 
 if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 @click.option("--no-faces", is_flag=True, help="Leave out face recall, and the second pass it takes.")
 @lineup
 @log_search
+@offline
 @gates
 @replaying
 def command(
@@ -39,8 +40,9 @@ def command(
     result = audit(list(sessions), **asked, **shown, progress=TerminalProgress(people))
     broken = limits.broken(result.summary, [one.summary for one in result.results])
     plain = {"audit": result.summary, "runs": [run_json(one) for one in result.results], "broken": broken}
-    parts = terminal(answers(result.results), *missed_tables(result.results), audit_tables(result.summary))
-    answer_cited(as_json, plain, lambda: parts, sources_of(result.results) if cite else {})
+    tables = [*missed_tables(result.results), *audit_tables(result.results, result.summary)]
+    cited = sources_of(result.results) if cite else {}
+    answer_cited(as_json, plain, lambda: terminal(answers(result.results), *tables), cited)
     codes = [close_run(one, people) for one in result.results]
     for one in result.results:
         people.say(*where_to_look(one, picture=not no_picture))

@@ -42,8 +42,8 @@ class People:
             self.say(sentence)
 
     def gate(self, broken: Sequence[str], otherwise: int = OK) -> int:
-        """Say which gates failed; the exit code."""
-        self.say(*(f"gate: {sentence}" for sentence in broken))
+        """Say which gates failed, to the quiet too: they are why the command fails; the exit code."""
+        People().say(*(f"gate: {sentence}" for sentence in broken))
         return GATE_FAILED if broken else otherwise
 
 

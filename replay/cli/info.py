@@ -9,6 +9,7 @@ import click
 from replay.cli.console import People, answer
 from replay.cli.options import SESSION_FILE, reporting
 from replay.outputs.tables import Cell, Table, table
+from replay.outputs.words import counted
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -34,7 +35,7 @@ def _shown(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table |
 
     scene = f"  ({info['scene']})" if info["scene"] else ""
     yield f"[bold]{plain(file.name + scene)}[/bold]"
-    gaps = f"{clock['gaps']:,} gaps" + (f" (longest {1e3 * clock['longest_gap']:.0f} ms)" if clock["gaps"] else "")
+    gaps = counted(clock["gaps"], "gap") + (f" (longest {1e3 * clock['longest_gap']:.0f} ms)" if clock["gaps"] else "")
     yield f"{_clock_time(clock['duration'])}, {clock['count']:,} frames at {clock['rate_hz']:.1f} Hz, {gaps}"
     if clock["not_forward"]:
         yield f"{clock['not_forward']:,} stamps do not go forward; a run leaves those frames out"

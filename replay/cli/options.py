@@ -101,6 +101,8 @@ tau = click.option("--tau", type=Number(min=0), default=2e-6, show_default=True,
 cite = click.option("--cite", is_flag=True, help="Print the sources behind the detectors and effects that ran.")
 log_search = click.option("--log-search", is_flag=True, help="Show every look of every search in the recording.")
 
+offline = click.option("--offline", is_flag=True, help="Ask for the whole motion at once, not frame by frame.")
+
 
 def specs_named(context: click.Context, option: click.Parameter, value: str | tuple[str, ...] | None) -> Any:
     """One detector, or a list of them, as given; ``None`` if none is named."""

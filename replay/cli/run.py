@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, gates, lineup, log_search, replaying
+from replay.cli.options import ANY_PATH, SESSION_FILE, gates, lineup, log_search, offline, replaying
 
 if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Run folder to make.")
 @lineup
 @log_search
+@offline
 @gates
 @replaying
 def command(

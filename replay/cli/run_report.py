@@ -72,7 +72,9 @@ def where_to_look(result: RunResult, *, picture: bool = True) -> list[str]:
     lines.append(f"open the picture:       replay view {result.out}")
     first = next(iter(result.misses.values()), ())
     if first:
-        lines.append(f"or at the longest cut: replay view {result.out} --miss {by_depth(first)[0].number}")
+        longest = by_depth(first)[0]
+        where = "at the longest cut: " if longest.touch is None else "between two frames: "
+        lines.append(f"or {where}replay view {result.out} --miss {longest.number}")
     return lines
 
 

@@ -8,12 +8,15 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from replay.base.constants import CAVEAT
+from replay.base.shown import shown
 from replay.cli.terminal import STYLES, line, terminal
 from replay.comparison.contact_counts import contact_counts
 from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effect_summary import happened_words
 from replay.outputs.run_tables import (
     AUDIT_MARKS,
+    LATE,
+    QUANTILES,
     contact_table,
     containment_notes,
     cost_table,
@@ -22,10 +25,12 @@ from replay.outputs.run_tables import (
     miss_table,
     pair_frame_table,
     pair_table,
+    ranking_table,
 )
 from replay.outputs.tables import FAINT, GOOD, IN_RED, INVENTED, Table, table
 from replay.outputs.words import CONTACT_WORDS_SHORT
-from replay.pipeline.headline import beside, doubts, headline, price
+from replay.pipeline.headline import beside, doubts, headlines, price
+from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 
 MISS_ROWS: Final = 20
@@ -33,13 +38,14 @@ MISS_ROWS: Final = 20
 
 PAIR_ROWS: Final = 20
 
+COST_HEAD: Final = ("detector", "how", "mean ms", *QUANTILES.values(), LATE, "longest stage")
+
 MISS_HEAD: Final = ("miss", "at s", "pair", "frames", "what", "cause")
-COST_HEAD: Final = ("detector", "how", "whole s", "mean ms", "worst ms", "longest stage")
 
 
 def run_tables(result: RunResult) -> Group:
     """Everything a terminal shows of a run."""
-    first = [*headlines(result)]
+    first = [*first_words(result)]
     parts: list[Table | RenderableType] = [Text(), *first] if first else []
     for label in result.comparisons:
         pairs = pair_table(result, label).only("pair", "contacts", *AUDIT_MARKS)
@@ -61,22 +67,26 @@ def run_tables(result: RunResult) -> Group:
     return terminal(*parts)
 
 
-def headlines(result: RunResult) -> Iterator[RenderableType]:
-    """Before any table: what is suspicious, what each detector missed and invented, and what that took."""
+def first_words(result: RunResult) -> Iterator[RenderableType]:
+    """Before all else: what is suspicious, what the detectors missed and invented, in one table, and what that took."""
     yield from (line(words, INVENTED) for words in doubts(result))
-    for label in result.comparisons:
-        text = Text(" ").append(headline(result, label), style=STYLES[_mark(result, label)])
+    for words in headlines(result):
+        text = Text(" ").append(words, style=STYLES[_mark(result)])
         yield text.append(f"   oracle: {result.oracle}", style="dim")
+    if len(result.comparisons) > 1:
+        yield terminal(ranking_table(result.summary))
     yield from (line(words, INVENTED) for words in beside(result))
     yield from (line(words, FAINT) for words in price(result))
 
 
-def _mark(result: RunResult, label: str) -> str:
-    """Green is for contacts that were all decided, and found."""
-    counts = contact_counts(result, label)
-    if counts.missed or counts.in_part:
+def _mark(result: RunResult) -> str:
+    """Red is for what is missed, where that comes first; green for contacts that were all decided, and found."""
+    worst, several = ranking(result.summary)[0], len(result.comparisons) > 1
+    counts = contact_counts(result, worst.label)
+    if worst.lost and not worst.leads_false if several else counts.missed or counts.in_part:
         return IN_RED
-    return GOOD if counts.contacts and not counts.frames_undecided else INVENTED
+    good = counts.contacts and not counts.frames_undecided
+    return GOOD if good and not (several and worst.fault) else INVENTED
 
 
 def no_detection(result: RunResult) -> str:
@@ -109,20 +119,22 @@ def answers(results: Sequence[RunResult]) -> Group:
     """
     lines: list[RenderableType] = []
     for result in results:
-        name = [Text(f" {result.session.origin}")] if len(results) > 1 else []
+        name = [Text(f" {shown(result.session.origin)}")] if len(results) > 1 else []
         notes = containment_notes(result, result.oracle) if result.comparisons else []
-        lines += [Text(), *name, *headlines(result), *(line(f"{note}.", FAINT) for note in notes)]
+        lines += [Text(), *name, *first_words(result), *(line(f"{note}.", FAINT) for note in notes)]
     return Group(*lines)
 
 
-def audit_tables(audit: Mapping[str, Any]) -> Group:
-    """Pair-frames and contacts with a column per detector, and why contacts were missed."""
+def audit_tables(results: Sequence[RunResult], audit: Mapping[str, Any]) -> list[Table]:
+    """Pair-frames and contacts with a column per detector, why contacts were missed, and of each session the times."""
+    of = [f": {result.session.origin}" if len(results) > 1 else "" for result in results]
+    times = [
+        (one := cost_table(result).only(*COST_HEAD)).titled(one.title + where)
+        for result, where in zip(results, of, strict=True)
+    ]
     contacts = "contacts: from the first frame of touching to the last, matched one to one"
-    return terminal(
-        pair_frame_table("pair-frames: one pair of bodies in one frame, beside the oracle", audit),
-        matched_table(contacts, audit, CONTACT_WORDS_SHORT),
-        cause_table(audit),
-    )
+    frames = pair_frame_table("pair-frames: one pair of bodies in one frame, beside the oracle", audit)
+    return [frames, matched_table(contacts, audit, CONTACT_WORDS_SHORT), cause_table(audit), *times]
 
 
 def cause_table(audit: Mapping[str, Any]) -> Table:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, fields, replace
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any, Final
 
 import numpy as np
@@ -14,7 +14,7 @@ from cdcore import Detection, Detector, Motion, create_detector, join
 from cdcore.detectors import DETECTORS, OPTIONAL, load_detector
 from cdcore.errors import CollisionCoreError, OwnDetectorError
 from cdcore.narrow.sections.section_source import sections_of
-from cdcore.protocol import FaceSets, own_failure
+from cdcore.protocol import FaceSets, detect_live, own_failure, stream_live
 from replay.base.constants import BLOCK_FRAMES
 from replay.base.progress import Advance
 from replay.detection.detector_spec import DetectorSpec
@@ -44,18 +44,23 @@ class Run:
     detector : ready to be asked again.
     settings : all settings in force, as plain data.
     detection : the answer.
-    faces : whether it was asked which faces meet, within the seconds below.
-    prepare, warm, detect : seconds to build the detector, to warm it up, and to detect.
+    live : whether it was asked one frame after the other; else the whole motion at once.
+    faces : whether it was asked which faces meet, and lists them, within the seconds below.
+    prepare, warm, detect : seconds to build the detector, to warm it up, and to detect; asked live, the sum of the
+        looks.
+    processor_share : of the seconds of the looks those in which this process was at work; ``None`` if not asked live.
     """
 
     spec: DetectorSpec
     detector: Detector
     settings: Mapping[str, Any]
     detection: Detection
+    live: bool
     faces: bool
     prepare: float
     warm: float
     detect: float
+    processor_share: float | None = None
 
 
 def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector:
@@ -100,26 +105,54 @@ def blamed(spec: DetectorSpec, kind: type, doing: str) -> Iterator[None]:
         raise own_failure(doing, kind, error) from error
 
 
-def run_detector(spec: DetectorSpec, assembly: Assembly, *, seed: int, faces: bool, advance: Advance) -> Run:
-    """Detect over the whole assembly; with ``faces`` the face pairs of every contact are kept."""
+def run_detector(
+    spec: DetectorSpec, assembly: Assembly, *, seed: int, faces: bool, advance: Advance, live: bool = False
+) -> Run:  # fmt: skip
+    """Detect over the whole assembly; with ``faces`` the face pairs of every contact are kept.
+
+    ``live``: ask one frame after the other, if the detector can be asked so; faces come from a pass of their own then.
+    """
     clock = [perf_counter()]
     detector = make_detector(spec, assembly, seed)
     clock.append(perf_counter())
-    motion = assembly.motion
+    motion, live = assembly.motion, live and detector.online
     with blamed(spec, type(detector), "to detect"):
         # What fails on the sample fails below too, under the number that the frame has in the recording.
         with suppress(OwnDetectorError):
-            detector.detect(motion.take(warm_frames(len(motion))), faces=faces)
+            sample = motion.take(warm_frames(len(motion)))
+            # Looks compile too what they need for rare ties only.
+            warmed = detector.detect(sample, faces=faces)
+            faces = faces and warmed.face_sets is not None
+            if live:
+                detect_live(detector, sample)
         clock.append(perf_counter())
-        if len(motion) <= WHOLE_FRAMES:
-            # Frames of a motion are in memory, wherever the motion itself lies; kernels take nothing else.
-            detection = detector.detect(motion.frames(0, len(motion)), faces=faces)
-            advance(len(motion))
+        at_work = process_time()
+        if live:
+            looks = join(_advancing(stream_live(detector, motion.blocks(WHOLE_FRAMES)), advance))
+            at_work, taken = process_time() - at_work, perf_counter() - clock[-1]
+            whole = _at_once(detector, assembly, True, lambda _: None) if faces else looks
+            detection = replace(whole, verdict=looks.verdict, work=looks.work, seconds=looks.seconds)
         else:
-            parts = _streamed(detector, motion, faces, advance)
-            detection = _joined(parts, detector, assembly) if isinstance(motion, StoredMotion) else join(parts)
+            detection = _at_once(detector, assembly, faces, advance)
     clock.append(perf_counter())
-    return Run(spec, detector, asdict(detector.settings), detection, faces, *np.diff(clock).tolist())
+    prepare, warm, detect = np.diff(clock).tolist()
+    share = None
+    if live:
+        detect, share = float(sum(np.sum(stage) for stage in detection.seconds.values())), min(1.0, at_work / taken)
+    return Run(
+        spec, detector, asdict(detector.settings), detection, live, faces and not live, prepare, warm, detect, share
+    )  # fmt: skip
+
+
+def _at_once(detector: Detector, assembly: Assembly, faces: bool, advance: Advance) -> Detection:
+    motion = assembly.motion
+    if len(motion) <= WHOLE_FRAMES:
+        # Frames of a motion are in memory, wherever the motion itself lies; kernels take nothing else.
+        detection = detector.detect(motion.frames(0, len(motion)), faces=faces)
+        advance(len(motion))
+        return detection
+    parts = _streamed(detector, motion, faces, advance)
+    return _joined(parts, detector, assembly) if isinstance(motion, StoredMotion) else join(parts)
 
 
 def face_sets_again(detector: Detector, assembly: Assembly, advance: Advance) -> FaceSets | None:
@@ -142,7 +175,7 @@ def _joined(parts: Iterator[Detection], detector: Detector, assembly: Assembly) 
     rows = 0
     for part in parts:
         rows += 0 if part.face_sets is None else len(part.face_sets.faces)
-        if rows > FACE_ROWS or detector.online:
+        if rows > FACE_ROWS or holds_answers(asdict(detector.settings)):
             kept = [replace(one, face_sets=None) for one in kept]
             part = replace(part, face_sets=None)
         kept.append(replace(part, section_source=None))
@@ -152,8 +185,17 @@ def _joined(parts: Iterator[Detection], detector: Detector, assembly: Assembly) 
     return replace(whole, section_source=sections_of(assembly.bodies, assembly.pairs, assembly.motion))
 
 
+def holds_answers(settings: Mapping[str, Any]) -> bool:
+    """Whether a detector with these settings looks at a rate: between its looks, faces are those of an earlier pose."""
+    return settings.get("rate_hz") is not None
+
+
 def _streamed(detector: Detector, motion: Motion, faces: bool, advance: Advance) -> Iterator[Detection]:
-    for part in detector.stream(motion.blocks(WHOLE_FRAMES), faces=faces):
+    return _advancing(detector.stream(motion.blocks(WHOLE_FRAMES), faces=faces), advance)
+
+
+def _advancing(parts: Iterator[Detection], advance: Advance) -> Iterator[Detection]:
+    for part in parts:
         yield part
         advance(len(part.times))
 

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 BEGIN: Final = "<!-- begin of the table that choosing.py makes -->"
 END: Final = "<!-- end of the table that choosing.py makes -->"
-HEAD: Final = "| name | kind | what it does | choose it when | it cannot |\n|---|---|---|---|---|"
+HEAD: Final = "| name | kind | live | what it does | choose it when | it cannot |\n|---|---|---|---|---|---|"
 
 
 def choosing_table() -> str:
@@ -27,7 +27,8 @@ def with_table(text: str, table: str) -> str:
 def _row(name: str, detector: type[Any]) -> str:
     paragraph = (inspect.getdoc(detector) or "").split("\n\n")[0]
     what = " ".join(paragraph.split()).replace("``", "`").removesuffix(".")
-    cells = (detector.kind, what, getattr(detector, "choose_when", ""), getattr(detector, "cannot", ""))
+    live = "yes" if detector.online else "no"
+    cells = (detector.kind, live, what, getattr(detector, "choose_when", ""), getattr(detector, "cannot", ""))
     return f"| `{name}` | " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 

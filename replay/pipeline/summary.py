@@ -8,7 +8,9 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Detection, Verdict
-from replay.base.constants import CAVEAT, VERDICT_FRAMES
+from cdcore.numerics import BoolArray, FloatArray
+from cdcore.protocol import REST
+from replay.base.constants import BUDGET_MS, CAVEAT, VERDICT_FRAMES
 from replay.base.machine import machine, versions
 from replay.base.wilson import OVER_CONTACTS
 from replay.detection.run_detector import Run
@@ -90,8 +92,9 @@ def _detector(run: Run, contacts: int) -> dict[str, Any]:
     detection = run.detection
     verdicts = np.bincount(detection.verdict.ravel(), minlength=len(Verdict))
     return {
-        "name": run.spec.name, "settings": dict(run.settings), "covers": detection.covers,
-        "online": run.detector.online, "approximate": detection.approximate, "contacts": contacts,
+        "name": run.spec.name, "asked": str(run.spec).partition("=")[2], "settings": dict(run.settings),
+        "covers": detection.covers, "online": run.detector.online, "live": run.live,
+        "approximate": detection.approximate, "contacts": contacts,
         "faces_asked": run.faces,
         "verdicts": {verdict.name: int(verdicts[verdict]) for verdict in Verdict if verdicts[verdict]},
         "seconds": _seconds(run), "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
@@ -102,32 +105,49 @@ def _detector(run: Run, contacts: int) -> dict[str, Any]:
 def _seconds(run: Run) -> dict[str, Any]:
     stages = {name: float(np.sum(value)) for name, value in run.detection.seconds.items()}
     frames = max(1, len(run.detection.times))
-    seconds: dict[str, Any] = {
-        "prepare": run.prepare, "warm_up": run.warm, "detect": run.detect, "per_frame_mean": run.detect / frames,
-        "stages": stages,
-    }  # fmt: skip
-    per_frame = look_seconds(run.detection)
-    if per_frame is not None and len(per_frame):
-        seconds["per_frame"] = {
-            "median": float(np.median(per_frame)),
-            "p99": float(np.quantile(per_frame, 0.99)),
-            "max": float(per_frame.max()),
-        }
-    return seconds
+    taken = {"prepare": run.prepare, "warm_up": run.warm, "detect": run.detect, "per_frame_mean": run.detect / frames}
+    looks = look_figures(run.detection)
+    if run.processor_share is not None:
+        taken["processor_share"] = run.processor_share
+    return {**taken, "stages": stages, **({} if looks is None else {"per_frame": looks})}
 
 
-def frame_seconds(detection: Detection) -> np.ndarray[Any, np.dtype[np.float64]] | None:
-    """Seconds of every frame, all stages together, (T,); ``None`` where a detector does not decide frame by frame."""
+def look_figures(detection: Detection) -> dict[str, Any] | None:
+    """Quantiles of seconds over the frames with a look, in all and by stage, and the share of frames over budget."""
+    total, looks = frame_seconds(detection), looked(detection)
+    if total is None or looks is None or not looks.any():
+        return None
+    by_stage = {name: _quantiles(np.asarray(value)[looks]) for name, value in detection.seconds.items()}
+    counts = {"looks": int(looks.sum()), "over_budget": float(np.mean(total > BUDGET_MS / 1e3))}
+    return {**_quantiles(total[looks]), **counts, "stages": by_stage}
+
+
+def _quantiles(seconds: FloatArray) -> dict[str, float]:
+    middle, high, higher, most = np.quantile(seconds, [0.5, 0.95, 0.99, 1.0]).tolist()
+    return {"median": middle, "p95": high, "p99": higher, "max": most}
+
+
+def frame_seconds(detection: Detection) -> FloatArray | None:
+    """Seconds of every frame, all stages together, (T,); ``None`` where frames were not timed one by one."""
     stages = list(detection.seconds.values())
     if not stages or not all(isinstance(stage, np.ndarray) for stage in stages):
         return None
     return np.sum(np.array(stages, dtype=np.float64), axis=0)
 
 
-def look_seconds(detection: Detection) -> np.ndarray[Any, np.dtype[np.float64]] | None:
-    """Seconds of the frames at which an online detector looked, (L,); ``None`` as above.
+def looked(detection: Detection) -> BoolArray | None:
+    """(T,) where a detector looked, not held its answer; ``None`` where frames were not timed one by one.
 
-    Of a detector at 1 Hz one frame in ninety is a look: among the zeros of the others no quantile would show it.
+    Of a detector at 1 Hz one frame in ninety is a look: among the others no quantile would show it.
     """
     total = frame_seconds(detection)
-    return None if total is None else total[total > 0.0]
+    if total is None:
+        return None
+    stages = [np.asarray(value) for name, value in detection.seconds.items() if name != REST]
+    return np.asarray(np.sum(stages, axis=0) if stages else total) > 0.0
+
+
+def look_seconds(detection: Detection) -> FloatArray | None:
+    """Seconds of the frames at which a detector looked, (L,); ``None`` as above."""
+    total, looks = frame_seconds(detection), looked(detection)
+    return None if total is None else total[looks]

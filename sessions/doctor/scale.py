@@ -17,6 +17,7 @@ from sessions.model.scene import Scene
 
 FAR_M: Final = 25.0  # Metres from the origin in the median: no tracked room is that large (VIVE: 10 m by 10 m)
 MILLIMETRES_M: Final = 400.0  # Beyond this a head would be 4 m up even in centimetres
+METRES: Final = {"millimetres": 1e-3, "centimetres": 1e-2}
 FAST_M: Final = 20.0  # Metres per second in the ordinary step of a moving body: no hand does that
 
 LEAST_HEAD_M, MOST_HEAD_M = 0.7, 2.3
@@ -104,9 +105,11 @@ def _up(looked: PosePass, roles: Roles) -> Iterator[Finding]:
     if roles.head is None:
         return
     name = looked.names[roles.head]
-    q = _there(looked.quaternion[:, roles.head])
+    q, place = (_there(one[:, roles.head]) for one in (looked.quaternion, looked.position))
     if len(q) >= LEAST_LOOKS:
-        height = float(np.median(_there(looked.position[:, roles.head])[:, 1]))
+        # In a wrong unit every height is impossible: that alone says nothing about the axes.
+        place = place * METRES.get((unit_guess(looked, roles.head) or ("metres",))[0], 1.0)
+        height = float(np.median(place[:, 1]))
         up = np.median(rotated(q, (0.0, 1.0, 0.0)), axis=0)
         axis = int(np.abs(up).argmax())
         if (axis != 1 or up[1] < 0) and not LEAST_HEAD_M <= height <= MOST_HEAD_M:
@@ -114,7 +117,7 @@ def _up(looked: PosePass, roles: Roles) -> Iterator[Finding]:
             message = f"the crown points along {sign}{'XYZ'[axis]} and is at a height of {height:.2f} m"
             yield Finding("up-axis", Severity.WARNING, message, name)
         else:
-            yield from _head_height_elsewhere(_there(looked.position[:, roles.head]), name)
+            yield from _head_height_elsewhere(place, name)
     hands = [column for column in (roles.left, roles.right) if column is not None]
     if hands:
         height = looked.position[:, hands, 1].max(axis=1) - looked.position[:, roles.head, 1]

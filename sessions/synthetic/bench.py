@@ -159,11 +159,16 @@ def made_session(
     layout: Instruments,
     buttons: Buttons,
     scene: Scene,
+    version: int = 1,
     **more: Any,
 ) -> Session:
-    """The session of a bench: what the trackers saw, the things that the program placed, and what the hands pressed."""
+    """The session of a bench: what the trackers saw, the things that the program placed, and what the hands pressed.
+
+    ``version`` of the choreography: another one has other poses for the same seed.
+    """
     tracks = seen.tracks(things)
     facts = {"synthetic": truth.name, "seed": str(truth.seed), "noise": truth.noise, "source_units": "m"}
+    facts["choreography"] = str(version)
     session = Session.from_tracks(
         {name: tracks[name] for name in layout.placed if name in tracks},
         meshes=layout.meshes,

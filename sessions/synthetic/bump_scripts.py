@@ -8,7 +8,7 @@ from sessions.synthetic.assembly import Recording
 from sessions.synthetic.bench import BENCH_TOP, STAND_M, Instruments
 from sessions.synthetic.choreography import Buttons, Script
 from sessions.synthetic.paths import Key, KeyPath, Point, Stir, Tap, minimum_jerk_inverse, point, quaternion_of
-from sessions.synthetic.planting import Blinks, Dent
+from sessions.synthetic.planting import Dent
 from sessions.synthetic.sections import Approach, approach, round_in_round
 from sessions.synthetic.truth import Fact, Interval, PlantedEpisode, levelled, ordered
 
@@ -23,8 +23,8 @@ PRESSED_IN = 0.0015
 ROD_CLEAR_OF_FLOOR = 0.018
 LONGEST_LEVER = 0.3
 
-# Noise of a tracked hand leaves 0.9 mm open (five sigma) and tessellation up to 0.3 mm: taps go deeper than both, so
-# that each is there on at least one recorded frame. Brief ones are over between two looks at 22.5 Hz (44 ms).
+# Noise of a tracked hand leaves 0.9 mm open (five sigma) and tessellation up to 0.3 mm: taps go deeper than both.
+# Glass that is knocked rebounds within some 20 ms; what is pushed or rested against stays for tenths of a second.
 DEPTHS_M = (0.0024, 0.0029)
 BRIEF_S = (0.018, 0.025)
 LONG_S = (0.18, 0.34)
@@ -34,8 +34,8 @@ TAP_FROM_M = 0.024
 class BumpPlan:
     """What both scripts share: the bench, the clock, and everything planted so far."""
 
-    def __init__(self, layout: Instruments, blinks: Blinks, how: Recording, rng: np.random.Generator) -> None:
-        self.layout, self.blinks, self.how, self.rng = layout, blinks, how, rng
+    def __init__(self, layout: Instruments, how: Recording, rng: np.random.Generator) -> None:
+        self.layout, self.how, self.rng = layout, how, rng
         self.episodes: list[PlantedEpisode] = []
         self.facts: list[Fact] = []
         self.keep: dict[str, list[Interval]] = {"hand-left": [], "hand-right": []}
@@ -61,10 +61,9 @@ class BumpPlan:
         seconds = float(self.rng.uniform(*(BRIEF_S if brief else LONG_S)))
         return Dent(depth, seconds, apart + depth)
 
-    def centre(self, earliest: float, dent: Dent, brief: bool) -> float:
-        """When the tap is deepest: soon after ``earliest``, a brief one midway between two slow looks."""
-        soonest = earliest + dent.period / 2.0 + float(self.rng.uniform(0.05, 0.3))
-        return self.blinks.centre(soonest, 0.7 * dent.seconds + 0.001) if brief else soonest
+    def centre(self, earliest: float, dent: Dent) -> float:
+        """When the tap is deepest: soon after ``earliest``, at a moment that only the seed decides."""
+        return earliest + dent.period / 2.0 + float(self.rng.uniform(0.05, 0.3))
 
     def plant(self, hand: str, a: str, b: str, dent: Dent, tap: Tap, slack: float, note: str) -> None:
         """Write down the episode of a tap and keep the hand from being lost then."""
@@ -108,7 +107,7 @@ def _stir(plan: BumpPlan, script: Script, rod: np.ndarray) -> None:
     now, taps = start + 1.1, []
     for brief in (True, False, True, False, False, True, False, True):
         dent = plan.dent(brief, reach - radius)
-        centre = plan.centre(now, dent, brief)
+        centre = plan.centre(now, dent)
         tap = Tap(centre - dent.period / 2.0, dent.period, (0.0, 0.0, 0.0), dent.amplitude)
         taps.append((tap.start, tap.period, tap.amplitude))
         plan.plant("hand-right", "beaker", "rod", dent, tap, slack, _note(brief, "the rod touches the wall inside"))
@@ -144,7 +143,7 @@ def _taps(
     for brief, dent in zip(kinds, dents, strict=True):
         script.go(meets.place(at, dent.apart) + grip, 0.6)
         script.wait(0.15)
-        centre = plan.centre(script.now, dent, brief)
+        centre = plan.centre(script.now, dent)
         tap = script.tap(centre, dent.period, meets.direction, dent.amplitude)
         plan.plant(hand, mover, target, dent, tap, meets.slack, _note(brief, f"{mover} raps {target}"))
         script.wait(float(plan.rng.uniform(0.4, 0.9)))

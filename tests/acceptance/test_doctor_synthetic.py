@@ -11,11 +11,13 @@ from support.small_worlds import cube
 from sessions import Session, Severity, examine, write_session
 from sessions.synthetic import ANALYTIC, SCENES, make_analytic, make_scene_session
 
+FIRST, *rest = SCENES
+OTHERS = [pytest.param(name, marks=pytest.mark.slow) for name in rest]
 FACES = {"even": 600, "browser": 5000}
 LOSSES = ("tracking-lost", "identity-while-lost", "frozen")
 
 
-@pytest.mark.parametrize("name", [*SCENES, *ANALYTIC])
+@pytest.mark.parametrize("name", [FIRST, *OTHERS, *ANALYTIC])
 @pytest.mark.parametrize("jitter", ["even", pytest.param("browser", marks=pytest.mark.slow)])
 def test_without_noise_nothing_is_above_a_note(name, jitter):
     if name in ANALYTIC:

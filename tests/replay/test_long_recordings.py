@@ -38,11 +38,12 @@ def answers(result):
     return digests, result.misses, result.causes, result.episodes, result.dwell, result.summary["dwell"]
 
 
-QUICK = ("exact", "hybrid-qaco", "discrete")
-SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in DETECTORS if name not in QUICK]
+QUICK = ("exact", "discrete")
+OTHERS = (*(name for name in DETECTORS if name not in QUICK), "continuous as oracle")
+SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in OTHERS]
 
 
-@pytest.mark.parametrize("name", [*QUICK, *SLOW, *ROWS[len(DETECTORS) :], "continuous as oracle"])
+@pytest.mark.parametrize("name", [*QUICK, *SLOW, *ROWS[len(DETECTORS) :]])
 def test_a_detector_answers_alike_on_both_sides_of_the_limit(name, monkeypatch):
     frames = 100 if name == "image-space" else FRAMES  # it draws every frame
     asked = {"oracle": "continuous"} if name.startswith("continuous") else {"detectors": name, "oracle": "exact"}
@@ -102,7 +103,8 @@ def every_verb(folder, *, frames, tried):
     return summary["audit"]
 
 
-@pytest.mark.parametrize("limit", [pytest.param(FRAMES, marks=pytest.mark.slow), FRAMES - 1])
+@pytest.mark.slow
+@pytest.mark.parametrize("limit", [FRAMES, FRAMES - 1])
 def test_every_verb_reads_a_recording_at_its_limit(limit, tmp_path, monkeypatch):
     monkeypatch.setattr(assemble_stored, "HELD_FRAMES", limit)
     assert every_verb(tmp_path, frames=FRAMES, tried=["--time-limit", "0.01"])["slow"]["contacts"] == 22

@@ -3,7 +3,8 @@
 import numpy as np
 
 from cdcore import Detection, Verdict
-from sessions import Frames, MeshData, Session
+from sessions import Frames, MeshData, Scene, Session
+from sessions.model.scene import SceneBody
 
 STEP_NS = 10_000_000
 """One frame every 10 ms."""
@@ -41,6 +42,15 @@ def jumping(places=(7, 3, -3, -6, -5, -0.9, -0.8, -3)) -> Session:
     """
     poses = {"a": along_x([0.0] * len(places)), "b": along_x(0.02 * np.array(places))}
     return Session.from_arrays(np.arange(len(places)) * STEP_NS, poses, {"a": cube(0.02), "b": cube(0.02)})
+
+
+def grazing(away, depth, turned=1.5) -> Session:
+    """A cube of 2 cm that turns about Z by ``turned`` between frames 1 and 2, its edge by ``depth`` into another."""
+    angles = np.array([0.0, 0.0, turned, turned])
+    still, spin = np.tile(STILL, (4, 1)), np.stack([0 * angles, 0 * angles, np.sin(angles / 2), np.cos(angles / 2)], 1)
+    poses = {"a": (along_x([away] * 4)[0], spin), "b": (along_x([away + 0.01 + 0.01 * 2**0.5 - depth] * 4)[0], still)}
+    scene = Scene(bodies=(SceneBody("a"), SceneBody("b")), space_radius=2 * away + 1000)
+    return Session.from_arrays(np.arange(4) * STEP_NS, poses, {name: cube(0.02) for name in poses}, scene)
 
 
 def framed(stamps, status, position=None, quaternion=None, names=None) -> Session:

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, doubles_of
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.containment.closed_parts import connected_parts, parity_is_inside
@@ -30,8 +30,7 @@ from cdcore.protocol import DECIDED, Body, Motion, Verdict
 
 MARGIN_ULPS: Final = 1024.0
 """How far a point seen from the other body may be from the reference vertices, in eps of both bodies' size: over twice
-the sum of 192, to which a rotation's transpose is its inverse (``ORTHONORMAL_KEEP``), and 64 for placing a point twice.
-"""
+the sum of 192, to which a rotation's transpose is its inverse (``ORTHONORMAL_KEEP``), and 64 for placing it twice."""
 
 PAD: Final = MARGIN_ULPS * EPS
 
@@ -102,11 +101,11 @@ class ContainmentStage:
     def _fill_may(
         self, motion: Motion, inner: int, outer: int, points: FloatArray, reach: float, frames: IntArray, may: BoolArray
     ) -> None:
-        """Fill ``may`` (K,): whether all these points of the inner body are within reach of the box of the outer."""
+        """Fill ``may`` (K,): whether all these points of the inner body are within reach of a part of the outer."""
         a, b = self._solids[inner], self._solids[outer]
-        box = b.box + reach * BOTH_WAYS if reach else b.box
+        boxes = b.boxes[:1] + reach * BOTH_WAYS if reach else b.boxes
         may_be_inside(
-            motion.rotations, motion.translations, frames, inner, outer, points, box, a.size + b.size, PAD, may
+            motion.rotations, motion.translations, frames, inner, outer, points, boxes, a.size + b.size, PAD, may
         )
 
     def _inside(self, motion: Motion, inner: int, outer: int, parts: Sequence[_Part], frames: IntArray) -> BoolArray:
@@ -180,10 +179,10 @@ class _Solid:
         self.mesh = mesh
 
     def parts_that_fit(self, outer: _Solid) -> list[_Part]:
-        """The parts that could lie inside the other at all: it is closed, and its box as long as they are."""
+        """The parts that could lie inside one of the other at all: it is closed, and that one's box as long as they."""
         if not outer.mesh.is_closed:
             return []
-        most = float(np.linalg.norm(outer.box[1] - outer.box[0])) * (1 + ROOM_SLACK)
+        most = float(np.linalg.norm(np.diff(outer.boxes, axis=1)[-len(outer.parts) :], axis=2).max()) * (1 + ROOM_SLACK)
         return [self.parts[k] for k in np.flatnonzero(self._lengths <= most)]
 
     @cached_property
@@ -195,19 +194,20 @@ class _Solid:
         return np.array([part.length for part in self.parts])
 
     @cached_property
-    def box(self) -> FloatArray:
-        points = self.mesh.referenced_vertices
-        return np.stack([points.min(axis=0), points.max(axis=0)])
+    def boxes(self) -> FloatArray:
+        """(B, 2, 3): the box of the body; of several parts their boxes too, one of which holds what lies inside."""
+        parts = [part.extremes for part in self.parts] if len(self.parts) > 1 else []
+        return np.array([[some.min(axis=0), some.max(axis=0)] for some in (self.mesh.referenced_vertices, *parts)])
 
     @cached_property
     def middle(self) -> FloatArray:
         """Centre of the box, (1, 3)."""
-        return self.box.mean(axis=0, keepdims=True)
+        return self.boxes[0].mean(axis=0, keepdims=True)
 
     @cached_property
     def reach(self) -> float:
         """No vertex is farther from the middle."""
-        return float(np.linalg.norm(self.box[1] - self.middle[0]))
+        return float(np.linalg.norm(self.boxes[0, 1] - self.middle[0]))
 
     @cached_property
     def size(self) -> float:
@@ -232,16 +232,17 @@ def way_to_point(
 
 
 @hot_kernel
-def point_in_box(
-    points: Memory, e: int, turns: Memory, places: Memory, a: int, b: int, box: Memory, margin: float
-) -> bool:
-    """Whether point ``e`` of a body with pose ``a`` may lie in the box (6,), low and high, of one with pose ``b``."""
+def box_holds(
+    boxes: Memory, box: int, points: Memory, count: int, turns: Memory, places: Memory, a: int, b: int, margin: float
+) -> bool:  # fmt: skip
+    """Whether all points of a body with pose ``a`` may lie in a box, (6,) low and high, of one with pose ``b``."""
     stay_one_function()
-    x, y, z = way_to_point(points, e, turns, places, a, b)
-    for k in range(3):
-        seen = turns[9 * b + k] * x + turns[9 * b + 3 + k] * y + turns[9 * b + 6 + k] * z
-        if seen < box[k] - margin or seen > box[3 + k] + margin:
-            return False
+    for e in range(count):
+        x, y, z = way_to_point(points, e, turns, places, a, b)
+        for k in range(3):
+            seen = turns[9 * b + k] * x + turns[9 * b + 3 + k] * y + turns[9 * b + 6 + k] * z
+            if seen < boxes[6 * box + k] - margin or seen > boxes[6 * box + 3 + k] + margin:
+                return False
     return True
 
 
@@ -256,22 +257,23 @@ def largest_of(places: Memory, pose: int) -> float:
 @kernel
 def may_be_inside(
     rotation: FloatArray, translation: FloatArray, frames: IntArray, inner: int, outer: int, extremes: FloatArray,
-    box: FloatArray, size: float, pad: float, may: BoolArray,
+    boxes: FloatArray, size: float, pad: float, may: BoolArray,
 ) -> None:  # fmt: skip
-    """Fill ``may`` (K,): False where an outermost vertex of the inner body lies outside the box of the outer one.
+    """Fill ``may`` (K,): False where no box of the outer body holds all outermost vertices of the inner one.
 
-    ``extremes`` (E, 3) of the inner body and ``box`` (2, 3); the margin is ``pad`` times both bodies' size.
+    ``extremes`` (E, 3) of the inner body and ``boxes`` (B, 2, 3): one around the outer, then those of its parts, if
+    there are several; the margin is ``pad`` times both bodies' size.
     """
-    turns, places, points, ends = doubles_of(rotation), doubles_of(translation), doubles_of(extremes), doubles_of(box)
-    bodies = rotation.shape[1]
+    turns, places, points, ends = doubles_of(rotation), doubles_of(translation), doubles_of(extremes), doubles_of(boxes)
+    bodies, count, first = rotation.shape[1], len(extremes), runtime_int(0)
     for k in range(len(frames)):
         a, b = frames[k] * bodies + inner, frames[k] * bodies + outer
         margin = pad * (size + (largest_of(places, a) + largest_of(places, b)))
-        may[k] = True
-        for e in range(len(extremes)):
-            if not point_in_box(points, e, turns, places, a, b, ends, margin):
-                may[k] = False
-                break
+        may[k] = box_holds(ends, first, points, count, turns, places, a, b, margin)
+        in_part = not may[k] or len(boxes) == 1
+        for box in range(1, len(boxes)):
+            in_part = in_part or box_holds(ends, box, points, count, turns, places, a, b, margin)
+        may[k] = may[k] and in_part
 
 
 @kernel

@@ -55,6 +55,7 @@ class Lists(NamedTuple):
     dismissed_end: int
 
 
+NEAR_LANES = 2
 MOST_AT_ONCE = 512
 """Numbers that one step may add to a list: eight faces against eight in eight frames."""
 
@@ -62,7 +63,8 @@ MOST_AT_ONCE = 512
 class Scratch(NamedTuple):
     """Memory of a traversal, so that nothing is allocated inside it.
 
-    ``state``: height of the stack and lanes still alive, for a traversal that stopped because a list was full.
+    ``state``: height of the stack and lanes still alive, for a traversal that stopped because a list was full; at
+    ``NEAR_LANES`` the lanes in which the two root boxes are not certainly apart.
     """
 
     stack: Memory
@@ -94,6 +96,18 @@ def note(lists: Lists, kind: int, frame: int, extent: int, a: int, b: int) -> No
     append(lists.dismissed, frame)
     append(lists.dismissed, extent)
     append(lists.dismissed, (a << 32) | b)
+
+
+@hot_kernel
+def note_lanes(
+    lists: Lists, question: BlockQuestion, state: Memory, frame: int, before: int, mask: int, a: int, b: int
+) -> None:
+    """Keep the lanes that two root boxes leave, and on request a record of those that any two nodes dismiss."""
+    become_part_of_caller()
+    if a == 0 and b == 0:
+        state[NEAR_LANES] = mask
+    if question.record and before != mask:
+        note(lists, BY_BOX, frame, before & ~mask, a, b)
 
 
 @hot_kernel
@@ -194,8 +208,7 @@ def traverse_block(
             scratch.offset,
         )  # fmt: skip
         work[NODE_TESTS] += 1
-        if question.record and before != mask:
-            note(lists, BY_BOX, frame, before & ~mask, a, b)
+        note_lanes(lists, question, scratch.state, frame, before, mask, a, b)
         if mask == 0:
             continue
         if leaf_a >= 0 and leaf_b >= 0:

@@ -37,11 +37,12 @@ NO_FACES: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """Poses of all bodies: (T, N, 3, 3), (T, N, 3), and where they exist, (T, N)."""
+    """Poses of all bodies: (T, N, 3, 3), (T, N, 3), where they exist, (T, N), and bodies known not to move, (N,)."""
 
     rotations: FloatArray
     translations: FloatArray
     valid: BoolArray
+    still: BoolArray | None = None
 
     @cached_property
     def everywhere(self) -> IntArray:
@@ -52,13 +53,15 @@ class Poses:
 class FramesAnswer(NamedTuple):
     """The answer for some of a pair's distinct frames.
 
-    ``hits`` (n,) for frames ``start`` to start + n; ``frame`` (m,) distinct frame of each face pair, not decreasing;
+    ``hits`` (n,) for frames ``start`` to start + n, and ``near`` (n,) where no bounding volume keeps the bodies apart;
+    ``frame`` (m,) distinct frame of each face pair, not decreasing;
     ``faces`` (m, 2) in the order of the pair, sorted within a frame, empty where they were not asked for; ``seconds``
     spent in the search, in exact arithmetic, in sorting face pairs.
     """
 
     start: int
     hits: BoolArray
+    near: BoolArray
     frame: IntArray
     faces: NDArray[np.int32]
     work: IntArray
@@ -130,10 +133,10 @@ class PairJob:
         if not np.isfinite(self._pad):
             return self._exhaustive(start, stop)
         (tree_a, tree_b), (a, b), (bits_a, bits_b) = self._trees, self._lanes, self._bits
-        hits, work = np.zeros(stop, dtype=np.uint8), np.zeros(COUNTERS + 1, dtype=np.int64)
+        (hits, near), work = np.zeros((2, stop), dtype=np.uint8), np.zeros(COUNTERS + 1, dtype=np.int64)
         question = BlockQuestion(start, stop, self._pad, self._faces, self._verify, bits_a, bits_b)
         clock = [perf_counter()]
-        keys, later, dismissed = workspace.traverse(tree_a, a, tree_b, b, question, hits, work)
+        keys, later, dismissed = workspace.traverse(tree_a, a, tree_b, b, question, hits, near, work)
         clock.append(perf_counter())
         if len(later):
             keys = np.concatenate([keys, self._settled(later, start, hits, work)])
@@ -143,13 +146,15 @@ class PairJob:
         frame, faces = self._unpacked(keys) if len(keys) else (NO_FRAMES, NO_FACES)
         clock.append(perf_counter())
         search, exact, sorting = (after - before for before, after in pairwise(clock))
-        return FramesAnswer(start, hits[start:].view(np.bool_), frame + start, faces, work, (search, exact, sorting))
+        hit, close = hits[start:].view(np.bool_), near[start:].view(np.bool_)
+        return FramesAnswer(start, hit, close, frame + start, faces, work, (search, exact, sorting))
 
     def _dismissed(self, count: int, start: int) -> FramesAnswer:
         """Frames that one climb over the spans dismissed: 5 us a pair where setting up the kernel's row takes 25."""
         work = np.zeros(COUNTERS + 1, dtype=np.int64)
         work[SKIPPED_FRAMES], work[SPAN_TESTS] = count, self._tests
-        return FramesAnswer(start, np.zeros(count, dtype=np.bool_), NO_FRAMES, NO_FACES, work, (0.0, 0.0, 0.0))
+        nowhere = np.zeros(count, dtype=np.bool_)
+        return FramesAnswer(start, nowhere, nowhere, NO_FRAMES, NO_FACES, work, (0.0, 0.0, 0.0))
 
     def _unpacked(self, keys: IntArray) -> tuple[IntArray, NDArray[np.int32]]:
         """Frames and face pairs, sorted, faces in the order of the pair."""
@@ -206,7 +211,8 @@ class PairJob:
         frame = np.repeat(np.arange(start, stop), sizes) if self._faces else NO_FRAMES
         faces = np.concatenate(found).astype(np.int32) if self._faces else NO_FACES
         work = np.zeros(COUNTERS + 1, dtype=np.int64)
-        return FramesAnswer(start, sizes > 0, frame, faces, work, (0.0, perf_counter() - begin, 0.0))
+        near = np.ones(stop - start, dtype=np.bool_)
+        return FramesAnswer(start, sizes > 0, near, frame, faces, work, (0.0, perf_counter() - begin, 0.0))
 
 
 def bits_of(trees: tuple[BoxTree, BoxTree]) -> tuple[int, int]:

@@ -18,6 +18,7 @@ from cdcore.narrow.spacetime.block import (
     BY_SPAN,
     GAP_TESTS,
     MOST_AT_ONCE,
+    NEAR_LANES,
     SKIPPED_FRAMES,
     BlockQuestion,
     Lists,
@@ -45,16 +46,16 @@ TREE_B: Final = TREE_WORDS
 POSE_A: Final = 2 * TREE_WORDS
 POSE_B: Final = POSE_A + POSE_WORDS
 ROOM: Final = POSE_B + POSE_WORDS
-STACK, FOUND, STATE, HITS, WORK = (ROOM + k for k in range(1, 6))
-LISTS: Final = ROOM + 6
+STACK, FOUND, STATE, HITS, NEAR, WORK = (ROOM + k for k in range(1, 7))
+LISTS: Final = ROOM + 7
 QUESTION: Final = LISTS + 6
 
 # doubles of the scratch memory
 MIDDLE, OFFSET, TURNED, PLANE, SPAN, MOVED = 96, 112, 136, 208, 240, 288
 ROOM_DOUBLES: Final = MOVED + 24 * MOST_LEAF_CORNERS
 
-AT_FRAME, IN_BLOCK, NEXT_SPAN = 2, 3, 4
-"""Places of ``Scratch.state`` after the two of a block: the frame to continue from, whether that is inside its block,
+AT_FRAME, IN_BLOCK, NEXT_SPAN = 3, 4, 5
+"""Places of ``Scratch.state`` after the three of a block: the frame to continue from, whether that is inside its block,
 and the first frame whose span is not yet tested."""
 
 
@@ -139,7 +140,7 @@ def traverse_frames(row: IntArray, pad: float) -> bool:
     tree_a, tree_b = tree_memory(row, runtime_int(0)), tree_memory(row, runtime_int(TREE_B))
     pose_a, pose_b = pose_memory(row, runtime_int(POSE_A)), pose_memory(row, runtime_int(POSE_B))
     scratch = scratch_memory(row)
-    state, hits, work = scratch.state, bytes_at(row[HITS]), words_at(row[WORK])
+    state, hits, near, work = scratch.state, bytes_at(row[HITS]), bytes_at(row[NEAR]), words_at(row[WORK])
     lists = Lists(
         words_at(row[LISTS]), row[LISTS + 1], words_at(row[LISTS + 2]), row[LISTS + 3], words_at(row[LISTS + 4]),
         row[LISTS + 5],
@@ -167,6 +168,8 @@ def traverse_frames(row: IntArray, pad: float) -> bool:
         if not traverse_block(tree_a, pose_a, tree_b, pose_b, f, chord, question, lists, hits, work, scratch):
             state[AT_FRAME] = f
             return False
+        for k in range(lanes):
+            near[f + k] = state[NEAR_LANES] >> k & 1
         state[IN_BLOCK] = 0
         f += lanes
     return True
@@ -177,22 +180,25 @@ class Workspace:
 
     def __init__(self) -> None:
         self._room, self._found = np.empty(ROOM_DOUBLES), np.empty(3 * 64, dtype=np.int64)
-        self._state, self._stack = np.zeros(5, dtype=np.int64), np.empty(0, dtype=np.int64)
+        self._state, self._stack = np.zeros(NEXT_SPAN + 1, dtype=np.int64), np.empty(0, dtype=np.int64)
         self._lists = [np.zeros(length, dtype=np.int64) for length in (4096, 2 * MOST_AT_ONCE, 2 * MOST_AT_ONCE)]
-        self._row = np.zeros(QUESTION + 6, dtype=np.int64)
+        self._row, self._near = np.zeros(QUESTION + 6, dtype=np.int64), np.empty(LANES, dtype=np.uint8)
         self._row[ROOM], self._row[FOUND], self._row[STATE] = map(address_of, (self._room, self._found, self._state))
         self._place_lists()
 
     def traverse(
         self, tree_a: BoxTree, pose_a: PoseLanes, tree_b: BoxTree, pose_b: PoseLanes, question: BlockQuestion,
-        hits: ByteArray, work: IntArray,
+        hits: ByteArray, near: ByteArray, work: IntArray,
     ) -> list[IntArray]:  # fmt: skip
         """Decide the frames of a question; ``hits`` (stop,) is set to 1 where there is contact, ``work`` is added to.
+
+        ``near`` (stop,) is set to 1 in every frame in which no bounding volume keeps the bodies apart.
 
         Returns ``Lists`` without the counts in front: face pairs that meet, those left open, dismissals. They hold
         until the next traversal.
         """
         row = self.row_of_pair(tree_a, pose_a.row, tree_b, pose_b.row, question, hits, work)
+        row[NEAR] = address_of(near)
         self.start(question.start)
         while not traverse_frames(row, question.pad):
             self._lists = [_longer(one) for one in self._lists]
@@ -209,11 +215,13 @@ class Workspace:
         self, tree_a: BoxTree, pose_a: IntArray, tree_b: BoxTree, pose_b: IntArray, question: BlockQuestion,
         hits: ByteArray, work: IntArray,
     ) -> IntArray:  # fmt: skip
-        """The kernel's row; it holds until the next one is made."""
+        """The kernel's row for eight frames at most; it holds until the next one is made."""
         self.make_room(tree_a, tree_b)
         row = self._row
         row[:TREE_B], row[TREE_B:POSE_A], row[POSE_A:POSE_B], row[POSE_B:ROOM] = tree_a.row, tree_b.row, pose_a, pose_b
-        row[STACK], row[HITS], row[WORK] = address_of(self._stack), address_of(hits), address_of(work)
+        row[STACK], row[HITS], row[NEAR], row[WORK] = (
+            address_of(array) for array in (self._stack, hits, self._near, work)
+        )
         start, stop, _, *rest = question
         row[QUESTION:] = start, stop, *rest
         return row

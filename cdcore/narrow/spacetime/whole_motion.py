@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from cdcore.narrow.spacetime.block import COUNTERS
 from cdcore.narrow.spacetime.box_tree import BoxTree
-from cdcore.narrow.spacetime.far_poses import asked_apart, far_poses, without
-from cdcore.narrow.spacetime.pair_job import FramesAnswer, PairJob, Poses
+from cdcore.narrow.spacetime.far_poses import FAR, asked_apart, far_poses, without
+from cdcore.narrow.spacetime.pair_job import NO_FACES, NO_FRAMES, FramesAnswer, PairJob, Poses
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes, pose_lanes
 from cdcore.narrow.spacetime.traverse import Workspace
 from cdcore.numerics import BoolArray, IntArray
@@ -30,6 +30,8 @@ COUNTER_NAMES = (
 """Names of the kernel's counters, in its order, and of what the debug mode asked again."""
 STAGES = ("poses", "search", "exact", "faces")
 """Reading poses; planning pairs, spheres and trees; what only exact arithmetic decides; sorting and collecting."""
+_Tracks = tuple[list[PoseLanes | None], float]
+"""The poses of every body, ``None`` where they are read pair by pair, and the seconds that reading them took."""
 FRAMES_AT_ONCE = 16384
 """Bounds the list of face pairs left to exact arithmetic: 500 a frame, as in resting contact, make 65 MB."""
 FRAMES_PER_TASK = 4096
@@ -42,7 +44,8 @@ class MotionAnswer:
 
     ``hits`` (T, P). With faces, entries stand for the pair-frames in contact, sorted by frame, then pair: ``frame``,
     ``pair``, and the face pairs ``faces[start:stop]``, (K,) each; equal poses share them. ``faces`` (M, 2) is sorted
-    within an entry. ``seconds`` of ``STAGES``; workers side by side add up.
+    within an entry. ``near``: frames and pairs, (n,) each, without contact that no bounding volume keeps apart.
+    ``seconds`` of ``STAGES``; workers side by side add up.
     """
 
     hits: BoolArray
@@ -51,6 +54,7 @@ class MotionAnswer:
     start: IntArray
     stop: IntArray
     faces: NDArray[np.int32]
+    near: tuple[IntArray, IntArray]
     work: dict[str, int]
     seconds: dict[str, float]
 
@@ -64,59 +68,78 @@ def decide_motion(
     ``faces``: list all face pairs that meet. ``threads``: workers; the answer does not depend on it. ``verify``: ask
     everything that was dismissed again, face by face, in exact arithmetic, which is very slow.
     """
-    reaches = np.array([tree.reach for tree in trees])
-    far = far_poses(poses.translations, poses.valid, reaches)
+    reaches, tracks = np.array([tree.reach for tree in trees]), _read(trees, pairs, poses)
+    far = None if _all_near(trees, tracks[0]) else far_poses(poses.translations, poses.valid, reaches)
     if far is None:
-        return _decide(trees, pairs, poses, faces, threads, verify)
+        return _decide(trees, pairs, poses, tracks, faces, threads, verify)
     near = Poses(without(poses.rotations, far, poses.valid), without(poses.translations, far, poses.valid), poses.valid)
-    answers = [(_decide(trees, pairs, near, faces, threads, verify), poses.everywhere, np.arange(len(pairs)))]
+    found = _decide(trees, pairs, near, _read(trees, pairs, near), faces, threads, verify)
+    answers = [(found, poses.everywhere, np.arange(len(pairs)))]
     kept = np.ones((len(poses.valid), len(pairs)), dtype=np.bool_)
     for column, rows, asked in asked_apart(far, poses.valid, poses.translations, pairs, reaches):
         kept[rows, column] = False
         alone = Poses(poses.rotations[asked], poses.translations[asked], poses.valid[asked])
-        answers.append((_decide(trees, pairs[[column]], alone, faces, 1, verify), asked, np.array([column])))
+        tracks = _read(trees, pairs[[column]], alone)
+        answers.append((_decide(trees, pairs[[column]], alone, tracks, faces, 1, verify), asked, np.array([column])))
     return _together(answers, kept)
+
+
+def _read(trees: Sequence[BoxTree], pairs: IntArray, poses: Poses) -> _Tracks:
+    """The track of every body of a pair, if poses are known everywhere."""
+    begin, everywhere = perf_counter(), poses.everywhere
+    tracks: list[PoseLanes | None] = [None] * len(trees)
+    whole = len(everywhere) > 0 and bool(poses.valid.all())
+    for body in set(np.unique(pairs).tolist()) if whole else ():
+        tree, frames = trees[body], everywhere
+        if poses.still is not None and poses.still[body]:
+            frames = everywhere[:1]
+        tracks[body] = pose_lanes(poses.rotations, poses.translations, body, frames, tree.boxes[0], tree.reach)
+    return tracks, perf_counter() - begin
+
+
+def _all_near(trees: Sequence[BoxTree], tracks: Sequence[PoseLanes | None]) -> bool:
+    """Whether all poses are read and none is far from the origin."""
+    known = [(track, tree) for track, tree in zip(tracks, trees, strict=True) if track is not None]
+    return len(known) > 0 and all(track.size <= FAR * tree.reach for track, tree in known)
 
 
 def _together(answers: list[tuple[MotionAnswer, IntArray, IntArray]], kept: BoolArray) -> MotionAnswer:
     """One answer of several, each with its frames and columns; of the first only the pair-frames that are kept."""
     hits, rows = answers[0][0].hits & kept, 0
-    entries, seconds, work = [], dict.fromkeys(STAGES, 0.0), dict.fromkeys(answers[0][0].work, 0)
+    entries, near, seconds, work = [], [], dict.fromkeys(STAGES, 0.0), dict.fromkeys(answers[0][0].work, 0)
     for number, (answer, frames, columns) in enumerate(answers):
         frame, pair = frames[answer.frame], columns[answer.pair]
-        use = kept[frame, pair] if number == 0 else np.ones(len(frame), dtype=np.bool_)
+        close = frames[answer.near[0]], columns[answer.near[1]]
+        use, still = (slice(None) if number else kept[where] for where in ((frame, pair), close))
         if number:
             hits[np.ix_(frames, columns)] |= answer.hits
+        near.append([part[still] for part in close])
         entries.append((frame[use], pair[use], answer.start[use] + rows, answer.stop[use] + rows))
         rows += len(answer.faces)
         seconds = {stage: seconds[stage] + answer.seconds[stage] for stage in STAGES}
         work = {name: work[name] + answer.work[name] for name in work}
     frame, pair, start, stop = (np.concatenate(some) for some in zip(*entries, strict=True))
     order, faces = np.lexsort((pair, frame)), np.concatenate([answer.faces for answer, _, _ in answers])
-    return MotionAnswer(hits, frame[order], pair[order], start[order], stop[order], faces, work, seconds)
+    together = np.concatenate(near, axis=1)
+    return MotionAnswer(
+        hits, frame[order], pair[order], start[order], stop[order], faces, (together[0], together[1]), work, seconds
+    )
 
 
 def _decide(
-    trees: Sequence[BoxTree], pairs: IntArray, poses: Poses, faces: bool, threads: int, verify: bool
+    trees: Sequence[BoxTree], pairs: IntArray, poses: Poses, tracks: _Tracks, faces: bool, threads: int, verify: bool
 ) -> MotionAnswer:
     """``decide_motion`` of poses none of which is far."""
-    clock, everywhere = [perf_counter()], poses.everywhere
-    whole = len(everywhere) > 0 and bool(poses.valid.all())
-    used = set(np.unique(pairs).tolist()) if whole else set()
-    shared: list[PoseLanes | None] = [None] * len(trees)
-    for body in used:
-        tree = trees[body]
-        shared[body] = pose_lanes(poses.rotations, poses.translations, body, everywhere, tree.boxes[0], tree.reach)
-    clock.append(perf_counter())
+    clock, (shared, reading) = [perf_counter()], tracks
     jobs = [PairJob(trees, i, j, poses, shared, faces=faces, verify=verify) for i, j in pairs.tolist()]
     clock.append(perf_counter())
     answers = _answered(jobs, threads)
     clock.append(perf_counter())
-    found = _collected(jobs, answers, len(everywhere), faces)
+    found = _collected(jobs, answers, len(poses.valid), faces)
     parts = [part.seconds for some in answers for part in some]
-    spent = [clock[1] - clock[0], *(sum(stage) for stage in zip((0.0, 0.0, 0.0), *parts, strict=True))]
-    spent[1] += clock[2] - clock[1]
-    spent[3] += perf_counter() - clock[3]
+    spent = [reading, *(sum(stage) for stage in zip((0.0, 0.0, 0.0), *parts, strict=True))]
+    spent[1] += clock[1] - clock[0]
+    spent[3] += perf_counter() - clock[2]
     return replace(found, seconds=dict(zip(STAGES, spent, strict=True)))
 
 
@@ -149,14 +172,18 @@ def _answered(jobs: list[PairJob], threads: int) -> list[list[FramesAnswer]]:
 def _collected(jobs: list[PairJob], answers: list[list[FramesAnswer]], frames: int, faces: bool) -> MotionAnswer:
     hits = np.zeros((frames, len(jobs)), dtype=np.bool_)
     total = np.zeros(COUNTERS + 1, dtype=np.int64)
-    entries = [(np.zeros(0, dtype=np.int64),) * 4]
-    rows: list[NDArray[np.int32]] = [np.zeros((0, 2), dtype=np.int32)]
+    entries, near = [(NO_FRAMES,) * 4], [(NO_FRAMES, NO_FRAMES)]
+    rows: list[NDArray[np.int32]] = [NO_FACES]
     row_count = reused = 0
     for column, (job, parts) in enumerate(zip(jobs, answers, strict=True)):
         reused += len(job.frames) - job.count
         for part in parts:
             total += part.work
-        known = parts[0].hits if len(parts) == 1 else np.concatenate([hits[:0, column], *(part.hits for part in parts)])
+        known, close = _along([part.hits for part in parts]), _along([part.near for part in parts])
+        apart = close > known
+        if apart.any():
+            frame = job.frames[np.flatnonzero(apart[job.which])]
+            near.append((frame, np.full(len(frame), column)))
         if not known.any():
             continue
         if len(known) == frames and not faces:
@@ -172,6 +199,13 @@ def _collected(jobs: list[PairJob], answers: list[list[FramesAnswer]], frames: i
             rows += [part.faces for part in parts]
             row_count += len(found)
     frame, pair, start, stop = (np.concatenate(some) for some in zip(*entries, strict=True))
-    order = np.lexsort((pair, frame))
+    order, close = np.lexsort((pair, frame)), np.concatenate(near, axis=1)
     work = dict(zip(COUNTER_NAMES, total.tolist(), strict=True)) | {"reused": reused}
-    return MotionAnswer(hits, frame[order], pair[order], start[order], stop[order], np.concatenate(rows), work, {})
+    return MotionAnswer(
+        hits, frame[order], pair[order], start[order], stop[order], np.concatenate(rows), (close[0], close[1]), work, {}
+    )
+
+
+def _along(parts: list[BoolArray]) -> BoolArray:
+    """The stretches of a pair as one; none, where it has no frame."""
+    return parts[0] if len(parts) == 1 else np.concatenate([np.zeros(0, dtype=np.bool_), *parts])

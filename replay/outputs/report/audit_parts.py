@@ -66,7 +66,7 @@ def heat_map(result: RunResult) -> Markup:
 
 
 def latency_histogram(result: RunResult) -> Markup:
-    """How many frames took how long, on a log axis, of every detector that decides frame by frame, if there is one."""
+    """How many frames took how long, on a log axis, of every detector whose frames were timed, if there is one."""
     timed = ((label, look_seconds(found)) for label, found in result.detections.items())
     shown = {label: np.maximum(one * 1e3, 1e-4) for label, one in timed if one is not None and len(one)}
     if not shown:

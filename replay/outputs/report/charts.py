@@ -51,7 +51,7 @@ def timeline(result: RunResult, label: str) -> Markup:
         parts += lane_bars(outcome[:, pair], times, y + 3)
     span = f"{counted(len(pairs), 'pair')} over {float(times[-1] - times[0]):.0f} seconds"
     words = f"{span}, as {label} compares with {result.oracle}"
-    more = f" {rest} more pairs are in the tables." if rest > 0 else ""
+    more = f" In the tables: {counted(rest, 'more pair')}." if rest > 0 else ""
     if any(int((np.diff(outcome[:, pair].astype(np.int16)) != 0).sum()) > MOST_BARS for pair in pairs):
         more += " Where stretches are too many to tell apart, height is their share of the frames."
     svg = element("svg", *parts, viewBox=f"0 0 {WIDTH} {height}", role="img", aria_label=words)
@@ -94,6 +94,7 @@ def _numbers(result: RunResult, label: str) -> list[Markup]:
 
 SPOKEN: Final = (
     Outcome.MISSED, Outcome.INVENTED, Outcome.BETWEEN_FRAMES, Outcome.WITHIN_TOLERANCE, Outcome.BOTH,
+    Outcome.HELD,
 )  # fmt: skip
 """Outcomes with a colour, in the order in which they are stacked, from the top."""
 

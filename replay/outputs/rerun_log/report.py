@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-import numpy as np
 import rerun as rr
 
 from replay.base.constants import CAVEAT
@@ -18,10 +17,10 @@ from replay.outputs.palette import MISSED, PARTLY_MISSED, WHITE
 from replay.outputs.rerun_log.columns import RecordingWriter, packed
 from replay.outputs.rerun_log.focus import Focus, moments
 from replay.outputs.rerun_log.markdown import markdown
-from replay.outputs.run_tables import cluster_table, miss_table
+from replay.outputs.run_tables import cluster_table, miss_table, ranking_table
 from replay.outputs.tables import table
-from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted, depth_words
-from replay.pipeline.headline import beside, doubts, headline
+from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, bound_words, counted, depth_words
+from replay.pipeline.headline import beside, doubts, headlines
 from replay.pipeline.run_result import RunResult
 
 WORST: Final = MANY
@@ -62,19 +61,21 @@ def _line(miss: Miss, width: int, digits: int) -> str:
 def log_notes(writer: RecordingWriter, path: str, shown: Sequence[Focus], result: RunResult, label: str) -> None:
     """Send what is to be said about the miss in the close-up, a row where it changes."""
     count, contacts = len(result.misses[label]), len(result.episodes[result.oracle])
-    texts = [_note(one.miss, count, contacts, label, result.oracle) for one in shown]
+    texts = [miss_note(one.miss, count, contacts, label, result.oracle) for one in shown]
     columns = rr.TextDocument.columns(text=texts, media_type=["text/markdown"] * len(texts))
     writer.rows_later(path, [(one.frame, one.later) for one in shown], columns)
 
 
-def _note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:
+def miss_note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:
+    """What is to be said about a miss, one of ``count``, in Markdown."""
     frames = miss.last - miss.first + 1
     found = f"{oracle}: **CONTACT**, {miss.face_pairs} face pairs, cut {miss.cut_length * 1e3:.1f} mm"
     if miss.touch is not None:
-        before, (a, b) = miss.touch.frame, miss.touch.faces
+        before, (a, b), bound = miss.touch.frame, miss.touch.faces, bound_words(miss)
         found = (
-            f"{oracle}: **CONTACT** between frames {before} and {before + 1}, from {miss.touch.moment:.6f} s; "
-            f"no frame shows it\n- first faces {a} of {miss.body_a} and {b} of {miss.body_b}, shown where they touch"
+            f"{oracle}: **CONTACT** between frames {before} and {before + 1}, from {miss.touch.moment:.6f} s"
+            f"{bound and f' ({bound})'}; no frame shows it\n"
+            f"- first faces {a} of {miss.body_a} and {b} of {miss.body_b}, shown where they touch"
         )
     return (
         f"#### Miss {miss.number} of {count}: {miss.body_a}-{miss.body_b}\n\n"
@@ -95,7 +96,9 @@ def report_text(result: RunResult) -> str:
         f"{span:.1f} s, {len(times):,} frames, {len(assembly.bodies)} bodies, {counted(len(assembly.pairs), 'pair')}.",
     ]
     parts += doubts(result)
-    parts += [f"**{headline(result, label)}.**" for label in result.comparisons]
+    parts += [f"**{words}.**" for words in headlines(result)]
+    if len(result.comparisons) > 1:
+        parts.append(markdown(ranking_table(result.summary)))
     parts += beside(result)
     if not result.detections:
         parts += [f"- {line}" for line in happened_words(result.effects, WORST)]
@@ -104,8 +107,8 @@ def report_text(result: RunResult) -> str:
         parts.append(f"Proxy meshes stand in for: {', '.join(assembly.proxies)}.")
     if assembly.left_out:
         parts.append(f"Without a mesh, so not examined: {', '.join(assembly.left_out)}.")
-    if bool(assembly.held.any()):
-        held = [assembly.pair_name(int(k)) for k in np.flatnonzero(assembly.held)]
+    if result.holdings:
+        held = dict.fromkeys(assembly.pair_name(one.pair) for one in result.holdings)
         parts.append(f"Held, listed apart: {', '.join(held)}.")
     parts += [f"- {note}" for note in assembly.notes]
     return "\n\n".join([*parts, f"*{CAVEAT}*"])

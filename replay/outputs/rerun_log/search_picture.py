@@ -20,6 +20,7 @@ from replay.outputs.rerun_log.focus import log_eyes
 from replay.outputs.rerun_log.pipeline import ROOM, pipeline_path
 from replay.outputs.rerun_log.world import face_normals
 from replay.outputs.watched_run import CONTACT, LOST, Moment, WatchedRun
+from replay.outputs.words import counted
 from replay.prepare.assembly import Assembly
 from sessions.model.scene import Scene
 
@@ -97,7 +98,7 @@ def end_words(moment: Moment, trace: LookTrace) -> str:
     if moment.kind != LOST:
         return f"closest: centroids {apart}"
     ago = moment.frame - moment.looked
-    return f"last seen: centroids {apart}" + (f", {ago} frames ago" if ago else "")
+    return f"last seen: centroids {apart}" + (f", {counted(ago, 'frame')} ago" if ago else "")
 
 
 def _eyes(run: WatchedRun, assembly: Assembly, scene: Scene) -> list[Eye]:

@@ -16,6 +16,7 @@ from replay.outputs.palette import BUDGET, SERIES, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.tables import table
+from replay.pipeline.summary import look_seconds
 
 TOTAL: Final = "1_total"
 """Stage name of the sum; the number sorts it first."""
@@ -48,11 +49,8 @@ def cost_of(detection: Detection) -> Cost:
     """Cost of a detection from its seconds."""
     frames = max(1, len(detection.times))
     stages = {name: float(np.sum(value)) * 1e3 / frames for name, value in detection.seconds.items()}
-    rows = [value for value in detection.seconds.values() if isinstance(value, np.ndarray)]
-    if not rows:
-        return Cost(stages, None)
-    total = np.sum(rows, axis=0) * 1e3
-    return Cost(stages, total[total > 0])
+    looks = look_seconds(detection)
+    return Cost(stages, None if looks is None else looks * 1e3)
 
 
 def colour_of(number: int) -> Rgba:

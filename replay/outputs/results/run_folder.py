@@ -19,7 +19,7 @@ from replay.outputs.report.tradeoff import TABLE as TRADEOFF_TABLE
 from replay.outputs.results import parquet_tables
 from replay.outputs.results.parquet import read_rows
 from replay.pipeline.run_result import RunResult
-from replay.pipeline.summary import SCHEMA
+from replay.pipeline.summary import SCHEMA, frame_seconds
 from sessions.whole_files import whole_folder
 
 SUMMARY: Final = "summary.json"
@@ -28,15 +28,16 @@ EPISODES: Final = "episodes.parquet"
 MISSES: Final = "misses.parquet"
 EVENTS: Final = "events.parquet"
 SERIES: Final = "series.parquet"
+TIMING: Final = "timing.parquet"
 METRICS: Final = "metrics.parquet"
 PICTURE: Final = "run.rrd"
 REPORT: Final = "report.html"
 
 TABLES: Final = {
     EPISODES: parquet_tables.episode_table, MISSES: parquet_tables.miss_table, EVENTS: parquet_tables.event_table,
-    METRICS: parquet_tables.metrics_table, SERIES: parquet_tables.series_table,
+    METRICS: parquet_tables.metrics_table, TIMING: parquet_tables.timing_table, SERIES: parquet_tables.series_table,
 }  # fmt: skip
-"""File -> what makes its table; that of the series only where there are effects."""
+"""File -> what makes its table; that of the series only where there are effects, of times where there are any."""
 
 Picture = Callable[[RunResult, Path], None]
 
@@ -121,8 +122,10 @@ def write_run_folder(
     check_target(out, force=force)
     with result_folder(out, RUN, force=force) as folder:
         _write_frames(result, folder / FRAMES)
+        timed = any(frame_seconds(detection) is not None for detection in result.detections.values())
+        wanted = {SERIES: bool(result.effects), TIMING: timed}
         for name, table_of in TABLES.items():
-            if name != SERIES or result.effects:
+            if wanted.get(name, True):
                 pq.write_table(table_of(result), folder / name, compression="zstd")
         if picture is not None:
             picture(result, folder / PICTURE)

@@ -21,4 +21,4 @@ class Candidate:
 
 
 run = Candidate()
-"""For ``peers.py --candidate replay.studies.bench.candidate:run``; like the peers it does not ask about containment."""
+"""For ``peers.py --candidate replay.studies.bench.candidate:run``."""

@@ -43,7 +43,7 @@ def stages(workload: str, load: BenchWorkload, what: str) -> Stages:
     times = np.arange(len(load.poses)) / load.rate_hz
     checked = [timed(partial(Motion.from_matrices, times, load.poses)) for _ in range(REPEATS + 1)]
     motion = checked[0][1]
-    poses = Poses(motion.rotations, motion.translations, motion.valid)
+    poses = Poses(motion.rotations, motion.translations, motion.valid, motion.still)
 
     def spent(some: Sequence[BoxTree]) -> dict[str, float]:
         runs = [decide_motion(some, load.pairs, poses, faces=what == "faces").seconds for _ in range(REPEATS + 1)]

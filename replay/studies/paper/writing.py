@@ -89,7 +89,7 @@ def _completion(table: PaperTable) -> str:
     whole = [str(name) for name, poses, every in cells if poses == every]
     least = min(float(cell) for cell in table.column("precision") if isinstance(cell, float | int))
     return (
-        f"T1a: every face pair of all {table.rows[0][1]} poses is found by {', '.join(whole)}; "
+        f"T1a: every face pair of all {table.rows[0][1]} poses is found by {', '.join(whole) or 'none'}; "
         f"the least precision of all rows is {least:g}."
     )
 

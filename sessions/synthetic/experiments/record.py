@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -75,7 +76,7 @@ class Experiment:
         episodes, facts = sorted_episodes(_until(lab.episodes, seconds)), sorted_facts([*lab.facts, *seen.facts])
         truth = Truth(self.name, seed, START_NS, seconds, noise, episodes, facts)
         intervals = sorted(lab.intervals, key=lambda span: (span.start_ns, span.kind, span.name))
-        happened = {"events": _events(lab.facts), "intervals": intervals}
+        happened: dict[str, Any] = {"events": _events(lab.facts), "intervals": intervals}
         return made_session(truth, seen, things, layout, lab.buttons, self._scene(layout), **happened), truth
 
     def _scene(self, layout: Instruments) -> Scene:

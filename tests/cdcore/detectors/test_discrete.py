@@ -7,7 +7,7 @@ from support.shapes import ball_mesh, box_mesh, lab, revolved_mesh
 from cdcore import Body, Motion, Verdict, create_detector, join
 from cdcore.detectors.discrete import STAGES
 from cdcore.errors import InvalidSettingError
-from cdcore.protocol import counts_as_contact
+from cdcore.protocol import counts_as_contact, detect_live
 
 BODIES = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
 
@@ -202,10 +202,32 @@ def test_a_sphere_misses_the_corner_that_sticks_out_and_says_that_its_shape_is_t
 
 
 def test_unknown_shapes_and_rates_are_refused():
-    with pytest.raises(InvalidSettingError, match="choose one of: hull, box, sphere, capsule, mesh"):
+    with pytest.raises(InvalidSettingError, match="choose one of: hull, box, sphere, capsule, mesh, compound"):
         create_detector("collider", [BEAKER], shape="blob")
     with pytest.raises(InvalidSettingError, match="is no rate"):
         create_detector("collider", [BEAKER], rate_hz=0.0)
+
+
+@pytest.mark.parametrize(("setting", "value"), [("pieces", 0), ("pieces", 2.5), ("skin_m", -0.001), ("skin_m", "x")])
+def test_pieces_and_skin_out_of_range_are_refused(setting, value):
+    with pytest.raises((InvalidSettingError, TypeError)):
+        create_detector("collider", [BEAKER], **{setting: value})
+
+
+@pytest.mark.parametrize("shape", ["mesh", "hull", "box", "sphere", "capsule"])
+def test_bodies_are_in_contact_from_the_sum_of_both_skins_on(shape):
+    cube, wall = Body("cube", box_mesh((0.02, 0.02, 0.02))), Body("wall", box_mesh((0.1, 0.1, 0.1)))
+    gaps = np.array([-0.001, 0.0005, 0.0019, 0.0021, 0.004, 0.0019])
+    places = np.zeros((len(gaps), 2, 3))
+    places[:, 0, 0] = gaps + 0.06
+    motion = Motion(np.arange(len(gaps)) / 90, places, np.tile(np.eye(3), (len(gaps), 2, 1, 1)))
+    for names in (("cube", "wall"), ("wall", "cube")):
+        bare, skinned = (
+            create_detector("collider", [cube, wall], pairs=[names], shape=shape, skin_m=skin) for skin in (0.0, 0.001)
+        )
+        assert bare.detect(motion).verdict[:, 0].tolist() == [1, 0, 0, 0, 0, 0]
+        assert skinned.detect(motion).verdict[:, 0].tolist() == [1, 1, 1, 0, 0, 1]
+        assert detect_live(skinned, motion).digest == skinned.detect(motion).digest
 
 
 def test_a_mesh_as_collider_gives_the_verdicts_of_exact():

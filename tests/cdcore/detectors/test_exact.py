@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from support.motions import KINDS, grid_plate, motion_of, placed
-from support.shapes import ball_mesh, box_mesh, lab
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab, merged, moved
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.errors import InvalidSettingError
@@ -72,6 +72,55 @@ def test_a_small_closed_body_inside_a_large_one_is_contained():
     motion = Motion.from_matrices([0.0], np.tile(np.eye(4), (1, 2, 1, 1)))
     assert create_detector("exact", bodies).detect(motion).verdict.tolist() == [[Verdict.CONTAINED]]
     assert create_detector("exact", bodies, containment=False).detect(motion).verdict.tolist() == [[Verdict.CLEAR]]
+
+
+def crossings_are_odd(point, triangles):
+    """Whether a closed surface winds round a point an odd number of times, from solid angles (van Oosterom)."""
+    a, b, c = np.moveaxis(triangles - point, 1, 0)
+    la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+    below = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
+    turns = np.arctan2((a * np.cross(b, c)).sum(1), below).sum() / (2 * np.pi)
+    return round(turns) % 2 == 1
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_containment_of_nested_motions_is_the_parity_of_every_pair_frame(seed):
+    rng = np.random.default_rng(seed)
+    beads = merged(*(moved(ball_mesh(0.05, 4, 6), [x, 0, 0]) for x in (-0.3, 0.3)))
+    meshes = [beads, box_mesh(), beaker_mesh(0.7, 1.2, 0.4), ball_mesh(0.02, 3, 4)]
+    frames, parts = 60, [[0, -1], [0], [0], [0]]
+    turn = Rotation.from_rotvec(np.cumsum(rng.normal(size=(frames * 4, 3)) * 0.05, axis=0)).as_matrix()
+    place = np.cumsum(rng.normal(size=(frames, 4, 3)) * 0.06, axis=0) + rng.uniform(-0.5, 0.5, (4, 3))
+    place[:, 1] = place[0, 1]
+    place[10:20] = place[10]
+    place[33, 0] = 1e9
+    turn = turn.reshape(frames, 4, 3, 3)
+    turn[:, 1] = turn[0, 1]
+    turn[10:20] = turn[10]
+    valid = rng.random((frames, 4)) > 0.03
+    bodies = [Body(f"b{k}", mesh) for k, mesh in enumerate(meshes)]
+    found = create_detector("exact", bodies).detect(Motion(np.arange(frames), place, turn, valid))
+    world = [[placed(mesh.triangles, turn[f, k], place[f, k]) for k, mesh in enumerate(meshes)] for f in range(frames)]
+    apart = (found.verdict == Verdict.CLEAR) | (found.verdict == Verdict.CONTAINED)
+    for frame, column in np.argwhere(apart).tolist():
+        ends = found.pairs[column].tolist()
+        inside = any(
+            crossings_are_odd(world[frame][inner][part, 0], world[frame][outer])
+            for inner, outer in (ends, ends[::-1])
+            for part in parts[inner]
+        )
+        assert (found.verdict[frame, column] == Verdict.CONTAINED) == inside
+    asked = found.work["containment_tests"]
+    assert (found.verdict == Verdict.CONTAINED).sum() <= asked < apart.sum()
+
+
+def test_a_body_that_bounding_boxes_keep_apart_is_not_asked_about():
+    bodies, places = [Body("in", ball_mesh(0.1)), Body("out", box_mesh())], np.zeros((300, 2, 3))
+    places[:, 0, 0] = np.linspace(0.0, 3.0, 300)
+    motion = Motion(np.arange(300), places, np.tile(np.eye(3), (300, 2, 1, 1)))
+    found = create_detector("exact", bodies).detect(motion)
+    contained = int((found.verdict == Verdict.CONTAINED).sum())
+    assert 30 < contained <= found.work["containment_tests"] < contained + 8
 
 
 def test_a_glass_at_rest_on_a_table_is_asked_once_for_an_hour():

@@ -6,7 +6,7 @@ from support.shapes import lab
 
 from cdcore import FrameDetector, Verdict, create_detector, join
 from cdcore.errors import InvalidPairError, OwnDetectorError
-from cdcore.protocol import Detector
+from cdcore.protocol import Detector, detect_live, stream_live
 
 
 class Near(FrameDetector):
@@ -48,6 +48,30 @@ def test_blocks_give_the_answer_of_the_whole_and_asking_again_starts_anew(block)
     detector = made(Near, bodies)
     whole = detector.detect(motion)
     assert join(detector.stream(motion.blocks(block))).digest == whole.digest == detector.detect(motion).digest
+
+
+@pytest.mark.parametrize("block", [7, 40])
+def test_live_it_remembers_from_block_to_block_what_it_has_seen(block):
+    bodies, motion = lab(40)
+    detector = made(Near, bodies)
+    assert join(stream_live(detector, motion.blocks(block))).digest == detector.detect(motion).digest
+
+
+class Plain:
+    """No base class and no ``live``: only what the protocol asks for."""
+
+    name, online, Settings, settings = "plain", True, object, None
+
+    def __init__(self, inner):
+        self.detect, self.stream = inner.detect, inner.stream
+
+
+def test_a_detector_without_live_is_asked_through_its_stream():
+    bodies, motion = lab(40)
+    inner = made(Near, bodies)
+    found = detect_live(Plain(inner), motion)
+    assert found.digest == inner.detect(motion).digest
+    assert found.seconds["rest"].shape == (40,) and found.work["looks"] == 40
 
 
 def test_an_answer_of_another_shape_or_none_is_refused():

@@ -199,6 +199,28 @@ def test_taken_frames_are_linked_only_where_none_was_left_out():
     assert np.array_equal(taken.times, TIMES[[0, 1, 3, 4]])
 
 
+def test_a_body_is_still_where_every_pose_is_that_of_the_first_frame():
+    turns, places = np.tile(np.eye(3), (9, 5, 1, 1)), np.zeros((9, 5, 3))
+    places[8, 1, 2] = 5e-324
+    turns[4:, 2] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    turns[:, 3] *= 1 + 1e-6
+    valid = np.ones((9, 5), dtype=bool)
+    places[:, 4], valid[3, 4] = 1.0, False
+    motion = Motion(np.arange(9), places, turns, valid)
+    assert motion.still.tolist() == [True, False, False, True, False]
+    assert motion.renormalised == 9
+    assert motion.frames(2, 5).still.tolist() == motion.still.tolist()
+
+
+@pytest.mark.parametrize("spoil", ["turn", "last row"])
+def test_a_pose_that_goes_bad_after_repeats_of_a_good_one_is_refused(spoil):
+    poses = np.tile(np.eye(4), (5, 2, 1, 1))
+    poses[3, 1, 3, 0] = 1.0 if spoil == "last row" else 0.0
+    poses[3, 1, 0, 0] = 1.0 if spoil == "last row" else np.nan
+    with pytest.raises(InvalidPoseError, match="frame 3"):
+        Motion.from_matrices(np.arange(5), poses)
+
+
 def test_no_frames_are_a_motion():
     assert len(Motion([], np.zeros((0, 3, 3)), np.zeros((0, 3, 3, 3)))) == 0
     assert Motion.from_quaternions([], np.zeros((0, 3, 3)), np.zeros((0, 3, 4))).body_count == 3

@@ -22,7 +22,8 @@ def error_of(matrix):
 
 
 def check(place, turn, valid, given=NO_MATRICES):
-    return check_poses(place, turn, valid, given, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18))
+    still = np.ones(len(valid), dtype=bool)
+    return check_poses(place, turn, valid, given, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), still)
 
 
 def spoiled(size, seed=0):

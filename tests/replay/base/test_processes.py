@@ -36,6 +36,7 @@ def test_every_task_is_done_once_and_told_and_failures_are_named(tmp_path, jobs)
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a": "x", "c": "x", "d": "x"}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
 def test_a_task_that_takes_its_process_down_ends_no_other(tmp_path):
     failed = in_processes(work, tasks(tmp_path, a="go", b="die", c="slow", d="slow", e="go"), 2, lambda *one: None)

@@ -52,7 +52,8 @@ def test_a_broken_gate_ends_in_4_and_says_which(file, capsys):
     assert main(["audit", file, "--detector", SLOW, "--max-missed", "0.01", "--max-p99-ms", "10000"]) == 4
     assert "slow missed 1 of 2 contacts" in capsys.readouterr().err
     assert main(["audit", file, "--detector", "hybrid", "--max-missed", "0.01"]) == 0
-    assert main(["audit", file, "--detector", "hybrid", "--max-p99-ms", "11.1"]) == 4
+    assert main(["audit", file, "--detector", "hybrid", "--offline", "--max-p99-ms", "11.1"]) == 4
+    assert "hybrid was not timed frame by frame" in capsys.readouterr().err
 
 
 def test_frames_slower_than_the_gate_end_in_4_and_both_gates_kept_in_0(file, capsys):

@@ -148,6 +148,7 @@ def test_a_reader_that_goes_away_ends_the_program_quietly():
     assert program.wait(30) in (0, 1)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for one process")
 def test_ctrl_c_in_the_middle_of_work_is_130_and_leaves_nothing_behind(tmp_path):
     command = [sys.executable, "-m", "replay", "demo", "-o", str(tmp_path / "run")]

@@ -2,7 +2,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from support.small_worlds import cubes, framed
+from support.small_worlds import cubes, framed, jumping
 
 from replay.cli.console import People
 from replay.cli.run_report import lost_frames, report_run, run_json, where_to_look
@@ -53,3 +53,10 @@ def test_where_to_look_names_the_page_the_picture_and_the_deepest_miss(tmp_path)
     assert where_to_look(written)[-1] == f"or at the longest cut: replay view {tmp_path} --miss {deepest.number}"
     assert where_to_look(written)[0].endswith(str(tmp_path / "report.html"))
     assert len(where_to_look(written, picture=False)) == 1, "without a picture there is nothing to view"
+
+
+def test_a_miss_that_no_frame_shows_is_not_called_a_cut(tmp_path):
+    result = compute(jumping(), detectors="exact", oracle="continuous")
+    assert where_to_look(replace(result, out=tmp_path))[-1] == f"or between two frames: replay view {tmp_path} --miss 1"
+    found = compute(jumping(), detectors="exact", oracle="hybrid")
+    assert "--miss" not in "".join(where_to_look(replace(found, out=tmp_path)))

@@ -3,17 +3,26 @@ from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 
+import pytest
 from rich.console import Console
+from support.lettered_worlds import STATES, became, missed, run, stretches
+from support.price_rows import ABOUT, price_row
+from support.sentences import sources, unsaid
 from support.small_worlds import cubes, jumping
 
 from replay.api.auditor import audit
 from replay.cli import run_tables as module
+from replay.cli.console import People
+from replay.cli.run_report import close_run, where_to_look
 from replay.cli.run_tables import answers, audit_tables, cause_table, missed_tables, run_tables
 from replay.cli.terminal import terminal
+from replay.cli.tradeoff_tables import front_table
 from replay.effects.effect_summary import happened_words
 from replay.outputs.report.page import report_html
 from replay.outputs.rerun_log.report import report_text
 from replay.pipeline.engine import compute
+from replay.pipeline.run_result import Tradeoff
+from replay.tradeoffs.settings import STEP
 from sessions import Scene
 from sessions.model.scene import SceneBody, SceneEffect
 
@@ -76,11 +85,11 @@ def test_names_of_pairs_are_whole_in_a_terminal_of_80_columns():
 def test_the_answers_and_their_price_come_before_any_table():
     two = "slow=discrete[rate_hz=20],slower=discrete[rate_hz=10]"
     lines = text(compute(cubes(PLACES), detectors=two), width=200).splitlines()
-    assert "missed by slow," in lines[1] and "missed by slower" in lines[2]
-    assert lines[3].startswith(" slow invents ") and lines[4].startswith(" slower invents ")
-    assert lines[5].startswith(" slow looks 20 times a second, at this run's phase.")
-    after = next(k for k, line in enumerate(lines) if k > 5 and "this phase" not in line and "phases" not in line)
-    assert lines[after].startswith(" Every contact counted here was found by exact in")
+    assert lines[1].startswith(" slower: misses ")
+    ranked = [line.split()[0] for line in lines[2:9] if line.startswith(("slow", "exact"))]
+    assert ranked == ["slower", "slow", "exact"]
+    phased = [k for k, line in enumerate(lines) if " times a second. At this run's phase" in line]
+    assert len(phased) == 2 and lines[phased[1] + 1].startswith(" Every contact counted here was found by exact in")
 
 
 def test_a_miss_that_no_frame_shows_says_so_and_when_they_touch():
@@ -102,7 +111,7 @@ def test_counts_and_intervals_are_shown():
     places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
     found = audit([cubes(places), cubes(places)], detectors="slow=discrete[rate_hz=20],sphere")
     console = Console(width=150, record=True, file=StringIO())
-    console.print(audit_tables(found.summary))
+    console.print(terminal(*audit_tables(found.results, found.summary)))
     text = console.export_text()
     assert "50 % [15, 85]" in text and "not asked" in text and "not examined" in text
     rows = [line.split() for line in text.splitlines()]
@@ -144,7 +153,7 @@ def test_three_detectors_with_long_names_fit_into_80_columns_whole():
     found = audit(
         [cubes(places)], detectors="collider-capsule=discrete[rate_hz=20],collider-hull=sphere,recorded=hybrid"
     )
-    text = printed(audit_tables(found.summary), 80)
+    text = printed(terminal(*audit_tables(found.results, found.summary)), 80)
     assert "…" not in text and "collider-capsule" in text
     rows = [line.split("  ") for line in text.splitlines() if line.strip().startswith(("invented ", "begin late"))]
     assert len(rows) == 3 and all(len([cell for cell in row if cell.strip()]) >= 3 for row in rows)
@@ -180,3 +189,46 @@ def test_an_audit_lists_so_many_misses_of_a_detector_over_all_sessions_and_says_
     found = audit([cubes(PLACES)] * 2, detectors="slow=discrete[rate_hz=20]")
     (table,) = missed_tables(found.results)
     assert len(table.rows) == 3 and "… and 1 more with --format json" in printed(terminal(table), 80).splitlines()
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_every_sentence_of_the_terminal_holds_in_every_state(state):
+    (truth, said, headline), result = STATES[state], run(state)
+    outcome, (contacts, lost) = became(truth, said), missed(truth, said)
+    shown = text(result, 200)
+    assert f" {headline}   oracle: exact" in shown
+    contact = [set(outcome[first : first + count]) for first, count, letter in stretches(truth) if letter == "C"]
+    whole, parts = contact.count({"MISSED"}), contact.count({"MISSED", "both"})
+    counts = [outcome.count(word) for word in ("both", "MISSED", "invented")]
+    rows = [line.split() for line in shown.replace("·", "0").splitlines() if line.startswith("a-b ")]
+    expected = [["a-b", *map(str, (contacts, whole, parts, *counts))]] if contacts or any(counts) else []
+    assert rows == expected
+    assert sum(" a - b " in line for line in shown.splitlines()) == min(len(lost), 20)
+    assert (f"… and {len(lost) - 20} more with --format json" in shown) == (len(lost) > 20)
+    figures = printed(terminal(*audit_tables([result], result.summary["audit"])), 200).replace("·", "0")
+    rows = [line.split() for line in figures.splitlines()]
+    assert [row for row in rows if row[:1] in (["both"], ["missed"], ["invented"])][:3] == [
+        ["both", str(counts[0])], ["missed", str(counts[1])], ["invented", str(counts[2])]
+    ]  # fmt: skip
+    assert ("nothing missed" in figures) == (not lost)
+
+
+def test_no_template_of_the_tables_in_a_terminal_is_untested(monkeypatch, tmp_path, capsys):
+    looked = [run(state) for state in STATES]
+    scene = Scene(bodies=(SceneBody("a", proxy=True), SceneBody("b")), effects=(SceneEffect("penetration"),))
+    proxy = compute(cubes(PLACES, scene=scene), detectors="sphere", oracle="none")
+    calls = replace(scene, effects=(SceneEffect("contact", {"between": ["a", "b"]}),))
+    looked += [proxy, compute(cubes(PLACES, scene=scene), detectors=()), compute(cubes(PLACES, scene=calls))]
+    looked += [compute(jumping(), detectors="exact", oracle="continuous")]
+    looked += [replace(one, out=tmp_path) for one in looked]
+    shown = [
+        text(one, 400) + printed(terminal(*audit_tables([one], one.summary.get("audit", {}))), 400) for one in looked
+    ]
+    shown += ["\n".join(where_to_look(one)) for one in looked]
+    for one in (proxy, replace(proxy, assembly=replace(proxy.assembly, left_out=("c",)))):
+        close_run(one, People())
+    row = price_row("a", 0.5, 2)
+    done = Tradeoff((row,), ("a",), (), (), (), {**ABOUT, "processor_share": 0.5})
+    steps = replace(done, rows=({**row, "axis": STEP},))
+    shown += [printed(terminal(front_table(done), front_table(steps)), 400), capsys.readouterr().err]
+    assert unsaid("\n".join(shown), *sources("replay/cli/run_*.py", "replay/cli/tradeoff_tables.py")) == []

@@ -117,6 +117,10 @@ def test_a_small_budget_is_to_blame_where_ten_times_as_much_misses_next_to_nothi
     causes, more = result.causes["hybrid-qaco-100"], result.causes["more"]
     assert more.missed < 0.05 * causes.missed and causes.examined > 60
     assert causes.pair_frames[Cause.BUDGET] > 0.95 * causes.examined
+    lost = {(frame, one.pair) for one in result.misses["more"] for frame in range(one.first, one.last + 1)}
+    blamed = [one for one in result.misses["hybrid-qaco-100"] if one.cause == Cause.SEARCH]
+    assert blamed and sum(one.last - one.first + 1 for one in blamed) == causes.pair_frames[Cause.SEARCH]
+    assert all((frame, one.pair) in lost for one in blamed for frame in range(one.first, one.last + 1))
 
 
 def test_beside_an_oracle_of_intervals_a_miss_has_the_cause_it_has_at_the_frame_that_shows_it():

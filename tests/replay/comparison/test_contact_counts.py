@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from support.small_worlds import cubes, verdict_column, verdicts
 
 from cdcore import Detection, Verdict
-from replay.base.wilson import share_of_clusters
+from replay.base.wilson import OVER_CONTACTS, share_of_clusters
 from replay.comparison.compare import compare
 from replay.comparison.contact_counts import contact_counts, count_contacts, count_reports
 from replay.comparison.episodes import episodes
@@ -127,13 +127,19 @@ def test_nobody_else_counts_contacts_from_misses():
     assert guilty == []
 
 
-def drawn(random, contacts, every=4, longest=0.8):
-    """Shares missed, invented, and of faces listed, by a detector that looks at each ``every``-th frame of 90 Hz."""
+def drawn(random, contacts, every=4, longest=0.8, unseen=0.0):
+    """Shares missed, invented, and of faces listed, by a detector that looks at each ``every``-th frame of 90 Hz.
+
+    A share ``unseen`` of the contacts is ten times as long, and missed whole.
+    """
     frames = np.maximum(np.rint(90 * random.lognormal(np.log(0.12), longest, contacts)), 1).astype(int)
+    lost = random.random(contacts) < unseen if unseen else np.zeros(contacts, dtype=bool)
+    frames[lost] *= 10
     lasting = np.column_stack([random.integers(20, 90, contacts), frames]).ravel()
     truth = np.append(np.repeat(np.tile([False, True], contacts), lasting), [False] * every)
     at = np.arange(len(truth))
     said = truth[np.maximum(at - (at - random.integers(every)) % every, 0)]
+    said[:-every] &= np.repeat(np.column_stack([~lost, ~lost]).ravel(), lasting)
     subject, oracle = (
         Detection("x", ("a", "b"), np.array([[0, 1]]), at / 90,
                   np.where(mask, Verdict.CONTACT, Verdict.CLEAR).astype(np.uint8)[:, None], "instants")
@@ -147,6 +153,7 @@ def drawn(random, contacts, every=4, longest=0.8):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "contacts, every, longest",
     [(18, 4, 0.8), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((12, 4, 1.0), (18, 9, 0.8), (30, 4, 0.8)))],
@@ -158,6 +165,15 @@ def test_nineteen_of_twenty_sessions_drawn_anew_hold_the_share_of_twenty_thousan
     for what, of_all in truth.items():
         held = [one[what]["low"] <= of_all["share"] <= one[what]["high"] for one in sessions]
         assert 0.93 <= np.mean(held) <= 0.97, (what, np.mean(held))
+
+
+@pytest.mark.parametrize("contacts, least, most", [(18, 0.5, 0.7), (60, 0.75, 0.9)])
+def test_where_few_contacts_are_long_and_missed_whole_intervals_hold_less_often_as_they_say(contacts, least, most):
+    random = np.random.default_rng(16)
+    truth = drawn(random, 20_000, unseen=0.05)["missed"]["share"]
+    sessions = [drawn(random, contacts, unseen=0.05)["missed"] for _ in range(200)]
+    assert least <= np.mean([one["low"] <= truth <= one["high"] for one in sessions]) <= most
+    assert "Where few contacts are long and missed whole they hold less often" in OVER_CONTACTS
 
 
 def test_what_is_reported_is_counted_by_stretches_and_those_within_tolerance_join_them():

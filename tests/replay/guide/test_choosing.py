@@ -14,10 +14,12 @@ def test_the_table_of_the_guide_is_current():
     assert with_table(text, choosing_table()) == text, "run the module that makes the table"
 
 
-def test_every_detector_has_one_row_of_five_cells_and_one_word_says_whose_answer_it_is():
+def test_every_detector_has_one_row_of_six_cells_that_says_whose_answer_it_is_and_if_it_can_be_asked_live():
     rows = choosing_table().splitlines()[2:]
     assert [row.split("`")[1] for row in rows] == list(DETECTORS | OPTIONAL)
-    assert {row.replace("\\|", "").count("|") for row in rows} == {6}
+    assert {row.replace("\\|", "").count("|") for row in rows} == {7}
+    offline = [row.split("`")[1] for row in rows if row.split("|")[3].strip() == "no"]
+    assert offline == ["image-space", "continuous"]
     assert {row.split("|")[2].strip() for row in rows} == {"own", "paper", "re-creation", "engine"}
 
 

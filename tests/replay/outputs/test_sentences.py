@@ -3,42 +3,35 @@
 from dataclasses import replace
 from functools import cache
 from html import escape, unescape
-from itertools import groupby
 from re import findall
 from types import SimpleNamespace
 from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
-import rerun.blueprint as rrb
+from matplotlib.text import Text
+from support.lettered_worlds import STATES, became, missed, run, stretches
 from support.page_cells import Cells
-from support.sentences import unsaid
+from support.price_rows import ABOUT, CHECK, price_row
+from support.sentences import picture_text, sources, unsaid
 from support.small_worlds import cubes, jumping
 
-from replay.outputs import run_tables, tradeoff_table, words
-from replay.outputs.report import audit_parts, charts, page, tables, tradeoff
+from replay.comparison.outcome import Episode
+from replay.outputs import price_plot, run_tables, tradeoff_table
+from replay.outputs.report import audit_parts, charts, growth, page, tables, tradeoff, tradeoff_picture
 from replay.outputs.report.markup import Markup
 from replay.outputs.report.page import report_html
-from replay.outputs.rerun_log import findings
-from replay.outputs.rerun_log import report as notes
+from replay.outputs.report.tradeoff_picture import DARK
 from replay.outputs.rerun_log import tradeoff as curve
-from replay.outputs.rerun_log.focus import focus
+from replay.outputs.rerun_log.search_picture import path_words
+from replay.outputs.words import NOTHING_SUSPICIOUS
 from replay.pipeline.engine import compute
 from replay.pipeline.run_result import Tradeoff
-from replay.tradeoffs.pareto import advice_of
+from replay.prepare.flags import FlagSpan
+from replay.studies.synthetic_sessions import make_analytic
+from replay.tradeoffs.pareto import advice_of, answer_of
 from sessions import Finding, Severity
 from sessions.model.scene import Scene, SceneBody, SceneEffect
-
-STATES = {
-    # state: (oracle, subject, headline)
-    "none": ("......", "nnnnnn", "No contact found by exact, so none for it to miss"),
-    "one": (".CC...", "nnnnnn", "1 of 1 contact missed by it"),
-    "several": ("C.C.CC", "nncncn", "1 of 3 contacts missed by it, 1 more in part"),
-    "undecided": (".C.CC.", "nunuun", "2 of 2 contacts undecided by it"),
-    "not measured": ("......", "uuuuuu", "Nothing compared: exact and it both decided none of 6 pair-frames"),
-    "more invented than found": ("C.....", "cnccnc", "None of 1 contact missed by it"),
-    "more than a list holds": ("C." * 41, "n" * 82, "41 of 41 contacts missed by it"),
-}
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -55,64 +48,6 @@ def labels(draw):
     axes = MagicMock()
     draw(axes)
     return axes.mock_calls
-
-
-@cache
-def run(state):
-    truth, said, _ = STATES[state]
-    places = [0.99 if letter == "C" else 1.01 + 0.02 * (k % 2) for k, letter in enumerate(truth)]
-    session = cubes({"a": [0.0] * len(truth), "b": places})
-    return compute(session, detectors=f"it=support.planted_detectors:Scripted[says={said}]")
-
-
-class Kept:
-    """A writer of recordings that keeps its documents."""
-
-    def __init__(self):
-        self.text = ""
-
-    def markdown(self, _path, text):
-        self.text += text + "\n"
-
-    def rows_later(self, _path, _rows, columns):
-        for column in columns:
-            self.text += "\n".join(str(one) for row in column.as_arrow_array().to_pylist() for one in row)
-
-
-def picture_words(result):
-    """What the tabs of a recording say."""
-    kept, found = Kept(), result.misses["it"]
-    notes.log_worst(kept, "", "it", found)
-    if found:
-        notes.log_notes(kept, "", focus(found), result, "it")
-    return "\n".join([notes.report_text(result), kept.text, findings.finding_list(result)])
-
-
-def stretches(letters):
-    """First frame, number of frames, and value of each stretch of equal letters."""
-    first = 0
-    for value, same in groupby(letters):
-        count = len(list(same))
-        yield first, count, value
-        first += count
-
-
-def became(truth, said):
-    """A word for each frame."""
-    pairs = {("C", "c"): "both", ("C", "n"): "MISSED", (".", "c"): "invented"}
-    return ["left out" if mine == "u" else pairs.get((own, mine), "") for own, mine in zip(truth, said, strict=True)]
-
-
-def missed(truth, said):
-    """Contact from 1, first frame and number of frames of each miss."""
-    contacts = [(first, count) for first, count, value in stretches(truth) if value == "C"]
-    outcome = became(truth, said)
-    return len(contacts), [
-        (number, begin + first, count)
-        for number, (begin, length) in enumerate(contacts, 1)
-        for first, count, word in stretches(outcome[begin : begin + length])
-        if word == "MISSED"
-    ]
 
 
 def expected_in_page(state):
@@ -177,10 +112,11 @@ def test_every_sentence_of_the_report_holds_in_every_state(state):
 
 
 @pytest.mark.parametrize("state", STATES)
-def test_every_sentence_of_the_picture_holds_in_every_state(state):
-    text = picture_words(run(state))
+def test_every_sentence_of_the_picture_holds_in_every_state(state, tmp_path):
+    text, lost = picture_text(run(state), tmp_path / "run.rrd"), missed(*STATES[state][:2])[1]
     assert [one for one in expected_in_picture(state) if one not in text] == []
-    assert len(set(findall("#### Miss [0-9]+", text))) == len(missed(*STATES[state][:2])[1])
+    assert len(set(findall("#### Miss [0-9]+", text))) == len(lost)
+    assert ("nothing missed by it" in text) == (not lost) == ("The miss in the close-up" not in text)
 
 
 SCENE = Scene(
@@ -214,84 +150,128 @@ def test_a_page_of_effects_counts_what_happened_and_says_how_much_it_leaves_out(
     assert "Not called for, so not imported and not run: " in text
 
 
-ABOUT = {
-    "session": "s", "contacts": 3, "frames": 6, "oracle": "exact", "processor_share": 0.5,
-    "machine": {"system": "Linux", "processor": "x", "cores": 2},
-}  # fmt: skip
-
-
-def tried(label, ms, missed, **more):
-    return {
-        "label": label, "detector": label, "line": label, "ms_per_frame": ms, "ms_high": ms, "p99_ms": None,
-        "missed": missed, "missed_low": 0.0, "missed_high": 1.0, "recall": 1 - missed, "recall_low": 0.0,
-        "recall_high": 1.0, "precision": 1.0, "precision_low": 0.5,
-        "precision_high": 1.0, "face_recall": None, "seconds_per_minute": 1.0, "work": {"looks": 3}, "online": False,
-        "oracle": False, "front": False, "front_online": False, **more,
-    }  # fmt: skip
+def words_of_picture(done):
+    """The words of the drawn picture."""
+    drawn = tradeoff_picture._drawn(done, tradeoff_picture.LIGHT)
+    return [one.get_text() for one in drawn.findobj(Text)]
 
 
 @pytest.mark.parametrize(
     ("rows", "cut", "front"),
     [
         ([], (), 0),
-        ([tried("a", 0.5, 0.1)], ("b",), 1),
-        ([tried("a", 0.5, 0.1), tried("b", 5.0, 0.0), tried("c", 9.0, 0.5)], ("d", "e"), 2),
-        ([tried("a", 0.5, 0.1, contact_frames_undecided=1)], (), 0),
-        ([tried("a", 0.5, 0.1, precision=None)], (), 0),
-        ([tried("a", 0.5, 0.1, precision=0.4)], (), 0),
+        ([price_row("a", 0.5, 2)], ("b",), 1),
+        ([price_row("a", 0.5, 2), price_row("b", 5.0, 0, live=5.0), price_row("c", 9.0, 8)], ("d", "e"), 2),
+        ([price_row("a", 0.5, 2, contact_frames_undecided=1)], (), 0),
+        ([price_row("a", 0.5, 2, precision=None)], (), 0),
+        ([price_row("a", 0.5, 2, precision=0.4)], (), 0),
     ],
     ids=["none", "one", "several", "undecided", "not measured", "more invented than found"],
 )
-def test_the_report_of_a_tradeoff_counts_settings_and_front_in_every_state(rows, cut, front):
+def test_the_report_of_a_tradeoff_answers_in_every_state(rows, cut, front):
     labels = tuple(tradeoff_table.front_of(rows))
-    done = Tradeoff(tuple(rows), labels, (), tuple(advice_of(rows)), cut, ABOUT)
+    done = Tradeoff(tuple(rows), labels, (), tuple(advice_of(rows)), cut, ABOUT, answer_of(rows))
     text = unescape(report_html(replace(run("several"), tradeoff=done)))
-    assert f"<h1>What accuracy costs: {len(rows)} settings tried, {front} on the front</h1>" in text
+    assert f"<h1>{done.answer}</h1>" in text and len(labels) == front
+    drawn = words_of_picture(done)
+    assert done.answer in drawn and set(labels) <= {one.partition(":")[0] for one in drawn}
     assert (f"{len(cut)} setting{'s' * (len(cut) > 1)} not tried, for want of time" in text) == bool(cut)
     told = curve.advice_text(done)
     assert (f"Not tried, for want of time: {', '.join(cut)}." in told) == bool(cut)
-    assert told.count("To audit a recording, ") == front == text.count("<li>To audit a recording, ")
+    assert told.count("To audit a recording, ") == bool(front) == text.count("<li>To audit a recording, ")
+    assert text.count("<li>For less time, ") == max(0, front - 1)
 
 
-def everything(monkeypatch):
+OUTSIDE = {
+    "viewer.py": "ends of errors: test_viewer.py", "run_folder.py": "ends of errors: test_run_folder.py",
+    "focus.py": "an error: test_focus.py", "columns.py": "an error: test_columns.py",
+    "paper_recording.py": "axes of the paper's plots: studies/paper/test_writing.py",
+}  # fmt: skip
+
+
+def full(result):
+    """A run with every part of a page filled, and with an advice."""
+    span = FlagSpan("frozen", "a", 0, 10_000_000, 0.0, 0.01, 2, "drop", dropped=2)
+    bad = SimpleNamespace(findings=(Finding("frozen", Severity.WARNING, "it stood", "a", 0.0, 0.01),), spans=(span,))
+    left = replace(result.assembly, proxies=("a",), left_out=("c",), notes=("made up",))
+    session = result.summary["session"] | {"dropped_frames": {"lost": 2}}
+    filled = result.summary | {"session": session, "flagged_verdicts": {"it": {"CONTACT": 2}}}
+    axes = [*price_plot.WORDS]
+    named = [(f"{axis} {k}", k, {"axis": axis, "line": axis, "phases": 36}) for axis in axes for k in range(2)]
+    rows = tuple(price_row(label, 0.5, lost, live=0.5) | more for label, lost, more in named)
+    done = Tradeoff(rows, ("a", "b"), (), tuple(advice_of(rows)), ("c",), ABOUT, "")
+    in_hand = (Episode(0, 0, 1, 0.0, 0.01),)
+    return replace(result, holdings=in_hand, treatment=bad, assembly=left, summary=filled, tradeoff=done)
+
+
+def at_work():
+    """Runs of searches: of one that misses, with and without boxes, timed frame by frame, and of pairs at rest."""
+    session, _ = make_analytic("spinning-rod", seconds=1.0)
+    result = compute(session, detectors="s=hybrid-qaco[budget=100]", oracle="exact")
+    seen = result.detections["s"]
+    timed = replace(seen, seconds={"spheres": np.full(len(seen.times), 1e-5), "search": np.full(len(seen.times), 1e-3)})
+    yield from (result, replace(result, detections={**result.detections, "s": timed}))
+    yield compute(session, detectors="qaco", oracle="exact")
+    a, b = [0.0] * 5, [3.0, 2.0, 0.9, 0.9, 0.9]
+    for places in ({"a": a, "b": b}, {"a": a, "b": b, "c": [-place for place in b]}):
+        yield compute(cubes(places), detectors="s=hybrid-qaco", oracle="exact")
+
+
+def test_the_path_of_a_look_says_how_near_its_first_pair_and_its_best_ant_came():
+    trace = SimpleNamespace(
+        best=lambda: np.arange(3), distance=np.array([0.2, 0.1, 0.05]), asked_by=np.array(["walk", "ant", "walk"]),
+        iteration=np.array([0, 7, 8]),
+    )  # fmt: skip
+    steps = [(0, "first pair: 200 mm apart"), (1, "best ant, iteration 7: 100 mm; local search takes over"), (2, "end")]
+    assert path_words(trace, "end") == steps
+
+
+def everything(monkeypatch, path):
     """Texts of all worlds, and of one in which every limit of a list is passed and every part of a page is filled."""
-    yield from (report_html(run("more than a list holds")), report_html(run("undecided")))
+    pages = [run("more than a list holds"), run("undecided")]
+    between, several = compute(jumping(), detectors="it=exact", oracle="continuous"), run("several")
+    calm = compute(cubes({"a": [0.0] * 2, "b": [3.0, 3.1]}, scene=replace(SCENE, effects=(NEAR,))), detectors=())
+    yield from map(report_html, pages)
     for module, name, most in (
         (tables, "MOST_ROWS", 1), (tables, "EVENT_ROWS", 1), (audit_parts, "MOST_PAIRS", 0), (charts, "MOST_BARS", 0),
         (run_tables, "MOST_REASONS", 0),
     ):  # fmt: skip
         monkeypatch.setattr(module, name, most)
-    yield from (report_html(flickering()), report_html(run("more than a list holds")))
-    between = compute(jumping(), detectors="it=exact", oracle="continuous")
-    yield from (report_html(between), picture_words(between))
-    yield from (picture_words(run("undecided")), picture_words(run("several")))
+    filled = full(several)
+    pages += [flickering(), between, filled, calm, replace(several, treatment=None)]
+    pages.append(compute(several.session, detectors="exact,sphere", oracle="none"))
+    alone = compute(jumping(), detectors="continuous,exact")
+    alone.summary["detectors"]["continuous"]["seconds"]["processor_share"] = 0.5
+    yield report_html(alone)
+    yield from map(report_html, pages)
     monkeypatch.setattr(charts, "MOST_LANES", 0)
-    several = run("several")
-    span = SimpleNamespace(kind="lost", body="a", action="drop", samples=1, dropped=1, held=0, interpolated=0)
-    bad = SimpleNamespace(findings=(Finding("frozen", Severity.WARNING, "it stood"),), spans=(span,))
-    held = np.array([True])
-    left = replace(several.assembly, proxies=("a",), left_out=("c",), held=held, notes=("made up",))
-    session = several.summary["session"] | {"dropped_frames": {"lost": 2}}
-    flagged = {"it": {"CONTACT": 2}}
-    filled = several.summary | {"session": session, "flagged_verdicts": flagged}
-    rows = (tried("a", 0.5, 0.1), tried("b", 5.0, 0.0))
-    done = Tradeoff(rows, ("a", "b"), (), tuple(advice_of(rows)), ("c",), ABOUT)
-    full = replace(several, treatment=bad, assembly=left, summary=filled, tradeoff=done)
-    yield from (report_html(full), notes.report_text(full), findings.finding_list(full), curve.advice_text(done))
-    writer = MagicMock()
-    curve.log_tradeoff(writer, done)
-    views = (*findings.finding_tab(("lane",), rrb.TimeAxis()).contents, *curve.curve_tab().contents)
-    yield from (view.name for view in views)
-    sent = [call.args[1].labels for call in writer.static.call_args_list]
-    yield from (str(one.as_arrow_array().to_pylist()) for one in sent if one is not None)
-    yield report_html(replace(several, treatment=None))
-    calm = compute(cubes({"a": [0.0] * 2, "b": [3.0, 3.1]}, scene=replace(SCENE, effects=(NEAR,))), detectors=())
-    yield from (report_html(calm), notes.report_text(calm))
-    yield report_html(compute(several.session, detectors="exact,sphere", oracle="none"))
-    yield from ("\n".join(map(str, run_tables.pair_table(several, "it").notes)), words.NOTHING_SUSPICIOUS)
+    pair = Scene(bodies=(SceneBody("a", group="g", tags=("hand",)), SceneBody("b", group="g"), SceneBody("c")))
+    places = {"a": [0.0] * 6, "b": [0.9, 3.0, 0.9, 0.9, 3.0, 0.9], "c": [3.0, -0.9, 3.0, -0.9, 3.0, 3.0]}
+    rated = compute(
+        cubes(places, scene=pair), detectors="it=discrete[rate_hz=50],more=sphere", pairs=[("a", "b"), ("a", "c")]
+    )
+    yield report_html(rated)
+    yield report_html(several)
+    for one in (*pages[:-2], *at_work()):
+        yield picture_text(one, path)
+    yield "\n".join(map(str, run_tables.pair_table(several, "it").notes))
+    audit = several.summary["audit"]["it"]
+    phases = dict.fromkeys(("contacts_missed", "contacts_in_part", "invented"), audit["invented"])
+    held = audit | {"held": {"invented": 2, "contacts_missed": 1}, "phases": phases}
+    yield str(run_tables.ranking_table(several.summary | {"audit": {"it": held}}))
+    yield picture_text(compute(several.session, detectors="s=hybrid-qaco", oracle="exact", offline=True), path)
+    grown = {"axis": "bodies", "detector": "a", "size": 3, "budget_ms": 1.0, "p99_ms": 0.5, "passes": 3}
+    over = {**grown, "axis": "rate", "p99_ms": 2.0}
+    yield str(growth.growth_table([grown, over]))
+    yield "\n".join(one.get_text() for one in growth._drawn([grown, over], DARK).findobj(Text))
+    yield from (*words_of_picture(filled.tradeoff), *price_plot.WORDS.values())
+    clock = {kind: {**CHECK, "tie": False} for kind in ("live", "offline")}
+    bare = tuple({**row, "containment": False, "front": True} for row in filled.tradeoff.rows)
+    yield curve.advice_text(replace(filled.tradeoff, rows=bare, about=ABOUT | {"clock": clock}))
 
 
-def test_no_template_of_report_and_picture_is_untested(monkeypatch):
-    text = "\n".join(map(unescape, everything(monkeypatch)))
-    modules = (page, tables, audit_parts, charts, tradeoff, notes, findings, run_tables, tradeoff_table, words, curve)
-    assert unsaid(text, *modules) == []
+def test_no_template_of_report_and_picture_is_untested(monkeypatch, tmp_path):
+    text = "\n".join(map(unescape, everything(monkeypatch, tmp_path / "run.rrd")))
+    found = [path for path in sources("replay/outputs/**/*.py") if path.name not in OUTSIDE]
+    tested = "best ant, iteration 7: 100 mm; local search takes over"
+    assert unsaid(text + NOTHING_SUSPICIOUS + tested, *found) == []

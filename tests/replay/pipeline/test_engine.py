@@ -1,3 +1,4 @@
+import numpy as np
 import pytest
 from support.small_worlds import cubes
 
@@ -7,12 +8,21 @@ from replay.comparison.outcome import Outcome
 from replay.errors import DetectorSpecError
 from replay.pipeline import engine
 from replay.pipeline.engine import ORACLES, compute, line_up
+from sessions import Scene
+from sessions.model.scene import SceneBody, SceneEffect
 from sessions.synthetic.scenes import make_scene_session
 
 TRUSTED = next(name for name in ORACLES if name in detector_names())
 
 BUMP = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 """Two contacts: frame 4 alone, and frames 8 to 10."""
+
+
+TOUCHING = Scene(
+    bodies=(SceneBody("a"), SceneBody("b")),
+    effects=tuple(SceneEffect(kind, {"between": ["a", "b"]}) for kind in ("contact", "sweep")),
+)
+"""Its effects ask ``exact`` and ``continuous`` for contacts."""
 
 
 def test_the_most_trusted_detector_there_is_becomes_the_oracle():
@@ -101,12 +111,31 @@ def test_progress_is_told_of_every_stage_and_every_frame():
     assert stages["hybrid"] == [12, 12]
 
 
+def test_what_is_audited_is_asked_live_and_the_oracle_and_whom_only_effects_ask_are_not():
+    asked = {"session": cubes(BUMP, scene=TOUCHING), "detectors": "hybrid,sphere,image-space", "oracle": "static"}
+    live, offline = compute(**asked), compute(**asked, offline=True)
+    told = {label: made["live"] for label, made in live.summary["detectors"].items()}
+    assert told == {"hybrid": True, "sphere": True, "image-space": False, "static": False, "continuous": False}
+    assert not any(made["live"] for made in offline.summary["detectors"].values())
+    for label, found in live.detections.items():
+        assert found.digest == offline.detections[label].digest
+        assert {np.shape(spent) for spent in found.seconds.values()} == {(12,) if told[label] else ()}
+
+
+def test_an_audited_detector_that_effects_name_is_asked_live_and_lists_its_faces():
+    result = compute(cubes(BUMP, scene=TOUCHING), detectors="exact", oracle="hybrid")
+    exact, told = result.detections["exact"], result.summary["detectors"]["exact"]
+    assert told["live"] and not told["faces_asked"], "the faces come from a pass that is not timed"
+    assert exact.face_counts[4, 0] > 0 and exact.seconds["rest"].shape == (12,)
+    assert told["seconds"]["detect"] == pytest.approx(sum(spent.sum() for spent in exact.seconds.values()))
+
+
 def test_a_session_too_long_for_memory_gives_the_same_answers(monkeypatch):
     def answers(result):
         digests = {label: (found.digest, found.face_sets is not None) for label, found in result.detections.items()}
         return digests, result.misses, result.episodes
 
-    asked = {"detectors": "slow=discrete[rate_hz=20],static", "oracle": "hybrid"}
+    asked = {"detectors": "slow=discrete[rate_hz=20],hybrid-qaco,static", "oracle": "hybrid"}
     held = answers(compute(cubes(BUMP), **asked))
     monkeypatch.setattr("replay.prepare.assemble_stored.HELD_FRAMES", 5)
     monkeypatch.setattr("replay.prepare.assemble_stored.BLOCK_FRAMES", 4)

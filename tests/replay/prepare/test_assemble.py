@@ -220,7 +220,7 @@ def messy_session(seed, frames=60, bodies=3):
 
 
 @given(st.integers(0, 10_000), st.integers(1, 13))
-@settings(deadline=None)
+@settings(max_examples=15, deadline=None)
 def test_blocks_joined_equal_the_whole_to_the_last_bit(seed, size):
     session = messy_session(seed)
     whole, blocks = assemble(session), list(assemble_blocks(session, size))

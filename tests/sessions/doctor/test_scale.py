@@ -59,6 +59,17 @@ def headed(height, away):
     return Session.from_arrays(np.arange(count) * 11_111_111, poses)
 
 
+@pytest.mark.parametrize(("factor", "looks"), [(1e3, "down"), (1e2, "down"), (1e3, "ahead")])
+def test_a_wrong_unit_alone_is_no_wrong_axis(factor, looks):
+    down = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5] if looks == "down" else [0.0, 0.0, 0.0, 1.0]
+    place, quaternion = np.array([[0.0, 1.5, 0.4]]), np.array([down])
+    walk = np.repeat(place, 200, axis=0) + 0.1 * np.sin(np.arange(200) / 90)[:, None]
+    turned = np.repeat(quaternion, 200, axis=0)
+    poses = {"head": (factor * walk, turned), "cup": (factor * (walk + 0.3), turned)}
+    looked = look_through([Session.from_arrays(np.arange(200) * 11_111_111, poses).frames])
+    assert {one.code for one in scale_findings(looked, Scene(), {})} == {"unit-suspect"}
+
+
 @pytest.mark.parametrize(("height", "away", "codes"), [(1.6, "y", []), (1.6, "z", ["up-axis"]), (0.0, "y", [])])
 def test_a_head_that_keeps_its_height_along_z_is_named_whatever_its_own_axes_are(height, away, codes):
     looked = look_through([headed(height, away).frames])

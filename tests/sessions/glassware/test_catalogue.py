@@ -136,7 +136,7 @@ def test_the_wand_has_the_length_of_a_hand_held_controller():
     assert 0.10 < size[0] < 0.13
 
 
-@pytest.mark.parametrize("faces", [500, 5000])
+@pytest.mark.parametrize("faces", [500, pytest.param(5000, marks=pytest.mark.slow)])
 def test_there_is_room_for_a_head_between_face_and_strap(faces):
     mesh = proxy_headset(faces).mesh
     inside = np.array([[0.0, 0.0, 0.08]])

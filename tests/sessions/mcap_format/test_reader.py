@@ -28,7 +28,7 @@ from sessions.model.hand import HandTrack
 from sessions.model.session import Session
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(any_frames())
 def test_files_of_the_protobuf_library_are_read_as_that_library_reads_them(tmp_path, frames):
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(frames))

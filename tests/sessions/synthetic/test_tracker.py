@@ -6,10 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sessions.geometry.rotations import IDENTITY, quaternion_inverse, quaternion_product
-from sessions.synthetic.assembly import CLOCKS, stamps
-from sessions.synthetic.looks import looks
 from sessions.synthetic.paths import Tap
-from sessions.synthetic.planting import Blinks, Dent
+from sessions.synthetic.planting import Dent
 from sessions.synthetic.tracker import VIVE, Loss, disturbed, planned_losses, with_losses
 
 TIMES = np.arange(0.0, 120.0, 1.0 / 90.0)
@@ -103,18 +101,3 @@ def test_deeper_levels_are_shorter_and_none_below_the_bottom():
     (episode,) = dent.episodes(("a", "b"), tap, 0.001, (0.0, 9.0), "a tap")
     assert episode.note == "a tap"
     assert episode.possibly[0] < episode.nominal[0] < episode.surely[0]
-
-
-@given(st.integers(0, 500), st.sampled_from(["even", "steady", "browser"]), st.floats(0.0, 8.0))
-def test_a_blink_is_a_frame_with_room_to_both_looks(seed, clock, earliest):
-    times = stamps(10.0, 90.0, CLOCKS[clock], np.random.default_rng(seed))
-    frames = times * 1e-9
-    centre = Blinks(frames, 0.022).centre(earliest, 0.015) + 0.022
-    assert np.abs(frames - centre).min() < 1e-12
-    assert np.abs(frames[looks(times, 22.5)] - centre).min() > 0.015
-    assert centre > earliest
-
-
-def test_a_session_too_short_for_a_blink_is_refused():
-    with pytest.raises(ValueError, match="lengthen"):
-        Blinks(np.arange(90) / 90.0, 0.0).centre(2.0, 0.01)

@@ -64,7 +64,7 @@ def grid_turn(rng):
 def test_two_faces_on_straight_ways_meet_when_whole_numbers_say_so(kind):
     rng = np.random.default_rng(11)
     met = free = grazed = 0
-    for _ in range(50):
+    for _ in range(30):
         a, b = whole_number_faces(rng, kind), whole_number_faces(rng, kind)
         ways = rng.integers(-4, 5, (2, 2, 3))
         turned = np.array([grid_turn(rng), grid_turn(rng)])
@@ -89,8 +89,8 @@ def test_two_faces_on_straight_ways_meet_when_whole_numbers_say_so(kind):
             assert answer.impact[0, 0] <= want[1]
             assert want[0] <= answer.impact[0, 1]
             grazed += 1
-    assert met > 4
-    assert free > 10
+    assert met > 2
+    assert free > 6
     assert grazed < met
 
 

@@ -45,7 +45,7 @@ def test_every_look_is_in_the_histogram(run, page):
     counted = [int(count) for count in re.findall(r"<title>(\d+) frames of", svg)]
     assert sum(counted) == len(look_seconds(run.detections["slow"])) and 1 <= len(counted) <= BINS
     assert svg in page
-    assert not latency_histogram(compute(run.session, detectors="hybrid"))
+    assert not latency_histogram(compute(run.session, detectors="hybrid", offline=True))
 
 
 def test_step_rates_in_the_page_are_those_of_the_summary(run, page):

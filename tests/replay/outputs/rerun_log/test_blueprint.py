@@ -131,6 +131,7 @@ def test_the_budget_line_is_drawn_where_it_does_not_press_the_curves_down(demo, 
     assert f"{share:.0%} of a frame at 90 Hz" in name
 
 
+@pytest.mark.slow
 def test_hundreds_of_misses_are_listed_by_clusters_first_and_each_in_a_tab_beside(hundreds, layout):
     views = BlueprintInput(hundreds[1].path).views()
     (first,) = [query for name, query in views.items() if re.match(r"\d+ of \d+ contacts missed by 22\.5Hz", name)]

@@ -5,7 +5,7 @@ import pytest
 from support.small_worlds import cubes
 
 from replay.outputs.results import parquet_tables as tables
-from replay.outputs.results.parquet_tables import episode_table, event_table, frame_table, miss_table
+from replay.outputs.results.parquet_tables import episode_table, event_table, frame_table, miss_table, timing_table
 from replay.pipeline.engine import compute
 from sessions import Event, Interval, Scene
 from sessions.model.scene import SceneBody
@@ -42,6 +42,15 @@ def test_frame_rows_hold_verdicts_outcomes_misses_and_stamps(result):
     assert row["miss/slow"] == 1
     assert next(row for row in rows(table) if row["frame"] == 10)["miss/slow"] is None
     assert isinstance(row["frame_seconds/slow"], float) and "frame_seconds/hybrid" not in row
+
+
+def test_every_frame_has_its_seconds_by_stage_and_the_oracle_has_none(result):
+    table = timing_table(result)
+    stages = result.detections["slow"].seconds
+    assert table.column_names == ["frame", "stamp_ns", "time", *(f"seconds/slow/{stage}" for stage in stages)]
+    assert table["frame"].to_pylist() == list(range(12)) and table["time"].to_pylist()[4] == 0.04
+    for stage, seconds in stages.items():
+        assert table[f"seconds/slow/{stage}"].to_pylist() == seconds.tolist()
 
 
 def test_work_per_pair_frame_becomes_a_column(result):

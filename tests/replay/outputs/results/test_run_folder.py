@@ -27,7 +27,7 @@ def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path):
         files={"session.mcap": session},
     )  # fmt: skip
     tables = ["episodes.parquet", "events.parquet", "frames.parquet", "metrics.parquet", "misses.parquet"]
-    assert names(out) == [*tables, "report.html", "run.rrd", "session.mcap", "summary.json"]
+    assert names(out) == [*tables, "report.html", "run.rrd", "session.mcap", "summary.json", "timing.parquet"]
     summary = json.loads((out / "summary.json").read_text())
     assert summary.pop("files") == names(out) and summary == json.loads(json.dumps(result.summary))
     assert pq.read_table(out / "misses.parquet").num_rows == len(result.misses["slow"])

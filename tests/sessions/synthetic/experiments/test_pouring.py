@@ -107,6 +107,7 @@ def test_a_turn_sweeps_the_integral_of_its_angle():
 
 
 EXPERIMENTS = [name for name in SCENES if name != "bench-bumps"]
+OTHERS = [pytest.param(name, marks=pytest.mark.slow) for name in EXPERIMENTS[1:]]
 STAGES = {"virtual reality", "perceptual interaction", "embodied cognition"}
 FEATURES = {"conception", "immersion", "interactivity"}
 
@@ -124,7 +125,7 @@ def pairs_of(session):
 
 
 @pytest.mark.parametrize("noise", ["off", pytest.param("vive", marks=pytest.mark.slow)])
-@pytest.mark.parametrize("name", EXPERIMENTS)
+@pytest.mark.parametrize("name", [EXPERIMENTS[0], *OTHERS])
 def test_an_engine_finds_the_planted_contacts_and_no_other(name, noise, made, verdicts):
     run = made(name, noise)
     pairs = pairs_of(run.session)

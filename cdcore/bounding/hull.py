@@ -1,0 +1,31 @@
+"""The convex hull of a mesh."""
+
+import numpy as np
+
+from cdcore.mesh import TriangleMesh
+from cdcore.numerics import FloatArray
+
+
+def hull_collider(mesh: TriangleMesh) -> TriangleMesh:
+    """The convex hull, closed; of a flat mesh the mesh itself, which has no inside."""
+    return hull_of(mesh.referenced_vertices) or mesh
+
+
+def hull_of(points: FloatArray) -> TriangleMesh | None:
+    """The convex hull of points (n, 3), closed; ``None`` of flat ones.
+
+    Source: Qhull by way of ``scipy.spatial.ConvexHull`` (Barber, Dobkin, Huhdanpaa 1996).
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(points)
+    except (QhullError, ValueError):
+        return None
+    used, numbers = np.unique(hull.simplices, return_inverse=True)
+    faces = numbers.reshape(hull.simplices.shape)
+    corners = points[used]
+    a, b, c = (corners[faces[:, k]] for k in range(3))
+    inward = (np.cross(b - a, c - a) * hull.equations[:, :3]).sum(axis=1) < 0
+    faces[inward] = faces[inward][:, ::-1]
+    return TriangleMesh(corners, faces)

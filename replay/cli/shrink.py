@@ -1,0 +1,58 @@
+"""``replay shrink``: a wrong answer, cut down to a test."""
+
+from pathlib import Path
+
+import click
+
+from replay.cli.console import People, TerminalProgress, answer
+from replay.cli.options import ANY_PATH, RUN_FOLDER, force, reporting
+
+
+@click.command()
+@click.argument("run", type=RUN_FOLDER, metavar="[RUN]", required=False)
+@click.option("--miss", type=click.IntRange(min=1), metavar="N", help="The miss of this number.")
+@click.option("--invented", type=click.IntRange(min=1), metavar="N", help="The Nth invented contact in order of time.")
+@click.option("--case", type=int, metavar="N", help="A case of `replay stress` instead of a run.")
+@click.option("--detector", "label", metavar="NAME", help="Whose answer: a label of the run; of a case any detector.")
+@click.option("--out", "-o", type=ANY_PATH, default="case", show_default=True, metavar="DIR", help="Folder to write.")
+@force
+@reporting
+def command(
+    run: Path | None, miss: int | None, invented: int | None, case: int | None, label: str | None, out: Path,
+    force: bool, as_json: bool, people: People,
+) -> int:  # fmt: skip
+    """Cut a wrong answer down to the fewest frames and faces that still give it, and write it as a test.
+
+    The detector is asked again and again about less, as it ran: with its settings, its phase and its memory. The
+    folder holds test_case.py for pytest, the meshes as OBJ, the poses as CSV, a picture and a README for a bug report.
+
+    \b
+    replay shrink RUN --miss 4 --out case
+    replay shrink RUN --invented 1 --detector hull50
+    replay shrink --case 29 --detector static
+    """
+    if sum(one is not None for one in (miss, invented, case)) != 1 or (run is None) == (case is None):
+        raise click.UsageError("name a RUN with --miss N or --invented N, or a case of `replay stress` with --case N")
+    from replay.detection.detector_spec import parse_detector
+    from replay.outputs.results.run_folder import check_target, read_run_folder
+    from replay.studies.shrink import fault as faults
+    from replay.studies.shrink.reduce import Shrinking, Size
+    from replay.studies.shrink.writing import CASE, sentence, write_case
+
+    check_target(out, force=force, kind=CASE)
+    if run is not None:
+        found = faults.of_run(read_run_folder(run), miss=miss, invented=invented, label=label)
+        source = f"miss {miss}" if miss is not None else f"invented contact {invented}"
+    elif label is None:
+        raise click.UsageError("name the detector of the case with --detector")
+    else:
+        found, source = faults.of_case(case or 0, parse_detector(label)), f"case {case} of replay stress"
+    before, shrinking = Size.of(found), Shrinking(found, TerminalProgress(people))
+    least = shrinking.run()
+    write_case(least, before, out, source=source, force=force)
+    plain = {"before": str(before), "after": str(Size.of(least)), "questions": shrinking.questions, "out": str(out)}
+    answer(as_json, plain, lambda: "\n".join([
+        sentence(least), f" {before} became {Size.of(least)} in {shrinking.questions} questions",
+        f" {out} is written; fails while it is so: python -m pytest {out / 'test_case.py'}",
+    ]))  # fmt: skip
+    return 0

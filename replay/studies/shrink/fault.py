@@ -1,0 +1,176 @@
+"""A wrong answer about one pair: of a run folder or of a stress case, ready to be asked again about less."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore import Body, Motion, create_detector
+from cdcore.detectors import load_detector
+from cdcore.errors import CollisionCoreError
+from cdcore.numerics import FloatArray, IntArray, place_points
+from cdcore.protocol import counts_as_contact, is_undecided
+from replay.detection.detector_spec import DetectorSpec
+from replay.detection.recorded import RECORDED
+from replay.errors import ShrinkError
+from replay.outputs.results.run_folder import EPISODES, MISSES, RunFolder
+from replay.prepare.assemble import lay_out
+from replay.prepare.assemble_stored import assemble_bounded
+from replay.prepare.assembly import Assembly
+from replay.prepare.policy import parse_policy
+from replay.prepare.repair import repair_session
+from replay.studies.stress.families import FIRST_SEED
+from replay.studies.stress.scenes import SCENES
+from sessions import read_session
+
+WINDOWS: Final = (1.0, 10.0, 100.0, np.inf)
+"""Seconds before the wrong answer that are tried in turn: most detectors remember less than a second."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fault:
+    """What a detector says wrongly of the last frame of a motion.
+
+    Parameters
+    ----------
+    detector, settings : as ``create_detector`` takes them.
+    oracle : name of the detector that answers rightly.
+    bodies, motion : N bodies and their T poses.
+    pairs : (P, 2) body numbers; the first is the pair in question.
+    contact : whether there is contact in the last frame.
+    """
+
+    detector: str
+    settings: Mapping[str, Any]
+    oracle: str
+    bodies: tuple[Body, ...]
+    motion: Motion
+    pairs: IntArray
+    contact: bool
+
+    @property
+    def pair(self) -> tuple[Body, Body]:
+        """The two bodies in question."""
+        first, second = self.pairs[0].tolist()
+        return self.bodies[first], self.bodies[second]
+
+    def stands(self) -> bool:
+        """Whether the detector still answers wrongly, and the oracle still as it did; input it refuses does not."""
+        try:
+            return self._says(self.oracle, {}) is self.contact and self._says(self.detector, self.settings) is (
+                not self.contact
+            )
+        except CollisionCoreError:
+            return False
+
+    def _says(self, name: str, settings: Mapping[str, Any]) -> bool | None:
+        found = create_detector(name, self.bodies, pairs=self.pairs, **settings).detect(self.motion).verdict[-1, :1]
+        return None if is_undecided(found)[0] else bool(counts_as_contact(found)[0])
+
+    def corners(self, body: int) -> FloatArray:
+        """The triangles (F, 3, 3) of a body in the last frame."""
+        triangles = self.bodies[body].mesh.triangles
+        pose = self.motion.rotations[-1, body], self.motion.translations[-1, body]
+        return place_points(triangles.reshape(-1, 3), *pose).reshape(-1, 3, 3)
+
+
+def of_run(run: RunFolder, *, miss: int | None = None, invented: int | None = None, label: str | None = None) -> Fault:
+    """The fault of a run folder: a miss by its number, or an invented contact, counted from 1 in order of time.
+
+    ``label``: the detector, where the run audited several. Raises ``ShrinkError``: no such fault, a detector whose
+    answers came with the recording, or a fault that does not happen again.
+    """
+    label, row = _row(run, miss, invented, label)
+    said, contact = run.summary["detectors"][label], miss is not None
+    if said["name"] == RECORDED:
+        raise ShrinkError(f"{label} is what an engine reported while it ran; it cannot be asked about less")
+    oracle = "continuous" if run.summary["detectors"][run.summary["oracle"]]["covers"] == "intervals" else "exact"
+    usual = vars(load_detector(said["name"]).Settings())
+    settings = {key: value for key, value in said["settings"].items() if value != usual.get(key)}
+    assembly = _assembled(run)
+    names = [body.name for body in assembly.bodies]
+    pair = names.index(row["body_a"]), names.index(row["body_b"])
+    frames = [row["deepest"]] if contact else range(row["first"], row["last"] + 1)
+    for frame, pairs, first in product(frames, _selections(assembly, pair), WINDOWS):
+        began = int(np.searchsorted(assembly.motion.times, assembly.motion.times[frame] - first))
+        motion = assembly.motion.take(np.arange(began, frame + 1))
+        fault = of_pairs(Fault(said["name"], settings, oracle, assembly.bodies, motion, pairs, contact))
+        if fault.stands():
+            return fault
+    raise ShrinkError(
+        f"asked again about {row['body_a']} and {row['body_b']} at {row['start']:.3f} s, {label} answers rightly; "
+        "its answer depended on the clock"
+    )
+
+
+def of_pairs(fault: Fault) -> Fault:
+    """The same with the bodies of its pairs only."""
+    kept = np.unique(fault.pairs)
+    motion = fault.motion
+    poses = motion.translations[:, kept], motion.rotations[:, kept], motion.valid[:, kept]
+    moved = Motion(motion.times, *poses, linked=motion.linked[:, kept])
+    bodies = tuple(fault.bodies[k] for k in kept)
+    return replace(fault, bodies=bodies, motion=moved, pairs=np.searchsorted(kept, fault.pairs))
+
+
+def _selections(assembly: Assembly, pair: tuple[int, int]) -> Iterator[IntArray]:
+    """The pair alone, and before the others, which share a budget of the frame with it."""
+    alone = np.array([pair], dtype=np.int64)
+    yield alone
+    yield np.concatenate([alone, assembly.pairs[(np.sort(assembly.pairs) != np.sort(alone)).any(axis=1)]])
+
+
+def _row(run: RunFolder, miss: int | None, invented: int | None, label: str | None) -> tuple[str, dict[str, Any]]:
+    """Label and row of a fault in the tables of a run."""
+    audited = list(run.summary["audit"])
+    if label is not None and label not in audited:
+        raise ShrinkError(f"{run.path} audited no {label}; it audited: {', '.join(audited) or 'nothing'}")
+    if miss is not None:
+        run.require_miss(miss)
+        found = [row for row in run.rows(MISSES) if row["number"] == miss]
+    else:
+        found = [row for row in run.rows(EPISODES) if row["status"] == "invented"]
+    found = [row for row in found if label in (None, row["detector"])]
+    labels = list(dict.fromkeys(row["detector"] for row in found))
+    if len(labels) > 1:
+        raise ShrinkError(f"several detectors have one of that number; add --detector with one of: {', '.join(labels)}")
+    if miss is None:
+        found = sorted(found, key=lambda row: (row["start"], row["number"]))[(invented or 1) - 1 :]
+    if not found:
+        what = f"miss {miss}" if miss is not None else f"invented contact {invented}"
+        raise ShrinkError(f"{run.path} has no {what}" + (f" of {label}" if label else ""))
+    return labels[0], found[0]
+
+
+def _assembled(run: RunFolder) -> Assembly:
+    """Bodies, poses and pairs as the run had them."""
+    said = run.summary["session"]
+    if not said["origin"]:
+        raise ShrinkError(f"{run.path} replayed a session in memory; write it to a file and run that")
+    treatment = repair_session(read_session(said["origin"]), parse_policy(run.summary["policy"]))
+    if treatment.digest != said["digest"]:
+        raise ShrinkError(f"{said['origin']} is not the recording that {run.path} replayed; its contents differ")
+    layout = lay_out(treatment.session, jumps=treatment.jumps)
+    return assemble_bounded(treatment.session, layout, **run.summary["window"])
+
+
+def of_case(number: int, spec: DetectorSpec) -> Fault:
+    """The first fault of a detector in the scenes of a stress case; ``ShrinkError`` where it has none."""
+    if number not in SCENES:
+        raise ShrinkError(f"case {number} has no bodies; shrink one of: {', '.join(map(str, sorted(SCENES)))}")
+    for scene in SCENES[number][1](np.random.default_rng((FIRST_SEED, number))):
+        if scene.covers == "intervals":
+            continue
+        said = create_detector(spec.name, scene.bodies, **spec.settings).detect(scene.motion).verdict[:, 0]
+        wrong = counts_as_contact(said) != counts_as_contact(scene.truth)
+        for frame in np.flatnonzero(wrong & ~is_undecided(said)).tolist():
+            contact = bool(counts_as_contact(scene.truth[frame : frame + 1])[0])
+            motion, pair = scene.motion.take(np.arange(frame + 1)), np.array([[0, 1]])
+            fault = Fault(spec.name, spec.settings, "exact", scene.bodies, motion, pair, contact)
+            if fault.stands():
+                return fault
+    raise ShrinkError(f"{spec.name} answers case {number} rightly at frames; there is nothing to shrink")

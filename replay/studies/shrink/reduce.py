@@ -1,0 +1,219 @@
+"""Delta debugging: the smallest input about which a detector is still wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError, cKDTree
+
+from cdcore import Body, Motion, TriangleMesh
+from cdcore.errors import CollisionCoreError
+from cdcore.numerics import FloatArray, IntArray
+from replay.base.progress import Progress, Silent
+from replay.studies.shrink.fault import Fault, of_pairs
+
+DECIMALS: Final = range(13)
+"""Decimals that are tried, fewest first; beyond them a number keeps all it has."""
+
+NEAREST: Final = (*range(1, 13), *(round(16 * 2 ** (k / 4)) for k in range(25)))
+"""Faces of each body that are tried first: those nearest to the other body; up to 1,024."""
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much a fault needs: frames, bodies, and faces of the two bodies in question."""
+
+    frames: int
+    bodies: int
+    faces: tuple[int, int]
+
+    @classmethod
+    def of(cls, fault: Fault) -> Size:
+        """Count."""
+        first, second = (len(body.mesh.faces) for body in fault.pair)
+        return cls(len(fault.motion), len(fault.bodies), (first, second))
+
+    def __str__(self) -> str:
+        first, second = self.faces
+        return f"{self.frames} frames x {first} x {second} faces of {self.bodies} bodies"
+
+
+class Shrinking:
+    """Reduces a fault; ``fault`` is the smallest so far, ``questions`` how often the detector was asked."""
+
+    def __init__(self, fault: Fault, progress: Progress | None = None) -> None:
+        self.fault, self.questions = fault, 0
+        self._progress = progress or Silent()
+
+    def run(self) -> Fault:
+        """Reduce frames, bodies, faces, rotations and decimals until none of these steps changes anything."""
+        with self._progress.stage("shrink", None, "questions") as self._advance:
+            before: object = None
+            while before != (before := self._content()):
+                self._frames()
+                self._bodies()
+                self._nearest_faces()
+                for body in np.unique(self.fault.pairs[0]).tolist():
+                    self._faces(body)
+                self._plain_rotations()
+                self._decimals()
+        return self.fault
+
+    def _content(self) -> tuple[bytes, ...]:
+        motion, meshes = self.fault.motion, [body.mesh for body in self.fault.bodies]
+        arrays = motion.times, motion.translations, motion.rotations, *(mesh.triangles for mesh in meshes)
+        return tuple(array.tobytes() for array in arrays)
+
+    def _takes(self, make: Callable[..., Fault], *given: Any) -> bool:
+        """Whether the detector is wrong about what is made, too; then it is the fault from now on."""
+        self.questions += 1
+        self._advance(1)
+        try:
+            fault = make(*given)
+        except (CollisionCoreError, QhullError, ValueError):  # a ValueError of scipy: no corner at all
+            return False
+        if stands := fault.stands():
+            self.fault = fault
+        return stands
+
+    def _frames(self) -> None:
+        fault, last = self.fault, len(self.fault.motion) - 1
+        fewest(np.arange(last), lambda rows: self._takes(_at_frames, fault, np.append(rows, last)))
+
+    def _bodies(self) -> None:
+        fault = self.fault
+        fewest(np.arange(1, len(fault.pairs)), lambda rows: self._takes(_of_pairs, fault, np.append(0, rows)))
+
+    def _nearest_faces(self) -> None:
+        """The faces of both bodies that lie nearest to the other: they hold most faults."""
+        fault = self.fault
+        ends = fault.pairs[0].tolist()
+        centres = [fault.corners(end).mean(axis=1) for end in ends]
+        order = [np.argsort(cKDTree(centres[1 - k]).query(centres[k])[0], kind="stable") for k in range(2)]
+        for count in NEAREST:
+            kept = {end: rows[:count] for end, rows in zip(ends, order, strict=True)}
+            if count >= max(map(len, order)) or self._takes(_with_faces, fault, kept):
+                return
+
+    def _faces(self, body: int) -> None:
+        """Fewest faces of one body; a solid that must stay closed becomes the hull of fewest corners."""
+        mesh = self.fault.bodies[body].mesh
+        if mesh.is_closed and len(mesh.faces) > 4 and not self._opens(body):
+            corners, fault = mesh.vertices[np.unique(mesh.faces)], self.fault
+            fewest(np.arange(len(corners)), lambda rows: self._takes(_with_hull, fault, body, corners[rows]))
+            return
+        fault = self.fault
+        fewest(
+            np.arange(len(fault.bodies[body].mesh.faces)), lambda rows: self._takes(_with_faces, fault, {body: rows})
+        )
+
+    def _opens(self, body: int) -> bool:
+        """Whether any one of a few faces can go."""
+        rows = np.arange(len(self.fault.bodies[body].mesh.faces))
+        some = np.linspace(0, len(rows) - 1, 4).astype(int).tolist()
+        return any(self._takes(_with_faces, self.fault, {body: np.delete(rows, one)}) for one in some)
+
+    def _plain_rotations(self) -> None:
+        """No rotation at all, of all bodies or of one."""
+        every = list(range(len(self.fault.bodies)))
+        for turned in (every, *([k] for k in every)):
+            rotations = self.fault.motion.rotations.copy()
+            rotations[:, turned] = np.eye(3)
+            if np.array_equal(rotations, self.fault.motion.rotations) or self._takes(
+                _with_poses, self.fault, "rotations", rotations
+            ):
+                return
+
+    def _decimals(self) -> None:
+        for name in ("times", "translations", "rotations"):
+            self._rounded(getattr(self.fault.motion, name), _with_poses, self.fault, name)
+        for body in range(len(self.fault.bodies)):
+            self._rounded(self.fault.bodies[body].mesh.vertices, _with_vertices, self.fault, body)
+
+    def _rounded(self, values: FloatArray, make: Callable[..., Fault], *given: Any) -> None:
+        """As few decimals as leave the detector wrong."""
+        for decimals in DECIMALS:
+            rounded = np.round(values, decimals) + 0.0
+            if np.array_equal(rounded, values) or self._takes(make, *given, rounded):
+                return
+
+
+def fewest(items: IntArray, stands: Callable[[IntArray], bool]) -> IntArray:
+    """Some of the items, in order, that still stand, and of which none can go alone.
+
+    Zeller and Hildebrandt, *Simplifying and isolating failure-inducing input*, IEEE TSE 28 (2002): algorithm ddmin.
+    All items are taken to stand, and are not asked about.
+    """
+    if len(items) and stands(items[:0]):
+        return items[:0]
+    parts = 2
+    while len(items) >= 2:
+        for kept in _tried(items, min(parts, len(items))):
+            if stands(kept):
+                # A part of its own begins anew; what is left without one part goes on as finely.
+                parts = 2 if len(kept) <= -(-len(items) // parts) else max(parts - 1, 2)
+                items = kept
+                break
+        else:
+            if parts >= len(items):
+                break
+            parts = min(2 * parts, len(items))
+    return items
+
+
+def _tried(items: IntArray, parts: int) -> Iterator[IntArray]:
+    chunks = np.array_split(np.arange(len(items)), parts)
+    yield from (items[chunk] for chunk in chunks)
+    if parts > 2:
+        yield from (np.delete(items, chunk) for chunk in chunks)
+
+
+def _at_frames(fault: Fault, rows: IntArray) -> Fault:
+    return replace(fault, motion=fault.motion.take(rows))
+
+
+def _of_pairs(fault: Fault, rows: IntArray) -> Fault:
+    return of_pairs(replace(fault, pairs=fault.pairs[rows]))
+
+
+def _with_faces(fault: Fault, kept: dict[int, IntArray]) -> Fault:
+    for body, rows in kept.items():
+        mesh = fault.bodies[body].mesh
+        corners, faces = np.unique(mesh.faces[np.sort(rows)], return_inverse=True)
+        fault = _with_mesh(fault, body, TriangleMesh(mesh.vertices[corners], faces.reshape(-1, 3)))
+    return fault
+
+
+def _with_hull(fault: Fault, body: int, points: FloatArray) -> Fault:
+    return _with_mesh(fault, body, _hull(points))
+
+
+def _with_vertices(fault: Fault, body: int, vertices: FloatArray) -> Fault:
+    return _with_mesh(fault, body, TriangleMesh(vertices, fault.bodies[body].mesh.faces))
+
+
+def _with_mesh(fault: Fault, body: int, mesh: TriangleMesh) -> Fault:
+    bodies = [*fault.bodies]
+    bodies[body] = Body(bodies[body].name, mesh)
+    return replace(fault, bodies=tuple(bodies))
+
+
+def _with_poses(fault: Fault, name: str, values: FloatArray) -> Fault:
+    motion = fault.motion
+    arrays = {one: getattr(motion, one) for one in ("times", "translations", "rotations")} | {name: values}
+    return replace(fault, motion=Motion(**arrays, valid=motion.valid, linked=motion.linked))
+
+
+def _hull(points: FloatArray) -> TriangleMesh:
+    """The convex hull of points, wound outwards."""
+    hull = ConvexHull(points)
+    faces = hull.simplices.copy()
+    corners = points[faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    turned = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
+    faces[turned] = faces[turned, ::-1]
+    used, numbers = np.unique(faces, return_inverse=True)
+    return TriangleMesh(points[used], numbers.reshape(-1, 3))

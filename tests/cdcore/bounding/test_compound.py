@@ -1,0 +1,146 @@
+"""Convex pieces stand for a mesh: closed, few, always the same, kept where a user's programs keep what they made."""
+
+import sys
+
+import numpy as np
+import pytest
+from support.shapes import box_mesh, revolved_mesh
+
+from cdcore import Body, Motion, TriangleMesh, create_detector
+from cdcore.bounding import compound
+from cdcore.bounding.compound import cache_folder, convex_pieces, union_of
+from cdcore.bounding.hull import hull_of
+from cdcore.errors import MissingEngineError
+from cdcore.narrow.containment.closed_parts import parity_is_inside
+from cdcore.protocol import counts_as_contact
+
+RIM, INNER, OUTER, FLOOR = 0.1, 0.033, 0.035, 0.002
+PROFILE = [(0, 0), (OUTER, 0), (OUTER, RIM), (INNER, RIM), (INNER, FLOOR), (0, FLOOR)]
+BEAKER = revolved_mesh(PROFILE, 12)
+
+
+class StandIn:
+    """Cuts the beaker by hand: its twelve staves, and its floor."""
+
+    def __init__(self):
+        self.asked = 0
+
+    def set_log_level(self, level):
+        assert level == "off"
+
+    def Mesh(self, vertices, faces):  # noqa: N802
+        return vertices, faces
+
+    def run_coacd(self, mesh, *, max_convex_hull, seed, **search):
+        self.asked += 1
+        assert (max_convex_hull, seed) == (16, 0)
+        turn = 2 * np.pi * np.arange(13) / 12
+        ring = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        floor = np.array([(*(OUTER * way), z) for way in ring for z in (0.0, FLOOR)])
+        staves = [
+            np.array([(*(r * ring[k + side]), z) for r in (INNER, OUTER) for side in (0, 1) for z in (0.0, RIM)])
+            for k in range(12)
+        ]
+        return [(piece, None) for piece in (*staves, floor)]
+
+
+@pytest.fixture
+def engine(monkeypatch, tmp_path):
+    made = StandIn()
+    monkeypatch.setitem(sys.modules, "coacd", made)
+    monkeypatch.setattr(compound, "version", lambda name: "1")
+    monkeypatch.setattr(compound, "cache_folder", lambda: tmp_path / "cache")
+    return made
+
+
+def volume(mesh):
+    a, b, c = np.moveaxis(mesh.triangles, 1, 0)
+    return float((np.cross(a, b) * c).sum()) / 6
+
+
+def test_a_rod_is_free_inside_a_compound_of_a_beaker_where_the_hull_invents(engine):
+    bodies = [Body("beaker", BEAKER), Body("rod", box_mesh((0.006, 0.006, 0.2), (0.0, 0.0, 0.1)))]
+    places = np.zeros((4, 2, 3))
+    places[:, 1] = [(0, 0, 0.05), (0.025, 0, 0.05), (0.031, 0, 0.05), (0.0, 0.0, 0.0015)]
+    motion = Motion(np.arange(4) / 90, places, np.broadcast_to(np.eye(3), (4, 2, 3, 3)))
+    engine_cuts_rod_too = {"beaker": 13, "rod": 13}
+    says = {shape: create_detector("collider", bodies, shape=shape) for shape in ("mesh", "hull", "compound")}
+    found = {shape: counts_as_contact(one.detect(motion).verdict)[:, 0].tolist() for shape, one in says.items()}
+    assert found["mesh"] == [False, False, True, True]
+    assert found["hull"] == [True] * 4
+    assert {name: len(parts) for name, parts in says["compound"].parts.items()} == engine_cuts_rod_too
+
+
+def test_the_pieces_of_a_beaker_leave_its_hollow_free(engine):
+    parts = convex_pieces(BEAKER, 16)
+    assert len(parts) == 13 and all(part.is_closed and volume(part) > 0 for part in parts)
+    whole = union_of(parts)
+    assert volume(whole) == pytest.approx(volume(BEAKER), rel=1e-9)
+    assert whole.is_closed and parity_is_inside(whole)
+
+
+def test_pieces_are_cut_once_and_a_damaged_file_is_made_again(engine, tmp_path):
+    first = convex_pieces(BEAKER, 16)
+    again = convex_pieces(BEAKER, 16)
+    assert engine.asked == 1
+    assert [one.content_hash for one in first] == [one.content_hash for one in again]
+    (kept,) = (tmp_path / "cache").iterdir()
+    kept.write_bytes(kept.read_bytes()[:100])
+    assert [one.content_hash for one in convex_pieces(BEAKER, 16)] == [one.content_hash for one in first]
+    assert engine.asked == 2 and [file.name for file in kept.parent.iterdir()] == [kept.name]
+
+
+def test_where_nothing_can_be_kept_pieces_are_cut_every_time(engine, tmp_path):
+    (tmp_path / "cache").write_text("a file in the way")
+    assert len(convex_pieces(BEAKER, 16)) == len(convex_pieces(BEAKER, 16)) == 13
+    assert engine.asked == 2
+
+
+def test_one_piece_is_the_hull_and_a_flat_mesh_is_its_own(monkeypatch):
+    monkeypatch.setitem(sys.modules, "coacd", None)
+    (hull,) = convex_pieces(BEAKER, 1)
+    assert hull.content_hash == hull_of(BEAKER.vertices).content_hash
+    flat = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    assert convex_pieces(flat, 16) == (flat,) and union_of((flat,)) is flat
+
+
+def test_without_the_extra_a_compound_is_refused_in_a_sentence(monkeypatch):
+    monkeypatch.setitem(sys.modules, "coacd", None)
+    with pytest.raises(MissingEngineError, match=r'^coacd is not installed; pip install -e ".\[engines\]"$'):
+        create_detector("collider", [Body("beaker", BEAKER)], shape="compound")
+
+
+@pytest.mark.parametrize(
+    ("system", "variable", "default"),
+    [
+        ("linux", "XDG_CACHE_HOME", ".cache"), ("darwin", "XDG_CACHE_HOME", "Library/Caches"),
+        ("win32", "LOCALAPPDATA", "AppData/Local"),
+    ],
+)  # fmt: skip
+def test_the_cache_lies_where_each_system_keeps_such_files(system, variable, default, monkeypatch, tmp_path):
+    monkeypatch.setattr(sys, "platform", system)
+    monkeypatch.delenv(variable, raising=False)
+    monkeypatch.setattr(compound.Path, "home", lambda: tmp_path)
+    assert cache_folder() == tmp_path / default / "vrlab-replay"
+    monkeypatch.setenv(variable, str(tmp_path / "named"))
+    assert cache_folder() == tmp_path / "named" / "vrlab-replay"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("most", [4, 16, 64])
+def test_coacd_cuts_a_beaker_alike_twice_and_its_pieces_hold_every_vertex(most, monkeypatch, tmp_path):
+    pytest.importorskip("coacd", reason="the extra `engines` is not installed")
+    mesh, cut = revolved_mesh(PROFILE, 24), []
+    for folder in ("one", "two"):
+        monkeypatch.setattr(compound, "cache_folder", lambda folder=folder: tmp_path / folder)
+        cut.append(convex_pieces(mesh, most))
+    assert [one.content_hash for one in cut[0]] == [one.content_hash for one in cut[1]]
+    assert 1 < len(cut[0]) <= most
+    held = np.zeros(len(mesh.vertices), dtype=bool)
+    for piece in cut[0]:
+        a, b, c = np.moveaxis(piece.triangles, 1, 0)
+        out = np.cross(b - a, c - a)
+        out /= np.linalg.norm(out, axis=1, keepdims=True)
+        held |= (((mesh.vertices[:, None] - a) * out).sum(axis=-1) < 1e-6).all(axis=1)
+    assert held.all()
+    assert union_of(cut[0]).is_closed

@@ -1,0 +1,195 @@
+"""A wrong answer shrunk: it stays wrong, nothing more can go, and the written test says so to anyone."""
+
+import json
+import os
+import runpy
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from support.small_worlds import along_x, cube, cubes
+
+from cdcore import Body, Motion, TriangleMesh
+from replay import run
+from replay.cli.main import main
+from replay.detection.detector_spec import parse_detector
+from replay.errors import ShrinkError
+from replay.outputs.results.run_folder import read_run_folder
+from replay.studies.shrink.fault import Fault, of_case, of_run
+from replay.studies.shrink.reduce import Shrinking, Size, fewest
+from replay.studies.shrink.writing import sentence
+from sessions import MeshData, Session, write_session
+from sessions.synthetic import make_scene_session
+
+PLACES = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
+"""Of a cube beside one at 0: contacts at the frames 2 and 3, and at 7."""
+
+
+@given(st.integers(1, 60), st.data())
+def test_what_must_be_there_is_all_that_is_left(count, data):
+    needed = set(data.draw(st.lists(st.integers(0, count - 1), unique=True)))
+    assert set(fewest(np.arange(count), lambda kept: needed <= set(kept.tolist())).tolist()) == needed
+
+
+@given(st.integers(1, 25), st.integers(0, 2**32))
+def test_of_what_is_left_none_can_go_alone_even_if_less_and_more_fail_by_chance(count, seed):
+    random = np.random.default_rng(seed)
+    known = {tuple(range(count)): True}
+
+    def stands(kept):
+        return known.setdefault(tuple(kept.tolist()), bool(random.random() < 0.4))
+
+    left = fewest(np.arange(count), stands)
+    assert stands(left)
+    assert not any(stands(np.delete(left, one)) for one in range(len(left)))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    at = tmp_path_factory.mktemp("shrink")
+    write_session(cubes({"a": [0] * 10, "b": PLACES}), at / "s.mcap")
+    detectors = "slow=discrete[rate_hz=25],exact2=hybrid"
+    run(at / "s.mcap", detectors=detectors, out=at / "run", picture=False)
+    return at / "run"
+
+
+def least(fault):
+    shrinking = Shrinking(fault)
+    done = shrinking.run()
+    assert done.stands() and shrinking.questions > 0
+    return done
+
+
+def nothing_can_go(fault):
+    """By asking for less in all ways there are, one frame and one face at a time."""
+    count = len(fault.motion)
+    for frame in range(count - 1):
+        rows = np.delete(np.arange(count), frame)
+        yield Fault(**vars(fault) | {"motion": fault.motion.take(rows)})
+    for end in fault.pairs[0].tolist():
+        mesh = fault.bodies[end].mesh
+        for face in range(len(mesh.faces) if len(mesh.faces) > 1 else 0):
+            bodies = list(fault.bodies)
+            bodies[end] = Body(bodies[end].name, TriangleMesh(mesh.vertices, np.delete(mesh.faces, face, axis=0)))
+            yield Fault(**vars(fault) | {"bodies": tuple(bodies)})
+
+
+def test_a_miss_between_looks_ends_at_two_frames_and_a_face_of_each(folder):
+    fault = of_run(read_run_folder(folder), miss=1, label="slow")
+    done = least(fault)
+    assert fault.contact and Size.of(done) == Size(2, 2, (1, 1))
+    assert not any(one.stands() for one in nothing_can_go(done))
+    assert dict(done.settings) == {"rate_hz": 25} and "discrete[rate_hz=25] misses a contact" in sentence(done)
+
+
+def test_an_invented_contact_stays_invented(tmp_path):
+    """A cube between two others of one body: only their hull meets it."""
+    one = cube(0.5)
+    aside = np.array([2.0, 0, 0])
+    two = MeshData(np.concatenate([one.vertices + aside, one.vertices - aside]), [*one.faces, *(one.faces + 8)])
+    meshes = {"two": two, "between": one}
+    poses = {"two": along_x([0] * 6), "between": along_x([9, 8.9, 8.8, 0.1, 0.2, 8])}
+    write_session(Session.from_arrays(np.arange(6) * 10_000_000, poses, meshes), tmp_path / "s.mcap")
+    run(tmp_path / "s.mcap", detectors="hull=collider[shape=hull]", out=tmp_path / "run", picture=False)
+    fault = of_run(read_run_folder(tmp_path / "run"), invented=1)
+    done = least(fault)
+    assert not done.contact and len(done.motion) == 1 and sum(Size.of(done).faces) <= 4
+    assert not any(one.stands() for one in nothing_can_go(done))
+    assert "invents a contact" in sentence(done)
+
+
+def test_what_is_inside_needs_a_solid_around_it_and_becomes_a_tetrahedron():
+    shells = {"out": cube(4.0), "in": cube(1.0)}
+    session = Session.from_arrays(np.arange(3) * 10_000_000, {name: along_x([0] * 3) for name in shells}, shells)
+    bodies = tuple(Body(name, TriangleMesh(mesh.vertices, mesh.faces)) for name, mesh in session.meshes.items())
+    motion = Motion(np.arange(3) / 100.0, np.zeros((3, 2, 3)), np.tile(np.eye(3), (3, 2, 1, 1)))
+    done = least(Fault("hybrid", {"containment": False}, "exact", bodies, motion, np.array([[0, 1]]), True))
+    assert Size.of(done).frames == 1 and Size.of(done).faces[0] == 4 and Size.of(done).faces[1] == 1
+
+
+@pytest.mark.slow
+def test_a_search_that_gave_up_is_shrunk_with_its_memory(tmp_path):
+    session, _ = make_scene_session("bench-bumps", faces=600)
+    write_session(session, tmp_path / "s.mcap")
+    run(tmp_path / "s.mcap", detectors="hasty=hybrid-qaco[budget=20]", out=tmp_path / "run", picture=False, end=12.0)
+    fault = of_run(read_run_folder(tmp_path / "run"), miss=1)
+    done = least(fault)
+    assert done.settings["budget"] == 20 and sum(Size.of(done).faces) < sum(Size.of(fault).faces) / 4
+    assert not any(one.stands() for one in nothing_can_go(done))
+
+
+def test_the_written_test_fails_on_the_detector_and_passes_on_another(folder, tmp_path, capsys, monkeypatch):
+    out = tmp_path / "case"
+    assert main(["shrink", str(folder), "--miss", "1", "--detector", "slow", "-o", str(out), "--format", "json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["after"] == "2 frames x 1 x 1 faces of 2 bodies" and told["before"].endswith(
+        "12 x 12 faces of 2 bodies"
+    )
+    assert (out / "picture.png").read_bytes().startswith(b"\x89PNG") and "1 face and 1 face" in (
+        out / "README.md"
+    ).read_text()
+    for name, right in ((None, False), ("exact", True), ("hybrid", True), ("discrete", False)):
+        monkeypatch.setenv("DETECTOR", name) if name else monkeypatch.delenv("DETECTOR", raising=False)
+        test = runpy.run_path(str(out / "test_case.py"))["test_the_last_frame_is_answered_rightly"]
+        if right:
+            test()
+        else:
+            with pytest.raises(AssertionError):
+                test()
+
+
+@pytest.mark.slow
+def test_in_a_fresh_interpreter_too(folder, tmp_path):
+    assert main(["shrink", str(folder), "--miss", "1", "--detector", "slow", "-o", str(tmp_path / "case"), "-q"]) == 0
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_case.py"]
+    for more, code in (({}, 1), ({"DETECTOR": "exact"}, 0)):
+        done = subprocess.run(command, cwd=tmp_path / "case", env=os.environ | more, capture_output=True, text=True)
+        assert done.returncode == code, done.stdout
+
+
+def test_numbers_are_written_so_that_they_read_back_bit_for_bit(folder, tmp_path):
+    from replay.studies.shrink.writing import write_case
+
+    fault = of_run(read_run_folder(folder), miss=1, label="slow")
+    odd = fault.motion.translations + np.array([1 / 3, 1e-17, -(2.0**-60)])
+    motion = Motion(fault.motion.times + 1 / 7, odd, fault.motion.rotations)
+    fault = Fault(**vars(fault) | {"motion": motion})
+    read = runpy.run_path(str(write_case(fault, Size.of(fault), tmp_path / "c", source="a test") / "test_case.py"))
+    again = read["motion"](2)
+    assert again.times.tobytes() == motion.times.tobytes()
+    assert again.translations.tobytes() == motion.translations.tobytes()
+    assert read["body"]("a", "body-1.obj").mesh.vertices.tobytes() == fault.bodies[0].mesh.vertices.tobytes()
+
+
+def test_a_case_of_stress_is_shrunk_and_a_right_answer_is_refused():
+    fault = of_case(27, parse_detector("hybrid[containment=false]"))
+    assert fault.contact and fault.stands()
+    with pytest.raises(ShrinkError, match="exact answers case 27 rightly"):
+        of_case(27, parse_detector("exact"))
+    with pytest.raises(ShrinkError, match="case 34 has no bodies"):
+        of_case(34, parse_detector("exact"))
+
+
+def test_what_cannot_be_shrunk_is_said_in_a_sentence(folder, tmp_path, capsys):
+    opened = read_run_folder(folder)
+    for asked, words in (
+        ({"miss": 1, "label": "none"}, "audited no none; it audited: slow, exact2"),
+        ({"miss": 1, "label": "exact2"}, "has no miss 1 of exact2"),
+        ({"invented": 9, "label": "slow"}, "has no invented contact 9 of slow"),
+    ):
+        with pytest.raises(ShrinkError, match=words):
+            of_run(opened, **asked)
+    assert main(["shrink", str(folder)]) == 2
+    assert "--miss N or --invented N" in capsys.readouterr().err
+    moved = tmp_path / "run"
+    moved.mkdir()
+    for file in folder.iterdir():
+        (moved / file.name).write_bytes(file.read_bytes())
+    summary = json.loads((moved / "summary.json").read_text())
+    summary["session"]["digest"] = "0" * 64
+    (moved / "summary.json").write_text(json.dumps(summary))
+    with pytest.raises(ShrinkError, match="is not the recording"):
+        of_run(read_run_folder(moved), miss=1, label="slow")
