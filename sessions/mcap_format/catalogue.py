@@ -20,6 +20,7 @@ from mcap.records import Attachment, Channel, Footer, Header, Metadata, Schema
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format.container import MAGIC
+from sessions.mcap_format.limits import MOST_CHANNELS, Room
 from sessions.mcap_format.record_block import CHUNK_HEAD, HEAD
 from sessions.mcap_format.refusals import refused
 from sessions.mcap_format.schemas import TF, channel_spec
@@ -30,13 +31,6 @@ SMALL_RECORD_BYTES = 16 << 20
 # A chunk may declare this many bytes unpacked; the writers of other tools default to 0.75 to 4 MiB.
 CHUNK_LIMIT_BYTES = 64 << 20
 ATTACHMENT_LIMIT_BYTES = 1 << 30
-# A file of n bytes may unpack to so much, hold so many messages, and so many samples (frames times bodies), so that
-# reading costs at most 100 MB + 50 n. A minute of twelve bodies at rest unpacks to 24 n, with n / 25 messages and n / 4
-# samples; no session comes near.
-MOST_UNPACKED, UNPACKED_PER_BYTE = 32 << 20, 100
-MOST_MESSAGES, BYTES_PER_MESSAGE = 100_000, 4
-MOST_SAMPLES = 250_000
-MOST_CHANNELS = 2048
 # Messages outside chunks are read in runs of about this many bytes.
 RUN_BYTES = 1 << 20
 
@@ -119,11 +113,9 @@ def read_footer(stream: BinaryIO) -> tuple[int, bytes, Footer] | None:
 
 
 @dataclass
-class Catalogue:
+class Catalogue(Room):
     """Everything in a file but the messages."""
 
-    path: Path
-    size: int = 0
     profile: str = ""
     regions: list[Region] = field(default_factory=list)
     schemas: dict[int, str] = field(default_factory=dict)
@@ -133,32 +125,6 @@ class Catalogue:
     metadata: list[tuple[str, dict[str, str]]] = field(default_factory=list)
     tear: int | None = None
     """Byte at which the file is cut short, or ``None``."""
-    unpacked: int = 0
-    messages: int = 0
-    """Bytes and messages of the regions read so far."""
-
-    @property
-    def most_samples(self) -> int:
-        """Frames times bodies that the file may hold."""
-        return MOST_SAMPLES + self.size
-
-    @property
-    def messages_left(self) -> int:
-        """Messages that the regions not yet read may hold."""
-        return MOST_MESSAGES + self.size // BYTES_PER_MESSAGE - self.messages
-
-    def check_unpacked(self, region: Region) -> None:
-        """Refuse a region with which the file unpacks to more than a recording does."""
-        if region.messages is None and self.unpacked + region.size > MOST_UNPACKED + UNPACKED_PER_BYTE * self.size:
-            most = MOST_UNPACKED + UNPACKED_PER_BYTE * self.size
-            raise refused(self.path, "too-much", f"its {self.size:,} bytes unpack to more than the {most:,} allowed")
-
-    def note(self, region: Region, messages: int) -> None:
-        """Count what a region holds, once."""
-        if region.messages is None:
-            region.messages = messages
-            self.unpacked += region.size
-            self.messages += messages
 
     def declare(self, opcode: int, content: bytes) -> None:
         """Take in a schema or channel record, wherever it was met."""
