@@ -48,7 +48,13 @@ def load_detector(name: str) -> type[Any]:
     entry = (DETECTORS | OPTIONAL).get(name, name if ":" in name else None)
     if entry is None:
         for point in entry_points(group=ENTRY_POINT_GROUP, name=name):
-            return _checked(name, point.load())
+            try:
+                return _checked(name, point.load())
+            except UnknownDetectorError:
+                raise
+            except Exception as error:  # another package's module may fail with anything
+                words = f"detector {name!r} ({point.value}) cannot be loaded: {error}; repair or remove its package"
+                raise UnknownDetectorError(words) from error
         near = get_close_matches(name, detector_names(), n=1)
         hint = f"did you mean {near[0]!r}? There" if near else "there"
         raise UnknownDetectorError(f"no detector {name!r}; {hint} are: {', '.join(detector_names())}")

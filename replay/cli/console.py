@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from replay.base.progress import Advance
+from replay.base.shown import shown as safe_text
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -33,7 +34,7 @@ class People:
         """Sentences, each on a line, at once."""
         if not self.quiet:
             for sentence in sentences:
-                print(sentence, file=sys.stderr, flush=True)
+                print(safe_text(sentence, lines=True), file=sys.stderr, flush=True)
 
     def detail(self, sentence: str) -> None:
         """One sentence for those who asked for more."""
@@ -98,7 +99,7 @@ def answer(as_json: bool, plain: Any, shown: "Callable[[], RenderableType]") -> 
     """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal; a ``str`` as it is."""
     made = json.dumps(plain, indent=1, allow_nan=False) if as_json else shown()
     if isinstance(made, str):
-        print(made)
+        print(safe_text(made, lines=True))
     else:
         stdout_console().print(made)
 

@@ -46,9 +46,10 @@ def command(files: tuple[Path, ...], fail_on: str | None, as_json: bool, people:
 
 
 def _shown(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterator[Table | RenderableType]":
+    from replay.cli.terminal import plain
     from replay.outputs.run_tables import finding_table
 
-    yield f"[bold]{file.name}[/bold]  {headline(findings)}"
+    yield f"[bold]{plain(file.name)}[/bold]  {headline(findings)}"
     notes = Counter(one.code for one in findings if WORDS[one.severity] == "note")
     listed = [one for one in findings if verbose or WORDS[one.severity] != "note"]
     if listed:

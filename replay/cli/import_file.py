@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, answer
-from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting
+from replay.cli.options import ANY_PATH, SESSION_FILE, Number, force, reporting
 
 if TYPE_CHECKING:
     from sessions import Session
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.option("--mesh-axes", metavar="NAME", help="csv: axes of the mesh files, same or x-flipped.")
 @click.option("--session", type=SESSION_FILE, metavar="FILE.mcap", help="contacts: the session they belong to.")
 @click.option(
-    "--offset", type=float, metavar="SECONDS", help="contacts: what to add to their clock. Default: estimated."
+    "--offset", type=Number(), metavar="SECONDS", help="contacts: what to add to their clock. Default: estimated."
 )
 @reporting
 def command(

@@ -5,7 +5,9 @@
 
 import os
 import sys
+import warnings
 from collections.abc import Sequence
+from errno import ENOMEM
 from importlib import import_module
 from typing import Final
 
@@ -71,7 +73,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = list(sys.argv[1:] if arguments is None else arguments)
     _make_streams_safe()
     try:
-        code = cli.main(args=given, prog_name="replay", standalone_mode=False)
+        with warnings.catch_warnings():
+            # What NumPy remarks on a calculation is for its programmer.
+            warnings.simplefilter("ignore", RuntimeWarning)
+            code = cli.main(args=given, prog_name="replay", standalone_mode=False)
     except (click.exceptions.Abort, KeyboardInterrupt):
         click.echo("interrupted; nothing half-written was left behind", err=True)
         return INTERRUPTED
@@ -100,7 +105,10 @@ def _failure(error: Exception, *, debug: bool) -> int:
         import traceback
 
         traceback.print_exception(error)
-    if _is_known(error):
+    if _memory_ran_out(error):
+        words = "the memory ran out; close other programs, or replay a part with --start and --end"
+        click.echo(f"error: {words}", err=True)
+    elif _is_known(error):
         click.echo(f"error: {_sentence(str(error))}", err=True)
     else:
         what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
@@ -109,6 +117,17 @@ def _failure(error: Exception, *, debug: bool) -> int:
             hint = f"with {DEBUG} the same command prints where it happened; add that to the report"
             click.echo(f"       {hint}", err=True)
     return FAILURE
+
+
+def _memory_ran_out(error: Exception) -> bool:
+    """Whether the process has no memory left; under a limit, libraries say so with errors of several kinds."""
+    if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == ENOMEM):
+        return True
+    if sys.platform == "win32" or not isinstance(error, SystemError | RuntimeError | ImportError):
+        return False
+    import resource
+
+    return resource.getrlimit(resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY and not _is_known(error)
 
 
 def _is_known(error: Exception) -> bool:
@@ -122,7 +141,9 @@ def _is_known(error: Exception) -> bool:
 
 
 def _sentence(text: str) -> str:
-    return " ".join(text.split())
+    from replay.base.shown import shown
+
+    return shown(" ".join(text.split()))
 
 
 def _make_streams_safe() -> None:

@@ -22,6 +22,8 @@ class Existing(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """As ``click.Path``, with a word on what to give instead."""
+        if "\0" in str(value):
+            self.fail("a name of a file holds no NUL; name another", param, ctx)
         path = Path(value)
         if path.is_dir() and not self.dir_okay:
             found = sorted(path.glob("*.mcap"))
@@ -29,6 +31,19 @@ class Existing(click.Path):
             self.fail(f"{value} is a folder; {hint}", param, ctx)
         if path.is_file() and not self.file_okay:
             self.fail(f"{value} is a file; replay it first: replay run {value} --out RUN", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+class Target(click.Path):
+    """A path to be written; a name that no table or page could repeat is refused."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """As ``click.Path``, for names in UTF-8 without a NUL."""
+        try:
+            if b"\0" in str(value).encode():
+                self.fail("a name of a file holds no NUL; name another", param, ctx)
+        except UnicodeEncodeError:
+            self.fail(f"{value!r} is not UTF-8; name another", param, ctx)
         return super().convert(value, param, ctx)
 
 
@@ -46,7 +61,7 @@ class Number(click.FloatRange):
 SHARE = Number(min=0.0, max=1.0)
 SESSION_FILE = Existing(folder=False)
 RUN_FOLDER = Existing(folder=True)
-ANY_PATH = click.Path(path_type=Path)
+ANY_PATH = Target(path_type=Path)
 
 
 def common(command: Callable[..., int]) -> Callable[..., int]:
@@ -160,8 +175,8 @@ def window(command: Command) -> Command:
     """``--start --end``: which part of the session."""
     return _with(
         command,
-        click.option("--start", type=float, metavar="SECONDS", help="Leave out what comes before."),
-        click.option("--end", type=float, metavar="SECONDS", help="Leave out what comes after."),
+        click.option("--start", type=Number(), metavar="SECONDS", help="Leave out what comes before."),
+        click.option("--end", type=Number(), metavar="SECONDS", help="Leave out what comes after."),
     )
 
 

@@ -8,6 +8,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from replay.base.constants import CAVEAT
+from replay.base.shown import shown
 from replay.cli.terminal import STYLES, line, terminal
 from replay.comparison.contact_counts import contact_counts
 from replay.comparison.misses import NEVER_FOUND
@@ -120,7 +121,7 @@ def answers(results: Sequence[RunResult]) -> Group:
     """
     lines: list[RenderableType] = []
     for result in results:
-        name = [Text(f" {result.session.origin}")] if len(results) > 1 else []
+        name = [Text(f" {shown(result.session.origin)}")] if len(results) > 1 else []
         notes = containment_notes(result, result.oracle) if result.comparisons else []
         lines += [Text(), *name, *first_words(result), *(line(f"{note}.", FAINT) for note in notes)]
     return Group(*lines)

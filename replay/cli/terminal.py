@@ -4,10 +4,12 @@ from typing import Final
 
 from rich import box
 from rich.console import Group, RenderableType
+from rich.markup import escape
 from rich.padding import Padding
 from rich.table import Table as RichTable
 from rich.text import Text
 
+from replay.base.shown import shown
 from replay.outputs import palette, tables
 from replay.outputs.tables import Cell, Column, Marked, Table, text_of
 
@@ -29,20 +31,26 @@ STYLES: Final = {
 
 def terminal(*parts: Table | RenderableType) -> Group:
     """Parts below each other, an empty line before each table."""
-    shown: list[RenderableType] = []
+    below: list[RenderableType] = []
     for part in parts:
         if isinstance(part, Table):
             # Not as rich's title: that would be folded to the width of the table, however narrow it is.
-            shown += [Text(), *([Text(part.title, style="bold")] if part.title else []), rendered(part)]
-            shown += [Text(note, style="dim") for note in part.notes]
+            title = [Text(shown(part.title), style="bold")] if part.title else []
+            below += [Text(), *title, rendered(part)]
+            below += [Text(shown(note, lines=True), style="dim") for note in part.notes]
         else:
-            shown.append(part)
-    return Group(*shown)
+            below.append(part)
+    return Group(*below)
+
+
+def plain(text: str) -> str:
+    """Text of a recording, to stand in a line of markup."""
+    return escape(shown(text))
 
 
 def line(text: str, mark: str = "") -> Padding:
     """A sentence, indented by one column on each of its lines."""
-    return Padding(Text(text, style=STYLES[mark]), (0, 0, 0, 1), expand=False)
+    return Padding(Text(shown(text, lines=True), style=STYLES[mark]), (0, 0, 0, 1), expand=False)
 
 
 def rendered(table: Table) -> RichTable:
@@ -66,5 +74,5 @@ def _cell(cell: Cell, column: Column) -> Text:
     mark = cell.mark if isinstance(cell, Marked) and cell.mark else column.mark
     text = Text(text_of(cell), style=STYLES[mark])
     if isinstance(cell, Marked) and cell.below:
-        text.append(f"\n{cell.below}", style="dim")
+        text.append(f"\n{shown(cell.below)}", style="dim")
     return text

@@ -64,8 +64,9 @@ def load_effect(kind: str, table: Mapping[str, str] = EFFECTS) -> "EffectSpec":
     module, _, attribute = entry.partition(":")
     try:
         spec: EffectSpec = getattr(import_module(module), attribute or "SPEC")
-    except (ImportError, AttributeError) as error:
-        raise EffectError(f"effect {kind!r} cannot be loaded: {error}; repair or remove its package") from error
+    except Exception as error:  # another package's module may fail with anything
+        where = f"effect {kind!r} ({entry})"
+        raise EffectError(f"{where} cannot be loaded: {error}; repair or remove its package") from error
     if spec.kind != kind:
         raise EffectError(f"{entry} calls itself {spec.kind!r} and its row {kind!r}; give both one name")
     return spec

@@ -6,14 +6,16 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 
 from cdcore import Detection
+from cdcore.errors import CollisionCoreError
 from replay.effects.effect_plan import Plan, Step
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of
-from replay.errors import EffectError
+from replay.errors import EffectError, ReplayError
 from replay.prepare.assembly import Assembly
 from sessions import Session
+from sessions.errors import SessionError
 
 SKIPPED = "skipped"
 """Name of the lane that shows when an effect did not run."""
@@ -73,7 +75,13 @@ def _run(
         spec.kind, step.declared, pairs, session, assembly, bodies, spec.reads, found, outputs, Counter()
     )
     start = perf_counter()
-    output = spec.compute(inputs)
+    try:
+        output = spec.compute(inputs)
+    except (ReplayError, CollisionCoreError, SessionError, MemoryError):
+        raise
+    except Exception as error:  # an effect of another package may fail with anything
+        where = f"effect {spec.kind!r} ({getattr(spec.compute, '__module__', 'of another package')})"
+        raise EffectError(f"{where} failed: {type(error).__name__}: {error}; report it to its package") from error
     seconds = perf_counter() - start
     frames = len(inputs)
     if output.ran is not None and output.ran.shape != (frames,):

@@ -8,6 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+from replay.base.shown import shown
+
 STRONG, FAINT, CODE = "strong", "faint", "code"
 IN_RED, PARTLY, FOUND, INVENTED = "missed", "partly", "found", "invented"
 WARNING, ERROR, GOOD = "warning", "error", "good"
@@ -100,5 +102,5 @@ def table(
 def text_of(cell: Cell) -> str:
     """A cell as plain text; numbers with separators of thousands."""
     if isinstance(cell, Marked):
-        return cell.text
-    return "" if cell is None else f"{cell:,}" if isinstance(cell, int) else cell
+        return shown(cell.text)
+    return "" if cell is None else f"{cell:,}" if isinstance(cell, int) else shown(cell)

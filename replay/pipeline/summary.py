@@ -1,6 +1,7 @@
 """A run as figures in JSON, with all settings, seeds and versions needed to compute each of them again."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from time import perf_counter
 from typing import Any, Final
 
@@ -18,11 +19,16 @@ from replay.effects.effect_summary import effect_summary, plan_summary
 from replay.pipeline.run_result import Measured
 from replay.pipeline.scores import score
 from replay.prepare.session_scan import SessionScan
+from sessions.mcap_format.metadata import NOT_STATED
 
 SCHEMA: Final = "vrlab-replay/run/1"
 
-PRIVATE_FACTS: Final = ("devices",)
-"""Serials of devices lead to a laboratory and its students: they stay in the session file."""
+REPORTED_FACTS: Final = frozenset((
+    "format", "profile", "source_units", "source_convention", "handedness", "conversions", "vr_type", "headset_model",
+    "clock", "pseudonym", "consent", "missing", "recovered", "synthetic", "seed", "noise", "jitter",
+    "contacts_clock_offset_s", "contacts_clock_drift", "contacts_clock_residual_s",
+))  # fmt: skip
+"""Facts that leave the session file, in summary and report. Any other may lead to a person, so it is only counted."""
 
 
 def summarise(
@@ -68,12 +74,14 @@ def _session(result: Measured, seen: SessionScan) -> dict[str, Any]:
     assembly, session = result.assembly, result.session
     times = assembly.motion.times
     return {
-        "origin": session.origin, "digest": None if result.treatment is None else result.treatment.digest,
+        # The name alone: folders are called after people.
+        "origin": Path(session.origin).name, "digest": None if result.treatment is None else result.treatment.digest,
         "scene": session.scene.name, "frames": len(times),
         "duration": float(times[-1] - times[0]), "median_step": seen.median_step_ns / 1e9,
         "dropped_frames": {"repeated": seen.repeated, "backwards": seen.backwards},
         "first_stamp_ns": int(assembly.stamp_ns[0]), "left_out": list(assembly.left_out),
-        "notes": list(assembly.notes), "facts": {k: v for k, v in session.facts.items() if k not in PRIVATE_FACTS},
+        "notes": list(assembly.notes), "facts": {k: v for k, v in session.facts.items() if k in REPORTED_FACTS},
+        "facts_withheld": sum(k not in REPORTED_FACTS and v != NOT_STATED for k, v in session.facts.items()),
         "bodies": {
             body.name: {"faces": len(body.mesh.faces), "proxy": body.name in assembly.proxies}
             for body in assembly.bodies

@@ -109,6 +109,9 @@ def _split(word: str) -> tuple[str, str]:
     return kind.strip(), action.strip()
 
 
+LONGEST_S: Final = 86_400.0  # nobody holds a pose for longer than a day
+
+
 def _rule(kind: str, words: str) -> PolicyRule:
     if kind not in CODES:
         raise PolicyError(f"no kind of finding {kind!r}; there are: {', '.join(KINDS)}, and every code of the doctor")
@@ -122,6 +125,7 @@ def _rule(kind: str, words: str) -> PolicyRule:
         seconds = float(limit)
     except ValueError:
         seconds = 0.0
-    if not 0.0 < seconds < float("inf") or action not in (HOLD, INTERPOLATE):
-        raise PolicyError(f"{kind}={words}: a limit is a positive number of seconds after hold: or interpolate:")
+    if not 0.0 < seconds <= LONGEST_S or action not in (HOLD, INTERPOLATE):
+        what = "a limit is a positive number of seconds, up to a day, after hold: or interpolate:"
+        raise PolicyError(f"{kind}={words}: {what}")
     return PolicyRule(action, seconds)

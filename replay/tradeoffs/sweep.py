@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import cycle
+from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Final
 
@@ -277,7 +278,7 @@ class _Sweep:
             row["front"], row["front_online"] = row["label"] in front, row["label"] in online
         clocks = (self._live, self._whole)
         about = {
-            "session": session.scene.name or session.origin or "session",
+            "session": session.scene.name or Path(session.origin).name or "session",
             "frames": len(times), "bodies": len(self._assembly.bodies),
             "seconds": float(times[-1] - times[0]), "pairs": len(self._assembly.pairs), "oracle": scoring.spec.name,
             "contacts": len(scoring.contacts), "seed": self._seed, "machine": machine(), "versions": versions(),

@@ -78,7 +78,7 @@ class TolerantFrames:
 class _Decoder(FrameDecoder):
     def __init__(self, file: McapFile, names: tuple[str, ...], noted: Noted) -> None:
         ids = file.catalogue.ids
-        super().__init__(str(file.catalogue.path), ids(TF), ids(TRACKING), names)
+        super().__init__(str(file.catalogue.path), ids(TF), ids(TRACKING), names, file.catalogue.most_samples)
         self._noted = noted
         self.doubled = noted.doubled
 

@@ -6,7 +6,7 @@ from inspect import signature
 from pathlib import Path
 from typing import Any, Final
 
-from sessions.errors import ImportFileError
+from sessions.errors import ImportFileError, SessionError
 from sessions.model.session import Session
 
 IMPORTERS: Final[dict[str, str]] = {
@@ -45,7 +45,13 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
     path = Path(source)
     if not path.is_file():
         raise ImportFileError(f"{path} does not exist or is no file; check the path")
-    return read(path, **options)
+    try:
+        return read(path, **options)
+    except (SessionError, OSError):
+        raise
+    except Exception as error:  # of another package; ours raise what they refuse
+        where = f"importer {format!r} ({read.__module__})"
+        raise ImportFileError(f"{where} failed: {type(error).__name__}: {error}; report it to its package") from error
 
 
 def _importer(name: str) -> Any:

@@ -20,6 +20,7 @@ from mcap.records import Attachment, Channel, Footer, Header, Metadata, Schema
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format.container import MAGIC
+from sessions.mcap_format.limits import MOST_CHANNELS, Room
 from sessions.mcap_format.record_block import CHUNK_HEAD, HEAD
 from sessions.mcap_format.refusals import refused
 from sessions.mcap_format.schemas import TF, channel_spec
@@ -69,6 +70,8 @@ class Region:
     first_ns: int = 0
     last_ns: int = 0
     """Log times that the chunk declares."""
+    messages: int | None = None
+    """How many it holds, once it was read."""
 
 
 def chunk_region(start: int, content: bytes) -> Region | None:
@@ -110,10 +113,9 @@ def read_footer(stream: BinaryIO) -> tuple[int, bytes, Footer] | None:
 
 
 @dataclass
-class Catalogue:
+class Catalogue(Room):
     """Everything in a file but the messages."""
 
-    path: Path
     profile: str = ""
     regions: list[Region] = field(default_factory=list)
     schemas: dict[int, str] = field(default_factory=dict)
@@ -130,6 +132,8 @@ class Catalogue:
             schema = self._parsed(Schema, content)
             self.schemas[schema.id] = schema.name
         elif opcode == Opcode.CHANNEL:
+            if len(self.channels) >= MOST_CHANNELS:
+                raise refused(self.path, "too-much", f"it has more than {MOST_CHANNELS} channels")
             channel = self._parsed(Channel, content)
             name = self.schemas.get(channel.schema_id, "")
             self.channels[channel.id] = ChannelInfo(channel.topic, channel.message_encoding, name)
@@ -212,7 +216,7 @@ def opened(path: Path) -> Iterator[BinaryIO]:
 class _Walk:
     def __init__(self, path: Path, stream: BinaryIO, size: int) -> None:
         self._stream, self._size = stream, size
-        self._found = Catalogue(path)
+        self._found = Catalogue(path, size)
         self._run: Region | None = None
 
     def run(self) -> Catalogue:

@@ -87,7 +87,7 @@ class McapFile:
     def decoder(self, names: tuple[str, ...] | None) -> FrameDecoder:
         """A decoder of this file's frames; ``None``: columns are added as bodies appear."""
         ids = self.catalogue.ids
-        return FrameDecoder(str(self.catalogue.path), ids(TF), ids(TRACKING), names)
+        return FrameDecoder(str(self.catalogue.path), ids(TF), ids(TRACKING), names, self.catalogue.most_samples)
 
 
 @dataclass(frozen=True, eq=False)

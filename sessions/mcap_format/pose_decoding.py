@@ -1,5 +1,6 @@
 """Messages of a whole chunk to frames at once, each sample with the validity that /tracking gives it."""
 
+import sys
 from collections import Counter
 from collections.abc import Iterator
 from copy import copy
@@ -31,10 +32,13 @@ class FrameDecoder:
     """Decodes regions in file order; remembers layouts, and the validity note that waits for its frame.
 
     ``where`` names the file in errors, ``tf`` and ``tracking`` are the channel ids of the two topics, and ``names`` the
-    bodies, one per column; without them columns are added as bodies appear.
+    bodies, one per column; without them columns are added as bodies appear. More than ``most`` frames times bodies are
+    refused.
     """
 
-    def __init__(self, where: str, tf: set[int], tracking: set[int], names: tuple[str, ...] | None) -> None:
+    def __init__(
+        self, where: str, tf: set[int], tracking: set[int], names: tuple[str, ...] | None, most: int = sys.maxsize
+    ) -> None:
         self._where, self._tf, self._tracking = where, tf, tracking
         self._grow = names is None
         self._columns = {name: column for column, name in enumerate(names or ())}
@@ -43,6 +47,7 @@ class FrameDecoder:
         self._notes: dict[bytes, list[tuple[str, int]]] = {}
         self._pending: tuple[_Identity, bytes] | None = None
         self.doubled = Counter[str]()
+        self._samples_left = most
 
     def fork(self) -> "FrameDecoder":
         """A decoder that goes on from here and leaves this one as it is."""
@@ -75,6 +80,9 @@ class FrameDecoder:
         samples = self._samples(table, rows, end)
         columns = [self._column(part.parent, part.child) for part in samples]
         stamp, shape = table.publish_ns[rows], (len(rows), len(self._columns))
+        self._samples_left -= shape[0] * shape[1]
+        if self._samples_left < 0:
+            raise self._refused(f"it has more frames of {shape[1]} bodies than a file of its size holds", "too-much")
         sample = np.zeros(shape, dtype=np.int64)
         position, quaternion = np.full((*shape, 3), np.nan), np.full((*shape, 4), np.nan)
         status = np.zeros(shape, dtype=np.uint8)

@@ -23,6 +23,9 @@ from sessions.mcap_format.unpacking import rows_at
 LAYOUTS_PER_LENGTH = 512
 # Transforms of one message that are read in step; the protobuf library takes messages with more.
 STEPS = 4096
+MOST_TRANSFORMS = 4096
+# Layouts met in one region: six of each of the most bodies there may be.
+LAYOUTS_AT_ONCE = 6 * 4096
 _TRANSFORM_TAG = 0x0A
 
 
@@ -74,7 +77,7 @@ class _Layouts:
 class TransformReader:
     """Reads transforms and remembers their layouts from chunk to chunk; ``error`` makes its exceptions."""
 
-    def __init__(self, error: Callable[[str], Exception]) -> None:
+    def __init__(self, error: Callable[..., Exception]) -> None:
         self._error = error
         self._layouts: dict[int, _Layouts] = {}
 
@@ -96,6 +99,8 @@ class TransformReader:
         cursor, step = start.copy(), 0
         alive = np.flatnonzero(cursor < end)
         while len(alive) and step < STEPS:
+            if len(samples) > LAYOUTS_AT_ONCE:
+                raise self._error("messages on /tf hold too many bodies", "too-much")
             body, after = _next_transform(buffer, cursor[alive], end[alive])
             good = after >= 0
             if not good.all():
@@ -138,6 +143,8 @@ class TransformReader:
             message = FrameTransforms.FromString(payload)
         except DecodeError:
             raise self._error("a message on /tf is no foxglove.FrameTransforms") from None
+        if len(message.transforms) > MOST_TRANSFORMS:
+            raise self._error(f"a message on /tf holds {len(message.transforms)} bodies", "too-much")
         for step, one in enumerate(message.transforms):
             self._check_stamps(np.array([one.timestamp.seconds]))
             p, q = one.translation, one.rotation

@@ -87,6 +87,7 @@ def _joined(tables: list[MessageTable]) -> MessageTable:
 
 def read_region(stream: BinaryIO, region: Region, catalogue: Catalogue) -> MessageTable:
     """Unpack a region, check it, and list its messages; an error says how it is damaged."""
+    catalogue.check_unpacked(region)
     stream.seek(region.offset)
     packed = stream.read(region.length)
     try:
@@ -135,6 +136,7 @@ def listed(data: bytes, region: Region, catalogue: Catalogue, *, truncated: bool
     A record that is longer than the rest is an error, but for a truncated region, which ends there.
     """
     starts, at, size = array("q"), 0, len(data)
+    most = region.messages if region.messages is not None else catalogue.messages_left
     head, head_size, message = HEAD.unpack_from, HEAD.size, int(Opcode.MESSAGE)
     while at + head_size <= size:
         opcode, length = head(data, at)
@@ -142,12 +144,16 @@ def listed(data: bytes, region: Region, catalogue: Catalogue, *, truncated: bool
         if end > size or (opcode == message and length < LENGTH_BEFORE_DATA):
             break
         if opcode == message:
+            if len(starts) >= most:
+                what = f"its {catalogue.size:,} bytes hold more than {catalogue.messages + most:,} messages"
+                raise refused(catalogue.path, "too-much", what)
             starts.append(at)
         else:
             catalogue.declare(opcode, data[at + head_size : end])
         at = end
     if at != size and not truncated:
         raise _damaged(catalogue, region, f"the record {at} bytes into it has an impossible length")
+    catalogue.note(region, len(starts))
     begin = np.array(starts, dtype=np.int64)
     table = rows_at(np.frombuffer(data, dtype=np.uint8), begin, MESSAGE_HEADER.size).view(_MESSAGE)[:, 0]
     log, publish = table["log"].astype(np.int64), table["publish"].astype(np.int64)

@@ -29,8 +29,8 @@ INDEX_LIMIT_BYTES = 64 << 20  # A longer index is not trusted over the records i
 class Declared(Catalogue):
     """A catalogue that keeps schemas and channels as written, and counts records that cannot be read."""
 
-    def __init__(self, path: Path) -> None:
-        super().__init__(path)
+    def __init__(self, path: Path, size: int) -> None:
+        super().__init__(path, size)
         self.raw: dict[type, dict[int, Any]] = {Schema: {}, Channel: {}}
         self.unread = 0
 
@@ -85,7 +85,7 @@ class FileScan:
 
 def scan_file(path: Path, stream: BinaryIO) -> FileScan:
     """Look through a whole file; memory is one chunk and the whole attachments."""
-    found = FileScan(Declared(path))
+    found = FileScan(Declared(path, stream.seek(0, 2)))
     scan = RecordScan(stream)
     index_start = _index_start(stream)
     chunks: list[tuple[Piece, list[int]]] = []
@@ -151,10 +151,11 @@ def _read_chunks(stream: BinaryIO, found: FileScan, chunks: list[tuple[Piece, li
         if not isinstance(table, str):
             guess_channels(table, found.declared)
             kept = readable(table, found.declared)
-            why = poses.read(kept)
-            if mixed := bool(why):
+            error = poses.read(kept)
+            if mixed := error is not None and error.code == "bad-message":
                 kept = trusted(kept, found.declared)
-                why = poses.read(kept) and why
+                error = poses.read(kept) and error
+            why = f"unreadable ({brief(error)})" if error else ""
             if not why:
                 found.parts.append((region, truncated, mixed))
                 found.left_out += len(table.channel) - len(kept.channel)
@@ -162,6 +163,10 @@ def _read_chunks(stream: BinaryIO, found: FileScan, chunks: list[tuple[Piece, li
             why = "cut short" if truncated else why
             lost = LostChunk(region.offset, region.first_ns, region.last_ns, None if truncated else count, why)
             found.lost.append(lost)
+
+
+def _decoder(declared: Declared) -> FrameDecoder:
+    return FrameDecoder(str(declared.path), declared.ids(TF), declared.ids(TRACKING), None, declared.most_samples)
 
 
 class _Poses:
@@ -172,12 +177,12 @@ class _Poses:
         self._channels: tuple[set[int], set[int]] | None = None
         self._decoder: FrameDecoder
 
-    def read(self, table: MessageTable) -> str:
-        """Count the frames of a table; why a reader cannot read them, or ``""``."""
+    def read(self, table: MessageTable) -> SessionFileError | None:
+        """Count the frames of a table; why a reader cannot read them, or ``None``."""
         found, ids = self._found, self._found.declared.ids
         channels = (ids(TF), ids(TRACKING))
         if channels != self._channels:
-            self._channels, self._decoder = channels, FrameDecoder(str(found.declared.path), *channels, None)
+            self._channels, self._decoder = channels, _decoder(found.declared)
         stamps: list[int] = []
         count = 0
         decoder = self._decoder.fork()
@@ -187,14 +192,14 @@ class _Poses:
                 if len(frames):
                     stamps += [int(frames.stamp_ns.min()), int(frames.stamp_ns.max())]
         except SessionFileError as error:
-            return f"unreadable ({brief(error)})"
+            return error
         self._decoder = decoder
         if stamps:
             found.first_ns = min([*stamps, found.first_ns] if found.frames else stamps)
             found.last_ns = max([*stamps, found.last_ns])
         found.frames += count
         found.names = tuple(dict.fromkeys([*found.names, *self._decoder.names]))
-        return ""
+        return None
 
 
 def guess_channels(table: MessageTable, declared: Declared) -> None:

@@ -1,6 +1,7 @@
 """One table of a TOML file, read key by key; an error names file, table, key and the nearest known name."""
 
 import math
+import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
@@ -9,6 +10,8 @@ from typing import Any
 
 from sessions.errors import SessionError
 
+# A key of 32 names: the parser's time grows with the square of a key's length.
+_DEEP_KEY = re.compile(r"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}""")
 SHOWN_LETTERS = 80  # A wrong value is quoted up to here, so that a message stays one line
 
 
@@ -27,6 +30,8 @@ def read_text(path: str | Path, what: str, error: type[SessionError]) -> str:
 
 def parse_toml(text: str, file: str, error: type[SessionError]) -> "TomlTable":
     """The whole file as a table; the parser's own sentence names line and column."""
+    if _DEEP_KEY.search(text):
+        raise error(f"{file}: tables are nested too deeply; a scene needs three levels at most")
     try:
         return TomlTable(tomllib.loads(text), file, "", error)
     except tomllib.TOMLDecodeError as reason:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support import hostile
+from support import bombs, hostile
 from support.fuzzing import mutant, outcomes, seeds
 from support.peak_memory import environment
 
@@ -117,3 +117,22 @@ def test_four_verbs_do_not_contradict_each_other_about_mutants(tmp_path, count):
     told = hostile.tried(tmp_path, 0, count)
     print(told["outcomes"])
     assert told["wrong"] == [] and told["outcomes"]["info accepts"] > count // 10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", bombs.BOMBS)
+def test_a_small_file_costs_every_verb_at_most_100_mb_and_2_s_beyond_what_its_bytes_cost(good, tmp_path, name):
+    path, plain = tmp_path / "bomb.mcap", tmp_path / "good.mcap"
+    plain.write_bytes(good["own.mcap"])
+    path.write_bytes(bombs.BOMBS[name](good["own.mcap"]))
+    for verb in bombs.VERBS:
+        found = bombs.spent(verb, path, plain)
+        assert bombs.within(path.stat().st_size, found), (verb, found)
+
+
+@pytest.mark.parametrize("name", ["a scene of dots", "two million empty messages"])
+def test_what_a_file_unpacks_to_or_nests_is_bounded_by_its_size(good, tmp_path, name):
+    path = tmp_path / "bomb.mcap"
+    path.write_bytes(bombs.SMALLER[name](good["own.mcap"]))
+    found = hostile.verbs(path, tmp_path / "out.mcap")
+    assert not found["info"][0] and hostile.contradictions(found) == [], found

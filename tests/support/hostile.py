@@ -90,7 +90,7 @@ def _index_at(data: bytes, start: int) -> bytes:
 
 
 def _with_records(data: bytes, change) -> bytes:
-    foot = int.from_bytes(data[-28:-20], "little")
+    foot = int.from_bytes(data[-28:-20], "little") or len(data) - 37
     footer = HEAD.pack(Opcode.FOOTER, 20) + struct.pack("<QQI", 0, 0, 0)
     return data[:8] + joined(change(split(data[8:foot]))) + footer + data[:8]
 

@@ -6,8 +6,12 @@ from html import escape
 from importlib.resources import files
 from typing import Any, Final
 
+from replay.base.shown import shown
 from replay.outputs import tables
 from replay.outputs.tables import CODE, STRONG, Cell, Marked, Table
+
+ALLOWED: Final = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
+"""What a browser may load for a page: its own styles and pictures; no script, no font, no other address."""
 
 
 class Markup(str):
@@ -18,12 +22,13 @@ class Markup(str):
 
 def safe(value: object) -> Markup:
     """A value as HTML."""
-    return value if isinstance(value, Markup) else Markup(escape(str(value)))
+    return value if isinstance(value, Markup) else Markup(escape(shown(str(value), lines=True)))
 
 
 def element(name: str, *content: object, **attributes: object) -> Markup:
     """One element; ``class_`` stands for ``class``."""
-    words = "".join(f' {key.rstrip("_").replace("_", "-")}="{escape(str(value))}"' for key, value in attributes.items())
+    named = {key.rstrip("_").replace("_", "-"): escape(shown(str(value))) for key, value in attributes.items()}
+    words = "".join(f' {key}="{value}"' for key, value in named.items())
     return Markup(f"<{name}{words}>{''.join(safe(one) for one in content)}</{name}>")
 
 
@@ -36,7 +41,8 @@ def page_html(title: str, top: Iterable[object], sections: Iterable[object], cav
     """A self-contained page: ``top`` is its header, ``caveat`` its footer, ``style`` goes before the common one."""
     common = files("replay.outputs.report").joinpath("style.css").read_text(encoding="utf-8")
     head = [
-        Markup('<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'),
+        Markup(f'<meta charset="utf-8"><meta http-equiv="Content-Security-Policy" content="{ALLOWED}">'),
+        Markup('<meta name="viewport" content="width=device-width, initial-scale=1">'),
         element("title", title),
         Markup(f"<style>{style}{common}</style>"),
     ]
@@ -90,4 +96,4 @@ def bar(title: str, x: float, y: float, width: float, height: float, **more: obj
 def picture(png: bytes, words: str) -> Markup:
     """A picture that lies in the page itself, with what it shows in words."""
     source = "data:image/png;base64," + b64encode(png).decode()
-    return element("figure", Markup(f'<img src="{source}" alt="{escape(words)}">'), element("figcaption", words))
+    return element("figure", Markup(f'<img src="{source}" alt="{safe(words)}">'), element("figcaption", words))

@@ -50,6 +50,8 @@ def _facts(result: RunResult) -> Iterator[tuple[str, object]]:
     for key, value in result.summary["session"]["facts"].items():
         if value != "not stated":
             yield key.replace("_", " "), value
+    if withheld := session.get("facts_withheld", 0):
+        yield "withheld", f"{counted(withheld, 'fact')} withheld; the session file holds all"
 
 
 def _gaps(result: RunResult) -> Iterator[tuple[str, object]]:

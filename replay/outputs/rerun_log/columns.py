@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cdcore.numerics import FloatArray
 from replay.base.constants import HELD_FRAMES
+from replay.base.shown import shown
 from replay.outputs.palette import Rgba
 from replay.prepare.assembly import Assembly
 
@@ -132,7 +133,7 @@ class RecordingWriter:
 
     def markdown(self, path: str, text: str) -> None:
         """Log words that stand at all times."""
-        self.static(path, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN))
+        self.static(path, rr.TextDocument(shown(text, lines=True), media_type=rr.MediaType.MARKDOWN))
 
     def rows(
         self, path: str, frames: ArrayLike, columns: rr.ComponentColumnList, counts: ArrayLike | None = None

@@ -10,6 +10,7 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
+from replay.base.shown import shown
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import FACE_PAIRS, EffectEvent, FloatArray, LaneSpan, Liquid, Series
 from replay.outputs.palette import FAINT, SERIES, Rgba
@@ -99,7 +100,7 @@ def _log_lane(writer: RecordingWriter, path: str, spans: Sequence[LaneSpan]) -> 
 def _log_events(writer: RecordingWriter, path: str, events: Sequence[EffectEvent]) -> None:
     if events:
         levels = [LEVEL_WORDS[event.level] for event in events]
-        columns = rr.TextLog.columns(text=[event.text for event in events], level=levels)
+        columns = rr.TextLog.columns(text=[shown(event.text) for event in events], level=levels)
         writer.session_rows(path, _ns(np.array([event.time for event in events])), columns)
 
 

@@ -9,6 +9,7 @@ from typing import Final
 import rerun as rr
 
 from replay.base.constants import CAVEAT, HEADSET_HZ
+from replay.base.shown import shown
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.clusters import MANY, Cluster, clusters, seen_and_between
 from replay.comparison.false_contacts import FalseContact
@@ -51,7 +52,9 @@ def _log_lines(
     numbers = sorted(lines, key=lambda number: at[number])
     texts, levels, whole = zip(*(lines[number] for number in numbers), strict=True)
     colours = packed(MISSED if one else PARTLY_MISSED for one in whole)
-    columns = rr.TextLog.columns(text=texts, level=[level.replace(" ", "_") for level in levels], color=colours)
+    columns = rr.TextLog.columns(
+        text=[*map(shown, texts)], level=[level.replace(" ", "_") for level in levels], color=colours
+    )
     writer.rows_later(path, [at[number] for number in numbers], columns)
 
 

@@ -62,7 +62,11 @@ def read_codebook(path: Path) -> Codebook:
     import yaml
 
     try:
-        loaded = _with_words(yaml.safe_load(path.read_text(encoding="utf-8")))
+        text = path.read_text(encoding="utf-8")
+        # A few lines of aliases of aliases unfold to gigabytes.
+        if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text)):
+            raise StudyError(f"{path.name}: aliases (*name) are not read; write out what they stand for")
+        loaded = _with_words(yaml.safe_load(text))
     except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
         raise StudyError(f"{path} cannot be read as YAML: {' '.join(str(error).split())}") from error
     if not isinstance(loaded, dict):
@@ -86,10 +90,12 @@ def read_codebook(path: Path) -> Codebook:
 
 
 def _with_words(value: Any) -> Any:
-    """The same tables with texts as keys: YAML reads ``1:`` as a number."""
+    """The same tables with texts as keys: YAML reads ``1:`` as a number. Dates, which no key wants, become texts."""
     if isinstance(value, dict):
         return {str(key): _with_words(one) for key, one in value.items()}
-    return [_with_words(one) for one in value] if isinstance(value, list) else value
+    if isinstance(value, list):
+        return [_with_words(one) for one in value]
+    return value if isinstance(value, str | int | float | None) else str(value)
 
 
 def _scale(table: TomlTable, default: tuple[float, float]) -> tuple[float, float]:

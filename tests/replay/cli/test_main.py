@@ -3,13 +3,16 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 
 import pytest
+from support.small_worlds import cubes
 
 from replay.cli import main as module
 from replay.cli.commands import COMMANDS, GROUPS
 from replay.cli.main import main
 from replay.errors import AssemblyError
+from sessions import write_session
 
 
 def test_help_lists_every_verb_under_its_group(capsys):
@@ -90,6 +93,30 @@ def test_a_file_that_the_system_refuses_is_a_known_error(monkeypatch, capsys):
     failing(monkeypatch, PermissionError(13, "Permission denied", "x.mcap"))
     assert main(["info"]) == 1
     assert "this should not have happened" not in capsys.readouterr().err
+
+
+def test_a_full_memory_is_a_sentence_and_remarks_of_numpy_stay_inside(monkeypatch, capsys):
+    failing(monkeypatch, MemoryError())
+    assert main(["info"]) == 1
+    said = capsys.readouterr().err
+    assert said.startswith("error: the memory ran out; ") and "report" not in said
+    monkeypatch.setattr(module.cli, "main", lambda **_: warnings.warn("overflow", RuntimeWarning, stacklevel=1))
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        assert main(["info"]) == 0
+    assert not seen
+
+
+@pytest.mark.parametrize(
+    "words", [["--start", "nan"], ["--end", "inf"], ["--end=-inf"], ["--policy", "frozen=hold:1e308"], ["-o", "a\0b"],
+              ["-o", "a\udcff"], ["--policy", "gap=interpolate:1e308"]],
+)  # fmt: skip
+def test_numbers_and_names_that_mean_nothing_are_a_sentence_each(tmp_path, capsys, words):
+    write_session(cubes({"a": [0] * 4, "b": [3, 3, 0.9, 3]}), tmp_path / "s.mcap")
+    out = [] if "-o" in words else ["-o", str(tmp_path / "out")]
+    assert main(["run", str(tmp_path / "s.mcap"), "--no-picture", *out, *words]) in (1, 2)
+    said = capsys.readouterr().err
+    assert "error: " in said and "this should not have happened" not in said and said.isascii()
 
 
 def test_an_unknown_error_asks_to_be_reported(monkeypatch, capsys):

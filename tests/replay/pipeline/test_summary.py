@@ -1,10 +1,12 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.small_worlds import cubes, framed, verdicts
 
 from cdcore import Detection
+from replay.outputs.report.page import report_html
 from replay.pipeline.engine import compute
 from replay.pipeline.summary import SCHEMA, frame_seconds
 from sessions import Status
@@ -47,9 +49,14 @@ def test_seconds_of_a_frame_are_the_sum_of_its_stages_where_known():
     assert frame_seconds(Detection(**{**vars(head), "seconds": {"x": 1.0}})) is None
 
 
-def test_serials_of_devices_stay_in_the_session_file():
-    session = cubes(
-        {"a": [0] * 6, "b": [3, 3, 0.9, 0.9, 3, 3]}, facts={"devices": "LHR-8F0A0C11 -> left", "clock": "steady"}
-    )
-    told = compute(session, detectors="hybrid", oracle="none").summary["session"]["facts"]
-    assert told["clock"] == "steady" and "LHR" not in str(told)
+def test_what_leads_to_a_person_stays_in_the_session_file_and_is_counted():
+    known = {"clock": "steady", "pseudonym": "S07"}
+    private = {"devices": "LHR-8F0A0C11 -> left", "student_name": "Anna Muster", "email": "anna@example.org"}
+    session = cubes({"a": [0] * 6, "b": [3, 3, 0.9, 0.9, 3, 3]}, facts={**known, **private, "room": "not stated"})
+    result = compute(replace(session, origin="/home/anna.muster/s.mcap"), detectors="hybrid", oracle="none")
+    told = result.summary["session"]
+    assert told["facts"] == known and told["facts_withheld"] == 3 and told["origin"] == "s.mcap"
+    text = report_html(result)
+    assert "3 facts withheld" in text
+    for words in (str(result.summary), text):
+        assert not any(word in words.lower() for word in ("muster", "anna", "lhr"))

@@ -87,6 +87,10 @@ def read_outside(source, *, answer="read"):
     return answer
 
 
+def falls(path):
+    raise KeyError("colour")
+
+
 @pytest.fixture
 def outside(monkeypatch):
     """Two importers of other packages: one that works and one that cannot be loaded."""
@@ -95,17 +99,18 @@ def outside(monkeypatch):
             EntryPoint("outside", "sessions.importers.from_outside:read_outside", ENTRY_POINT_GROUP),
             EntryPoint("broken", "sessions.importers.absent:read", ENTRY_POINT_GROUP),
             EntryPoint("csv", "sessions.importers.absent:read", ENTRY_POINT_GROUP),
+            EntryPoint("falls", "sessions.importers.from_outside:falls", ENTRY_POINT_GROUP),
         ]
     )
     module = type(sys)("sessions.importers.from_outside")
-    module.read_outside = read_outside
+    module.read_outside, module.falls = read_outside, falls
     monkeypatch.setitem(sys.modules, "sessions.importers.from_outside", module)
     monkeypatch.setattr(importers, "entry_points", lambda **wanted: points.select(**wanted))
 
 
 def test_an_importer_of_another_package_is_a_row_like_any_other(outside, tmp_path):
     (tmp_path / "x").touch()
-    assert importer_names() == [*IMPORTERS, "broken", "outside"]
+    assert importer_names() == [*IMPORTERS, "broken", "falls", "outside"]
     assert import_session("outside", tmp_path / "x", answer="found") == "found"
     with pytest.raises(ImportFileError, match="has no option 'colour'; it has: answer"):
         import_session("outside", tmp_path / "x", colour=1)
@@ -116,3 +121,6 @@ def test_an_importer_that_cannot_be_loaded_is_one_sentence_and_hides_no_built_in
         import_session("broken", tmp_path / "x")
     with pytest.raises(ImportFileError, match="does not exist or is no file"):
         import_session("csv", tmp_path / "x")
+    (tmp_path / "x").touch()
+    with pytest.raises(ImportFileError, match=r"importer 'falls' \(.*test_finish\) failed: KeyError: 'colour'; report"):
+        import_session("falls", tmp_path / "x")

@@ -132,7 +132,7 @@ def test_poses_and_validity_are_guessed_and_nothing_else(path):
     messages = [(7, 0, log, publish, payload) for publish, log, payload in protobuf_messages(frames)]
     messages.append((8, 0, 1, 1, b"hello"))
     block = RecordBlock.of(messages)
-    declared = Declared(path)
+    declared = Declared(path, 0)
     guess_channels(listed(block.data, Region(0, 0, "", 0, 0, None), declared), declared)
     assert declared.ids("/tf") == {7} and 8 not in declared.channels
 

@@ -106,9 +106,14 @@ def test_the_same_result_gives_the_same_bytes(run, page, tmp_path):
 
 
 def test_hostile_names_stay_words():
-    session = cubes({"<script>alert(1)</script>": [0] * 30, 'b"&': [3, 2, 0.9, 2, 3] * 6})
+    session = cubes({"<script>alert(1)</script>": [0] * 30, 'b"&\u202e': [3, 2, 0.9, 2, 3] * 6})
     text = report_html(compute(session, detectors="slow=discrete[rate_hz=5]"))
-    assert "<script" not in text and "&lt;script&gt;" in text
+    assert "<script" not in text and "&lt;script&gt;" in text and "\u202e" not in text
+
+
+def test_a_page_allows_a_browser_no_script_and_no_other_address(page):
+    (allowed,) = re.findall('<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)
+    assert allowed.startswith("default-src 'none'; ") and "script" not in allowed and "http" not in allowed
 
 
 def test_a_run_without_detectors_says_so(run):

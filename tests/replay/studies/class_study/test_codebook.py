@@ -33,6 +33,8 @@ def test_groups_and_an_items_own_scale_are_read(tmp_path):
     "text, words",
     [
         ("items: [", "cannot be read as YAML"),
+        ("a: &a [x, x]\nitems: {a: *a}", "aliases .* are not read"),
+        ("student: 2024-01-01\nitems: {}", "items is empty"),
         ("- 3", "must be a table"),
         ("itmes: {}", "unknown key 'itmes'; did you mean 'items'"),
         ("items: {}", "items is empty"),
