@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 @click.option("--mesh", "meshes", multiple=True, metavar="BODY=FILE", help="Mesh of a body: left=wand.glb. Repeatable.")
 @click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help="Bodies, pairs, effects.")
 @click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv: which column is what.")
-@click.option("--convention", metavar="NAME", help="csv: axes of the source, for example unity.")
+@click.option("--convention", metavar="NAME", help="Axes of the source, for example unity.")
+@click.option("--topic", "topics", multiple=True, metavar="TOPIC", help="mcap, ros2: read this alone. Repeatable.")
 @click.option("--mesh-axes", metavar="NAME", help="csv: axes of the mesh files, same or x-flipped.")
 @click.option("--session", type=SESSION_FILE, metavar="FILE.mcap", help="contacts: the session they belong to.")
 @click.option(
@@ -32,14 +33,14 @@ def command(
     kind: str, source: Path, out: Path, force: bool, meshes: tuple[str, ...], scene: Path | None,
     session: Path | None, offset: float | None, as_json: bool, people: People, **options: Any,
 ) -> int:  # fmt: skip
-    """Read SOURCE, a recording of another program in FORMAT (aframe, csv, contacts), and write it as a session file.
+    """Read SOURCE, a recording of another program in FORMAT, and write it as a session file.
 
     \b
     replay import aframe motion.json -o session.mcap --mesh left=wand.glb --mesh right=wand.glb
     replay import csv unity.csv -o session.mcap --convention unity
     replay import contacts engine.csv --session session.mcap -o with_contacts.mcap
     """
-    given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
+    given: dict[str, Any] = {name: value for name, value in options.items() if value not in (None, ())}
     given["meshes"] = _meshes(meshes)
     from replay.errors import OutputError
     from sessions import write_session
@@ -92,6 +93,9 @@ def _what(session: "Session") -> Iterator[str]:
     conversions = session.facts.get("conversions", "none")
     if conversions != "none":
         yield f"converted: {conversions}"
+    if "assumed" in session.facts:
+        cure = "; name other axes with --convention" if "axes" in session.facts["assumed"] else ""
+        yield f"assumed: {session.facts['assumed']}{cure}"
     proxies = [body.id for body in session.scene.bodies if body.proxy]
     if proxies:
         yield f"proxy meshes stand in for: {', '.join(proxies)}; give the real ones with --mesh"

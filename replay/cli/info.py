@@ -45,7 +45,7 @@ def _shown(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table |
     yield from (f"[dim]{key}: {value}[/dim]" for key, value in info["facts"].items() if verbose or key in SHORT_FACTS)
 
 
-SHORT_FACTS = ("format", "vr_type", "source_file", "conversions", "missing")
+SHORT_FACTS = ("format", "vr_type", "source_file", "conversions", "assumed", "missing")
 
 
 def _bodies(bodies: list[dict[str, Any]]) -> Table:

@@ -12,6 +12,8 @@ from sessions.model.session import Session
 IMPORTERS: Final[dict[str, str]] = {
     "aframe": "sessions.importers.aframe:read_aframe",
     "csv": "sessions.importers.csv_file:read_csv",
+    "mcap": "sessions.importers.mcap_file:read_mcap",
+    "ros2": "sessions.importers.mcap_file:read_mcap",
 }
 """Format -> ``module:function``. Rows from outside come in through the entry-point group below."""
 

@@ -1,6 +1,7 @@
 import json
 
 import numpy as np
+from mcap.writer import Writer
 from support.small_worlds import cube
 
 from replay.cli.main import main
@@ -67,6 +68,26 @@ def test_an_option_of_another_format_is_refused_by_name(tmp_path, capsys):
     source = aframe(tmp_path / "m.json")
     assert main(["import", "aframe", str(source), "-o", str(tmp_path / "s.mcap"), "--convention", "unity"]) == 1
     assert "has no option 'convention'" in capsys.readouterr().err
+
+
+def test_what_was_assumed_is_said_unless_it_was_given(tmp_path, capsys):
+    source = tmp_path / "foreign.mcap"
+    with source.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        schema = writer.register_schema("foxglove.FrameTransform", "jsonschema", b"{}")
+        for topic in ("/tf", "/other"):
+            channel = writer.register_channel(topic, "json", schema)
+            for stamp in (1, 2):
+                pose = {"child_frame_id": topic, "translation": {}, "rotation": {"x": 0, "y": 0, "z": 0, "w": 1}}
+                writer.add_message(channel, stamp, json.dumps(pose).encode(), stamp)
+        writer.finish()
+    out = str(tmp_path / "s.mcap")
+    assert main(["import", "mcap", str(source), "-o", out, "--topic", "/tf"]) == 0
+    assert "2 frames of tf\n" in (said := capsys.readouterr().err)
+    assert "assumed: axes ros" in said and "name other axes with --convention" in said
+    assert main(["import", "mcap", str(source), "-o", out, "--force", "--convention", "openxr"]) == 0
+    assert "of tf, other" in (said := capsys.readouterr().err) and "axes ros" not in said
 
 
 def test_an_unknown_format_is_answered_with_those_there_are(tmp_path, capsys):

@@ -66,7 +66,7 @@ def test_a_recording_without_poses_is_refused(tmp_path):
 
 
 def test_an_unknown_format_names_those_there_are(tmp_path):
-    with pytest.raises(ImportFileError, match="no importer 'unity'; there are: aframe, csv"):
+    with pytest.raises(ImportFileError, match="no importer 'unity'; there are: aframe, csv, mcap, ros2"):
         import_session("unity", tmp_path / "x")
 
 
