@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("kind", metavar="FORMAT")
-@click.argument("source", type=SESSION_FILE, metavar="SOURCE")
+@click.argument("source", type=click.Path(exists=True, path_type=Path), metavar="SOURCE")
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.mcap", help="Session file to write.")
 @force
 @click.option("--mesh", "meshes", multiple=True, metavar="BODY=FILE", help="Mesh of a body: left=wand.glb. Repeatable.")

@@ -13,9 +13,15 @@ IMPORTERS: Final[dict[str, str]] = {
     "aframe": "sessions.importers.aframe:read_aframe",
     "csv": "sessions.importers.csv_file:read_csv",
     "mcap": "sessions.importers.mcap_file:read_mcap",
+    "optitrack": "sessions.importers.optitrack:read_optitrack",
     "ros2": "sessions.importers.mcap_file:read_mcap",
+    "uxf": "sessions.importers.uxf:read_uxf",
+    "xdf": "sessions.importers.xdf:read_xdf",
 }
 """Format -> ``module:function``. Rows from outside come in through the entry-point group below."""
+
+FOLDERS: Final = ("uxf",)
+"""Formats whose source is a folder."""
 
 ENTRY_POINT_GROUP: Final = "vrlab_replay.importers"
 
@@ -32,7 +38,7 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
     Parameters
     ----------
     format : a name in ``IMPORTERS`` or of an installed package.
-    source : the file.
+    source : the file, or the folder of a format in ``FOLDERS``.
     options : keywords of that importer; all take ``meshes``, ``scene``, ``scene_folder`` and ``proxies`` of
         ``sessions.importers.finish.finished``.
 
@@ -45,7 +51,7 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
         if option not in known:
             raise ImportFileError(f"importer {format!r} has no option {option!r}; it has: {', '.join(known)}")
     path = Path(source)
-    if not path.is_file():
+    if not path.is_file() and not (path.is_dir() and format in FOLDERS):
         raise ImportFileError(f"{path} does not exist or is no file; check the path")
     return read(path, **options)
 
