@@ -38,6 +38,7 @@ def command(
     \b
     replay import aframe motion.json -o session.mcap --mesh left=wand.glb --mesh right=wand.glb
     replay import csv unity.csv -o session.mcap --convention unity
+    replay import auto S001 -o session.mcap
     replay import contacts engine.csv --session session.mcap -o with_contacts.mcap
     """
     given: dict[str, Any] = {name: value for name, value in options.items() if value not in (None, ())}
@@ -90,6 +91,8 @@ def _meshes(given: tuple[str, ...]) -> dict[str, Path]:
 
 def _what(session: "Session") -> Iterator[str]:
     yield f"{len(session.frames):,} frames of {', '.join(session.names)}"
+    if "taken_for" in session.facts:
+        yield f"taken for {session.facts['taken_for']}"
     conversions = session.facts.get("conversions", "none")
     if conversions != "none":
         yield f"converted: {conversions}"

@@ -1,5 +1,6 @@
 """Recordings of other programs, one importer per format; conversions and dropped rows are recorded in the metadata."""
 
+from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import entry_points
 from inspect import signature
@@ -20,8 +21,11 @@ IMPORTERS: Final[dict[str, str]] = {
 }
 """Format -> ``module:function``. Rows from outside come in through the entry-point group below."""
 
-FOLDERS: Final = ("uxf",)
-"""Formats whose source is a folder."""
+AUTO: Final = "auto"
+"""The format that looks at the source first; why it took it for what it did is the fact ``taken_for``."""
+
+FOLDERS: Final = ("uxf", AUTO)
+"""Formats whose source may be a folder."""
 
 ENTRY_POINT_GROUP: Final = "vrlab_replay.importers"
 
@@ -29,7 +33,7 @@ ENTRY_POINT_GROUP: Final = "vrlab_replay.importers"
 def importer_names() -> list[str]:
     """Every format that ``import_session`` takes."""
     outside = sorted(point.name for point in entry_points(group=ENTRY_POINT_GROUP))
-    return list(IMPORTERS) + [name for name in outside if name not in IMPORTERS]
+    return [*IMPORTERS, AUTO] + [name for name in outside if name not in IMPORTERS]
 
 
 def import_session(format: str, source: str | Path, **options: Any) -> Session:
@@ -45,15 +49,21 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
     Raises ``ImportFileError``: an unknown format or option, or a file that is not what it should be; names file, line
     and column.
     """
-    read = _importer(format)
-    known = list(signature(read).parameters)[1:]
+    path = Path(source)
+    is_there = path.is_file() or (path.is_dir() and format in FOLDERS)
+    if format == AUTO and is_there:
+        from sessions.importers.recognition import recognised
+
+        name, why = recognised(path)
+        session = import_session(name, path, **options)
+        return replace(session, facts={**session.facts, "taken_for": f"{name}, because {why}"})
+    known = list(signature(_importer(format)).parameters)[1:] if format != AUTO else list(options)
     for option in options:
         if option not in known:
             raise ImportFileError(f"importer {format!r} has no option {option!r}; it has: {', '.join(known)}")
-    path = Path(source)
-    if not path.is_file() and not (path.is_dir() and format in FOLDERS):
+    if not is_there:
         raise ImportFileError(f"{path} does not exist or is no file; check the path")
-    return read(path, **options)
+    return _importer(format)(path, **options)
 
 
 def _importer(name: str) -> Any:

@@ -40,6 +40,14 @@ def test_json_says_where_the_session_lies_and_what_was_said(tmp_path, capsys):
     assert told["notes"] == said.splitlines() and "proxy meshes stand in for: left, right" in said
 
 
+def test_auto_says_what_it_takes_a_file_for_and_why(tmp_path, capsys):
+    source = aframe(tmp_path / "m.json")
+    assert main(["import", "auto", str(source), "-o", str(tmp_path / "s.mcap")]) == 0
+    assert "taken for aframe, because it is JSON\n" in capsys.readouterr().err
+    assert main(["import", "aframe", str(source), "-o", str(tmp_path / "s.mcap"), "--force"]) == 0
+    assert "taken for" not in capsys.readouterr().err
+
+
 def test_stand_in_meshes_are_said_to_be_stand_ins(tmp_path, capsys):
     source = aframe(tmp_path / "m.json")
     assert main(["import", "aframe", str(source), "-o", str(tmp_path / "s.mcap")]) == 0

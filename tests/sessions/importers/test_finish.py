@@ -67,7 +67,7 @@ def test_a_recording_without_poses_is_refused(tmp_path):
 
 def test_an_unknown_format_names_those_there_are(tmp_path):
     with pytest.raises(
-        ImportFileError, match="no importer 'unity'; there are: aframe, csv, mcap, optitrack, ros2, uxf, xdf"
+        ImportFileError, match="no importer 'unity'; there are: aframe, csv, mcap, optitrack, ros2, uxf, xdf, auto"
     ):
         import_session("unity", tmp_path / "x")
 
@@ -108,7 +108,7 @@ def outside(monkeypatch):
 
 def test_an_importer_of_another_package_is_a_row_like_any_other(outside, tmp_path):
     (tmp_path / "x").touch()
-    assert importer_names() == [*IMPORTERS, "broken", "outside"]
+    assert importer_names() == [*IMPORTERS, "auto", "broken", "outside"]
     assert import_session("outside", tmp_path / "x", answer="found") == "found"
     with pytest.raises(ImportFileError, match="has no option 'colour'; it has: answer"):
         import_session("outside", tmp_path / "x", colour=1)
