@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("kind", metavar="FORMAT")
-@click.argument("source", type=click.Path(exists=True, path_type=Path), metavar="SOURCE")
+@click.argument("sources", type=click.Path(exists=True, path_type=Path), metavar="SOURCE...", nargs=-1, required=True)
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.mcap", help="Session file to write.")
 @force
 @click.option("--mesh", "meshes", multiple=True, metavar="BODY=FILE", help="Mesh of a body: left=wand.glb. Repeatable.")
@@ -30,10 +30,12 @@ if TYPE_CHECKING:
 )
 @reporting
 def command(
-    kind: str, source: Path, out: Path, force: bool, meshes: tuple[str, ...], scene: Path | None,
+    kind: str, sources: tuple[Path, ...], out: Path, force: bool, meshes: tuple[str, ...], scene: Path | None,
     session: Path | None, offset: float | None, as_json: bool, people: People, **options: Any,
 ) -> int:  # fmt: skip
     """Read SOURCE, a recording of another program in FORMAT, and write it as a session file.
+
+    Several SOURCES of one clock become one session.
 
     \b
     replay import aframe motion.json -o session.mcap --mesh left=wand.glb --mesh right=wand.glb
@@ -50,13 +52,13 @@ def command(
     if out.exists() and not force:
         raise OutputError(f"{out} exists; name another file, or replace it with --force")
     if kind == "contacts":
-        imported, said = _contacts(source, session, offset)
+        imported, said = _contacts(sources, session, offset)
     else:
         if scene is not None:
             from sessions.scene_files.scene_toml import read_scene
 
             given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
-        imported = import_session(kind, source, **given)
+        imported = import_session(kind, sources, **given)
         said = list(_what(imported))
     out.parent.mkdir(parents=True, exist_ok=True)
     write_session(imported, out, overwrite=force)
@@ -66,10 +68,13 @@ def command(
     return 0
 
 
-def _contacts(source: Path, session: Path | None, offset: float | None) -> "tuple[Session, list[str]]":
+def _contacts(sources: tuple[Path, ...], session: Path | None, offset: float | None) -> "tuple[Session, list[str]]":
     """A session with the reported contacts in it, and how well their clock fits."""
     if session is None:
         raise click.UsageError("contacts belong to a session; name it with --session FILE.mcap")
+    if len(sources) > 1:
+        raise click.UsageError("contacts come from one file; name one SOURCE")
+    source = sources[0]
     from replay.contact_import import import_contacts
     from sessions import read_session
 

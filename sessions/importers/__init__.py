@@ -1,5 +1,6 @@
 """Recordings of other programs, one importer per format; conversions and dropped rows are recorded in the metadata."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -27,6 +28,8 @@ AUTO: Final = "auto"
 FOLDERS: Final = ("uxf", AUTO)
 """Formats whose source may be a folder."""
 
+FOR_THE_WHOLE: Final = ("meshes", "scene", "scene_folder", "proxies")
+
 ENTRY_POINT_GROUP: Final = "vrlab_replay.importers"
 
 
@@ -36,19 +39,21 @@ def importer_names() -> list[str]:
     return [*IMPORTERS, AUTO] + [name for name in outside if name not in IMPORTERS]
 
 
-def import_session(format: str, source: str | Path, **options: Any) -> Session:
+def import_session(format: str, source: str | Path | Sequence[str | Path], **options: Any) -> Session:
     """Read a recording of another program as a session in the canonical frame.
 
     Parameters
     ----------
     format : a name in ``IMPORTERS`` or of an installed package.
-    source : the file, or the folder of a format in ``FOLDERS``.
+    source : the file, or the folder of a format in ``FOLDERS``; or several, of one clock and one recording.
     options : keywords of that importer; all take ``meshes``, ``scene``, ``scene_folder`` and ``proxies`` of
         ``sessions.importers.finish.finished``.
 
     Raises ``ImportFileError``: an unknown format or option, or a file that is not what it should be; names file, line
     and column.
     """
+    if not isinstance(source, str | Path):
+        return _joined(format, source, options)
     path = Path(source)
     is_there = path.is_file() or (path.is_dir() and format in FOLDERS)
     if format == AUTO and is_there:
@@ -64,6 +69,18 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
     if not is_there:
         raise ImportFileError(f"{path} does not exist or is no file; check the path")
     return _importer(format)(path, **options)
+
+
+def _joined(format: str, sources: Sequence[str | Path], options: dict[str, Any]) -> Session:
+    if len(sources) == 1:
+        return import_session(format, sources[0], **options)
+    whole = {name: options.pop(name) for name in FOR_THE_WHOLE if name in options}
+    if not sources or options.get("mesh_axes", "same") != "same":
+        raise ImportFileError("name a source; turn meshes by mesh_axes with one source alone")
+    parts = {Path(one): import_session(format, one, **options, proxies=False) for one in sources}
+    from sessions.importers.joining import joined
+
+    return joined(parts, **whole)
 
 
 def _importer(name: str) -> Any:

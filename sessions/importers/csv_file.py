@@ -54,7 +54,12 @@ def read_csv(
         raise ImportFileError(f"no mesh_axes {mesh_axes!r}; there are: {', '.join(MESH_AXES)}")
     plan = UNITY if mapping is None else mapping if isinstance(mapping, CsvMapping) else read_mapping(mapping)
     axes = _axes(convention or plan.convention)
-    table = CsvTable(source, plan.delimiter, plan.decimal)
+    table = CsvTable(source, plan.delimiter, plan.decimal, plan.skip_lines, plan.header_lines)
+    if mapping is None and plan.time not in table.columns:
+        raise ImportFileError(
+            f"{source}: line 1: no column {plan.time!r}, so this is not the CSV of the Unity script; "
+            "say with --mapping FILE what its columns are"
+        )
     samples = _samples(table, plan, axes)
     if mesh_axes != "same":
         samples = replace(samples, conversions=(*samples.conversions, f"{MESH_AXES[mesh_axes]}: turned by 180 degrees"))

@@ -1,6 +1,7 @@
 """A CSV as typed columns: stamps are exact to the last digit, and an error names line and column."""
 
 import csv
+import json
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
@@ -72,6 +73,11 @@ class CsvTable:
     def column(self, name: str) -> Any:
         """The cells of a column as Arrow text."""
         if name not in self.columns:
+            if len(self.columns) == 1 and (other := [letter for letter in ",;\t|" if letter in self.columns[0]]):
+                raise ImportFileError(
+                    f"{self.source}: line {self._above}: no column {name!r}, for nothing stands between "
+                    f"{self._delimiter!r}; write delimiter = {json.dumps(other[0])} into the mapping"
+                )
             raise ImportFileError(f"{self.source}: line {self._above}: no column {name!r}{nearest(name, self.columns)}")
         return self._table.column(name)
 
@@ -126,7 +132,8 @@ class CsvTable:
             try:
                 float("nan" if cell in EMPTY else cell.replace(self._decimal, "."))
             except ValueError:
-                return self._wrong(row, column, f"{cell[:40]!r} is no number; repair the cell")
+                cure = 'write decimal = "," into the mapping' if cell.count(",") == 1 else "repair the cell"
+                return self._wrong(row, column, f"{cell[:40]!r} is no number; {cure}")
         return ImportFileError(f"{self.source}: column {column!r} holds something that is no number; repair it")
 
     def _wrong(self, row: int, column: str, message: str) -> ImportFileError:

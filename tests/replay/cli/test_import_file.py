@@ -102,3 +102,17 @@ def test_an_unknown_format_is_answered_with_those_there_are(tmp_path, capsys):
     source = aframe(tmp_path / "m.json")
     assert main(["import", "fbx", str(source), "-o", str(tmp_path / "s.mcap")]) == 1
     assert "aframe, csv" in capsys.readouterr().err
+
+
+def test_several_sources_of_one_clock_become_one_session(tmp_path, capsys):
+    first = aframe(tmp_path / "a.json")
+    second = tmp_path / "b.json"
+    second.write_text(first.read_text().replace('"left"', '"cup"').replace('"right"', '"plate"'))
+    out = tmp_path / "s.mcap"
+    assert main(["import", "aframe", str(first), str(second), "-o", str(out)]) == 0
+    assert "20 frames of left, right, cup, plate" in capsys.readouterr().err
+    assert (
+        main(["import", "contacts", str(first), str(second), "--session", str(out), "-o", str(tmp_path / "c.mcap")])
+        == 2
+    )
+    assert "contacts come from one file; name one SOURCE" in capsys.readouterr().err
