@@ -4,6 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from replay.api.advisor import Advice, advise
     from replay.api.auditor import AuditResult, audit
     from replay.api.runner import run
     from replay.effects.effect_plan import Plan, plan
@@ -13,17 +14,19 @@ if TYPE_CHECKING:
     from replay.tradeoffs.sweep import tradeoff
 
 __all__ = [
-    "AuditResult", "Plan", "RunResult", "StressResult", "Tradeoff", "audit", "plan", "run", "stress",
-    "synthetic_session", "tradeoff",
+    "Advice", "AuditResult", "Plan", "RunResult", "StressResult", "Tradeoff", "advise", "audit", "plan", "run",
+    "stress", "synthetic_session", "tradeoff",
 ]  # fmt: skip
 
 # Not the library lazy_loader: it needs stub files with relative imports, and its error does not list the names.
 _HOME = {
+    "Advice": "replay.api.advisor",
     "AuditResult": "replay.api.auditor",
     "Plan": "replay.effects.effect_plan",
     "RunResult": "replay.pipeline.run_result",
     "StressResult": "replay.studies.stress.stress_runner",
     "Tradeoff": "replay.pipeline.run_result",
+    "advise": "replay.api.advisor",
     "audit": "replay.api.auditor",
     "plan": "replay.effects.effect_plan",
     "run": "replay.api.runner",

@@ -20,9 +20,14 @@ class MeshFileError(SessionError):
 class SessionFileError(SessionError):
     """A session file that cannot be read, or a session that a file cannot hold."""
 
+    code = "unreadable"
+    """Why, as the doctor calls it: a key of `sessions.mcap_format.refusals.CURES`."""
+
 
 class TornFileError(SessionFileError):
     """A session file that ends without its index, because its recording was cut short."""
+
+    code = "torn"
 
 
 class SceneError(SessionError):

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import ClassVar
+from typing import ClassVar, Final
 
 import numpy as np
 
@@ -22,6 +22,8 @@ from cdcore.numerics import ByteArray, IntArray
 from cdcore.protocol import Body, Detection, Explanation, Motion, PairDetector, Verdict, contact_or_clear, pair_has_pose
 from cdcore.protocol.blocks import HeldVerdicts, looks_at, looks_of, require_rate
 from cdcore.protocol.live import Live, LiveHeld, LivePairs
+
+FIRST: Final = np.zeros(1, dtype=np.int64)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,7 +87,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         if skin:
             grown = tuple(Body(body.name, box_collider(body.mesh, skin)) for body in self.colliders)
         self._broad = BroadPhase(grown, pairs)
-        self._offset = ContactOffset(self.colliders, pairs, 2 * skin) if skin else None
+        self._offset = ContactOffset(self._trees, pairs, 2 * skin) if skin else None
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether the frame was tested, and whether the solids meet there."""
@@ -102,8 +104,8 @@ class ColliderDetector(PairDetector[ColliderSettings]):
             found = surfaces.decide(now, column, margin)
             if offset is None or found[0] == Verdict.CONTACT:
                 return found
-            apart = offset.apart(now, 0, column)
-            return int(Verdict.CONTACT if apart <= 0.0 else Verdict.CLEAR), apart > margin
+            near = offset.near(now, FIRST, np.array([column]))[0]
+            return int(Verdict.CONTACT if near else Verdict.CLEAR), False
 
         looks = LivePairs(BroadLooks(self._broad), decide, self._containment.question)
         return LiveHeld(looks, self.pairs, self.settings.rate_hz) if self.settings.rate_hz else looks

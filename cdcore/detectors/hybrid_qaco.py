@@ -8,14 +8,16 @@ from typing import ClassVar
 import numpy as np
 
 from cdcore.bounding.sphere import require_sphere_mode
+from cdcore.broad.broad_looks import BroadLooks
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.containment_stage import REFUSAL, ContainmentStage
 from cdcore.narrow.mesh_stage import MeshAnswer, MeshStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import ByteArray, Int32Array, IntArray
-from cdcore.protocol import NO_FACES, Body, Detection, Explanation, FaceSets, Motion, PairDetector, Verdict
+from cdcore.protocol import NO_FACES, Body, Detection, Explanation, FaceSets, Live, Motion, PairDetector, Verdict
 from cdcore.search.explaining import SearchExplainer
+from cdcore.search.live_search import LiveSearch
 from cdcore.search.settings import SearchSettings
 from cdcore.search.stage import CONTAINMENT_REFUSED, SearchAnswer, SearchMemory, SearchStage
 from cdcore.search.tracing import Watched, watched
@@ -92,6 +94,10 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
     def watch(self, motion: Motion) -> Watched:
         """Search the whole motion again and keep what each stage did."""
         return watched(self.bodies, self.pairs, self.settings, motion, self._broad.by_stage(motion))
+
+    def live(self) -> Live:
+        """A session that is asked one frame after the other."""
+        return LiveSearch(BroadLooks(self._broad), self._search) if self._meshes is None else super().live()
 
     def _fresh_memory(self) -> SearchMemory:
         return self._search.fresh_memory()

@@ -86,18 +86,18 @@ class TreeDetector(PairDetector[TreeSettings]):
 
 
 class AabbDetector(TreeDetector):
-    """A tree of axis-aligned boxes around the reference vertices, exact faces at its leaves.
+    """A tree of boxes along the world's axes, placed around each node's own box, exact faces at its leaves.
 
-    Choose it as the simplest complete hierarchy: its box tests compare numbers that were rounded already, so it has no
-    tolerance to doubt. ``obb`` is faster wherever bodies are rigid.
+    Choose it as the simplest complete hierarchy: three comparisons a test. ``obb`` has tighter boxes around turned
+    bodies.
 
-    Source: see ``sources``. Cost: all faces of both bodies once a pose whose spheres overlap, then the boxes that meet.
+    Source: see ``sources``. Cost: spheres first, then the boxes that meet, some 30 nanoseconds each.
     """
 
     name: ClassVar[str] = "aabb"
     sources: ClassVar[tuple[str, ...]] = (AABB_TREE,)
-    choose_when: ClassVar[str] = "you want a complete tree without any tolerance, to compare others with"
-    cannot: ClassVar[str] = "be fast on large meshes: it refits every box in every pose"
+    choose_when: ClassVar[str] = "you want the simplest complete tree, to compare others with"
+    cannot: ClassVar[str] = "be as tight as `obb`: the box around a turned box is larger"
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: TreeSettings) -> None:
         super().__init__(bodies, pairs, settings)

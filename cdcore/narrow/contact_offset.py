@@ -1,36 +1,40 @@
-"""Contact before surfaces meet: which pairs are no farther apart than a distance, by FCL."""
+"""Contact before surfaces meet: which pairs are no farther apart than a distance."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from cdcore.narrow.fcl_meshes import FclMeshes
+from cdcore.narrow.margins.margin_kernels import boxes_of, certainly_apart
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns
+from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.numerics import BoolArray, IntArray
-from cdcore.protocol import Body, Motion, ordered_by_name
+from cdcore.protocol import Motion
 
 
 class ContactOffset:
-    """Asks how far the surfaces of ``pairs`` (P, 2) are apart that do not meet; ``reach`` is in metres."""
+    """Asks whether surfaces of ``pairs`` (P, 2) that do not meet are at most ``reach`` metres apart; a tree a body.
 
-    def __init__(self, bodies: Sequence[Body], pairs: IntArray, reach: float) -> None:
-        self._meshes, self._reach = FclMeshes([body.mesh for body in bodies]), reach
-        self._ends = ordered_by_name(bodies, pairs)[0].tolist()
+    Distances are computed in floats: between 1e-9 of the bodies' size below and above the reach either may be said.
+    """
+
+    def __init__(self, trees: Sequence[BoxTree], pairs: IntArray, reach: float) -> None:
+        self._trees = [(boxes_of(tree), tree) for tree in trees]
+        self._pairs, self._reach = np.sort(pairs, axis=1).tolist(), reach
 
     def near(self, motion: Motion, frames: IntArray, columns: IntArray) -> BoolArray:
-        """Which of K pair-frames without contact, sorted by column, are within reach, (K,)."""
+        """Which of K pair-frames without contact are within reach, (K,)."""
         found = np.zeros(len(frames), dtype=np.bool_)
         for column, rows in rows_of_columns(columns):
-            at, fresh = frames[rows], np.zeros(len(rows), dtype=np.bool_)
-            for body in self._ends[column]:
-                fresh |= differs_from_before((motion.rotations[at, body], motion.translations[at, body]))
-            answers = [self.apart(motion, frame, column) <= 0.0 for frame in at[fresh].tolist()]
-            found[rows] = np.array(answers)[np.cumsum(fresh) - 1]
+            (a, b), at = self._pairs[column], frames[rows]
+            turn_a, turn_b = motion.rotations[at, a], motion.rotations[at, b]
+            move_a, move_b = motion.translations[at, a], motion.translations[at, b]
+            fresh = differs_from_before((turn_a, move_a)) | differs_from_before((turn_b, move_b))
+            back = turn_b[fresh].transpose(0, 2, 1)
+            turns = np.ascontiguousarray(back @ turn_a[fresh])
+            moves = np.ascontiguousarray((back @ (move_a[fresh] - move_b[fresh])[..., None])[..., 0])
+            apart = np.empty(len(turns), dtype=np.bool_)
+            reach = np.full(len(turns), self._reach)
+            (boxes_a, tree_a), (boxes_b, tree_b) = self._trees[a], self._trees[b]
+            certainly_apart(boxes_a, tree_a, boxes_b, tree_b, turns, moves, reach, True, apart)
+            found[rows] = ~apart[np.cumsum(fresh) - 1]
         return found
-
-    def apart(self, motion: Motion, frame: int, column: int) -> float:
-        """Metres by which one pair is farther apart than the reach."""
-        a, b = self._ends[column]
-        for body in (a, b):
-            self._meshes.place_known(body, motion.rotations[frame, body], motion.translations[frame, body])
-        return self._meshes.distance(a, b) - self._reach

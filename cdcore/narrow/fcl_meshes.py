@@ -69,10 +69,6 @@ class FclMeshes:
         """Whether the surfaces of two placed bodies meet."""
         return bool(fcl.collide(self._bodies[a], self._bodies[b], self._first, _FacePairs()))
 
-    def distance(self, a: int, b: int) -> float:
-        """Metres between the surfaces of two placed bodies that do not meet."""
-        return float(fcl.distance(self._bodies[a], self._bodies[b], fcl.DistanceRequest(), fcl.DistanceResult()))
-
     def faces(self, a: int, b: int, *, most: int = EVERY_CONTACT) -> NDArray[np.int32]:
         """The face pairs of two placed bodies that meet, (k, 2), unique and sorted; FCL stops after ``most``."""
         found = _FacePairs()

@@ -89,7 +89,7 @@ class MarginStage:
         size = np.abs(translations).sum(axis=(1, 2)) + a.reach + b.reach
         apart = np.zeros(len(turns), dtype=np.bool_)
         reach = self._tau + POSE_ULPS * EPS * size
-        certainly_apart(boxes_of(a), a, boxes_of(b), b, turns, np.ascontiguousarray(moves), reach, apart)
+        certainly_apart(boxes_of(a), a, boxes_of(b), b, turns, np.ascontiguousarray(moves), reach, False, apart)
         return apart
 
     def _placed(self, body: int, rotation: FloatArray, translation: FloatArray) -> FloatArray:

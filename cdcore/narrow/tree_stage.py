@@ -124,7 +124,7 @@ class TreeStage:
         counts, truncated, pad = self._scratch
         tight, left = position_pad(size, SKEW) + UNDERFLOW_PAD, self._search.undismissed
         # With a margin some hundred tests only: where surfaces are near each other, most faces lie within it.
-        for extra, budget in ((margin, MARGIN_TESTS), (0.0, UNLIMITED))[left is None :]:
+        for extra, budget in ((margin, MARGIN_TESTS), (0.0, UNLIMITED)):
             counts[:], truncated[0], pad[0] = 0, 0, tight + extra
             found = self._search.found_by(
                 a, b, turns[0], moves[0], turns[1], moves[1], pad, False, budget, counts, truncated
@@ -132,7 +132,7 @@ class TreeStage:
             if len(found) or not truncated[0]:
                 break
         if not len(found):
-            return CLEAR, left is not None and extra > 0.0 and counts[0, left] == 0
+            return CLEAR, bool(extra > 0.0 and counts[0, left] == 0)
         corners = self._bodies[a].mesh.triangles, self._bodies[b].mesh.triangles
         return (CONTACT if len(decided_by_integers(found, corners, turns, moves)) else CLEAR), False
 

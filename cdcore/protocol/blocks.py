@@ -105,8 +105,13 @@ def looks_of(times: FloatArray, rate_hz: float | None, before: float = -np.inf) 
     """
     if rate_hz is None or not len(times):
         return np.ones(len(times), dtype=np.bool_), before
-    ticks = np.floor((times + TICK_SLACK) * rate_hz)
+    ticks = tick_of(times, rate_hz)
     return np.diff(ticks, prepend=before) > 0, float(ticks[-1])
+
+
+def tick_of(times: FloatArray, rate_hz: float) -> FloatArray:
+    """Number of the last tick at each time, of any shape."""
+    return np.floor((times + TICK_SLACK) * rate_hz)
 
 
 def looks_at(times: FloatArray, frame: int, rate_hz: float | None) -> bool:

@@ -94,6 +94,16 @@ class Detection:
             raise NotRecordedError(f"{self.detector} computes no intersection segments; ask a detector on meshes")
         return self.section_source(*self._place(frame, pair), faces)
 
+    def take(self, frames: IntArray) -> Detection:
+        """What was found in some frames (n,), increasing; without work, seconds and segments."""
+        row = {frame: k for k, frame in enumerate(frames.tolist())}
+        return replace(
+            self, times=self.times[frames], verdict=self.verdict[frames], work={}, seconds={}, section_source=None,
+            face_sets=None if self.face_sets is None else self.face_sets.take(frames),
+            reasons={(row[t], p): why for (t, p), why in self.reasons.items() if t in row},
+            toi={(row[t], p): toi for (t, p), toi in self.toi.items() if t in row},
+        )  # fmt: skip
+
     @cached_property
     def digest(self) -> str | None:
         """SHA-256 of the verdicts, sorted by stamp and body names; ``None`` if the result is not reproducible."""

@@ -75,6 +75,14 @@ class FaceSets:
         counts[self.frame, self.pair] = self.stop - self.start
         return counts
 
+    def take(self, frames: IntArray) -> FaceSets:
+        """Those of some frames (n,), increasing, numbered from 0; the rows of ``faces`` are shared."""
+        low, high = (np.searchsorted(self.frame, frames, side) for side in ("left", "right"))
+        sizes = high - low
+        kept = np.arange(sizes.sum()) + np.repeat(low - (np.cumsum(sizes) - sizes), sizes)
+        numbers = np.repeat(np.arange(len(frames)), sizes)
+        return FaceSets(numbers, self.pair[kept], self.start[kept], self.stop[kept], self.faces)
+
     @classmethod
     def join(cls, parts: Iterable[tuple[int, FaceSets]]) -> FaceSets:
         """Put blocks after each other; each comes with the number of its first frame."""

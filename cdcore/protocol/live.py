@@ -10,7 +10,7 @@ from typing import Final, Protocol
 import numpy as np
 
 from cdcore.numerics import ByteArray, IntArray
-from cdcore.protocol.blocks import blocks_in_order, looks_of, pair_has_pose
+from cdcore.protocol.blocks import blocks_in_order, pair_has_pose, tick_of
 from cdcore.protocol.detection import Detection, join
 from cdcore.protocol.detector import Detector
 from cdcore.protocol.motion import Motion
@@ -129,7 +129,7 @@ class LiveHeld:
     ``pairs`` (P, 2) body numbers.
     """
 
-    def __init__(self, live: Live, pairs: IntArray, rate_hz: float | None) -> None:
+    def __init__(self, live: Live, pairs: IntArray, rate_hz: float) -> None:
         self._live, self._pairs, self._rate_hz, self._tick = live, pairs, rate_hz, -np.inf
         self._believed: ByteArray = np.full(len(pairs), Verdict.NO_POSE, dtype=np.uint8)
         self.seconds: dict[str, float] = {}
@@ -141,12 +141,14 @@ class LiveHeld:
 
     def look(self, now: Motion) -> ByteArray:
         """As ``Live.look``."""
-        looks, self._tick = looks_of(now.times, self._rate_hz, self._tick)
+        tick = float(tick_of(now.times[0], self._rate_hz))
         self.seconds = dict.fromkeys(self.seconds, 0.0)
-        if looks[0]:
-            seen = self._live.look(now)
+        if tick > self._tick:
+            seen, self._tick = self._live.look(now), tick
             self._believed = np.where(seen != Verdict.NO_POSE, seen, self._believed)
             self.seconds = self._live.seconds
+        if now.valid.all():
+            return self._believed
         return np.where(pair_has_pose(now, self._pairs)[0], self._believed, np.uint8(Verdict.NO_POSE))
 
 
@@ -164,11 +166,11 @@ def stream_live(detector: Detector, motions: Iterable[Motion]) -> Iterator[Detec
     for motion in blocks_in_order(motions):
         if head is None:
             # It says what does not change from frame to frame; asked before the session, which it would make forget.
-            head, session = detector.detect(motion.frames(0, 1)), _session(detector)
+            head, session = detector.detect(motion.frames(0, 1)), live_session(detector)
         yield _looks(head, session, motion)
 
 
-def _session(detector: Detector) -> Live:
+def live_session(detector: Detector) -> Live:
     """A session of a detector; of one without ``live`` its stream, in blocks of one frame."""
     if hasattr(detector, "live"):
         live: Live = detector.live()

@@ -75,13 +75,11 @@ class RestingContact:
         return whole if came_to_rest or not moved < self._news else min(whole, PROBE)
 
 
-def relative_of(motion: Motion, near: BoolArray, ends: list[tuple[int, int]]) -> list[FloatArray]:
-    """For every pair its relative poses (K, 13) at the frames where ``near`` (T, P) says so, in order."""
-    poses = []
-    for column, (first, second) in enumerate(ends):
+def relative_of(motion: Motion, near: BoolArray, ends: list[tuple[int, int]]) -> dict[int, FloatArray]:
+    """Column of a pair -> its relative poses (K, 13) at the frames where ``near`` (T, P) says so, in order."""
+    poses = {}
+    for column in np.flatnonzero(near.any(axis=0)).tolist():
         frames = np.flatnonzero(near[:, column])
-        out = np.empty((len(frames), 13))
-        if len(frames):
-            relative_poses(frames, first, second, motion.rotations, motion.translations, out)
-        poses.append(out)
+        poses[column] = np.empty((len(frames), 13))
+        relative_poses(frames, *ends[column], motion.rotations, motion.translations, poses[column])
     return poses

@@ -179,12 +179,12 @@ class SearchStage:
                     looks[column] = self._searches[column].look_longer(before.evaluations + more)
                 return
 
-    def _relative(self, motion: Motion, near: BoolArray) -> list[Iterator[FloatArray]] | None:
-        """Relative poses of every pair, candidate by candidate; ``None`` where every frame gets the whole budget."""
+    def _relative(self, motion: Motion, near: BoolArray) -> dict[int, Iterator[FloatArray]] | None:
+        """Relative poses of each pair that is near; ``None`` where every frame gets the whole budget."""
         s = self._settings
         if s.rest == 0.0 or not s.warm_start or s.budget_seconds is not None:
             return None
-        return [iter(poses) for poses in relative_of(motion, near, self._ends)]
+        return {column: iter(poses) for column, poses in relative_of(motion, near, self._ends).items()}
 
     def _look_rested(
         self, motion: Motion, frame: int, column: int, known: PairMemory, pose: FloatArray, found: SearchAnswer

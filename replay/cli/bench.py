@@ -146,7 +146,8 @@ def race_table(rows: Sequence[Row]) -> Table:
         for row in rows
     ]  # fmt: skip
     title = "beside python-fcl's plain loop, trees kept; wrong: pair-frames that differ from it"
-    return table(title, head, cells, words=("question", "engine", "digest"))
+    note = "exact asks containment too, in every race; no peer does"
+    return table(title, head, cells, words=("question", "engine", "digest"), notes=(note,))
 
 
 def stage_table(spent: Sequence[Stages]) -> Table:

@@ -29,6 +29,7 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "run": CommandSpec("Replay", "Replay a session through detectors and write a run folder.", "run"),
     "audit": CommandSpec("Audit", "Count what detectors missed beside an oracle; gates.", "audit"),
     "tradeoff": CommandSpec("Audit", "Measure what accuracy costs in time, and which setting to take.", "tradeoff"),
+    "advise": CommandSpec("Audit", "Say which knob of an engine mends what is missed, and its price.", "advise"),
     "diff": CommandSpec("Audit", "Say which contacts two runs disagree about, and why.", "diff"),
     "shrink": CommandSpec("Audit", "Cut a wrong answer down to a small test.", "shrink"),
     "view": CommandSpec("Replay", "Open the picture of a run, at a miss if you like.", "view"),

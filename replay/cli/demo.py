@@ -13,8 +13,8 @@ from replay.cli.options import ANY_PATH, force, reporting
 if TYPE_CHECKING:
     from replay.pipeline.run_result import RunResult
 
-SLOW: Final = "22.5Hz=discrete[rate_hz=22.5]"
-"""A quarter of the headset's rate: what a laboratory gets that looks for contacts in every fourth frame."""
+DETECTORS: Final = "paper=hybrid-qaco,hull50=collider[shape=hull,rate_hz=50],mesh50=discrete[rate_hz=50],exact"
+"""The paper's pipeline; hulls as an engine ships them, at its physics step; the meshes at that step; and the truth."""
 
 FOLDER: Final = Path("replay-demo")
 SESSION: Final = "session.mcap"
@@ -29,7 +29,7 @@ SESSION: Final = "session.mcap"
 @force
 @reporting
 def command(session_only: bool, out: Path | None, force: bool, as_json: bool, people: People, **made: Any) -> int:
-    """Record a made-up lab session to MCAP, replay it at full rate and at 22.5 Hz, show what the slow one missed."""
+    """Record a made-up lab session to MCAP, replay it through the paper's pipeline and an engine's colliders."""
     from replay.cli.run_report import report_run, where_to_look
     from sessions.synthetic.truth import truth_path
 
@@ -76,7 +76,7 @@ def _demo(out: Path, force: bool, people: People, **made: Any) -> "RunResult":
         with progress.stage("record"):
             truth = _record(file, **made)
         session = replace(read_session(file), origin=str(out / SESSION))
-        subjects = SLOW if plan(session.scene).detection else ()
+        subjects = DETECTORS if plan(session.scene).detection else ()
         result = compute(session, detectors=subjects, seed=made["seed"], progress=progress)
         with progress.stage("write"):
             write(result, out, force=force, files={SESSION: file, truth.name: truth})

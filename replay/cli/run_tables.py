@@ -24,10 +24,12 @@ from replay.outputs.run_tables import (
     miss_table,
     pair_frame_table,
     pair_table,
+    ranking_table,
 )
 from replay.outputs.tables import FAINT, GOOD, IN_RED, INVENTED, Table, table
 from replay.outputs.words import CONTACT_WORDS_SHORT
-from replay.pipeline.headline import beside, doubts, headline, price
+from replay.pipeline.headline import beside, doubts, headlines, price
+from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 
 MISS_ROWS: Final = 20
@@ -42,7 +44,7 @@ MISS_HEAD: Final = ("miss", "at s", "pair", "frames", "what", "cause")
 
 def run_tables(result: RunResult) -> Group:
     """Everything a terminal shows of a run."""
-    first = [*headlines(result)]
+    first = [*first_words(result)]
     parts: list[Table | RenderableType] = [Text(), *first] if first else []
     for label in result.comparisons:
         pairs = pair_table(result, label).only("pair", "contacts", *AUDIT_MARKS)
@@ -64,22 +66,26 @@ def run_tables(result: RunResult) -> Group:
     return terminal(*parts)
 
 
-def headlines(result: RunResult) -> Iterator[RenderableType]:
-    """Before any table: what is suspicious, what each detector missed and invented, and what that took."""
+def first_words(result: RunResult) -> Iterator[RenderableType]:
+    """Before all else: what is suspicious, what the detectors missed and invented, in one table, and what that took."""
     yield from (line(words, INVENTED) for words in doubts(result))
-    for label in result.comparisons:
-        text = Text(" ").append(headline(result, label), style=STYLES[_mark(result, label)])
+    for words in headlines(result):
+        text = Text(" ").append(words, style=STYLES[_mark(result)])
         yield text.append(f"   oracle: {result.oracle}", style="dim")
+    if len(result.comparisons) > 1:
+        yield terminal(ranking_table(result.summary))
     yield from (line(words, INVENTED) for words in beside(result))
     yield from (line(words, FAINT) for words in price(result))
 
 
-def _mark(result: RunResult, label: str) -> str:
-    """Green is for contacts that were all decided, and found."""
-    counts = contact_counts(result, label)
-    if counts.missed or counts.in_part:
+def _mark(result: RunResult) -> str:
+    """Red is for what is missed, where that comes first; green for contacts that were all decided, and found."""
+    worst, several = ranking(result.summary)[0], len(result.comparisons) > 1
+    counts = contact_counts(result, worst.label)
+    if worst.lost and not worst.leads_false if several else counts.missed or counts.in_part:
         return IN_RED
-    return GOOD if counts.contacts and not counts.frames_undecided else INVENTED
+    good = counts.contacts and not counts.frames_undecided
+    return GOOD if good and not (several and worst.fault) else INVENTED
 
 
 def no_detection(result: RunResult) -> str:
@@ -114,7 +120,7 @@ def answers(results: Sequence[RunResult]) -> Group:
     for result in results:
         name = [Text(f" {result.session.origin}")] if len(results) > 1 else []
         notes = containment_notes(result, result.oracle) if result.comparisons else []
-        lines += [Text(), *name, *headlines(result), *(line(f"{note}.", FAINT) for note in notes)]
+        lines += [Text(), *name, *first_words(result), *(line(f"{note}.", FAINT) for note in notes)]
     return Group(*lines)
 
 

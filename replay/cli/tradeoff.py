@@ -7,39 +7,48 @@ from typing import Any
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, oracle, replaying, seed
+from replay.cli.options import ANY_PATH, SESSION_FILE, lineup, replaying
 
 
 @click.command()
 @click.argument("session", type=SESSION_FILE, metavar="SESSION")
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder with table, curve and picture.")
-@oracle
-@seed
-@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="Timed passes of each.")
+@lineup
+@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True,
+    help="Timed passes of what only a clear lead lets advice name; the others have 7 or more.",
+)  # fmt: skip
 @click.option(
     "--time-limit", type=click.FloatRange(min=0), metavar="SECONDS", default=150.0, show_default=True,
     help="Begin no setting that cannot end by then. Not in it: compiling, and the audit for --out.",
 )  # fmt: skip
+@click.option("--steps", is_flag=True, help="Only the steps of trust, from balls to every moment; what each adds.")
+@click.option("--growth", is_flag=True, help="Then grow the session: bodies, faces, rate. As much time again.")
 @replaying
 def command(
-    session: Path, out: Path | None, force: bool, repeats: int, time_limit: float, cite: bool, no_picture: bool,
-    as_json: bool, people: People, **asked: Any,
+    session: Path, out: Path | None, force: bool, repeats: int, time_limit: float, steps: bool, growth: bool,
+    cite: bool, no_picture: bool, as_json: bool, people: People, **asked: Any,
 ) -> int:  # fmt: skip
-    """Run every detector with every setting of a fixed list over SESSION: recall against time, front, advice.
+    """Run every detector with every setting of a fixed list over SESSION, or --detectors: misses against time, advice.
+
+    Times are taken live, frame by frame, and offline, in turns with one reference, which is timed twice.
 
     \b
     replay tradeoff session.mcap --out costs
     replay tradeoff session.mcap --time-limit 60 --format json
+    replay tradeoff session.mcap --detectors exact,hybrid,discrete[rate_hz=22.5]
     """
     from replay.api.runner import write
     from replay.cli.run_report import answer_cited
     from replay.cli.terminal import terminal
     from replay.cli.tradeoff_tables import FrontBar, front_table
     from replay.detection.compile_notice import compiling_announced
+    from replay.outputs.report.growth import growth_table
     from replay.outputs.report.tradeoff import tradeoff_files
     from replay.outputs.results.run_folder import check_target
     from replay.pipeline.citations import sources_behind
     from replay.pipeline.engine import compute
+    from replay.tradeoffs.growth import grow
+    from replay.tradeoffs.settings import steps_of_trust
     from replay.tradeoffs.sweep import tradeoff
     from sessions import read_session
 
@@ -47,16 +56,21 @@ def command(
         check_target(out, force=force)
     held = read_session(session)
     with compiling_announced(people), FrontBar(people) as bar:
-        done = tradeoff(held, repeats=repeats, time_limit=time_limit, watch=bar.watch, **asked)
+        listed = steps_of_trust() if steps else None
+        done = tradeoff(held, settings=listed, repeats=repeats, time_limit=time_limit, watch=bar.watch, **asked)
+    if growth:
+        where = {name: asked[name] for name in ("start", "end", "policy")}
+        with compiling_announced(people):
+            done = replace(done, growth=grow(held, time_limit=time_limit, **where))
     if out is not None:
         people.say("outside the time limit: one audit of the session, for the report and the picture ...")
         progress = TerminalProgress(people)
-        run = replace(compute(held, progress=progress, **asked), tradeoff=done)
+        run = replace(compute(held, progress=progress, **asked | {"detectors": None}), tradeoff=done)
         with progress.stage("write"), tradeoff_files(done) as files:
             write(run, out, force=force, picture=not no_picture, files=files)
     behind = sources_behind(row["detector"] for row in done.rows) if cite else {}
-    shown = front_table(done, everything=people.verbose)
-    answer_cited(as_json, done.as_json(), lambda: terminal(shown), behind, done.advice)
+    shown = [front_table(done, everything=people.verbose), *([growth_table(done.growth)] if growth else [])]
+    answer_cited(as_json, done.as_json(), lambda: terminal(*shown), behind, (done.answer, *done.advice))
     if done.cut:
         people.say(f"time limit: {len(done.cut)} of {len(done.cut) + len(done.rows)} settings were not tried:")
         people.say(f"  {', '.join(done.cut)}")

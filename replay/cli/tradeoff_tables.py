@@ -4,10 +4,9 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from replay.base.constants import BUDGET_MS
 from replay.cli.console import People
 from replay.outputs.tables import Table
-from replay.outputs.tradeoff_table import OVER_BUDGET
+from replay.tradeoffs.settings import STEP
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -20,36 +19,31 @@ SHOWN: Final = 4
 BUSY: Final = 0.9
 """A process that had less of the clock than this shared its core: a quiet machine gives 0.97 and more."""
 
-HEAD: Final = (
-    "setting", "ms per frame", OVER_BUDGET, "s per minute", "missed, % [95 %]", "invented, %", "front",
-)  # fmt: skip
-
 
 def front_table(done: "Tradeoff", *, everything: bool = False) -> Table:
     """The front, quickest first; or every row in order of time."""
-    from replay.outputs.tradeoff_table import AT_PHASE, measured_on, quickest_first, tradeoff_table
+    from replay.outputs.tradeoff_table import SHOWN as COLUMNS
+    from replay.outputs.tradeoff_table import how_measured, quickest_first, tradeoff_table
 
     about = done.about
     counts = f"{len(done.rows)} settings, {len(done.front)} on the front; {about['contacts']} contacts"
-    title = f"{counts}, beside {about['oracle']}; {measured_on(done)}"
     at_work = about["processor_share"]
-    busy = f"; the machine was busy with other work for {1 - at_work:.0%} of the time" if at_work <= BUSY else ""
-    note = (
-        "missed: of the pair-frames in contact; invented: of those reported; p99, and frames over "
-        f"{BUDGET_MS:.1f} ms: of those that decide frame by frame; quickest of several passes{busy}; {AT_PHASE}"
-    )
-    marks = ("front", "front_online", "oracle")
+    busy = [f"The machine was busy with other work for {1 - at_work:.0%} of the time."] if at_work <= BUSY else []
+    marks = ("front", "front_online", "oracle", "complete")
     rows = [row for row in quickest_first(done.rows) if everything or any(row[mark] for mark in marks)]
-    return tradeoff_table("", rows).only(*HEAD).titled(title, note)
+    shown = tradeoff_table("", rows).only(*COLUMNS)
+    if all(row["axis"] == STEP for row in done.rows):
+        adds = [row["value"] for row in done.rows]
+        shown = tradeoff_table("", done.rows).only(*COLUMNS[:-1]).beside("what the step adds", adds)
+    return shown.titled(counts, *how_measured(done), *busy)
 
 
 def front_words(rows: Sequence[dict[str, Any]]) -> str:
-    """The front so far in one line: ``0.003 ms 17 %, 0.007 ms 0 %``."""
+    """The front so far in one line: ``0.003 ms 16.3, 0.007 ms 0``, contacts missed."""
     from replay.outputs.tradeoff_table import front_rows
-    from replay.pipeline.gates import figure
 
     front = front_rows(rows)
-    words = [f"{row['ms_per_frame']:.3g} ms {figure(100 * row['missed'])} %" for row in front[-SHOWN:]]
+    words = [f"{row['ms_per_frame']:.3g} ms {row['contacts_lost']:.3g}" for row in front[-SHOWN:]]
     return ("... " if len(front) > SHOWN else "") + ", ".join(words)
 
 

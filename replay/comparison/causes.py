@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from cdcore import Detection, Motion, Verdict
 from cdcore.protocol import Explains, Explanation, counts_as_contact
 from replay.comparison.evidence import Evidence, grouped, looks
-from replay.comparison.misses import MissedStretch, misses, stretches
+from replay.comparison.misses import FOUND_LATE, LOST_EARLY, MissedStretch, misses, stretches
 from replay.comparison.outcome import Comparison, Episode, Miss, Outcome
+from replay.detection.recorded import RecordedDetector
 from replay.detection.run_detector import Run, holds_answers
 from replay.prepare.assembly import Assembly
 
@@ -46,12 +47,16 @@ class Cause(StrEnum):
     """No instant shows it; only an oracle of intervals does."""
     BETWEEN_LOOKS = "between looks"
     """The detector did not examine that frame."""
+    BETWEEN_STEPS = "between physics steps"
+    """No step of the engine falls into what its reports miss."""
     CLOCK = "clock"
     """Within what is not known of the detector's clock."""
     COLLIDER_SHAPE = "collider shape"
     """The colliders that replace the meshes do not meet."""
     LATE = "late"
-    """The detector says the same a constant number of frames later."""
+    """The detector says the same a constant number of frames later, or an engine began to report the contact late."""
+    EARLY = "early"
+    """The same earlier, or an engine's report of the contact ended early."""
     CONTAINMENT = "inside, not asked"
     """One body is inside the other, and the detector does not ask that."""
     SPHERE_STAGE = "sphere stage"
@@ -66,6 +71,10 @@ class Cause(StrEnum):
     """No stage explains it."""
     NOT_EXAMINED = "not examined"
     """There were too many misses to examine this one."""
+
+
+REPORTED: Final = {FOUND_LATE: Cause.LATE, LOST_EARLY: Cause.EARLY}
+"""When an engine reported the rest of a contact that it missed in part."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +136,8 @@ def find_causes(places: Sequence[MissedStretch], comparison: Comparison, scene: 
 
 
 def first_failed(
-    stages: Explanation, verdict: int, *, at_instant: bool, asks_inside: bool = True, late: bool = False
+    stages: Explanation, verdict: int, *, at_instant: bool, asks_inside: bool = True,
+    timing: Sequence[Cause | None] = (),
 ) -> Cause:  # fmt: skip
     """The first stage that lost a contact.
 
@@ -136,7 +146,7 @@ def first_failed(
     stages, verdict : the detector's explanation and its verdict there.
     at_instant : whether the contact shows at the frame itself.
     asks_inside : False where one body is inside the other and the detector does not decide that.
-    late : whether the detector says so as many frames later as it says everything of this pair.
+    timing : causes in time: that the detector says so earlier or later, that no step of an engine falls there.
     """
     # A detector may answer with numpy's booleans.
     answers = {name: bool(value) for name, value in vars(stages).items() if value is not None}
@@ -144,7 +154,8 @@ def first_failed(
     # Shape before rate: a look at a shape that does not meet there would not have found the contact either.
     asked = (
         (not at_instant, Cause.BETWEEN_FRAMES), ("within_clock" in yes, Cause.CLOCK),
-        ("shapes_meet" in no, Cause.COLLIDER_SHAPE), ("looked" in no, Cause.BETWEEN_LOOKS), (late, Cause.LATE),
+        ("shapes_meet" in no, Cause.COLLIDER_SHAPE), ("looked" in no, Cause.BETWEEN_LOOKS),
+        *((cause is not None, cause or Cause.UNEXPLAINED) for cause in timing),
         (not asks_inside, Cause.CONTAINMENT), ("spheres_meet" in no, Cause.SPHERE_STAGE),
         ("sample_meets" in no, Cause.SAMPLING), ("found_with_more" in yes, Cause.BUDGET),
         ("sample_meets" in yes or verdict == Verdict.NOT_FOUND, Cause.SEARCH),
@@ -155,7 +166,7 @@ def first_failed(
 def _causes(places: Sequence[MissedStretch], scene: MissEvidence) -> Iterator[tuple[int, Cause]]:
     """Number of a miss and the cause at one of its frames, for every frame examined."""
     instants, subject = scene.oracle.covers == "instants", scene.subject
-    late_frames = cache(lambda pair: _late_frames(scene, pair))
+    shifts = cache(lambda pair: _shifted(scene, pair))
     for group in grouped(_looks(places), lambda look: len(look[2]), LOOKS_AT_ONCE):
         frames = np.unique([frame for _, _, looked in group for frame in looked])
         if not instants:
@@ -165,6 +176,12 @@ def _causes(places: Sequence[MissedStretch], scene: MissEvidence) -> Iterator[tu
         row = {frame: k for k, frame in enumerate(frames.tolist())}
         contact = counts_as_contact(truth.verdict)
         for number, pair, looked in group:
+            place = places[number]
+            reported: tuple[Cause | None, ...] = ()
+            if isinstance(scene.detector, RecordedDetector):
+                first, last = scene.motion.times[[place.first, place.last]].tolist()
+                stepless = scene.detector.stepped(first, last) is False
+                reported = Cause.BETWEEN_STEPS if stepless else None, REPORTED.get(place.kind)
             for frame in looked:
                 asked = (frame,) if instants else (frame, frame - 1)
                 ends = [end for end in asked if end in row and contact[row[end], pair]]
@@ -176,18 +193,28 @@ def _causes(places: Sequence[MissedStretch], scene: MissEvidence) -> Iterator[tu
                 refuses = bool(subject.containment) and subject.containment[pair].startswith("refused")
                 asks = int(truth.verdict[row[at], pair]) != Verdict.CONTAINED or not refuses
                 verdict, at_instant = int(subject.verdict[at, pair]), bool(ends) or instants
-                late = bool(late_frames(pair)[at])
-                yield number, first_failed(stages, verdict, at_instant=at_instant, asks_inside=asks, late=late)
+                mask, shift = shifts(pair)
+                timing = (shift if mask[at] else None, *reported)
+                yield number, first_failed(stages, verdict, at_instant=at_instant, asks_inside=asks, timing=timing)
 
 
-def _late_frames(scene: MissEvidence, pair: int) -> NDArray[np.bool_]:
-    """(T,) frames in which a pair is reported the number of frames later by which all is; none where that is none."""
+def _shifted(scene: MissEvidence, pair: int) -> tuple[NDArray[np.bool_], Cause]:
+    """(T,) frames in which a pair is reported the number of frames later, or earlier, by which all is."""
     said, true = (counts_as_contact(one.verdict[:, pair]) for one in (scene.subject, scene.oracle))
     if (scene.subject.covers, scene.oracle.covers) == ("instants", "intervals"):
         # An interval is found when a contact is reported at either of its ends.
         said = said | np.append(False, said[:-1])
+    late = _later(said, true, scene.motion.times)
+    if late.any():
+        return late, Cause.LATE
+    # Backwards in time what comes early comes late.
+    return _later(said[::-1], true[::-1], -scene.motion.times[::-1])[::-1], Cause.EARLY
+
+
+def _later(said: NDArray[np.bool_], true: NDArray[np.bool_], times: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(T,) frames that are said the number of frames later by which all is; none where that is none."""
     frames = len(said)
-    most = int(np.searchsorted(scene.motion.times, scene.motion.times[0] + LATEST)) if frames else 0
+    most = int(np.searchsorted(times, times[0] + LATEST)) if frames else 0
     wrong = [int((said[by:] != true[: frames - by]).sum()) for by in range(most)]
     by = int(np.argmin(wrong)) if wrong else 0
     late = np.zeros(frames, dtype=np.bool_)

@@ -18,8 +18,9 @@ Within: TypeAlias = NDArray[np.bool_] | Callable[[NDArray[np.int64], NDArray[np.
 
 
 def compare(
-    subject: Detection, oracle: Detection, labels: tuple[str, str] | None = None, within: Within | None = None
-) -> Comparison:
+    subject: Detection, oracle: Detection, labels: tuple[str, str] | None = None, within: Within | None = None,
+    holdings: Sequence[Episode] = (),
+) -> Comparison:  # fmt: skip
     """Give every pair-frame an outcome: the subject's verdict beside the oracle's.
 
     A detector of instants decides the pose at frame t, one of intervals the whole path from t-1 to t. So against an
@@ -32,6 +33,7 @@ def compare(
     labels : what the run calls them; ``None``: the detectors' names.
     within : which pair-frames have a deepest penetration or least clearance of at most tau; there they may disagree.
         Asked only of those missed or invented.
+    holdings : stretches in which a pair is a hand and what it holds,: their contacts are set apart.
 
     Raises ``AuditError``: their frames or pairs differ.
     """
@@ -39,7 +41,7 @@ def compare(
     outcome = np.empty(oracle.verdict.shape, dtype=np.uint8)
     for start in range(0, len(outcome), VERDICT_FRAMES):
         rows = slice(start, start + VERDICT_FRAMES)
-        outcome[rows] = _outcome(subject, oracle, rows)
+        outcome[rows] = _outcome(subject, oracle, rows, holdings)
         if within is not None:
             _excuse(outcome[rows], start, within)
     outcome.setflags(write=False)
@@ -55,7 +57,7 @@ def _excuse(outcome: NDArray[np.uint8], start: int, within: Within) -> None:
         outcome[frames[ill], columns[ill]] = Outcome.WITHIN_TOLERANCE
 
 
-def _outcome(subject: Detection, oracle: Detection, rows: slice) -> NDArray[np.uint8]:
+def _outcome(subject: Detection, oracle: Detection, rows: slice, holdings: Sequence[Episode]) -> NDArray[np.uint8]:
     reports, truth = counts_as_contact(subject.verdict[rows]), counts_as_contact(oracle.verdict[rows])
     found, covers = reports, (subject.covers, oracle.covers)
     if covers == ("instants", "intervals"):
@@ -71,6 +73,9 @@ def _outcome(subject: Detection, oracle: Detection, rows: slice) -> NDArray[np.u
     undecided = is_undecided(subject.verdict[rows]) | is_undecided(oracle.verdict[rows])
     # An interval found at its first end stays found, whatever the subject says at its second.
     outcome[undecided & ~(truth & found)] = Outcome.LEFT_OUT
+    for one in holdings:
+        part = slice(max(one.first - rows.start, 0), max(one.last + 1 - rows.start, 0)), one.pair
+        outcome[part][truth[part] | reports[part]] = Outcome.HELD
     return outcome
 
 

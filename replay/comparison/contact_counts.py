@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cdcore.protocol import counts_as_contact
 from replay.base.wilson import share_of_clusters
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Comparison, Episode, Outcome
@@ -15,16 +16,24 @@ if TYPE_CHECKING:
     from replay.pipeline.run_result import Measured
 
 
+REPORTED: Final = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
+"""Outcomes of a contact that a detector reports."""
+
+
 @dataclass(frozen=True, eq=False)
 class ContactCounts:
     """The oracle's contacts, each in one class: found, missed in part, missed, undecided, or within tolerance.
 
+    Those of a hand with what it holds are not among them: `held_counts` has them.
+
     Contacts are counted, not the stretches in which they were lost: a contact that was lost twice is one contact
     missed in part.
 
-    ``pairs``: (C,) column of the pair of each contact; ``frames``: (C, outcomes) frames of each contact by ``Outcome``.
+    ``numbers``: (C,) of the contacts, from 1; ``pairs``: (C,) column of the pair of each; ``frames``: (C, outcomes)
+    frames of each by ``Outcome``.
     """
 
+    numbers: NDArray[np.int64]
     pairs: NDArray[np.int64]
     frames: NDArray[np.int64]
 
@@ -51,7 +60,7 @@ class ContactCounts:
     @property
     def missed_numbers(self) -> list[int]:
         """Numbers, from 1, of the contacts that were never found."""
-        return (np.flatnonzero(self._any(Outcome.MISSED) & ~self._any(Outcome.BOTH)) + 1).tolist()
+        return self.numbers[self._any(Outcome.MISSED) & ~self._any(Outcome.BOTH)].tolist()
 
     @property
     def undecided(self) -> int:
@@ -70,12 +79,15 @@ class ContactCounts:
 
     def of_pair(self, pair: int) -> "ContactCounts":
         """The contacts of one pair."""
-        return ContactCounts(self.pairs[self.pairs == pair], self.frames[self.pairs == pair])
+        return self._some(self.pairs == pair)
 
     def share(self, outcome: Outcome) -> dict[str, Any]:
         """Pair-frames that ended so, of these and of those found; the interval is over contacts."""
         ended = self.frames[:, outcome]
         return share_of_clusters(ended, ended + self.frames[:, Outcome.BOTH])
+
+    def _some(self, rows: NDArray[np.bool_]) -> "ContactCounts":
+        return ContactCounts(self.numbers[rows], self.pairs[rows], self.frames[rows])
 
     def _any(self, outcome: Outcome) -> NDArray[np.bool_]:
         return self.frames[:, outcome] > 0
@@ -90,17 +102,42 @@ def contact_counts(result: "Measured", label: str) -> ContactCounts:
     return count_contacts(result.comparisons[label], result.episodes[result.oracle])
 
 
+def loose(result: "Measured") -> tuple[Episode, ...]:
+    """The oracle's contacts but those of a hand with what it holds."""
+    held = set(result.holdings)
+    return tuple(one for one in result.episodes[result.oracle] if one not in held)
+
+
 def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> ContactCounts:
     """What a detector made of ``contacts``, the oracle's, by their outcomes frame by frame."""
     frames = np.zeros((len(contacts), len(Outcome)), dtype=np.int64)
     for row, one in zip(frames, contacts, strict=True):
         row[:] = np.bincount(comparison.outcome[one.first : one.last + 1, one.pair], minlength=len(Outcome))
-    return ContactCounts(np.array([one.pair for one in contacts], dtype=np.int64), frames)
+    pairs = np.array([one.pair for one in contacts], dtype=np.int64)
+    everything = ContactCounts(np.arange(1, len(contacts) + 1), pairs, frames)
+    return everything._some(frames[:, Outcome.HELD] == 0)
+
+
+def held_counts(result: "Measured", label: str, pairs: Sequence[int] | None = None) -> dict[str, int]:
+    """Contacts of the oracle between a hand and what it holds, those missed and missed in part, and pair-frames.
+
+    ``pairs`` are columns; ``None``: all of them.
+    """
+    columns = sorted({one.pair for one in result.holdings}) if pairs is None else list(pairs)
+    held = result.comparisons[label].outcome[:, columns] == Outcome.HELD
+    truth, said = (counts_as_contact(result.detections[one].verdict[:, columns]) for one in (result.oracle, label))
+    own = set(result.episodes[result.oracle]) - set(loose(result))
+    found = [said[one.first : one.last + 1, columns.index(one.pair)] for one in own if one.pair in columns]
+    frames = {"both": truth & said, "missed": truth & ~said, "invented": said & ~truth}
+    return {
+        "contacts": len(found), "contacts_missed": sum(not one.any() for one in found),
+        "contacts_in_part": sum(bool(one.any() and not one.all()) for one in found),
+        **{name: int((held & part).sum()) for name, part in frames.items()},
+    }  # fmt: skip
 
 
 def count_reports(comparison: Comparison) -> ContactCounts:
     """What became of the contacts that the detector reports: stretches found, invented, or within tolerance."""
-    said = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
-    found = column_runs(np.isin(column, said) for column in comparison.outcome.T)
+    found = column_runs(np.isin(column, REPORTED) for column in comparison.outcome.T)
     reports = [Episode(pair, first, last, 0.0, 0.0) for pair, first, last in found.tolist()]
     return count_contacts(comparison, reports)

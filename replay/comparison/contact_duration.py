@@ -21,8 +21,8 @@ Within = Callable[[IntArray, IntArray], BoolArray]
 RATES_HZ: Final = (10.0, 20.0, 22.5, 30.0, 45.0, 50.0, 60.0, 72.0, 80.0, 90.0, 120.0, 144.0, 240.0)
 """Step rates reported: physics steps of engines and refresh rates of headsets."""
 
-PHASES: Final = 36
-"""Phases a mean is over, evenly spread: as often 2, 3, 4 and 9 frames, the steps of usual rates at 90 Hz."""
+PHASES: Final = 16
+"""Phases a mean is over, evenly spread over the time from look to look."""
 
 SURELY_SEEN: Final = 1.01
 """Steps that a contact is in view beyond which no phase misses it; the hundredth is for rounded stamps."""
@@ -57,13 +57,17 @@ class StepRates:
         asked = [one for one in brief if self._counts(one)]
         if not asked:
             return 0, 0.0
-        spans = [self._frames(one) for one in asked]
-        sizes = [len(span) for span in spans]
-        frames, columns = np.concatenate(spans), np.repeat([one.pair for one in asked], sizes)
-        phases = [0.0, *((np.arange(PHASES) + 0.5) / PHASES / rate_hz).tolist()]
-        found = [self._found(looks_of(self._seen.times - phase, rate_hz)[0], frames, columns) for phase in phases]
-        counts = [int((~np.logical_or.reduceat(one, np.cumsum([0, *sizes[:-1]]))).sum()) for one in found]
+        found, starts = self._over_phases(rate_hz, asked)
+        counts = [int((~np.logical_or.reduceat(one, starts)).sum()) for one in found]
         return counts[0], float(np.mean(counts[1:]))
+
+    def lost(self, rate_hz: float, excused: BoolArray) -> float:
+        """Contacts missed whole or in part, in the mean over phases.
+
+        ``excused`` (K,): which of the contacts' pair-frames, one contact after the other, are within tolerance.
+        """
+        found, starts = self._over_phases(rate_hz, self.contacts)
+        return float(np.mean([(~np.logical_and.reduceat(one | excused, starts)).sum() for one in found[1:]]))
 
     def table(self) -> dict[str, Any]:
         """As plain data: what each rate misses, and the rate from which on none is missed at any phase."""
@@ -75,6 +79,17 @@ class StepRates:
             "expected_misses": [mean for _, mean in missed],
             "none_missed_from_hz": None if shortest <= 0.0 else 1.0 / shortest,
         }  # fmt: skip
+
+    def _over_phases(self, rate_hz: float, asked: Sequence[Episode]) -> tuple[list[BoolArray], IntArray]:
+        """Of each pair-frame of these contacts, whether contact is believed: at this run's phase, then at the others;
+        and where each contact starts.
+        """
+        spans = [self._frames(one) for one in asked]
+        sizes = [len(span) for span in spans]
+        frames, columns = np.concatenate(spans), np.repeat([one.pair for one in asked], sizes)
+        phases = [0.0, *((np.arange(PHASES) + 0.5) / PHASES / rate_hz).tolist()]
+        found = [self._found(looks_of(self._seen.times - phase, rate_hz)[0], frames, columns) for phase in phases]
+        return found, np.cumsum([0, *sizes[:-1]])
 
     def _frames(self, one: Episode) -> IntArray:
         return np.arange(max(one.first - self._reach, 0), one.last + 1)

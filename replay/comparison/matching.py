@@ -45,6 +45,7 @@ class EpisodeMatches:
     absorbed : contacts of the oracle that overlap only a merged one matched with another.
     pieces : contacts of the subject that are further pieces of a split one.
     excused_truth, excused_found : unmatched and no error: undecided, within tolerance, or between frames.
+    held_truth, held_found : of a hand with what it holds, all the time; matched with nothing.
     """
 
     matched: tuple[EpisodeMatch, ...] = ()
@@ -56,11 +57,13 @@ class EpisodeMatches:
     pieces: tuple[int, ...] = ()
     excused_truth: tuple[int, ...] = ()
     excused_found: tuple[int, ...] = ()
+    held_truth: tuple[int, ...] = ()
+    held_found: tuple[int, ...] = ()
 
     def status(self) -> dict[int, str]:
-        """Number of a subject's contact -> ``matched``, ``piece``, ``invented`` or ``excused``."""
+        """Number of a subject's contact -> ``matched``, ``piece``, ``invented``, ``excused`` or ``held``."""
         words = dict.fromkeys(self.pieces, "piece") | dict.fromkeys(self.invented, "invented")
-        words |= dict.fromkeys(self.excused_found, "excused")
+        words |= dict.fromkeys(self.excused_found, "excused") | dict.fromkeys(self.held_found, "held")
         return words | {match.found: "matched" for match in self.matched}
 
 
@@ -82,10 +85,11 @@ def match_episodes(
     truth, found : episodes of the oracle and of the subject, in order.
     reach : frames after its last for which a subject's contact still speaks: 1 for instants beside intervals.
     """
-    overlaps, chosen = _matched(truth, found, reach)
+    held, held_found = (_held(comparison, some) for some in (truth, found))
+    overlaps, chosen = _matched(truth, found, reach, held)
     of_truth, of_found = Counter(one.truth for one in overlaps), Counter(one.found for one in overlaps)
     taken, used = {one.truth for one in chosen}, {one.found for one in chosen}
-    extra = [(number, episode) for number, episode in enumerate(found, 1) if number not in of_found]
+    extra = [(number, one) for number, one in enumerate(found, 1) if number not in of_found.keys() | held_found]
     missed = count_contacts(comparison, truth).missed_numbers
     false = comparison.outcome == Outcome.INVENTED
     invented = [number for number, one in extra if false[one.first : one.last + 1, one.pair].any()]
@@ -94,19 +98,29 @@ def match_episodes(
         invented=tuple(invented), split=tuple(sorted(number for number, count in of_truth.items() if count > 1)),
         merged=tuple(sorted(number for number, count in of_found.items() if count > 1)),
         absorbed=tuple(sorted(set(of_truth) - taken)), pieces=tuple(sorted(set(of_found) - used)),
-        excused_truth=tuple(sorted({*range(1, len(truth) + 1)} - set(of_truth) - set(missed))),
+        excused_truth=tuple(sorted({*range(1, len(truth) + 1)} - set(of_truth) - set(missed) - held)),
         excused_found=tuple(sorted({number for number, _ in extra} - set(invented))),
+        held_truth=tuple(sorted(held)), held_found=tuple(sorted(held_found)),
     )  # fmt: skip
 
 
 def partners(one: Sequence[Episode], other: Sequence[Episode]) -> list[tuple[int, int]]:
     """Numbers, from 1, of the episodes of two lists that belong together: one to one, by most frames in common."""
-    return [(overlap.truth, overlap.found) for overlap in _matched(one, other, 0)[1]]
+    return [(overlap.truth, overlap.found) for overlap in _matched(one, other, 0, set())[1]]
 
 
-def _matched(truth: Sequence[Episode], found: Sequence[Episode], reach: int) -> tuple[list[_Overlap], list[_Overlap]]:
-    """All overlaps, and the ones of the best assignment in order of the first list."""
-    overlaps = [one for pair in _columns(truth, found) for one in _overlaps(*pair, reach)]
+def _held(comparison: Comparison, episodes: Sequence[Episode]) -> set[int]:
+    """Numbers of the contacts that are held in every frame."""
+    outcome = comparison.outcome
+    parts = ((number, outcome[one.first : one.last + 1, one.pair]) for number, one in enumerate(episodes, 1))
+    return {number for number, part in parts if (part == Outcome.HELD).all()}
+
+
+def _matched(
+    truth: Sequence[Episode], found: Sequence[Episode], reach: int, held: set[int]
+) -> tuple[list[_Overlap], list[_Overlap]]:
+    """All overlaps but those of ``held`` contacts of the first list, and the best assignment in that list's order."""
+    overlaps = [one for pair in _columns(truth, found) for one in _overlaps(*pair, reach) if one.truth not in held]
     return overlaps, sorted(_best(overlaps), key=lambda one: one.truth)
 
 

@@ -33,6 +33,8 @@ class Outcome(IntEnum):
     """An interval detector's contact that no instant shows."""
     LEFT_OUT = 6
     """One of them did not decide (no pose, unresolved, invalid)."""
+    HELD = 7
+    """Contact, by one of them or both, of a hand with what it holds: counted apart."""
 
 
 @dataclass(frozen=True, eq=False)

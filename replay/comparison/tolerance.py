@@ -14,7 +14,7 @@ import numpy as np
 
 from cdcore import Detection, Motion, Verdict
 from cdcore.narrow.pair_frames import rows_of_columns
-from cdcore.numerics import BoolArray, IntArray
+from cdcore.numerics import BoolArray, ByteArray, IntArray
 from replay.errors import AuditError
 from replay.prepare.assembly import Assembly
 
@@ -58,14 +58,25 @@ class Tolerance:
 
         return MarginStage(self._assembly.bodies, self._tau)
 
-    def judge(self, subject: Detection, oracle: Detection) -> Callable[[IntArray, IntArray], BoolArray]:
-        """What says of K disagreeing pair-frames (frames, columns) which are within tolerance, (K,)."""
+    def judge(
+        self, subject: Detection, oracle: Detection, known: ByteArray | None = None
+    ) -> Callable[[IntArray, IntArray], BoolArray]:
+        """What says of K disagreeing pair-frames (frames, columns) which are within tolerance, (K,).
+
+        ``known`` (T, P), zeros at first, remembers the geometry from one judge to the next.
+        """
 
         def within(frames: IntArray, columns: IntArray) -> BoolArray:
             asked = np.isin(subject.verdict[frames, columns], EXCUSABLE)
             asked &= np.isin(oracle.verdict[frames, columns], EXCUSABLE)
             asked &= self._tau > 0 and subject.covers == oracle.covers == "instants"
-            asked[asked] = self._within(frames[asked], columns[asked])
+            frames, columns = frames[asked], columns[asked]
+            if known is None:
+                asked[asked] = self._within(frames, columns)
+            else:
+                new = known[frames, columns] == 0
+                known[frames[new], columns[new]] = 1 + self._within(frames[new], columns[new])
+                asked[asked] = known[frames, columns] == 2
             return asked
 
         return within

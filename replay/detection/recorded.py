@@ -19,6 +19,15 @@ from sessions.model.live_contact import LiveContact
 RECORDED: Final = "recorded"
 """Its name in a list of detectors."""
 
+STEP_RATES: Final = (20.0, 25.0, 30.0, 40.0, 45.0, 50.0, 60.0, 72.0, 75.0, 80.0, 90.0, 100.0, 120.0, 144.0, 200.0)
+"""Physics steps a second that engines are set to; the slowest that fits is taken, for its multiples fit too."""
+
+FEWEST_STAMPS: Final = 8
+"""So many stamps that have nothing to do with a grid lie on one of these less than once in 10^7."""
+
+STEP_SLACK: Final = 0.02
+"""Of a step: how far a stamp may lie beside the grid."""
+
 Span = tuple[int | None, int | None]
 """First and last nanosecond; ``None``: it began before the first report, or no end was reported."""
 
@@ -28,7 +37,7 @@ class RecordedSettings:
     """What is known about the engine; none of it changes a verdict, all of it explains misses.
 
     ``shape``: what the engine put in place of the meshes: hull, box, sphere, capsule; ``None``: not known.
-    ``rate_hz``: its fixed step; ``None``: not known.
+    ``rate_hz``: its fixed step; ``None``: the one on which all its stamps lie, if there is one.
     ``residual``: seconds by which its clock may still be off; ``None``: as the import found.
     """
 
@@ -48,8 +57,8 @@ class RecordedDetector(PairDetector[RecordedSettings]):
     """Says of every frame what the engine's reports say: contact from a begin to the next end, both included.
 
     A stamp up to a microsecond from a frame's is at that frame: engines and scripts write six decimals. A contact that
-    began and ended between two frames is reported at the next one. With ``shape`` or ``rate_hz`` a miss
-    is explained as that collider would explain it. It lists no faces.
+    began and ended between two frames is reported at the next one. With ``shape`` a miss is explained as that collider
+    would explain it. It lists no faces.
     """
 
     name: ClassVar[str] = RECORDED
@@ -71,6 +80,7 @@ class RecordedDetector(PairDetector[RecordedSettings]):
         self._spans = {columns[pair]: _seconds(found, first_ns) for pair, found in spans.items() if pair in columns}
         self._elsewhere = sum(len(found) for pair, found in spans.items() if pair not in columns)
         self._collider = self._make_collider()
+        self._steps = physics_steps([span for found in self._spans.values() for span in found], settings.rate_hz)
 
     def _fresh_memory(self) -> _RecordedMemory:
         return _RecordedMemory(-np.inf)
@@ -104,11 +114,17 @@ class RecordedDetector(PairDetector[RecordedSettings]):
         near = bool((np.abs(spans - time) <= residual).any()) if residual > 0.0 else None
         return replace(stages, within_clock=near)
 
-    def _make_collider(self) -> Explains | None:
-        if self.settings.shape is None and self.settings.rate_hz is None:
+    def stepped(self, start: float, end: float) -> bool | None:
+        """Whether a physics step of the engine falls between two moments, in seconds; ``None``: not known."""
+        if self._steps is None:
             return None
-        shape = self.settings.shape or "mesh"
-        made = create_detector("collider", self.bodies, pairs=self.pairs, shape=shape, rate_hz=self.settings.rate_hz)
+        rate, phase = self._steps
+        return bool(np.floor((end + TICK_SLACK) * rate - phase) >= np.ceil((start - TICK_SLACK) * rate - phase))
+
+    def _make_collider(self) -> Explains | None:
+        if self.settings.shape is None:
+            return None
+        made = create_detector("collider", self.bodies, pairs=self.pairs, shape=self.settings.shape)
         assert isinstance(made, Explains)
         return made
 
@@ -130,6 +146,22 @@ def recorded_detector(
     if made.residual is None:
         made = replace(made, residual=residual)
     return RecordedDetector(bodies, pairs, made, contacts, first_ns)
+
+
+def physics_steps(spans: Sequence[NDArray[np.float64]], rate_hz: float | None) -> tuple[float, float] | None:
+    """Steps a second, and the share of a step by which they begin after second 0; ``None``: no rate fits all stamps.
+
+    ``spans`` (2,) seconds each. Engines report from within their steps, so that their stamps lie on a grid.
+    """
+    moments = np.unique(np.round(np.concatenate([np.zeros(0), *spans]), 5))
+    moments = moments[np.isfinite(moments)]
+    tried = (rate_hz,) if rate_hz is not None else STEP_RATES if len(moments) >= FEWEST_STAMPS else ()
+    for rate in tried:
+        places = np.exp(2j * np.pi * moments * rate)
+        phase = np.angle(places.sum()) / (2 * np.pi)
+        if (np.abs(np.angle(places * np.exp(-2j * np.pi * phase))) <= 2 * np.pi * STEP_SLACK).all():
+            return rate, float(phase)
+    return None if rate_hz is None else (rate_hz, 0.0)
 
 
 def _seconds(spans: Sequence[Span], first_ns: int) -> NDArray[np.float64]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, fields, replace
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any, Final
 
 import numpy as np
@@ -48,6 +48,7 @@ class Run:
     faces : whether it was asked which faces meet, and lists them, within the seconds below.
     prepare, warm, detect : seconds to build the detector, to warm it up, and to detect; asked live, the sum of the
         looks.
+    processor_share : of the seconds of the looks those in which this process was at work; ``None`` if not asked live.
     """
 
     spec: DetectorSpec
@@ -59,6 +60,7 @@ class Run:
     prepare: float
     warm: float
     detect: float
+    processor_share: float | None = None
 
 
 def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector:
@@ -124,18 +126,21 @@ def run_detector(
             if live:
                 detect_live(detector, sample)
         clock.append(perf_counter())
+        at_work = process_time()
         if live:
             looks = join(_advancing(stream_live(detector, motion.blocks(WHOLE_FRAMES)), advance))
+            at_work, taken = process_time() - at_work, perf_counter() - clock[-1]
             whole = _at_once(detector, assembly, True, lambda _: None) if faces else looks
             detection = replace(whole, verdict=looks.verdict, work=looks.work, seconds=looks.seconds)
         else:
             detection = _at_once(detector, assembly, faces, advance)
     clock.append(perf_counter())
     prepare, warm, detect = np.diff(clock).tolist()
+    share = None
     if live:
-        detect = float(sum(np.sum(stage) for stage in detection.seconds.values()))
+        detect, share = float(sum(np.sum(stage) for stage in detection.seconds.values())), min(1.0, at_work / taken)
     return Run(
-        spec, detector, asdict(detector.settings), detection, live, faces and not live, prepare, warm, detect
+        spec, detector, asdict(detector.settings), detection, live, faces and not live, prepare, warm, detect, share
     )  # fmt: skip
 
 

@@ -9,9 +9,10 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.numerics import IntArray
-from cdcore.protocol import counts_as_contact
+from replay.comparison.contact_counts import loose
+from replay.comparison.holding import Grasp, grasps, hand_bodies
 from replay.comparison.outcome import Episode, Outcome
-from replay.metrics.hands import Grasp, fixed_bodies, grasps, hand_bodies, moving, task_seconds
+from replay.metrics.hands import fixed_bodies, moving, task_seconds
 from replay.metrics.near import NearMiss, close_stretches, without_contact
 from replay.pipeline.run_result import RunResult
 from sessions.mcap_format.metadata import NOT_STATED
@@ -188,11 +189,8 @@ def recall(result: RunResult, label: str) -> float | None:
 
 
 def contact_frames(result: RunResult) -> int | None:
-    """Pair-frames that the oracle calls contact; ``None``: there is no oracle."""
-    if not result.oracle:
-        return None
-    verdict = result.detections[result.oracle].verdict
-    return sum(int(counts_as_contact(verdict[:, pair]).sum()) for pair in range(verdict.shape[1]))
+    """Pair-frames that the oracle calls contact, without those of a hand with what it holds; ``None``: no oracle."""
+    return sum(one.last - one.first + 1 for one in loose(result)) if result.oracle else None
 
 
 def session_digest(result: RunResult) -> str:

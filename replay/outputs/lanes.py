@@ -21,7 +21,7 @@ def ranked_pairs(comparison: Comparison, held: NDArray[np.bool_]) -> list[int]:
     counts = np.stack(
         [(comparison.outcome == word).sum(axis=0) for word in (Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH)]
     )
-    rest = np.isin(comparison.outcome, (Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES)).sum(axis=0)
+    rest = np.isin(comparison.outcome, (Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES, Outcome.HELD)).sum(axis=0)
     order = np.lexsort((-rest, -counts[2], -counts[1], -counts[0], held))
     return [int(column) for column in order if counts[:, column].any() or rest[column]]
 

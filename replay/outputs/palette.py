@@ -46,6 +46,9 @@ FOUND: Final[Rgba] = (58, 122, 168, 255)
 
 WITHIN_TOLERANCE: Final[Rgba] = (96, 100, 108, 255)
 BETWEEN_FRAMES: Final[Rgba] = (126, 104, 176, 255)
+HELD: Final[Rgba] = (58, 110, 96, 255)
+"""Contact of a hand with what it holds: no news."""
+
 FAINT: Final[Rgba] = (40, 42, 48, 255)
 """For what was not decided: visible, but weaker than all other colours."""
 
@@ -85,6 +88,7 @@ OUTCOMES: Final = looks(
     {
         Outcome.BOTH: FOUND, Outcome.MISSED: MISSED, Outcome.INVENTED: INVENTED,
         Outcome.WITHIN_TOLERANCE: WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES: BETWEEN_FRAMES, Outcome.LEFT_OUT: FAINT,
+        Outcome.HELD: HELD,
     },
 )  # fmt: skip
 """States of an audit lane."""

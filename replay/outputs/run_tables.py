@@ -6,24 +6,26 @@ from typing import Any
 import numpy as np
 
 from cdcore.protocol import DECIDED
-from replay.base.constants import BUDGET_MS
+from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.clusters import clusters
-from replay.comparison.contact_counts import contact_counts
+from replay.comparison.contact_counts import contact_counts, held_counts, loose
+from replay.comparison.contact_duration import PHASES
 from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.outputs.tables import CODE, FAINT, FOUND, IN_RED, INVENTED, PARTLY, STRONG, Cell, Marked, Table, table
 from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, bound_words, counted, depth_words, span_words
 from replay.pipeline.gates import figure, percent
-from replay.pipeline.ranking import ranking
+from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.run_result import RunResult
 from sessions import Finding
 
-RANK_MARKS = {"missed": IN_RED, "in part": PARTLY, "false": INVENTED}
+OF_FRAME = f"of a {HEADSET_HZ:g} Hz frame"
+RANK_MARKS = {"in part": PARTLY}
 RANK_HEAD = (
-    "detector", "missed", "in part", "undecided", "false", "p99 ms", "of a frame", "held: false frames", "held: missed",
+    "detector", "missed", "in part", "undecided", "false", "p99 ms", OF_FRAME, "held: false frames", "held: missed",
     "asked",
 )  # fmt: skip
-MAY_LACK = ("undecided", "p99 ms", "of a frame", "held: false frames", "held: missed")
+MAY_LACK = ("undecided", "p99 ms", OF_FRAME, "held: false frames", "held: missed")
 
 AUDIT_MARKS = {
     "missed": IN_RED, "in part": PARTLY, "frames found": FOUND, "frames missed": PARTLY, "frames invented": INVENTED,
@@ -42,8 +44,8 @@ def ranking_table(summary: Mapping[str, Any]) -> Table:
     ranks = ranking(summary)
     rows = [
         (
-            one.label, one.count(one.missed), one.count(one.in_part), one.undecided,
-            "" if one.false is None else one.false["count"] and f"{figure(100 * one.false['share'])} %",
+            one.label, _of_contacts(one), one.count(one.in_part), one.undecided,
+            "" if one.false is None else _marked(percent(one.false), INVENTED, one.false),
             "" if one.p99 is None else _ms(one.p99), "" if one.of_frame is None else f"{figure(100 * one.of_frame)} %",
             *one.held, one.setting,
         )
@@ -51,9 +53,22 @@ def ranking_table(summary: Mapping[str, Any]) -> Table:
     ]  # fmt: skip
     empty = {name for k, name in enumerate(RANK_HEAD) if name in MAY_LACK and not any(row[k] for row in rows)}
     title = f"{counted(ranks[-1].contacts, 'contact')} of {summary['oracle']}, the worst detector first"
-    notes = [f"Mean over {one.phases} look phases: {one.label}." for one in ranks if one.phases > 1]
-    made = table(title, RANK_HEAD, rows, words=("detector", "asked"), marks=RANK_MARKS, notes=notes)
+    mean = [one.label for one in ranks if one.phases > 1]
+    notes = [f"Means over {PHASES} look phases: {', '.join(mean)}."] if mean else []
+    made = table(title, RANK_HEAD, rows, words=("detector", "asked"), marks=RANK_MARKS, notes=(*notes, OVER_CONTACTS))
     return made.only(*(name for name in RANK_HEAD if name not in empty))
+
+
+def _of_contacts(rank: Rank) -> Cell:
+    """How many contacts were missed, with the interval."""
+    if rank.missed is None:
+        return ""
+    low, high = (f"{rank.missed[end] * rank.contacts:.2g}" for end in ("low", "high"))
+    return _marked(f"{rank.count(rank.missed)} [{low}, {high}]", IN_RED, rank.missed)
+
+
+def _marked(words: str, mark: str, part: Mapping[str, Any]) -> Cell:
+    return Marked(words, mark) if part["count"] else words
 
 
 def pair_frame_table(title: str, audit: Mapping[str, Any]) -> Table:
@@ -92,23 +107,40 @@ def pair_table(result: RunResult, label: str) -> Table:
     outcome = result.comparisons[label].outcome
     frames = {one: (outcome == one).sum(axis=0).tolist() for one in Outcome}
     missed, wrong, excused = (frames[one] for one in (Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE))
-    truth = result.episodes[result.oracle]
+    truth = loose(result)
     said = set(np.flatnonzero(np.array(wrong) + np.array(excused)).tolist())
     pairs = sorted({one.pair for one in truth} | said, key=lambda pair: (-missed[pair], -wrong[pair], pair))
-    rows, became = [], contact_counts(result, label)
+    rows: list[tuple[Cell, ...]] = []
+    became = contact_counts(result, label)
     for pair in pairs:
         own, counts = became.of_pair(pair), (frames[Outcome.BOTH][pair], missed[pair], wrong[pair], excused[pair])
         rows.append((*_contacts(result, truth, pair), own.missed, own.in_part, *counts))
+    rows += _held_rows(result, label)
     head = ("pair", "contacts", "seconds", "longest s", *AUDIT_MARKS)
     title, notes = f"Contacts ({result.oracle}) and what {label} made of them", containment_notes(result, result.oracle)
     made = table(title, head, rows, marks=AUDIT_MARKS, notes=notes)
     return made if any(excused) else made.only(*head[:-1])
 
 
+def _held_rows(result: RunResult, label: str) -> list[tuple[Cell, ...]]:
+    """The pairs of a hand and what it holds, listed apart."""
+    apart = sorted(set(result.episodes[result.oracle]) & set(result.holdings), key=lambda one: one.first)
+    rows: list[tuple[Cell, ...]] = []
+    for pair in dict.fromkeys(one.pair for one in result.holdings):
+        one = held_counts(result, label, [pair])
+        if any(one.values()):
+            counts = (one[name] for name in ("contacts_missed", "contacts_in_part", "both", "missed", "invented"))
+            rows.append((*_contacts(result, apart, pair, " (held)"), *counts, 0))
+    return rows
+
+
 def contact_table(result: RunResult, label: str) -> Table:
     """Contacts that a detector found, a row per pair."""
     found = result.episodes[label]
-    rows = [_contacts(result, found, pair) for pair in sorted({one.pair for one in found})]
+    rows = [
+        _contacts(result, found, pair, " (held)" * bool(result.assembly.held[pair]))
+        for pair in sorted({one.pair for one in found})
+    ]
     notes = containment_notes(result, label)
     return table(f"Contacts found by {label}", ("pair", "contacts", "seconds", "longest s"), rows, notes=notes)
 
@@ -122,9 +154,8 @@ def containment_notes(result: RunResult, label: str) -> list[str]:
     return [f"{label}: containment refused for {of}: {'; '.join(why[:MOST_REASONS])}{more}"] if refused else []
 
 
-def _contacts(result: RunResult, found: Sequence[Episode], pair: int) -> tuple[str, int, str, str]:
+def _contacts(result: RunResult, found: Sequence[Episode], pair: int, held: str = "") -> tuple[str, int, str, str]:
     own = [episode.end - episode.start for episode in found if episode.pair == pair]
-    held = " (held)" if result.assembly.held[pair] else ""
     return result.assembly.pair_name(pair) + held, len(own), f"{sum(own):.3f}", f"{max(own, default=0.0):.3f}"
 
 
@@ -169,13 +200,15 @@ def cluster_table(label: str, misses: Sequence[Miss], run: object = "RUN") -> Ta
 
 def cost_table(result: RunResult) -> Table:
     """What each detector took; quantiles are over the frames at which it looked, ``LATE`` is a share of all frames."""
-    rows, notes = [], []
+    rows, notes, others = [], [], []
     for label, figures in result.summary["detectors"].items():
         seconds, stages = figures["seconds"], figures["seconds"]["stages"]
         frame = seconds.get("per_frame")
         role = "oracle" if label == result.oracle else "live" if figures["live"] else "offline"
         if label in result.comparisons and not figures["online"]:
             notes.append(f"{label} cannot be asked live")
+        if (busy := 1 - seconds.get("processor_share", 1.0)) > BUSY:
+            others.append(f"{busy:.0%} of the clock of {label}")
         longest = max(stages, key=stages.__getitem__, default="")
         total = sum(stages.values())
         share = f"{longest} {100 * stages[longest] / total:.0f} %" if total > 0 else longest
@@ -183,9 +216,14 @@ def cost_table(result: RunResult) -> Table:
         late = f"{figure(100 * frame['over_budget'])} %" if frame else ""
         rows.append((label, role, f"{seconds['detect']:.3f}", _ms(seconds["per_frame_mean"]), *each, late, share))
     head = ("detector", "how", "whole s", "mean ms", *QUANTILES.values(), LATE, "longest stage")
+    if others:
+        notes.append(f"other work took {', '.join(others)}: another run may take other times")
     words = ("detector", "how", "longest stage")
     return table("Time of each detector", head, rows, words=words, whole=("how",), notes=notes)
 
+
+BUSY = 0.05
+"""Share of the clock that others had; with less, the 99 % of three runs lie within 30 % of each other."""
 
 QUANTILES = {"median": "median ms", "p95": "95 % ms", "p99": "99 % ms", "max": "worst ms"}
 LATE = f"over {BUDGET_MS:.1f} ms"

@@ -15,9 +15,10 @@ OUTCOME_WORDS: Final[Mapping[int, str]] = MappingProxyType(
         Outcome.WITHIN_TOLERANCE: "within tolerance",
         Outcome.BETWEEN_FRAMES: "between frames",
         Outcome.LEFT_OUT: "left out",
+        Outcome.HELD: "held",
     }
 )
-"""Outcome of an audit -> its word. They are true positive, false negative, false positive and the three that count as
+"""Outcome of an audit -> its word. They are true positive, false negative, false positive and the four that count as
 neither; NEITHER, the true negative, has no word: it is a gap in a lane."""
 
 VERDICT_WORDS: Final[Mapping[int, str]] = MappingProxyType({one: one.name for one in Verdict if one != Verdict.CLEAR})
@@ -51,14 +52,14 @@ NOTHING_SUSPICIOUS: Final = "Nothing suspicious found"
 
 LANE_LEGEND: Final = (
     "red: missed by {}    yellow: invented    blue: both    violet: between frames    grey: within tolerance    "
-    "dark: left out"
+    "dark: left out    green: held"
 )
 """What the colours of audit lanes mean; the detector's label goes into the braces."""
 
 
-def counted(number: int, thing: str) -> str:
-    """``1 frame``, ``2 frames``."""
-    return f"{number:,} {thing}{'s' * (number != 1)}"
+def counted(number: int, thing: str, several: str = "") -> str:
+    """``1 frame``, ``2 frames``; ``several`` where an s is not enough."""
+    return f"{number:,} {thing if number == 1 else several or thing + 's'}"
 
 
 def depth_words(miss: Miss, unit: str = "", width: int = 0) -> str:

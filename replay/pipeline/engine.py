@@ -9,6 +9,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import Final
 
+import numpy as np
+
 from cdcore import Detection, Detector, Motion
 from cdcore.detectors import detector_names
 from replay.base.progress import Progress, Silent
@@ -16,23 +18,26 @@ from replay.comparison.causes import examine
 from replay.comparison.compare import FaceRecall, compare, face_recall
 from replay.comparison.contact_duration import ContactDurations, StepRates, contact_durations
 from replay.comparison.episodes import episodes
+from replay.comparison.holding import holdings
+from replay.comparison.look_phases import phase_shares
 from replay.comparison.matching import EpisodeMatches, match_episodes
 from replay.comparison.outcome import Comparison, Episode
 from replay.comparison.tolerance import TAU, Tolerance
 from replay.detection.compile_notice import compiling_announced
 from replay.detection.detector_spec import DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
+from replay.detection.recorded import RECORDED
 from replay.detection.run_detector import Run, face_sets_again, make_detector, run_detector
 from replay.effects.effect_plan import Plan, plan
 from replay.effects.effects_runner import EffectRun, run_effects
 from replay.errors import DetectorSpecError
 from replay.pipeline.run_result import Measured, RunResult
 from replay.pipeline.summary import summarise
-from replay.prepare.assemble import Pairs, lay_out
+from replay.prepare.assemble import AssemblyLayout, Pairs, lay_out
 from replay.prepare.assemble_stored import assemble_bounded, decoded_once
 from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
 from replay.prepare.policy import Policy, PolicyLike, parse_policy
-from replay.prepare.repair import repair_session
+from replay.prepare.repair import Repair, repair_session
 from sessions import Session
 
 SUBJECTS: Final = ("hybrid-qaco", "hybrid")
@@ -73,7 +78,7 @@ def line_up(detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
         if not specs:
             return Lineup((), "")
     if oracle == NO_ORACLE:
-        return Lineup(specs, "")
+        return Lineup(specs, "", frozenset(one.label for one in specs))
     trusted = parse_detector(oracle if oracle is not None else next(name for name in ORACLES if name in there))
     return _with_oracle(specs, trusted)
 
@@ -82,12 +87,46 @@ def _with_oracle(specs: tuple[DetectorSpec, ...], trusted: DetectorSpec) -> Line
     for spec in specs:
         by_label = spec.label == trusted.name and not trusted.settings
         if by_label or (spec.name, dict(spec.settings)) == (trusted.name, dict(trusted.settings)):
-            return Lineup(specs, spec.label)
+            # Beside others it is timed as they are; alone there is nothing to compare its time with.
+            return Lineup(specs, spec.label, frozenset(one.label for one in specs) if len(specs) > 1 else frozenset())
     if trusted.label in {spec.label for spec in specs}:
         raise DetectorSpecError(
             f"the oracle and a detector are both called {trusted.label!r}; write oracle=... with a label"
         )
-    return Lineup((*specs, trusted), trusted.label)
+    return Lineup((*specs, trusted), trusted.label, frozenset(one.label for one in specs))
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What every verb that asks detectors about a session starts from: the same poses, the same pairs.
+
+    ``plan`` is the scene's; ``treatment`` holds the session as the policy leaves it; ``layout`` is that of
+    ``assembly``.
+    """
+
+    plan: Plan
+    treatment: Repair
+    layout: AssemblyLayout
+    assembly: Assembly
+
+
+def prepared(
+    session: Session, *, pairs: Pairs | None = None, start: float | None = None, end: float | None = None,
+    policy: PolicyLike | Policy | None = None, looking: bool = True, progress: Progress | None = None,
+) -> Prepared:  # fmt: skip
+    """Examine and repair a session by the policy, choose its pairs, and assemble it.
+
+    ``looking``: whether a detector will run; the other parameters are as for ``replay.run``.
+    """
+    progress, planned = progress or Silent(), plan(session.scene)
+    rules = parse_policy(policy)
+    with progress.stage("examine"):
+        treatment = repair_session(decoded_once(session), rules)
+    with progress.stage("assemble"):
+        wanted = _wanted(planned, pairs, treatment.session, looking)
+        layout = lay_out(treatment.session, pairs=wanted, looking=looking, jumps=treatment.jumps)
+        assembly = assemble_bounded(treatment.session, layout, start=start, end=end)
+    return Prepared(planned, treatment, layout, assembly)
 
 
 def compute(
@@ -104,16 +143,12 @@ def compute(
     Raises ``ReplayError``, ``CollisionCoreError`` or ``SessionError``: one sentence each.
     """
     progress, began = progress or Silent(), perf_counter()
-    rules = parse_policy(policy)
     planned = plan(session.scene)
-    lineup = _called_for(planned, detectors, oracle, live=not offline)
-    with progress.stage("examine"):
-        treatment = repair_session(decoded_once(session), rules)
-        session = treatment.session
-    with progress.stage("assemble"):
-        wanted, looking = _wanted(planned, pairs, session, bool(lineup.specs)), bool(lineup.specs)
-        layout = lay_out(session, pairs=wanted, looking=looking, jumps=treatment.jumps)
-        assembly = assemble_bounded(session, layout, start=start, end=end)
+    lineup = _called_for(planned, detectors, oracle, reported=_reports(session), live=not offline)
+    ready = prepared(
+        session, pairs=pairs, start=start, end=end, policy=policy, looking=bool(lineup.specs), progress=progress
+    )
+    treatment, layout, assembly, session = ready.treatment, ready.layout, ready.assembly, ready.treatment.session
     runs: dict[str, Run] = {}
     for spec in lineup.specs:
         with progress.stage(spec.label, len(assembly.motion)) as advance, compiling_announced(progress):
@@ -124,11 +159,17 @@ def compute(
     # Misses are examined with other kernels; without a detection no compiler is loaded.
     with progress.stage("audit"), compiling_announced(progress if runs else None):
         found = {label: episodes(run.detection) for label, run in runs.items()}
-        again = _face_source(assembly, seed)
+        again = _face_source(assembly, seed, runs.get(lineup.oracle))
         tolerance = Tolerance(assembly, again, tau)
-        comparisons, matches = _compared(runs, lineup.oracle, found, tolerance)
         truth = found.get(lineup.oracle, ())
-        dwell = _durations(assembly, runs[lineup.oracle].detection, truth, tolerance, seed) if lineup.oracle else None
+        held = holdings(assembly, session, truth) if lineup.oracle else ()
+        comparisons, matches = _compared(runs, lineup.oracle, found, tolerance, held)
+        dwell, phases = None, {}
+        if lineup.oracle:
+            loose, trusted = tuple(one for one in truth if one not in set(held)), runs[lineup.oracle].detection
+            dwell = _durations(assembly, trusted, loose, tolerance, seed)
+            asked = {one: phase_shares(runs[one], assembly, trusted, loose, held, tolerance, seed) for one in matches}
+            phases = {label: shares for label, shares in asked.items() if shares}
         missed, causes = examine(comparisons, truth, runs, assembly, again)
     recall = _face_recall(comparisons, found, runs, assembly, progress) if faces else {}
     effects: dict[str, EffectRun] = {}
@@ -138,7 +179,8 @@ def compute(
     measured = Measured(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
         oracle=lineup.oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches,
-        face_recall=recall, causes=causes, dwell=dwell, effects=effects, treatment=treatment,
+        face_recall=recall, causes=causes, dwell=dwell, phases=phases, holdings=held, effects=effects,
+        treatment=treatment,
         flags=Flags.of(treatment.spans, assembly, session.scene),
         detectors={label: run.detector for label, run in runs.items()},
     )  # fmt: skip
@@ -146,18 +188,27 @@ def compute(
     return RunResult(**vars(measured), summary=summary, out=out)
 
 
-def _called_for(planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None, *, live: bool) -> Lineup:
+def _called_for(
+    planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None, *, reported: bool, live: bool
+) -> Lineup:
     """The detectors to run: those asked for, else the usual ones if the plan needs contacts, and those effects name.
 
-    Live are those that are audited; the oracle, and whom only effects ask, always see the whole motion.
+    Unasked, what an engine ``reported`` comes first. Live are those asked for; an oracle that is not among them, and
+    whom only effects ask, see the whole motion.
     """
     if detectors is None and not planned.detection:
         return Lineup((), "")
     lineup = line_up(detectors, oracle)
+    if detectors is None and reported and lineup.oracle not in ("", RECORDED):
+        lineup = replace(lineup, specs=(DetectorSpec(RECORDED, RECORDED), *lineup.specs))
     there = {spec.name for spec in lineup.specs} | ({TRUSTED} if lineup.specs else set())
     more = [DetectorSpec(name, name) for name in planned.detectors if name not in there]
-    audited = frozenset(spec.label for spec in lineup.specs if live) - {lineup.oracle}
-    return Lineup((*lineup.specs, *more), lineup.oracle, audited)
+    return Lineup((*lineup.specs, *more), lineup.oracle, lineup.live if live else frozenset())
+
+
+def _reports(session: Session) -> bool:
+    """Whether the recording holds what an engine reported about bodies that can be looked at."""
+    return any(session.meshes.keys() >= {one.body_a, one.body_b} for one in session.live_contacts)
 
 
 def _wanted(planned: Plan, asked: Pairs | None, session: Session, looking: bool) -> Pairs | None:
@@ -179,14 +230,18 @@ def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Det
 
 
 def _compared(
-    runs: dict[str, Run], oracle: str, found: dict[str, tuple[Episode, ...]], tolerance: Tolerance
+    runs: dict[str, Run],
+    oracle: str,
+    found: dict[str, tuple[Episode, ...]],
+    tolerance: Tolerance,
+    held: tuple[Episode, ...],
 ) -> tuple[dict[str, Comparison], dict[str, EpisodeMatches]]:
     """By label: pair-frames held to the oracle's, and contacts matched with its own."""
     comparisons, matches = {}, {}
     for label, run in runs.items():
         if oracle and label != oracle:
             answer, truth = run.detection, runs[oracle].detection
-            one = comparisons[label] = compare(answer, truth, (label, oracle), tolerance.judge(answer, truth))
+            one = comparisons[label] = compare(answer, truth, (label, oracle), tolerance.judge(answer, truth), held)
             reach = 1 if (answer.covers, truth.covers) == ("instants", "intervals") else 0
             matches[label] = match_episodes(one, found[oracle], found[label], reach=reach)
     return comparisons, matches
@@ -220,11 +275,15 @@ def _face_recall(
     return recalls
 
 
-def _face_source(assembly: Assembly, seed: int) -> Callable[[Motion], Detection]:
-    """The faces of single frames by the most trusted detector of instants, made on first use.
+def _face_source(assembly: Assembly, seed: int, oracle: Run | None) -> Callable[[Motion], Detection]:
+    """The faces of some of the motion's frames by the most trusted detector of instants, made on first use.
 
-    An oracle of intervals, of volumes or of a lower rate says that there is contact, but not in which faces at a frame.
+    An oracle of intervals, of volumes or of a lower rate says that there is contact, but not in which faces at a frame;
+    one that is that detector, and listed faces, has said it.
     """
+    if oracle is not None and oracle.spec.name == TRUSTED and not oracle.spec.settings and oracle.detection.face_sets:
+        known = oracle.detection
+        return lambda motion: known.take(np.searchsorted(known.times, motion.times))
 
     @cache
     def trusted() -> Detector:

@@ -59,7 +59,8 @@ def _missed(name: str, label: str, figures: Mapping[str, Any], most: float) -> I
     yield from _undecided_oracle(name, figures)
     for what, part in (("contacts", contacts), ("pair-frames in contact", frames)):
         if part["of"] and part["share"] > most:
-            yield f"{label} missed {part['count']} of {part['of']} {what} ({percent(part)}), more than {name} {most:g}"
+            worse = f"{percent(part)}), more than {name} {most:g}{_apart(figures)}"
+            yield f"{label} missed {part['count']} of {part['of']} {what} ({worse}"
 
 
 def _invented(name: str, label: str, figures: Mapping[str, Any], most: float) -> Iterator[str]:
@@ -69,7 +70,12 @@ def _invented(name: str, label: str, figures: Mapping[str, Any], most: float) ->
     yield from _undecided_oracle(name, figures)
     if part["of"] and part["share"] > most:
         what = f"{part['count']} of the {part['of']} pair-frames in contact that it reports"
-        yield f"{label} invented {what} ({percent(part)}), more than {name} {most:g}"
+        yield f"{label} invented {what} ({percent(part)}), more than {name} {most:g}{_apart(figures)}"
+
+
+def _apart(figures: Mapping[str, Any]) -> str:
+    """What is not in the figures of a gate."""
+    return "; what a hand holds is counted apart" if any(figures.get("held", {}).values()) else ""
 
 
 def _undecided_oracle(name: str, figures: Mapping[str, Any]) -> Iterator[str]:

@@ -3,14 +3,24 @@
 from collections.abc import Mapping
 from typing import Any
 
-from replay.comparison.contact_counts import ContactCounts, contact_counts
+from replay.comparison.contact_counts import ContactCounts, contact_counts, held_counts
+from replay.comparison.contact_duration import PHASES
 from replay.comparison.outcome import Outcome
 from replay.detection.recorded import RECORDED
 from replay.pipeline.gates import figure
+from replay.pipeline.ranking import fault_words, ranking
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import undecided_share
 from sessions import Finding, Severity
 from sessions.doctor.codes import CODES
+
+
+def headlines(result: RunResult) -> list[str]:
+    """What a title says of a run: of several detectors the worst one's faults, the larger first, else the contacts."""
+    if len(result.comparisons) > 1:
+        worst = ranking(result.summary)[0]
+        return [f"{worst.label}: {fault_words(worst)}"]
+    return [headline(result, label) for label in result.comparisons]
 
 
 def headline(result: RunResult, label: str) -> str:
@@ -72,8 +82,13 @@ def undecided(result: RunResult) -> list[str]:
 
 
 def invented(result: RunResult) -> list[str]:
-    """A line per detector that reports contact where there is none: one that misses nothing may invent everything."""
-    lines = []
+    """A line for a detector that reports contact where there is none: one that misses nothing may invent everything.
+
+    Of several detectors the ranking says it.
+    """
+    lines: list[str] = []
+    if len(result.comparisons) > 1:
+        return lines
     for label, comparison in result.comparisons.items():
         wrong, right = comparison.count(Outcome.INVENTED), comparison.count(Outcome.BOTH)
         if wrong:
@@ -82,27 +97,36 @@ def invented(result: RunResult) -> list[str]:
     return lines
 
 
-def phases(result: RunResult) -> list[str]:
-    """A line per audited detector of fixed steps: where its looks fall is chance, and other phases miss others."""
-    rates = None if result.dwell is None else result.dwell.rates
-    if rates is None or not rates.contacts:
-        return []
+def held(result: RunResult) -> list[str]:
+    """A line per detector of what it says of a hand and what it holds: that is counted apart from all else."""
     lines = []
     for label in result.comparisons:
-        made = result.summary["detectors"][label]
-        rate = made["settings"].get("rate_hz")
-        if rate and made["name"] != RECORDED:
-            now, mean = rates.missed(rate)
+        apart = held_counts(result, label)
+        missed = f"misses {apart['contacts_missed']} of {apart['contacts']} contacts" if apart["contacts"] else ""
+        false = f"reports {apart['invented']:,} pair-frames of false contact" if apart["invented"] else ""
+        if missed or false:
+            words = " and ".join(one for one in (missed, false) if one)
+            lines.append(f"Counted apart, of a hand with what it holds, {label} {words}.")
+    return lines
+
+
+def phases(result: RunResult) -> list[str]:
+    """A line per audited detector of a fixed rate: where its looks fall is chance, and other phases miss others."""
+    lines = []
+    for label, shares in result.phases.items():
+        rate, mean = result.summary["detectors"][label]["settings"]["rate_hz"], shares["contacts_missed"]
+        counts = contact_counts(result, label)
+        if counts.contacts:
             lines.append(
-                f"{label} looks {rate:g} times a second, at this run's phase. Faultless looks at that rate miss "
-                f"{now} of {len(rates.contacts)} contacts at this phase, {mean:.2f} in the mean over phases."
+                f"{label} looks {rate:g} times a second. At this run's phase it misses {counts.missed} of "
+                f"{counts.contacts} contacts, {mean['share'] * counts.contacts:.2f} in the mean over {PHASES} phases."
             )
     return lines
 
 
 def beside(result: RunResult) -> list[str]:
     """What a reader must know beside the headlines: what was not decided, what is invented, what is chance."""
-    return [*undecided(result), *invented(result), *compounds(result), *phases(result)]
+    return [*undecided(result), *invented(result), *held(result), *compounds(result), *phases(result)]
 
 
 def compounds(result: RunResult) -> list[str]:
@@ -132,7 +156,8 @@ def price(result: RunResult) -> list[str]:
     parts = [f"{did} {trusted} in {took[trusted]} a frame ({kinds[trusted]})"]
     parts += [f"{label} took {took[label]} ({kinds[label]})" for label in labels[1:]]
     alike = "" if len(set(kinds.values())) == 1 else ", not alike"
-    return [f"{'; '.join(parts)}. One pass of each{alike}: replay tradeoff compares like with like."]
+    passes = f"One pass of each{alike}: replay tradeoff compares like with like" if len(labels) > 1 else "One pass"
+    return [f"{'; '.join(parts)}. {passes}."]
 
 
 def _kind(figures: Mapping[str, Any]) -> str:

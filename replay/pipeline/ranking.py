@@ -2,14 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any
 
 from replay.base.constants import BUDGET_MS
 from replay.base.wilson import share
+from replay.comparison.contact_duration import PHASES
 from replay.pipeline.gates import figure
-
-PHASES: Final = 16
-"""Look phases over which a rate is audited: where its looks fall is chance."""
 
 Share = Mapping[str, Any]
 """``count``, ``of``, ``share`` (null of nothing), ``low`` and ``high``, as ``replay.base.wilson.share`` makes it."""
@@ -41,6 +39,16 @@ class Rank:
     held: tuple[int, int]
     p99: float | None
     phases: int
+
+    @property
+    def lost(self) -> bool:
+        """Whether any contact is missed, or a part of one."""
+        return _part(self.missed) + _part(self.in_part) > 0.0
+
+    @property
+    def leads_false(self) -> bool:
+        """Whether what it says falsely is the larger fault."""
+        return _part(self.false) > _part(self.missed)
 
     @property
     def fault(self) -> float:
@@ -92,7 +100,7 @@ def fault_words(rank: Rank) -> str:
     misses = f"misses {rank.count(rank.missed)} {things}, {rank.count(rank.in_part)} in part"
     words = [
         (2.0, f"leaves {rank.undecided} {things} undecided" if rank.undecided else ""),
-        (lost, misses if lost or _part(rank.in_part) else ""),
+        (lost, misses if rank.lost else ""),
         (false, f"{figure(100 * false)} % of the contact it reports is false" if false else ""),
     ]
     told = "; ".join(text for _, text in sorted(words, key=lambda one: -one[0]) if text)

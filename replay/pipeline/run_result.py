@@ -9,6 +9,7 @@ from cdcore import Detection, Detector
 from replay.comparison.causes import Causes
 from replay.comparison.compare import FaceRecall
 from replay.comparison.contact_duration import ContactDurations
+from replay.comparison.look_phases import Shares
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.outcome import Comparison, Episode, Miss
 from replay.effects.effects_runner import EffectRun
@@ -17,7 +18,7 @@ from replay.prepare.flags import Flags
 from replay.prepare.repair import Repair
 from sessions import Session
 
-TRADEOFF_SCHEMA: Final = "vrlab-replay/tradeoffs/1"
+TRADEOFF_SCHEMA: Final = "vrlab-replay/tradeoffs/2"
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,10 +28,12 @@ class Tradeoff:
     Parameters
     ----------
     rows : one per setting, in the order of the list: plain data, the columns of ``tradeoff.parquet``.
-    front, front_online : labels, quickest first, of all and of those timed frame by frame.
-    advice : sentences.
+    front, front_online : labels, quickest first, by the time of a whole answer and by that of a live look.
+    advice : sentences; ``answer``: the shortest one, with two numbers.
+    growth : rows of ``replay.tradeoffs.growth``, where that was asked for.
     cut : labels that the time limit left out.
-    about : session, oracle, machine, versions, seed, and ``processor_share``: of the seconds on the clock those in
+    about : session, oracle, machine, versions, seed, ``clock`` (its self-check, live and offline), and
+        ``processor_share``: of the seconds on the clock those in
         which this process was at work; far below 1, others were, and times are upper bounds.
     """
 
@@ -40,11 +43,13 @@ class Tradeoff:
     advice: tuple[str, ...]
     cut: tuple[str, ...] = ()
     about: dict[str, Any] = field(default_factory=dict)
+    answer: str = ""
+    growth: tuple[dict[str, Any], ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Everything as plain data."""
         lists = {name: list(getattr(self, name)) for name in ("advice", "front", "front_online", "cut", "rows")}
-        return {"schema": TRADEOFF_SCHEMA, **self.about, **lists}
+        return {"schema": TRADEOFF_SCHEMA, **self.about, "answer": self.answer, **lists, "growth": list(self.growth)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +68,9 @@ class Measured:
     matches : label -> its episodes matched one to one with the oracle's.
     face_recall : label -> face pairs found, where it was asked for and both list faces of instants.
     causes : label -> why each of its misses was missed.
-    dwell : how long each contact of the oracle lasted; ``None`` without an oracle.
+    phases : label -> what a detector of a fixed rate misses and invents in the mean over look phases.
+    holdings : when a pair is a hand and what it holds; contacts there are counted apart.
+    dwell : how long each other contact of the oracle lasted; ``None`` without an oracle.
     effects : kind -> what the effect found and took, in running order; empty where the scene declares none.
     treatment : the findings of the doctor, and what the policy did about them.
     flags : which verdicts rest on a pose in doubt.
@@ -80,6 +87,8 @@ class Measured:
     matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)
     face_recall: Mapping[str, FaceRecall] = field(default_factory=dict)
     causes: Mapping[str, Causes] = field(default_factory=dict)
+    phases: Mapping[str, Shares] = field(default_factory=dict)
+    holdings: tuple[Episode, ...] = ()
     dwell: ContactDurations | None = None
     effects: Mapping[str, EffectRun] = field(default_factory=dict)
     treatment: Repair | None = None

@@ -8,7 +8,7 @@ import numpy as np
 from cdcore import Verdict
 from replay.base.wilson import pooled, share, share_of_clusters
 from replay.comparison.compare import FaceRecall
-from replay.comparison.contact_counts import contact_counts, count_reports
+from replay.comparison.contact_counts import contact_counts, count_reports, held_counts
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.misses import MISS_KINDS
 from replay.comparison.outcome import Outcome
@@ -35,15 +35,18 @@ def score(result: Measured, label: str) -> dict[str, Any]:
         "unconfirmed": int(unconfirmed.sum()), "contacts": contacts.contacts,
         "contacts_missed": contacts.missed, "contacts_in_part": contacts.in_part,
         "contacts_undecided": contacts.undecided, "contact_frames_undecided": contacts.frames_undecided,
-        "misses": len(missed),
+        "held": held_counts(result, label), "misses": len(missed),
         "by_kind": {kind: sum(miss.kind == kind for miss in missed) for kind in MISS_KINDS},
         "faces": _faces(result.face_recall.get(label)),
     }  # fmt: skip
+    if label in result.phases:
+        figures["phases"] = dict(result.phases[label])
     if label in result.causes:
         figures["causes"] = result.causes[label].table()
     if label in result.matches:
-        counts = (len(result.episodes[one]) for one in (result.oracle, label))
-        figures["episodes"] = episode_figures(result.matches[label], *counts)
+        matches = result.matches[label]
+        counts = len(result.episodes[result.oracle]) - len(matches.held_truth), len(result.episodes[label])
+        figures["episodes"] = episode_figures(matches, counts[0], counts[1] - len(matches.held_found))
     return figures
 
 

@@ -99,6 +99,8 @@ def _seconds(run: Run) -> dict[str, Any]:
     frames = max(1, len(run.detection.times))
     taken = {"prepare": run.prepare, "warm_up": run.warm, "detect": run.detect, "per_frame_mean": run.detect / frames}
     looks = look_figures(run.detection)
+    if run.processor_share is not None:
+        taken["processor_share"] = run.processor_share
     return {**taken, "stages": stages, **({} if looks is None else {"per_frame": looks})}
 
 

@@ -33,7 +33,7 @@ class Assembly:
     bodies : N bodies; tracked ones first, then fixed ones. Bodies without a mesh are not here.
     motion : T frames of the N bodies; ``motion.times`` are seconds since the first frame of the session.
     pairs : (P, 2) int64 body numbers.
-    held : (P,) bool: a body and its parent, as a hand and the tool it holds; computed, tagged and listed apart.
+    held : (P,) bool: a body and its parent, or a hand and a thing of its group, throughout; counted apart.
     stamp_ns : (T,) int64, the frames' own stamps.
     origin : (T, N) uint8, values of ``PoseOrigin``.
     proxies : names of bodies whose mesh only stands in for the real one.

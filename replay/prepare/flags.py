@@ -76,10 +76,9 @@ class Flags:
         return part[:, pairs[:, 0]] | part[:, pairs[:, 1]]
 
 
-def flag_words() -> list[str]:
-    """Each value of a flag in words: ``frozen+gap``; an empty text for 0."""
-    values, kinds = range(1 << len(FLAG_KINDS)), [*enumerate(FLAG_KINDS)]
-    return ["+".join(kind for k, kind in kinds if value >> k & 1) for value in values]
+def flag_word(value: int) -> str:
+    """A flag in words: ``frozen+gap``; an empty text for 0."""
+    return "+".join(kind for k, kind in enumerate(FLAG_KINDS) if value >> k & 1)
 
 
 def chain_of(name: str, scene: Scene) -> list[str]:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay.errors import AssemblyError
-from sessions.model.scene import Scene
+from sessions.model.scene import Scene, SceneBody
 from sessions.model.scene_pairs import wanted_pairs
 
 WORLD = ""
@@ -47,9 +47,16 @@ def chosen_pairs(
 
 
 def held_pairs(scene: Scene, names: Sequence[str], pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which pairs are a body and its parent, (P,) bool: contact there is the rule, not news."""
-    parent = {body.id: body.parent for body in scene.bodies}
-    held = [parent.get(names[i]) == names[j] or parent.get(names[j]) == names[i] for i, j in pairs.tolist()]
+    """Which pairs are a body and its parent, or a hand and a thing of its group, (P,) bool.
+
+    A group with a hand in it says that the hand holds the rest throughout: contact there is the rule, not news.
+    """
+    known = {body.id: body for body in scene.bodies}
+    ends = [[known.get(names[k], SceneBody(names[k])) for k in pair] for pair in pairs.tolist()]
+    held = [
+        a.parent == b.id or b.parent == a.id or (a.group == b.group != "" and ("hand" in a.tags) != ("hand" in b.tags))
+        for a, b in ends
+    ]
     return np.array(held, dtype=np.bool_)
 
 

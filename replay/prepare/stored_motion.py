@@ -130,5 +130,5 @@ class StoredMotion(Motion):
             raise ValueError("there is no block to store; give at least one motion")
         self._set(
             np.concatenate(times), translations, rotations, np.concatenate(valid), np.concatenate(linked),
-            renormalised, worst, np.zeros(np.shape(valid[0])[1], dtype=np.bool_),
+            renormalised, worst, np.zeros(translations.shape[1], dtype=np.bool_),
         )  # fmt: skip

@@ -5,13 +5,15 @@ from typing import Any
 from sessions import Session
 from sessions.errors import SessionError
 from sessions.synthetic.analytic import ANALYTIC, make_analytic
+from sessions.synthetic.crowded import NAME as CROWDED
+from sessions.synthetic.crowded import make_crowded_lab
 from sessions.synthetic.scenes import SCENES, make_scene_session
 from sessions.synthetic.truth import Truth
 
 
 def made_up_names() -> tuple[str, ...]:
     """Names that ``synthetic_session`` takes."""
-    return (*SCENES, *ANALYTIC)
+    return (*SCENES, *ANALYTIC, CROWDED)
 
 
 def synthetic_session(name: str, seed: int = 0, noise: str | None = None) -> tuple[Session, Truth]:
@@ -25,4 +27,6 @@ def synthetic_session(name: str, seed: int = 0, noise: str | None = None) -> tup
         return make_scene_session(name, seed=seed, **chosen)
     if name in ANALYTIC:
         return make_analytic(name, seed=seed, **chosen)
+    if name == CROWDED:
+        return make_crowded_lab(seed=seed, **chosen)
     raise SessionError(f"no made-up session {name!r}; there are: {', '.join(made_up_names())}")

@@ -6,31 +6,40 @@ from typing import Any
 import numpy as np
 
 from cdcore import Detection
+from cdcore.numerics import BoolArray
 from cdcore.protocol import FaceSets
-from replay.base.wilson import share
+from replay.base.wilson import share, wilson
 from replay.comparison.compare import compare, face_recall
 from replay.comparison.contact_counts import count_contacts, count_reports
+from replay.comparison.contact_duration import PHASES, StepRates
 from replay.comparison.episodes import episodes
-from replay.comparison.outcome import Comparison, Episode, Outcome
+from replay.comparison.holding import holdings
+from replay.comparison.outcome import Comparison, Outcome
 from replay.comparison.tolerance import Tolerance
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
 from replay.errors import TradeoffError
 from replay.prepare.assembly import Assembly
+from sessions import Session
 
 
 class Scoring:
     """What an oracle found in a session, and figures of any other detection of it.
 
-    A disagreement about less than ``tau`` metres is *within tolerance*. Raises ``TradeoffError``: the oracle finds no
-    contact, so nothing can be missed.
+    Contacts of a hand with what it holds, as the ``session`` tells, are left out. A disagreement about less than
+    ``tau`` metres is *within tolerance*. Raises ``TradeoffError``: the oracle finds no contact, so none can be missed.
     """
 
-    def __init__(self, assembly: Assembly, spec: DetectorSpec, seed: int, tau: float) -> None:
-        self.spec = spec
+    def __init__(
+        self, assembly: Assembly, spec: DetectorSpec, seed: int, tau: float, session: Session | None = None
+    ) -> None:
+        self.spec, self._assembly, self._seed = spec, assembly, seed
         self._trusted, self._motion = make_detector(spec, assembly, seed), assembly.motion
+        self._rates: dict[str, StepRates] = {}
         self.truth = self._trusted.detect(assembly.motion)
-        self.contacts: tuple[Episode, ...] = episodes(self.truth)
+        found = episodes(self.truth)
+        self._held = holdings(assembly, session, found)
+        self.contacts = tuple(one for one in found if one not in set(self._held))
         if not self.contacts:
             raise TradeoffError(f"{spec.name} finds no contact in this session: nothing can be missed; take another")
         exact = make_detector(DetectorSpec("faces", "exact"), assembly, seed)
@@ -41,30 +50,57 @@ class Scoring:
         """Every face pair that meets; ``None`` of an oracle that lists none at instants. Asked for once."""
         return None if self.truth.covers != "instants" else self._trusted.detect(self._motion, faces=True).face_sets
 
-    def figures(self, detection: Detection, *, same_faces: bool = True) -> dict[str, Any]:
+    def figures(
+        self, detection: Detection, *, spec: DetectorSpec | None = None, other: Assembly | None = None
+    ) -> dict[str, Any]:
         """Pair-frames, contacts and, where they were listed, face pairs found, missed and invented, with intervals.
 
-        Without ``same_faces`` the detection's meshes are not the oracle's, and faces are not compared.
+        ``contacts_lost`` are missed whole or in part; where ``spec``, of the detector, has a step rate, in the mean
+        over its phases. ``other``: what the detector saw where its meshes are not the oracle's; faces are not compared.
         """
-        comparison = compare(detection, self.truth, within=self._tolerance.judge(detection, self.truth))
+        judge = self._tolerance.judge(detection, self.truth)
+        comparison = compare(detection, self.truth, within=judge, holdings=self._held)
         count = np.bincount(comparison.outcome.ravel(), minlength=len(Outcome))
         both, missed, invented = (int(count[word]) for word in (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED))
         whole = count_contacts(comparison, self.contacts)
-        lost, false = whole.share(Outcome.MISSED), count_reports(comparison).share(Outcome.INVENTED)
+        frames, false = whole.share(Outcome.MISSED), count_reports(comparison).share(Outcome.INVENTED)
         contacts = share(whole.missed, whole.contacts)
+        rates = None if spec is None else self._step_rates(spec, other or self._assembly)
+        at_all = float(whole.missed + whole.in_part)
+        lost = at_all if rates is None or spec is None else rates.lost(float(spec.settings["rate_hz"]), self._excused)
+        ends = [end * whole.contacts for end in wilson(lost, whole.contacts)]
         return {
             "both": both, "missed_pair_frames": missed, "invented_pair_frames": invented,
             "within_tolerance": int(count[Outcome.WITHIN_TOLERANCE]), "left_out": int(count[Outcome.LEFT_OUT]),
-            "recall": None if lost["share"] is None else both / (both + missed),
-            "recall_low": 1 - lost["high"], "recall_high": 1 - lost["low"],
-            "missed": lost["share"], "missed_low": lost["low"], "missed_high": lost["high"],
+            "recall": None if frames["share"] is None else both / (both + missed),
+            "recall_low": 1 - frames["high"], "recall_high": 1 - frames["low"],
+            "missed": frames["share"], "missed_low": frames["low"], "missed_high": frames["high"],
             "precision": None if false["share"] is None else both / (both + invented),
             "precision_low": 1 - false["high"], "precision_high": 1 - false["low"],
             "contacts": whole.contacts, "contacts_missed": whole.missed,
             "contacts_undecided": whole.undecided, "contact_frames_undecided": whole.frames_undecided,
             "contacts_missed_low": contacts["low"], "contacts_missed_high": contacts["high"],
-            **self._of_faces(detection if same_faces else None, comparison),
+            "contacts_lost": lost, "lost_low": ends[0], "lost_high": ends[1], "phases": 1 if rates is None else PHASES,
+            **self._of_faces(detection if other is None else None, comparison),
         }  # fmt: skip
+
+    def _step_rates(self, spec: DetectorSpec, assembly: Assembly) -> StepRates | None:
+        """What the detector sees where it looks at every frame; ``None``: it has no rate, or intervals are at stake."""
+        plain = {key: value for key, value in spec.settings.items() if key != "rate_hz"}
+        if len(plain) == len(spec.settings) or not spec.settings["rate_hz"] or self.truth.covers != "instants":
+            return None
+        always = DetectorSpec("always", spec.name, plain)
+        if (key := str(always)) not in self._rates:
+            seen = make_detector(always, assembly, self._seed).detect(self._motion)
+            self._rates[key] = StepRates(seen, self.contacts, self._tolerance.judge(seen, self.truth), 0)
+        return self._rates[key]
+
+    @cached_property
+    def _excused(self) -> BoolArray:
+        """Which pair-frames of the contacts, one contact after the other, are within tolerance."""
+        frames = np.concatenate([np.arange(one.first, one.last + 1) for one in self.contacts])
+        columns = np.repeat([one.pair for one in self.contacts], [one.last + 1 - one.first for one in self.contacts])
+        return self._tolerance.judge(self.truth, self.truth)(frames, columns)
 
     def _of_faces(self, detection: Detection | None, comparison: Comparison) -> dict[str, Any]:
         """Face pairs of the oracle, how many of them were listed, and how many others."""

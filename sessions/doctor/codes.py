@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Final
 
+from sessions.mcap_format.refusals import CURES
+
 
 @dataclass(frozen=True)
 class CodeSpec:
@@ -13,29 +15,30 @@ class CodeSpec:
     fix: str
 
 
-_RECOVER = "save what is readable with `replay recover`"
 _REWRITE = "rewrite it with `replay recover`"
 _DIGITS = "export more digits"
 _EXPORT = "run with --policy to choose what stands in for it, and correct the program that wrote it"
 _AGAIN = "export the session again from the program that made it"
-_CSV = "export its poses as CSV and bring them in with `replay import csv`"
 _TRACKER = "run with --policy to choose what stands in for it, and look at line of sight and base stations"
 
 # fmt: off
 _MEANINGS: Final[dict[str, dict[str, tuple[str, str]]]] = {
     "structure": {
-        "not-mcap": ("the file is no MCAP", _CSV),
-        "torn": ("the recording was cut short and has no index", _RECOVER),
-        "unreadable": ("the file cannot be walked to its end", _RECOVER),
-        "damaged-chunk": ("everything recorded in this chunk is lost to a reader", _RECOVER),
-        "bad-message": ("poses in this chunk are not what their schema says", _RECOVER),
+        "not-mcap": ("the file is no MCAP", CURES["not-mcap"]),
+        "torn": ("the recording was cut short and has no index", CURES["torn"]),
+        "unreadable": ("the file cannot be walked to its end", CURES["unreadable"]),
+        "damaged-chunk": ("everything recorded in this chunk is lost to a reader", CURES["damaged-chunk"]),
+        "bad-message": ("what was recorded is not what its schema says", CURES["bad-message"]),
+        "bad-names": ("nobody knows which bodies were recorded", CURES["bad-names"]),
+        "unlisted-body": ("poses of a body that the file does not list", CURES["unlisted-body"]),
+        "too-much": ("no reader takes so much at once", CURES["too-much"]),
         "data-crc": ("bytes changed after the file was written", "copy the original again"),
-        "damaged-attachment": ("a mesh or the scene changed after it was written", "copy it again"),
+        "damaged-attachment": ("a mesh or the scene changed after it was written", CURES["damaged-attachment"]),
         "index-missing": ("readers must walk the whole file", _REWRITE),
         "index-wrong": ("readers that trust the index miss messages", _REWRITE),
         "unordered-chunks": ("readers in file order see time run backwards", _REWRITE),
-        "unknown-version": ("this program may misread the file", "install the version it asks for"),
-        "no-poses": ("there is nothing to replay", f"write foxglove.FrameTransforms on /tf, or {_CSV}"),
+        "unknown-version": ("this program may misread the file", CURES["unknown-version"]),
+        "no-poses": ("there is nothing to replay", f"{CURES['no-poses']}, or {CURES['not-mcap']}"),
     },
     "time": {
         "time-backwards": ("frames lie before frames already recorded; a run leaves them out", _AGAIN),

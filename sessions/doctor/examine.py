@@ -1,26 +1,36 @@
 """``examine``: finds everything wrong with a recording, a scene or a mesh; no fault ends the search."""
 
-import hashlib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
 from sessions.doctor.finding import Finding, Severity, Span, in_order
 from sessions.doctor.meshes import all_mesh_findings, mesh_findings
 from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.scale import table_findings
 from sessions.doctor.session_findings import examine_session, frame_findings, scene_findings
-from sessions.doctor.structure import is_mcap, structure_findings
+from sessions.doctor.structure import structure_findings
 from sessions.doctor.tolerant_frames import Noted, TolerantFrames
 from sessions.errors import SessionError, SessionFileError
 from sessions.mcap_format.mcap_file import McapFile
-from sessions.mcap_format.metadata import BODIES_RECORD, SESSION_RECORD, mesh_file, metadata_of, migrated, names_of
-from sessions.mcap_format.schemas import PROFILE_FAMILY, TF, WORLD, channel_spec
-from sessions.mcap_format.writer import SCENE_FILE
+from sessions.mcap_format.reader import (
+    attached_mesh,
+    attached_scene,
+    is_part,
+    listed_names,
+    mesh_code,
+    part,
+    session_facts,
+)
+from sessions.mcap_format.refusals import brief
+from sessions.mcap_format.schemas import WORLD
 from sessions.model.scene import Scene
 from sessions.model.session import Session
 
+Result = TypeVar("Result")
 MESH_FILES: Final = (".glb", ".obj", ".stl", ".ply", ".off")
 
 
@@ -35,20 +45,17 @@ def examine(recording: str | Path | Session) -> list[Finding]:
         return in_order([*examine_session(recording)])
     path = Path(recording)
     try:
-        size = path.stat().st_size
-        kind = path.suffix.lower()
+        with path.open("rb"):
+            kind = path.suffix.lower()
         if kind in MESH_FILES:
             return in_order([*_mesh_file(path)])
         if kind == ".toml":
             return in_order([*_scene_file(path)])
-        if is_mcap(path):
-            return in_order([*_session_file(path)])
+        return in_order([*_session_file(path)])
     except OSError as error:
         raise SessionFileError(
             f"{path} cannot be read ({error.strerror or error}); check the path and who may read it"
         ) from None
-    what = "it is empty" if not size else "it does not begin as an MCAP file does"
-    return [Finding("not-mcap", Severity.ERROR, what)]
 
 
 def _mesh_file(path: Path) -> Iterator[Finding]:
@@ -57,8 +64,7 @@ def _mesh_file(path: Path) -> Iterator[Finding]:
     try:
         mesh = load_mesh(path)
     except SessionError as error:
-        code = "mesh-empty" if "no triangle" in str(error) or "is empty" in str(error) else "mesh-unreadable"
-        yield Finding(code, Severity.ERROR, str(error), path.stem)
+        yield Finding(mesh_code(error), Severity.ERROR, str(error), path.stem)
         return
     yield from mesh_findings(path.stem, mesh)
 
@@ -79,94 +85,73 @@ def _scene_file(path: Path) -> Iterator[Finding]:
             yield finding
 
 
+class _Tried:
+    """Loads the parts of a file that a reader needs; what a reader refuses becomes a finding."""
+
+    def __init__(self) -> None:
+        self.findings: list[Finding] = []
+
+    def __call__(self, load: Callable[[], Result], otherwise: Result, body: str = "") -> Result:
+        try:
+            return load()
+        except SessionFileError as error:
+            # Damaged attachments are found by their checksums.
+            if error.code != "damaged-attachment":
+                self.findings.append(refusal(error, body))
+            return otherwise
+
+
+def refusal(error: SessionFileError, body: str = "") -> Finding:
+    """A refusal of a file as a finding, without its file and its cure."""
+    return Finding(error.code, Severity.ERROR, brief(error), body)
+
+
 def _session_file(path: Path) -> Iterator[Finding]:
     try:
         file = McapFile(path)
     except SessionFileError as error:
-        yield Finding("unreadable", Severity.ERROR, str(error))
+        yield refusal(error)
         return
     yield from structure_findings(file)
-    names: tuple[str, ...] = ()
-    hashes: dict[str, str] = {}
-    metadata: dict[str, str] = {}
-    own = file.catalogue.profile.startswith(PROFILE_FAMILY)
-    if own:
-        try:
-            record = migrated(file.catalogue.metadata_record(SESSION_RECORD) or {}, file.catalogue.profile)
-            metadata, hashes = metadata_of(record)
-        except SessionFileError as error:
-            yield Finding("unknown-version", Severity.ERROR, str(error))
-        try:
-            names = names_of(file.catalogue.metadata_record(BODIES_RECORD))
-        except SessionFileError as error:
-            yield Finding("unreadable", Severity.ERROR, str(error))
+    tried = _Tried()
+    nothing: tuple[dict[str, str], dict[str, str]] = ({}, {})
+    facts, hashes = tried(lambda: session_facts(file), nothing)
+    nobody: tuple[str, ...] = ()
+    names = tried(lambda: listed_names(file), nobody) if file.own else nobody
+    scene = tried(lambda: attached_scene(file), Scene())
+    meshes = {
+        name: tried(partial(attached_mesh, file, name, expected), None, name) for name, expected in hashes.items()
+    }
+    for topic in dict.fromkeys(channel.topic for channel in file.catalogue.channels.values()):
+        if is_part(topic):
+            tried(partial(part, file, topic), None)
     frames = TolerantFrames(file, names)
-    scene, scene_faults = _scene(file)
     looked = look_through(frames.blocks(), scene.space_radius)
-    yield from scene_faults
-    if not len(looked.stamp_ns):
-        foreign = _foreign(file)
-        frames.noted.unread *= not foreign
-        yield Finding("no-poses", Severity.ERROR, foreign or "it holds no pose that can be read")
-    yield from _noted(frames.noted, looked, names if own else looked.names, file)
-    yield from frame_findings(looked, scene, metadata)
-    meshes = []
-    for name, expected in hashes.items():
-        meshes.append(name)
-        yield from _attached_mesh(file, name, expected, scene)
-    yield from scene_findings(scene, looked.names, meshes)
+    known = len(tried.findings)
+    tried(file.catalogue.check_pose_channels, None)
+    if len(tried.findings) > known:
+        frames.noted.unread.clear()
+    elif not len(looked.stamp_ns):
+        yield Finding("no-poses", Severity.ERROR, "it holds no pose that can be read")
+    yield from tried.findings
+    yield from _noted(frames.noted, looked, names if file.own else looked.names)
+    yield from frame_findings(looked, scene, facts)
+    there = {name: mesh for name, mesh in meshes.items() if mesh is not None}
+    yield from all_mesh_findings(there)
+    yield from table_findings(there, scene)
+    yield from scene_findings(scene, looked.names, [*meshes])
 
 
-def _foreign(file: McapFile) -> str:
-    """What the messages on the topic of poses are, where they are those of another program."""
-    spec = channel_spec(TF)
-    found = {one.schema or one.encoding for one in file.catalogue.channels.values() if one.topic == TF}
-    other = ", ".join(sorted(found - {spec.schema}))
-    return f"{TF} carries {other}, not {spec.schema}" if other else ""
-
-
-def _scene(file: McapFile) -> tuple[Scene, list[Finding]]:
-    from sessions.scene_files.scene_toml import parse_scene
-
-    try:
-        data = file.attachment(SCENE_FILE)
-        return (Scene() if data is None else parse_scene(data.decode("utf-8", errors="replace"), SCENE_FILE)), []
-    except SessionError as error:
-        return Scene(), [Finding("bad-scene", Severity.ERROR, str(error))]
-
-
-def _attached_mesh(file: McapFile, name: str, expected: str, scene: Scene) -> Iterator[Finding]:
-    from sessions.meshes.mesh_files import mesh_from_bytes
-
-    try:
-        data = file.attachment(mesh_file(name))
-        if data is None:
-            yield Finding("mesh-unreadable", Severity.ERROR, "the file lists its hash but does not hold it", name)
-            return
-        found = hashlib.sha256(data).hexdigest()
-        if found != expected:
-            message = f"its SHA-256 is {found[:12]}..., recorded was {expected[:12]}..."
-            yield Finding("mesh-hash", Severity.ERROR, message, name)
-        mesh = mesh_from_bytes(data, "glb")
-    except SessionError as error:
-        code = "mesh-empty" if "no triangle" in str(error) else "mesh-unreadable"
-        yield Finding(code, Severity.ERROR, str(error), name)
-        return
-    yield from mesh_findings(name, mesh)
-    yield from table_findings({name: mesh}, scene)
-
-
-def _noted(noted: Noted, looked: PosePass, listed: tuple[str, ...], file: McapFile) -> Iterator[Finding]:
+def _noted(noted: Noted, looked: PosePass, listed: tuple[str, ...]) -> Iterator[Finding]:
     """What a strict reader would have refused."""
     zero = int(looked.stamp_ns[0]) if len(looked.stamp_ns) else 0
-    for code, regions in (("damaged-chunk", noted.unpacked), ("bad-message", noted.unread)):
-        for region, why in regions:
-            message = why.removeprefix(f"{file.catalogue.path}: ").split(";")[0]
-            if region.start:
-                span = Span(region.first_ns, region.last_ns, zero)
-                yield span.finding(code, Severity.ERROR, message, count=region.size)
-            else:
-                yield Finding(code, Severity.ERROR, message, count=region.size)
+    for region, error in (*noted.unpacked, *noted.unread):
+        found = refusal(error)
+        if region.start:
+            span = Span(region.first_ns, region.last_ns, zero)
+            yield span.finding(found.code, Severity.ERROR, found.message, count=region.size)
+        else:
+            yield replace(found, count=region.size)
     yield from _unknown_frames(noted, listed, zero)
     for child, count in noted.doubled.items():
         message = f"{count} frames hold two samples of it; the first was taken"

@@ -57,6 +57,10 @@ class PosePass:
         """(T, N) where any of these marks is set."""
         return marked(self.marks, mark)
 
+    def body_has(self, column: int, mark: Mark) -> NDArray[np.bool_]:
+        """(T,) where any of these marks of one body is set; a pass over all would cost as much for every body."""
+        return marked(self.marks[:, column], mark)
+
     @property
     def usable(self) -> NDArray[np.bool_]:
         """(T, N) samples that claim to be poses, are finite, and lie where a room may be."""

@@ -98,7 +98,7 @@ def _notes(looked: PosePass, column: int, name: str) -> Iterator[Finding]:
         ("sign-flips", Mark.SIGN_FLIP, "times q becomes -q"),
         ("off-unit-quaternion", Mark.OFF_UNIT, "quaternions are off unit length by more than 1e-6"),
     ):
-        rows = np.flatnonzero(looked.has(mark)[:, column]).tolist()
+        rows = np.flatnonzero(looked.body_has(column, mark)).tolist()
         if rows:
             stretch = Span.of(looked.stamp_ns, rows[0], rows[-1])
             yield stretch.finding(code, Severity.NOTE, f"{len(rows)} {words}", name, len(rows))
@@ -117,7 +117,8 @@ def _decimals(quaternions: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) ->
     there = quaternions[np.isfinite(quaternions).all(axis=1)]
     if len(there) < LEAST_DIFFERENT or len(np.unique(there[:512], axis=0)) < LEAST_DIFFERENT:
         return None
-    for decimals in range(1, MOST_DECIMALS + 1):
-        if (np.abs(there - np.round(there, decimals)) < 1e-12).all():
-            return decimals
+    with np.errstate(over="ignore", invalid="ignore"):
+        for decimals in range(1, MOST_DECIMALS + 1):
+            if (np.abs(there - np.round(there, decimals)) < 1e-12).all():
+                return decimals
     return None

@@ -40,9 +40,11 @@ def scene_findings(scene: Scene, names: Sequence[str], meshes: Sequence[str]) ->
     for name in absent_bodies(scene, [*there]):
         if name not in declared:
             yield Finding("unrecorded-body", Severity.WARNING, "paired in the scene, but not recorded", name)
-    for name in dict.fromkeys([*names, *fixed]):
-        if name not in meshes:
-            yield Finding("no-mesh", Severity.NOTE, "no mesh: contacts of it cannot be found", name)
+    bare = [name for name in dict.fromkeys([*names, *fixed]) if name not in meshes]
+    if bare and len(bare) == len(there):
+        yield Finding("no-mesh", Severity.ERROR, "no body has a mesh: a run has nothing to look at")
+    for name in bare:
+        yield Finding("no-mesh", Severity.NOTE, "no mesh: contacts of it cannot be found", name)
     for name in names if declared else ():
         if name not in declared:
             yield Finding("undeclared-body", Severity.NOTE, "recorded, but not declared in the scene", name)

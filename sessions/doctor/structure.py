@@ -5,7 +5,6 @@ Source: MCAP specification, https://mcap.dev/spec.
 
 import zlib
 from collections.abc import Iterator
-from pathlib import Path
 from typing import BinaryIO, Final
 
 from mcap.opcode import Opcode
@@ -58,12 +57,13 @@ def _index(stream: BinaryIO, chunks: list[Region]) -> Iterator[Finding]:
         return
     foot, record, says = footer
     summary = says.summary_start
-    yield from _data_checksum(stream, summary or foot)
+    inside = len(MAGIC) <= (summary or foot) <= foot and says.summary_offset_start <= foot
+    if inside:
+        yield from _data_checksum(stream, summary or foot)
     if not summary:
         if chunks:
             yield Finding("index-missing", Severity.NOTE, f"no index of its {len(chunks)} chunks", count=len(chunks))
         return
-    inside = len(MAGIC) <= summary <= foot and says.summary_offset_start <= foot
     if not inside or foot - summary > SUMMARY_LIMIT_BYTES:
         message = f"its footer puts the index at byte {summary} of {foot + len(record) + len(MAGIC)}"
         yield Finding("index-wrong", Severity.WARNING, message)
@@ -109,9 +109,3 @@ def _data_checksum(stream: BinaryIO, end: int) -> Iterator[Finding]:
         crc, left = zlib.crc32(part, crc), left - len(part)
     if crc != stated:
         yield Finding("data-crc", Severity.ERROR, f"the first {start} bytes fail the checksum of the file", count=start)
-
-
-def is_mcap(path: Path) -> bool:
-    """Whether a file begins as an MCAP does."""
-    with path.open("rb") as stream:
-        return stream.read(len(MAGIC)) == MAGIC

@@ -122,13 +122,15 @@ def _device_clock(looked: PosePass, column: int, name: str) -> Iterator[Finding]
         ("duplicate-stamps", Mark.SAMPLE_REPEATED, Severity.WARNING, "device stamps repeat with another pose"),
         ("clock-skew", Mark.SAMPLE_SKEWED, Severity.WARNING, "device stamps are over 0.5 s off their frames"),
     ):
-        rows = np.flatnonzero(looked.has(mark)[:, column] & plain)
+        rows = np.flatnonzero(looked.body_has(column, mark) & plain)
         if len(rows):
             span = Span.of(stamps, rows[0], rows[-1])
             yield span.finding(code, severity, f"{len(rows)} {what}", name, len(rows))
-    there = looked.has(Mark.PRESENT)[:, column]
+    there = looked.body_has(column, Mark.PRESENT)
     if not there.all() and there.any():
+        ordered = np.sort(stamps)
         for finding in _gaps(stamps[there & plain], int(stamps[0]), name):
             # A gap of the body alone: other frames were recorded within it.
-            if ((stamps > (finding.start_ns or 0)) & (stamps < (finding.end_ns or 0))).any():
+            after = np.searchsorted(ordered, finding.start_ns or 0, side="right")
+            if after < len(ordered) and ordered[after] < (finding.end_ns or 0):
                 yield finding

@@ -41,8 +41,8 @@ class Noted:
 
     frames: dict[tuple[str, str], Appearance] = field(default_factory=dict)
     doubled: Counter[str] = field(default_factory=Counter)
-    unpacked: list[tuple[Region, str]] = field(default_factory=list)
-    unread: list[tuple[Region, str]] = field(default_factory=list)
+    unpacked: list[tuple[Region, SessionFileError]] = field(default_factory=list)
+    unread: list[tuple[Region, SessionFileError]] = field(default_factory=list)
 
 
 class TolerantFrames:
@@ -67,12 +67,12 @@ class TolerantFrames:
                 try:
                     table = read_region(stream, region, self.file.catalogue)
                 except SessionFileError as error:
-                    self.noted.unpacked.append((region, str(error)))
+                    self.noted.unpacked.append((region, error))
                     continue
                 try:
                     yield from self._decoder.decode(table)
                 except SessionFileError as error:
-                    self.noted.unread.append((region, str(error)))
+                    self.noted.unread.append((region, error))
 
 
 class _Decoder(FrameDecoder):
@@ -80,6 +80,7 @@ class _Decoder(FrameDecoder):
         ids = file.catalogue.ids
         super().__init__(str(file.catalogue.path), ids(TF), ids(TRACKING), names)
         self._noted = noted
+        self.doubled = noted.doubled
 
     def _column(self, parent: str, name: str) -> int:
         del parent
@@ -87,17 +88,11 @@ class _Decoder(FrameDecoder):
 
     def _samples(self, table: MessageTable, rows: NDArray[np.int64], end: NDArray[np.int64]) -> list[BodySamples]:
         kept: list[BodySamples] = []
-        taken: dict[str, NDArray[np.bool_]] = {}
         for part in super()._samples(table, rows, end):
             if part.child not in self._columns and len(self._columns) >= MAX_BODIES:
-                continue
+                raise self._refused(f"/tf holds more than {MAX_BODIES} bodies", "too-much")
             self._note(part, table.publish_ns[rows[part.rows]])
-            before = taken.setdefault(part.child, np.zeros(len(rows), dtype=np.bool_))
-            single = part.without(before)
-            if len(single.rows) < len(part.rows):
-                self._noted.doubled[part.child] += len(part.rows) - len(single.rows)
-            before[part.rows] = True
-            kept += [single] if len(single.rows) else []
+            kept.append(part)
         return kept
 
     def _note(self, part: BodySamples, times: NDArray[np.int64]) -> None:

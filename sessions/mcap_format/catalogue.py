@@ -21,6 +21,8 @@ from mcap.records import Attachment, Channel, Footer, Header, Metadata, Schema
 from sessions.errors import SessionFileError
 from sessions.mcap_format.container import MAGIC
 from sessions.mcap_format.record_block import CHUNK_HEAD, HEAD
+from sessions.mcap_format.refusals import refused
+from sessions.mcap_format.schemas import TF, channel_spec
 
 # Records that are held whole while a file is opened. Ours are below 1 KiB; 16 MiB is what the largest published
 # schema sets stay far below.
@@ -44,6 +46,11 @@ class ChannelInfo:
     topic: str
     encoding: str
     schema: str
+
+    @property
+    def holds_poses(self) -> bool:
+        """Whether its messages are of the schema that a reader understands on /tf."""
+        return (self.encoding, self.schema) == ("protobuf", channel_spec(TF).schema)
 
 
 @dataclass
@@ -135,6 +142,16 @@ class Catalogue:
         """The last metadata record of a name."""
         return next((values for found, values in reversed(self.metadata) if found == name), None)
 
+    def check_pose_channels(self) -> None:
+        """Refuse a file whose poses are not what a reader understands, or that has none."""
+        ids = self.ids(TF)
+        for channel in map(self.channels.__getitem__, ids):
+            if not channel.holds_poses:
+                kind, encoding = channel.schema or "messages without a schema", channel.encoding or "unknown bytes"
+                raise refused(self.path, "no-poses", f"/tf holds {kind} as {encoding}")
+        if not ids and self.tear is None:
+            raise refused(self.path, "no-poses", "it has no poses")
+
     def take(self, opcode: int, content: bytes) -> None:
         """Take in a small record of the data or summary section."""
         if opcode == Opcode.HEADER:
@@ -149,9 +166,7 @@ class Catalogue:
         try:
             return kind.read(ReadDataStream(io.BytesIO(content)))
         except (McapError, struct.error, UnicodeDecodeError, OverflowError):
-            raise SessionFileError(
-                f"{self.path}: a {kind.__name__} record is damaged; run `replay doctor` on the file"
-            ) from None
+            raise refused(self.path, "unreadable", f"a {kind.__name__} record is damaged") from None
 
 
 DECLARING = {Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA}  # Small records that say what the file is
@@ -164,13 +179,22 @@ def read_catalogue(path: Path) -> Catalogue:
     """
     with opened(path) as stream:
         size = stream.seek(0, io.SEEK_END)
+        check_magic(path, stream)
         stream.seek(0)
-        magic = stream.read(len(MAGIC))
-        if not magic:
-            raise SessionFileError(f"{path} is empty; record or import the session again")
-        if magic != MAGIC:
-            raise SessionFileError(f"{path} is not an MCAP file; bring other formats in with `replay import`")
+        if stream.read(len(MAGIC)) != MAGIC:
+            raise refused(path, "unreadable", "its first bytes are damaged")
         return _Walk(path, stream, size).run()
+
+
+def check_magic(path: Path, stream: BinaryIO) -> None:
+    """Refuse what is no MCAP file; half of the mark in front, or the mark at the end, tell a damaged one."""
+    size = stream.seek(0, io.SEEK_END)
+    stream.seek(0)
+    begin = stream.read(len(MAGIC))
+    stream.seek(max(0, size - len(MAGIC)))
+    alike = sum(a == b for a, b in zip(begin, MAGIC, strict=False))
+    if 2 * alike < len(MAGIC) and stream.read(len(MAGIC)) != MAGIC:
+        raise refused(path, "not-mcap", "it is not an MCAP file" if size else "it is empty")
 
 
 @contextmanager
@@ -257,12 +281,8 @@ class _Walk:
 
     def _bound(self, opcode: int, size: int, limit: int) -> None:
         if size > limit:
-            raise SessionFileError(
-                f"{self._found.path}: a {Opcode(opcode).name.lower()} record declares {size} bytes, more than the "
-                f"{limit} this program allows; run `replay doctor` on the file"
-            )
+            what = f"a {Opcode(opcode).name.lower()} record declares {size} bytes, more than the {limit} allowed"
+            raise refused(self._found.path, "unreadable", what)
 
     def _damaged(self, what: str, at: int) -> SessionFileError:
-        return SessionFileError(
-            f"{self._found.path}: the {what} at byte {at} is damaged; save the rest with `replay recover`"
-        )
+        return refused(self._found.path, "unreadable", f"the {what} at byte {at} is damaged")

@@ -7,7 +7,8 @@ from pathlib import Path
 from sessions.errors import SessionFileError
 from sessions.mcap_format.catalogue import Catalogue, read_attachment, read_catalogue
 from sessions.mcap_format.pose_decoding import FrameDecoder
-from sessions.mcap_format.schemas import TF, TRACKING
+from sessions.mcap_format.refusals import refused
+from sessions.mcap_format.schemas import PROFILE_FAMILY, TF, TRACKING
 from sessions.mcap_format.unpacking import MessageTable, read_region, together
 from sessions.model.frames import Frames
 
@@ -27,9 +28,19 @@ class McapFile:
                 if not known or (region.channels is not None and region.channels - known):
                     read_region(stream, region, self.catalogue)
 
-    def error(self, what: str, todo: str = "run `replay doctor` on the file") -> SessionFileError:
-        """One sentence about this file."""
-        return SessionFileError(f"{self.catalogue.path}: {what}; {todo}")
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self.catalogue.path
+
+    @property
+    def own(self) -> bool:
+        """Whether it is of our profile, of any version."""
+        return self.catalogue.profile.startswith(PROFILE_FAMILY)
+
+    def refused(self, code: str, what: str) -> SessionFileError:
+        """One sentence about this file, with the cure."""
+        return refused(self.catalogue.path, code, what)
 
     def tables(self, *topics: str, backwards: bool = False) -> Iterator[MessageTable]:
         """The regions that may hold messages of these topics, in file order; no other is unpacked."""
@@ -70,7 +81,7 @@ class McapFile:
             stream.seek(offset)
             found = read_attachment(stream.read(length))
         if found is None:
-            raise self.error(f"the attachment {name!r} is damaged")
+            raise self.refused("damaged-attachment", f"the attachment {name!r} is damaged")
         return bytes(found[0].data)
 
     def decoder(self, names: tuple[str, ...] | None) -> FrameDecoder:

@@ -8,8 +8,9 @@ the last record counts.
 import json
 import re
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
-from sessions.errors import SessionFileError
+from sessions.mcap_format.refusals import refused
 from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY
 
 SESSION_RECORD, BODIES_RECORD = "vrlab.session", "vrlab.bodies"
@@ -68,8 +69,8 @@ def mesh_name(attachment: str) -> str | None:
     return found and found[1]
 
 
-def names_of(record: Mapping[str, str] | None) -> tuple[str, ...]:
-    """The tracked bodies of a ``vrlab.bodies`` record; an error when it is no list of different names."""
+def names_of(record: Mapping[str, str] | None, where: Path | str = "a file") -> tuple[str, ...]:
+    """The tracked bodies of a ``vrlab.bodies`` record; a refusal of the file when it is no list of different names."""
     if record is None:
         return ()
     try:
@@ -77,20 +78,20 @@ def names_of(record: Mapping[str, str] | None) -> tuple[str, ...]:
     except ValueError:
         names = None
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
-        raise SessionFileError(f"metadata {BODIES_RECORD} does not list different names; run `replay doctor` on it")
+        raise refused(where, "bad-names", f"metadata {BODIES_RECORD} does not list different names")
     if len(names) > MAX_BODIES:
-        raise SessionFileError(f"metadata {BODIES_RECORD} lists {len(names)} bodies; {MAX_BODIES} are allowed")
+        what = f"metadata {BODIES_RECORD} lists {len(names)} bodies; {MAX_BODIES} are allowed"
+        raise refused(where, "too-much", what)
     return tuple(names)
 
 
-def migrated(record: Record, profile: str) -> Record:
-    """A session record of any known version as one of the current version; an error for an unknown version."""
+def migrated(record: Record, profile: str, where: Path | str = "a file") -> Record:
+    """A session record of any known version as one of the current version; a refusal of the file for an unknown one."""
     word = profile.removeprefix(PROFILE_FAMILY)
     version = int(word) if word.isascii() and word.isdigit() and len(word) < 10 else -1
     while version in MIGRATIONS and version < VERSION:
         record = MIGRATIONS[version](record)
         version += 1
     if version != VERSION:
-        todo = "install a newer vrlab-replay" if version > VERSION else "record or import it again"
-        raise SessionFileError(f"the file is of profile {profile!r} and this program reads {PROFILE!r}; {todo}")
+        raise refused(where, "unknown-version", f"it is of profile {profile!r} and this program reads {PROFILE!r}")
     return record

@@ -1,6 +1,8 @@
 """Messages of a whole chunk to frames at once, each sample with the validity that /tracking gives it."""
 
+from collections import Counter
 from collections.abc import Iterator
+from copy import copy
 
 import numpy as np
 from google.protobuf.message import DecodeError
@@ -9,6 +11,7 @@ from numpy.typing import NDArray
 from sessions.errors import SessionFileError
 from sessions.mcap_format.metadata import MAX_BODIES
 from sessions.mcap_format.pose_encoding import FRAME_WITHOUT_SAMPLES
+from sessions.mcap_format.refusals import refused
 from sessions.mcap_format.schemas import message_class
 from sessions.mcap_format.transform_reading import BodySamples, TransformReader
 from sessions.mcap_format.unpacking import MessageTable
@@ -36,9 +39,16 @@ class FrameDecoder:
         self._grow = names is None
         self._columns = {name: column for column, name in enumerate(names or ())}
         self._parent: str | None = None
-        self._reader = TransformReader(self._error)
+        self._reader = TransformReader(self._refused)
         self._notes: dict[bytes, list[tuple[str, int]]] = {}
         self._pending: tuple[_Identity, bytes] | None = None
+        self.doubled = Counter[str]()
+
+    def fork(self) -> "FrameDecoder":
+        """A decoder that goes on from here and leaves this one as it is."""
+        made = copy(self)
+        made._columns = dict(self._columns)
+        return made
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -52,7 +62,7 @@ class FrameDecoder:
         rows = np.union1d(table.of_channels(self._tf), notes[empty])
         size = table.end[rows] - table.start[rows]
         if len(size) and size.max() > MESSAGE_BYTES:
-            raise self._error(f"a message on /tf takes {size.max()} bytes, more than the {MESSAGE_BYTES} allowed")
+            raise self._refused(f"a message on /tf takes {size.max()} bytes, more than the {MESSAGE_BYTES} allowed")
         pending = self._notes_of(table, rows, notes[~empty])
         at_once = max(1, CELLS_AT_ONCE // max(1, len(self._columns)))
         for start in range(0, len(rows), at_once):
@@ -69,8 +79,6 @@ class FrameDecoder:
         position, quaternion = np.full((*shape, 3), np.nan), np.full((*shape, 4), np.nan)
         status = np.zeros(shape, dtype=np.uint8)
         for part, column in zip(samples, columns, strict=True):
-            if status[part.rows, column].any():
-                raise self._error(f"a message on /tf holds body {part.child!r} twice")
             sample[part.rows, column] = part.sample_ns if part.stamped else stamp[part.rows]
             position[part.rows, column] = part.values[:, :3]
             quaternion[part.rows, column] = part.values[:, 3:]
@@ -80,23 +88,35 @@ class FrameDecoder:
         return Frames(self.names, stamp, table.log_ns[rows], sample, position, quaternion, status)
 
     def _samples(self, table: MessageTable, rows: NDArray[np.int64], end: NDArray[np.int64]) -> list[BodySamples]:
-        """The samples of some messages, body by body, in the order in which the messages hold them."""
+        """The samples of some messages, body by body, in the order in which the messages hold them.
+
+        Of several samples of a body in one message the first is taken; the others are counted in ``doubled``.
+        """
         samples = [part for part in self._reader.read(table.data, table.start[rows], end) if len(part.rows)]
-        samples.sort(key=lambda part: (part.rows[0], part.step))
-        return samples
+        samples.sort(key=lambda part: (part.step, part.rows[0]))
+        kept: list[BodySamples] = []
+        taken: dict[str, NDArray[np.bool_]] = {}
+        for part in samples:
+            before = taken.setdefault(part.child, np.zeros(len(rows), dtype=np.bool_))
+            single = part.without(before) if before[part.rows].any() else part
+            if len(single.rows) < len(part.rows):
+                self.doubled[part.child] += len(part.rows) - len(single.rows)
+            before[part.rows] = True
+            kept += [single] if len(single.rows) else []
+        return sorted(kept, key=lambda part: (part.rows[0], part.step))
 
     def _column(self, parent: str, name: str) -> int:
         self._parent = parent if self._parent is None else self._parent
         if parent != self._parent:
-            raise self._error(
-                f"/tf holds transforms with parents {self._parent!r} and {parent!r}, and a session has one world",
-                "write all poses in one frame",
-            )
+            what = f"/tf holds transforms with parents {self._parent!r} and {parent!r}, and a session has one world"
+            raise self._refused(what, "unknown-frame")
         if name not in self._columns:
             if not self._grow:
-                raise self._error(f"/tf holds body {name!r}, which metadata vrlab.bodies does not list")
+                raise self._refused(
+                    f"/tf holds body {name!r}, which metadata vrlab.bodies does not list", "unlisted-body"
+                )
             if len(self._columns) == MAX_BODIES:
-                raise self._error(f"/tf holds more than {MAX_BODIES} bodies")
+                raise self._refused(f"/tf holds more than {MAX_BODIES} bodies", "too-much")
             self._columns[name] = len(self._columns)
         return self._columns[name]
 
@@ -117,7 +137,7 @@ class FrameDecoder:
             try:
                 message = message_class("Tracking").FromString(payload)
             except DecodeError:
-                raise self._error("a message on /tracking is no vrlab.Tracking") from None
+                raise self._refused("a message on /tracking is no vrlab.Tracking") from None
             if len(self._notes) >= MAX_BODIES:
                 self._notes.clear()
             self._notes[payload] = [(one.name, one.status) for one in message.bodies]
@@ -126,8 +146,8 @@ class FrameDecoder:
             if column is not None and status[column] != Status.ABSENT and value in _NOTED:
                 status[column] = value
 
-    def _error(self, what: str, todo: str = "run `replay doctor` on the file") -> SessionFileError:
-        return SessionFileError(f"{self._where}: {what}; {todo}")
+    def _refused(self, what: str, code: str = "bad-message") -> SessionFileError:
+        return refused(self._where, code, what)
 
 
 def _identity(table: MessageTable, row: int) -> _Identity:

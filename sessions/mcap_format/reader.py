@@ -23,25 +23,22 @@ from sessions.mcap_format.metadata import (
     migrated,
     names_of,
 )  # fmt: skip
+from sessions.mcap_format.refusals import refused
 from sessions.mcap_format.schemas import (
     EVENTS,
     HANDS_PREFIX,
     INTERVALS,
     LIVE_CONTACTS,
-    PROFILE_FAMILY,
     TF,
     TRACKS_PREFIX,
 )  # fmt: skip
 from sessions.mcap_format.writer import SCENE_FILE
 from sessions.mesh_data import MeshData
-from sessions.model.event import Interval
 from sessions.model.scene import Scene
 from sessions.model.session import Session
 
-TF_SCHEMA = "foxglove.FrameTransforms"
 MISSING = "missing"  # The metadata key that says what a truncated file lacks
 
-Result = TypeVar("Result")
 Value = TypeVar("Value")
 
 
@@ -65,34 +62,35 @@ def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
             f"{path} is cut short at byte {file.catalogue.tear} and has no index; save what is there with "
             "`replay recover`"
         )
-    own = file.catalogue.profile.startswith(PROFILE_FAMILY)
-    metadata = {"format": "foreign", "profile": file.catalogue.profile or "none", **DECLARED}
-    hashes: dict[str, str] = {}
-    if own:
-        record = file.catalogue.metadata_record(SESSION_RECORD) or {}
-        metadata, hashes = _named(file, lambda: metadata_of(migrated(record, file.catalogue.profile)))
-    _check_pose_channels(file)
+    facts, hashes = session_facts(file)
+    file.catalogue.check_pose_channels()
     if file.catalogue.tear is not None:
-        metadata[MISSING] = _missing(file)
-    listed = file.catalogue.metadata_record(BODIES_RECORD)
+        facts[MISSING] = _missing(file)
     return Session(
-        McapFrames(file, _named(file, lambda: names_of(listed)) if own else _scanned_names(file)),
-        {name: _mesh(file, name, expected) for name, expected in hashes.items()},
-        _scene(file),
-        events=_read(file, EVENTS, lambda found: tuple(read_event(payload, time_ns) for time_ns, payload in found)),
-        intervals=_read(file, INTERVALS, lambda found: _intervals(file, found)),
-        facts=metadata,
+        McapFrames(file, listed_names(file) if file.own else _scanned_names(file)),
+        {name: attached_mesh(file, name, expected) for name, expected in hashes.items()},
+        attached_scene(file),
+        events=part(file, EVENTS),
+        intervals=part(file, INTERVALS),
+        facts=facts,
         origin=str(path),
-        hands=LazyMapping(
-            file.topics_below(HANDS_PREFIX), lambda key: _read(file, HANDS_PREFIX + key, _payloads(read_hand))
-        ),
-        live_contacts=LazySequence(
-            lambda: _read(file, LIVE_CONTACTS, _payloads(lambda found: tuple(map(read_contact, found))))
-        ),
-        fast_tracks=LazyMapping(
-            file.topics_below(TRACKS_PREFIX), lambda key: _read(file, TRACKS_PREFIX + key, _payloads(read_track))
-        ),
+        hands=LazyMapping(file.topics_below(HANDS_PREFIX), lambda key: part(file, HANDS_PREFIX + key)),
+        live_contacts=LazySequence(lambda: part(file, LIVE_CONTACTS)),
+        fast_tracks=LazyMapping(file.topics_below(TRACKS_PREFIX), lambda key: part(file, TRACKS_PREFIX + key)),
     )
+
+
+def session_facts(file: McapFile) -> tuple[dict[str, str], dict[str, str]]:
+    """The facts of a session, and mesh name -> SHA-256."""
+    profile = file.catalogue.profile
+    if not file.own:
+        return {"format": "foreign", "profile": profile or "none", **DECLARED}, {}
+    return metadata_of(migrated(file.catalogue.metadata_record(SESSION_RECORD) or {}, profile, file.path))
+
+
+def listed_names(file: McapFile) -> tuple[str, ...]:
+    """The bodies that a file of the profile lists."""
+    return names_of(file.catalogue.metadata_record(BODIES_RECORD), file.path)
 
 
 def _scanned_names(file: McapFile) -> tuple[str, ...]:
@@ -104,68 +102,88 @@ def _scanned_names(file: McapFile) -> tuple[str, ...]:
     return decoder.names
 
 
-def _named(file: McapFile, load: Callable[[], Result]) -> Result:
-    """What a function gives; its error begins with the file's name, once."""
-    try:
-        return load()
-    except SessionError as error:
-        path = file.catalogue.path
-        raise SessionFileError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
-
-
-def _check_pose_channels(file: McapFile) -> None:
-    ids = file.catalogue.ids(TF)
-    for channel in (file.catalogue.channels[number] for number in ids):
-        if (channel.encoding, channel.schema) != ("protobuf", TF_SCHEMA):
-            raise file.error(
-                f"/tf holds {channel.schema or 'messages without a schema'} as {channel.encoding or 'unknown bytes'}",
-                f"write poses as {TF_SCHEMA} in protobuf",
-            )
-    if not ids and file.catalogue.tear is None:
-        raise file.error("it has no poses", f"write {TF_SCHEMA} messages on /tf")
-
-
 def _missing(file: McapFile) -> str:
     last = file.last_stamp()
     kept = "no frame is left" if last is None else f"the last frame kept is at {last} ns"
     return f"everything after byte {file.catalogue.tear}; {kept}"
 
 
-def _mesh(file: McapFile, name: str, expected: str) -> MeshData:
+def attached_mesh(file: McapFile, name: str, expected: str) -> MeshData:
+    """The mesh of a body; ``expected`` is its SHA-256."""
     from sessions.meshes.mesh_files import mesh_from_bytes
 
     data = file.attachment(mesh_file(name))
     if data is None:
-        raise file.error(f"the mesh of {name!r} is not in the file")
-    if hashlib.sha256(data).hexdigest() != expected:
-        raise file.error(f"the mesh of {name!r} is not the one that was recorded (its SHA-256 differs)")
-    return _named(file, lambda: mesh_from_bytes(data, "glb"))
+        raise file.refused("mesh-unreadable", f"the mesh of {name!r} is not in the file")
+    if (found := hashlib.sha256(data).hexdigest()) != expected:
+        what = (
+            f"the mesh of {name!r} is not the one that was recorded (SHA-256 {found[:12]}..., not {expected[:12]}...)"
+        )
+        raise file.refused("mesh-hash", what)
+    try:
+        return mesh_from_bytes(data, "glb")
+    except SessionError as error:
+        raise _coded(file, mesh_code(error), error) from None
 
 
-def _scene(file: McapFile) -> Scene:
+def mesh_code(error: SessionError) -> str:
+    """What the doctor calls a mesh that cannot be used."""
+    empty = "no triangle" in str(error) or "is empty" in str(error)
+    return "mesh-empty" if empty else "mesh-unreadable"
+
+
+def attached_scene(file: McapFile) -> Scene:
+    """The scene in a file, an empty one where it has none."""
     data = file.attachment(SCENE_FILE)
     if data is None:
         return Scene()
     from sessions.scene_files.scene_toml import parse_scene
 
-    return _named(file, lambda: parse_scene(data.decode("utf-8", errors="replace"), SCENE_FILE))
-
-
-def _read(file: McapFile, topic: str, read: Callable[[list[tuple[int, bytes]]], Result]) -> Result:
-    """What a function makes of the (publish_ns, payload) of a topic."""
     try:
-        return _named(file, lambda: read(list(file.payloads(topic))))
-    except (DecodeError, ValueError, OverflowError):
-        raise file.error(f"a message on {topic} is not what its schema says") from None
+        return parse_scene(data.decode("utf-8", errors="replace"), SCENE_FILE)
+    except SessionError as error:
+        raise _coded(file, "bad-scene", error) from None
 
 
-def _payloads(read: Callable[[Iterator[bytes]], Result]) -> Callable[[list[tuple[int, bytes]]], Result]:
-    return lambda messages: read(payload for _, payload in messages)
+def _coded(file: McapFile, code: str, error: SessionError) -> SessionFileError:
+    """What is wrong with a part of a file as a refusal of the file."""
+    found = SessionFileError(f"{file.path}: {error}")
+    found.code = code
+    return found
 
 
-def _intervals(file: McapFile, messages: list[tuple[int, bytes]]) -> tuple[Interval, ...]:
-    last_ns = (file.last_stamp() or 0) if messages else 0
-    return read_intervals((payload for _, payload in messages), last_ns)
+Messages = list[tuple[int, bytes]]
+"""(publish_ns, payload) of a topic, in file order."""
+
+_PARTS: dict[str, Callable[[Messages, int], Any]] = {
+    EVENTS: lambda found, _: tuple(read_event(payload, time_ns) for time_ns, payload in found),
+    INTERVALS: lambda found, last_ns: read_intervals((payload for _, payload in found), last_ns),
+    LIVE_CONTACTS: lambda found, _: tuple(read_contact(payload) for _, payload in found),
+    HANDS_PREFIX: lambda found, _: read_hand(payload for _, payload in found),
+    TRACKS_PREFIX: lambda found, _: read_track(payload for _, payload in found),
+}
+"""Topic, or prefix of topics, beside those of the poses -> what a session makes of its messages."""
+
+
+def is_part(topic: str) -> bool:
+    """Whether a session holds the messages of a topic, other than poses."""
+    return topic in _PARTS or topic.startswith((HANDS_PREFIX, TRACKS_PREFIX))
+
+
+def read_part(where: Path, topic: str, messages: Messages, last_ns: int = 0) -> Any:
+    """What a session makes of the messages of a topic; ``last_ns`` ends intervals that do not."""
+    key = next((prefix for prefix in (HANDS_PREFIX, TRACKS_PREFIX) if topic.startswith(prefix)), topic)
+    try:
+        return _PARTS[key](messages, last_ns)
+    except (DecodeError, ValueError, OverflowError, SessionError):
+        raise refused(where, "bad-message", f"a message on {topic} is not what its schema says") from None
+
+
+def part(file: McapFile, topic: str) -> Any:
+    """What a session holds of a topic."""
+    messages = list(file.payloads(topic))
+    last_ns = (file.last_stamp() or 0) if messages and topic == INTERVALS else 0
+    return read_part(file.path, topic, messages, last_ns)
 
 
 class LazyMapping(Mapping[str, Value], Generic[Value]):

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from sessions.errors import SessionFileError
 from sessions.mcap_format.catalogue import Catalogue, Region
 from sessions.mcap_format.record_block import HEAD, LENGTH_BEFORE_DATA, MESSAGE_HEADER
+from sessions.mcap_format.refusals import refused
 
 _MESSAGE = np.dtype(
     [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8"), ("publish", "<u8")]
@@ -125,9 +126,7 @@ _UNPACK: dict[str, Callable[[bytes, int], bytes]] = {
 
 
 def _damaged(catalogue: Catalogue, region: Region, why: str) -> SessionFileError:
-    return SessionFileError(
-        f"{catalogue.path}: the chunk at byte {region.offset} is damaged ({why}); save the rest with `replay recover`"
-    )
+    return refused(catalogue.path, "damaged-chunk", f"the chunk at byte {region.offset} is damaged ({why})")
 
 
 def listed(data: bytes, region: Region, catalogue: Catalogue, *, truncated: bool = False) -> MessageTable:

@@ -15,14 +15,16 @@ from google.protobuf.message import DecodeError
 from sessions.errors import SessionFileError
 from sessions.mcap_format.catalogue import Catalogue, Region
 from sessions.mcap_format.pose_decoding import MESSAGE_BYTES
+from sessions.mcap_format.reader import is_part, read_part
+from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.schemas import TF, TRACKING, channel_spec
 from sessions.mcap_format.unpacking import ZSTD_WINDOW_BYTES, MessageTable, listed, read_region
 
 CHECKED: Final = (TF, TRACKING)
 
 
-def read_chunk(stream: BinaryIO, region: Region, catalogue: Catalogue, *, truncated: bool) -> MessageTable | None:
-    """The messages of a chunk, ``None`` when it cannot be trusted; its channels go to the catalogue.
+def read_chunk(stream: BinaryIO, region: Region, catalogue: Catalogue, *, truncated: bool) -> MessageTable | str:
+    """The messages of a chunk, or why it cannot be trusted; its channels go to the catalogue.
 
     Parameters
     ----------
@@ -35,8 +37,8 @@ def read_chunk(stream: BinaryIO, region: Region, catalogue: Catalogue, *, trunca
             data = unpacked_start(stream.read(region.length), region)
             return trusted(listed(data, region, catalogue, truncated=True), catalogue)
         table = read_region(stream, region, catalogue)
-    except SessionFileError:
-        return None
+    except SessionFileError as error:
+        return "damaged" if "is damaged" in str(error) else f"unreadable ({brief(error)})"
     return table if region.crc else trusted(table, catalogue)
 
 
@@ -59,6 +61,19 @@ def trusted(table: MessageTable, catalogue: Catalogue) -> MessageTable:
     for topic in CHECKED:
         for row in table.of_channels(catalogue.ids(topic)).tolist():
             keep[row] = parsed(topic, table.payload(row)) is not None
+    return table if keep.all() else table.part(np.flatnonzero(keep))
+
+
+def readable(table: MessageTable, catalogue: Catalogue) -> MessageTable:
+    """Messages but those, other than poses, that a reader of sessions refuses."""
+    keep = np.ones(len(table.channel), dtype=np.bool_)
+    for number in set(table.channel.tolist()) & catalogue.channels.keys():
+        topic = catalogue.channels[number].topic
+        for row in table.of_channels({number}).tolist() if is_part(topic) else ():
+            try:
+                read_part(catalogue.path, topic, [(int(table.publish_ns[row]), table.payload(row))])
+            except SessionFileError:
+                keep[row] = False
     return table if keep.all() else table.part(np.flatnonzero(keep))
 
 

@@ -14,9 +14,10 @@ from sessions.mcap_format import catalogue
 from sessions.mcap_format.catalogue import DECLARING, Catalogue, ChannelInfo, Region
 from sessions.mcap_format.container import MAGIC
 from sessions.mcap_format.pose_decoding import FrameDecoder
+from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.schemas import TF, TRACKING, channel_spec
 from sessions.mcap_format.unpacking import MessageTable
-from sessions.recovery.chunk_reading import parsed, read_chunk
+from sessions.recovery.chunk_reading import parsed, read_chunk, readable, trusted
 from sessions.recovery.lost import LostChunk
 from sessions.recovery.record_scan import Piece, RecordScan
 
@@ -62,7 +63,9 @@ class FileScan:
     attachments: dict[str, Attachment] = field(default_factory=dict)  # those that are whole, by name
     checked: set[str] = field(default_factory=set)  # those whose checksum says so
     lost_attachments: list[str] = field(default_factory=list)
-    parts: list[tuple[Region, bool]] = field(default_factory=list)  # with messages; whether the file ends inside
+    # with messages; whether the file ends inside; whether messages without sense stand among those of poses
+    parts: list[tuple[Region, bool, bool]] = field(default_factory=list)
+    left_out: int = 0  # messages that are not what their schema says
     lost: list[LostChunk] = field(default_factory=list)
     bytes_skipped: int = 0
     closed: bool = False  # the record that ends the data is there
@@ -73,10 +76,11 @@ class FileScan:
 
     def tables(self, stream: BinaryIO) -> Iterator[MessageTable]:
         """The messages that are kept, region by region."""
-        for region, truncated in self.parts:
+        for region, truncated, mixed in self.parts:
             table = read_chunk(stream, region, self.declared, truncated=truncated)
-            if table is not None:
-                yield table
+            if not isinstance(table, str):
+                table = readable(table, self.declared)
+                yield trusted(table, self.declared) if mixed else table
 
 
 def scan_file(path: Path, stream: BinaryIO) -> FileScan:
@@ -115,7 +119,7 @@ def _run(piece: Piece, run: Region | None, found: FileScan) -> Region | None:
         return None
     if run is None or run.length > catalogue.RUN_BYTES:
         run = Region(piece.start, 0, "", 0, 0, None)
-        found.parts.append((run, False))
+        found.parts.append((run, False, False))
     run.length += piece.end - piece.start
     run.size = run.length
     return run
@@ -138,20 +142,26 @@ def _read_chunks(stream: BinaryIO, found: FileScan, chunks: list[tuple[Piece, li
     regions: list[tuple[Region, bool, int | None]] = [
         (piece.region, piece.truncated, sum(counts) if counts else None) for piece, counts in chunks if piece.region
     ]
-    runs = [(run, False, None) for run, _ in found.parts]
+    runs = [(run, False, None) for run, *_ in found.parts]
     found.parts = []
     poses = _Poses(found)
     for region, truncated, count in sorted([*regions, *runs], key=lambda one: one[0].offset):
         table = read_chunk(stream, region, found.declared, truncated=truncated)
-        if table is not None:
+        why = table if isinstance(table, str) else ""
+        if not isinstance(table, str):
             guess_channels(table, found.declared)
-        if table is not None and poses.read(table):
-            found.parts.append((region, truncated))
-            if not truncated:
-                continue
-        why = "cut short" if truncated else "damaged"
-        lost = LostChunk(region.offset, region.first_ns, region.last_ns, None if truncated else count, why)
-        found.lost.append(lost)
+            kept = readable(table, found.declared)
+            why = poses.read(kept)
+            if mixed := bool(why):
+                kept = trusted(kept, found.declared)
+                why = poses.read(kept) and why
+            if not why:
+                found.parts.append((region, truncated, mixed))
+                found.left_out += len(table.channel) - len(kept.channel)
+        if why or truncated:
+            why = "cut short" if truncated else why
+            lost = LostChunk(region.offset, region.first_ns, region.last_ns, None if truncated else count, why)
+            found.lost.append(lost)
 
 
 class _Poses:
@@ -162,35 +172,38 @@ class _Poses:
         self._channels: tuple[set[int], set[int]] | None = None
         self._decoder: FrameDecoder
 
-    def read(self, table: MessageTable) -> bool:
-        """Count the frames of a table; whether a reader can read them."""
+    def read(self, table: MessageTable) -> str:
+        """Count the frames of a table; why a reader cannot read them, or ``""``."""
         found, ids = self._found, self._found.declared.ids
         channels = (ids(TF), ids(TRACKING))
         if channels != self._channels:
             self._channels, self._decoder = channels, FrameDecoder(str(found.declared.path), *channels, None)
         stamps: list[int] = []
         count = 0
+        decoder = self._decoder.fork()
         try:
-            for frames in self._decoder.decode(table):
+            for frames in decoder.decode(table):
                 count += len(frames)
                 if len(frames):
                     stamps += [int(frames.stamp_ns.min()), int(frames.stamp_ns.max())]
-        except SessionFileError:
-            return False
+        except SessionFileError as error:
+            return f"unreadable ({brief(error)})"
+        self._decoder = decoder
         if stamps:
             found.first_ns = min([*stamps, found.first_ns] if found.frames else stamps)
             found.last_ns = max([*stamps, found.last_ns])
         found.frames += count
         found.names = tuple(dict.fromkeys([*found.names, *self._decoder.names]))
-        return True
+        return ""
 
 
 def guess_channels(table: MessageTable, declared: Declared) -> None:
-    """Name undeclared channels whose messages can only be poses or their validity."""
-    for channel in sorted(set(table.channel.tolist()) - declared.channels.keys()):
+    """Name channels whose messages can only be poses or their validity, where no record does or a damaged one."""
+    known = {number for number, one in declared.channels.items() if one.topic != TF or one.holds_poses}
+    for channel in sorted(set(table.channel.tolist()) - known):
         row = int(table.of_channels({channel})[0])
         for topic in GUESSED:
-            if not declared.ids(topic) and _looks_like(topic, table.payload(row)):
+            if not declared.ids(topic) - {channel} and _looks_like(topic, table.payload(row)):
                 spec, number = channel_spec(topic), 60_000 + channel
                 declared.raw[Schema][number] = Schema(number, spec.descriptor_set, "protobuf", spec.schema)
                 declared.raw[Channel][channel] = Channel(channel, topic, "protobuf", {}, number)

@@ -38,6 +38,8 @@ class Recovery:
     attachments : attachments that could not be kept.
     unknown : messages left out because nothing says what they are.
     closed : whoever wrote it came to its end; else nobody knows what is missing there.
+    left_out : messages that are not what their schema says.
+    mended : what a reader refused before although nothing of it is lost.
     whole : nothing at all was lost.
     """
 
@@ -53,11 +55,13 @@ class Recovery:
     unknown: int = 0
     closed: bool = True
     notes: tuple[str, ...] = field(default_factory=tuple)
+    left_out: int = 0
+    mended: tuple[str, ...] = ()
 
     @property
     def whole(self) -> bool:
         """Whether nothing was lost."""
-        lost = self.chunks or self.bytes_skipped or self.attachments or self.unknown or self.notes
+        lost = self.chunks or self.bytes_skipped or self.attachments or self.unknown or self.notes or self.left_out
         return self.closed and not (lost or self.bodies)
 
     def sentences(self) -> list[str]:
@@ -68,6 +72,8 @@ class Recovery:
             words.append(f"skipped {self.bytes_skipped:,} bytes that are no records")
         if self.unknown:
             words.append(f"left out {self.unknown:,} messages on channels that nothing declares")
+        if self.left_out:
+            words.append(f"left out {self.left_out:,} messages that are not what their schema says")
         if self.bodies:
             words.append(f"no pose is left of: {', '.join(self.bodies)}")
         if self.attachments:
@@ -75,7 +81,7 @@ class Recovery:
         if not self.closed:
             last = f" {(self.last_ns - self.first_ns) / 1e9:.3f} s, the last frame kept," if self.frames else " this"
             words.append(f"it was never closed: what was recorded after{last} may be missing")
-        return [*words, *self.notes]
+        return [*words, *self.notes, *self.mended]
 
     def _chunk(self, chunk: LostChunk) -> str:
         span = ""

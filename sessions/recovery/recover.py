@@ -11,19 +11,24 @@ from typing import BinaryIO
 from mcap.records import Channel, Schema
 
 from sessions.errors import SessionError, SessionFileError
-from sessions.mcap_format.catalogue import opened
-from sessions.mcap_format.container import MAGIC, ContainerWriter
+from sessions.mcap_format.catalogue import check_magic, opened
+from sessions.mcap_format.container import ContainerWriter
 from sessions.mcap_format.metadata import (
     BODIES_RECORD,
+    FORMAT,
+    MAX_BODIES,
     SESSION_RECORD,
     bodies_record,
     mesh_file,
     mesh_name,
     metadata_of,
+    migrated,
     names_of,
     session_record,
 )  # fmt: skip
+from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.record_block import RecordBlock
+from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, TF
 from sessions.mcap_format.writer import CHUNK_BYTES, SCENE_FILE
 from sessions.recovery.file_scan import FileScan, scan_file
@@ -54,33 +59,32 @@ def recover(path: str | Path, out: str | Path, *, overwrite: bool = False) -> Re
         if not overwrite:
             raise SessionFileError(f"{out} is there already; name another file to write")
     with opened(source) as stream:
+        check_magic(source, stream)
         found = scan_file(source, stream)
         if not found.parts and not found.attachments:
-            raise SessionFileError(f"nothing in {path} can be saved: {_why_nothing(stream)}")
+            first = f"its first chunk is {found.lost[0].why}, and no other is whole" if found.lost else ""
+            raise _nothing(source, first or "there is no chunk in it")
         return _write(found, stream, target, overwrite=overwrite)
 
 
-def _why_nothing(stream: BinaryIO) -> str:
-    stream.seek(0)
-    begin = stream.read(len(MAGIC))
-    if not begin:
-        return "it is empty"
-    return "no chunk of it is whole" if begin == MAGIC else "it is not an MCAP file"
+def _nothing(source: Path, why: str) -> SessionFileError:
+    return SessionFileError(f"nothing in {source} can be saved: {why}")
 
 
 def _write(found: FileScan, stream: BinaryIO, target: Path, *, overwrite: bool) -> Recovery:
     declared, records = found.declared, dict(found.declared.metadata)
     session = records.get(SESSION_RECORD)
     own = session is not None or declared.profile.startswith(PROFILE_FAMILY)
-    listed = _listed_names(records.get(BODIES_RECORD))
+    listed = _listed_names(records.get(BODIES_RECORD), declared.path)
+    profile = _profile(found, session, own=own)
+    held = set(found.names)
     keep, lost = _attachments(found, session or {})
     result = Recovery(
         out=target, messages=0, frames=found.frames, first_ns=found.first_ns, last_ns=found.last_ns,
         chunks=tuple(found.lost), bytes_skipped=found.bytes_skipped, closed=found.closed, attachments=lost,
-        bodies=tuple(name for name in listed if name not in found.names),
-        notes=(f"{declared.unread} records make no sense",) if declared.unread else (),
+        bodies=tuple(name for name in listed if name not in held),
+        notes=(f"{declared.unread} records make no sense",) if declared.unread else (), left_out=found.left_out,
     )  # fmt: skip
-    profile = PROFILE if own and not declared.profile.startswith(PROFILE_FAMILY) else declared.profile
     with whole_file(target, SessionFileError, overwrite=overwrite) as file:
         writer = ContainerWriter(file, profile, CHUNK_BYTES)
         for name, data in keep.items():
@@ -91,7 +95,8 @@ def _write(found: FileScan, stream: BinaryIO, target: Path, *, overwrite: bool) 
             meshes = {body: data for file, data in keep.items() if (body := mesh_name(file)) is not None}
             hashes = {body: hashlib.sha256(data).hexdigest() for body, data in meshes.items()}
             writer.metadata(SESSION_RECORD, session_record(metadata, hashes))
-            writer.metadata(BODIES_RECORD, bodies_record(tuple(dict.fromkeys([*listed, *found.names]))))
+            bodies = tuple(dict.fromkeys([*listed, *found.names]))
+            writer.metadata(BODIES_RECORD, bodies_record(bodies if len(bodies) <= MAX_BODIES else found.names))
         for name, values in declared.metadata:
             if name not in (SESSION_RECORD, BODIES_RECORD) or not own:
                 writer.metadata(name, values)
@@ -99,7 +104,37 @@ def _write(found: FileScan, stream: BinaryIO, target: Path, *, overwrite: bool) 
             writer.channel(TF)  # without a channel of poses a reader refuses the file
         kept, unknown = _messages(found, stream, writer)
         writer.finish()
-    return replace(result, messages=kept, unknown=unknown)
+        if why := refusal_of(Path(file.name)):
+            raise _nothing(declared.path, why)
+    result = replace(result, messages=kept, unknown=unknown)
+    why = refusal_of(declared.path) if result.whole else ""
+    return replace(result, mended=(f"mended what no reader takes: {why}",)) if why else result
+
+
+def refusal_of(path: Path) -> str:
+    """Why a reader that asks for everything refuses a session file, or ``""``."""
+    try:
+        session = read_session(path)
+        for _ in session.blocks():
+            pass
+        for each in (session.hands, session.fast_tracks, {"": session.live_contacts}):
+            for key in each:
+                len(each[key])
+    except SessionFileError as error:
+        return brief(error)
+    return ""
+
+
+def _profile(found: FileScan, session: dict[str, str] | None, *, own: bool) -> str:
+    """The profile of the file to write; a refusal where no reader of this version takes what is there."""
+    declared = found.declared
+    if not own:
+        declared.check_pose_channels()
+        return declared.profile
+    # The head may be what is damaged: the facts repeat the profile.
+    if session is None or session.get(FORMAT) != PROFILE:
+        migrated(session or {}, declared.profile, declared.path)
+    return PROFILE
 
 
 def _messages(found: FileScan, stream: BinaryIO, writer: ContainerWriter) -> tuple[int, int]:
@@ -151,8 +186,8 @@ def _reads(name: str, data: bytes) -> bool:
     return True
 
 
-def _listed_names(record: dict[str, str] | None) -> tuple[str, ...]:
+def _listed_names(record: dict[str, str] | None, path: Path) -> tuple[str, ...]:
     try:
-        return names_of(record)
+        return names_of(record, path)
     except SessionError:
         return ()

@@ -1,5 +1,7 @@
 """On meshes of five thousand faces: what the search finds, in how many evaluations, and how ``auto`` spends them."""
 
+import re
+
 import numpy as np
 import pytest
 from support.crossing_paths import crossing_paths
@@ -8,6 +10,7 @@ from support.shapes import revolved_mesh
 
 import replay
 from cdcore import Verdict, create_detector
+from replay.guide.pages import page
 from sessions.synthetic.bench_bumps import make_bench_bumps
 
 pytestmark = pytest.mark.slow
@@ -54,6 +57,18 @@ def test_the_default_finds_99_of_100_contacts_of_5000_faces_within_10000_evaluat
             poses = colliding_poses(*meshes, 200, seed)
             found[scene, seed] = searched(meshes, poses, "memetic", 10_000, seed)[0]
     assert np.mean(list(found.values())) >= 0.99, found
+
+
+def test_the_guide_says_what_colony_local_search_and_budget_find_in_the_session_of_the_demo():
+    rows = [line.split("|")[1:6] for line in page("paper").splitlines() if re.match(r"\| `(hybrid|exact)", line)]
+    said = {name.strip().split("`")[1]: figures for name, *figures in rows}
+    settings = dict(zip("abcd", (one for one in said if "qaco" in one), strict=True))
+    session, _ = make_bench_bumps()
+    run = replay.run(session, detectors=[f"{label}={spec}" for label, spec in settings.items()], offline=True)
+    for label, spec in settings.items():
+        audit, work = run.summary["audit"][label], run.summary["detectors"][label]["work"]
+        found = (audit["contacts_missed"], audit["contacts_in_part"], audit["pair_frames"]["BOTH"])
+        assert [one.strip() for one in said[spec]] == [*map(str, found), f"{work['evaluations'] / 1e6:.1f} million"]
 
 
 def contact_frames():

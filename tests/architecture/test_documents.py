@@ -12,7 +12,7 @@ from support.small_worlds import cube
 from replay.base.constants import BUDGET_MS, CAVEAT, HEADSET_HZ
 from replay.base.wilson import Z95, wilson
 from replay.cli.commands import COMMANDS
-from replay.cli.demo import SLOW
+from replay.cli.demo import DETECTORS
 from replay.cli.main import cli, main
 from replay.cli.stress import QUICK_PAIRS
 from replay.comparison.clock_offset import MOST_DRIFT
@@ -223,10 +223,11 @@ NUMBER = re.compile(
 )
 SETTLED = {
     f"{HEADSET_HZ:g} Hz", f"{BUDGET_MS:.1f} ms", f"{TAU * 1e6:g} micrometres", f"{LIMIT_S * 1e3:g} ms",
-    f"{100 * (2 * NormalDist().cdf(Z95) - 1):.0f} %", f"{float(re.search('=([^=]+)]', SLOW)[1]):g} Hz",
+    f"{100 * (2 * NormalDist().cdf(Z95) - 1):.0f} %", f"{re.search('rate_hz=([0-9]+)', DETECTORS)[1]} Hz",
     *(f"{one} mm" for one in re.findall(r"0\.\d+", CAVEAT)), "99 %", f"{FULL.poses} poses", f"{MOST_FACES:,} faces",
     f"{LEAST_STUDENTS} students", f"{PERMUTATION_BELOW} students", f"{len(FAMILIES)} families", f"{len(CASES)} cases",
     f"{QUICK_PAIRS} pairs", f"{SPACE_RADIUS:g} m", f"{100 * MOST_DRIFT:g} %", f"{100 * wilson(0, 18)[1]:.1f} %",
+    "120 Hz", "10 %",  # RATES_HZ and the width that repeats are to reach
     "18 bumps",  # as the tests of that session count
     "1 m", f"{1000 / HEADSET_HZ:.0f} mm",  # of a hand at 1 m/s, from frame to frame
 }  # fmt: skip

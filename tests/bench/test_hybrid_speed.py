@@ -13,6 +13,9 @@ import pytest
 from support.shared_data import BENCH, needs_bench
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
+from replay.outputs.run_tables import cost_table
+from replay.pipeline.engine import compute
+from sessions.synthetic.scenes import make_scene_session
 
 pytestmark = needs_bench
 
@@ -118,3 +121,15 @@ def test_a_live_look_takes_at_most_twice_the_loops_time():
     for name, spent in least.items():
         print(f"\n{name}: {spent / len(motion) * 1e6:.1f} us a frame, {spent / least['loop']:.2f} of the loop", end="")
     assert {name for name, most in LIVE_AT_MOST.items() if least[name] > most * least["loop"]} == set()
+
+
+@pytest.mark.bench
+def test_99_percent_of_three_live_runs_differ_by_30_percent_at_most_or_the_table_says_why():
+    session, _ = make_scene_session("bench-bumps")
+    asked = "paper=hybrid-qaco,hull50=collider[shape=hull,rate_hz=50],mesh50=discrete[rate_hz=50],hybrid,obb"
+    runs = [compute(session, detectors=asked) for _ in range(3)]
+    for label in runs[0].comparisons:
+        high = [1e3 * run.summary["detectors"][label]["seconds"]["per_frame"]["p99"] for run in runs]
+        why = [note for run in runs for note in cost_table(run).notes if f"of the clock of {label}" in note]
+        print(f"\n{label}: 99 % {', '.join(f'{ms:.3g}' for ms in high)} ms; {'; '.join(why) or 'nothing said'}", end="")
+        assert max(high) <= 1.3 * min(high) or why

@@ -20,7 +20,7 @@ FRAMES = 40
 LIVE = [
     ("exact", {}), ("exact", {"containment": False}), ("hybrid", {}), ("hybrid", {"sphere": "paper"}), ("obb", {}),
     ("obb", {"budget": 300}), ("rapid-style", {}), ("solid-style", {}), ("solid-style", {"budget": 40}), ("aabb", {}),
-    ("collider", {"shape": "mesh"}), ("collider", {"shape": "hull", "rate_hz": 30}),
+    ("collider", {"shape": "mesh"}), ("collider", {"shape": "hull", "rate_hz": 30}), ("collider", {"skin_m": 0.005}),
     ("collider", {"shape": "mesh", "skin_m": 0.01}), ("static", {}), ("sphere", {}),
     ("static", {"epsilon": 0.001}), ("discrete", {"rate_hz": 50}), ("discrete", {}), ("qaco", {"budget": 200}),
     ("hybrid-qaco", {"budget": 200}), ("hybrid-qaco", {"decide": "mesh", "budget": 200}),
@@ -125,7 +125,7 @@ def wands(recording):
 def assert_live_is_offline(name, assembly):
     detector = create_detector(name, assembly.bodies, pairs=assembly.pairs)
     # What takes milliseconds a frame gets a stretch.
-    frames = 300 if name == "qaco" or not detector.online else len(assembly.motion)
+    frames = len(assembly.motion) if detector.online and name != "qaco" else 60
     middle = len(assembly.motion) // 2
     motion = assembly.motion.frames(max(0, middle - frames // 2), middle + -(-frames // 2))
     live, offline = detect_live(detector, motion), detector.detect(motion)

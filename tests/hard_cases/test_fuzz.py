@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import hostile
 from support.fuzzing import mutant, outcomes, seeds
 from support.peak_memory import environment
 
@@ -88,3 +89,31 @@ def test_spliced_files_are_results_or_named_errors(corpus, tmp_path_factory, dat
     cut, join = data.draw(st.integers(0, len(one))), data.draw(st.integers(0, len(other)))
     body = one[:cut] + data.draw(st.binary(max_size=20)) + other[join:]
     assert outcomes(names[0], body, tmp_path_factory.getbasetemp())
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory):
+    return hostile.good_files(tmp_path_factory.mktemp("good"))
+
+
+def test_four_verbs_agree_on_a_good_file(good, tmp_path):
+    (tmp_path / "s.mcap").write_bytes(good["own.mcap"])
+    found = hostile.verbs(tmp_path / "s.mcap", tmp_path / "out.mcap")
+    assert all(accepted for accepted, _ in found.values()), found
+
+
+@pytest.mark.parametrize("case", hostile.MET)
+def test_four_verbs_do_not_contradict_each_other_about_what_people_met(good, tmp_path, case):
+    data = hostile.MET[case](good["own.mcap"])
+    assert data != good["own.mcap"]
+    (tmp_path / "s.mcap").write_bytes(data)
+    found = hostile.verbs(tmp_path / "s.mcap", tmp_path / "out.mcap")
+    assert hostile.contradictions(found) == [], found
+
+
+@pytest.mark.parametrize("count", [24, pytest.param(500, marks=pytest.mark.slow)])
+def test_four_verbs_do_not_contradict_each_other_about_mutants(tmp_path, count):
+    """Thousands on demand: ``PYTHONPATH=.:tests python -m support.hostile FOLDER FIRST LAST``."""
+    told = hostile.tried(tmp_path, 0, count)
+    print(told["outcomes"])
+    assert told["wrong"] == [] and told["outcomes"]["info accepts"] > count // 10

@@ -52,22 +52,3 @@ def missed(truth, said):
         for first, count, word in stretches(outcome[begin : begin + length])
         if word == "MISSED"
     ]
-
-
-ABOUT = {
-    "session": "s", "contacts": 3, "frames": 6, "oracle": "exact", "processor_share": 0.5,
-    "machine": {"system": "Linux", "processor": "x", "cores": 2},
-}  # fmt: skip
-"""What a tradeoff says of itself."""
-
-
-def tried(label, ms, missed, **more):
-    """A row of a tradeoff."""
-    return {
-        "label": label, "detector": f"of {label}", "line": label, "axis": "step rate",
-        "ms_per_frame": ms, "ms_high": ms, "p99_ms": None,
-        "missed": missed, "missed_low": 0.0, "missed_high": 1.0, "recall": 1 - missed, "recall_low": 0.0,
-        "recall_high": 1.0, "precision": 1.0, "precision_low": 0.5,
-        "precision_high": 1.0, "face_recall": None, "seconds_per_minute": 1.0, "work": {"looks": 3}, "online": False,
-        "oracle": False, "front": False, "front_online": False, **more,
-    }  # fmt: skip

@@ -51,13 +51,13 @@ class Searched:
 class TreeKind:
     """A hierarchy: ``build`` makes a tree of corners (f, 3, 3) and says its depth, ``search_rows`` searches two.
 
-    ``undismissed``: the counter of face pairs that no volume kept apart by the pad; ``None`` where pads are not used.
+    ``undismissed``: the counter of face pairs that no volume kept apart by the pad.
     """
 
     build: Callable[[FloatArray], tuple[Any, int]]
     search_rows: Callable[..., IntArray]
     more_counters: tuple[str, ...] = ()
-    undismissed: int | None = 1
+    undismissed: int = 1
 
 
 TREE_KINDS: Final = {
@@ -65,7 +65,7 @@ TREE_KINDS: Final = {
     "solid-style": TreeKind(
         solid_style.build_solid_tree, solid_style.search_rows, ("cache_hits", "gjk_steps", "exact_tests"), 4
     ),
-    "aabb": TreeKind(aabb.build_world_box_tree, aabb.search_rows, ("boxes_fitted",), None),
+    "aabb": TreeKind(aabb.build_world_box_tree, aabb.search_rows),
     "obb": TreeKind(obb.build_obb_tree, obb.search_rows),
 }
 """Detector -> its hierarchy."""

@@ -2,7 +2,7 @@
 
 import io
 from collections.abc import Mapping
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -91,8 +91,21 @@ def _shaded(normal: FloatArray, colours: FloatArray) -> FloatArray:
 
 def _drawn(flat: FloatArray, colours: FloatArray, half: float) -> bytes:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.collections import PolyCollection
+    from matplotlib.collections import Collection
     from matplotlib.figure import Figure
+    from matplotlib.path import Path
+    from matplotlib.transforms import IdentityTransform
+
+    class Triangles(Collection):
+        """Triangles as images of one path: a path of its own for each took two thirds of the time (2026-11)."""
+
+        def get_paths(self) -> list[Path]:
+            return [Path([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0]], closed=True)]
+
+        def get_transforms(self) -> Any:
+            images = np.tile(np.eye(3), (len(flat), 1, 1))
+            images[:, :2] = np.stack([flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0], flat[:, 0]], axis=2)
+            return images
 
     figure = Figure(figsize=SIZE, dpi=100, facecolor=(0.93, 0.945, 0.96))
     FigureCanvasAgg(figure)
@@ -100,7 +113,11 @@ def _drawn(flat: FloatArray, colours: FloatArray, half: float) -> bytes:
     axes.set_axis_off()
     axes.set_xlim(-half, half)
     axes.set_ylim(-1.0, 1.0)
-    axes.add_collection(PolyCollection(list(flat), facecolors=colours, edgecolors="none", antialiaseds=False))
+    # as many are drawn as there are offsets
+    plain: dict[str, Any] = {"edgecolors": "none", "antialiaseds": False, "facecolors": colours}
+    plain["offsets"] = np.zeros((len(flat), 2))
+    drawn = Triangles(offset_transform=IdentityTransform(), **plain)
+    axes.add_collection(drawn, autolim=False)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", metadata={"Software": None})
     return buffer.getvalue()

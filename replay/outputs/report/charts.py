@@ -94,6 +94,7 @@ def _numbers(result: RunResult, label: str) -> list[Markup]:
 
 SPOKEN: Final = (
     Outcome.MISSED, Outcome.INVENTED, Outcome.BETWEEN_FRAMES, Outcome.WITHIN_TOLERANCE, Outcome.BOTH,
+    Outcome.HELD,
 )  # fmt: skip
 """Outcomes with a colour, in the order in which they are stacked, from the top."""
 

@@ -16,9 +16,9 @@ from replay.outputs.report.audit_parts import cause_table, count_tables, duratio
 from replay.outputs.report.bench_picture import bench_picture
 from replay.outputs.report.charts import timeline, timing
 from replay.outputs.report.markup import Markup, element, joined, page_html, page_section, page_table, picture
-from replay.outputs.run_tables import cost_table, stage_table
+from replay.outputs.run_tables import cost_table, ranking_table, stage_table
 from replay.outputs.words import NOT_LOOKED_FOR, counted
-from replay.pipeline.headline import beside, doubts, headline, price
+from replay.pipeline.headline import beside, doubts, headlines, price
 from replay.pipeline.run_result import RunResult
 
 CLOSE_UPS = 4
@@ -38,6 +38,8 @@ def report_html(result: RunResult) -> str:
     name = result.session.scene.name or Path(result.session.origin).stem or "session"
     lines = [element("p", f"Replay of {name}"), *(element("p", line, class_="doubt") for line in doubts(result))]
     lines += [element("h1", line) for line in _headlines(result)]
+    if len(result.comparisons) > 1:
+        lines.append(page_table(ranking_table(result.summary)))
     lines += [element("p", line, class_="price") for line in _beside(result)]
     red = f":root {{ --missed: {hex_of(MISSED)}; }}\n"
     return page_html(f"{name}: {_headlines(result)[0]}", lines, _sections(result), CAVEAT, red)
@@ -45,10 +47,9 @@ def report_html(result: RunResult) -> str:
 
 def _headlines(result: RunResult) -> list[str]:
     if result.tradeoff is not None:
-        tried, front = len(result.tradeoff.rows), len(result.tradeoff.front)
-        return [f"What accuracy costs: {tried} settings tried, {front} on the front"]
+        return [result.tradeoff.answer]
     if result.comparisons:
-        return [f"{headline(result, label)}, compared with {result.oracle}" for label in result.comparisons]
+        return [f"{words}, compared with {result.oracle}" for words in headlines(result)]
     if result.detections:
         counts = [f"{counted(len(found), 'contact')} found by {label}" for label, found in result.episodes.items()]
         return [", ".join(counts)]

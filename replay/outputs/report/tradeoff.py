@@ -8,25 +8,21 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
+from replay.outputs.price_plot import subtitle
+from replay.outputs.report.growth import growth_picture, growth_table
 from replay.outputs.report.markup import Markup, element, joined, page_table
 from replay.outputs.report.tradeoff_picture import DARK, LIGHT, Theme, picture
 from replay.outputs.results.parquet import write_rows
-from replay.outputs.tradeoff_table import AT_PHASE, HEAD, measured_on, quickest_first, tradeoff_table
+from replay.outputs.tradeoff_table import AT_PHASE, HEAD, how_measured, quickest_first, tradeoff_table
 from replay.outputs.words import counted
 from replay.pipeline.run_result import Tradeoff
 
 TABLE: Final = "tradeoff.parquet"
+GROWTH: Final = "growth.png"
 JSON: Final = "tradeoff.json"
 PICTURES: Final = {
     "tradeoff.png": ("png", LIGHT), "tradeoff.svg": ("svg", LIGHT), "tradeoff-dark.png": ("png", DARK),
 }  # fmt: skip
-
-
-def title_of(done: Tradeoff) -> str:
-    """What the picture is called."""
-    about = done.about
-    counts = f"{about['contacts']} contacts, {about['frames']:,} frames"
-    return f"What accuracy costs: {about['session']}, {counts}, beside {about['oracle']}"
 
 
 def write_tradeoff(done: Tradeoff, folder: Path) -> None:
@@ -35,7 +31,9 @@ def write_tradeoff(done: Tradeoff, folder: Path) -> None:
     text = json.dumps(done.as_json(), indent=1, allow_nan=False)
     (folder / JSON).write_text(text + "\n", encoding="utf-8", newline="\n")
     for name, (kind, theme) in PICTURES.items():
-        (folder / name).write_bytes(picture(done.rows, title_of(done), kind, theme))
+        (folder / name).write_bytes(picture(done, kind, theme))
+    if done.growth:
+        (folder / GROWTH).write_bytes(growth_picture(done.growth))
 
 
 @contextmanager
@@ -49,22 +47,21 @@ def tradeoff_files(done: Tradeoff) -> Iterator[dict[str, Path]]:
 def tradeoff_section(done: Tradeoff) -> Markup:
     """Picture, advice and table; the picture is SVG inside the page, for light pages and for dark ones."""
     dark = element("source", srcset=_drawn(done, DARK), media="(prefers-color-scheme: dark)")
-    light = element("img", src=_drawn(done, LIGHT), alt=title_of(done), style="width:100%")
+    light = element("img", src=_drawn(done, LIGHT), alt=done.answer, style="width:100%")
     image = element("picture", Markup(dark.removesuffix("</source>")), Markup(light.removesuffix("</img>")))
     advice = element("ul", *(element("li", sentence) for sentence in done.advice))
     cut = []
     if done.cut:
         count = f"{counted(len(done.cut), 'setting')} not tried, for want of time"
         cut = [element("details", element("summary", count), element("p", f"{', '.join(done.cut)}."))]
-    measured = (
-        f"Measured on {measured_on(done)}, of which this process had {min(1.0, done.about['processor_share']):.0%} of "
-        "its time; compare ratios, not milliseconds. Milliseconds per frame are the quickest pass, then the slowest; "
-        f"work is counted beside the clock, and is the same everywhere; {AT_PHASE}."
-    )
+    share = f"This process had {min(1.0, done.about['processor_share']):.0%} of the time on the clocks."
+    notes = (*subtitle(done), *how_measured(done), share, f"In % of pair-frames: {AT_PHASE}.")
+    measured = element("ul", *(element("li", one) for one in notes))
     whole = tradeoff_table("Every setting that was tried", quickest_first(done.rows)).only(*HEAD[1:])
-    return joined([advice, element("figure", image), *cut, element("p", measured), page_table(whole)])
+    grown = [page_table(growth_table(done.growth))] if done.growth else []
+    return joined([advice, element("figure", image), *cut, measured, page_table(whole), *grown])
 
 
 def _drawn(done: Tradeoff, theme: Theme) -> str:
-    drawn = base64.b64encode(picture(done.rows, title_of(done), "svg", theme)).decode("ascii")
+    drawn = base64.b64encode(picture(done, "svg", theme)).decode("ascii")
     return f"data:image/svg+xml;base64,{drawn}"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-import numpy as np
 import rerun as rr
 
 from replay.base.constants import CAVEAT
@@ -17,10 +16,10 @@ from replay.outputs.palette import MISSED, PARTLY_MISSED, WHITE
 from replay.outputs.rerun_log.columns import RecordingWriter, packed
 from replay.outputs.rerun_log.focus import Focus, moments
 from replay.outputs.rerun_log.markdown import markdown
-from replay.outputs.run_tables import cluster_table, miss_table
+from replay.outputs.run_tables import cluster_table, miss_table, ranking_table
 from replay.outputs.tables import table
 from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, bound_words, counted, depth_words
-from replay.pipeline.headline import beside, doubts, headline
+from replay.pipeline.headline import beside, doubts, headlines
 from replay.pipeline.run_result import RunResult
 
 WORST: Final = MANY
@@ -94,7 +93,9 @@ def report_text(result: RunResult) -> str:
         f"{span:.1f} s, {len(times):,} frames, {len(assembly.bodies)} bodies, {counted(len(assembly.pairs), 'pair')}.",
     ]
     parts += doubts(result)
-    parts += [f"**{headline(result, label)}.**" for label in result.comparisons]
+    parts += [f"**{words}.**" for words in headlines(result)]
+    if len(result.comparisons) > 1:
+        parts.append(markdown(ranking_table(result.summary)))
     parts += beside(result)
     if not result.detections:
         parts += [f"- {line}" for line in happened_words(result.effects, WORST)]
@@ -103,8 +104,8 @@ def report_text(result: RunResult) -> str:
         parts.append(f"Proxy meshes stand in for: {', '.join(assembly.proxies)}.")
     if assembly.left_out:
         parts.append(f"Without a mesh, so not examined: {', '.join(assembly.left_out)}.")
-    if bool(assembly.held.any()):
-        held = [assembly.pair_name(int(k)) for k in np.flatnonzero(assembly.held)]
+    if result.holdings:
+        held = dict.fromkeys(assembly.pair_name(one.pair) for one in result.holdings)
         parts.append(f"Held, listed apart: {', '.join(held)}.")
     parts += [f"- {note}" for note in assembly.notes]
     return "\n\n".join([*parts, f"*{CAVEAT}*"])

@@ -1,7 +1,7 @@
 """A run as tables: verdict data in float64 and int64, bodies by name, one row per thing that happened."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -13,13 +13,14 @@ from cdcore.numerics import IntArray
 from cdcore.protocol import counts_as_contact
 from replay.base.constants import VERDICT_FRAMES
 from replay.comparison.contact_counts import contact_counts
-from replay.comparison.outcome import Episode, Outcome
+from replay.comparison.holding import within
+from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.effects.output import plain_value
 from replay.metrics.row import METRICS, TASK, metric_rows
 from replay.outputs.results.parquet import columns_of, table_of
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import frame_seconds
-from replay.prepare.flags import POSE_DOUBT, flag_words
+from replay.prepare.flags import POSE_DOUBT, flag_word
 
 VERDICT_WORDS: Final = [verdict.name for verdict in Verdict]
 OUTCOME_WORDS: Final = [outcome.name for outcome in Outcome]
@@ -83,7 +84,7 @@ def episode_table(result: RunResult) -> pa.Table:
         )
         for label, number, one in rows
     ]  # fmt: skip
-    heads = _heads(result, [(label, number, one.pair) for label, number, one in rows])
+    heads = _heads(result, rows)
     return pa.table(heads | columns_of(values, EPISODE_COLUMNS))
 
 
@@ -96,10 +97,11 @@ EPISODE_COLUMNS: Final[dict[str, type]] = {
 }  # fmt: skip
 
 
-def _heads(result: RunResult, rows: list[tuple[str, int, int]]) -> Columns:
+def _heads(result: RunResult, rows: Sequence[tuple[str, int, Episode | Miss]]) -> Columns:
     """Detector, number and pair of each row."""
-    pairs = np.array([pair for _, _, pair in rows], dtype=np.int64)
-    return columns_of(rows, {"detector": str, "number": int}) | _pair_columns(result, pairs)
+    asked = np.array([(one.pair, one.first, one.last) for _, _, one in rows], dtype=np.int64).reshape(-1, 3)
+    named = columns_of([(label, number) for label, number, _ in rows], {"detector": str, "number": int})
+    return named | _pair_columns(result, *asked.T)
 
 
 def miss_table(result: RunResult) -> pa.Table:
@@ -115,7 +117,7 @@ def miss_table(result: RunResult) -> pa.Table:
         values.append([*(getattr(miss, name) for name in MISS_COLUMNS), *miss.point, *miss.normal, *touch])
     places = dict.fromkeys([f"{name}_{axis}" for name in ("point", "normal") for axis in "xyz"], float)
     kinds = MISS_COLUMNS | places | {"touch": float, "face_a": int, "face_b": int, "touch_free": float}
-    heads = _heads(result, [(label, miss.number, miss.pair) for label, miss in rows])
+    heads = _heads(result, [(label, miss.number, miss) for label, miss in rows])
     return pa.table(heads | columns_of(values, kinds))
 
 
@@ -208,7 +210,7 @@ def _doubt(result: RunResult, episode: Episode) -> str | None:
     if result.flags is None:
         return None
     part = result.flags.bodies[episode.first : episode.last + 1, result.assembly.pairs[episode.pair]]
-    return flag_words()[int(np.bitwise_or.reduce(part, axis=None))] or None
+    return flag_word(int(np.bitwise_or.reduce(part, axis=None))) or None
 
 
 def _flag_column(result: RunResult, rows: IntArray, columns: IntArray) -> pa.DictionaryArray:
@@ -217,9 +219,8 @@ def _flag_column(result: RunResult, rows: IntArray, columns: IntArray) -> pa.Dic
         ends = result.assembly.pairs[columns]
         flag = result.flags.bodies[rows, ends[:, 0]] | result.flags.bodies[rows, ends[:, 1]]
     codes, place = np.unique(flag, return_inverse=True)
-    words = flag_words()
     named = pa.array(place.reshape(-1).astype(np.int32), mask=flag == 0)
-    return pa.DictionaryArray.from_arrays(named, pa.array([words[code] for code in codes.tolist()], pa.string()))
+    return pa.DictionaryArray.from_arrays(named, pa.array([flag_word(code) for code in codes.tolist()], pa.string()))
 
 
 def _frame_columns(result: RunResult, rows: IntArray, columns: IntArray, numbers: Mapping[str, IntArray]) -> Columns:
@@ -227,7 +228,7 @@ def _frame_columns(result: RunResult, rows: IntArray, columns: IntArray, numbers
         "frame": pa.array(rows),
         "stamp_ns": pa.array(result.assembly.stamp_ns[rows]),
         "time": pa.array(result.assembly.motion.times[rows]),
-        **_pair_columns(result, columns),
+        **_pair_columns(result, columns, rows, rows),
         "flag": _flag_column(result, rows, columns),
     }
     for label, detection in result.detections.items():
@@ -245,13 +246,14 @@ def _frame_columns(result: RunResult, rows: IntArray, columns: IntArray, numbers
     return table
 
 
-def _pair_columns(result: RunResult, pairs: IntArray) -> Columns:
+def _pair_columns(result: RunResult, pairs: IntArray, first: IntArray, last: IntArray) -> Columns:
+    """Columns of stretches of frames, K each; ``held``: a hand and what it holds, or a body and its parent."""
     names = list(result.assembly.names)
     ends = result.assembly.pairs[pairs]
     return {
         "body_a": _words(ends[:, 0], names),
         "body_b": _words(ends[:, 1], names),
-        "held": pa.array(result.assembly.held[pairs]),
+        "held": pa.array(result.assembly.held[pairs] | within(result.holdings, pairs, first, last)),
     }
 
 

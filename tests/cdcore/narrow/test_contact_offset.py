@@ -1,10 +1,15 @@
+import fcl
 import numpy as np
 import pytest
+from support.shapes import beaker_mesh, random_rotations, rod_mesh
 from support.small_worlds import along_x, cube
 
 from cdcore import Body, Motion, TriangleMesh
 from cdcore.narrow.contact_offset import ContactOffset
+from cdcore.narrow.fcl_meshes import _tree
+from cdcore.narrow.spacetime.box_tree import build_box_tree
 
+FRAMES = 200
 PLACES = [3.0, 1.25, 1.25, 1.125, 1.0625, 3.0]
 """Of the second of two unit cubes on the X axis: the gap is 1 less."""
 
@@ -14,6 +19,28 @@ def test_within_reach_are_cubes_whose_gap_is_no_wider(reach):
     bodies = tuple(Body(name, TriangleMesh(cube().vertices, cube().faces)) for name in "ab")
     places = np.stack([along_x([0.0] * len(PLACES))[0], along_x(PLACES)[0]], axis=1)
     motion = Motion(np.arange(len(PLACES)) / 90, places, np.tile(np.eye(3), (len(PLACES), 2, 1, 1)))
-    asked, frames = ContactOffset(bodies, np.array([[0, 1]]), reach), np.arange(len(PLACES))
+    trees = [build_box_tree(body.mesh.triangles) for body in bodies]
+    asked, frames = ContactOffset(trees, np.array([[0, 1]]), reach), np.arange(len(PLACES))
     assert asked.near(motion, frames, np.zeros_like(frames)).tolist() == [place - 1.0 <= reach for place in PLACES]
-    assert asked.apart(motion, 3, 0) == pytest.approx(0.125 - reach)
+
+
+@pytest.mark.parametrize("reach", [0.002, 0.02])
+def test_it_says_near_where_fcl_measures_less_than_the_reach_also_of_poses_that_repeat(reach):
+    rng = np.random.default_rng(1)
+    meshes = [beaker_mesh(), rod_mesh()]
+    places, turns = rng.normal(size=(FRAMES, 2, 3)) * 0.04, random_rotations(rng, FRAMES, 2)
+    places[1::3], turns[1::3] = places[0::3], turns[0::3]
+    motion = Motion(np.arange(FRAMES) / 90, places, turns)
+    things, apart = [fcl.CollisionObject(_tree(mesh)) for mesh in meshes], np.zeros(FRAMES)
+    for frame in range(FRAMES):
+        for body, thing in enumerate(things):
+            thing.setRotation(turns[frame, body])
+            thing.setTranslation(places[frame, body])
+        if not fcl.collide(*things, fcl.CollisionRequest(), fcl.CollisionResult()):
+            apart[frame] = fcl.distance(*things, fcl.DistanceRequest(), fcl.DistanceResult())
+    frames = np.flatnonzero(apart > 0)
+    trees, columns = [build_box_tree(mesh.triangles) for mesh in meshes], np.zeros(len(frames), dtype=np.int64)
+    for pairs in ([[0, 1]], [[1, 0]]):
+        near = ContactOffset(trees, np.array(pairs), reach).near(motion, frames, columns)
+        assert near.tolist() == (apart[frames] <= reach).tolist()
+    assert 2 < near.sum() < len(frames) > 30

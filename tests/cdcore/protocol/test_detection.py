@@ -85,6 +85,18 @@ def test_faces_are_found_by_frame_and_pair_and_negative_numbers_count_from_the_e
         detection().faces(3, 0)
 
 
+def test_taken_frames_hold_what_the_whole_holds_there():
+    whole = detection(reasons={(1, 1): "lost", (2, 0): "late"}, toi={(2, 1): (0.5, 1.0)})
+    part = whole.take(np.array([1, 2]))
+    assert np.array_equal(part.times, whole.times[1:])
+    assert np.array_equal(part.verdict, whole.verdict[1:])
+    assert part.reasons == {(0, 1): "lost", (1, 0): "late"} and part.toi == {(1, 1): (0.5, 1.0)}
+    for frame in range(2):
+        for pair in range(2):
+            assert np.array_equal(part.faces(frame, pair), whole.faces(frame + 1, pair))
+    assert whole.take(np.array([], dtype=np.int64)).face_counts.shape == (0, 2)
+
+
 def block(start, stop, **changes):
     whole = detection()
     sets = [(t, p, whole.faces(t, p)) for t in range(start, stop) for p in range(2) if len(whole.faces(t, p))]

@@ -113,7 +113,7 @@ def carried(frames=200, aside=0.05, seed=3):
 
 def test_relative_poses_place_the_first_body_in_the_frame_of_the_second():
     _, motion = carried(5)
-    (poses,) = relative_of(motion, np.ones((5, 1), dtype=bool), [(0, 1)])
+    poses = relative_of(motion, np.ones((5, 1), dtype=bool), [(0, 1)])[0]
     point = np.array([0.3, -0.2, 0.7])
     for frame, pose in enumerate(poses):
         world = motion.rotations[frame, 0] @ point + motion.translations[frame, 0]

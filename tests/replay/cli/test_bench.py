@@ -81,6 +81,7 @@ def printed():
 
 
 def test_machine_ratio_digest_and_stages_are_shown(printed):
+    assert "exact asks containment too, in every race; no peer does" in " ".join(printed.split())
     for words in ("seed 8", "Z80, 2 cores", "23.40", "00c0ffee", "in trees", "12.00", "90.0%"):
         assert words in printed
 

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 from rich.console import Console
-from support.lettered_worlds import ABOUT, STATES, became, missed, run, stretches, tried
+from support.lettered_worlds import STATES, became, missed, run, stretches
+from support.price_rows import ABOUT, price_row
 from support.sentences import sources, unsaid
 from support.small_worlds import cubes, jumping
 
@@ -21,6 +22,7 @@ from replay.outputs.report.page import report_html
 from replay.outputs.rerun_log.report import report_text
 from replay.pipeline.engine import compute
 from replay.pipeline.run_result import Tradeoff
+from replay.tradeoffs.settings import STEP
 from sessions import Scene
 from sessions.model.scene import SceneBody, SceneEffect
 
@@ -83,11 +85,11 @@ def test_names_of_pairs_are_whole_in_a_terminal_of_80_columns():
 def test_the_answers_and_their_price_come_before_any_table():
     two = "slow=discrete[rate_hz=20],slower=discrete[rate_hz=10]"
     lines = text(compute(cubes(PLACES), detectors=two), width=200).splitlines()
-    assert "missed by slow," in lines[1] and "missed by slower" in lines[2]
-    assert lines[3].startswith(" slow invents ") and lines[4].startswith(" slower invents ")
-    assert lines[5].startswith(" slow looks 20 times a second, at this run's phase.")
-    after = next(k for k, line in enumerate(lines) if k > 5 and "this phase" not in line and "phases" not in line)
-    assert lines[after].startswith(" Every contact counted here was found by exact in")
+    assert lines[1].startswith(" slower: misses ")
+    ranked = [line.split()[0] for line in lines[2:9] if line.startswith(("slow", "exact"))]
+    assert ranked == ["slower", "slow", "exact"]
+    phased = [k for k, line in enumerate(lines) if " times a second. At this run's phase" in line]
+    assert len(phased) == 2 and lines[phased[1] + 1].startswith(" Every contact counted here was found by exact in")
 
 
 def test_a_miss_that_no_frame_shows_says_so_and_when_they_touch():
@@ -225,7 +227,8 @@ def test_no_template_of_the_tables_in_a_terminal_is_untested(monkeypatch, tmp_pa
     shown += ["\n".join(where_to_look(one)) for one in looked]
     for one in (proxy, replace(proxy, assembly=replace(proxy.assembly, left_out=("c",)))):
         close_run(one, People())
-    row = tried("a", 0.5, 0.1)
+    row = price_row("a", 0.5, 2)
     done = Tradeoff((row,), ("a",), (), (), (), {**ABOUT, "processor_share": 0.5})
-    shown += [printed(terminal(front_table(done)), 400), capsys.readouterr().err]
+    steps = replace(done, rows=({**row, "axis": STEP},))
+    shown += [printed(terminal(front_table(done), front_table(steps)), 400), capsys.readouterr().err]
     assert unsaid("\n".join(shown), *sources("replay/cli/run_*.py", "replay/cli/tradeoff_tables.py")) == []

@@ -5,9 +5,10 @@ import pytest
 from support.small_worlds import cubes, framed
 
 from replay.cli.main import main
-from replay.outputs.tradeoff_table import AT_PHASE
+from replay.cli.tradeoff_tables import front_table
+from replay.tradeoffs import growth
 from replay.tradeoffs import sweep as trading
-from replay.tradeoffs.settings import Setting
+from replay.tradeoffs.settings import TRUST, Setting, steps_of_trust
 from sessions import write_session
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -25,7 +26,9 @@ def test_front_and_advice_are_printed_and_the_folder_is_written(file, tmp_path, 
     assert main(["tradeoff", file, "--out", str(tmp_path / "costs"), "--repeats", "1"]) == 0
     out, err = capsys.readouterr()
     assert err.index("outside the time limit: one audit") < err.index("wrote ")
-    assert AT_PHASE in " ".join(out.split())
+    said = " ".join(out.split())
+    assert "The clock's self-check, live: exact timed twice gives" in said and "16 look phases" in said
+    assert "Missing nothing costs" in said and "Live: one frame after the other, 12 frames a pass" in said
     assert "hybrid" in out and "To audit a recording" in out and "tradeoff.png" in err
     assert (tmp_path / "costs" / "tradeoff.parquet").is_file()
     assert main(["tradeoff", file, "--out", str(tmp_path / "costs")]) != 0
@@ -35,6 +38,34 @@ def test_json_holds_rows_front_and_advice(file, capsys):
     assert main(["tradeoff", file, "--format", "json", "--repeats", "1"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert [row["label"] for row in told["rows"]] == ["hybrid", "discrete step rate 20 Hz"] and told["advice"]
+
+
+def test_detectors_replace_the_list_and_the_same_one_twice_is_a_tie(file, tmp_path, capsys):
+    words = ["tradeoff", file, "--detectors", "a=exact,b=exact", "--out", str(tmp_path / "costs"), "--format", "json"]
+    assert main([*words, "--no-picture", "--repeats", "1"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [row["label"] for row in told["rows"]] == ["a", "b"] and told["clock"]["live"]["passes"] >= 7
+    assert told["advice"] and all("take a: " in one or "take b: " in one for one in told["advice"])
+
+
+def test_the_steps_of_trust_stand_in_their_order_with_what_each_adds(file, capsys):
+    assert main(["tradeoff", file, "--steps", "--repeats", "1"]) == 0
+    assert "what the step adds" in " ".join(capsys.readouterr().out.split())
+    done = trading.tradeoff(cubes(PLACES), settings=steps_of_trust(), repeats=1, time_limit=None)
+    shown = front_table(done)
+    assert [row[:2] for row in shown.rows] == [(adds, label) for label, _, _, adds in TRUST]
+    lost = {row["label"]: row["contacts_lost"] for row in done.rows}
+    assert lost["exact"] == lost["containment"] == lost["faces"] == 0
+
+
+def test_growth_is_timed_when_asked_for_and_its_picture_is_written(file, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(growth, "SIZES", {"bodies": (1, 2)})
+    out = tmp_path / "costs"
+    assert main(["tradeoff", file, "--growth", "--no-picture", "--repeats", "1", "--out", str(out)]) == 0
+    assert "No size tried leaves the budget of a live frame" in capsys.readouterr().out
+    assert (out / "growth.png").is_file() and "fits up to 4" in (out / "report.html").read_text("utf-8")
+    told = json.loads((out / "tradeoff.json").read_text("utf-8"))["growth"]
+    assert {one["size"] for one in told} == {2, 4}
 
 
 def test_what_a_time_limit_cuts_is_said(file, capsys):

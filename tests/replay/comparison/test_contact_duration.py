@@ -58,6 +58,18 @@ def test_the_mean_over_phases_is_that_of_detectors_whose_ticks_are_moved(rate):
     assert (now, mean) == (first, pytest.approx(np.mean(tried))) and len(set(tried)) > 1
 
 
+@pytest.mark.parametrize("rate", [22.5, 50.0])
+def test_a_detector_of_a_rate_is_scored_over_the_same_phases(rate):
+    result = audited(rate)
+    (label,) = result.phases
+    tried = rated(result, rate, (np.arange(PHASES) + 0.5) / PHASES / rate)
+    found, contacts = result.phases[label]["contacts_missed"], len(result.episodes["exact"])
+    assert found["count"] == sum(tried) and found["of"] == PHASES * contacts
+    assert result.dwell.rates.missed(rate)[1] == pytest.approx(found["share"] * contacts)
+    assert audited(rate, oracle="exact").summary["audit"][label]["phases"] == result.phases[label]
+    assert not compute(cubes(TOUCHED, step_ns=FRAME_NS), detectors="discrete").phases
+
+
 def test_from_the_safe_rate_on_no_phase_misses_and_just_below_it_some_do():
     result = audited(90.0)
     safe = result.summary["dwell"]["none_missed_from_hz"]

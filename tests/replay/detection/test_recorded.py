@@ -5,7 +5,7 @@ import pytest
 from support.small_worlds import STEP_NS, cubes
 
 from cdcore import join
-from replay.detection.recorded import recorded_detector, reported_spans
+from replay.detection.recorded import physics_steps, recorded_detector, reported_spans
 from replay.errors import AuditError
 from replay.pipeline.engine import compute
 from replay.prepare.assemble import RESIDUAL_FACT, assemble
@@ -43,7 +43,7 @@ def test_it_is_audited_like_any_row():
     assert (figures["missed"]["count"], figures["missed"]["of"], figures["invented"]["count"]) == (1, 4, 0)
     assert figures["episodes"]["matched"] == 2
     assert result.matches["recorded"].matched[1].onset_error == pytest.approx(0.01)
-    assert [miss.cause for miss in result.misses["recorded"]] == ["unexplained"]
+    assert [miss.cause for miss in result.misses["recorded"]] == ["late"]
 
 
 def test_what_the_clock_leaves_open_is_the_cause_of_misses_within_it():
@@ -56,7 +56,7 @@ def test_what_the_clock_leaves_open_is_the_cause_of_misses_within_it():
 def test_a_known_engine_explains_its_misses_as_its_collider_would():
     session = reported((8, "enter"), (10, "exit"))
     result, _ = column(session, rate_hz=25.0)
-    assert {miss.cause for miss in result.misses["recorded-25.0"]} <= {"between looks", "unexplained"}
+    assert {miss.cause for miss in result.misses["recorded-25.0"]} <= {"between physics steps", "unexplained"}
 
 
 @pytest.mark.parametrize("block", [1, 3, 5])
@@ -110,3 +110,68 @@ def test_what_was_there_before_or_never_ended_is_open():
 
 def test_pairs_are_kept_apart():
     assert set(spans((1, "a", "b", "enter"), (1, "c", "a", "enter"))) == {("a", "b"), ("a", "c")}
+
+
+FIRST = [20 * k + start for k, start in enumerate((7, 9, 6, 8, 11, 7, 10, 6, 9, 8))]
+TOUCHED = {frame for first in FIRST for frame in range(first, first + 4)} | {201}
+TAPS = {"a": [0] * 210, "b": [0.9 if frame in TOUCHED else 3 for frame in range(210)]}
+"""Ten taps of four frames, and one of a single odd frame."""
+
+
+def engine_of(told, step=2):
+    """The session of the taps, of which an engine at 50 Hz reports the ten.
+
+    Frames are 10 ms apart, its steps 20 ms: at the even frames. ``told`` makes (begin, end) of the steps that fall
+    into a tap.
+    """
+    reports = []
+    for first in FIRST:
+        begin, end = told(first + first % step, first + 3 - (first + 3) % step)
+        for frame, phase in ((begin, "enter"), (end, "exit")):
+            reports.append(LiveContact(round(frame * STEP_NS), "b", "a", phase))
+    return replace(cubes(TAPS), live_contacts=tuple(reports))
+
+
+def causes_of(session):
+    return [miss.cause for miss in compute(session).misses["recorded"]]
+
+
+def test_where_reports_are_there_a_run_compares_them_unasked_and_first():
+    session = engine_of(lambda begin, end: (begin, end))
+    assert [*compute(session).comparisons] == ["recorded", "hybrid-qaco"]
+    assert [*compute(session, detectors="hybrid").comparisons] == ["hybrid"]
+    assert [*compute(cubes(TAPS)).comparisons] == ["hybrid-qaco"]
+    assert [*compute(session, oracle="none").detections] == ["hybrid-qaco"]
+    assert [*compute(session, oracle="recorded").detections] == ["hybrid-qaco", "recorded"]
+    elsewhere = tuple(replace(one, body_a="Floor") for one in session.live_contacts)
+    assert [*compute(replace(session, live_contacts=elsewhere)).comparisons] == ["hybrid-qaco"]
+
+
+def test_what_lies_between_the_steps_on_which_all_stamps_lie_is_missed_there():
+    assert causes_of(engine_of(lambda begin, end: (begin, end))) == ["between physics steps"] * 11
+
+
+def test_reports_that_begin_late_or_end_early_say_so():
+    late = causes_of(engine_of(lambda begin, end: (begin + 2, end)))
+    assert set(late) == {"late", "between physics steps"} and late.count("late") == 10
+    early = causes_of(engine_of(lambda begin, end: (begin - 1, end - 2)))
+    assert early.count("early") == 10
+
+
+@pytest.mark.parametrize(("by", "cause"), [(6, "late"), (-6, "early")])
+def test_what_is_said_at_another_time_as_a_whole_is_late_or_early(by, cause):
+    words = causes_of(engine_of(lambda begin, end: (begin + by, end + by), step=1))
+    assert words == [cause] * 10 + ["unexplained"]
+
+
+def test_the_steps_of_an_engine_are_read_from_its_stamps_where_they_lie_on_a_grid():
+    rng = np.random.default_rng(0)
+    ticks = np.sort(rng.choice(2000, 24, replace=False))
+    for rate, phase in ((50.0, 0.3), (72.0, 0.0), (90.0, 0.9)):
+        stamps = np.round((ticks + phase) / rate, 6).reshape(-1, 2)
+        found = physics_steps([*stamps, np.array([-np.inf, stamps[0, 0]])], None)
+        assert found is not None and found[0] == rate
+        assert np.exp(2j * np.pi * found[1]) == pytest.approx(np.exp(2j * np.pi * phase), abs=0.01)
+        assert physics_steps([*stamps[:3]], None) is None  # too few to tell
+    assert physics_steps([*np.sort(rng.uniform(0, 60, 24)).reshape(-1, 2)], None) is None
+    assert physics_steps([], 25.0) == (25.0, 0.0) and physics_steps([], None) is None

@@ -6,9 +6,9 @@ import pytest
 from support.small_worlds import cubes
 
 from replay import run
+from replay.comparison.holding import Grasp
 from replay.comparison.outcome import Episode
 from replay.effects.output import EffectEvent
-from replay.metrics.hands import Grasp
 from replay.metrics.row import (
     METRICS,
     TASK,

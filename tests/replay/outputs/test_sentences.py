@@ -10,15 +10,18 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 from matplotlib.text import Text
-from support.lettered_worlds import ABOUT, STATES, became, missed, run, stretches, tried
+from support.lettered_worlds import STATES, became, missed, run, stretches
 from support.page_cells import Cells
+from support.price_rows import ABOUT, CHECK, price_row
 from support.sentences import picture_text, sources, unsaid
 from support.small_worlds import cubes, jumping
 
-from replay.outputs import run_tables, tradeoff_table
-from replay.outputs.report import audit_parts, charts, page, tables, tradeoff, tradeoff_picture
+from replay.comparison.outcome import Episode
+from replay.outputs import price_plot, run_tables, tradeoff_table
+from replay.outputs.report import audit_parts, charts, growth, page, tables, tradeoff, tradeoff_picture
 from replay.outputs.report.markup import Markup
 from replay.outputs.report.page import report_html
+from replay.outputs.report.tradeoff_picture import DARK
 from replay.outputs.rerun_log import tradeoff as curve
 from replay.outputs.rerun_log.search_picture import path_words
 from replay.outputs.words import NOTHING_SUSPICIOUS
@@ -26,7 +29,7 @@ from replay.pipeline.engine import compute
 from replay.pipeline.run_result import Tradeoff
 from replay.prepare.flags import FlagSpan
 from replay.studies.synthetic_sessions import make_analytic
-from replay.tradeoffs.pareto import advice_of
+from replay.tradeoffs.pareto import advice_of, answer_of
 from sessions import Finding, Severity
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
@@ -147,9 +150,9 @@ def test_a_page_of_effects_counts_what_happened_and_says_how_much_it_leaves_out(
     assert "Not called for, so not imported and not run: " in text
 
 
-def words_of_curve(done):
-    """The words of the drawn curve."""
-    drawn = tradeoff_picture._drawn(done.rows, "T", tradeoff_picture.LIGHT)
+def words_of_picture(done):
+    """The words of the drawn picture."""
+    drawn = tradeoff_picture._drawn(done, tradeoff_picture.LIGHT)
     return [one.get_text() for one in drawn.findobj(Text)]
 
 
@@ -157,26 +160,26 @@ def words_of_curve(done):
     ("rows", "cut", "front"),
     [
         ([], (), 0),
-        ([tried("a", 0.5, 0.1)], ("b",), 1),
-        ([tried("a", 0.5, 0.1), tried("b", 5.0, 0.0), tried("c", 9.0, 0.5)], ("d", "e"), 2),
-        ([tried("a", 0.5, 0.1, contact_frames_undecided=1)], (), 0),
-        ([tried("a", 0.5, 0.1, precision=None)], (), 0),
-        ([tried("a", 0.5, 0.1, precision=0.4)], (), 0),
+        ([price_row("a", 0.5, 2)], ("b",), 1),
+        ([price_row("a", 0.5, 2), price_row("b", 5.0, 0, live=5.0), price_row("c", 9.0, 8)], ("d", "e"), 2),
+        ([price_row("a", 0.5, 2, contact_frames_undecided=1)], (), 0),
+        ([price_row("a", 0.5, 2, precision=None)], (), 0),
+        ([price_row("a", 0.5, 2, precision=0.4)], (), 0),
     ],
     ids=["none", "one", "several", "undecided", "not measured", "more invented than found"],
 )
-def test_the_report_of_a_tradeoff_counts_settings_and_front_in_every_state(rows, cut, front):
+def test_the_report_of_a_tradeoff_answers_in_every_state(rows, cut, front):
     labels = tuple(tradeoff_table.front_of(rows))
-    done = Tradeoff(tuple(rows), labels, (), tuple(advice_of(rows)), cut, ABOUT)
+    done = Tradeoff(tuple(rows), labels, (), tuple(advice_of(rows)), cut, ABOUT, answer_of(rows))
     text = unescape(report_html(replace(run("several"), tradeoff=done)))
-    drawn = words_of_curve(done) if rows else []
-    assert [one for one in drawn if one in tuple("abc")] == list(labels), "beside the curve, quickest first"
-    assert sorted(one for one in drawn if one in tuple("123")) == sorted(2 * [str(k + 1) for k in range(front)])
-    assert f"<h1>What accuracy costs: {len(rows)} settings tried, {front} on the front</h1>" in text
+    assert f"<h1>{done.answer}</h1>" in text and len(labels) == front
+    drawn = words_of_picture(done)
+    assert done.answer in drawn and set(labels) <= {one.partition(":")[0] for one in drawn}
     assert (f"{len(cut)} setting{'s' * (len(cut) > 1)} not tried, for want of time" in text) == bool(cut)
     told = curve.advice_text(done)
     assert (f"Not tried, for want of time: {', '.join(cut)}." in told) == bool(cut)
-    assert told.count("To audit a recording, ") == front == text.count("<li>To audit a recording, ")
+    assert told.count("To audit a recording, ") == bool(front) == text.count("<li>To audit a recording, ")
+    assert text.count("<li>For less time, ") == max(0, front - 1)
 
 
 OUTSIDE = {
@@ -190,12 +193,15 @@ def full(result):
     """A run with every part of a page filled, and with an advice."""
     span = FlagSpan("frozen", "a", 0, 10_000_000, 0.0, 0.01, 2, "drop", dropped=2)
     bad = SimpleNamespace(findings=(Finding("frozen", Severity.WARNING, "it stood", "a", 0.0, 0.01),), spans=(span,))
-    left = replace(result.assembly, proxies=("a",), left_out=("c",), held=np.array([True]), notes=("made up",))
+    left = replace(result.assembly, proxies=("a",), left_out=("c",), notes=("made up",))
     session = result.summary["session"] | {"dropped_frames": {"lost": 2}}
     filled = result.summary | {"session": session, "flagged_verdicts": {"it": {"CONTACT": 2}}}
-    rows = (tried("a", 0.5, 0.1), tried("b", 5.0, 0.0))
-    done = Tradeoff(rows, ("a", "b"), (), tuple(advice_of(rows)), ("c",), ABOUT)
-    return replace(result, treatment=bad, assembly=left, summary=filled, tradeoff=done)
+    axes = [*price_plot.WORDS]
+    named = [(f"{axis} {k}", k, {"axis": axis, "line": axis, "phases": 36}) for axis in axes for k in range(2)]
+    rows = tuple(price_row(label, 0.5, lost, live=0.5) | more for label, lost, more in named)
+    done = Tradeoff(rows, ("a", "b"), (), tuple(advice_of(rows)), ("c",), ABOUT, "")
+    in_hand = (Episode(0, 0, 1, 0.0, 0.01),)
+    return replace(result, holdings=in_hand, treatment=bad, assembly=left, summary=filled, tradeoff=done)
 
 
 def at_work():
@@ -234,9 +240,17 @@ def everything(monkeypatch, path):
     filled = full(several)
     pages += [flickering(), between, filled, calm, replace(several, treatment=None)]
     pages.append(compute(several.session, detectors="exact,sphere", oracle="none"))
-    yield report_html(compute(jumping(), detectors="continuous"))
+    alone = compute(jumping(), detectors="continuous,exact")
+    alone.summary["detectors"]["continuous"]["seconds"]["processor_share"] = 0.5
+    yield report_html(alone)
     yield from map(report_html, pages)
     monkeypatch.setattr(charts, "MOST_LANES", 0)
+    pair = Scene(bodies=(SceneBody("a", group="g", tags=("hand",)), SceneBody("b", group="g"), SceneBody("c")))
+    places = {"a": [0.0] * 6, "b": [0.9, 3.0, 0.9, 0.9, 3.0, 0.9], "c": [3.0, -0.9, 3.0, -0.9, 3.0, 3.0]}
+    rated = compute(
+        cubes(places, scene=pair), detectors="it=discrete[rate_hz=50],more=sphere", pairs=[("a", "b"), ("a", "c")]
+    )
+    yield report_html(rated)
     yield report_html(several)
     for one in (*pages[:-2], *at_work()):
         yield picture_text(one, path)
@@ -246,7 +260,14 @@ def everything(monkeypatch, path):
     held = audit | {"held": {"invented": 2, "contacts_missed": 1}, "phases": phases}
     yield str(run_tables.ranking_table(several.summary | {"audit": {"it": held}}))
     yield picture_text(compute(several.session, detectors="s=hybrid-qaco", oracle="exact", offline=True), path)
-    yield "\n".join(words_of_curve(filled.tradeoff))
+    grown = {"axis": "bodies", "detector": "a", "size": 3, "budget_ms": 1.0, "p99_ms": 0.5, "passes": 3}
+    over = {**grown, "axis": "rate", "p99_ms": 2.0}
+    yield str(growth.growth_table([grown, over]))
+    yield "\n".join(one.get_text() for one in growth._drawn([grown, over], DARK).findobj(Text))
+    yield from (*words_of_picture(filled.tradeoff), *price_plot.WORDS.values())
+    clock = {kind: {**CHECK, "tie": False} for kind in ("live", "offline")}
+    bare = tuple({**row, "containment": False, "front": True} for row in filled.tradeoff.rows)
+    yield curve.advice_text(replace(filled.tradeoff, rows=bare, about=ABOUT | {"clock": clock}))
 
 
 def test_no_template_of_report_and_picture_is_untested(monkeypatch, tmp_path):

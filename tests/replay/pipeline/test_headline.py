@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from support.small_worlds import jumping
 
+from replay.base.wilson import share
 from replay.comparison.outcome import Comparison, Episode, Outcome
 from replay.pipeline.engine import compute
-from replay.pipeline.headline import beside, compounds, headline, invented, phases, price
+from replay.pipeline.headline import beside, compounds, headline, headlines, held, invented, phases, price
 
 
 def told(*contacts):
@@ -70,6 +71,8 @@ def test_times_of_one_pass_are_said_to_be_that_and_to_be_of_what_they_are():
         f"faces). One pass of each, not alike: {LIKE}"
     ]
     assert price(priced()) == []
+    (alone,) = price(priced(engine=engine))
+    assert alone.endswith(" 0.0569 ms a frame (whole recording at once, with faces). One pass.")
     (none,) = price(priced(contacts=0, slow=took(1.63e-4)))
     assert none.startswith("No contact was found by exact in 0.0569 ms a frame")
 
@@ -81,7 +84,6 @@ def test_times_of_one_pass_are_said_to_be_that_and_to_be_of_what_they_are():
         (True, took(2e-5, live=False), False),
         (False, took(2e-5), False),
         (False, took(2e-5, live=False, faces=True), False),
-        (True, took(2e-5, name="recorded"), True),
     ],
 )
 def test_booleans_beside_faces_and_live_beside_the_whole_recording_are_not_alike(faces, subject, alike):
@@ -97,42 +99,63 @@ def test_who_lists_no_faces_took_its_time_without_them_though_it_was_asked():
 
 
 def test_who_reports_contact_where_there_is_none_is_told_so_however_little_it_misses():
-    shares = {
-        label: Comparison(label, "exact", np.array([outcomes], dtype=np.uint8))
-        for label, outcomes in {"true": [1, 1, 2], "hull": [1] + [3] * 29, "always": [3, 3]}.items()
-    }
-    lines = invented(SimpleNamespace(comparisons=shares))
-    told = {"hull": "96.7", "always": "100"}
-    assert lines == [
-        f"{label} invents {share} % of the contact that it reports, counted in pair-frames."
-        for label, share in told.items()
-    ]
+    for outcomes, told in {(1, 1, 2): [], (1, *[3] * 29): ["96.7"], (3, 3): ["100"]}.items():
+        one = Comparison("it", "exact", np.array([outcomes], dtype=np.uint8))
+        lines = [f"it invents {share} % of the contact that it reports, counted in pair-frames." for share in told]
+        assert invented(SimpleNamespace(comparisons={"it": one})) == lines
 
 
-def looked(*rates_hz, name="discrete", contacts=18):
-    summary = {"detectors": {f"at-{rate}": {"name": name, "settings": {"rate_hz": rate}} for rate in rates_hz}}
-    rates = SimpleNamespace(contacts=(None,) * contacts, missed=lambda rate: (9, 4.53) if rate == 22.5 else (1, 0.61))
-    comparisons = {
-        label: Comparison(label, "exact", np.array([[1, 2, 3]], dtype=np.uint8)) for label in summary["detectors"]
-    }
-    dwell = SimpleNamespace(rates=rates)
-    return SimpleNamespace(oracle="exact", summary=summary, comparisons=comparisons, dwell=dwell, detectors={})
+def looked(contacts=18):
+    """A detector at 22.5 Hz that misses half of the contacts at this phase, and a quarter in the mean."""
+    run = told(*["m", "b"] * (contacts // 2))
+    run.summary = {"detectors": {"slow": {"name": "discrete", "settings": {"rate_hz": 22.5}}}}
+    run.phases = {"slow": {"contacts_missed": share(contacts * 4, contacts * 16)}}
+    run.detections = {"exact": SimpleNamespace(verdict=np.ones((len(run.comparisons["slow"].outcome), 1), np.uint8))}
+    run.detections["slow"], run.holdings, run.detectors = run.detections["exact"], (), {}
+    return run
 
 
 def test_who_looks_at_a_rate_is_said_to_miss_at_this_runs_phase_and_what_the_mean_is():
-    lines = phases(looked(22.5, None, 72.0))
-    assert lines == [
-        f"at-{rate} looks {rate:g} times a second, at this run's phase. Faultless looks at that rate miss {now} of "
-        f"18 contacts at this phase, {mean} in the mean over phases."
-        for rate, now, mean in ((22.5, 9, 4.53), (72.0, 1, 0.61))
+    assert phases(looked()) == [
+        "slow looks 22.5 times a second. At this run's phase it misses 9 of 18 contacts, 4.50 in the mean over 16 "
+        "phases."
     ]
-    assert phases(looked(22.5, contacts=0)) == phases(looked(22.5, name="recorded")) == []
+    assert phases(looked(contacts=0)) == []
+
+
+def test_what_a_hand_holds_is_counted_apart_and_said():
+    run = looked()
+    assert held(run) == []
+    run.holdings = (Episode(0, 1, 3, 0.0, 0.0),)
+    outcome = run.comparisons["slow"].outcome.copy()
+    outcome[1:4] = Outcome.HELD
+    run.comparisons = {"slow": Comparison("slow", "exact", outcome)}
+    run.detections["exact"] = SimpleNamespace(verdict=np.zeros_like(run.detections["exact"].verdict))
+    assert held(run) == ["Counted apart, of a hand with what it holds, slow reports 3 pair-frames of false contact."]
+    run.episodes = {"exact": run.holdings}
+    run.detections["exact"] = run.detections["slow"]
+    assert held(run) == ["Counted apart, of a hand with what it holds, slow misses 0 of 1 contacts."]
 
 
 def test_page_picture_and_terminal_say_the_same_beside_the_headline():
-    run = looked(22.5)
-    run.detections = {"exact": SimpleNamespace(verdict=np.zeros((1, 3), dtype=np.uint8))}
-    assert beside(run) == [*invented(run), *phases(run)] and len(beside(run)) == 2
+    run = looked()
+    assert beside(run) == [*invented(run), *held(run), *phases(run)] and len(beside(run)) == 1
+
+
+def test_of_several_detectors_the_headline_is_that_of_the_worst_with_its_larger_fault_first():
+    run, wrong = told("m", "b"), share(3, 4)
+    lost = {
+        "contacts": 2, "contacts_missed": 1, "contacts_in_part": 0, "contacts_undecided": 0, "invented": share(0, 1),
+    }  # fmt: skip
+    made = {"name": "x", "contacts": 2, "seconds": {}}
+    run.summary = {
+        "oracle": "exact", "audit": {"slow": lost, "hull": {**lost, "contacts_missed": 0, "invented": wrong}},
+        "detectors": dict.fromkeys(("slow", "hull", "exact"), made),
+    }  # fmt: skip
+    assert headlines(run) == ["1 of 2 contacts missed by slow"]
+    run.comparisons["hull"] = run.comparisons["slow"]
+    assert headlines(run) == ["hull: 75 % of the contact it reports is false"]
+    assert invented(run) == []
 
 
 @pytest.mark.parametrize(

@@ -4,12 +4,15 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
+from support.price_rows import price_row as row
 from support.sentences import sources, unsaid
 from support.small_worlds import verdict_column
 
+from replay.base.wilson import share
 from replay.comparison.compare import compare
 from replay.comparison.episodes import episodes
 from replay.comparison.misses import stretches
+from replay.comparison.outcome import Episode
 from replay.errors import AuditError
 from replay.outputs.report.tables import trust
 from replay.pipeline import headline
@@ -17,8 +20,11 @@ from replay.pipeline.citations import citations, sources_behind
 from replay.pipeline.gates import Gates
 from replay.pipeline.ranking import PHASES, Rank, fault_words
 from replay.pipeline.scores import score
-from replay.tradeoffs.pareto import advice_of
-from replay.tradeoffs.settings import settings_list
+from replay.tradeoffs import pareto
+from replay.tradeoffs.engine_knobs import ENGINES, advice_words
+from replay.tradeoffs.growth import UNITS, growth_answer
+from replay.tradeoffs.pareto import advice_of, answer_of
+from replay.tradeoffs.settings import settings_list, steps_of_trust
 from sessions import Finding, Severity
 
 LIMITS = Gates(max_missed=0.0, max_p99_ms=1.0, max_invented=0.0)
@@ -83,7 +89,8 @@ def audited(oracle, subject):
     found = {label: episodes(one) for label, one in detections.items()}
     run = SimpleNamespace(
         oracle="exact", detections=detections, comparisons={"it": comparison}, episodes=found, face_recall={},
-        misses={"it": stretches(comparison, found["exact"])}, causes={}, matches={}, treatment=None,
+        misses={"it": stretches(comparison, found["exact"])}, causes={}, matches={}, treatment=None, holdings=(),
+        phases={},
     )  # fmt: skip
     took = {"name": "x", "live": True, "faces_asked": False, "seconds": {"per_frame_mean": 1e-3}}
     run.summary = {
@@ -108,45 +115,46 @@ def test_every_sentence_holds_in_every_state(state):
     assert price.startswith("Every contact counted here was found by" if "C" in oracle else "No contact was found by")
 
 
-def row(label, ms, missed, precision=1.0, **more):
-    return {
-        "label": label, "ms_per_frame": ms, "missed": missed, "missed_low": missed, "missed_high": missed,
-        "online": False, "oracle": False, "precision": precision, "precision_low": precision,
-        "precision_high": precision, **more,
-    }  # fmt: skip
-
-
-AUDIT = "To audit a recording, "
+AUDIT = "To audit a recording, take "
+MINUTE = "it takes 5.4 s for a minute of it"
+PART = "of 18 contacts, whole or in part"
 ADVICE = {
     "none": ([], []),
-    "one": ([row("a", 0.5, 0.1)], [
-        "only a was tried that reports more contacts than it invents: it misses 10 % [10, 10]"]),
-    "several": ([row("a", 0.5, 0.1), row("b", 5.0, 0.0, 0.9)], [
-        "at 1 ms per frame: a, misses 10 % [10, 10]",
-        "at 10 ms per frame: b, misses 0 % [0, 0], invents 10 % [10, 10]; to invent nothing, "
-        "a, misses 10 % [10, 10]"]),
-    "dominated": ([row("a", 0.5, 0.0), row("b", 5.0, 0.1)], [
-        "a dominates 1 other: nothing is quicker, misses less or invents less: it misses 0 % [0, 0]"]),
-    "invents less": ([row("a", 0.5, 0.0, 0.8), row("b", 5.0, 0.1, 0.9)], [
-        "nothing is quicker or misses less than a, misses 0 % [0, 0], invents 20 % [20, 20]; to invent "
-        "less, b, misses 10 % [10, 10], invents 10 % [10, 10]"]),
-    "undecided": ([row("a", 0.5, 0.0, contact_frames_undecided=3)], []),
-    "not measured": ([row("a", 0.5, 0.0, None)], []),
-    "more invented than found": ([row("a", 0.5, 0.0, 0.4)], []),
+    "one": ([row("a", 1.0, 2)], [f"{AUDIT}a: it misses 2 {PART}; {MINUTE}."]),
+    "several": ([row("a", 1.0, 2), row("b", 5.0, 0, precision=0.9)], [
+        f"{AUDIT}b: it misses none of 18 contacts, and 10 % of what it reports is false; it takes 27 s for a minute of "
+        "it.", f"For less time, take a: it misses 2 {PART}; {MINUTE}."]),
+    "a tie": ([row("a", 1.0, 0), row("b", 1.1, 0), row("c", 1.05, 0)], [
+        f"{AUDIT}a: it misses none of 18 contacts; {MINUTE}; a tie with b and c."]),
+    "trusted": ([row("a", 1.0, 0, oracle=True)], [f"{AUDIT}a: it is what the others are compared with; {MINUTE}."]),
+    "a mean over phases": ([row("a", 1.0, 2.25, phases=36)], [f"{AUDIT}a: it misses 2.2 {PART}; {MINUTE}."]),
+    "undecided": ([row("a", 0.5, 0, contact_frames_undecided=3)], []),
+    "not measured": ([row("a", 0.5, 0, precision=None)], []),
+    "more invented than found": ([row("a", 0.5, 0, precision=0.4)], []),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("state", ADVICE)
 def test_advice_is_given_only_of_what_was_decided_and_is_mostly_true(state):
     rows, sentences = ADVICE[state]
-    assert advice_of(rows) == [f"{AUDIT}{one}." for one in sentences]
+    assert advice_of(rows) == sentences
+
+
+LIVE = [
+    row("a", 1.0, 2, live=0.6), row("b", 5.0, 0, live=12.0), row("c", 5.0, 0, precision=0.1, live=0.1),
+    row("d", 5.0, 4, live=0.3, phases=36),
+]  # fmt: skip
 
 
 def test_advice_for_a_live_loop_speaks_of_the_99th_percentile():
-    (_, live) = advice_of([row("a", 0.5, 0.1, online=True, p99_ms=0.6), row("b", 0.6, 0.2)])
-    assert live.startswith("To ship in a live loop, only a was tried")
-    two = [row("a", 0.5, 0.1, online=True, p99_ms=0.6), row("b", 0.6, 0.0, online=True, p99_ms=2.0)]
-    assert "with p99 under 1 ms per frame: a" in "".join(advice_of(two))
+    first, second = (one for one in advice_of(LIVE) if "live loop" in one)
+    assert first.startswith("In a live loop at 60 and 72 Hz, take b: it misses none of 18 contacts; its p99 is 12 ms")
+    assert second.startswith("In a live loop at 90 and 120 Hz, take a: ") and second.endswith("5.4 % of a 90 Hz frame.")
+    (none,) = (one for one in advice_of([row("c", 5.0, 0, precision=0.1, live=0.1)]) if "live loop" in one)
+    assert none == f"In a live loop at 60, 72, 90 and 120 Hz, {pareto.NONE}."
+    assert answer_of(LIVE).endswith("looking less often saves 2.7 % at most")
+    assert answer_of([*LIVE[:2], row("d", 5.0, 4, live=0.7, phases=36)]).endswith("saves nothing")
+    assert answer_of([row("a", 1.0, 0, live=0.6)]) == "Missing nothing costs 5.4 % of a 90 Hz frame"
 
 
 @pytest.mark.parametrize(
@@ -189,17 +197,40 @@ def test_no_template_is_untested():
     everything += [*LIMITS.broken(slow.summary["audit"], [slow.summary]), *LIMITS.broken({}, [])]
     everything += [line for rows, _ in ADVICE.values() for line in advice_of(rows)]
     everything += doubted(*(Finding("unit-suspect", Severity.WARNING, "far", "a") for _ in "ab"))
-    two = [row("a", 0.5, 0.1, online=True, p99_ms=0.6), row("b", 0.6, 0.0, online=True, p99_ms=2.0)]
-    rated = SimpleNamespace(contacts=("one",), missed=lambda rate: (1, 0.5))
-    slow.summary["detectors"]["it"]["settings"], slow.dwell = {"rate_hz": 5.0}, SimpleNamespace(rates=rated)
+    everything += [*advice_of(LIVE), *advice_of(LIVE[2:3]), *map(answer_of, (LIVE, LIVE[:1]))]
+    slow.summary["detectors"]["it"]["settings"] = {"rate_hz": 5.0}
+    slow.phases = {"it": {"contacts_missed": share(8, 16)}}
     everything += headline.phases(slow)
+    grip = audited(".C.", "CC.")
+    grip.holdings = (Episode(0, 0, 2, 0.0, 0.2), *grip.episodes["exact"])
+    oracle, subject = grip.detections.values()
+    grip.comparisons = {"it": compare(subject, oracle, holdings=grip.holdings)}
+    everything += headline.held(grip)
+    apart = {**slow.summary["audit"]["it"], "held": {"contacts": 1}, "missed": share(1, 1), "contacts_missed": 1}
+    everything += LIMITS.broken({"it": apart}, [])
+    slow.comparisons["other"] = slow.comparisons["it"]
+    slow.summary["oracle"], slow.summary["detectors"]["exact"]["contacts"] = "exact", 1
+    slow.summary["audit"]["other"], slow.summary["detectors"]["other"] = apart, slow.summary["detectors"]["exact"]
+    slow.summary["detectors"]["it"]["contacts"] = 1
+    everything += headline.headlines(slow)
     everything += [f"{one.line} {one.axis}" for one in settings_list()]
+    everything += [f"{one.axis} {one.value}" for one in steps_of_trust()]
+    size = {"axis": "bodies", "detector": "a", "size": 3, "budget_ms": 1.0, "p99_ms": 0.5}
+    everything += [growth_answer([{**size, "p99_ms": ms}]) for ms in (0.5, 2.0)]
+    everything += UNITS.values()
     everything.append(citations(sources_behind(["support.planted_detectors:Undecided"])))
     cut = SimpleNamespace(settings=SimpleNamespace(shape="compound", pieces=4), parts={"a": (1, 2), "b": (1,)})
     everything += headline.compounds(SimpleNamespace(detectors={"it": cut}))
+    knob = {
+        "number": 1, "knobs": {}, "contacts": 1, "missed": 0, "in_part": 0, "undecided": 0, "undecided_in_part": 0,
+        "words": "", "false": 0.0,
+    }  # fmt: skip
+    for state in ({}, {"contacts": 0}, {"missed": 1}, {"false": 0.9}):
+        everything += [*advice_words("it", [knob | state, knob]), *advice_words("it", [knob | state, knob | state])]
+    everything.append(str(ENGINES))
     half = {"share": 0.5, "count": 1, "of": 2}
     rank = Rank("it", "discrete", 2, half, half, half, 1, (0, 0), None, PHASES)
     none = replace(rank, missed=None, in_part=None, false=None, undecided=0)
     everything += map(fault_words, (rank, none, replace(none, contacts=0)))
-    text = "\n".join([*everything, *advice_of(two), str(refused.value)])
+    text = "\n".join([*everything, str(refused.value)])
     assert unsaid(text, *sources("replay/pipeline/*.py", "replay/tradeoffs/*.py")) == []

@@ -2,7 +2,7 @@ import numpy as np
 from support.small_worlds import STEP_NS, cubes
 
 from replay.prepare.assemble import assemble
-from replay.prepare.flags import FLAG_KINDS, Flags, FlagSpan, flag_words
+from replay.prepare.flags import FLAG_KINDS, Flags, FlagSpan, flag_word
 from sessions import Scene
 from sessions.model.scene import SceneBody
 
@@ -41,6 +41,6 @@ def test_a_child_carries_the_doubt_about_its_parents():
 
 
 def test_each_value_of_a_flag_has_its_words():
-    words = flag_words()
+    words = [flag_word(value) for value in range(1 << len(FLAG_KINDS))]
     assert words[0] == "" and len(set(words)) == 1 << len(FLAG_KINDS)
     assert words[1 << FLAG_KINDS.index("frozen") | 1 << FLAG_KINDS.index("gap")] == "frozen+gap"

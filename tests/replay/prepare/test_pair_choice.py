@@ -65,3 +65,11 @@ def test_a_pair_of_nobody_is_refused(pair, words):
 def test_held_pairs_are_those_of_child_and_parent():
     pairs = np.array([[0, 1], [1, 2], [0, 2]])
     assert held_pairs(SCENE, NAMES, pairs).tolist() == [False, True, False]
+
+
+def test_held_pairs_are_those_of_a_hand_and_a_thing_of_its_group():
+    hand, other = SceneBody("hand", group="g", tags=("hand",)), SceneBody("ghand", group="g", tags=("hand",))
+    scene = Scene(bodies=(hand, SceneBody("rod", group="g"), SceneBody("cup"), SceneBody("lid", group="g"), other))
+    pairs = np.array([[0, 1], [0, 2], [1, 3], [2, 5], [0, 4], [3, 4]])
+    held = held_pairs(scene, ["hand", "rod", "cup", "lid", "ghand", "undeclared"], pairs)
+    assert held.tolist() == [True, False, False, False, False, True]

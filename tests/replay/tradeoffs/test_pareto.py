@@ -1,118 +1,84 @@
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.price_rows import advised, front, price_row
 
-from replay.tradeoffs.pareto import advice_of, counts, front_of
-
-
-def row(label, ms, missed, *, online=False, oracle=False, precision=1.0, p99=None):
-    return {
-        "label": label, "ms_per_frame": ms, "missed": missed, "missed_low": missed / 2, "missed_high": missed * 2,
-        "online": online, "oracle": oracle, "precision": precision, "p99_ms": p99,
-        "precision_low": precision and precision - 0.05, "precision_high": precision and min(1.0, precision + 0.05),
-    }  # fmt: skip
-
+from replay.tradeoffs.pareto import LIVE, WHOLE, advice_of, answer_of, best_of, front_of, tied
 
 rows = st.lists(
     st.builds(
-        row, st.just(""), st.integers(1, 8), st.integers(0, 6).map(lambda k: k / 10), online=st.booleans(),
-        oracle=st.booleans(), precision=st.sampled_from([0.2, 0.8, 1.0, None]), p99=st.integers(1, 5),
+        price_row, st.just(""), st.integers(1, 8), st.integers(0, 6), live=st.none() | st.integers(1, 20),
+        spread=st.none() | st.sampled_from([0.01, 0.1, 0.3]), precision=st.sampled_from([0.2, 0.8, 1.0, None]),
+        complete=st.booleans(), simplicity=st.integers(0, 3),
     ),
     max_size=12,
-).map(lambda found: [{**one, "label": str(k)} for k, one in enumerate(found)])  # fmt: skip
+).map(lambda found: [{**one, "label": f"r{k}"} for k, one in enumerate(found)])  # fmt: skip
 
 
 @given(rows)
-def test_a_row_is_on_the_front_exactly_when_nothing_that_counts_beats_it(found):
-    may = [one for one in found if not one["oracle"] and (one["precision"] or 0.0) > 0.5]
-    front = front_of(found)
-    for one in found:
-        beaten = any(
-            (a["ms_per_frame"], a["missed"]) != (one["ms_per_frame"], one["missed"])
-            and a["ms_per_frame"] <= one["ms_per_frame"]
-            and a["missed"] <= one["missed"]
-            for a in may
-        )
-        alike = [a["label"] for a in may if (a["ms_per_frame"], a["missed"]) == (one["ms_per_frame"], one["missed"])]
-        assert (one["label"] in front) == (one in may and not beaten and alike[0] == one["label"])
+def test_front_and_advice_are_those_of_an_independent_way(found):
+    assert front_of(found, WHOLE) == front(found, "offline") and front_of(found, LIVE) == front(found, "live")
+    said = [one for one in advice_of(found) if one.startswith("In a live loop")]
+    for rate, label in advised(found).items():
+        here = [one for one in said if f"{rate}" in one.partition(" Hz")[0]]
+        assert len(here) == any(row["p99_ms"] is not None for row in found)
+        assert all((f"take {label}:" in one) == (label is not None) for one in here)
 
 
-def test_advice_names_the_best_at_each_price_once():
-    told = advice_of([row("coarse", 0.002, 0.2), row("fine", 0.02, 0.003), row("worse", 0.5, 0.1)])
-    assert told == [
-        "To audit a recording, at 0.003 ms per frame: coarse, misses 20 % [10, 40].",
-        "To audit a recording, at 0.03 ms per frame: fine, misses 0.3 % [0.15, 0.6].",
+def test_overlapping_intervals_are_a_tie_that_goes_to_the_complete_one_and_then_to_the_simpler():
+    quick = price_row("budgeted", 1.0, 0)
+    sure = price_row("sure", 1.15, 0, complete=True, simplicity=5)
+    plain = price_row("plain", 1.1, 0, complete=True, simplicity=1)
+    assert front_of([quick, sure]) == ["sure"] and front_of([quick, sure, plain]) == ["plain"]
+    slow = price_row("sure", 1.3, 0, complete=True)
+    assert not tied(quick, slow, WHOLE) and front_of([quick, slow]) == ["budgeted"]
+
+
+def test_what_was_timed_once_has_no_interval_and_wins_nothing():
+    once = price_row("once", 0.1, 0, spread=None)
+    assert front_of([once, price_row("sure", 5.0, 0, complete=True)]) == ["sure"]
+    assert best_of([price_row("once", 1.0, 0, live=1.0, spread=None)], LIVE, 11.1) is None
+
+
+def test_a_live_loop_is_advised_by_the_whole_interval_of_the_p99():
+    found = [price_row("slow", 1.0, 0, live=9.0), price_row("quick", 1.0, 4, live=2.0)]
+    assert advice_of(found)[:2] == [
+        "In a live loop at 60, 72 and 90 Hz, take slow: it misses none of 18 contacts; its p99 is 9 ms [8.1, 9.9], "
+        "81 % of a 90 Hz frame.",
+        "In a live loop at 120 Hz, take quick: it misses 4 of 18 contacts, whole or in part; its p99 is 2 ms "
+        "[1.8, 2.2], 18 % of a 90 Hz frame.",
     ]
 
 
-def test_one_setting_that_is_quickest_misses_least_and_invents_least_dominates():
-    told = advice_of([row("best", 0.01, 0.0), row("other", 0.02, 0.0), row("last", 0.03, 0.5, precision=0.9)])
-    assert told == [
-        "To audit a recording, best dominates 2 others: nothing is quicker, misses less or invents less: "
-        "it misses 0 % [0, 0]."
+def test_a_recording_has_the_best_first_and_then_what_takes_less_time():
+    rate = price_row("rate", 0.1, 5.5, phases=36, precision=0.9)
+    assert advice_of([price_row("mesh", 1.0, 0), rate, price_row("late", 2.0, 0)]) == [
+        "To audit a recording, take mesh: it misses none of 18 contacts; it takes 5.4 s for a minute of it.",
+        "For less time, take rate: it misses 5.5 of 18 contacts, whole or in part, and 10 % of what it reports is "
+        "false; it takes 0.54 s for a minute of it.",
     ]
 
 
-def test_one_alone_dominates_nobody():
-    for others in ([], [row("sphere", 0.001, 0.0, precision=0.1)]):
-        (told,) = advice_of([row("best", 0.01, 0.1), *others])
-        assert "dominates" not in told and "only best was tried" in told and "misses 10 %" in told
+def test_ties_are_named_and_the_trusted_one_is_not_said_to_miss_nothing():
+    found = [price_row("exact", 1.0, 0, oracle=True), price_row("a", 1.1, 0, simplicity=1)]
+    (told,) = advice_of(found)
+    assert "take exact: it is what the others are compared with;" in told and told.endswith("; a tie with a.")
 
 
-def test_one_that_catches_all_and_invents_does_not_dominate_and_is_named_with_what_it_invents():
-    told = advice_of([row("hull", 0.01, 0.0, precision=0.6), row("mesh", 0.02, 0.0), row("late", 0.03, 0.1)])
-    assert told == [
-        "To audit a recording, nothing is quicker or misses less than hull, misses 0 % [0, 0], "
-        "invents 40 % [35, 45]; to invent nothing, mesh, misses 0 % [0, 0]."
-    ]
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ([], "Missing nothing costs 0.9 % of a 90 Hz frame"),
+        ([price_row("rare", 1.0, 5, live=0.05, phases=36)], ": looking less often saves 0.45 % at most"),
+        ([price_row("rare", 1.0, 5, live=0.15, phases=36)], ": looking less often saves nothing"),
+    ],
+)
+def test_the_answer_has_two_numbers_and_says_nothing_only_where_nothing_is_seen(more, said):
+    assert answer_of([price_row("a", 1.0, 0, live=0.1), *more]).endswith(said)
+    assert answer_of([price_row("late", 1.0, 0, live=30.0)]).startswith("For 90 Hz nothing tried live is surely")
+    assert answer_of([price_row("a", 1.0, 2, live=0.1)]).startswith("Missing 2 of 18 contacts, whole or in part, costs")
 
 
-def test_beside_what_invents_stands_what_invents_less_for_the_same_price_and_no_dearer():
-    held = row("held", 0.002, 0.3, precision=0.7)
-    told = advice_of([held, row("some", 0.0025, 0.6, precision=0.8), row("none", 0.02, 0.1)])
-    assert told == [
-        "To audit a recording, at 0.003 ms per frame: held, misses 30 % [15, 60], invents 30 % [25, 35]; "
-        "to invent less, some, misses 60 % [30, 120], invents 20 % [15, 25].",
-        "To audit a recording, at 0.03 ms per frame: none, misses 10 % [5, 20].",
-    ]
-
-
-@given(rows)
-def test_whatever_is_said_to_dominate_is_beaten_in_nothing_by_anyone_that_counts(found):
-    for sentence in advice_of(found):
-        name, dominates, _ = sentence.partition(" dominates")
-        if dominates:
-            price = "ms_per_frame" if "audit" in sentence else "p99_ms"
-            asked = [one for one in found if counts(one) and (one["online"] or price == "ms_per_frame")]
-            best = next(one for one in asked if one["label"] == name.rpartition(" ")[2])
-            for one in asked:
-                assert best[price] <= one[price] and best["missed"] <= one["missed"]
-                assert best["precision"] >= one["precision"]
-
-
-def test_a_live_loop_is_advised_by_its_p99_and_only_on_what_runs_frame_by_frame():
-    live = (row("slow", 0.3, 0.0, online=True, p99=9.0), row("quick", 0.1, 0.4, online=True, p99=2.0))
-    told = advice_of([row("offline", 0.001, 0.0), *live])
-    assert told[1:] == [
-        "To ship in a live loop, with p99 under 3 ms per frame: quick, misses 40 % [20, 80].",
-        "To ship in a live loop, with p99 under 11.1 ms per frame: slow, misses 0 % [0, 0].",
-    ]
-
-
-def test_neither_the_oracle_nor_who_always_says_contact_is_advised():
-    assert advice_of([row("exact", 0.1, 0.0, oracle=True), row("sphere", 0.01, 0.0, precision=0.01)]) == []
-
-
-@given(st.integers(0, 40), st.integers(1, 10**7))
-def test_no_advice_rounds_a_miss_to_none_nor_all_but_one_to_all(lost, of):
-    lost = min(lost, of)
-    for share in (lost / of, 1 - lost / of):
-        (told,) = advice_of([row("it", 0.01, share)])
-        said = float(told.partition("misses ")[2].partition(" %")[0])
-        assert (said == 0, said == 100) == (share == 0, share == 1)
-        (told,) = advice_of([row("it", 0.01, 0.0, precision=1 - 0.4 * share)])
-        assert "invents 0 %" not in told and (", invents " in told) == (share > 0)
-
-
-def test_one_contact_frame_of_many_is_a_miss_in_the_advice():
-    (told,) = advice_of([row("it", 0.01, 1 / 4096)])
-    assert told.endswith("it misses 0.024 % [0.012, 0.049].")
+def test_neither_what_always_says_contact_nor_what_left_contact_undecided_is_advised():
+    assert advice_of([price_row("sphere", 0.01, 0, precision=0.01)]) == []
+    assert advice_of([price_row("a", 0.01, 0, contact_frames_undecided=1)]) == []

@@ -1,42 +1,88 @@
 import io
-from math import dist
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from PIL import Image
+from support.price_rows import ABOUT, price_row
 
+from replay.outputs.price_plot import BEST, COMPLETE, CURVES, FAINT, INVENTS, LETTER, LINE, plots_of, subtitle
 from replay.outputs.report import tradeoff_picture
-from replay.tradeoffs.settings import Setting
-from replay.tradeoffs.sweep import tradeoff
+from replay.pipeline.run_result import Tradeoff
+from replay.tradeoffs.pareto import answer_of
 
 
-@pytest.fixture(scope="module")
-def rows(bumped):
-    rates = [Setting("discrete", "step rate", f"{hz} Hz", {"rate_hz": hz}) for hz in (20.0, 40.0)]
-    return tradeoff(bumped, settings=[Setting("hybrid", "as it comes", ""), *rates], repeats=1).rows
+def tried(*rows):
+    return Tradeoff(rows, (), (), (), (), ABOUT, answer_of(rows))
 
 
-def test_both_kinds_can_be_opened_and_name_what_they_show(rows):
-    assert tradeoff_picture.picture(rows, "Costs").startswith(b"\x89PNG")
-    drawn = tradeoff_picture.picture(rows, "Costs", "svg").decode()
+def rate(hz, lost, ms):
+    names = {"line": "discrete, step rate", "axis": "step rate", "value": f"{hz} Hz", "detector": "discrete"}
+    return price_row(f"discrete {hz}", ms, lost, live=ms, phases=36) | names
+
+
+@pytest.fixture
+def done():
+    sphere = price_row("sphere", 0.01, 0, live=0.02, precision=0.01)
+    plain = [price_row(name, ms, 0, live=ms, complete=True) for name, ms in (("exact", 0.05), ("hybrid", 0.3))]
+    best = {"front": True, "front_online": True}
+    return tried(plain[0] | best, plain[1], sphere, rate(10, 16, 0.06), rate(45, 9, 0.1), price_row("ants", 1.0, 2))
+
+
+def test_both_kinds_can_be_opened_and_the_answer_is_the_title(done):
+    assert tradeoff_picture.picture(done).startswith(b"\x89PNG")
+    drawn = tradeoff_picture.picture(done, "svg").decode()
     ElementTree.fromstring(drawn)
-    front = [row["label"] for row in rows if row["front"]]
-    axes = ("one frame at 90 Hz", "seconds per minute of the session")
-    for words in ("Costs", "discrete", "step rate", "the front", *axes, *front):
-        assert f"<!-- {words}" in drawn or words in drawn
+    assert "costs 0.45 % of a 90 Hz frame: looking less often saves nothing" in done.answer
+    words = [done.answer, *subtitle(done), "discrete, looked at less often", "10 Hz", "90 Hz", "sphere: 99 % false"]
+    for one in (*words, *(text for plot in plots_of(done) for text in (plot.title, plot.x_words))):
+        assert f"<!-- {one}" in drawn or one in drawn, one
 
 
-def test_no_word_is_drawn_twice_on_itself(rows):
-    drawn = tradeoff_picture.picture(rows, "Costs", "svg").decode()
-    assert [drawn.count(f"<!-- {words} -->") for words in ("algorithm", "what is turned", "as it comes")] == [1, 1, 1]
+def test_live_and_offline_share_no_axis_and_only_live_has_budgets(done):
+    live, offline = plots_of(done)
+    assert [words for _, words in live.budgets] == ["60 Hz", "72 Hz", "90 Hz", "120 Hz"] and not offline.budgets
+    assert live.x_words != offline.x_words and len(live.marks) + 1 == len(offline.marks) == len(done.rows)
+    assert live.y_words == offline.y_words == "contacts missed, whole or in part, of 18"
 
 
-def test_on_a_dark_page_nothing_is_drawn_on_white_paper(rows):
+def test_what_invents_is_apart_from_the_curves_and_the_best_and_the_complete_are_told(done):
+    kinds = [mark.kind for mark in plots_of(done)[1].marks]
+    assert kinds == [BEST, COMPLETE, INVENTS, CURVES[0], CURVES[0], FAINT]
+    ((kind, curve),) = plots_of(done)[0].curves
+    assert kind == CURVES[0] and [round(18 * mark.y) for mark in curve] == [16, 9]
+
+
+def test_a_mark_stands_where_its_time_and_its_misses_are_and_its_bar_is_over_contacts(done):
+    live = plots_of(done)[0]
+    (mark,) = (one for one in live.marks if one.kind == CURVES[0] and round(18 * one.y) == 9)
+    ticks = {words: x for x, words in live.x_ticks}
+    assert mark.x == pytest.approx(ticks["0.1"]) and mark.low * 18 == pytest.approx(8.1)
+    assert mark.high * 18 == pytest.approx(12.2)
+    steps = np.diff(list(ticks.values()))
+    assert steps == pytest.approx([steps[0]] * len(steps))
+
+
+def test_no_two_words_overlap_and_none_leaves_the_plot():
+    many = tried(*(price_row(f"a long name {k}", 0.1 + k / 1000, 0, live=0.1, complete=True) for k in range(30)))
+    for plot in plots_of(many):
+        boxes = [(word.x, word.y, LETTER * len(word.text), LINE) for word in plot.words]
+        assert len(boxes) > 5
+        for k, (x, y, wide, high) in enumerate(boxes):
+            assert x - wide / 2 >= 0 and x + wide / 2 <= 1
+            assert all(abs(x - a) >= (wide + b) / 2 - 1e-9 or abs(y - c) >= high - 1e-9 for a, c, b, _ in boxes[:k])
+
+
+def test_passes_phases_containment_and_faces_are_named(done):
+    assert "7 live passes, 36 look phases. Containment in, faces out." in subtitle(done)[0]
+    one = {"front": True, "front_online": True, "live_passes": 1}
+    out = tried(price_row("a", 1.0, 0, live=1.0, containment=False) | one)
+    assert "1 live pass, 1 look phase. Containment not in everywhere" in subtitle(out)[0]
+
+
+def test_on_a_dark_page_nothing_is_drawn_on_white_paper(done):
     light, dark = (
-        np.asarray(Image.open(io.BytesIO(tradeoff_picture.picture(rows, "Costs", theme=theme))).convert("L"))
+        np.asarray(Image.open(io.BytesIO(tradeoff_picture.picture(done, theme=theme))).convert("L"))
         for theme in (tradeoff_picture.LIGHT, tradeoff_picture.DARK)
     )
     assert light.shape == dark.shape and np.median(light) == 255 and np.median(dark) < 40
@@ -49,54 +95,11 @@ def test_colours_of_a_theme_differ_and_stand_out_from_its_paper():
         return 0.2126 * red**2.2 + 0.7152 * green**2.2 + 0.0722 * blue**2.2
 
     for theme in (tradeoff_picture.LIGHT, tradeoff_picture.DARK):
-        assert len(set(theme.series)) == len(theme.series)
-        for colour in (*theme.series, theme.ink, theme.faint, theme.front):
+        assert len(set(theme.kinds.values())) == len(theme.kinds)
+        for colour in (*theme.kinds.values(), theme.ink, theme.faint):
             low, high = sorted((lightness(colour), lightness(theme.paper)))
-            assert (high + 0.05) / (low + 0.05) > (2.0 if colour in theme.series else 4.0), colour
+            assert (high + 0.05) / (low + 0.05) > 2.0, colour
 
 
-@given(st.floats(0.0, 100.0))
-def test_a_recall_stands_where_it_can_be_read_back_and_more_stands_higher(recall):
-    assert tradeoff_picture.unstretched(tradeoff_picture.stretched(recall)) == pytest.approx(recall, abs=1e-9)
-    assert recall >= 99.99 or tradeoff_picture.stretched(recall) < tradeoff_picture.stretched(recall + 0.01)
-
-
-def test_from_99_to_100_there_is_more_room_than_from_0_to_50():
-    assert tradeoff_picture.stretched(100) - tradeoff_picture.stretched(99) > tradeoff_picture.stretched(
-        50
-    ) - tradeoff_picture.stretched(0)
-
-
-def test_numbers_of_points_that_fall_together_stand_apart(rows):
-    axes = tradeoff_picture._drawn(rows, "Costs", tradeoff_picture.LIGHT).axes[0]
-    times, recall = [0.01] * 4 + [0.0101], [50.0, 50.0, 50.1, 51.0, 51.0]
-    points = axes.transData.transform(np.column_stack([times, recall])) * 72 / axes.figure.dpi
-    places = points + np.array(tradeoff_picture._apart(axes, times, recall))
-    for k, one in enumerate(places):
-        assert all(np.hypot(*(one - other)) >= tradeoff_picture.APART - 1e-9 for other in places[:k])
-
-
-def test_no_row_is_no_picture():
-    with pytest.raises(ValueError, match="no row"):
-        tradeoff_picture.picture([], "Costs")
-
-
-def test_points_of_one_algorithm_and_axis_are_one_line_in_order_of_time():
-    rows = [{"line": name, "ms_per_frame": ms} for name, ms in (("a", 3.0), ("b", 1.0), ("a", 2.0))]
-    assert tradeoff_picture.lines_of(rows) == {
-        "a": [{"line": "a", "ms_per_frame": 2.0}, {"line": "a", "ms_per_frame": 3.0}],
-        "b": [{"line": "b", "ms_per_frame": 1.0}],
-    }
-    assert tradeoff_picture.lines_of([]) == {}
-
-
-@given(st.lists(st.tuples(st.integers(0, 20), st.integers(0, 20)), max_size=12))
-def test_no_two_words_are_too_near_and_none_leaves_its_column(places):
-    words = tradeoff_picture.apart(places, (-5.0, 2.0), 4.0, 0.5)
-    for k, (word, place) in enumerate(zip(words, places, strict=True)):
-        assert word[0] == place[0] - 5.0 and word[1] >= place[1] + 2.0
-        assert all(dist(word, other) >= 4.0 for other in words[:k])
-
-
-def test_a_point_alone_has_its_words_where_they_belong():
-    assert tradeoff_picture.apart([(1.0, 2.0), (30.0, 2.0)], (-5.0, 2.0), 4.0, 0.5) == [(-4.0, 4.0), (25.0, 4.0)]
+def test_a_table_without_rows_is_an_empty_picture():
+    assert tradeoff_picture.picture(tried()).startswith(b"\x89PNG")

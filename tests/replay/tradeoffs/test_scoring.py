@@ -22,7 +22,7 @@ def assembly(bumped):
 def judged(assembly, spec, *, oracle="exact", faces=False, same_faces=True):
     scoring = Scoring(assembly, parse_detector(oracle), 0, TAU)
     detection = make_detector(parse_detector(spec), assembly, 0).detect(assembly.motion, faces=faces)
-    return scoring.figures(detection, same_faces=same_faces), detection, scoring
+    return scoring.figures(detection, other=None if same_faces else assembly), detection, scoring
 
 
 def test_the_oracle_beside_itself_misses_and_invents_nothing(assembly):

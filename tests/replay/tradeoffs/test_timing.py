@@ -3,96 +3,129 @@ from time import sleep
 import numpy as np
 import pytest
 
-from replay.base.constants import BUDGET_MS
+from cdcore import detect_live
 from replay.detection.detector_spec import parse_detector
 from replay.detection.run_detector import make_detector
+from replay.errors import TradeoffError
 from replay.prepare.assemble import assemble
-from replay.tradeoffs.timing import Pass, figures, quantile, timed
+from replay.tradeoffs.timing import LEAD_FRAMES, TURN_FRAMES, Clock, LiveFrames, Passes, Timed, whole_pass
 
 
 class Sleepy:
-    """Wraps a detector, and takes 2 ms longer in every frame than it says itself."""
+    """Wraps a detector, and takes longer in every look and every answer than it says itself."""
 
-    def __init__(self, inner, online):
-        self.inner, self.online, self.sizes = inner, online, []
+    def __init__(self, inner, seconds):
+        self.inner, self.seconds, self.looks = inner, seconds, []
 
     def detect(self, motion, *, faces=False):
-        self.sizes.append(len(motion))
-        sleep(0.002 * len(motion))
+        sleep(self.seconds)
         return self.inner.detect(motion, faces=faces)
 
-    def stream(self, motions, *, faces=False):
-        def slow():
-            for motion in motions:
-                self.sizes.append(len(motion))
-                sleep(0.002)
-                yield motion
+    def live(self):
+        outer, session = self, self.inner.live()
 
-        return self.inner.stream(slow(), faces=faces)
+        class Session:
+            def look(self, now):
+                outer.looks.append(len(now))
+                sleep(outer.seconds)
+                return session.look(now)
 
-
-@pytest.mark.parametrize("name", ["discrete", "discrete[rate_hz=20]"])
-def test_an_online_detector_gets_one_frame_after_the_other_and_answers_the_same(bumped, name):
-    assembly = assemble(bumped)
-    inner = make_detector(parse_detector(name), assembly, 0)
-    watched = Sleepy(inner, online=True)
-    detection, clock = timed(watched, assembly.motion, faces=False)
-    # at once; the first frame, for what does not change; then frame by frame
-    assert watched.sizes == [12, 1] + [1] * 12 and detection.digest == inner.detect(assembly.motion).digest
-    assert clock.frames.shape == (12,) and (clock.frames >= 0.002).all() and clock.seconds >= 0.024
+        return Session()
 
 
-def test_the_clock_of_an_offline_detector_stands_outside(bumped):
-    assembly = assemble(bumped)
-    watched = Sleepy(make_detector(parse_detector("hybrid"), assembly, 0), online=False)
-    _, clock = timed(watched, assembly.motion, faces=False)
-    assert watched.sizes == [12] and clock.frames is None and clock.seconds >= 0.024
+@pytest.fixture(scope="module")
+def assembly(bumped):
+    return assemble(bumped)
 
 
-def test_a_frame_takes_what_its_quickest_pass_takes_and_no_late_frame_is_left_out():
-    one, two = np.linspace(1e-3, 2e-3, 100), np.linspace(1e-3, 2e-3, 100)
-    one[:5] = two[90:] = (BUDGET_MS + 1) / 1e3
-    told = figures([Pass(float(each.sum()), each, 0.05) for each in (one, two)])
-    assert told["p50_ms"] == pytest.approx(1.495, abs=0.01) and told["p99_ms"] == pytest.approx(1.99, abs=0.01)
-    assert told["p99_all_ms"] == pytest.approx(BUDGET_MS + 1)
-    assert told["over_share"] == pytest.approx(15 / 200) and told["over_low"] < 15 / 200 < told["over_high"]
+def timed(assembly, seconds, spec="exact"):
+    detector = make_detector(parse_detector(spec), assembly, 0)
+    digest = detector.detect(assembly.motion).digest
+    return Timed(spec, Sleepy(detector, seconds), assembly.motion, digest=digest)
 
 
-def test_the_quickest_pass_counts_and_the_slowest_is_told():
-    told = figures([Pass(seconds, np.full(10, seconds / 10), 0.05) for seconds in (0.3, 0.1, 0.2)])
-    assert (told["seconds"], told["seconds_median"], told["seconds_high"]) == (0.1, 0.2, 0.3)
-    assert told["processor_seconds"] == 0.05 and told["passes"] == 3
+def test_a_live_pass_asks_one_frame_after_the_other_with_the_clock_outside(assembly):
+    one, two = timed(assembly, 0.001), timed(assembly, 0.003, "discrete")
+    first, second = LiveFrames(assembly.motion, 10_000).live_pass([one, two])
+    assert one.detector.looks == two.detector.looks == [1] * 12 and len(first) == len(second) == 12
+    assert (first >= 0.001).all() and (second >= 0.003).all()
+    assert detect_live(two.detector.inner, assembly.motion).digest == two.digest
 
 
-def test_the_same_frames_once_more_make_no_interval_narrower():
-    frames = np.arange(1, 1001) * 1e-5
-    once, thrice = (figures([Pass(float(frames.sum()), frames, 0.0)] * count) for count in (1, 3))
-    for name in ("p50", "p95", "p99"):
-        widths = [told[f"{name}_high"] - told[f"{name}_low"] for told in (once, thrice)]
-        assert widths[1] == pytest.approx(widths[0], rel=0.1), name
-    assert [once[key] for key in ("over_low", "over_high")] == [thrice[key] for key in ("over_low", "over_high")]
+def test_of_too_many_frames_turns_spread_evenly_are_timed_and_a_jump_in_time_is_not():
+    class Long:
+        def __len__(self):
+            return 20 * TURN_FRAMES
+
+        def frames(self, start, stop):
+            return range(start, stop)
+
+    frames = LiveFrames(Long(), 5 * TURN_FRAMES)
+    assert frames.count == 5 * TURN_FRAMES and len(frames.turns) == 5
+    assert [len(lead) for lead, _ in frames.turns] == [0] + [LEAD_FRAMES] * 4
+    assert frames.turns[0][1][0].start == 0 and frames.turns[-1][1][-1].stop == 20 * TURN_FRAMES
+    assert all(lead[-1].stop == asked[0].start for lead, asked in frames.turns[1:])
+    assert LiveFrames(Long(), 10**9).count == 20 * TURN_FRAMES and LiveFrames(Long(), -5).count == TURN_FRAMES
 
 
-def test_offline_figures_have_no_quantiles():
-    told = figures([Pass(2.0, None, 1.0), Pass(4.0, None, 1.5), Pass(3.0, None, 1.2)])
-    assert (told["seconds"], told["seconds_median"], told["seconds_high"], told["passes"]) == (2.0, 3.0, 4.0, 3)
-    assert told["p99_ms"] is None and told["over_share"] is None and told["processor_seconds"] == 1.0
+def test_another_answer_the_second_time_is_refused(assembly):
+    one = timed(assembly, 0.0)
+    one.digest = "other"
+    with pytest.raises(TradeoffError, match="other verdicts the second time"):
+        whole_pass([one])
 
 
-def test_waiting_is_on_the_clock_and_not_in_the_processors_seconds(bumped):
-    assembly = assemble(bumped)
-    watched = Sleepy(make_detector(parse_detector("hybrid"), assembly, 0), online=False)
-    timed(watched, assembly.motion, faces=False)
-    _, clock = timed(watched, assembly.motion, faces=False)
-    assert clock.processor < clock.seconds
+def made(own, reference):
+    return Passes([np.array(one, dtype=float) for one in own], [np.array(one, dtype=float) for one in reference])
 
 
-def test_a_quantile_lies_in_its_interval_which_holds_the_truth_in_95_of_100_samples():
-    random = np.random.default_rng(5)
-    for level in (0.5, 0.95):
-        held = 0
-        for _ in range(400):
-            middle, low, high = quantile(np.sort(random.random(300)), level)
-            assert low <= middle <= high
-            held += low <= level <= high
-        assert 0.92 <= held / 400 <= 0.99
+def test_a_ratio_is_of_the_same_passes_and_a_slow_moment_falls_on_both():
+    machine = [1.0, 3.0, 1.0, 2.0, 5.0, 1.0, 1.5]
+    price = made([[2 * slow] for slow in machine], [[slow] for slow in machine]).ratio(0.5)
+    assert price.value == pytest.approx(2.0) and price.precise
+    lone = made([[2.0]], [[1.0]]).ratio(0.5)
+    assert (lone.value, lone.low, lone.high) == (2.0, None, None) and not lone.precise
+
+
+def test_an_interruption_in_one_pass_of_seven_is_in_no_price():
+    random = np.random.default_rng(3)
+    own = np.tile(np.linspace(1.0, 2.0, 400), (7, 1))
+    hit = random.random((7, 400)) < 0.03
+    price = made(own + 50 * hit, np.ones((7, 400))).ratio(0.99)
+    assert price.value == pytest.approx(1.99, abs=0.01) and price.high < 2.1
+
+
+def test_the_interval_holds_the_truth_in_most_samples_of_a_noisy_machine():
+    random, held = np.random.default_rng(5), 0
+    for _ in range(300):
+        noise = np.exp(0.2 * random.standard_normal((2, 7, 1)))
+        price = made(3.0 * noise[0], noise[1]).ratio(0.5)
+        held += price.low <= 3.0 <= price.high
+    assert held / 300 >= 0.9
+
+
+def clocked(ratios):
+    """A clock whose reference takes 2 ms, and its twin so many times that in each pass; a setting takes 4 ms."""
+    reference, twin, one = (Timed(name, None, None) for name in ("reference", "twin", "one"))
+    clock = Clock("live", lambda asked, number: [
+        np.array([{"reference": 0.002, "twin": 0.002 * ratios[number], "one": 0.004}[each.label]]) for each in asked
+    ], 0.99, reference, twin)  # fmt: skip
+    for _ in ratios:
+        clock.time([one, twin])
+    return clock, one
+
+
+def test_the_same_setting_twice_is_a_tie_and_the_clock_says_so():
+    clock, one = clocked([1.0, 1.02, 0.97, 1.01, 0.99, 1.0, 1.03])
+    assert clock.as_json()["tie"] and clock.as_json()["widened"] == 1.0 and clock.as_json()["passes"] == 7
+    assert clock.price(one).value == pytest.approx(0.004) and len(one.live) == 7 == len(clock.twin)
+
+
+def test_where_the_same_setting_twice_is_no_tie_every_interval_is_widened_until_it_is_one():
+    clock, one = clocked([1.4, 1.41, 1.39, 1.4, 1.4, 1.4, 1.4])
+    told, price = clock.as_json(), clock.price(one)
+    assert not told["tie"] and told["widened"] == pytest.approx(1.4, rel=1e-4)
+    ends = [end / 0.004 for end in (price.low, price.high)]
+    assert ends == pytest.approx([1 / 1.4, 1.4], rel=1e-4)
+    again = clock.price(clock._pair[1])
+    assert again.low <= 0.002 * 1.0001 <= again.high * 1.0001

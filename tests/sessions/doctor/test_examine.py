@@ -90,8 +90,8 @@ def test_what_was_declared_but_not_recorded_and_the_other_way_round_is_named():
 
 
 @pytest.mark.parametrize(
-    ("topic", "words"), [("/tf", "/tf carries tf2_msgs/msg/TFMessage, not foxglove.FrameTransforms"),
-                         ("/vive", "it holds no pose that can be read")],
+    ("topic", "words"), [("/tf", "/tf holds tf2_msgs/msg/TFMessage as cdr"),
+                         ("/vive", "it has no poses")],
 )  # fmt: skip
 def test_a_ros_bag_is_not_to_be_recovered_but_brought_in_as_csv(tmp_path, topic, words):
     body = b"\x00\x01\x00\x00" + b"\x01" * 80

@@ -6,6 +6,7 @@ from sessions import Finding, Severity
 from sessions.doctor import codes
 from sessions.doctor.codes import CODES
 from sessions.doctor.finding import Span, in_order
+from sessions.mcap_format import refusals
 
 
 def test_severities_are_ordered_so_that_a_gate_can_ask_for_this_or_worse():
@@ -38,7 +39,8 @@ def test_every_code_says_what_it_means_and_what_to_do():
 
 
 def test_every_code_is_given_somewhere_and_none_that_is_unknown():
-    folder = Path(codes.__file__).parent
-    text = "".join(path.read_text("utf-8") for path in folder.glob("*.py") if path.name != "codes.py")
+    folders = (Path(codes.__file__).parent, Path(refusals.__file__).parent)
+    files = [path for folder in folders for path in folder.glob("*.py") if path.name not in ("codes.py", "refusals.py")]
+    text = "".join(path.read_text("utf-8") for path in files)
     quoted = set(re.findall(r'"([a-z]+(?:-[a-z]+)*)"', text))
-    assert set(CODES) <= quoted
+    assert set(CODES) <= quoted and set(refusals.CURES) <= set(CODES)

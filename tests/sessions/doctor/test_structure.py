@@ -7,7 +7,7 @@ from support.planted_faults import clean, unknown_frame
 
 from sessions import Frames, read_session
 from sessions.doctor.examine import examine
-from sessions.doctor.structure import is_mcap, structure_findings
+from sessions.doctor.structure import structure_findings
 from sessions.doctor.tolerant_frames import TolerantFrames
 from sessions.mcap_format import writer
 from sessions.mcap_format.mcap_file import McapFile
@@ -29,7 +29,7 @@ def codes(path):
 
 
 def test_a_sound_file_has_no_fault_and_its_chunks_say_when_they_are(path):
-    assert is_mcap(path) and codes(path) == []
+    assert codes(path) == []
     places = chunks_of(path)
     log = clean().arrays["log_ns"]
     poses = [place for place in places if place.last_ns > place.first_ns]
@@ -93,7 +93,7 @@ def test_an_unknown_version_is_named_and_the_poses_are_examined_all_the_same(pat
     data = path.read_bytes().replace(b"vrlab/1", b"vrlab/9", 1)
     path.write_bytes(data)
     found = {one.code: one for one in examine(path)}
-    assert "newer" in found["unknown-version"].message
+    assert "newer" in found["unknown-version"].fix and "vrlab/9" in found["unknown-version"].message
     assert "at-rest" in found
 
 
@@ -131,4 +131,4 @@ def test_a_damaged_chunk_is_noted_and_the_others_are_read(tmp_path):
     tolerant = TolerantFrames(McapFile(path), ("flask", "hand-left", "tray"))
     assert sum(map(len, tolerant.blocks())) < 900
     ((damaged, why),) = tolerant.noted.unpacked
-    assert damaged.offset == region.offset and "damaged" in why
+    assert damaged.offset == region.offset and "damaged" in str(why)

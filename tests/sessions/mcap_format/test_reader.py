@@ -18,7 +18,7 @@ from support.mcap_samples import (
 from support.peak_memory import environment
 from support.reference_reader import read_frames_plainly
 
-from sessions import read_session, write_session
+from sessions import examine, read_session, write_session
 from sessions.errors import SessionError, SessionFileError, TornFileError
 from sessions.mcap_format import unpacking
 from sessions.mcap_format.reader import MISSING
@@ -155,14 +155,17 @@ def test_poses_in_json_or_of_another_schema_are_refused(tmp_path):
             read_session(path)
 
 
-def test_two_worlds_and_a_body_twice_in_a_frame_are_refused(tmp_path):
+def test_two_worlds_are_refused_and_of_a_body_twice_in_a_message_the_first_is_taken(tmp_path):
     frames = random_frames(2)
     two = protobuf_messages(frames)[:1] + protobuf_messages(frames, parent="room")[1:]
     with pytest.raises(SessionFileError, match=r"parents 'world' and 'room'.*one frame"):
         read_session(write_foreign(tmp_path / "f.mcap", two))
     publish, log, payload = protobuf_messages(frames)[0]
-    with pytest.raises(SessionFileError, match="body 'body 0' twice"):
-        read_session(write_foreign(tmp_path / "f.mcap", [(publish, log, payload * 2)]))
+    other = protobuf_messages(frames)[1][2]
+    path = write_foreign(tmp_path / "f.mcap", [(publish, log, payload + other)])
+    assert_same_frames(read_session(path).frames, frames.part(0, 1))
+    (found,) = {one.message for one in examine(path) if one.code == "duplicate-stamps"}
+    assert found == "1 frames hold two samples of it; the first was taken"
 
 
 def test_bytes_that_are_no_transforms_are_refused(tmp_path):

@@ -1,1 +1,1 @@
-"""Trees of axis-aligned world boxes, fitted anew to every pose."""
+"""Trees of boxes along the world's axes, placed as the descent reaches them."""

@@ -166,7 +166,7 @@ def test_surfaces_called_apart_are_and_most_that_are_get_called_so():
     count, reach = 40, 0.003
     turns, moves = rotations(rng, (count,)), rng.normal(size=(count, 3)) * 0.06
     apart = np.zeros(count, dtype=bool)
-    certainly_apart(boxes_of(a), a, boxes_of(b), b, turns, moves, np.full(count, reach), apart)
+    certainly_apart(boxes_of(a), a, boxes_of(b), b, turns, moves, np.full(count, reach), False, apart)
     far = [least_distance(place_points(meshes[0].reshape(-1, 3), t, m).reshape(-1, 3, 3), meshes[1]) > reach
            for t, m in zip(turns, moves, strict=True)]  # fmt: skip
     assert not (apart & ~np.array(far)).any()
@@ -174,11 +174,37 @@ def test_surfaces_called_apart_are_and_most_that_are_get_called_so():
     assert apart.sum() > 0.8 * sum(far)
 
 
+def measured_apart(first, second, reach):
+    a, b = build_box_tree(np.array([first], dtype=float)), build_box_tree(np.array([second], dtype=float))
+    apart = np.zeros(len(reach), dtype=bool)
+    count = len(reach)
+    certainly_apart(
+        boxes_of(a), a, boxes_of(b), b, np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3)), reach, True, apart
+    )
+    return apart.tolist()
+
+
+def test_measured_surfaces_are_apart_by_just_their_exact_distance_whatever_features_are_nearest():
+    rng = np.random.default_rng(5)
+    pairs = [
+        *rng.normal(size=(150, 2, 3, 3)),
+        *(rng.normal(size=(150, 2, 3, 3)) * [1, 1, 0.01] + [[[0] * 3], [[0, 0, 1]]]),
+    ]
+    point = rng.normal(size=3)
+    pairs += [np.array([FLOOR, [point, point, point]]), np.array([FLOOR, [[-1, 0.5, 1], [2, 0.5, 1], [-1, 0.5, 1]]])]
+    meets, distance = triangle_margins(np.array(pairs))
+    assert (~meets).sum() > 200
+    for (first, second), far in zip(np.array(pairs)[~meets], distance[~meets], strict=True):
+        assert measured_apart(first, second, far * np.array([1 - 1e-9, 1 + 1e-9])) == [True, False]
+
+
 def test_a_body_inside_a_hollow_one_is_apart_from_its_surface():
     a, b = build_box_tree(ball_mesh(0.01).triangles), build_box_tree(beaker_mesh().triangles)
     apart = np.zeros(2, dtype=bool)
     moves = np.array([[0, 0, 0.05], [0, 0, 0.012]])
-    certainly_apart(boxes_of(a), a, boxes_of(b), b, np.tile(np.eye(3), (2, 1, 1)), moves, np.full(2, 1e-3), apart)
+    certainly_apart(
+        boxes_of(a), a, boxes_of(b), b, np.tile(np.eye(3), (2, 1, 1)), moves, np.full(2, 1e-3), False, apart
+    )
     assert apart.tolist() == [True, False]
 
 

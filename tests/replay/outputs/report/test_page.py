@@ -12,10 +12,11 @@ from support.headless import photographed
 from support.page_cells import Cells
 from support.small_worlds import cubes, jumping
 
+from replay.outputs.price_plot import subtitle
 from replay.outputs.report.page import _telling, report_html, write_report
 from replay.outputs.report.tradeoff import tradeoff_section
 from replay.outputs.report.tradeoff_picture import DARK, LIGHT
-from replay.outputs.tradeoff_table import AT_PHASE
+from replay.outputs.tradeoff_table import AT_PHASE, how_measured
 from replay.pipeline.engine import compute
 from replay.pipeline.headline import beside, headline, price
 from replay.tradeoffs.settings import Setting
@@ -154,12 +155,13 @@ def test_the_page_holds_the_curve_the_advice_and_a_row_per_setting(run):
     assert part.index("(prefers-color-scheme: dark)") < part.index("<img")
     for sentence in done.advice:
         assert sentence in part
-    # that it does is shown where a sweep's misses are held against an audit's
-    assert escape(AT_PHASE) in part
+    # A reader finds which times are live, passes, phases, what intervals are over, containment and faces.
+    for sentence in (AT_PHASE, *subtitle(done), *how_measured(done)):
+        assert escape(sentence) in part
     assert part.count("<tr") == 1 + len(tried)
     hybrid = next(row for row in done.rows if row["detector"] == "hybrid")
     counted = [f">{count} {name.replace('_', ' ')}<" for name, count in hybrid["work"].items() if count]
     assert any(one in part for one in counted) and "skipped" not in part and done.about["machine"]["processor"] in part
     page = report_html(replace(run, tradeoff=done))
     assert part in page and "What accuracy costs" in page and "What accuracy costs" not in report_html(run)
-    assert "<h1>What accuracy costs: 2 settings tried" in page and page.index(part) < page.index("When: slow")
+    assert f"<h1>{done.answer}</h1>" in page and page.index(part) < page.index("When: slow")

@@ -12,6 +12,7 @@ from cdcore import Body, Motion, TriangleMesh, create_detector
 from replay.comparison.compare import compare
 from replay.comparison.episodes import episodes
 from replay.comparison.evidence import Evidence
+from replay.comparison.holding import holdings
 from replay.comparison.misses import misses, stretches
 from replay.outputs.rerun_log.recording import write_recording
 from replay.pipeline.engine import compute
@@ -90,15 +91,16 @@ def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
         return oracle.detect(motion, faces=True)
 
     detections = {ORACLE: faces_of(assembly.motion), label: subject.detect(assembly.motion, faces=True)}
-    comparison = compare(detections[label], detections[ORACLE], (label, ORACLE))
     found = {one: episodes(detection) for one, detection in detections.items()}
+    held = holdings(assembly, None, found[ORACLE])
+    comparison = compare(detections[label], detections[ORACLE], (label, ORACLE), holdings=held)
     places = stretches(comparison, found[ORACLE])
     evidence = Evidence(assembly, faces_of, [(one.pair, one.first, one.last) for one in places])
     names = [(assembly.bodies[i].name, assembly.bodies[j].name) for i, j in assembly.pairs.tolist()]
     return RunResult(
         session=session, assembly=assembly, detections=detections, oracle=ORACLE, comparisons={label: comparison},
         episodes=found, misses={label: misses(places, names, assembly.motion.times, evidence)},
-        detectors={label: subject},
+        detectors={label: subject}, holdings=held,
     )  # fmt: skip
 
 

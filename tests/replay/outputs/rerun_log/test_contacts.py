@@ -35,6 +35,7 @@ def test_curves_are_the_sections_of_the_detection(demo, read):
 def test_missed_contacts_are_red_and_found_ones_blue(demo, read):
     outcome, verdict = demo.comparisons[SUBJECT].outcome, demo.detections[ORACLE].verdict
     colours = {Outcome.MISSED: packed([MISSED])[0], Outcome.BOTH: packed([FOUND])[0]}
+    colours[Outcome.HELD] = colours[Outcome.BOTH]
     seen = set()
     for frame in range(len(verdict)):
         wanted = [colours[Outcome(code)] for code in outcome[frame, verdict[frame] == Verdict.CONTACT].tolist()]

@@ -11,6 +11,7 @@ from replay.comparison.outcome import Outcome
 from replay.outputs.rerun_log import columns
 from replay.outputs.rerun_log import recording as module
 from replay.outputs.rerun_log.recording import write_recording
+from replay.pipeline.scores import score
 
 SUBJECT, ORACLE = "22.5Hz", "hybrid"
 
@@ -51,7 +52,9 @@ def test_two_audited_detectors_share_one_recording(demo, write):
     second = replace(demo.comparisons[SUBJECT], subject="15Hz")
     twice = {name: getattr(demo, name) for name in ("detections", "episodes", "misses")}
     twice = {name: {**held, "15Hz": held[SUBJECT]} for name, held in twice.items()}
-    seen = write(replace(demo, comparisons={**demo.comparisons, "15Hz": second}, **twice))
+    made = {key: {"name": "x", "contacts": 1, "seconds": {}} for key in (ORACLE, SUBJECT, "15Hz")}
+    summary = {"oracle": ORACLE, "detectors": made, "audit": dict.fromkeys((SUBJECT, "15Hz"), score(demo, SUBJECT))}
+    seen = write(replace(demo, comparisons={**demo.comparisons, "15Hz": second}, summary=summary, **twice))
     assert seen.lane("audit/15Hz/lanes/2_beaker-rod") == seen.lane("lanes/2_beaker-rod")
     for first, other in (
         ("report/missed", "audit/15Hz/missed"),

@@ -115,3 +115,7 @@ def test_growth_says_how_much_was_asked_and_where_time_went():
     assert one.pair_frames == 5400 * len(make_workload(10, 1, bodies=5).pairs)
     assert 0 < one.reading + one.search < one.seconds
     assert one.stages.keys() >= {"check", "poses", "search", "exact"}
+
+
+def test_the_exact_engine_asks_containment_as_the_table_of_the_race_says():
+    assert ENGINES["exact"](make_workload(100, 5))._detector.settings.containment

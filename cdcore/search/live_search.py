@@ -1,0 +1,37 @@
+"""A search asked one frame after the other: volumes of all pairs in one call, then the pairs that may meet."""
+
+from collections import Counter
+from time import perf_counter
+
+import numpy as np
+
+from cdcore.broad.broad_looks import BroadLooks
+from cdcore.numerics import ByteArray
+from cdcore.protocol import Motion, Verdict
+from cdcore.search.stage import COUNTERS, SearchStage
+
+
+class LiveSearch:
+    """Looks of ``search`` at the pairs that ``volumes`` leave: CONTACT where it confirms one, else NOT_FOUND."""
+
+    def __init__(self, volumes: BroadLooks, search: SearchStage) -> None:
+        self._volumes, self._search, self._memory = volumes, search, search.fresh_memory()
+        self.seconds: dict[str, float] = {}
+        self.work: Counter[str] = Counter(dict.fromkeys((*COUNTERS, "mesh_queries"), 0))
+
+    def look(self, now: Motion) -> ByteArray:
+        """As ``Live.look``."""
+        start, verdict = perf_counter(), self._volumes.verdict
+        # A pair that stands is searched again too: what rests got less than the whole budget before.
+        verdict.fill(Verdict.NO_POSE)
+        columns = self._volumes.near(now)
+        found = perf_counter()
+        if columns:
+            near = np.zeros((1, len(verdict)), dtype=np.bool_)
+            near[0, columns] = True
+            answer = self._search.decide(now, near, self._memory)
+            verdict[columns] = Verdict.NOT_FOUND
+            verdict[answer.hits[0]] = Verdict.CONTACT
+            self.work.update(answer.work)
+        self.seconds = {"volumes": found - start, "search": perf_counter() - found}
+        return verdict.copy()

@@ -1,0 +1,77 @@
+"""``replay advise``: the knobs of an engine in its own words, what each misses and costs, and what to change."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from replay.cli.console import People, TerminalProgress
+from replay.cli.options import ANY_PATH, SESSION_FILE, oracle, replaying, seed
+
+if TYPE_CHECKING:
+    from replay.api.advisor import Advice
+    from replay.outputs.tables import Table
+
+
+@click.command()
+@click.argument("session", type=SESSION_FILE, metavar="SESSION")
+@click.option("--engine", required=True, metavar="NAME", help="unity, unreal or mujoco.")
+@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder, a detector a row.")
+@oracle
+@seed
+@replaying
+def command(
+    session: Path, engine: str, no_picture: bool, cite: bool, as_json: bool, people: People, **asked: Any
+) -> int:  # fmt: skip
+    """Audit SESSION with the settings an engine has, in its own words: missed, false, milliseconds, what to change.
+
+    \b
+    replay advise session.mcap --engine unity
+    replay advise session.mcap --engine mujoco --out runs/advice --format json
+    """
+    from rich.text import Text
+
+    from replay.api.advisor import advise
+    from replay.cli.run_report import answer_cited, close_run, sources_of, where_to_look
+    from replay.cli.terminal import line, terminal
+
+    shown: dict[str, Any] = {"picture": not no_picture, "progress": TerminalProgress(people)}
+    advice = advise(session, engine=engine, **asked, **shown)
+    plain = {
+        "engine": advice.engine.name, "source": advice.engine.source, "rows": list(advice.rows),
+        "advice": list(advice.sentences),
+    }  # fmt: skip
+    behind = sources_of([advice.result]) if cite else {}
+    words = [line(sentence) for sentence in advice.sentences]
+    answer_cited(as_json, plain, lambda: terminal(knob_table(advice), Text(), *words), behind)
+    code = close_run(advice.result, people)
+    if advice.result.out is not None:
+        people.say(*where_to_look(advice.result, picture=not no_picture))
+    return code
+
+
+def knob_table(advice: "Advice") -> "Table":
+    """A row a choice: the setting that ``audit`` takes, below it what it is in the engine."""
+    from replay.outputs.tables import IN_RED, INVENTED, PARTLY, STRONG, Marked, table
+    from replay.outputs.tradeoff_table import AT_PHASE
+    from replay.pipeline.gates import figure
+    from replay.tradeoffs.engine_knobs import knob_words
+
+    rows = []
+    for row in advice.rows:
+        words = f"{row['number']}  {knob_words(row['knobs'])}"
+        false = "" if row["false"] is None else figure(100 * row["false"])
+        what = Marked(row["setting"], STRONG, words)
+        ms = "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f}"
+        rows.append((what, row["missed"], row["in_part"], Marked(false, INVENTED if row["false"] else ""), ms))
+    about = advice.result.summary["session"]
+    contacts = len(advice.result.episodes[advice.result.oracle])
+    title = f"{advice.engine.name}: {contacts} contacts in {about['duration']:.0f} s, beside {advice.result.oracle}"
+    notes = (
+        "missed, in part: contacts; false: of the pair-frames reported; ms: p99 of a look, live, of this program, "
+        f"empty where a whole recording is asked at once; {AT_PHASE}.",
+        f"Each row is checked by: replay audit SESSION --detectors SETTING. Words: {advice.engine.source}.",
+        *advice.engine.notes,
+    )
+    head = ("setting, and what it is there", "missed", "part", "false %", "ms")
+    return table(title, head, rows, whole=(), marks={"missed": IN_RED, "part": PARTLY}, notes=notes)

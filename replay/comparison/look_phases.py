@@ -1,0 +1,67 @@
+"""What a detector of a fixed rate misses and invents in the mean over look phases: where its looks fall is chance."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from cdcore import Detection, Verdict
+from cdcore.detectors import DETECTORS, OPTIONAL
+from cdcore.numerics import BoolArray
+from cdcore.protocol.blocks import HeldVerdicts, looks_of
+from replay.base.constants import HELD_FRAMES
+from replay.base.wilson import share_of_clusters
+from replay.comparison.compare import compare
+from replay.comparison.contact_counts import REPORTED, count_contacts
+from replay.comparison.contact_duration import PHASES
+from replay.comparison.episodes import column_runs
+from replay.comparison.outcome import Episode, Outcome
+from replay.comparison.tolerance import Tolerance
+from replay.detection.run_detector import Run, make_detector
+from replay.prepare.assembly import Assembly
+
+Shares = Mapping[str, dict[str, Any]]
+"""``contacts_missed``, ``contacts_in_part`` and ``invented``: counts over all phases, and their shares."""
+
+
+def phase_shares(
+    run: Run, assembly: Assembly, oracle: Detection, contacts: Sequence[Episode], holdings: Sequence[Episode],
+    tolerance: Tolerance, seed: int,
+) -> Shares | None:  # fmt: skip
+    """The shares of a run's detector over all phases; ``None`` where it has no rate, or is none of our table.
+
+    It is asked once more about every frame; then each phase holds what its looks see, as the detector does.
+    ``contacts`` are the oracle's that count. Recordings of more than an hour keep the phase of the run.
+    """
+    rate, times = run.settings.get("rate_hz"), assembly.motion.times
+    if not rate or run.spec.name not in (*DETECTORS, *OPTIONAL) or len(times) > HELD_FRAMES:
+        return None
+    often = replace(run.spec, settings={**run.spec.settings, "rate_hz": None})
+    every = make_detector(often, assembly, seed).detect(assembly.motion)
+    looked = [looks_of(times - (k + 0.5) / PHASES / rate, rate)[0] for k in range(PHASES)]
+    return shares_of_looks(every, oracle, looked, contacts, holdings, tolerance)
+
+
+def shares_of_looks(
+    every: Detection, oracle: Detection, looked: Sequence[BoolArray], contacts: Sequence[Episode],
+    holdings: Sequence[Episode], tolerance: Tolerance,
+) -> Shares:  # fmt: skip
+    """``every`` says what is seen at each frame, ``looked`` at which frames there is a look, (T,) for each phase."""
+    lost, part = np.zeros((2, len(contacts)), dtype=np.int64)
+    said, false, known = np.zeros((3, *every.verdict.shape), dtype=np.uint8)
+    for looks in looked:
+        believed, _ = HeldVerdicts(len(every.pairs)).hold(every.verdict[looks], looks, every.verdict != Verdict.NO_POSE)
+        subject = replace(every, verdict=believed)
+        comparison = compare(subject, oracle, within=tolerance.judge(subject, oracle, known), holdings=holdings)
+        outcome, counts = comparison.outcome, count_contacts(comparison, contacts).frames
+        missed, found = counts[:, Outcome.MISSED] > 0, counts[:, Outcome.BOTH] > 0
+        lost, part = lost + (missed & ~found), part + (missed & found)
+        said += np.isin(outcome, REPORTED)
+        false += outcome == Outcome.INVENTED
+    runs, whole = column_runs((said > 0).T), [len(looked)] * len(contacts)
+    sums = [[int(one[a : b + 1, pair].sum(dtype=np.int64)) for pair, a, b in runs.tolist()] for one in (false, said)]
+    return {
+        "contacts_missed": share_of_clusters(lost, whole), "contacts_in_part": share_of_clusters(part, whole),
+        "invented": share_of_clusters(*sums),
+    }  # fmt: skip

@@ -1,0 +1,44 @@
+"""Why a session file is refused: one table for every verb, code -> what to do about it.
+
+`info` and `run` stop at the first refusal, the doctor lists them as errors under these codes, and `recover` leaves out
+what a refusal is about, or repeats it where nothing else is there. So no verb accepts what another one refuses.
+"""
+
+from pathlib import Path
+from typing import Final
+
+from sessions.errors import SessionFileError
+
+_RECOVER: Final = "save the rest with `replay recover`"
+CURES: Final = {
+    "not-mcap": "export its poses as CSV and bring them in with `replay import csv`",
+    "torn": "save what is there with `replay recover`",
+    "unreadable": _RECOVER,
+    "damaged-chunk": _RECOVER,
+    "bad-message": _RECOVER,
+    "too-much": "split the recording, or export less of it",
+    "damaged-attachment": _RECOVER,
+    "mesh-hash": _RECOVER,
+    "mesh-unreadable": _RECOVER,
+    "mesh-empty": _RECOVER,
+    "bad-scene": _RECOVER,
+    "unknown-version": "install a newer vrlab-replay, or record or import it again",
+    "unknown-frame": "write all poses in one frame",
+    "bad-names": _RECOVER,
+    "unlisted-body": _RECOVER,
+    "no-poses": "write poses as foxglove.FrameTransforms in protobuf on /tf",
+}
+"""Code of a refusal, which is the doctor's, too -> the cure."""
+
+
+def refused(path: Path | str, code: str, what: str) -> SessionFileError:
+    """One sentence about a file, with the cure."""
+    error = SessionFileError(f"{path}: {what}; {CURES[code]}")
+    error.code = code
+    return error
+
+
+def brief(error: SessionFileError) -> str:
+    """What is wrong, without the file and the cure."""
+    words = str(error).partition(": ")[2] or str(error)
+    return words.removesuffix(f"; {CURES[error.code]}")

@@ -1,0 +1,69 @@
+"""Advice in an engine's words counts as the audit counts, and says what could not be tried."""
+
+import pytest
+from support.small_worlds import cubes
+
+import replay
+from replay.api import advisor
+from replay.comparison.contact_counts import contact_counts
+from replay.errors import AuditError, TradeoffError
+from sessions import Session
+
+PLACES = {
+    "a": [0] * 24,
+    "b": [3, 3, 0.9, 3, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 1.015, 3, 3, 0.9, 0.9, 3, 3, 3, 3, 0.9, 3],
+}
+
+
+@pytest.fixture
+def plain(monkeypatch):
+    """As if the extra `engines` were not installed."""
+    monkeypatch.setattr(advisor, "find_spec", lambda name: None)
+
+
+@pytest.mark.parametrize("engine", ["unity", "unreal"])
+def test_each_row_says_what_an_audit_of_its_setting_says(engine, plain):
+    session = cubes(PLACES)
+    advice = replay.advise(session, engine=engine)
+    assert advice.rows[0]["number"] == 1 and len(advice.rows) >= 5
+    for row in advice.rows:
+        (alone,) = replay.audit(session, detectors=f"it={row['setting']}", faces=False).results
+        counts, figures = contact_counts(alone, "it"), alone.summary["audit"]["it"]
+        assert (row["missed"], row["in_part"], row["contacts"]) == (counts.missed, counts.in_part, counts.contacts)
+        assert row["false"] == figures["invented"]["share"]
+        assert row["ms"] > 0 and (row["p99_ms"] is None) == (row["setting"] == "continuous")
+
+
+def test_without_the_extra_a_row_becomes_a_sentence(plain):
+    advice = replay.advise(cubes(PLACES), engine="unreal")
+    install = 'was not tried: coacd is not installed; pip install -e ".[engines]"'
+    assert advice.sentences[-2:] == (f"Row 3 {install}", f"Row 5 {install}")
+    assert not any("compound" in row["setting"] for row in advice.rows)
+    with pytest.raises(TradeoffError, match=r"^mujoco itself is asked and is not installed; pip install -e"):
+        replay.advise(cubes(PLACES), engine="mujoco")
+
+
+def test_where_nothing_is_missed_it_says_so(plain):
+    places = {"a": [0] * 90, "b": [3] * 30 + [0.9] * 30 + [3] * 30}
+    advice = replay.advise(cubes(places, step_ns=40_000_000), engine="unreal")
+    assert advice.sentences[0] == "Nothing is missed in row 1: it finds each of 1 contact."
+
+
+def test_a_row_that_is_the_oracle_is_not_compared_with_itself(plain):
+    advice = replay.advise(cubes(PLACES), engine="unreal", oracle="continuous")
+    assert "continuous" not in [row["setting"] for row in advice.rows]
+
+
+def test_an_oracle_is_needed(plain):
+    with pytest.raises(AuditError, match="needs an oracle"):
+        replay.advise(cubes(PLACES), engine="unreal", oracle="none")
+
+
+@pytest.mark.slow
+def test_on_the_demo_the_first_row_is_what_the_audit_says(plain):
+    session: Session = replay.synthetic_session("bench-bumps")[0]
+    row = replay.advise(session, engine="unity").rows[0]
+    (alone,) = replay.audit(session, detectors=f"it={row['setting']}", faces=False).results
+    figures = alone.summary["audit"]["it"]
+    assert (row["missed"], row["in_part"]) == (figures["contacts_missed"], figures["contacts_in_part"])
+    assert row["false"] == figures["invented"]["share"]

@@ -1,0 +1,44 @@
+import json
+
+import pytest
+from support.small_worlds import cubes
+
+from replay.api import advisor
+from replay.cli import console
+from replay.cli.main import main
+from sessions import write_session
+
+PLACES = {"a": [0] * 12, "b": [3, 3, 0.9, 3, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+
+
+@pytest.fixture
+def file(tmp_path, monkeypatch):
+    monkeypatch.setattr(advisor, "find_spec", lambda name: None)
+    write_session(cubes(PLACES), tmp_path / "s.mcap")
+    return str(tmp_path / "s.mcap")
+
+
+def test_table_and_advice_fit_eighty_columns_and_no_setting_is_broken(file, monkeypatch, capsys):
+    monkeypatch.setattr(console, "WIDE", 80)
+    assert main(["advise", file, "--engine", "unity"]) == 0
+    out = capsys.readouterr().out
+    assert max(map(len, out.splitlines())) <= 80
+    assert "collider[shape=hull,rate_hz=50,skin_m=0.01]" in out and "Default Contact" in out
+    words = " ".join(out.split())
+    assert "Unity 6000.0: 2 contacts in 0 s, beside exact" in words and "Nothing is missed in row 1" in words
+    assert "Each row is checked by: replay audit SESSION --detectors SETTING." in words
+
+
+def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, capsys):
+    out = tmp_path / "runs"
+    words = ["advise", file, "--engine", "unreal", "--format", "json", "--out", str(out), "--no-picture"]
+    assert main(words) == 0
+    told, err = capsys.readouterr()
+    told = json.loads(told)
+    assert told["engine"] == "Unreal Engine 5" and told["advice"] and told["rows"][0]["number"] == 1
+    assert (out / "report.html").is_file() and str(out) in err
+
+
+def test_an_unknown_engine_is_a_sentence(file, capsys):
+    assert main(["advise", file, "--engine", "godot"]) == 1
+    assert "no engine 'godot'; there are: unity, unreal, mujoco" in capsys.readouterr().err

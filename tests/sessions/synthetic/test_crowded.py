@@ -1,0 +1,54 @@
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from cdcore import create_detector
+from replay.prepare.assemble import assemble
+from replay.studies.synthetic_sessions import made_up_names, synthetic_session
+from sessions.synthetic.crowded import COLUMNS, FINGERS, ROWS, make_crowded_lab
+
+
+@pytest.fixture(scope="module")
+def crowd():
+    return make_crowded_lab(faces=500, seconds=2.0)
+
+
+def test_40_bodies_share_8_meshes_and_each_hand_is_seven_rigid_bodies(crowd):
+    session, truth = crowd
+    assert len(session.meshes) == 40 and len({id(mesh) for mesh in session.meshes.values()}) == len(ROWS) + 3
+    assert not truth.episodes and truth.seconds == 2.0
+    for side in ("left", "right"):
+        hand = [session.names.index(f"{side}-{part}") for part in ("palm", *FINGERS)]
+        offset = session.frames.position[:, hand[1:]] - session.frames.position[:, hand[:1]]
+        assert len(hand) == 7 and np.ptp(offset, axis=0).max() < 1e-9
+
+
+def test_glasses_of_a_row_stand_a_hair_apart_and_touch_now_and_then(crowd):
+    session, _ = crowd
+    assembly = assemble(session)
+    names = [f"beaker-100-{k}" for k in range(COLUMNS)]
+    pairs = [(assembly.names.index(a), assembly.names.index(b)) for a, b in pairwise(names)]
+    verdict = create_detector("exact", assembly.bodies, pairs=pairs).detect(assembly.motion).verdict
+    assert (verdict > 0).any() and (verdict == 0).any()
+
+
+def test_fingers_of_a_hand_are_asked_about_glasses_and_not_about_each_other(crowd):
+    assembly = assemble(crowd[0])
+    names = assembly.names
+    asked = {frozenset((names[i], names[j])) for i, j in assembly.pairs.tolist()}
+    assert frozenset(("left-index", "beaker-100-0")) in asked and frozenset(("left-index", "right-index")) in asked
+    assert frozenset(("left-index", "left-thumb")) not in asked
+
+
+def test_the_same_seed_gives_the_same_session_and_its_name_is_known():
+    assert "crowded-lab" in made_up_names()
+    one, two = (make_crowded_lab(3, faces=500, seconds=0.2)[0].frames.position for _ in range(2))
+    other = make_crowded_lab(4, faces=500, seconds=0.2)[0].frames.position
+    assert np.array_equal(one, two) and not np.array_equal(one, other)
+
+
+@pytest.mark.slow
+def test_by_its_name_the_meshes_have_50000_faces():
+    session, _ = synthetic_session("crowded-lab")
+    assert 49_000 < max(len(mesh.faces) for mesh in session.meshes.values()) < 52_000
