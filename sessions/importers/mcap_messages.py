@@ -93,7 +93,7 @@ def _decoder(encoding: str, schema: Any) -> Callable[[bytes], Any]:
             from mcap_ros2.decoder import DecoderFactory
         except ImportError:
             raise ImportFileError(
-                "messages of ROS 2 need mcap-ros2-support; install it: pip install 'vrlab-replay[formats]'"
+                'messages of ROS 2 need mcap-ros2-support; install it: pip install -e ".[formats]"'
             ) from None
         decode = DecoderFactory().decoder_for(encoding, schema)
         if decode is not None:
