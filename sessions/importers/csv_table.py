@@ -188,6 +188,9 @@ def _heads(source: Path, delimiter: str, skip_lines: int, header_lines: int) -> 
     try:
         with source.open(encoding="utf-8-sig", newline="") as file:
             lines = [file.readline(LONGEST_LINE) for _ in range(skip_lines + header_lines)][skip_lines:]
+            # Of a row left out that is no UTF-8, Arrow would print a traceback.
+            while file.read(LONGEST_LINE):
+                pass
         rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
     except (OSError, UnicodeDecodeError, csv.Error):
         raise ImportFileError(f"{source}: this is not UTF-8 text; save it as UTF-8") from None

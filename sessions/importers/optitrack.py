@@ -60,7 +60,8 @@ def read_optitrack(
             f"{source}: line 1: poses are in space {space!r}; export them with Coordinate Space Global"
         )
     every = np.ones(len(table), dtype=np.bool_)
-    stamps = table.stamps(next(one for one in table.columns if one.endswith(TIME)), "s", every)
+    time = next((one for one in table.columns if one.endswith(TIME)), TIME)
+    stamps = table.stamps(time, "s", every)
     tables, notes = {}, []
     for name, columns in _bodies(table, euler).items():
         numbers = table.numbers(columns, every)

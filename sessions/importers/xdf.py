@@ -112,8 +112,10 @@ def _is_whole(source: Path) -> bool:
             return True
         while width := file.read(1):
             length = file.read(width[0])
-            if file.seek(int.from_bytes(length, "little"), 1) > size or len(length) < width[0]:
+            end = file.tell() + int.from_bytes(length, "little")
+            if end > size or len(length) < width[0]:
                 return False
+            file.seek(end)
     return True
 
 

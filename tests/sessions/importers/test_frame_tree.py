@@ -5,6 +5,7 @@ import sys
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.import_mutants import survive
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -123,3 +124,11 @@ def test_ros_without_its_library_is_one_sentence(bag, monkeypatch):
     monkeypatch.setitem(sys.modules, "mcap_ros2.decoder", None)
     with pytest.raises(ImportFileError, match=r'need mcap-ros2-support; install it: pip install -e "\.\[formats\]"'):
         import_session("ros2", bag[0])
+
+
+MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+def test_mutants_end_in_a_session_or_one_sentence(bag, count):
+    survive("ros2", bag[0], count)

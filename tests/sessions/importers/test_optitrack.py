@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.import_mutants import survive
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -98,6 +99,7 @@ BROKEN = {
     "a word": (lambda text: text.replace("\r\n2,0.016667,", "\r\n2,0.016667,much"),
                r"line 10, column 'Rigid Body Cup A1 Rotation X': 'much"),
     "no time": (lambda text: text.replace("\r\n2,0.016667,", "\r\n2,,"), "line 10, .*the time is missing"),
+    "no clock": (lambda text: text.replace("Time (Seconds)", "Frames"), r"line 7: no column 'Time \(Seconds\)'"),
     "an order": (lambda text: text.replace("Type,Quaternion", "Type,XXY"),
                  "no Rotation Type 'XXY'; export with Quaternion"),
     "bytes": (lambda text: "Format Version,\x00\udcff", "."),
@@ -113,3 +115,11 @@ def test_a_broken_export_is_refused_in_one_sentence(tmp_path, name):
     with pytest.raises(ImportFileError, match=words) as raised:
         import_session("optitrack", path)
     assert str(path) in str(raised.value) and "\n" not in str(raised.value)
+
+
+MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
+    survive("optitrack", written(tmp_path, export()), count)

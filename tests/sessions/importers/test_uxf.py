@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.import_mutants import survive
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -101,3 +102,12 @@ def test_a_last_line_cut_short_costs_one_pose_or_row_and_no_more(folder):
     assert import_session("uxf", folder).tracks["head"].valid.tolist() == [True] * (2 * COUNT - 1) + [False]
     path.write_text(text[: text.rindex(",")])
     assert "head_movement_T002.csv: 1 rows left out" in import_session("uxf", folder).facts["conversions"]
+
+
+MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+@pytest.mark.parametrize("file", ["trackers/head_movement_T001.csv", "trial_results.csv"])
+def test_mutants_end_in_a_session_or_one_sentence(folder, file, count):
+    survive("uxf", folder / file, count, folder)

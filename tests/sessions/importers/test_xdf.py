@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.import_mutants import survive
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -172,3 +173,12 @@ def test_another_file_and_a_missing_library_are_one_sentence(tmp_path, monkeypat
     monkeypatch.setitem(sys.modules, "pyxdf", None)
     with pytest.raises(ImportFileError, match=r'XDF needs pyxdf; install it: pip install -e "\.\[formats\]"'):
         import_session("xdf", path)
+
+
+MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
+    marks = stream_header(2, "Stim", "Markers", [], "string"), samples(2, [STAMPS[3], STAMPS[9]], ["grasp", "pour"])
+    survive("xdf", written(tmp_path, *marks, *take(pairs=[(STAMPS[0], 0.1), (STAMPS[9], 0.2)])), count)
