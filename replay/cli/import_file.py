@@ -15,13 +15,14 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("kind", metavar="FORMAT")
-@click.argument("source", type=SESSION_FILE, metavar="SOURCE")
+@click.argument("sources", type=click.Path(exists=True, path_type=Path), metavar="SOURCE...", nargs=-1, required=True)
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.mcap", help="Session file to write.")
 @force
 @click.option("--mesh", "meshes", multiple=True, metavar="BODY=FILE", help="Mesh of a body: left=wand.glb. Repeatable.")
 @click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help="Bodies, pairs, effects.")
 @click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv: which column is what.")
-@click.option("--convention", metavar="NAME", help="csv: axes of the source, for example unity.")
+@click.option("--convention", metavar="NAME", help="Axes of the source, for example unity.")
+@click.option("--topic", "topics", multiple=True, metavar="TOPIC", help="mcap, ros2: read this alone. Repeatable.")
 @click.option("--mesh-axes", metavar="NAME", help="csv: axes of the mesh files, same or x-flipped.")
 @click.option("--session", type=SESSION_FILE, metavar="FILE.mcap", help="contacts: the session they belong to.")
 @click.option(
@@ -29,17 +30,20 @@ if TYPE_CHECKING:
 )
 @reporting
 def command(
-    kind: str, source: Path, out: Path, force: bool, meshes: tuple[str, ...], scene: Path | None,
+    kind: str, sources: tuple[Path, ...], out: Path, force: bool, meshes: tuple[str, ...], scene: Path | None,
     session: Path | None, offset: float | None, as_json: bool, people: People, **options: Any,
 ) -> int:  # fmt: skip
-    """Read SOURCE, a recording of another program in FORMAT (aframe, csv, contacts), and write it as a session file.
+    """Read SOURCE, a recording of another program in FORMAT, and write it as a session file.
+
+    Several SOURCES of one clock become one session.
 
     \b
     replay import aframe motion.json -o session.mcap --mesh left=wand.glb --mesh right=wand.glb
     replay import csv unity.csv -o session.mcap --convention unity
+    replay import auto S001 -o session.mcap
     replay import contacts engine.csv --session session.mcap -o with_contacts.mcap
     """
-    given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
+    given: dict[str, Any] = {name: value for name, value in options.items() if value not in (None, ())}
     given["meshes"] = _meshes(meshes)
     from replay.errors import OutputError
     from sessions import write_session
@@ -48,13 +52,13 @@ def command(
     if out.exists() and not force:
         raise OutputError(f"{out} exists; name another file, or replace it with --force")
     if kind == "contacts":
-        imported, said = _contacts(source, session, offset)
+        imported, said = _contacts(sources, session, offset)
     else:
         if scene is not None:
             from sessions.scene_files.scene_toml import read_scene
 
             given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
-        imported = import_session(kind, source, **given)
+        imported = import_session(kind, sources, **given)
         said = list(_what(imported))
     out.parent.mkdir(parents=True, exist_ok=True)
     write_session(imported, out, overwrite=force)
@@ -64,10 +68,13 @@ def command(
     return 0
 
 
-def _contacts(source: Path, session: Path | None, offset: float | None) -> "tuple[Session, list[str]]":
+def _contacts(sources: tuple[Path, ...], session: Path | None, offset: float | None) -> "tuple[Session, list[str]]":
     """A session with the reported contacts in it, and how well their clock fits."""
     if session is None:
         raise click.UsageError("contacts belong to a session; name it with --session FILE.mcap")
+    if len(sources) > 1:
+        raise click.UsageError("contacts come from one file; name one SOURCE")
+    source = sources[0]
     from replay.contact_import import import_contacts
     from sessions import read_session
 
@@ -89,9 +96,14 @@ def _meshes(given: tuple[str, ...]) -> dict[str, Path]:
 
 def _what(session: "Session") -> Iterator[str]:
     yield f"{len(session.frames):,} frames of {', '.join(session.names)}"
+    if "taken_for" in session.facts:
+        yield f"taken for {session.facts['taken_for']}"
     conversions = session.facts.get("conversions", "none")
     if conversions != "none":
         yield f"converted: {conversions}"
+    if "assumed" in session.facts:
+        cure = "; name other axes with --convention" if "axes" in session.facts["assumed"] else ""
+        yield f"assumed: {session.facts['assumed']}{cure}"
     proxies = [body.id for body in session.scene.bodies if body.proxy]
     if proxies:
         yield f"proxy meshes stand in for: {', '.join(proxies)}; give the real ones with --mesh"

@@ -49,7 +49,7 @@ def _shown(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table |
     yield from (f"[dim]{plain(words)}[/dim]" for words in listed)
 
 
-SHORT_FACTS = ("format", "vr_type", "source_file", "conversions", "missing")
+SHORT_FACTS = ("format", "vr_type", "source_file", "conversions", "assumed", "missing")
 
 
 def _bodies(bodies: list[dict[str, Any]]) -> Table:

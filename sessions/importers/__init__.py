@@ -1,5 +1,7 @@
 """Recordings of other programs, one importer per format; conversions and dropped rows are recorded in the metadata."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import entry_points
 from inspect import signature
@@ -12,8 +14,21 @@ from sessions.model.session import Session
 IMPORTERS: Final[dict[str, str]] = {
     "aframe": "sessions.importers.aframe:read_aframe",
     "csv": "sessions.importers.csv_file:read_csv",
+    "mcap": "sessions.importers.mcap_file:read_mcap",
+    "optitrack": "sessions.importers.optitrack:read_optitrack",
+    "ros2": "sessions.importers.mcap_file:read_mcap",
+    "uxf": "sessions.importers.uxf:read_uxf",
+    "xdf": "sessions.importers.xdf:read_xdf",
 }
 """Format -> ``module:function``. Rows from outside come in through the entry-point group below."""
+
+AUTO: Final = "auto"
+"""The format that looks at the source first; why it took it for what it did is the fact ``taken_for``."""
+
+FOLDERS: Final = ("uxf", AUTO)
+"""Formats whose source may be a folder."""
+
+FOR_THE_WHOLE: Final = ("meshes", "scene", "scene_folder", "proxies")
 
 ENTRY_POINT_GROUP: Final = "vrlab_replay.importers"
 
@@ -21,30 +36,39 @@ ENTRY_POINT_GROUP: Final = "vrlab_replay.importers"
 def importer_names() -> list[str]:
     """Every format that ``import_session`` takes."""
     outside = sorted(point.name for point in entry_points(group=ENTRY_POINT_GROUP))
-    return list(IMPORTERS) + [name for name in outside if name not in IMPORTERS]
+    return [*IMPORTERS, AUTO] + [name for name in outside if name not in IMPORTERS]
 
 
-def import_session(format: str, source: str | Path, **options: Any) -> Session:
+def import_session(format: str, source: str | Path | Sequence[str | Path], **options: Any) -> Session:
     """Read a recording of another program as a session in the canonical frame.
 
     Parameters
     ----------
     format : a name in ``IMPORTERS`` or of an installed package.
-    source : the file.
+    source : the file, or the folder of a format in ``FOLDERS``; or several, of one clock and one recording.
     options : keywords of that importer; all take ``meshes``, ``scene``, ``scene_folder`` and ``proxies`` of
         ``sessions.importers.finish.finished``.
 
     Raises ``ImportFileError``: an unknown format or option, or a file that is not what it should be; names file, line
     and column.
     """
-    read = _importer(format)
-    known = list(signature(read).parameters)[1:]
+    if not isinstance(source, str | Path):
+        return _joined(format, source, options)
+    path = Path(source)
+    is_there = path.is_file() or (path.is_dir() and format in FOLDERS)
+    if format == AUTO and is_there:
+        from sessions.importers.recognition import recognised
+
+        name, why = recognised(path)
+        session = import_session(name, path, **options)
+        return replace(session, facts={**session.facts, "taken_for": f"{name}, because {why}"})
+    known = list(signature(_importer(format)).parameters)[1:] if format != AUTO else list(options)
     for option in options:
         if option not in known:
             raise ImportFileError(f"importer {format!r} has no option {option!r}; it has: {', '.join(known)}")
-    path = Path(source)
-    if not path.is_file():
+    if not is_there:
         raise ImportFileError(f"{path} does not exist or is no file; check the path")
+<<<<<<< HEAD
     try:
         return read(path, **options)
     except (SessionError, OSError):
@@ -52,6 +76,21 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
     except Exception as error:  # of another package; ours raise what they refuse
         where = f"importer {format!r} ({read.__module__})"
         raise ImportFileError(f"{where} failed: {type(error).__name__}: {error}; report it to its package") from error
+=======
+    return _importer(format)(path, **options)
+
+
+def _joined(format: str, sources: Sequence[str | Path], options: dict[str, Any]) -> Session:
+    if len(sources) == 1:
+        return import_session(format, sources[0], **options)
+    whole = {name: options.pop(name) for name in FOR_THE_WHOLE if name in options}
+    if not sources or options.get("mesh_axes", "same") != "same":
+        raise ImportFileError("name a source; turn meshes by mesh_axes with one source alone")
+    parts = {Path(one): import_session(format, one, **options, proxies=False) for one in sources}
+    from sessions.importers.joining import joined
+
+    return joined(parts, **whole)
+>>>>>>> importers
 
 
 def _importer(name: str) -> Any:

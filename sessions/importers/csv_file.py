@@ -10,12 +10,12 @@ from sessions.errors import ImportFileError
 from sessions.importers.csv_happenings import events, hands, live_contacts, pose_rows, unknown_kinds
 from sessions.importers.csv_mapping import METRES, UNITY, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable, Rows
-from sessions.importers.finish import Imported, MeshSource, counted, finished, loaded, usable_track
+from sessions.importers.finish import Imported, MeshSource, finished, loaded
+from sessions.importers.pose_table import PoseTable, SourceFrame, imported
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import Convention, convention, quaternion_from_euler
 from sessions.model.scene import Scene
 from sessions.model.session import Session
-from sessions.model.track import Track
 
 MESH_AXES = {
     "same": "mesh files have the axes of the converted session",
@@ -54,7 +54,12 @@ def read_csv(
         raise ImportFileError(f"no mesh_axes {mesh_axes!r}; there are: {', '.join(MESH_AXES)}")
     plan = UNITY if mapping is None else mapping if isinstance(mapping, CsvMapping) else read_mapping(mapping)
     axes = _axes(convention or plan.convention)
-    table = CsvTable(source, plan.delimiter, plan.decimal)
+    table = CsvTable(source, plan.delimiter, plan.decimal, plan.skip_lines, plan.header_lines)
+    if mapping is None and plan.time not in table.columns:
+        raise ImportFileError(
+            f"{source}: line 1: no column {plan.time!r}, so this is not the CSV of the Unity script; "
+            "say with --mapping FILE what its columns are"
+        )
     samples = _samples(table, plan, axes)
     if mesh_axes != "same":
         samples = replace(samples, conversions=(*samples.conversions, f"{MESH_AXES[mesh_axes]}: turned by 180 degrees"))
@@ -83,28 +88,16 @@ def _turned_meshes(meshes: Mapping[str, MeshSource], scene: Scene | None, folder
 
 
 def _samples(table: CsvTable, plan: CsvMapping, axes: Convention) -> Imported:
-    tracks: dict[str, Track] = {}
-    done = [
-        f"axes {axes.name} ({axes.words}) to right-handed, +Y up, -Z forward",
-        f"lengths in {plan.units} to m",
-        f"clock in {plan.unit} to ns",
-    ]
+    notes = []
     if table.skipped:
-        done.append(f"{table.skipped} rows left out that have too few or too many cells")
+        notes.append(f"{table.skipped} rows left out that have too few or too many cells")
     if table.cut_short:
-        done.append("the last line has no line break and may be cut short: its pose is flagged as lost")
-    for name, columns, rows in _bodies(table, plan):
-        tracks[name], dropped, flagged = _track(table, plan, axes, columns, rows)
-        done += counted(name, dropped, flagged)
-    contacts, notes = live_contacts(table, plan)
-    done += notes + unknown_kinds(table, plan)
-    metadata = {
-        "source_units": plan.units,
-        "source_convention": axes.name,
-        "handedness": axes.handedness,
-        "clock": f"column {plan.time}, {plan.unit}",
-    }
-    return Imported(tracks, tuple(done), metadata, events(table, plan), hands(table, plan), contacts)
+        notes.append("the last line has no line break and may be cut short: its pose is flagged as lost")
+    tables = {name: _poses(table, plan, columns, rows) for name, columns, rows in _bodies(table, plan)}
+    contacts, twice = live_contacts(table, plan)
+    frame = SourceFrame(axes, plan.units, METRES[plan.units], f"column {plan.time}, {plan.unit}", plan.unit)
+    samples = imported(tables, frame, [*notes, *twice, *unknown_kinds(table, plan)])
+    return replace(samples, events=events(table, plan), hands=hands(table, plan), live_contacts=contacts)
 
 
 def _bodies(table: CsvTable, plan: CsvMapping) -> Iterator[tuple[str, PoseColumns, Rows]]:
@@ -125,9 +118,7 @@ def _bodies(table: CsvTable, plan: CsvMapping) -> Iterator[tuple[str, PoseColumn
             yield name, plan.body, poses & table.rows_of(plan.name, name)
 
 
-def _track(
-    table: CsvTable, plan: CsvMapping, axes: Convention, columns: PoseColumns, rows: Rows
-) -> tuple[Track, int, int]:
+def _poses(table: CsvTable, plan: CsvMapping, columns: PoseColumns, rows: Rows) -> PoseTable:
     numbers = table.numbers(columns.numbers, rows)
     stamps = table.stamps(plan.time, plan.unit, rows)
     valid = table.flags(columns.valid, rows) if columns.valid else np.ones(len(numbers), dtype=np.bool_)
@@ -136,5 +127,4 @@ def _track(
     turn = numbers[:, 3:]
     if columns.euler:
         turn = quaternion_from_euler(np.radians(turn) if columns.degrees else turn, columns.order)
-    place = axes.points(numbers[:, :3]) * METRES[plan.units]
-    return usable_track(stamps, place, axes.quaternions(turn), valid)
+    return PoseTable(stamps, numbers[:, :3], turn, valid)

@@ -13,6 +13,7 @@ from sessions.errors import ImportFileError
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.scene_files.toml_table import TomlTable, parse_toml, read_text
 
+MOST_LINES: Final = 1000
 METRES: Final[Mapping[str, float]] = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 CLOCK_NS: Final[Mapping[str, float]] = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0, "ticks": 100.0}
 """Nanoseconds per unit of the clock; ``ticks`` are .NET's, counted from the year 1."""
@@ -62,6 +63,10 @@ class CsvMapping:
     units: str = "m"
     delimiter: str = ","
     decimal: str = "."
+    skip_lines: int = 0
+    """Lines above the header."""
+    header_lines: int = 1
+    """Of several, a column's name is all its words, with spaces between them."""
     name: str = ""
     body: PoseColumns | None = None
     bodies: Mapping[str, PoseColumns] | None = None
@@ -107,6 +112,8 @@ def read_mapping(path: str | Path) -> CsvMapping:
         units=whole.text("units", "m", METRES),
         delimiter=_letter(whole, "delimiter", ","),
         decimal=_letter(whole, "decimal", "."),
+        skip_lines=whole.count("skip_lines", 0, 0, MOST_LINES),
+        header_lines=whole.count("header_lines", 1, 1, MOST_LINES),
         name=long.text("name", None) if long is not None else "",
         body=_columns(long) if long is not None else None,
         bodies={name: _columns(table) for name, table in wide.items()} or None,
@@ -133,10 +140,23 @@ def _columns(table: TomlTable) -> PoseColumns:
     if "quaternion_xyzw" in table:
         turn["quaternion_xyzw"] = table.texts("quaternion_xyzw", 4)
     else:
-        turn["euler"], turn["order"] = table.texts("euler", 3), table.text("order", None)
+        turn["order"] = table.text("order", None)
+        turn["euler"] = _angles(table, turn["order"])
         turn["degrees"] = table.text("angle_unit", "deg", ("deg", "rad")) == "deg"
     columns = PoseColumns(table.texts("position", 3), valid=table.text("valid"), **turn)
     table.done()
+    return columns
+
+
+def _angles(table: TomlTable, order: str) -> tuple[str, ...]:
+    """Three columns in the order of turning; as a table, ``euler = {x = ..., y = ..., z = ...}``, by their axes."""
+    if not table.is_table("euler"):
+        return table.texts("euler", 3)
+    if sorted(order.lower()) != ["x", "y", "z"]:
+        raise table.fail(f"order is {order!r}; angles named by axis need an order of x, y and z, each once")
+    axes = table.table("euler") or table
+    columns = tuple(axes.text(axis, None) for axis in order.lower())
+    axes.done()
     return columns
 
 

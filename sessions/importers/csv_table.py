@@ -1,6 +1,7 @@
 """A CSV as typed columns: stamps are exact to the last digit, and an error names line and column."""
 
 import csv
+import json
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
@@ -29,22 +30,29 @@ Rows = NDArray[np.bool_]
 
 
 class CsvTable:
-    """The cells of one file; every column is text until it is asked for."""
+    """The cells of one file; every column is text until it is asked for.
 
-    def __init__(self, source: Path, delimiter: str, decimal: str) -> None:
+    ``skip_lines`` come before the header; of several ``header_lines`` a column's name is all its words.
+    """
+
+    def __init__(self, source: Path, delimiter: str, decimal: str, skip_lines: int = 0, header_lines: int = 1) -> None:
         import pyarrow as pa
         from pyarrow import csv as arrow_csv
 
         self.source, self.skipped = source, 0
-        self._delimiter, self._decimal = delimiter, decimal
-        header = _header(source, delimiter)
+        self._delimiter, self._decimal, self._above = delimiter, decimal, skip_lines + header_lines
+        self.heads = _heads(source, delimiter, skip_lines, header_lines)
+        header = _names(self.heads)
         repeated = {name for name in header if header.count(name) > 1}
-        if repeated:
-            raise ImportFileError(f"{source}: line 1: column {sorted(repeated)[0]!r} occurs twice; rename one")
+        if repeated and header_lines == 1:
+            raise ImportFileError(
+                f"{source}: line {self._above}: column {sorted(repeated)[0]!r} occurs twice; rename one"
+            )
+        header = [f"{name} (column {at})" if name in repeated else name for at, name in enumerate(header, start=1)]
         try:
             self._table = arrow_csv.read_csv(
                 source,
-                arrow_csv.ReadOptions(column_names=header, skip_rows=1, use_threads=False),
+                arrow_csv.ReadOptions(column_names=header, skip_rows=self._above, use_threads=False),
                 arrow_csv.ParseOptions(delimiter=delimiter, invalid_row_handler=self._skip),
                 arrow_csv.ConvertOptions(column_types=dict.fromkeys(header, pa.string()), strings_can_be_null=False),
             )
@@ -65,7 +73,12 @@ class CsvTable:
     def column(self, name: str) -> Any:
         """The cells of a column as Arrow text."""
         if name not in self.columns:
-            raise ImportFileError(f"{self.source}: line 1: no column {name!r}{nearest(name, self.columns)}")
+            if len(self.columns) == 1 and (other := [letter for letter in ",;\t|" if letter in self.columns[0]]):
+                raise ImportFileError(
+                    f"{self.source}: line {self._above}: no column {name!r}, for nothing stands between "
+                    f"{self._delimiter!r}; write delimiter = {json.dumps(other[0])} into the mapping"
+                )
+            raise ImportFileError(f"{self.source}: line {self._above}: no column {name!r}{nearest(name, self.columns)}")
         return self._table.column(name)
 
     def texts(self, column: str, rows: Rows | None = None) -> NDArray[np.object_]:
@@ -119,7 +132,8 @@ class CsvTable:
             try:
                 float("nan" if cell in EMPTY else cell.replace(self._decimal, "."))
             except ValueError:
-                return self._wrong(row, column, f"{cell[:40]!r} is no number; repair the cell")
+                cure = 'write decimal = "," into the mapping' if cell.count(",") == 1 else "repair the cell"
+                return self._wrong(row, column, f"{cell[:40]!r} is no number; {cure}")
         return ImportFileError(f"{self.source}: column {column!r} holds something that is no number; repair it")
 
     def _wrong(self, row: int, column: str, message: str) -> ImportFileError:
@@ -130,7 +144,7 @@ class CsvTable:
         kept = -1
         with self.source.open(encoding="utf-8-sig", newline="") as file:
             for number, line in enumerate(file, start=1):
-                kept += number > 1 and _cells(line, self._delimiter) == len(self.columns)
+                kept += number > self._above and _cells(line, self._delimiter) == len(self.columns)
                 if kept == row:
                     return number
         return row + 2
@@ -169,16 +183,25 @@ class CsvTable:
         return pc.is_in(cells, pa.array(TRUE_WORDS)).to_numpy(zero_copy_only=False).astype(np.bool_)
 
 
-def _header(source: Path, delimiter: str) -> list[str]:
+def _heads(source: Path, delimiter: str, skip_lines: int, header_lines: int) -> list[list[str]]:
+    """The cells of the lines that name columns, as many in each."""
     try:
         with source.open(encoding="utf-8-sig", newline="") as file:
-            line = file.readline(LONGEST_LINE)
-    except (OSError, UnicodeDecodeError):
+            lines = [file.readline(LONGEST_LINE) for _ in range(skip_lines + header_lines)][skip_lines:]
+            # Of a row left out that is no UTF-8, Arrow would print a traceback.
+            while file.read(LONGEST_LINE):
+                pass
+        rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
+    except (OSError, UnicodeDecodeError, csv.Error):
         raise ImportFileError(f"{source}: this is not UTF-8 text; save it as UTF-8") from None
-    names = [name.strip().strip('"') for name in line.rstrip("\r\n").split(delimiter)]
-    if not any(names):
-        raise ImportFileError(f"{source}: the file is empty; there is no header in line 1")
-    return names
+    if not any(map(any, rows)):
+        raise ImportFileError(f"{source}: the file is empty; there is no header in line {skip_lines + header_lines}")
+    wide = max(map(len, rows))
+    return [row + [""] * (wide - len(row)) for row in rows]
+
+
+def _names(heads: list[list[str]]) -> list[str]:
+    return [" ".join(filter(None, words)) for words in zip(*heads, strict=True)]
 
 
 def _cells(line: str, delimiter: str) -> int:

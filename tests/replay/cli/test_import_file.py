@@ -1,6 +1,7 @@
 import json
 
 import numpy as np
+from mcap.writer import Writer
 from support.small_worlds import cube
 
 from replay.cli.main import main
@@ -39,6 +40,14 @@ def test_json_says_where_the_session_lies_and_what_was_said(tmp_path, capsys):
     assert told["notes"] == said.splitlines() and "proxy meshes stand in for: left, right" in said
 
 
+def test_auto_says_what_it_takes_a_file_for_and_why(tmp_path, capsys):
+    source = aframe(tmp_path / "m.json")
+    assert main(["import", "auto", str(source), "-o", str(tmp_path / "s.mcap")]) == 0
+    assert "taken for aframe, because it is JSON\n" in capsys.readouterr().err
+    assert main(["import", "aframe", str(source), "-o", str(tmp_path / "s.mcap"), "--force"]) == 0
+    assert "taken for" not in capsys.readouterr().err
+
+
 def test_stand_in_meshes_are_said_to_be_stand_ins(tmp_path, capsys):
     source = aframe(tmp_path / "m.json")
     assert main(["import", "aframe", str(source), "-o", str(tmp_path / "s.mcap")]) == 0
@@ -69,7 +78,41 @@ def test_an_option_of_another_format_is_refused_by_name(tmp_path, capsys):
     assert "has no option 'convention'" in capsys.readouterr().err
 
 
+def test_what_was_assumed_is_said_unless_it_was_given(tmp_path, capsys):
+    source = tmp_path / "foreign.mcap"
+    with source.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        schema = writer.register_schema("foxglove.FrameTransform", "jsonschema", b"{}")
+        for topic in ("/tf", "/other"):
+            channel = writer.register_channel(topic, "json", schema)
+            for stamp in (1, 2):
+                pose = {"child_frame_id": topic, "translation": {}, "rotation": {"x": 0, "y": 0, "z": 0, "w": 1}}
+                writer.add_message(channel, stamp, json.dumps(pose).encode(), stamp)
+        writer.finish()
+    out = str(tmp_path / "s.mcap")
+    assert main(["import", "mcap", str(source), "-o", out, "--topic", "/tf"]) == 0
+    assert "2 frames of tf\n" in (said := capsys.readouterr().err)
+    assert "assumed: axes ros" in said and "name other axes with --convention" in said
+    assert main(["import", "mcap", str(source), "-o", out, "--force", "--convention", "openxr"]) == 0
+    assert "of tf, other" in (said := capsys.readouterr().err) and "axes ros" not in said
+
+
 def test_an_unknown_format_is_answered_with_those_there_are(tmp_path, capsys):
     source = aframe(tmp_path / "m.json")
     assert main(["import", "fbx", str(source), "-o", str(tmp_path / "s.mcap")]) == 1
     assert "aframe, csv" in capsys.readouterr().err
+
+
+def test_several_sources_of_one_clock_become_one_session(tmp_path, capsys):
+    first = aframe(tmp_path / "a.json")
+    second = tmp_path / "b.json"
+    second.write_text(first.read_text().replace('"left"', '"cup"').replace('"right"', '"plate"'))
+    out = tmp_path / "s.mcap"
+    assert main(["import", "aframe", str(first), str(second), "-o", str(out)]) == 0
+    assert "20 frames of left, right, cup, plate" in capsys.readouterr().err
+    assert (
+        main(["import", "contacts", str(first), str(second), "--session", str(out), "-o", str(tmp_path / "c.mcap")])
+        == 2
+    )
+    assert "contacts come from one file; name one SOURCE" in capsys.readouterr().err

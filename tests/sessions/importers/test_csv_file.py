@@ -125,7 +125,7 @@ def test_a_mesh_that_unity_exported_as_gltf_is_turned_about_y(tmp_path):
     ("lines", "message"),
     [
         ([""], "the file is empty"),
-        (["a,b"], "line 1: no column 'kind'; there are: a, b"),
+        (["a,b"], "line 1: no column 'time', so this is not the CSV of the Unity script"),
         ([HEADER + ",px", ""], "line 1: column 'px' occurs twice"),
         ([HEADER], "there is no pose in it"),
         ([HEADER, "pose,x,left,0,0,0,0,0,0,1,1,,"], "line 2, column 'time': 'x' is no number"),
@@ -230,3 +230,29 @@ def test_no_rows_end_in_anything_but_a_session_or_one_named_error(tmp_path_facto
         import_session("csv", path)
     except SessionError as error:
         assert str(path) in str(error)
+
+
+@pytest.mark.parametrize(
+    ("text", "mapping", "words"),
+    [
+        ("t,x\n1,2\n", None, "no column 'time', so this is not the CSV of the Unity script; say with --mapping FILE"),
+        ("t;x;y\n1;2;3\n", "", 'no column .x., for nothing stands between .,.; write delimiter = ";" into the mapping'),
+        ('t,x,y\n0,"1,5",2\n', "", 'line 2, column .x.: .1,5. is no number; write decimal = "," into the mapping'),
+    ],
+)
+def test_an_error_names_the_cure(tmp_path, text, mapping, words):
+    (tmp_path / "take.csv").write_text(text)
+    (tmp_path / "m.toml").write_text(
+        'convention = "gltf"\n[time]\ncolumn = "t"\nunit = "s"\n[bodies.a]\nposition = ["x", "y", "y"]\n'
+        'quaternion_xyzw = ["x", "x", "x", "x"]\n'
+    )
+    with pytest.raises(SessionError, match=words):
+        import_session("csv", tmp_path / "take.csv", mapping=None if mapping is None else tmp_path / "m.toml")
+
+
+@pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
+def test_a_ragged_row_that_is_no_utf_8_is_one_sentence_and_prints_no_traceback(tmp_path):
+    row = unity_row(0.0, "left", (0, 0, 0), (0, 0, 0, 1))
+    (tmp_path / "take.csv").write_bytes("\n".join([HEADER, row, "pose,\xff", ""]).encode("latin-1"))
+    with pytest.raises(SessionError, match="this is not UTF-8 text; save it as UTF-8"):
+        import_session("csv", tmp_path / "take.csv")

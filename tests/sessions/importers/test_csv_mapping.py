@@ -2,8 +2,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from sessions.errors import ImportFileError
+from sessions.importers import import_session
 from sessions.importers.csv_mapping import UNITY, read_mapping
 from sessions.importers.csv_table import CsvTable
 
@@ -134,3 +136,36 @@ def test_flags_are_true_for_the_words_of_yes_alone(tmp_path):
     cells = table(tmp_path, "v\n1\ntrue\n0\nFalse\n\nTrue\n")
     words = dict(zip(cells.texts("v"), cells.flags("v", np.ones(len(cells), dtype=bool)).tolist(), strict=True))
     assert [word for word, yes in words.items() if yes] == ["1", "true", "True"]
+
+
+EULER = """
+convention = "openvr"
+skip_lines = 2
+header_lines = 2
+[time]
+column = "t s"
+unit = "s"
+[bodies.cup]
+position = ["cup x", "cup y", "cup z"]
+euler = {x = "cup rx", y = "cup ry", z = "cup rz"}
+order = "%s"
+"""
+
+
+@pytest.mark.parametrize("order", ["XYZ", "ZXY", "yzx"])
+def test_angles_are_bound_to_axes_by_name_whatever_their_order_in_the_file(tmp_path, order):
+    (tmp_path / "m.toml").write_text(EULER % order)
+    lines = ["a lab", "", "t,cup,cup,cup,cup,cup,cup", "s,x,y,z,ry,rz,rx", "0,1,2,3,20,30,10", "0.5,1,2,3,20,30,10"]
+    (tmp_path / "take.csv").write_text("\n".join([*lines, ""]))
+    session = import_session("csv", tmp_path / "take.csv", mapping=tmp_path / "m.toml")
+    angles = {"x": 10, "y": 20, "z": 30}
+    expected = Rotation.from_euler(order, [angles[axis] for axis in order.lower()], degrees=True).as_matrix()
+    got = Rotation.from_quat(session.frames.quaternion_xyzw[:, 0]).as_matrix()
+    assert np.abs(got - expected).max() < 1e-12
+    assert session.frames.stamp_ns.tolist() == [0, 500_000_000]
+
+
+def test_an_order_that_names_an_axis_twice_cannot_be_bound_by_name(tmp_path):
+    (tmp_path / "m.toml").write_text(EULER % "zxz")
+    with pytest.raises(ImportFileError, match="angles named by axis need an order of x, y and z, each once"):
+        read_mapping(tmp_path / "m.toml")

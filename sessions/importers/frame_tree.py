@@ -1,0 +1,147 @@
+"""Frames that hang from each other, composed to poses in their root, as tf2 of ROS does.
+
+Stamps are those of the frames of a chain that move. Where two of them have clocks of their own, each is interpolated
+at the stamps of the other, never across a gap. Source: Foote, "tf: The transform library", TePRA 2013.
+"""
+
+from array import array
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.errors import ImportFileError
+from sessions.geometry.rotations import quaternion_product, rotated, slerp
+from sessions.importers.finish import QUATERNION_TOLERANCE
+from sessions.importers.pose_table import PoseTable
+
+LARGEST_GAP_NS: Final = 200_000_000
+"""A frame silent for longer than this is not interpolated: its pose in between is flagged as lost."""
+
+Numbers = NDArray[np.float64]
+
+
+@dataclass
+class _Link:
+    parent: str
+    static: bool
+    stamps: "array[int]" = field(default_factory=lambda: array("q"))
+    numbers: "array[float]" = field(default_factory=lambda: array("d"))
+
+    def table(self) -> tuple[NDArray[np.int64], Numbers]:
+        """Stamps that increase (n,) and x y z qx qy qz qw (n, 7); of rows with one stamp the last counts."""
+        stamps = np.frombuffer(self.stamps, dtype=np.int64)
+        rows = np.frombuffer(self.numbers, dtype=np.float64).reshape(-1, 7)
+        times, last = np.unique(stamps[::-1], return_index=True)
+        return times, rows[::-1][last]
+
+
+class FrameTree:
+    """Transforms from child frames to their parents, as they come in; ``tables`` are the poses in the root."""
+
+    def __init__(self, source: str) -> None:
+        self._source = source
+        self._links: dict[str, _Link] = {}
+        self._tables: dict[str, tuple[NDArray[np.int64], Numbers]] = {}
+        self._interpolated = False
+
+    def __contains__(self, frame: str) -> bool:
+        return frame in self._links
+
+    def add(self, parent: str, child: str, stamp_ns: int, numbers: Sequence[float], *, static: bool = False) -> None:
+        """One transform: a place and a quaternion xyzw.
+
+        Raises ``ImportFileError``: a frame without a name or with two parents, or a stamp beyond int64.
+        """
+        parent, child = parent.strip("/"), child.strip("/")
+        if not child:
+            raise self._error("a transform has no child frame; record it again or choose by --topic")
+        link = self._links.setdefault(child, _Link(parent, static))
+        if link.parent != parent:
+            raise self._error(f"frame {child!r} hangs from {link.parent!r} and from {parent!r}; choose by --topic")
+        link.static &= static
+        try:
+            link.stamps.append(stamp_ns)
+        except OverflowError:
+            raise self._error(f"frame {child!r} has a stamp of {stamp_ns} ns; no recording is that late") from None
+        link.numbers.extend(numbers)
+
+    def tables(self) -> tuple[dict[str, PoseTable], list[str]]:
+        """Every frame's poses in the root, and what was assumed for them."""
+        self._tables = {name: link.table() for name, link in self._links.items()}
+        chains = {name: self._chain(name) for name in self._links}
+        roots = sorted({self._links[chain[-1]].parent for chain in chains.values()} - {""})
+        if len(roots) > 1:
+            raise self._error(
+                f"frames hang from {len(roots)} roots ({', '.join(map(repr, roots[:5]))}) and no transform joins them; "
+                "choose by --topic"
+            )
+        moving = [self._tables[name][0] for name in self._links if self._moves(name)]
+        everywhen = np.unique(np.concatenate(moving)) if moving else None
+        found = {name: self._composed(chain, everywhen) for name, chain in chains.items()}
+        words = [f"poses in the root frame {root!r}" for root in roots]
+        held = [name for name, chain in chains.items() if everywhen is not None and not any(map(self._moves, chain))]
+        if held:
+            words.append(f"frames published once hold throughout: {', '.join(map(repr, held))}")
+        if self._interpolated:
+            words.append(f"frames of other stamps interpolated, not across {LARGEST_GAP_NS / 1e9:g} s")
+        return found, words
+
+    def _moves(self, name: str) -> bool:
+        return not self._links[name].static and len(self._tables[name][0]) > 1
+
+    def _chain(self, name: str) -> list[str]:
+        """The frame and those above it, the one below the root last."""
+        chain = [name]
+        while (parent := self._links[chain[-1]].parent) in self._links:
+            if parent in chain:
+                raise self._error(f"frame {name!r} hangs from itself by {parent!r}; choose by --topic")
+            chain.append(parent)
+        return chain
+
+    def _composed(self, chain: list[str], everywhen: NDArray[np.int64] | None) -> PoseTable:
+        moving = [self._tables[name][0] for name in chain if self._moves(name)]
+        if moving:
+            stamps = np.unique(np.concatenate(moving))
+            first, last = max(times[0] for times in moving), min(times[-1] for times in moving)
+            stamps = stamps[(stamps >= first) & (stamps <= last)]
+        else:
+            stamps = self._tables[chain[0]][0] if everywhen is None else everywhen
+        pose = self._at(chain[0], stamps)
+        for name in chain[1:]:
+            above = self._at(name, stamps)
+            place = above[:, :3] + rotated(above[:, 3:], pose[:, :3])
+            pose = np.concatenate([place, quaternion_product(above[:, 3:], pose[:, 3:])], axis=1)
+        return PoseTable(stamps, pose[:, :3], pose[:, 3:])
+
+    def _at(self, name: str, stamps: NDArray[np.int64]) -> Numbers:
+        """Rows of a link at these stamps (n, 7): its own, held where it is static, else interpolated."""
+        times, rows = self._tables[name]
+        after = np.searchsorted(times, stamps)
+        own = times[np.minimum(after, len(times) - 1)] == stamps
+        if not self._moves(name):
+            return rows[np.clip(np.where(own, after, after - 1), 0, len(times) - 1)]
+        found: Numbers = rows[np.minimum(after, len(times) - 1)].copy()
+        between = np.flatnonzero(~own)
+        high = after[between]
+        self._interpolated |= len(between) > 0
+        step = times[high] - times[high - 1]
+        share = (stamps[between] - times[high - 1]) / step
+        start, end = rows[high - 1], rows[high]
+        found[between, :3] = start[:, :3] + share[:, None] * (end[:, :3] - start[:, :3])
+        with np.errstate(invalid="ignore", divide="ignore"):
+            found[between, 3:] = slerp(start[:, 3:], end[:, 3:], share)
+            lost = (step > LARGEST_GAP_NS) | ~(_is_turn(start) & _is_turn(end))
+        found[between[lost]] = np.nan
+        return found
+
+    def _error(self, words: str) -> ImportFileError:
+        return ImportFileError(f"{self._source}: {words}")
+
+
+def _is_turn(rows: Numbers) -> NDArray[np.bool_]:
+    norm = np.linalg.norm(rows[:, 3:], axis=1)
+    fits: NDArray[np.bool_] = np.abs(norm - 1.0) <= QUATERNION_TOLERANCE
+    return fits

@@ -1,0 +1,123 @@
+"""Motive's CSV export: rigid bodies and bones; a preamble names units, rotation type and coordinate space.
+
+Motive's space is right-handed, +Y up. A row without numbers is a body that was not seen: it is flagged as lost.
+
+Source: OptiTrack, documentation of Motive, *Data Export: CSV* (format versions 1.2 and later).
+"""
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from sessions.errors import ImportFileError
+from sessions.importers.csv_table import LONGEST_LINE, CsvTable
+from sessions.importers.finish import MeshSource, finished
+from sessions.importers.pose_table import PoseTable, SourceFrame, imported
+from sessions.meshes.conventions import convention as convention_named
+from sessions.meshes.conventions import quaternion_from_euler
+from sessions.model.scene import Scene
+from sessions.model.session import Session
+
+LENGTHS: Final = {"meters": 1.0, "centimeters": 0.01, "millimeters": 0.001, "inches": 0.0254, "feet": 0.3048}
+BODIES: Final = ("Rigid Body", "Bone")
+AXES: Final = "gltf"
+HEAD_LINES: Final = 12  # The lines that name columns are among these; Motive writes 7 or 8
+FIRST, TIME = "Format Version", "Time (Seconds)"
+
+
+def read_optitrack(
+    source: Path,
+    *,
+    convention: str | None = None,
+    meshes: Mapping[str, MeshSource] | None = None,
+    scene: Scene | None = None,
+    scene_folder: str | Path = ".",
+    proxies: bool | None = None,
+) -> Session:
+    """The session of a Motive CSV export.
+
+    Parameters
+    ----------
+    convention : axes, where the export was not made with Motive's own (``z-up``).
+    meshes, scene, scene_folder, proxies : see ``sessions.importers.finish.finished``.
+
+    Raises ``ImportFileError``: names file, line and what to export.
+    """
+    facts, above, heads = _preamble(source)
+    table = CsvTable(source, ",", ".", above, heads)
+    euler = facts.get("Rotation Type", "Quaternion")
+    if euler != "Quaternion" and sorted(euler) != ["X", "Y", "Z"]:
+        raise ImportFileError(f"{source}: line 1: no Rotation Type {euler!r}; export with Quaternion")
+    unit = facts.get("Length Units", "Meters")
+    if unit.lower() not in LENGTHS:
+        raise ImportFileError(f"{source}: line 1: no length unit {unit!r}; there are: {', '.join(LENGTHS)}")
+    space = facts.get("Coordinate Space", "Global")
+    if space != "Global":
+        raise ImportFileError(
+            f"{source}: line 1: poses are in space {space!r}; export them with Coordinate Space Global"
+        )
+    every = np.ones(len(table), dtype=np.bool_)
+    time = next((one for one in table.columns if one.endswith(TIME)), TIME)
+    stamps = table.stamps(time, "s", every)
+    tables, notes = {}, []
+    for name, columns in _bodies(table, euler).items():
+        numbers = table.numbers(columns, every)
+        turn = numbers[:, 3:] if euler == "Quaternion" else quaternion_from_euler(np.radians(numbers[:, 3:]), euler)
+        seen = every & np.isfinite(numbers).all(axis=1)
+        seen[-1:] &= not table.cut_short
+        tables[name] = PoseTable(stamps, numbers[:, :3], turn, seen)
+        if not seen.all():
+            notes.append(f"{name}: {int((~seen).sum())} frames are lost: they hold no numbers or are cut short")
+    assumed = [] if "Length Units" in facts else ["lengths in m"]
+    assumed += [] if convention else ["axes of Motive (right-handed, +Y up)"]
+    assumed += [f"Euler angles {euler} in degrees about own axes"] if euler != "Quaternion" else []
+    clock = f"seconds since the take began ({facts.get('Capture Start Time', 'no date in the file')})"
+    frame = SourceFrame(
+        convention_named(convention or AXES), unit.lower(), LENGTHS[unit.lower()], clock, assumed=tuple(assumed)
+    )
+    samples = imported(tables, frame, notes)
+    return finished(samples, source, meshes=meshes, scene=scene, scene_folder=scene_folder, proxies=proxies)
+
+
+def _preamble(source: Path) -> tuple[dict[str, str], int, int]:
+    """What line 1 says, how many lines stand above those that name columns, and how many of these there are."""
+    try:
+        with source.open(encoding="utf-8-sig", newline="") as file:
+            lines = [file.readline(LONGEST_LINE) for _ in range(HEAD_LINES)]
+        rows = [next(csv.reader([line]), []) for line in lines]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ImportFileError(f"{source}: this is no CSV text ({error}); export it again") from None
+    starts = [row[1] if row[:1] == [""] and len(row) > 1 else row[0] if row else "" for row in rows]
+    if starts[0] != FIRST:
+        raise ImportFileError(f"{source}: line 1 does not begin with {FIRST!r}; export from Motive with the header on")
+    if "Type" not in starts or "Frame" not in starts:
+        raise ImportFileError(
+            f"{source}: no lines that begin with ',Type' and 'Frame' name the columns; export it again with its header"
+        )
+    first, last = starts.index("Type"), starts.index("Frame")
+    return dict(zip(rows[0][::2], rows[0][1::2], strict=False)), first, last - first + 1
+
+
+def _bodies(table: CsvTable, euler: str) -> dict[str, list[str]]:
+    """Body -> its columns: place X Y Z, then a quaternion X Y Z W or angles in the order of turning."""
+    turns = "XYZW" if euler == "Quaternion" else euler
+    wanted = [("Position", axis) for axis in "XYZ"] + [("Rotation", axis) for axis in turns]
+    kinds, names, what, axes = table.heads[0], table.heads[1], table.heads[-2], table.heads[-1]
+    found: dict[str, dict[tuple[str, str], str]] = {}
+    for kind, name, part, axis, column in zip(kinds, names, what, axes, table.columns, strict=True):
+        if kind in BODIES:
+            found.setdefault(name, {})[part, axis] = column
+    if not found:
+        raise ImportFileError(
+            f"{table.source}: no rigid body or bone is in it, only markers; export it again with rigid bodies on"
+        )
+    for name, columns in found.items():
+        missing = [" ".join(one) for one in wanted if one not in columns]
+        if missing:
+            raise ImportFileError(
+                f"{table.source}: {name!r} has no column {missing[0]!r}; export it with Rotation Type Quaternion"
+            )
+    return {name: [columns[one] for one in wanted] for name, columns in found.items()}

@@ -1,0 +1,39 @@
+"""What a recording is, by its first bytes and its names; ``import auto`` asks this and says why."""
+
+from pathlib import Path
+from typing import Final
+
+from sessions.errors import ImportFileError
+from sessions.importers.optitrack import FIRST
+from sessions.importers.uxf import TRACKER, TRIALS
+
+STARTS: Final = (
+    (b"\x89MCAP0\r\n", "mcap", "it is an MCAP file"),
+    (b"XDF:", "xdf", "it begins with XDF:"),
+    (b"\x1f\x8b", "xdf", "it is compressed by gzip, as .xdfz files are"),
+    (FIRST.encode(), "optitrack", f"line 1 begins with {FIRST}, as Motive's exports do"),
+    (b"{", "aframe", "it is JSON"),
+)
+FIRST_BYTES: Final = 4096
+DELIMITERS: Final = ",;\t"
+
+
+def recognised(source: Path) -> tuple[str, str]:
+    """A format of ``IMPORTERS`` and why; ImportFileError where nothing speaks for one."""
+    if source.is_dir():
+        if next(source.rglob(TRIALS), None) or any(TRACKER.fullmatch(path.name) for path in source.rglob("*.csv")):
+            return "uxf", f"the folder holds {TRIALS} or files OBJECT_movement_T001.csv"
+        raise ImportFileError(f"{source} is a folder, but none of UXF; name a file, or the format before the source")
+    if source.name == TRIALS:
+        return "uxf", f"its name is {TRIALS}"
+    with source.open("rb") as file:
+        head = file.read(FIRST_BYTES)
+    head = head.removeprefix(b"\xef\xbb\xbf")
+    for start, name, why in STARTS:
+        if head.lstrip().startswith(start):
+            return name, why
+    line = head.partition(b"\n")[0].decode("utf-8", errors="replace")
+    found = [letter for letter in DELIMITERS if letter in line]
+    if found and line.strip().replace("\t", "").isprintable() and "\ufffd" not in line:
+        return "csv", f"line 1 has {line.count(found[0]) + 1} cells between {found[0]!r}"
+    raise ImportFileError(f"{source}: nothing says what it is; name the format before the source: replay import FORMAT")

@@ -1,0 +1,119 @@
+"""A session folder of UXF: its trials, and one CSV per tracked object and trial.
+
+Rotations are Unity's Euler angles in degrees (z, then x, then y about fixed axes); stamps are Unity's ``Time.time``.
+A tracker's file is ``OBJECT_DESCRIPTOR_T001.csv`` with the columns of a PositionRotationTracker.
+
+Source: Brookes et al., "Studying human behavior with virtual reality: The Unity Experiment Framework", Behavior
+Research Methods 52 (2020); its wiki, page *Output files*.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from sessions.errors import ImportFileError
+from sessions.importers.csv_table import CsvTable
+from sessions.importers.finish import MeshSource, finished
+from sessions.importers.pose_table import LARGEST_SECONDS, PoseTable, SourceFrame, imported
+from sessions.meshes.conventions import convention as convention_named
+from sessions.meshes.conventions import quaternion_from_euler
+from sessions.model.event import Interval
+from sessions.model.scene import Scene
+from sessions.model.session import Session
+
+TRACKER: Final = re.compile(r"(?P<body>.+?)_(?P<what>[^_]+)_T(?P<trial>\d+)\.csv")
+PLACE, ANGLES, ORDER = ("pos_x", "pos_y", "pos_z"), ("rot_z", "rot_x", "rot_y"), "zxy"
+TRIALS: Final = "trial_results.csv"
+LONGEST_HEADER: Final = 10_000
+
+
+def read_uxf(
+    source: Path,
+    *,
+    convention: str = "unity",
+    meshes: Mapping[str, MeshSource] | None = None,
+    scene: Scene | None = None,
+    scene_folder: str | Path = ".",
+    proxies: bool | None = None,
+) -> Session:
+    """The session of a UXF session folder such as ``experiment/participant/S001``.
+
+    Every trial of ``trial_results.csv`` is an interval of kind ``task``; its other columns are data of it.
+
+    Parameters
+    ----------
+    convention : axes of the poses, where a tracker of your own writes others than Unity's.
+    meshes, scene, scene_folder, proxies : see ``sessions.importers.finish.finished``.
+
+    Raises ``ImportFileError``: names folder, file, line and column.
+    """
+    folder = source.parent if source.is_file() else source
+    found: dict[str, list[PoseTable]] = {}
+    notes = ["rotations from Euler angles zxy in degrees to unit quaternions"]
+    for path, body in _trackers(folder):
+        table = CsvTable(path, ",", ".")
+        found.setdefault(body, []).append(_poses(table))
+        notes += [f"{path.name}: {table.skipped} rows left out that have too few or too many cells"] * bool(
+            table.skipped
+        )
+    tables = {body: _joined(parts) for body, parts in found.items()}
+    axes = convention_named(convention)
+    assumed = ("lengths in m", "clock in s since the start of the program (Unity's Time.time)")
+    frame = SourceFrame(axes, "m", 1.0, "Unity's Time.time, s", assumed=assumed)
+    samples = imported(tables, frame, notes)
+    session = finished(samples, folder, meshes=meshes, scene=scene, scene_folder=scene_folder, proxies=proxies)
+    return replace(session, intervals=tuple(_trials(folder)))
+
+
+def _trackers(folder: Path) -> Iterator[tuple[Path, str]]:
+    """Every tracker's file, by trial, and the body it follows."""
+    sessions = sorted(folder.rglob(TRIALS))
+    if len(sessions) > 1:
+        raise ImportFileError(
+            f"{folder}: {len(sessions)} sessions are in it; name one, for example {sessions[0].parent}"
+        )
+    named = ((TRACKER.fullmatch(path.name), path) for path in folder.rglob("*.csv"))
+    trackers = [(match, path) for match, path in named if match and _holds_poses(path)]
+    if not trackers:
+        raise ImportFileError(
+            f"{folder}: no file OBJECT_movement_T001.csv with columns {', '.join(PLACE)}; "
+            "name the session's folder, for example experiment/participant/S001"
+        )
+    for match, path in sorted(trackers, key=lambda one: (int(one[0]["trial"]), str(one[1]))):
+        yield path, match["body"] if match["what"] == "movement" else f"{match['body']}_{match['what']}"
+
+
+def _holds_poses(path: Path) -> bool:
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        return PLACE[0] in file.readline(LONGEST_HEADER)
+
+
+def _poses(table: CsvTable) -> PoseTable:
+    every = np.ones(len(table), dtype=np.bool_)
+    numbers = table.numbers((*PLACE, *ANGLES), every)
+    turns = quaternion_from_euler(np.radians(numbers[:, 3:]), ORDER)
+    valid = every.copy()
+    valid[-1:] &= not table.cut_short
+    return PoseTable(table.stamps("time", "s", every), numbers[:, :3], turns, valid)
+
+
+def _joined(parts: list[PoseTable]) -> PoseTable:
+    columns = zip(*parts, strict=True)
+    return PoseTable(*(np.concatenate(column) for column in columns))
+
+
+def _trials(folder: Path) -> Iterator[Interval]:
+    """Every trial that began and ended, with the other columns of its row."""
+    for path in folder.rglob(TRIALS):
+        table = CsvTable(path, ",", ".")
+        spans = table.numbers(("start_time", "end_time"), np.ones(len(table), dtype=np.bool_))
+        cells = {name: table.texts(name).tolist() for name in table.columns if name not in ("start_time", "end_time")}
+        for row, (start, end) in enumerate(spans.tolist()):
+            if 0.0 <= start <= end < LARGEST_SECONDS:
+                data = {name: column[row] for name, column in cells.items() if column[row]}
+                name = f"trial {data.get('trial_num', row + 1)}"
+                yield Interval(round(start * 1e9), round(end * 1e9), "task", name, data)

@@ -1,0 +1,200 @@
+"""XDF files of the Lab Streaming Layer: streams of content type MoCap become bodies, those of markers events.
+
+Clock offsets are applied as pyxdf does; how far they are from a straight line is said per stream. Stamps are not
+smoothed. A quaternion is OrientationA (scalar), B, C, D; Confidence 0 means that the object was not seen.
+
+Source: XDF specification, and its wiki, page *MoCap Meta Data*.
+"""
+
+import logging
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from sessions.errors import ImportFileError
+from sessions.importers.csv_mapping import METRES
+from sessions.importers.finish import MeshSource, finished
+from sessions.importers.pose_table import PoseTable, SourceFrame, imported, stamps_of
+from sessions.meshes.conventions import convention as convention_named
+from sessions.model.event import Event
+from sessions.model.scene import Scene
+from sessions.model.session import Session
+
+MAGIC: Final = b"XDF:"
+ASSUMED: Final = "openxr"
+ROLES: Final = {
+    "positionx": 0, "positiony": 1, "positionz": 2, "orientationb": 3, "orientationc": 4, "orientationd": 5,
+    "orientationa": 6, "orientationx": 3, "orientationy": 4, "orientationz": 5, "orientationw": 6, "confidence": 7,
+}  # fmt: skip
+"""Type of a channel in small letters -> its place in x y z qx qy qz qw confidence."""
+
+UNITS: Final = {"meters": "m", "meter": "m", "metres": "m", "centimeters": "cm", "millimeters": "mm", "": "m"}
+
+
+def read_xdf(
+    source: Path,
+    *,
+    convention: str | None = None,
+    meshes: Mapping[str, MeshSource] | None = None,
+    scene: Scene | None = None,
+    scene_folder: str | Path = ".",
+    proxies: bool | None = None,
+) -> Session:
+    """The session of an XDF file.
+
+    Parameters
+    ----------
+    convention : axes of its MoCap streams, which XDF does not state; ``None``: right-handed, +Y up.
+    meshes, scene, scene_folder, proxies : see ``sessions.importers.finish.finished``.
+
+    Raises ``ImportFileError``: names file, stream and channel.
+    """
+    streams, notes = _streams(source)
+    whole = _is_whole(source)
+    notes += [] if whole else ["the file is cut short or damaged: the last pose of each body is flagged as lost"]
+    tables: dict[str, PoseTable] = {}
+    units: set[str] = set()
+    assumed: list[str] = []
+    for stream in streams:
+        if _first(stream["info"], "type").lower() != "mocap":
+            continue
+        where = f"stream {_first(stream['info'], 'name')!r}"
+        for name, channels in _bodies(f"{source}: {where}", stream):
+            name = name if name not in tables else f"{_first(stream['info'], 'name')}/{name}"
+            tables[name] = _poses(source, where, stream, channels, whole)
+            units |= {_unit(stream, channels[0])}
+        (notes if stream["clock_times"] else assumed).append(f"{where}: {_clock(stream)}")
+    if not tables:
+        seen = [f"{_first(one['info'], 'name')} ({_first(one['info'], 'type')})" for one in streams]
+        raise ImportFileError(
+            f"{source}: no stream of type MoCap with PositionX and OrientationA; there are: {', '.join(seen) or 'none'}"
+        )
+    unit = UNITS.get(min(units), min(units))
+    if len(units) > 1 or unit not in METRES:
+        raise ImportFileError(f"{source}: lengths are in {', '.join(sorted(units))}; record all in one of m, cm, mm")
+    axes = convention_named(convention or ASSUMED)
+    assumed = [f"axes {ASSUMED} ({axes.words})"] * (not convention) + ["lengths in m"] * ("" in units) + assumed
+    clock = "LSL clock of the recording computer, s"
+    samples = imported(tables, SourceFrame(axes, unit, METRES[unit], clock, assumed=tuple(assumed)), notes)
+    samples = replace(samples, events=sorted(_events(source, streams), key=lambda event: event.time_ns))
+    return finished(samples, source, meshes=meshes, scene=scene, scene_folder=scene_folder, proxies=proxies)
+
+
+def _streams(source: Path) -> tuple[list[dict[str, Any]], list[str]]:
+    """Every stream on the recorder's clock, and whether the reader had to skip anything."""
+    try:
+        from pyxdf import load_xdf
+    except ImportError:
+        raise ImportFileError('XDF needs pyxdf; install it: pip install -e ".[formats]"') from None
+    heard = _Heard(logging.WARNING)
+    logger = logging.getLogger("pyxdf")
+    logger.addHandler(heard)
+    before, logger.propagate = logger.propagate, False
+    try:
+        streams, _ = load_xdf(str(source), dejitter_timestamps=False)
+    except Exception as error:  # the reader of a foreign file raises errors of any kind; each means: damaged
+        why = str(error).splitlines()[0][:100] if str(error) else type(error).__name__
+        raise ImportFileError(f"{source} is no whole XDF file ({why}); record it again") from None
+    finally:
+        logger.removeHandler(heard)
+        logger.propagate = before
+    return streams, [f"{heard.count} places of the file could not be read and were skipped"] * (heard.count > 0)
+
+
+def _is_whole(source: Path) -> bool:
+    """Whether the last chunk ends with the file. Of one cut short pyxdf fills the last sample with older bytes."""
+    size = source.stat().st_size
+    with source.open("rb") as file:
+        if file.read(len(MAGIC)) != MAGIC:  # compressed: the reader notices
+            return True
+        while width := file.read(1):
+            length = file.read(width[0])
+            end = file.tell() + int.from_bytes(length, "little")
+            if end > size or len(length) < width[0]:
+                return False
+            file.seek(end)
+    return True
+
+
+class _Heard(logging.Handler):
+    """Counts what the reader complains about, instead of printing it."""
+
+    count = 0
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Count damage; a remark about segments is none."""
+        self.count += record.levelno >= logging.ERROR
+
+
+def _bodies(where: str, stream: dict[str, Any]) -> Iterator[tuple[str, list[int]]]:
+    """Each object of a stream that has a place and a quaternion, and its channels in the order of ``ROLES``."""
+    found: dict[str, dict[int, int]] = {}
+    for number, channel in enumerate(_channels(stream)):
+        kind = _first(channel, "type").lower()
+        name = _first(channel, "object") or _first(channel, "marker") or _first(stream["info"], "name")
+        if kind in ("orientationp", "orientationh", "orientationr"):
+            raise ImportFileError(
+                f"{where}: {name!r} has Euler angles, whose order XDF does not state; record OrientationA to D"
+            )
+        if kind in ROLES and found.setdefault(name, {}).setdefault(ROLES[kind], number) != number:
+            raise ImportFileError(
+                f"{where}: {name!r} has two channels {_first(channel, 'type')}; name an <object> for each channel"
+            )
+    for name, roles in found.items():
+        if set(range(7)) <= set(roles):
+            yield name, [roles[role] for role in sorted(roles)]
+
+
+def _poses(source: Path, where: str, stream: dict[str, Any], channels: list[int], whole: bool) -> PoseTable:
+    values = np.asarray(stream["time_series"])
+    if values.dtype.kind not in "fiu" or values.ndim != 2 or values.shape[1] <= max(channels):
+        raise ImportFileError(f"{source}: {where}: its samples are not the numbers its channels describe; record again")
+    rows = values[:, channels].astype(np.float64)
+    stamps = stamps_of(np.asarray(stream["time_stamps"], dtype=np.float64), f"{source}: {where}")
+    valid = rows[:, 7] > 0.0 if len(channels) > 7 else np.ones(len(rows), dtype=np.bool_)
+    valid[-1:] &= whole
+    return PoseTable(stamps, rows[:, :3], rows[:, 3:7], valid)
+
+
+def _unit(stream: dict[str, Any], channel: int) -> str:
+    return _first(_channels(stream)[channel], "unit").lower()
+
+
+def _clock(stream: dict[str, Any]) -> str:
+    """How a stream's clock was brought onto the recorder's."""
+    times, values = np.array(stream["clock_times"]), np.array(stream["clock_values"])
+    if not len(times):
+        return "no clock offsets, so that its clock is taken for the recorder's"
+    drift, offset = np.polyfit(times - times.mean(), values, 1) if len(times) > 1 else (0.0, values[0])
+    residual = np.abs(values - offset - drift * (times - times.mean())).max()
+    return (
+        f"{len(times)} clock offsets applied, {offset * 1e3:.3f} ms, drift {drift * 1e6:.1f} ppm, "
+        f"at most {residual * 1e3:.3f} ms from a line"
+    )
+
+
+def _events(source: Path, streams: list[dict[str, Any]]) -> Iterator[Event]:
+    """Every sample of a stream of text."""
+    for stream in streams:
+        if _first(stream["info"], "channel_format") == "string":
+            name = _first(stream["info"], "name") or "marker"
+            stamps = stamps_of(np.asarray(stream["time_stamps"], dtype=np.float64), f"{source}: stream {name!r}")
+            for stamp, words in zip(stamps.tolist(), stream["time_series"], strict=True):
+                yield Event(stamp, name, " ".join(filter(None, words)))
+
+
+def _channels(stream: dict[str, Any]) -> list[Any]:
+    found = stream["info"]
+    for key in ("desc", "channels"):
+        found = (found.get(key) or [None])[0] if isinstance(found, dict) else None
+    return list(found.get("channel", [])) if isinstance(found, dict) else []
+
+
+def _first(data: Any, key: str) -> str:
+    """The text of an element of pyxdf's dictionaries; "" where there is none."""
+    value = data.get(key) if isinstance(data, dict) else None
+    text = value[0] if isinstance(value, list) and value else ""
+    return text.strip() if isinstance(text, str) else ""

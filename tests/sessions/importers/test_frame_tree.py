@@ -1,0 +1,134 @@
+"""What `test_mcap_file` does not reach: ROS 2 through the library of its format, static frames above moving ones."""
+
+import sys
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support.import_mutants import survive
+
+from sessions.errors import ImportFileError
+from sessions.importers import import_session
+
+TRANSFORM = """geometry_msgs/TransformStamped[] transforms
+================
+MSG: geometry_msgs/TransformStamped
+std_msgs/Header header
+string child_frame_id
+geometry_msgs/Transform transform
+================
+MSG: geometry_msgs/Transform
+geometry_msgs/Vector3 translation
+geometry_msgs/Quaternion rotation
+================
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+================
+"""
+POSE = """std_msgs/Header header
+geometry_msgs/Pose pose
+================
+MSG: geometry_msgs/Pose
+geometry_msgs/Point position
+geometry_msgs/Quaternion orientation
+================
+MSG: geometry_msgs/Point
+float64 x
+float64 y
+float64 z
+================
+"""
+SHARED = """MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+ROS = np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]])
+COUNT = 20
+STAMPS = 1_700_000_000_000_000_003 + 10_000_000 * np.arange(COUNT)
+
+
+def header(stamp, frame):
+    return {"stamp": {"sec": int(stamp // 10**9), "nanosec": int(stamp % 10**9)}, "frame_id": frame}
+
+
+def xyz(values):
+    return dict(zip("xyz", map(float, values), strict=True))
+
+
+def xyzw(rotation):
+    return dict(zip("xyzw", map(float, rotation.as_quat()), strict=True))
+
+
+def transform(parent, child, stamp, place, rotation):
+    moved = {"translation": xyz(place), "rotation": xyzw(rotation)}
+    return {"transforms": [{"header": header(stamp, parent), "child_frame_id": child, "transform": moved}]}
+
+
+@pytest.fixture
+def bag(tmp_path):
+    """A map, a table in it (static), a robot on the table (moving), its tool (static, published last), a marker."""
+    writer_class = pytest.importorskip("mcap_ros2.writer").Writer
+    rng = np.random.default_rng(2)
+    places, turns = rng.normal(size=(3, COUNT, 3)), [Rotation.random(COUNT, random_state=seed) for seed in range(3)]
+    path = tmp_path / "bag.mcap"
+    with path.open("wb") as stream:
+        writer = writer_class(stream)
+        tf = writer.register_msgdef("tf2_msgs/msg/TFMessage", TRANSFORM + SHARED)
+        pose = writer.register_msgdef("geometry_msgs/msg/PoseStamped", POSE + SHARED)
+        for k, stamp in enumerate(STAMPS.tolist()):
+            writer.write_message("/tf", tf, transform("table", "robot", stamp, places[1][k], turns[1][k]), stamp)
+            seen = {"position": xyz(places[2][k]), "orientation": xyzw(turns[2][k])}
+            writer.write_message("/marker", pose, {"header": header(stamp, "/map"), "pose": seen}, stamp)
+        for parent, child, row in (("map", "table", 0), ("robot", "tool", 1)):
+            latched = transform(parent, child, int(STAMPS[-1]), places[0][row], turns[0][row])
+            writer.write_message("/tf_static", tf, latched, int(STAMPS[-1]))
+        writer.finish()
+    return path, places, turns
+
+
+def test_static_frames_and_moving_ones_are_composed_as_tf2_does(bag):
+    path, places, turns = bag
+    session = import_session("ros2", path)
+    assert set(session.names) == {"robot", "marker", "table", "tool"}
+    table_place, table_turn = places[0][0], turns[0][0]
+    robot_place = table_place + table_turn.apply(places[1])
+    robot_turn = table_turn * turns[1]
+    expected = {
+        "table": (np.tile(table_place, (COUNT, 1)), Rotation.from_quat(np.tile(table_turn.as_quat(), (COUNT, 1)))),
+        "robot": (robot_place, robot_turn),
+        "tool": (robot_place + robot_turn.apply(places[0][1]), robot_turn * turns[0][1]),
+        "marker": (places[2], turns[2]),
+    }
+    for name, (place, turn) in expected.items():
+        track = session.tracks[name]
+        assert track.times_ns.tolist() == STAMPS.tolist() and track.valid.all()
+        assert np.abs(track.positions - place @ ROS.T).max() < 1e-9
+        got = Rotation.from_quat(track.quaternions_xyzw).as_matrix()
+        assert np.abs(got - ROS @ turn.as_matrix() @ ROS.T).max() < 1e-9
+    assert "poses in the root frame 'map'" in session.facts["conversions"]
+
+
+def test_ros_without_its_library_is_one_sentence(bag, monkeypatch):
+    monkeypatch.setitem(sys.modules, "mcap_ros2.decoder", None)
+    with pytest.raises(ImportFileError, match=r'need mcap-ros2-support; install it: pip install -e "\.\[formats\]"'):
+        import_session("ros2", bag[0])
+
+
+MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+def test_mutants_end_in_a_session_or_one_sentence(bag, count):
+    survive("ros2", bag[0], count)

@@ -1,0 +1,314 @@
+"""Files are written by the formats' own libraries; poses are read again with SciPy alone."""
+
+import json
+
+import numpy as np
+import pytest
+from foxglove_schemas_protobuf import (
+    FrameTransform_pb2,
+    FrameTransforms_pb2,
+    PoseInFrame_pb2,
+    PosesInFrame_pb2,
+    SceneUpdate_pb2,
+)
+from google.protobuf import json_format
+from google.protobuf.struct_pb2 import Value
+from mcap.writer import Writer as McapWriter
+from scipy.spatial.transform import Rotation, Slerp
+from support.import_mutants import survive
+
+from sessions import make_shape, mesh_to_glb
+from sessions.errors import ImportFileError
+from sessions.importers import import_session
+
+protobuf_writer = pytest.importorskip("mcap_protobuf.writer").Writer
+
+START = 1_700_000_000_123_456_789
+STEP = 11_111_111
+COUNT = 25
+RNG = np.random.default_rng(4)
+PLACES = {name: RNG.normal(size=(COUNT, 3)) for name in ("head", "hand", "cup")}
+TURNS = {name: Rotation.random(COUNT, random_state=seed) for seed, name in enumerate(PLACES)}
+STAMPS = START + STEP * np.arange(COUNT)
+
+ROS = np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]])  # REP 103 to right-handed, +Y up, -Z forward
+
+
+def stamped(message, stamp):
+    message.timestamp.FromNanoseconds(int(stamp))
+    return message
+
+
+def put(place, turn, values, rotation):
+    place.x, place.y, place.z = map(float, values)
+    turn.x, turn.y, turn.z, turn.w = map(float, rotation.as_quat())
+
+
+def transform(parent, child, stamp, place, rotation):
+    message = stamped(FrameTransform_pb2.FrameTransform(parent_frame_id=parent, child_frame_id=child), stamp)
+    put(message.translation, message.rotation, place, rotation)
+    return message
+
+
+def transforms():
+    """(topic, message) for three frames: head and hand in the world, a cup in the hand."""
+    for k, stamp in enumerate(STAMPS.tolist()):
+        several = [transform("world", name, stamp, PLACES[name][k], TURNS[name][k]) for name in ("head", "hand")]
+        yield "/tf", stamp, FrameTransforms_pb2.FrameTransforms(transforms=several)
+        yield "/cup", stamp, transform("hand", "cup", stamp, PLACES["cup"][k], TURNS["cup"][k])
+
+
+def as_protobuf(path, messages):
+    with path.open("wb") as stream, protobuf_writer(stream) as writer:
+        for topic, stamp, message in messages:
+            writer.write_message(topic, message, log_time=stamp + 5)
+    return path
+
+
+def plain(message):
+    """Foxglove writes times in JSON as {sec, nsec}; protobuf's own JSON as text."""
+    data = json_format.MessageToDict(
+        message, preserving_proto_field_name=True, always_print_fields_with_no_presence=True
+    )
+
+    def times(given, source):
+        for field in source.DESCRIPTOR.fields:
+            value = getattr(source, field.name)
+            if field.message_type is None or field.name not in given:
+                continue
+            if field.name == "timestamp":
+                given[field.name] = {"sec": value.seconds, "nsec": value.nanos}
+            elif isinstance(given[field.name], list):
+                for one, part in zip(given[field.name], value, strict=True):
+                    times(one, part)
+            else:
+                times(given[field.name], value)
+
+    times(data, message)
+    return data
+
+
+def as_json(path, messages):
+    with path.open("wb") as stream:
+        writer = McapWriter(stream)
+        writer.start(profile="", library="another")
+        channels = {}
+        for topic, stamp, message in messages:
+            if topic not in channels:
+                schema = writer.register_schema(message.DESCRIPTOR.full_name, "jsonschema", b"{}")
+                channels[topic] = writer.register_channel(topic, "json", schema)
+            writer.add_message(channels[topic], stamp + 5, json.dumps(plain(message)).encode(), stamp)
+        writer.finish()
+    return path
+
+
+def close(got, expected):
+    return np.abs(np.asarray(got) - np.asarray(expected)).max() < 1e-9
+
+
+def same_poses(track, places, turns, axes=ROS):
+    got = Rotation.from_quat(track.quaternions_xyzw).as_matrix()
+    return close(track.positions, places @ axes.T) and close(got, axes @ turns.as_matrix() @ axes.T)
+
+
+@pytest.mark.parametrize("write", [as_protobuf, as_json])
+def test_frames_arrive_composed_to_their_root_on_their_own_stamps(tmp_path, write):
+    session = import_session("mcap", write(tmp_path / "a.mcap", transforms()))
+    assert set(session.names) == {"head", "hand", "cup"}
+    assert session.frames.stamp_ns.tolist() == STAMPS.tolist()
+    for name in ("head", "hand"):
+        assert same_poses(session.tracks[name], PLACES[name], TURNS[name])
+    cup = PLACES["hand"] + TURNS["hand"].apply(PLACES["cup"])
+    assert same_poses(session.tracks["cup"], cup, TURNS["hand"] * TURNS["cup"])
+    facts = session.facts
+    assert (facts["source_convention"], facts["handedness"], facts["source_units"]) == ("ros", "right", "m")
+    assert facts["clock"] == "stamps of the messages, ns"
+    assert "interpolated" not in facts["conversions"]
+    assert facts["assumed"].startswith("axes ros (right-handed, +X forward")
+
+
+def test_a_named_convention_is_not_called_assumed(tmp_path):
+    path = as_protobuf(tmp_path / "a.mcap", transforms())
+    session = import_session("mcap", path, convention="openxr", topics=["/tf"])
+    assert set(session.names) == {"head", "hand"}
+    assert same_poses(session.tracks["head"], PLACES["head"], TURNS["head"], np.eye(3))
+    assert session.facts["assumed"] == "lengths in m"
+
+
+@pytest.mark.parametrize("write", [as_protobuf, as_json])
+def test_poses_are_bodies_named_after_their_topics(tmp_path, write):
+    def messages():
+        for k, stamp in enumerate(STAMPS.tolist()):
+            one = stamped(PoseInFrame_pb2.PoseInFrame(frame_id="map"), stamp)
+            put(one.pose.position, one.pose.orientation, PLACES["head"][k], TURNS["head"][k])
+            yield "/users/head", stamp, one
+            several = stamped(PosesInFrame_pb2.PosesInFrame(frame_id="map"), stamp)
+            for name in ("hand", "cup"):
+                pose = several.poses.add()
+                put(pose.position, pose.orientation, PLACES[name][k], TURNS[name][k])
+            yield "/hands", stamp, several
+
+    session = import_session("mcap", write(tmp_path / "a.mcap", messages()))
+    assert set(session.names) == {"users/head", "hands/0", "hands/1"}
+    for body, name in (("users/head", "head"), ("hands/0", "hand"), ("hands/1", "cup")):
+        assert same_poses(session.tracks[body], PLACES[name], TURNS[name])
+
+
+@pytest.mark.parametrize("write", [as_protobuf, as_json])
+def test_entities_are_bodies_with_their_shapes_as_meshes(tmp_path, write):
+    ball = make_shape("sphere", {"radius": 0.1}, 100)
+
+    def messages():
+        for k, stamp in enumerate(STAMPS.tolist()):
+            update = SceneUpdate_pb2.SceneUpdate()
+            box = stamped(update.entities.add(id="box", frame_id="world"), stamp).cubes.add()
+            put(box.pose.position, box.pose.orientation, PLACES["head"][k], TURNS["head"][k])
+            box.size.x, box.size.y, box.size.z = 0.1, 0.2, 0.3
+            if k == 0:
+                pillar = stamped(update.entities.add(id="pillar", frame_id="world"), stamp).cylinders.add()
+                put(pillar.pose.position, pillar.pose.orientation, (1, 2, 3), Rotation.identity())
+                pillar.size.x, pillar.size.y, pillar.size.z = 0.2, 0.4, 2.0
+                model = stamped(update.entities.add(id="ball", frame_id="world"), stamp).models.add()
+                put(model.pose.position, model.pose.orientation, (0, 0, 0), Rotation.identity())
+                model.scale.x = model.scale.y = model.scale.z = 2.0
+                model.media_type, model.data = "model/gltf-binary", mesh_to_glb(ball, "ball")
+            yield "/scene", stamp, update
+
+    session = import_session("mcap", write(tmp_path / "a.mcap", messages()))
+    assert same_poses(session.tracks["box"], PLACES["head"], TURNS["head"])
+    sizes = {name: np.ptp(mesh.bounds, axis=0).round(6).tolist() for name, mesh in session.meshes.items()}
+    assert sizes["box"] == [0.2, 0.3, 0.1]  # ROS's y, z, x
+    assert sizes["pillar"] == pytest.approx([0.4, 2.0, 0.2], abs=0.01)
+    assert np.allclose(session.meshes["ball"].vertices, 2 * ball.vertices @ ROS.T, atol=1e-6)
+    assert all(mesh.volume > 0 for mesh in session.meshes.values())
+    assert len(session.tracks["pillar"]) == COUNT  # published once
+    assert "frames published once hold throughout: 'pillar', 'ball'" in session.facts["conversions"]
+
+
+def test_frames_with_clocks_of_their_own_are_interpolated_but_not_across_a_gap(tmp_path):
+    hand, cup = STAMPS, STAMPS + STEP // 2
+    heard = (np.arange(COUNT) < 3) | (np.arange(COUNT) >= 22)  # the hand is silent for 0.21 s
+    messages = [("/tf", s, transform("world", "hand", s, PLACES["hand"][k], TURNS["hand"][k]))
+                for k, s in enumerate(hand.tolist()) if heard[k]]  # fmt: skip
+    messages += [("/tf", s, transform("hand", "cup", s, PLACES["cup"][k], TURNS["cup"][k]))
+                 for k, s in enumerate(cup.tolist())]  # fmt: skip
+    session = import_session("mcap", as_protobuf(tmp_path / "a.mcap", messages))
+    assert "frames of other stamps interpolated, not across 0.2 s" in session.facts["conversions"]
+    track = session.tracks["cup"]
+    own = np.isin(track.times_ns, cup)
+    at = track.times_ns[own][1]
+    k = int(np.flatnonzero(cup == at)[0])
+    turn = Slerp([hand[k] - START, hand[k + 1] - START], TURNS["hand"][[k, k + 1]])([at - START])[0]
+    share = (at - hand[k]) / STEP
+    place = (1 - share) * PLACES["hand"][k] + share * PLACES["hand"][k + 1] + turn.apply(PLACES["cup"][k])
+    assert close(track.positions[own][1], ROS @ place)
+    got = Rotation.from_quat(track.quaternions_xyzw[own][1]).as_matrix()
+    assert close(got, ROS @ (turn * TURNS["cup"][k]).as_matrix() @ ROS.T)
+    quiet = (track.times_ns > hand[2]) & (track.times_ns < hand[22])
+    assert quiet.sum() == 20 and not track.valid[quiet].any()
+    assert track.valid[~quiet].all()
+
+
+def test_an_unstamped_pose_has_the_time_it_was_logged_at_and_that_is_said(tmp_path):
+    one = PoseInFrame_pb2.PoseInFrame(frame_id="map")
+    put(one.pose.position, one.pose.orientation, (0, 0, 0), Rotation.identity())
+    session = import_session("mcap", as_protobuf(tmp_path / "a.mcap", [("/a", 100, one), ("/a", 200, one)]))
+    assert session.frames.stamp_ns.tolist() == [105, 205]
+    assert "2 poses without a stamp have the time they were logged at" in session.facts["conversions"]
+
+
+def rewritten(path, change):
+    path.write_bytes(change(path.read_bytes()))
+    return path
+
+
+I = Rotation.identity()  # noqa: E741
+BROKEN = {
+    "two parents": ([transform("world", "a", 1, (0, 0, 0), I), transform("room", "a", 2, (0, 0, 0), I)],
+                    "frame 'a' hangs from 'world' and from 'room'"),
+    "two roots": ([transform("world", "a", 1, (0, 0, 0), I), transform("room", "b", 2, (0, 0, 0), I)],
+                  "frames hang from 2 roots"),
+    "a loop": ([transform("b", "a", 1, (0, 0, 0), I), transform("a", "b", 1, (0, 0, 0), I)], "hangs from itself"),
+    "no name": ([transform("world", "", 1, (0, 0, 0), I)], "a transform has no child frame"),
+    "no poses": ([FrameTransforms_pb2.FrameTransforms()], "there is no pose in it"),
+    "another message": ([Value(number_value=1)],
+                        r"no message of poses .*there are: /t \(google.protobuf.Value\)"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_file_that_says_something_impossible_is_refused_in_one_sentence(tmp_path, name):
+    messages, words = BROKEN[name]
+    path = as_protobuf(tmp_path / "a.mcap", [("/t", 10, message) for message in messages])
+    with pytest.raises(ImportFileError, match=words) as raised:
+        import_session("mcap", path)
+    assert str(raised.value).startswith(str(path)) and "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda data: data[: len(data) // 2], "is no whole MCAP file"),
+        (lambda data: b"", "is no whole MCAP file"),
+        (lambda data: b"time,x\n" + data, "is no whole MCAP file"),
+        (lambda data: data[:400] + bytes(60) + data[460:], "is no whole MCAP file"),
+    ],
+)
+def test_a_damaged_file_is_refused_in_one_sentence(tmp_path, change, words):
+    path = rewritten(as_protobuf(tmp_path / "a.mcap", transforms()), change)
+    with pytest.raises(ImportFileError, match=words) as raised:
+        import_session("mcap", path)
+    assert str(path) in str(raised.value) and "\n" not in str(raised.value)
+
+
+def test_an_unknown_topic_names_those_there_are(tmp_path):
+    path = as_protobuf(tmp_path / "a.mcap", transforms())
+    with pytest.raises(ImportFileError, match=r"no topic '/pose'; there are: /tf \(foxglove.FrameTransforms\), /cup"):
+        import_session("mcap", path, topics=["/pose"])
+
+
+def json_file(path, kind, *payloads):
+    with path.open("wb") as stream:
+        writer = McapWriter(stream)
+        writer.start()
+        channel = writer.register_channel("/t", "json", writer.register_schema(f"foxglove.{kind}", "jsonschema", b"{}"))
+        for number, payload in enumerate(payloads):
+            writer.add_message(channel, number, payload, number)
+        writer.finish()
+    return path
+
+
+@pytest.mark.parametrize("kind", ["FrameTransform", "FrameTransforms", "PosesInFrame", "SceneUpdate"])
+@pytest.mark.parametrize(
+    "payload",
+    [
+        b"{}", b"[]", b"\xff", b'{"transforms": 3, "poses": {}, "entities": "x"}',
+        b'{"entities": [{"id": "a", "cubes": [4]}]}',
+        b'{"transforms": [null, 3], "poses": [7], "child_frame_id": "a", "timestamp": {"sec": 99999999999999999}}',
+        b'{"entities": [{"id": "a", "models": [{"data": "%%", "media_type": "x"}]}]}',
+    ],
+)  # fmt: skip
+def test_json_of_any_shape_ends_in_a_session_or_one_named_error(tmp_path, kind, payload):
+    path = json_file(tmp_path / "a.mcap", kind, payload, payload)
+    try:
+        import_session("mcap", path)
+    except ImportFileError as error:
+        assert str(path) in str(error) and "\n" not in str(error)
+
+
+def test_a_session_file_is_sent_to_run(tmp_path):
+    with (tmp_path / "s.mcap").open("wb") as stream:
+        writer = McapWriter(stream)
+        writer.start(profile="vrlab/1")
+        writer.finish()
+    with pytest.raises(ImportFileError, match="is a session already; run `replay run"):
+        import_session("mcap", tmp_path / "s.mcap")
+
+
+MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+@pytest.mark.parametrize("write", [as_protobuf, as_json])
+def test_mutants_end_in_a_session_or_one_sentence(tmp_path, write, count):
+    survive("mcap", write(tmp_path / "a.mcap", transforms()), count)

@@ -1,0 +1,125 @@
+"""Files are written to OptiTrack's description of Motive's CSV, format versions 1.22 to 1.25."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support.import_mutants import survive
+
+from sessions.errors import ImportFileError
+from sessions.importers import import_session
+
+COUNT = 24
+RNG = np.random.default_rng(9)
+NAMES = ("Cup", "Left hand")
+PLACES = {name: RNG.normal(size=(COUNT, 3)).round(6) for name in NAMES}
+TURNS = {name: Rotation.random(COUNT, random_state=seed) for seed, name in enumerate(NAMES)}
+TIMES = [round(k / 120, 6) for k in range(COUNT)]
+METRES = {"Meters": 1.0, "Millimeters": 0.001, "Centimeters": 0.01, "Inches": 0.0254}
+
+
+def export(rotation="Quaternion", units="Meters", *, parent=False, timecode=False, lost=()):
+    """The text of an export: two rigid bodies with their error, a marker of each, and an unlabelled one twice."""
+    head = {
+        "Format Version": "1.25" if parent else "1.23", "Take Name": "Take 1, cups", "Capture Frame Rate": "120.000000",
+        "Capture Start Time": "2024-05-05 11.30.20.235 AM", "Total Frames in Take": str(COUNT),
+        "Rotation Type": rotation, "Length Units": units, "Coordinate Space": "Global",
+    }  # fmt: skip
+    turns = "XYZW" if rotation == "Quaternion" else "XYZ"
+    first = ["Frame", "Time (Seconds)"] + ["TimeCode"] * timecode
+    columns = []  # kind, name, id, what, axis, values
+    for name in NAMES:
+        turn = TURNS[name].as_quat() if rotation == "Quaternion" else TURNS[name].as_euler(rotation, degrees=True)
+        letters = "XYZW" if rotation == "Quaternion" else rotation
+        for axis in turns:
+            columns.append(("Rigid Body", name, "A1", "Rotation", axis, turn[:, letters.index(axis)]))
+        for at, axis in enumerate("XYZ"):
+            columns.append(("Rigid Body", name, "A1", "Position", axis, PLACES[name][:, at] / METRES[units]))
+        columns.append(("Rigid Body", name, "A1", "Mean Marker Error", "", np.full(COUNT, 0.0001)))
+        for axis in "XYZ":
+            columns.append(("Rigid Body Marker", f"{name}:Marker1", "B2", "Position", axis, np.ones(COUNT)))
+    columns += [("Marker", "Unlabeled 1", "", "Position", axis, np.full(COUNT, np.nan)) for axis in "XYZXYZ"]
+    pad = [""] * (len(first) - 2)
+    quoted = [f'"{one[1]}"' for one in columns]
+    lines = [",".join(f'{key},"{value}"' if "," in value else f"{key},{value}" for key, value in head.items()), ""]
+    lines.append(",".join(["", "Type", *pad, *(one[0] for one in columns)]))
+    lines.append(",".join(["", "Name", *pad, *quoted]))
+    lines.append(",".join(["", "ID", *pad, *(one[2] for one in columns)]))
+    lines += [",".join(["", "Parent", *pad, *("" for _ in columns)])] if parent else []
+    lines.append(",".join(["", "", *pad, *(one[3] for one in columns)]))
+    lines.append(",".join([*first, *(one[4] for one in columns)]))
+    for k in range(COUNT):
+        cells = ["" if k in lost or np.isnan(one[5][k]) else repr(float(one[5][k])) for one in columns]
+        lines.append(",".join([str(k), f"{TIMES[k]:.6f}", *(["11:30:20:12.00"] * timecode), *cells]))
+    return "\r\n".join(lines) + "\r\n"
+
+
+def written(tmp_path, text):
+    path = tmp_path / "take.csv"
+    path.write_text(text, encoding="utf-8", newline="")
+    return path
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        {}, {"units": "Millimeters", "parent": True}, {"rotation": "XYZ", "units": "Centimeters"},
+        {"rotation": "ZYX", "timecode": True, "units": "Inches"},
+    ],
+)  # fmt: skip
+def test_rigid_bodies_arrive_in_metres_on_the_clock_of_the_take(tmp_path, kind):
+    session = import_session("optitrack", written(tmp_path, export(**kind)))
+    assert set(session.names) == set(NAMES)
+    for name in NAMES:
+        track = session.tracks[name]
+        assert track.times_ns.tolist() == [round(1e9 * time) for time in TIMES]
+        assert np.abs(track.positions - PLACES[name]).max() < 1e-9
+        got = Rotation.from_quat(track.quaternions_xyzw)
+        assert np.abs(got.as_matrix() - TURNS[name].as_matrix()).max() < 1e-9
+        assert track.valid.all()
+    facts = session.facts
+    assert facts["source_units"] == kind.get("units", "Meters").lower() and facts["handedness"] == "right"
+    assert facts["clock"] == "seconds since the take began (2024-05-05 11.30.20.235 AM)"
+    assert facts["assumed"].startswith("axes of Motive (right-handed, +Y up)")
+    assert ("Euler angles" in facts["assumed"]) == ("rotation" in kind)
+
+
+def test_frames_without_numbers_are_lost_and_counted(tmp_path):
+    session = import_session("optitrack", written(tmp_path, export(lost=(3, 4))))
+    assert np.flatnonzero(~session.tracks["Cup"].valid).tolist() == [3, 4]
+    assert "Cup: 2 frames are lost" in session.facts["conversions"]
+
+
+BROKEN = {
+    "no header": (lambda text: text.split("\r\n", 2)[2], "line 1 does not begin with 'Format Version'"),
+    "no names": (lambda text: text.replace(",Type,", ",Kind,"), "no lines that begin with ',Type' and 'Frame'"),
+    "a unit": (lambda text: text.replace("Units,Meters", "Units,Cubits"), "no length unit 'Cubits'; there are: meters"),
+    "local space": (lambda text: text.replace("Space,Global", "Space,Local"), "poses are in space 'Local'; export"),
+    "markers only": (lambda text: text.replace("Rigid Body,", "Marker,"), "no rigid body or bone is in it"),
+    "no rotation": (lambda text: text.replace("Rotation,Rotation", "Position,Position"), "has no column 'Rotation X'"),
+    "a word": (lambda text: text.replace("\r\n2,0.016667,", "\r\n2,0.016667,much"),
+               r"line 10, column 'Rigid Body Cup A1 Rotation X': 'much"),
+    "no time": (lambda text: text.replace("\r\n2,0.016667,", "\r\n2,,"), "line 10, .*the time is missing"),
+    "no clock": (lambda text: text.replace("Time (Seconds)", "Frames"), r"line 7: no column 'Time \(Seconds\)'"),
+    "an order": (lambda text: text.replace("Type,Quaternion", "Type,XXY"),
+                 "no Rotation Type 'XXY'; export with Quaternion"),
+    "bytes": (lambda text: "Format Version,\x00\udcff", "."),
+    "empty": (lambda text: "", "line 1 does not begin with"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_export_is_refused_in_one_sentence(tmp_path, name):
+    change, words = BROKEN[name]
+    path = tmp_path / "take.csv"
+    path.write_bytes(change(export()).encode("utf-8", errors="surrogateescape"))
+    with pytest.raises(ImportFileError, match=words) as raised:
+        import_session("optitrack", path)
+    assert str(path) in str(raised.value) and "\n" not in str(raised.value)
+
+
+MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
+    survive("optitrack", written(tmp_path, export()), count)

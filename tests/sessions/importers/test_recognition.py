@@ -1,0 +1,44 @@
+import pytest
+
+from sessions.errors import ImportFileError
+from sessions.importers import IMPORTERS, import_session
+from sessions.importers.recognition import recognised
+
+FILES = {
+    "aframe": ("m.json", b' {"left": {}}'),
+    "csv": ("take.txt", b"\xef\xbb\xbftime;x;y\r\n"),
+    "mcap": ("a.mcap", b"\x89MCAP0\r\n\x01" + bytes(30)),
+    "optitrack": ("take.csv", b"Format Version,1.23,Take Name,a\n"),
+    "uxf": ("trial_results.csv", b"experiment,ppid\n"),
+    "xdf": ("a.xdf", b"XDF:\x01"),
+}
+
+
+@pytest.mark.parametrize("name", [name for name in IMPORTERS if name != "ros2"])  # one reader with mcap
+def test_every_format_is_known_by_its_first_bytes(tmp_path, name):
+    file, data = FILES[name]
+    (tmp_path / file).write_bytes(data)
+    assert recognised(tmp_path / file)[0] == name
+
+
+def test_a_folder_of_uxf_is_known_by_its_files_and_any_other_refused(tmp_path):
+    with pytest.raises(ImportFileError, match="is a folder, but none of UXF; name a file"):
+        import_session("auto", tmp_path)
+    (tmp_path / "trackers").mkdir()
+    (tmp_path / "trackers" / "hand_movement_T001.csv").write_text("time,pos_x\n")
+    assert recognised(tmp_path)[0] == "uxf"
+
+
+@pytest.mark.parametrize("data", [b"", b"\x00\x01,\x02", b"hello", b"\xff,\xfe\n"])
+def test_what_nothing_speaks_for_is_refused_in_one_sentence(tmp_path, data):
+    (tmp_path / "x").write_bytes(data)
+    with pytest.raises(ImportFileError, match="nothing says what it is; name the format before the source"):
+        import_session("auto", tmp_path / "x")
+
+
+def test_an_option_of_another_format_is_refused_by_the_one_that_was_found(tmp_path):
+    (tmp_path / "m.json").write_bytes(b"{}")
+    with pytest.raises(ImportFileError, match="importer 'aframe' has no option 'mapping'"):
+        import_session("auto", tmp_path / "m.json", mapping="x")
+    with pytest.raises(ImportFileError, match="does not exist or is no file"):
+        import_session("auto", tmp_path / "absent")

@@ -1,0 +1,113 @@
+"""Folders are written as UXF 2 lays them out; Unity's Euler angles are read again with SciPy."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support.import_mutants import survive
+
+from sessions.errors import ImportFileError
+from sessions.importers import import_session
+
+MIRROR = np.diag([1.0, 1.0, -1.0])
+COUNT = 30
+RNG = np.random.default_rng(6)
+PLACES = {name: RNG.normal(size=(2, COUNT, 3)).round(4) for name in ("controller", "head")}
+ANGLES = {name: RNG.uniform(0, 360, size=(2, COUNT, 3)).round(4) for name in PLACES}
+STARTS = (4.1234, 9.5)
+
+
+def rows(name, trial):
+    times = STARTS[trial] + 0.0111 * np.arange(COUNT)
+    return np.column_stack([times, PLACES[name][trial], ANGLES[name][trial]]).round(4)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    place = tmp_path / "fish" / "p01" / "S001"
+    (place / "trackers").mkdir(parents=True)
+    (place / "session_info").mkdir()
+    (place / "session_info" / "log.csv").write_text("timestamp,log_type,message\n1,Log,hello\n")
+    for name in PLACES:
+        for trial in (0, 1):
+            lines = [
+                ",".join(f"{cell:g}" if abs(cell) < 1 else f"{cell:.4f}" for cell in row) for row in rows(name, trial)
+            ]
+            text = "\r\n".join(["time,pos_x,pos_y,pos_z,rot_x,rot_y,rot_z", *lines]) + "\r\n"
+            (place / "trackers" / f"{name}_movement_T00{trial + 1}.csv").write_text(text)
+    (place / "trackers" / "mouse_screen_T001.csv").write_text("time,x,y\n1,2,3\n")
+    (place / "trial_results.csv").write_text(
+        "experiment,ppid,session_num,trial_num,block_num,start_time,end_time,score\n"
+        "fish,p01,1,1,1,4.1,5.25,7\nfish,p01,1,2,1,9.4,10.1,\nfish,p01,1,3,1,,,\n"
+    )
+    return place
+
+
+def test_objects_arrive_from_unitys_euler_angles_over_all_trials(folder):
+    session = import_session("uxf", folder)
+    assert set(session.names) == {"controller", "head"}
+    for name in PLACES:
+        table = np.concatenate([rows(name, 0), rows(name, 1)])
+        track = session.tracks[name]
+        assert track.times_ns.tolist() == [round(1e9 * time) for time in table[:, 0]]
+        assert np.abs(track.positions - table[:, 1:4] @ MIRROR).max() < 1e-9
+        turn = Rotation.from_euler("zxy", table[:, [6, 4, 5]], degrees=True).as_matrix()
+        assert np.abs(Rotation.from_quat(track.quaternions_xyzw).as_matrix() - MIRROR @ turn @ MIRROR).max() < 1e-9
+        assert track.valid.all()
+    facts = session.facts
+    assert (facts["source_convention"], facts["handedness"], facts["source_file"]) == ("unity", "left", "S001")
+    assert "Time.time" in facts["clock"] and "lengths in m" in facts["assumed"]
+
+
+def test_trials_that_ended_are_intervals_with_their_results(folder):
+    first, second = import_session("uxf", folder).intervals
+    assert (first.start_ns, first.end_ns, first.kind, first.name) == (4_100_000_000, 5_250_000_000, "task", "trial 1")
+    assert first.data["score"] == "7" and first.data["ppid"] == "p01"
+    assert "score" not in second.data and second.name == "trial 2"
+
+
+def test_the_file_of_results_stands_for_its_folder(folder):
+    assert import_session("uxf", folder / "trial_results.csv").names == import_session("uxf", folder).names
+
+
+def test_two_sessions_below_a_folder_are_not_mixed(folder):
+    other = folder.parent / "S002"
+    other.mkdir()
+    (other / "trial_results.csv").write_text("start_time,end_time\n")
+    with pytest.raises(ImportFileError, match=r"2 sessions are in it; name one, for example .*S001"):
+        import_session("uxf", folder.parent)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda text: text.replace("rot_z", "rz"), r"head_movement_T001.csv: line 1: no column 'rot_z'"),
+        (lambda text: text.replace("4.1234,", "soon,", 1), r"line 2, column 'time': 'soon' is no number"),
+        (lambda text: text.replace("4.1234,", ",", 1), r"line 2, column 'time': the time is missing"),
+        (lambda text: text.replace("time,pos", "time,pos_x,pos", 1), r"column 'pos_x' occurs twice"),
+        (lambda text: "\x00pos_x\xff", r"no column 'rot_z'|no column 'pos_x'|this is no"),
+    ],
+)
+def test_a_broken_tracker_is_refused_in_one_sentence(folder, change, words):
+    path = folder / "trackers" / "head_movement_T001.csv"
+    path.write_text(change(path.read_text()), encoding="latin-1")
+    with pytest.raises(ImportFileError, match=words) as raised:
+        import_session("uxf", folder)
+    assert str(path) in str(raised.value) and "\n" not in str(raised.value)
+
+
+def test_a_last_line_cut_short_costs_one_pose_or_row_and_no_more(folder):
+    path = folder / "trackers" / "head_movement_T002.csv"
+    text = path.read_text().rstrip("\n")
+    path.write_text(text[:-1])
+    assert import_session("uxf", folder).tracks["head"].valid.tolist() == [True] * (2 * COUNT - 1) + [False]
+    path.write_text(text[: text.rindex(",")])
+    assert "head_movement_T002.csv: 1 rows left out" in import_session("uxf", folder).facts["conversions"]
+
+
+MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+@pytest.mark.parametrize("file", ["trackers/head_movement_T001.csv", "trial_results.csv"])
+def test_mutants_end_in_a_session_or_one_sentence(folder, file, count):
+    survive("uxf", folder / file, count, folder)

@@ -1,0 +1,184 @@
+"""Files are written to the XDF specification, chunk by chunk; pyxdf only reads them."""
+
+import struct
+import sys
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support.import_mutants import survive
+
+from sessions.errors import ImportFileError
+from sessions.importers import import_session
+
+pytest.importorskip("pyxdf")
+
+COUNT = 40
+STAMPS = 152_000.5 + np.arange(COUNT) / 64  # exact in float64
+RNG = np.random.default_rng(3)
+PLACES = {name: RNG.normal(size=(COUNT, 3)) for name in ("Head", "Cup")}
+TURNS = {name: Rotation.random(COUNT, random_state=seed) for seed, name in enumerate(PLACES)}
+TYPES = ("PositionX", "PositionY", "PositionZ", "OrientationA", "OrientationB", "OrientationC", "OrientationD")
+
+
+def chunk(tag, content):
+    return b"\x04" + struct.pack("<I", len(content) + 2) + struct.pack("<H", tag) + content
+
+
+def stream_header(number, name, kind, channels, form="double64"):
+    desc = "".join(
+        "<channel>" + "".join(f"<{key}>{value}</{key}>" for key, value in one.items()) + "</channel>"
+        for one in channels
+    )
+    xml = (
+        f'<?xml version="1.0"?><info><name>{name}</name><type>{kind}</type><channel_count>{max(1, len(channels))}'
+        f"</channel_count><nominal_srate>0</nominal_srate><channel_format>{form}</channel_format>"
+        f"<desc><channels>{desc}</channels></desc></info>"
+    )
+    return chunk(2, struct.pack("<I", number) + xml.encode())
+
+
+def samples(number, stamps, rows):
+    content = struct.pack("<I", number) + b"\x04" + struct.pack("<I", len(stamps))
+    for stamp, row in zip(stamps, rows, strict=True):
+        content += b"\x08" + struct.pack("<d", stamp)
+        if isinstance(row, str):
+            content += b"\x01" + bytes([len(row)]) + row.encode()
+        else:
+            content += struct.pack(f"<{len(row)}d", *row)
+    return chunk(3, content)
+
+
+def offsets(number, pairs):
+    return b"".join(chunk(4, struct.pack("<Idd", number, at, value)) for at, value in pairs)
+
+
+def channels(unit="meters", types=TYPES, names=tuple(PLACES), **more):
+    return [
+        {"label": f"{name}_{kind}", "object": name, "type": kind, "unit": unit, **more}
+        for name in names
+        for kind in types
+    ]
+
+
+def numbers():
+    return np.concatenate(
+        [np.concatenate([PLACES[n], TURNS[n].as_quat()[:, [3, 0, 1, 2]]], axis=1) for n in PLACES], axis=1
+    )
+
+
+def written(tmp_path, *parts):
+    path = tmp_path / "take.xdf"
+    path.write_bytes(b"XDF:" + chunk(1, b'<?xml version="1.0"?><info><version>1.0</version></info>') + b"".join(parts))
+    return path
+
+
+def take(*, unit="meters", scale=1.0, pairs=(), head=None):
+    rows = numbers()
+    rows[:, [0, 1, 2, 7, 8, 9]] *= scale
+    half = COUNT // 2
+    head = stream_header(1, "Mocap", "MoCap", channels(unit)) if head is None else head
+    return (head, samples(1, STAMPS[:half], rows[:half]), offsets(1, pairs), samples(1, STAMPS[half:], rows[half:]))
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("meters", 1.0), ("mm", 1000.0), ("centimeters", 100.0), ("", 1.0)])
+def test_objects_of_a_mocap_stream_arrive_in_metres(tmp_path, unit, scale):
+    session = import_session("xdf", written(tmp_path, *take(unit=unit, scale=scale)))
+    assert set(session.names) == {"Head", "Cup"}
+    for name in PLACES:
+        track = session.tracks[name]
+        assert track.times_ns.tolist() == [round(stamp * 1e9) for stamp in STAMPS]
+        assert np.abs(track.positions - PLACES[name]).max() < 1e-9
+        assert np.abs(Rotation.from_quat(track.quaternions_xyzw).as_matrix() - TURNS[name].as_matrix()).max() < 1e-9
+        assert track.valid.all()
+    assumed = session.facts["assumed"]
+    assert assumed.startswith("axes openxr (right-handed, +Y up, -Z forward)")
+    assert ("lengths in m" in assumed) == (unit == "")
+    assert "stream 'Mocap': no clock offsets" in assumed
+    assert session.facts["clock"] == "LSL clock of the recording computer, s"
+
+
+def test_clock_offsets_are_applied_and_how_well_they_fit_is_said(tmp_path):
+    pairs = [(STAMPS[0] + k, 0.25 + 2e-5 * k) for k in range(5)]
+    session = import_session("xdf", written(tmp_path, *take(pairs=pairs)), convention="unity")
+    expected = STAMPS + 0.25 + 2e-5 * (STAMPS - STAMPS[0])
+    assert np.abs(session.frames.stamp_ns / 1e9 - expected).max() < 1e-6
+    said = session.facts["conversions"]
+    assert "stream 'Mocap': 5 clock offsets applied, 250.040 ms, drift 20.0 ppm, at most 0.000 ms from a line" in said
+    assert "assumed" not in session.facts and session.facts["handedness"] == "left"
+
+
+def test_streams_of_text_are_events_in_order(tmp_path):
+    marks = stream_header(2, "Stim", "Markers", [], "string"), samples(2, [STAMPS[3], STAMPS[9]], ["grasp", "pour"])
+    session = import_session("xdf", written(tmp_path, *marks, *take()))
+    assert [(one.time_ns, one.name, one.message) for one in session.events] == [
+        (round(STAMPS[3] * 1e9), "Stim", "grasp"), (round(STAMPS[9] * 1e9), "Stim", "pour"),
+    ]  # fmt: skip
+
+
+def test_an_object_without_confidence_is_lost(tmp_path):
+    names = ("Head",)
+    rows = np.column_stack([numbers()[:, :7], np.arange(COUNT) % 2])
+    head = stream_header(1, "M", "MoCap", channels(names=names, types=(*TYPES, "Confidence")))
+    track = import_session("xdf", written(tmp_path, head, samples(1, STAMPS, rows))).tracks["Head"]
+    assert track.valid.tolist() == [bool(k % 2) for k in range(COUNT)]
+
+
+@pytest.mark.parametrize(("cut", "kept", "skipped"), [(100, COUNT, False), (130, COUNT // 2, True)])
+def test_a_file_cut_short_loses_the_sample_that_was_cut_and_says_so(tmp_path, cut, kept, skipped):
+    """pyxdf hands out a last sample that is half its own and half the one before."""
+    path = written(tmp_path, *take())
+    path.write_bytes(path.read_bytes()[:-cut])
+    session = import_session("xdf", path)
+    assert session.tracks["Cup"].valid.tolist() == [True] * (kept - 1) + [False]
+    said = session.facts["conversions"]
+    assert "the file is cut short or damaged: the last pose of each body is flagged as lost" in said
+    assert ("1 places of the file could not be read and were skipped" in said) == skipped
+
+
+def of_types(*types, **more):
+    return lambda: take(head=stream_header(1, "M", "MoCap", channels(types=types, **more)))
+
+
+BROKEN = {
+    "euler": (of_types("PositionX", "PositionY", "PositionZ", "OrientationP", "OrientationH", "OrientationR", "x"),
+              "stream 'M': 'Head' has Euler angles, whose order XDF does not state"),
+    "no objects": (of_types(*TYPES, object=""), "'M' has two channels PositionX; name an <object>"),
+    "places alone": (of_types("PositionX", "PositionY", "PositionZ"),
+                     r"no stream of type MoCap .*there are: M \(MoCap\)"),
+    "another unit": (of_types(*TYPES, unit="cubits"), "lengths are in cubits; record all in one of m, cm, mm"),
+    "no streams": (list, "there are: none"),
+    "another type": (lambda: take(head=stream_header(1, "M", "EEG", channels())), r"there are: M \(EEG\)"),
+    "a stamp": (lambda: (stream_header(1, "M", "MoCap", channels()), samples(1, [np.nan], numbers()[:1])),
+                "stream 'M': row 1 has no time in seconds"),
+    "bad xml": (lambda: [chunk(2, struct.pack("<I", 1) + b"<info>")], "is no whole XDF file"),
+    "no header": (lambda: [samples(4, STAMPS[:1], numbers()[:1])], "there are: none"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_file_is_refused_in_one_sentence(tmp_path, name):
+    parts, words = BROKEN[name]
+    path = written(tmp_path, *parts())
+    with pytest.raises(ImportFileError, match=words) as raised:
+        import_session("xdf", path)
+    assert str(path) in str(raised.value) and "\n" not in str(raised.value)
+
+
+def test_another_file_and_a_missing_library_are_one_sentence(tmp_path, monkeypatch):
+    path = tmp_path / "x.xdf"
+    path.write_text("time,x,y\n")
+    with pytest.raises(ImportFileError, match="is no whole XDF file"):
+        import_session("xdf", path)
+    monkeypatch.setitem(sys.modules, "pyxdf", None)
+    with pytest.raises(ImportFileError, match=r'XDF needs pyxdf; install it: pip install -e "\.\[formats\]"'):
+        import_session("xdf", path)
+
+
+MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
+    marks = stream_header(2, "Stim", "Markers", [], "string"), samples(2, [STAMPS[3], STAMPS[9]], ["grasp", "pour"])
+    survive("xdf", written(tmp_path, *marks, *take(pairs=[(STAMPS[0], 0.1), (STAMPS[9], 0.2)])), count)
