@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from replay.cli.console import People, TerminalProgress, answer
-from replay.cli.options import ANY_PATH, RUN_FOLDER, force, reporting
+from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, reporting
 
 
 @click.command()
@@ -14,11 +14,12 @@ from replay.cli.options import ANY_PATH, RUN_FOLDER, force, reporting
 @click.option("--invented", type=click.IntRange(min=1), metavar="N", help="The Nth invented contact in order of time.")
 @click.option("--case", type=int, metavar="N", help="A case of `replay stress` instead of a run.")
 @click.option("--detector", "label", metavar="NAME", help="Whose answer: a label of the run; of a case any detector.")
+@click.option("--session", type=SESSION_FILE, metavar="FILE", help="The recording, where it is not found by itself.")
 @click.option("--out", "-o", type=ANY_PATH, default="case", show_default=True, metavar="DIR", help="Folder to write.")
 @force
 @reporting
 def command(
-    run: Path | None, miss: int | None, invented: int | None, case: int | None, label: str | None, out: Path,
+    run: Path | None, session: Path | None, miss: int | None, invented: int | None, case: int | None, label: str | None, out: Path,
     force: bool, as_json: bool, people: People,
 ) -> int:  # fmt: skip
     """Cut a wrong answer down to the fewest frames and faces that still give it, and write it as a test.
@@ -41,7 +42,7 @@ def command(
 
     check_target(out, force=force, kind=CASE)
     if run is not None:
-        found = faults.of_run(read_run_folder(run), miss=miss, invented=invented, label=label)
+        found = faults.of_run(read_run_folder(run), miss=miss, invented=invented, label=label, session=session)
         source = f"miss {miss}" if miss is not None else f"invented contact {invented}"
     elif label is None:
         raise click.UsageError("name the detector of the case with --detector")

@@ -68,7 +68,7 @@ def import_session(format: str, source: str | Path | Sequence[str | Path], **opt
             raise ImportFileError(f"importer {format!r} has no option {option!r}; it has: {', '.join(known)}")
     if not is_there:
         raise ImportFileError(f"{path} does not exist or is no file; check the path")
-<<<<<<< HEAD
+    read = _importer(format)
     try:
         return read(path, **options)
     except (SessionError, OSError):
@@ -76,8 +76,6 @@ def import_session(format: str, source: str | Path | Sequence[str | Path], **opt
     except Exception as error:  # of another package; ours raise what they refuse
         where = f"importer {format!r} ({read.__module__})"
         raise ImportFileError(f"{where} failed: {type(error).__name__}: {error}; report it to its package") from error
-=======
-    return _importer(format)(path, **options)
 
 
 def _joined(format: str, sources: Sequence[str | Path], options: dict[str, Any]) -> Session:
@@ -90,7 +88,6 @@ def _joined(format: str, sources: Sequence[str | Path], options: dict[str, Any])
     from sessions.importers.joining import joined
 
     return joined(parts, **whole)
->>>>>>> importers
 
 
 def _importer(name: str) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -75,10 +76,14 @@ class Fault:
         return place_points(triangles.reshape(-1, 3), *pose).reshape(-1, 3, 3)
 
 
-def of_run(run: RunFolder, *, miss: int | None = None, invented: int | None = None, label: str | None = None) -> Fault:
+def of_run(
+    run: RunFolder, *, miss: int | None = None, invented: int | None = None, label: str | None = None,
+    session: Path | None = None,
+) -> Fault:  # fmt: skip
     """The fault of a run folder: a miss by its number, or an invented contact, counted from 1 in order of time.
 
-    ``label``: the detector, where the run audited several. Raises ``ShrinkError``: no such fault, a detector whose
+    ``label``: the detector, where the run audited several; ``session``: the recording, where it lies neither in the run
+    folder, nor beside it, nor in the working directory. Raises ``ShrinkError``: no such fault, a detector whose
     answers came with the recording, or a fault that does not happen again.
     """
     label, row = _row(run, miss, invented, label)
@@ -88,7 +93,7 @@ def of_run(run: RunFolder, *, miss: int | None = None, invented: int | None = No
     oracle = "continuous" if run.summary["detectors"][run.summary["oracle"]]["covers"] == "intervals" else "exact"
     usual = vars(load_detector(said["name"]).Settings())
     settings = {key: value for key, value in said["settings"].items() if value != usual.get(key)}
-    assembly = _assembled(run)
+    assembly = _assembled(run, session)
     names = [body.name for body in assembly.bodies]
     pair = names.index(row["body_a"]), names.index(row["body_b"])
     frames = [row["deepest"]] if contact else range(row["first"], row["last"] + 1)
@@ -143,14 +148,20 @@ def _row(run: RunFolder, miss: int | None, invented: int | None, label: str | No
     return labels[0], found[0]
 
 
-def _assembled(run: RunFolder) -> Assembly:
+def _assembled(run: RunFolder, session: Path | None) -> Assembly:
     """Bodies, poses and pairs as the run had them."""
     said = run.summary["session"]
     if not said["origin"]:
         raise ShrinkError(f"{run.path} replayed a session in memory; write it to a file and run that")
-    ready = prepared(read_session(said["origin"]), policy=run.summary["policy"], **run.summary["window"])
+    places = (run.path, run.path.parent, Path())
+    found = session or next((place / said["origin"] for place in places if (place / said["origin"]).is_file()), None)
+    if found is None:
+        raise ShrinkError(
+            f"{said['origin']}, which {run.path} replayed, is not beside it; say where with --session FILE"
+        )
+    ready = prepared(read_session(found), policy=run.summary["policy"], **run.summary["window"])
     if ready.treatment.digest != said["digest"]:
-        raise ShrinkError(f"{said['origin']} is not the recording that {run.path} replayed; its contents differ")
+        raise ShrinkError(f"{found} is not the recording that {run.path} replayed; its contents differ")
     return ready.assembly
 
 

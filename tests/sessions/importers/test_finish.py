@@ -113,11 +113,7 @@ def outside(monkeypatch):
 
 def test_an_importer_of_another_package_is_a_row_like_any_other(outside, tmp_path):
     (tmp_path / "x").touch()
-<<<<<<< HEAD
-    assert importer_names() == [*IMPORTERS, "broken", "falls", "outside"]
-=======
-    assert importer_names() == [*IMPORTERS, "auto", "broken", "outside"]
->>>>>>> importers
+    assert importer_names() == [*IMPORTERS, "auto", "broken", "falls", "outside"]
     assert import_session("outside", tmp_path / "x", answer="found") == "found"
     with pytest.raises(ImportFileError, match="has no option 'colour'; it has: answer"):
         import_session("outside", tmp_path / "x", colour=1)
