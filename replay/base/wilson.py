@@ -85,5 +85,6 @@ def _effective(count: int, of: int, clusters: int, squares: Sequence[int]) -> fl
     part, (squared, crossed, whole) = count / of, squares
     spread = squared - 2 * part * crossed + part * part * whole
     wide = float(stdtrit(max(of * of / whole - 1.0, 1.0), 0.975)) / Z95
+    # Clusters that are all alike have no spread: the number is then cut to all there are.
     number = part * (1 - part) * (of - whole / of) ** 2 / max(spread, 1e-9 * whole) / wide**2
     return min(max(number, 1.0), of)

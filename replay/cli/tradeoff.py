@@ -40,7 +40,7 @@ def command(
     from replay.api.runner import write
     from replay.cli.run_report import answer_cited
     from replay.cli.terminal import terminal
-    from replay.cli.tradeoff_tables import FrontBar, front_table
+    from replay.cli.tradeoff_tables import ParetoBar, pareto_table
     from replay.detection.compile_notice import compiling_announced
     from replay.outputs.report.growth import growth_table
     from replay.outputs.report.tradeoff import tradeoff_files
@@ -55,7 +55,7 @@ def command(
     if out is not None:
         check_target(out, force=force)
     held = read_session(session)
-    with compiling_announced(people), FrontBar(people) as bar:
+    with compiling_announced(people), ParetoBar(people) as bar:
         listed = steps_of_trust() if steps else None
         done = tradeoff(held, settings=listed, repeats=repeats, time_limit=time_limit, watch=bar.watch, **asked)
     if growth:
@@ -69,7 +69,7 @@ def command(
         with progress.stage("write"), tradeoff_files(done) as files:
             write(run, out, force=force, picture=not no_picture, files=files)
     behind = sources_behind(row["detector"] for row in done.rows) if cite else {}
-    shown = [front_table(done, everything=people.verbose), *([growth_table(done.growth)] if growth else [])]
+    shown = [pareto_table(done, everything=people.verbose), *([growth_table(done.growth)] if growth else [])]
     answer_cited(as_json, done.as_json(), lambda: terminal(*shown), behind, (done.answer, *done.advice))
     if done.cut:
         people.say(f"time limit: {len(done.cut)} of {len(done.cut) + len(done.rows)} settings were not tried:")

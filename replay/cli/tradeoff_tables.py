@@ -20,7 +20,7 @@ BUSY: Final = 0.9
 """A process that had less of the clock than this shared its core: a quiet machine gives 0.97 and more."""
 
 
-def front_table(done: "Tradeoff", *, everything: bool = False) -> Table:
+def pareto_table(done: "Tradeoff", *, everything: bool = False) -> Table:
     """The front, quickest first; or every row in order of time."""
     from replay.outputs.tradeoff_table import SHOWN as COLUMNS
     from replay.outputs.tradeoff_table import how_measured, quickest_first, tradeoff_table
@@ -38,23 +38,23 @@ def front_table(done: "Tradeoff", *, everything: bool = False) -> Table:
     return shown.titled(counts, *how_measured(done), *busy)
 
 
-def front_words(rows: Sequence[dict[str, Any]]) -> str:
+def pareto_words(rows: Sequence[dict[str, Any]]) -> str:
     """The front so far in one line: ``0.003 ms 16.3, 0.007 ms 0``, contacts missed."""
     from replay.outputs.tradeoff_table import front_rows
 
-    front = front_rows(rows)
-    words = [f"{row['ms_per_frame']:.3g} ms {row['contacts_lost']:.3g}" for row in front[-SHOWN:]]
-    return ("... " if len(front) > SHOWN else "") + ", ".join(words)
+    pareto = front_rows(rows)
+    words = [f"{row['ms_per_frame']:.3g} ms {row['contacts_lost']:.3g}" for row in pareto[-SHOWN:]]
+    return ("... " if len(pareto) > SHOWN else "") + ", ".join(words)
 
 
-class FrontBar:
+class ParetoBar:
     """A bar on a terminal with what runs and the front so far; elsewhere nothing."""
 
     def __init__(self, people: People) -> None:
         self._shown = sys.stderr.isatty() and not people.quiet
         self._bars: Progress | None = None
 
-    def __enter__(self) -> "FrontBar":
+    def __enter__(self) -> "ParetoBar":
         if self._shown:
             from rich.console import Console
             from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -72,7 +72,7 @@ class FrontBar:
     def watch(self, done: int, total: int, label: str, rows: Sequence[dict[str, Any]]) -> None:
         """As ``replay.tradeoffs.sweep.Watch``."""
         if self._bars is not None:
-            words = f"{label:<26.26} front: {front_words(rows)} missed"
+            words = f"{label:<26.26} front: {pareto_words(rows)} missed"
             self._bars.update(self._bars.task_ids[0], completed=done, total=total, description=words)
 
     def __exit__(self, *problem: object) -> None:

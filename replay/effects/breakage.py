@@ -87,6 +87,7 @@ def _time_of_impact(fit: Parabola, met: FloatArray, span: tuple[float, float], d
     """
     low, high = span
     speed = fit.velocity(low)
+    # A body at rest has no direction; the least speed only keeps 0 / 0 out.
     way = direction if direction is not None else speed / max(float(np.sqrt(speed @ speed)), 1e-12)
     sign = math.copysign(1.0, float(speed @ way))
     goal = sign * float(met @ way)

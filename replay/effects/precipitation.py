@@ -16,6 +16,7 @@ HALVINGS = 200
 """Of the logarithm of what stays dissolved, between 1e-300 and all: more than doubles tell apart."""
 
 LEAST = 1e-300
+"""Where the search for what stays dissolved begins: near the least float, since a logarithm has no zero."""
 
 
 def amount_fallen(

@@ -46,8 +46,8 @@ def measured_on(done: Tradeoff) -> str:
 
 def how_measured(done: Tradeoff) -> tuple[str, ...]:
     """Which times are live, how often they were taken, what the intervals are over, and what was asked."""
-    about, front = done.about, [row for row in done.rows if row["front"] or row["front_online"]]
-    without = [row["label"] for row in front if not row["containment"]]
+    about, pareto = done.about, [row for row in done.rows if row["front"] or row["front_online"]]
+    without = [row["label"] for row in pareto if not row["containment"]]
     contained = f"in, but not of {', '.join(without)}" if without else "in"
     phases = max((row["phases"] for row in done.rows), default=1)
     mean = f"; of a step rate it is the mean over {phases} look phases" if phases > 1 else ""

@@ -77,8 +77,8 @@ def test_imported_and_run_from_the_command_line_it_has_exactly_the_contact_frame
     assert main(["import", "aframe", str(CAPTURES / f"{name}.json"), "-o", str(session), *meshes]) == 0
     assert main(["run", str(session), "-o", str(out), "--no-picture", "--detectors", "hybrid,discrete"]) == 0
     assert "proxy" not in capsys.readouterr().out.lower()
-    told = json.loads((out / "summary.json").read_text())
-    for label in told["detectors"]:
+    counts = json.loads((out / "summary.json").read_text())
+    for label in counts["detectors"]:
         rows = [row for row in pq.read_table(out / "episodes.parquet").to_pylist() if row["detector"] == label]
         assert [(row["first"], row["last"]) for row in rows] == truth, label
         assert all({row["body_a"], row["body_b"]} == {"left", "right"} for row in rows)

@@ -43,11 +43,11 @@ def test_a_class_of_sixty_becomes_its_page_in_under_five_minutes(made):
     out, seconds = made
     print(f"{STUDENTS} students: recorded, replayed and analysed in {seconds:.0f} s")
     assert seconds < 300.0
-    told = json.loads((out / "study" / "study.json").read_text("utf-8"))
-    assert told["students"] == STUDENTS and told["detector"] == "exact" and told["recall"] == 1.0
-    assert {row["detector"] for row in told["sensitivity"]} == {"22.5Hz"}
-    assert all(0.5 < row["recall"] < 1.0 for row in told["sensitivity"])
-    found = {(row["predictor"], row["outcome"]): row for row in told["associations"] if row["regression"] == "simple"}
+    report = json.loads((out / "study" / "study.json").read_text("utf-8"))
+    assert report["students"] == STUDENTS and report["detector"] == "exact" and report["recall"] == 1.0
+    assert {row["detector"] for row in report["sensitivity"]} == {"22.5Hz"}
+    assert all(0.5 < row["recall"] < 1.0 for row in report["sensitivity"])
+    found = {(row["predictor"], row["outcome"]): row for row in report["associations"] if row["regression"] == "simple"}
     touches = found["ease of use", "unintended_contacts_per_min"]
     assert touches["associated"] and touches["beta"] < 0.0
     assert found["ease of use", "motivation"]["associated"]

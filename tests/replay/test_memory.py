@@ -59,11 +59,11 @@ def peak_of(frames, folder):
     command = [sys.executable, "-c", MEASURED, str(folder / "s.mcap"), str(folder / "run")]
     done = subprocess.run(command, capture_output=True, text=True, env=environment())
     assert done.returncode == 0, done.stderr[-3000:]
-    told = json.loads(done.stdout)
-    assert told["summary"]["session"]["frames"] == frames
-    assert told["summary"]["audit"]["slow"]["contacts"] > 100
+    report = json.loads(done.stdout)
+    assert report["summary"]["session"]["frames"] == frames
+    assert report["summary"]["audit"]["slow"]["contacts"] > 100
     assert (folder / "run" / "run.rrd").stat().st_size > 1_000_000
-    return told["peak"]
+    return report["peak"]
 
 
 @pytest.mark.slow

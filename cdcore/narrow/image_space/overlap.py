@@ -71,6 +71,7 @@ def overlap_of_placed(world_a: FloatArray, flip_a: int, world_b: FloatArray, fli
     if not (low < high).all():
         return NOTHING
     pixel = float((high - low).max()) / resolution
+    # A side of whole pixels that rounding makes a hair longer gets no pixel more.
     count = np.maximum(1, np.ceil((high - low) / pixel - 1e-9)).astype(np.int64)
     size = (high - low) / count
     least = DEPTH_ULPS * EPS * float(max(np.abs(world_a).max(), np.abs(world_b).max())) + UNDERFLOW_PAD
@@ -93,6 +94,7 @@ def _inside(lengths: FloatArray, boxes: tuple[FloatArray, ...]) -> int:
     low_a, high_a, low_b, high_b = boxes
     within = ((low_a > low_b) & (high_a < high_b)).all(), ((low_b > low_a) & (high_b < high_a)).all()
     for body in range(2):
+        # All of it up to rounding: both lengths are sums over the same rays.
         if within[body] and (lengths[:, 2] >= lengths[:, body] * (1.0 - 1e-9)).all():
             return body
     return -1

@@ -68,6 +68,7 @@ def heat_map(result: RunResult) -> Markup:
 def latency_histogram(result: RunResult) -> Markup:
     """How many frames took how long, on a log axis, of every detector whose frames were timed, if there is one."""
     timed = ((label, look_seconds(found)) for label, found in result.detections.items())
+    # A log axis has no place for 0 ms.
     shown = {label: np.maximum(one * 1e3, 1e-4) for label, one in timed if one is not None and len(one)}
     if not shown:
         return Markup()

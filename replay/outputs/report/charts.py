@@ -185,4 +185,5 @@ def _peaks(times: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDA
     """At most ``BINS`` points, each the largest of its stretch."""
     size = max(1, -(-len(values) // BINS))
     starts = np.arange(0, len(values), size)
+    # A log axis has no place for 0 ms.
     return times[starts], np.maximum(np.maximum.reduceat(values, starts), 1e-4)

@@ -142,6 +142,7 @@ def _tremor(seconds: FloatArray, rng: np.random.Generator) -> FloatArray:
 def _turned_by(vectors: FloatArray) -> FloatArray:
     """Rotations (T, 3, 3) about vectors (T, 3) by their lengths (Rodrigues)."""
     angle = np.linalg.norm(vectors, axis=1)
+    # No turn has no axis; its sine is 0, whatever the axis.
     x, y, z = (vectors / np.maximum(angle, 1e-300)[:, None]).T
     cross = np.zeros((len(vectors), 3, 3))
     cross[:, 0, 1], cross[:, 0, 2], cross[:, 1, 2] = -z, y, -x

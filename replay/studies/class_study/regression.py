@@ -147,6 +147,7 @@ def permutation_p(y: FloatArray, x: FloatArray, column: int, random: np.random.G
     left = drawn - (drawn @ basis) @ basis.T
     chance = np.abs(left @ own) / np.linalg.norm(left, axis=1)
     found = abs(float(rest @ own)) / float(np.linalg.norm(rest))
+    # A draw equal to what was found, up to rounding, counts as no smaller.
     return (1 + int((chance >= found * (1.0 - 1e-12)).sum())) / (1 + PERMUTATIONS)
 
 

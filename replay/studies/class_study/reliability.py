@@ -67,6 +67,7 @@ def interval(drawn: FloatArray, found: float, left_out: FloatArray) -> tuple[flo
     skew = float((apart**3).sum()) / (6.0 * size**1.5) if size > 0.0 else 0.0
     wide = np.sqrt(students / (students - 1.0)) * float(t.ppf(0.975, students - 1))
     moved = bias + np.array([-wide, wide])
+    # Beyond the pole of the correction the bound is the end of what was drawn.
     low, high = np.quantile(drawn, norm.cdf(bias + moved / np.maximum(1.0 - skew * moved, 1e-6)))
     return float(low), float(high)
 

@@ -117,6 +117,7 @@ def expected_evaluations(chances: Sequence[float]) -> int | None:
     """
     if not len(chances) or min(chances) <= 0.0:
         return None
+    # A chance of 1 would be the logarithm of 0; with this one pair detects all but 1e-12 of the poses.
     misses = np.log1p(-np.minimum(np.asarray(chances, dtype=np.float64), 1.0 - 1e-12))
 
     def detected(evaluations: int) -> float:

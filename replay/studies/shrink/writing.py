@@ -167,6 +167,7 @@ def _picture(fault: Fault) -> bytes:
             Poly3DCollection(triangles, facecolor=colour, edgecolor="#222222", alpha=0.5, linewidth=0.5)
         )
     points = np.concatenate(corners).reshape(-1, 3)
+    # A point has no extent, and the limits of an axis must differ.
     middle, half = (points.min(axis=0) + points.max(axis=0)) / 2, max(float(np.ptp(points, axis=0).max()) / 2, 1e-9)
     axes.set(**{f"{axis}lim": (middle[k] - half, middle[k] + half) for k, axis in enumerate("xyz")})
     axes.set(xlabel="x, m", ylabel="y, m", zlabel="z, m", title=" and ".join(body.name for body in fault.pair))

@@ -9,6 +9,9 @@ from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.level_tree import grow_tree
+from cdcore.narrow.spacetime.bounds import LARGEST_SIZE
+from cdcore.narrow.tree_stage import TreeSettings, TreeStage
+from cdcore.narrow.trees.search import TreeSearch
 
 TREES = ["aabb", "obb", "rapid-style", "solid-style"]
 FRAMES = 24
@@ -130,3 +133,16 @@ def test_a_balanced_cut_is_at_the_median_and_the_other_at_zero():
 def test_keys_all_on_one_side_are_cut_in_the_middle():
     shape = grow_tree(8, 1, keys_of([1] * 8), balanced=False)
     assert shape.depth == 4
+
+
+@pytest.mark.parametrize(("share", "beyond"), [(0.2, False), (0.4, True)])
+def test_a_pair_is_as_large_as_both_reaches_and_both_places_together(share, beyond):
+    """Pads hold up to a size; two sheets side by side, where each of the four lengths alone is well within it."""
+    far = share * LARGEST_SIZE
+    sheets = [Body(name, TriangleMesh([[-far, 0, 0], [far, 0, 0], [0, far, 0]], [[0, 1, 2]])) for name in "ab"]
+    search = TreeSearch("obb", [sheet.mesh.triangles for sheet in sheets])
+    stage = TreeStage(sheets, np.array([[0, 1]]), search, TreeSettings())
+    motion = Motion([0.0], [[[far, 0, 0], [far, 0, far / 100]]], np.tile(np.eye(3), (1, 2, 1, 1)))
+    first = np.zeros(1, dtype=np.int64)
+    assert stage.decide(motion, first, first, every=True).work["exhaustive"] == beyond
+    assert stage.decide_now(motion, 0, far / 1000) == (Verdict.CLEAR, not beyond)

@@ -26,18 +26,18 @@ def small(monkeypatch):
 def test_json_and_the_file_hold_the_race_the_stages_and_the_growth(capsys, tmp_path):
     words = ["bench", "--quick", "--frames", "60", "--format", "json", "--cite", "--out"]
     assert main([*words, str(tmp_path / "new" / "b.json")]) == 0
-    told = json.loads(capsys.readouterr().out)
-    raced = [(row["what"], row["engine"]) for row in told["race"]]
+    report = json.loads(capsys.readouterr().out)
+    raced = [(row["what"], row["engine"]) for row in report["race"]]
     assert raced == [(what, name) for what in ("bool", "faces") for name in engines.installed_engines()]
-    assert all(row["wrong"] == 0 for row in told["race"] if row["engine"] == "exact")
-    assert [(one["workload"], one["what"]) for one in told["stages"]] == [
+    assert all(row["wrong"] == 0 for row in report["race"] if row["engine"] == "exact")
+    assert [(one["workload"], one["what"]) for one in report["stages"]] == [
         ("bench", "bool"), ("bench", "faces"), ("resting", "faces"),
     ]  # fmt: skip
-    assert [(one["where"], one["size"]) for one in told["growth"]] == [
+    assert [(one["where"], one["size"]) for one in report["growth"]] == [
         (where, size) for where in ("distant", "near") for size in (90, 180)
     ]
-    assert [*told.pop("sources")] == ["detector exact"]
-    assert json.loads((tmp_path / "new" / "b.json").read_text()) == told
+    assert [*report.pop("sources")] == ["detector exact"]
+    assert json.loads((tmp_path / "new" / "b.json").read_text()) == report
 
 
 @pytest.mark.slow

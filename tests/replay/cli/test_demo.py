@@ -20,15 +20,15 @@ def test_a_small_demo_records_replays_and_names_what_was_missed(tmp_path, monkey
     monkeypatch.chdir(tmp_path)
     assert main(["demo", "--scene", "fast-ball", "--format", "json"]) == 0
     printed, said = capsys.readouterr()
-    told = json.loads(printed)
+    report = json.loads(printed)
     folder = read_run_folder(tmp_path / "replay-demo")
     assert said.startswith("making up") and "replay view replay-demo" in said
-    assert list(told["audit"]) == ["paper", "hull50", "mesh50"] and told["oracle"] == "exact"
-    assert all(figures["live"] and figures["seconds"]["per_frame"] for figures in told["detectors"].values())
-    assert sum(one["misses"] for one in told["audit"].values()) == len(folder.rows("misses.parquet")) > 0
-    assert set(told["audit"]["mesh50"]["phases"]) == {"contacts_missed", "contacts_in_part", "invented"}
+    assert list(report["audit"]) == ["paper", "hull50", "mesh50"] and report["oracle"] == "exact"
+    assert all(figures["live"] and figures["seconds"]["per_frame"] for figures in report["detectors"].values())
+    assert sum(one["misses"] for one in report["audit"].values()) == len(folder.rows("misses.parquet")) > 0
+    assert set(report["audit"]["mesh50"]["phases"]) == {"contacts_missed", "contacts_in_part", "invented"}
     assert folder.picture.is_file()
-    assert len(read_session(tmp_path / "replay-demo" / "session.mcap").frames) == told["session"]["frames"]
+    assert len(read_session(tmp_path / "replay-demo" / "session.mcap").frames) == report["session"]["frames"]
 
 
 def test_the_demo_can_be_repeated_where_it_stands_but_replaces_no_named_folder(tmp_path, monkeypatch, capsys):
@@ -73,14 +73,14 @@ def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(tmp_path):
     assert program.returncode == 0, words
     # Two seconds are promised on a machine of its own; this one is shared, and a start from cold files is slower.
     assert first.startswith(b"making up") and first_line < 5.0
-    told = json.loads(printed)
-    never = [miss for miss in told["misses"]["mesh50"] if miss["kind"] == "never found"]
+    report = json.loads(printed)
+    never = [miss for miss in report["misses"]["mesh50"] if miss["kind"] == "never found"]
     assert all(any(_within(miss, episode) for miss in never) for episode in expected.missed)
     assert not any(_within(miss, episode) for miss in never for episode in expected.caught)
     readme = (Path(__file__).resolve().parents[3] / "README.md").read_text("utf-8")
-    for one in ranking(told)[:-1]:
+    for one in ranking(report)[:-1]:
         assert f"| {one.count(one.missed)} | {one.count(one.in_part)} | {100 * one.false['share']:.0f} % |" in readme
-    assert {figures["contacts"] for figures in told["audit"].values()} == {len(truth.episodes)} and expected.caught
+    assert {figures["contacts"] for figures in report["audit"].values()} == {len(truth.episodes)} and expected.caught
 
 
 @pytest.mark.slow

@@ -41,8 +41,8 @@ def test_verbose_shows_all_facts(file, capsys):
 
 def test_json_holds_the_same(file, capsys):
     assert main(["info", str(file), "--format", "json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["frames"]["count"] == 200 and [body["name"] for body in told["bodies"]] == ["a", "b"]
+    report = json.loads(capsys.readouterr().out)
+    assert report["frames"]["count"] == 200 and [body["name"] for body in report["bodies"]] == ["a", "b"]
 
 
 @pytest.mark.parametrize(("seconds", "words"), [(59.96, "60.0 s"), (605, "10 min 5 s"), (28_800, "8 h 0 min")])

@@ -38,8 +38,8 @@ def test_the_plan_is_printed_with_reasons(scene, capsys):
 @pytest.mark.parametrize("form", [["--json"], ["--format", "json"]])
 def test_as_json_the_plan_can_be_read_by_a_program(scene, capsys, form):
     assert main(["plan", str(scene), *form]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["effects"] == {"contact": ["the scene declares it"]} and "cup-top" in told["pairs"]
+    report = json.loads(capsys.readouterr().out)
+    assert report["effects"] == {"contact": ["the scene declares it"]} and "cup-top" in report["pairs"]
 
 
 def test_a_session_file_has_the_plan_of_the_scene_it_carries(tmp_path, capsys):

@@ -29,8 +29,8 @@ def test_a_damaged_file_is_saved_with_exit_code_three_and_what_was_lost_is_said(
 def test_a_torn_file_is_saved(whole, tmp_path, capsys):
     whole.write_bytes(whole.read_bytes()[:-2000])
     assert main(["recover", str(whole), str(tmp_path / "out.mcap"), "--format", "json"]) in (0, 3)
-    told = json.loads(capsys.readouterr().out)
-    assert told["frames"] > 0 and told["source"] == str(whole)
+    report = json.loads(capsys.readouterr().out)
+    assert report["frames"] > 0 and report["source"] == str(whole)
 
 
 def test_a_whole_file_exits_with_zero(whole, tmp_path, capsys):

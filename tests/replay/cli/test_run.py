@@ -40,10 +40,10 @@ def test_json_on_stdout_is_the_summary_and_the_misses(file, tmp_path, capsys):
         "hybrid",
     ]
     assert main(["run", str(file), "-o", str(tmp_path / "run"), "--no-picture", *arguments]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert set(told["detectors"]) == {"slow", "sphere", "hybrid"}
-    assert [miss["number"] for miss in told["misses"]["slow"]] == [1, 2]
-    assert told["out"] == str(tmp_path / "run") and not (tmp_path / "run" / "run.rrd").exists()
+    report = json.loads(capsys.readouterr().out)
+    assert set(report["detectors"]) == {"slow", "sphere", "hybrid"}
+    assert [miss["number"] for miss in report["misses"]["slow"]] == [1, 2]
+    assert report["out"] == str(tmp_path / "run") and not (tmp_path / "run" / "run.rrd").exists()
 
 
 def test_start_and_end_and_seed_reach_the_run(file, tmp_path, capsys):
@@ -59,8 +59,8 @@ def test_start_and_end_and_seed_reach_the_run(file, tmp_path, capsys):
         "hybrid",
     ]
     assert main([*where, "--start", "0.02", "--end", "0.05", "--seed", "9", "--oracle", "none"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["session"]["frames"], told["seed"], told["detectors"]["hybrid"]["contacts"]) == (4, 9, 1)
+    report = json.loads(capsys.readouterr().out)
+    assert (report["session"]["frames"], report["seed"], report["detectors"]["hybrid"]["contacts"]) == (4, 9, 1)
 
 
 def test_quiet_says_nothing_on_stderr(file, tmp_path, capsys):
@@ -93,7 +93,7 @@ def test_cite_prints_the_sources_of_the_detectors_that_looked(file, tmp_path, ca
     printed = capsys.readouterr().out
     assert "detector sphere" in printed and "equation (21)" in printed and "FCL" in printed
     assert main([*plain, "-o", str(tmp_path / "two"), "--cite", "--format", "json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert set(told["sources"]) == {"detector sphere", "detector hybrid"}
+    report = json.loads(capsys.readouterr().out)
+    assert set(report["sources"]) == {"detector sphere", "detector hybrid"}
     assert main([*plain, "-o", str(tmp_path / "three")]) == 0
     assert "equation (21)" not in capsys.readouterr().out

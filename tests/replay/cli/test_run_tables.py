@@ -16,7 +16,7 @@ from replay.cli.console import People
 from replay.cli.run_report import close_run, where_to_look
 from replay.cli.run_tables import answers, audit_tables, cause_table, missed_tables, run_tables
 from replay.cli.terminal import terminal
-from replay.cli.tradeoff_tables import front_table
+from replay.cli.tradeoff_tables import pareto_table
 from replay.effects.effect_summary import happened_words
 from replay.outputs.report.page import report_html
 from replay.outputs.rerun_log.report import report_text
@@ -230,5 +230,5 @@ def test_no_template_of_the_tables_in_a_terminal_is_untested(monkeypatch, tmp_pa
     row = price_row("a", 0.5, 2)
     done = Tradeoff((row,), ("a",), (), (), (), {**ABOUT, "processor_share": 0.5})
     steps = replace(done, rows=({**row, "axis": STEP},))
-    shown += [printed(terminal(front_table(done), front_table(steps)), 400), capsys.readouterr().err]
+    shown += [printed(terminal(pareto_table(done), pareto_table(steps)), 400), capsys.readouterr().err]
     assert unsaid("\n".join(shown), *sources("replay/cli/run_*.py", "replay/cli/tradeoff_tables.py")) == []

@@ -47,9 +47,9 @@ def test_all_prints_a_row_per_detector_and_names_absent_peers(capsys, monkeypatc
 @pytest.mark.parametrize("words", [["--json"], ["--format", "json"]])
 def test_json_holds_every_tally(capsys, words):
     assert main(["stress", "--detector", "exact", "--family", "3-5", "--pairs", "9", *words]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert [one["number"] for one in told["tallies"]] == [3, 4, 5]
-    assert (told["pairs"], told["seed"], told["broken"]) == (9, 100, [])
+    report = json.loads(capsys.readouterr().out)
+    assert [one["number"] for one in report["tallies"]] == [3, 4, 5]
+    assert (report["pairs"], report["seed"], report["broken"]) == (9, 100, [])
 
 
 def test_failing_pairs_are_written_to_files_that_load(capsys, tmp_path):
@@ -105,11 +105,11 @@ def test_relations_are_asked_of_the_families_named(capsys, tmp_path):
     assert "of 240 pairs" in printed and "swap" not in printed
     assert list(tmp_path.iterdir())
     assert main(["stress", *words, "--family", "2-3", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert [(one["relation"], one["number"]) for one in told["flips"]] == [
+    report = json.loads(capsys.readouterr().out)
+    assert [(one["relation"], one["number"]) for one in report["flips"]] == [
         ("shift", 2), ("shift", 3), ("axes", 2), ("axes", 3)
     ]  # fmt: skip
-    assert len(told["tallies"]) == 2
+    assert len(report["tallies"]) == 2
 
 
 @pytest.mark.parametrize(
@@ -134,8 +134,8 @@ def test_cases_alone_are_asked_and_written_and_say_where_they_do_not_apply(capsy
     assert "pairs of each family" not in printed
     assert [path.name for path in tmp_path.iterdir()] == ["case-32-hybrid-seed-100.npz"]
     assert main([*words, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert [(one["number"], one["missed"], one["applies"]) for one in told["cases"]] == [
+    report = json.loads(capsys.readouterr().out)
+    assert [(one["number"], one["missed"], one["applies"]) for one in report["cases"]] == [
         (28, 0, True), (32, 3, True), (40, 0, False)
     ]  # fmt: skip
 

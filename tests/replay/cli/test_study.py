@@ -32,8 +32,8 @@ def test_analyse_prints_the_associations_and_writes_the_page(files, tmp_path, ca
 
 def test_analyse_as_json_is_the_summary(files, capsys):
     assert main(["study", "analyse", *files, "--format", "json", "-q"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["students"] == 30 and told["associations"][0]["predictor"] == "ease of use"
+    report = json.loads(capsys.readouterr().out)
+    assert report["students"] == 30 and report["associations"][0]["predictor"] == "ease of use"
 
 
 def test_a_refusal_of_the_whole_study_is_one_sentence_with_its_rule(files, tmp_path, capsys):
@@ -59,8 +59,8 @@ def test_check_tells_the_contradictions_of_the_papers_tables(capsys):
 
 def test_check_strict_is_a_gate(tmp_path, capsys):
     assert main(["study", "check", "--strict", "--format", "json"]) == 4
-    told = json.loads(capsys.readouterr().out)
-    assert sum(row["kind"] == "inconsistent" for row in told) == 3
+    report = json.loads(capsys.readouterr().out)
+    assert sum(row["kind"] == "inconsistent" for row in report) == 3
     good = tmp_path / "good.toml"
     good.write_text(
         "n = 52\n[reliability]\nitems = 19\nalpha = 0.9\nkmo = 0.8\nchi_square = 443.843\ndf = 171\np = 0.0\n"

@@ -5,7 +5,7 @@ import pytest
 from support.small_worlds import cubes, framed
 
 from replay.cli.main import main
-from replay.cli.tradeoff_tables import front_table
+from replay.cli.tradeoff_tables import pareto_table
 from replay.tradeoffs import growth
 from replay.tradeoffs import sweep as trading
 from replay.tradeoffs.settings import TRUST, Setting, steps_of_trust
@@ -52,7 +52,7 @@ def test_the_steps_of_trust_stand_in_their_order_with_what_each_adds(file, capsy
     assert main(["tradeoff", file, "--steps", "--repeats", "1"]) == 0
     assert "what the step adds" in " ".join(capsys.readouterr().out.split())
     done = trading.tradeoff(cubes(PLACES), settings=steps_of_trust(), repeats=1, time_limit=None)
-    shown = front_table(done)
+    shown = pareto_table(done)
     assert [row[:2] for row in shown.rows] == [(adds, label) for label, _, _, adds in TRUST]
     lost = {row["label"]: row["contacts_lost"] for row in done.rows}
     assert lost["exact"] == lost["containment"] == lost["faces"] == 0

@@ -156,6 +156,9 @@ def test_distances_are_those_of_the_solids():
     points = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.0, 0.4, 0.0], [0.0, 0.0, -1.0]])
     assert capsule(points, (0, 0, 0), (0, 1, 0), 0.1, 0.1) == pytest.approx([-0.1, 0.2, -0.1, 0.9])
     assert rounded_box(points, (0, 0, 0), (0.2, 0.3, 0.4), 0.05) == pytest.approx([-0.2, 0.1, 0.1, 0.6])
+    aside = np.array([0.3, -2.0, 0.5])
+    assert rounded_box(points + aside, aside, (0.2, 0.3, 0.4), 0.05) == pytest.approx([-0.2, 0.1, 0.1, 0.6])
+    assert ellipsoid([[0.65, -2.0, 0.5]], aside, (0.35, 0.35, 0.9)) == pytest.approx(0, abs=1e-15)
     assert np.sign(ellipsoid(points[1:], (0, 0, 0), (0.35, 0.35, 0.9))).tolist() == [-1, 1, 1]
     assert ellipsoid(np.array([[0.35, 0, 0], [0, 0, 0.9]]), (0, 0, 0), (0.35, 0.35, 0.9)) == pytest.approx(0, abs=1e-15)
     assert (

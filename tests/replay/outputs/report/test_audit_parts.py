@@ -1,8 +1,10 @@
 import re
 
 import numpy as np
+import pytest
 from support.page_cells import Cells
 
+from replay.base.constants import BUDGET_MS
 from replay.comparison.outcome import Outcome
 from replay.outputs.report.audit_parts import BINS, duration_table, latency_histogram
 from replay.pipeline.engine import compute
@@ -40,11 +42,26 @@ def test_causes_in_the_page_are_those_counted(run, page):
     assert set(rows) == {"between looks", "decided again, of pair-frames missed"}
 
 
+def check_bars(svg, looks):
+    """Bars of one lane stand side by side, one a bin of a log axis, the tallest 10 below its top."""
+    edges = np.geomspace(0.9 * looks.min(), 1.1 * max(looks.max(), 1.5 * BUDGET_MS), BINS + 1)
+    counts, _ = np.histogram(looks, edges)
+    number = r'(\S+)" '
+    bars = re.findall(rf'<rect x="{number}y="{number}width="{number}height="{number}[^>]*><title>([^<]*)', svg)
+    for (*places, title), k in zip(bars, np.flatnonzero(counts), strict=True):
+        x, y, width, height = map(float, places)
+        assert (x, width) == (pytest.approx(190 + 910 * k / BINS, abs=0.06), pytest.approx(910 / BINS - 1, abs=0.06))
+        assert (y + height, height) == pytest.approx((150, max(2, 140 * counts[k] / counts.max())), rel=1e-4)
+        assert title == f"{counts[k]} frames of {edges[k]:.3g} to {edges[k + 1]:.3g} ms"
+    assert re.findall(r'y="(\S+)" class="lane"', svg) == ["20"]
+
+
 def test_every_look_is_in_the_histogram(run, page):
     svg = str(latency_histogram(run))
     counted = [int(count) for count in re.findall(r"<title>(\d+) frames of", svg)]
     assert sum(counted) == len(look_seconds(run.detections["slow"])) and 1 <= len(counted) <= BINS
     assert svg in page
+    check_bars(svg, look_seconds(run.detections["slow"]) * 1e3)
     assert not latency_histogram(compute(run.session, detectors="hybrid", offline=True))
 
 

@@ -24,8 +24,8 @@ def test_events_of_effects_stand_among_the_recorded_ones_on_the_same_clock(resul
     contact = rows[0]
     assert (contact["stamp_ns"], contact["end_stamp_ns"]) == (2 * STEP_NS, 5 * STEP_NS)
     assert (contact["time"], contact["end_time"]) == (0.02, 0.05) and contact["body"] == "a b"
-    told = json.loads(contact["values"])
-    assert told["frames"] == 3 and len(told["point"]) == 3 and rows[1]["values"] == ""
+    report = json.loads(contact["values"])
+    assert report["frames"] == 3 and len(report["point"]) == 3 and rows[1]["values"] == ""
 
 
 def test_series_keep_every_value_to_the_last_bit(result):

@@ -124,8 +124,8 @@ def test_a_search_that_gave_up_is_shrunk_with_its_memory(tmp_path):
 def test_the_written_test_fails_on_the_detector_and_passes_on_another(folder, tmp_path, capsys, monkeypatch):
     out = tmp_path / "case"
     assert main(["shrink", str(folder), "--miss", "1", "--detector", "slow", "-o", str(out), "--format", "json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["after"] == "2 frames x 1 x 1 faces of 2 bodies" and told["before"].endswith(
+    report = json.loads(capsys.readouterr().out)
+    assert report["after"] == "2 frames x 1 x 1 faces of 2 bodies" and report["before"].endswith(
         "12 x 12 faces of 2 bodies"
     )
     assert (out / "picture.png").read_bytes().startswith(b"\x89PNG") and "1 face and 1 face" in (

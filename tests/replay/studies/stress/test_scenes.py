@@ -55,6 +55,24 @@ def test_every_case_of_motion_holds_contacts_and_misses():
         assert {0, 1} == set(np.concatenate([scene.truth for scene in first_scenes(number, 99)]).tolist())
 
 
+def test_tips_pass_each_other_level_and_as_far_apart_as_named():
+    for scene in scenes(32):
+        gap = float(scene.name.split()[1])
+        assert scene.motion.translations[:, 0, 2] - 2 == pytest.approx(gap, abs=1e-15), scene.name
+        assert scene.truth[0] == (gap <= 0), scene.name
+
+
+def test_a_path_split_in_three_frames_is_the_path():
+    paths = {tuple(scene.name.split(maxsplit=3)[1:]): scene.motion.translations[:, 0] for scene in scenes(33)}
+    for (number, where, way), places in paths.items():
+        start, end = paths[number, where, "forth"]
+        if way == "back":
+            assert np.array_equal(places, [end, start])
+        elif way != "forth":
+            share = float(way.split()[-1])
+            assert places == pytest.approx(np.array([start, (1 - share) * start + share * end, end]), abs=1e-3)
+
+
 def test_crossings_are_apart_at_both_ends_and_not_linked_to_each_other():
     motion = crossing(1.0, 7)
     height = motion.translations[:, 0, 2].reshape(7, -1)
@@ -81,6 +99,8 @@ def test_volumes_are_those_of_the_shapes():
     assert volume(ball_mesh(1.0, 64, 64)) == pytest.approx(4 / 3 * np.pi, rel=5e-3)
     assert volume(icosphere_mesh(4)) == pytest.approx(4 / 3 * np.pi, rel=5e-3)
     assert volume(rod_mesh(1.0, 2.0, 400)) == pytest.approx(2 * np.pi, rel=1e-3)
+    assert volume(beaker_mesh(1.0, 2.0, 0.1, 400)) == pytest.approx((2 - 0.81 * 1.9) * np.pi, rel=1e-3)
+    assert len(ball_mesh(1.0, 8, 16).vertices) == 2 + 7 * 16
 
 
 @pytest.mark.parametrize("detector", ["exact", "hybrid"])

@@ -60,6 +60,13 @@ def test_the_flasks_mouth_is_under_the_tip_while_base_runs(made):
     assert tip[:, 1].min() > run.cavity("flask")["opening"][1]
 
 
+def test_the_hand_holds_the_flask_below_the_rim_while_base_runs(made):
+    run = made("titration")
+    (total,) = run.facts("delivered")
+    hold = run.within("flask", run.pose("hand-right")[0])[run.near(total.start, total.end)]
+    assert hold[:, 1].min() > 0.0 and hold[:, 1].max() < run.cavity("flask")["opening"][1]
+
+
 def test_the_key_belongs_to_the_burette(made):
     scene = made("titration").session.scene
     assert scene.body("stopcock").parent == "burette"
