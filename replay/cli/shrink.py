@@ -19,8 +19,8 @@ from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, report
 @force
 @reporting
 def command(
-    run: Path | None, session: Path | None, miss: int | None, invented: int | None, case: int | None, label: str | None, out: Path,
-    force: bool, as_json: bool, people: People,
+    run: Path | None, session: Path | None, miss: int | None, invented: int | None, case: int | None,
+    label: str | None, out: Path, force: bool, as_json: bool, people: People,
 ) -> int:  # fmt: skip
     """Cut a wrong answer down to the fewest frames and faces that still give it, and write it as a test.
 

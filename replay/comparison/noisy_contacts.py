@@ -11,10 +11,9 @@ import numpy as np
 
 from cdcore import Body, Detection, Detector, Motion
 from cdcore.bounding.sphere import Sphere, sphere_by_box_centre
-from cdcore.narrow.contact_offset import ContactOffset
-from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
+from replay.base.constants import HEADSET_HZ
 from replay.base.progress import Advance
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Episode
@@ -179,6 +178,10 @@ def _near(assembly: Assembly, column: int, touching: BoolArray, noise: BodyNoise
     near = np.zeros(len(motion), dtype=np.bool_)
     if not reach:
         return near
+    # Here, since a run without noise and contacts loads no compiler.
+    from cdcore.narrow.contact_offset import ContactOffset
+    from cdcore.narrow.spacetime.box_tree import build_box_tree
+
     surfaces = ContactOffset([build_box_tree(body.mesh.triangles) for body in bodies], np.array([[0, 1]]), reach)
     for start in range(0, len(motion), BLOCK):
         block = motion.frames(start, min(start + BLOCK, len(motion)))
@@ -213,7 +216,7 @@ def _asked(
     """Contact (C, k) of one pair in every copy, at k rows of a block."""
     turn, place = zip(*(drawn.poses(block, errors, int(end), rows) for end in pair), strict=True)
     count = drawn.copies * int(rows.sum())
-    motion = Motion(np.arange(count) / 90.0, np.stack(place, axis=1), np.stack(turn, axis=1))
+    motion = Motion(np.arange(count) / HEADSET_HZ, np.stack(place, axis=1), np.stack(turn, axis=1))
     return counts_as_contact(detector.detect(motion).verdict[:, 0]).reshape(drawn.copies, -1)
 
 

@@ -5,12 +5,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
+from sessions.geometry.rotations import quaternion_from_matrix
 from sessions.importers.csv_happenings import events, hands, live_contacts, pose_rows, unknown_kinds
 from sessions.importers.csv_mapping import METRES, UNITY, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable, Rows
-from sessions.importers.finish import Imported, MeshSource, finished, loaded
+from sessions.importers.finish import QUATERNION_TOLERANCE, Imported, MeshSource, finished, loaded
 from sessions.importers.pose_table import PoseTable, SourceFrame, imported
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import Convention, convention, quaternion_from_euler
@@ -127,4 +129,17 @@ def _poses(table: CsvTable, plan: CsvMapping, columns: PoseColumns, rows: Rows) 
     turn = numbers[:, 3:]
     if columns.euler:
         turn = quaternion_from_euler(np.radians(turn) if columns.degrees else turn, columns.order)
+    elif columns.matrix:
+        turn = _of_matrices(turn.reshape(-1, 3, 3))
     return PoseTable(stamps, numbers[:, :3], turn, valid)
+
+
+def _of_matrices(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Quaternions (n, 4) of matrices (n, 3, 3); NaN where one is no rotation, mirrored or scaled."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+        turns = (off <= QUATERNION_TOLERANCE) & (np.linalg.det(matrices) > 0.0)
+    found = np.full((len(matrices), 4), np.nan)
+    for row in np.flatnonzero(turns):
+        found[row] = quaternion_from_matrix(matrices[row])
+    return found

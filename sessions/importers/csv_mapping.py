@@ -21,11 +21,12 @@ CLOCK_NS: Final[Mapping[str, float]] = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.
 
 @dataclass(frozen=True)
 class PoseColumns:
-    """Where a pose stands: three columns of position, and a quaternion or Euler angles."""
+    """Where a pose stands: three columns of position, and a quaternion, Euler angles or a matrix row by row."""
 
     position: tuple[str, ...]
     quaternion_xyzw: tuple[str, ...] = ()
     euler: tuple[str, ...] = ()
+    matrix: tuple[str, ...] = ()
     order: str = ""
     degrees: bool = True
     valid: str = ""
@@ -33,7 +34,7 @@ class PoseColumns:
     @property
     def numbers(self) -> tuple[str, ...]:
         """The columns that hold numbers."""
-        return self.position + (self.quaternion_xyzw or self.euler)
+        return self.position + (self.quaternion_xyzw or self.euler or self.matrix)
 
 
 @dataclass(frozen=True)
@@ -134,11 +135,15 @@ def _letter(table: TomlTable, key: str, default: str) -> str:
 
 
 def _columns(table: TomlTable) -> PoseColumns:
-    if ("quaternion_xyzw" in table) == ("euler" in table):
-        raise table.fail("give quaternion_xyzw = [4 columns] or euler = [3 columns] with order")
+    if sum(key in table for key in ("quaternion_xyzw", "euler", "matrix")) != 1:
+        raise table.fail(
+            "give quaternion_xyzw = [4 columns] or euler = [3 columns] with order, or matrix = [9 columns, row by row]"
+        )
     turn: dict[str, Any] = {}
     if "quaternion_xyzw" in table:
         turn["quaternion_xyzw"] = table.texts("quaternion_xyzw", 4)
+    elif "matrix" in table:
+        turn["matrix"] = table.texts("matrix", 9)
     else:
         turn["order"] = table.text("order", None)
         turn["euler"] = _angles(table, turn["order"])

@@ -247,7 +247,7 @@ def full(result):
     span = FlagSpan("frozen", "a", 0, 10_000_000, 0.0, 0.01, 2, "drop", dropped=2)
     bad = SimpleNamespace(findings=(Finding("frozen", Severity.WARNING, "it stood", "a", 0.0, 0.01),), spans=(span,))
     left = replace(result.assembly, proxies=("a",), left_out=("c",), notes=("made up",))
-    session = result.summary["session"] | {"dropped_frames": {"lost": 2}}
+    session = result.summary["session"] | {"dropped_frames": {"lost": 2}, "facts_withheld": 2}
     filled = result.summary | {"session": session, "flagged_verdicts": {"it": {"CONTACT": 2}}}
     axes = [*price_plot.WORDS]
     named = [(f"{axis} {k}", k, {"axis": axis, "line": axis, "phases": 36}) for axis in axes for k in range(2)]

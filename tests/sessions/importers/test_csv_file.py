@@ -252,7 +252,7 @@ def test_an_error_names_the_cure(tmp_path, text, mapping, words):
 
 @pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
 def test_a_ragged_row_that_is_no_utf_8_is_one_sentence_and_prints_no_traceback(tmp_path):
-    row = unity_row(0.0, "left", (0, 0, 0), (0, 0, 0, 1))
-    (tmp_path / "take.csv").write_bytes("\n".join([HEADER, row, "pose,\xff", ""]).encode("latin-1"))
+    rows = [unity_row(0.01 * k, "left", (0, 0, 0), (0, 0, 0, 1)) for k in range(500)]  # beyond a block of the header
+    (tmp_path / "take.csv").write_bytes("\n".join([HEADER, *rows, "pose,\xff", rows[0], ""]).encode("latin-1"))
     with pytest.raises(SessionError, match="this is not UTF-8 text; save it as UTF-8"):
         import_session("csv", tmp_path / "take.csv")

@@ -169,3 +169,21 @@ def test_an_order_that_names_an_axis_twice_cannot_be_bound_by_name(tmp_path):
     (tmp_path / "m.toml").write_text(EULER % "zxz")
     with pytest.raises(ImportFileError, match="angles named by axis need an order of x, y and z, each once"):
         read_mapping(tmp_path / "m.toml")
+
+
+def test_matrices_row_by_row_become_quaternions_and_what_is_no_rotation_is_lost(tmp_path):
+    names = [f"m{row}{column}" for row in range(3) for column in range(3)]
+    (tmp_path / "m.toml").write_text(
+        'convention = "openvr"\n[time]\ncolumn = "t"\nunit = "s"\n[bodies.cup]\nposition = ["x", "x", "x"]\n'
+        f"matrix = {names}\n"
+    )
+    turns = Rotation.random(20, random_state=4).as_matrix()
+    turns[3] *= 1.01
+    turns[5] = np.diag([1, 1, -1])
+    lines = [f"{k},0," + ",".join(map(repr, turn.ravel().tolist())) for k, turn in enumerate(turns)]
+    lines.append("20,0," + ",".join([""] * 9))
+    (tmp_path / "take.csv").write_text("\n".join(["t,x," + ",".join(names), *lines, ""]))
+    track = import_session("csv", tmp_path / "take.csv", mapping=tmp_path / "m.toml").tracks["cup"]
+    assert np.flatnonzero(~track.valid).tolist() == [3, 5, 20]
+    got = Rotation.from_quat(track.quaternions_xyzw[track.valid]).as_matrix()
+    assert np.abs(got - turns[track.valid[:20]]).max() < 1e-9
