@@ -29,7 +29,7 @@ def test_an_unknown_kind_is_refused_with_those_there_are():
 
 
 def test_a_row_that_cannot_be_loaded_or_calls_itself_otherwise_says_so():
-    with pytest.raises(EffectError, match=r"effect 'x' cannot be loaded: .*repair"):
+    with pytest.raises(EffectError, match=r"effect 'x' \(replay.effects.nowhere:SPEC\) cannot be loaded: .*repair"):
         load_effect("x", {"x": "replay.effects.nowhere:SPEC"})
     with pytest.raises(EffectError, match="calls itself 'contact' and its row 'x'"):
         load_effect("x", {"x": EFFECTS["contact"]})
