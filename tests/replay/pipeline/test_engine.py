@@ -69,6 +69,7 @@ def test_a_detector_that_looks_between_the_bumps_misses_them_by_number():
     first, second = result.misses["slow"]
     assert (first.number, first.first, first.last, first.kind) == (1, 4, 4, "never found")
     assert (second.number, second.first, second.last, second.kind) == (2, 8, 9, "found late")
+    assert [*result.summary["audit"]["slow"]["by_kind"].values()] == [1, 1, 0, 0]
     assert second.deepest == 9 or second.cut_length > 0
 
 

@@ -3,6 +3,7 @@ import sys
 import time
 
 import pytest
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from hypothesis import HealthCheck, given, settings
 from mcap.writer import CompressionType
@@ -166,6 +167,17 @@ def test_two_worlds_are_refused_and_of_a_body_twice_in_a_message_the_first_is_ta
     assert_same_frames(read_session(path).frames, frames.part(0, 1))
     (found,) = {one.message for one in examine(path) if one.code == "duplicate-stamps"}
     assert found == "1 frames hold two samples of it; the first was taken"
+
+
+def test_only_the_message_that_holds_a_body_twice_is_counted(tmp_path):
+    (*first, (a, b, _)), (*second, (_, e, c)) = (
+        (publish, log, [FrameTransforms(transforms=[one]).SerializeToString() for one in held.transforms])
+        for publish, log, payload in protobuf_messages(random_frames(2))[:2]
+        for held in [FrameTransforms.FromString(payload)]
+    )
+    path = write_foreign(tmp_path / "f.mcap", [(*first, a + b + a), (*second, e + c + a)])
+    found = [(one.body, one.count) for one in examine(path) if one.code == "duplicate-stamps"]
+    assert found == [("body 0", 1)]
 
 
 def test_bytes_that_are_no_transforms_are_refused(tmp_path):
