@@ -82,9 +82,13 @@ class FrameTree:
         everywhen = np.unique(np.concatenate(moving)) if moving else None
         found = {name: self._composed(chain, everywhen) for name, chain in chains.items()}
         words = [f"poses in the root frame {root!r}" for root in roots]
+        apart = [name for name, table in found.items() if not len(table.times_ns)]
+        if apart:
+            words.append(f"frames left out that never have stamps together with those above: {_named(apart)}")
+            found = {name: table for name, table in found.items() if name not in apart}
         held = [name for name, chain in chains.items() if everywhen is not None and not any(map(self._moves, chain))]
         if held:
-            words.append(f"frames published once hold throughout: {', '.join(map(repr, held))}")
+            words.append(f"frames published once hold throughout: {_named(held)}")
         if self._interpolated:
             words.append(f"frames of other stamps interpolated, not across {LARGEST_GAP_NS / 1e9:g} s")
         return found, words
@@ -139,6 +143,10 @@ class FrameTree:
 
     def _error(self, words: str) -> ImportFileError:
         return ImportFileError(f"{self._source}: {words}")
+
+
+def _named(frames: list[str]) -> str:
+    return ", ".join(map(repr, frames))
 
 
 def _is_turn(rows: Numbers) -> NDArray[np.bool_]:

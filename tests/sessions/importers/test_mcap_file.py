@@ -209,6 +209,15 @@ def test_frames_with_clocks_of_their_own_are_interpolated_but_not_across_a_gap(t
     assert track.valid[~quiet].all()
 
 
+def test_a_frame_that_never_meets_its_parent_in_time_is_left_out_and_named(tmp_path):
+    messages = [("/tf", s, transform("world", "hand", s, (0, 0, 0), I)) for s in (100, 200)]
+    messages += [("/tf", s, transform("hand", "cup", s, (0, 0, 0), I)) for s in (300, 400)]
+    session = import_session("mcap", as_protobuf(tmp_path / "a.mcap", messages))
+    assert session.names == ("hand",)
+    words = "frames left out that never have stamps together with those above: 'cup'"
+    assert words in session.facts["conversions"]
+
+
 def test_an_unstamped_pose_has_the_time_it_was_logged_at_and_that_is_said(tmp_path):
     one = PoseInFrame_pb2.PoseInFrame(frame_id="map")
     put(one.pose.position, one.pose.orientation, (0, 0, 0), Rotation.identity())
