@@ -26,7 +26,10 @@ CURES: Final = {
     "unknown-frame": "write all poses in one frame",
     "bad-names": _RECOVER,
     "unlisted-body": _RECOVER,
-    "no-poses": "write poses as foxglove.FrameTransforms in protobuf on /tf",
+    "no-poses": (
+        "if another program wrote it: replay import mcap FILE; else write poses as foxglove.FrameTransforms in "
+        "protobuf on /tf"
+    ),
 }
 """Code of a refusal, which is the doctor's, too -> the cure."""
 

@@ -25,6 +25,18 @@ def test_nothing_asked_for_is_text_and_the_whole_session():
     assert not got["as_json"] and got["start"] is None and got["end"] is None
 
 
+def test_the_tolerance_of_the_command_line_is_that_of_python():
+    from replay.cli.options import tau
+    from replay.comparison.tolerance import TAU
+
+    @click.command()
+    @tau
+    def asked(tau):
+        click.echo(tau)
+
+    assert float(CliRunner().invoke(asked, []).output) == TAU
+
+
 def test_another_format_is_refused():
     assert CliRunner().invoke(command, ["--format", "xml"]).exit_code == 2
 
