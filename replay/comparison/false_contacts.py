@@ -2,17 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.numerics import ByteArray
 from cdcore.protocol import NO_FACES, Explains
 from replay.comparison.episodes import column_runs
 from replay.comparison.evidence import looks
 from replay.comparison.outcome import Comparison, Outcome, Vector, as_vector
 from replay.prepare.assembly import Assembly
+
+if TYPE_CHECKING:
+    from cdcore.narrow.mesh_stage import MeshStage
 
 FALSE_KINDS: Final = ("nothing there", "begins early", "lasts long", "joins two")
 """By whether the report holds true contact after the stretch, and (two places on) before it."""
@@ -72,6 +74,9 @@ def false_contacts(assembly: Assembly, comparison: Comparison, detector: object 
 
     ``detector``: the subject itself, which may explain.
     """
+    # Here, since a run without a detection loads no collision engine.
+    from cdcore.narrow.mesh_stage import MeshStage
+
     outcome, times = comparison.outcome, assembly.motion.times
     found = column_runs(outcome[:, p] == Outcome.INVENTED for p in range(outcome.shape[1]))
     longest = np.argsort([first - last for _, first, last in found.tolist()], kind="stable")[:LOOKS_IN_ALL]
@@ -91,7 +96,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, detector: object 
 
 
 def _widest(
-    meshes: MeshStage | None, assembly: Assembly, pair: int, frames: Sequence[int]
+    meshes: "MeshStage | None", assembly: Assembly, pair: int, frames: Sequence[int]
 ) -> tuple[float, int, Vector]:
     """The largest gap, the frame that shows it, and the middle of the gap."""
     if meshes is None:
