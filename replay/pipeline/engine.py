@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from time import perf_counter
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -41,6 +41,9 @@ from replay.prepare.noise import COPIES, parse_noise
 from replay.prepare.policy import Policy, PolicyLike, parse_policy
 from replay.prepare.repair import Repair, repair_session
 from sessions import Session
+
+if TYPE_CHECKING:
+    from cdcore.search.tracing import Watched
 
 SUBJECTS: Final = ("hybrid-qaco", "hybrid")
 """What a run audits by default: the paper's pipeline, or those of its detectors that are installed."""
@@ -177,7 +180,7 @@ def compute(
     if blur:
         with progress.stage("noise", len(assembly.motion)) as advance:
             noisy = in_noise(blur, assembly, session.scene, runs[lineup.oracle], truth, seed, advance)
-    recall = _face_recall(comparisons, found, runs, assembly, progress) if faces else {}
+    recall, watched = _face_recall(comparisons, found, runs, assembly, progress) if faces else ({}, {})
     effects: dict[str, EffectRun] = {}
     if planned.effects:
         with progress.stage("effects"):
@@ -187,7 +190,7 @@ def compute(
         oracle=lineup.oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches,
         face_recall=recall, causes=causes, dwell=dwell, phases=phases, holdings=held, effects=effects,
         treatment=treatment, noise=noisy, flags=Flags.of(treatment.spans, assembly, session.scene),
-        detectors={label: run.detector for label, run in runs.items()},
+        detectors={label: run.detector for label, run in runs.items()}, watched=watched,
     )  # fmt: skip
     summary = summarise(measured, runs, layout.scan, planned, window=(start, end), seed=seed, tau=tau, began=began)
     return RunResult(**vars(measured), summary=summary, out=out)
@@ -267,17 +270,16 @@ def _durations(
 def _face_recall(
     comparisons: dict[str, Comparison], found: dict[str, tuple[Episode, ...]], runs: dict[str, Run],
     assembly: Assembly, progress: Progress,
-) -> dict[str, FaceRecall]:  # fmt: skip
-    recalls = {}
+) -> tuple[dict[str, FaceRecall], dict[str, Watched | None]]:  # fmt: skip
+    recalls, watched = dict[str, FaceRecall](), dict[str, "Watched | None"]()
     for label, comparison in comparisons.items():
-        truth = runs[comparison.oracle].detection
-        if truth.face_sets is None or truth.covers != "instants":
-            continue
-        with progress.stage(f"faces of {label}", len(assembly.motion)) as advance:
-            said = face_sets_again(runs[label].detector, assembly, advance)
-        if said is not None:
+        truth, said = runs[comparison.oracle].detection, None
+        if truth.face_sets is not None and truth.covers == "instants":
+            with progress.stage(f"faces of {label}", len(assembly.motion)) as advance:
+                said, watched[label] = face_sets_again(runs[label], assembly, advance)
+        if said and truth.face_sets:
             recalls[label] = face_recall(said, truth.face_sets, comparison, found[comparison.oracle])
-    return recalls
+    return recalls, watched
 
 
 def _face_source(assembly: Assembly, seed: int, oracle: Run | None) -> Callable[[Motion], Detection]:
