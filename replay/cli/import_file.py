@@ -48,9 +48,9 @@ def command(
     from replay.errors import OutputError
     from sessions import write_session
     from sessions.importers import import_session
+    from sessions.whole_files import check_free
 
-    if out.exists() and not force:
-        raise OutputError(f"{out} exists; name another file, or replace it with --force")
+    check_free(out, OutputError, force=force)
     if kind == "contacts":
         imported, said = _contacts(sources, session, offset)
     else:

@@ -116,9 +116,7 @@ def attached_mesh(file: McapFile, name: str, expected: str) -> MeshData:
     if data is None:
         raise file.refused("mesh-unreadable", f"the mesh of {name!r} is not in the file")
     if (found := hashlib.sha256(data).hexdigest()) != expected:
-        what = (
-            f"the mesh of {name!r} is not the one that was recorded (SHA-256 {found[:12]}..., not {expected[:12]}...)"
-        )
+        what = f"the mesh of {name!r} is not the one that was recorded (SHA-256 {found[:12]!r}, not {expected[:12]!r})"
         raise file.refused("mesh-hash", what)
     try:
         return mesh_from_bytes(data, "glb")
