@@ -13,16 +13,19 @@ INSTRUMENT_FACES = 5000
 def scene_meshes(scene: Scene, folder: str | Path = ".") -> dict[str, MeshData]:
     """Name -> mesh of every body that declares one; paths are relative to ``folder``.
 
-    A SceneError names the body and what is wrong with its mesh.
+    A SceneError names each body with a faulty mesh, and what is wrong with it.
     """
-    meshes = {}
+    meshes, faults = {}, []
     for body in scene.bodies:
         try:
             mesh = _mesh(body, Path(folder))
         except (SessionError, TypeError, ValueError) as error:  # the latter two from options of the wrong type
-            raise SceneError(f"{scene.name or 'scene'}: body {body.id!r}: {error}") from None
+            faults.append(f"{scene.name or 'scene'}: body {body.id!r}: {error}")
+            continue
         if mesh is not None:
             meshes[body.id] = mesh
+    if faults:
+        raise SceneError(*faults)
     return meshes
 
 
@@ -37,9 +40,5 @@ def _mesh(body: SceneBody, folder: Path) -> MeshData | None:
         from sessions.glassware.catalogue import make_instrument
 
         faces = int(body.extra.get("faces", INSTRUMENT_FACES))
-        options = body.extra.get("options", {})
-        taken = {"name", "faces"} & options.keys()
-        if taken:
-            raise SceneError(f"options hold {min(taken)}, which is no option; write it beside instrument")
-        return make_instrument(body.instrument, faces, **options).mesh
+        return make_instrument(body.instrument, faces, **body.extra.get("options", {})).mesh
     return None
