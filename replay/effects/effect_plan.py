@@ -12,7 +12,7 @@ from replay.effects import EFFECTS, effect_kinds, load_effect
 from replay.effects.body_keys import body_faults
 from replay.effects.declaring import Declaration, Pair, declare
 from replay.effects.protocol import POSES, EffectSpec
-from replay.errors import PlanError
+from replay.errors import EffectError, PlanError
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import nearest
 
@@ -87,6 +87,17 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
     }
     left = tuple(kind for kind in effect_kinds(table) if kind not in steps and kind not in not_built)
     return _whole(scene, steps, not_built, left)
+
+
+def plan_faults(scene: Scene, file: str = "scene.toml") -> tuple[str, ...]:
+    """Everything because of which there is no plan for a scene; nothing where there is one."""
+    try:
+        plan(scene, file)
+    except PlanError as error:
+        return error.faults
+    except EffectError as error:
+        return (str(error),)
+    return ()
 
 
 def _declared(

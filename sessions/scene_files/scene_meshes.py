@@ -1,13 +1,30 @@
 """The meshes a scene declares: files beside it, plain shapes, instruments of the bench."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from sessions.errors import SceneError, SessionError
 from sessions.geometry.shapes import DEFAULT_FACES, make_shape
 from sessions.mesh_data import MeshData
 from sessions.model.scene import Scene, SceneBody
+from sessions.model.session import Session
+from sessions.scene_files.scene_toml import read_scene
 
 INSTRUMENT_FACES = 5000
+
+SCENE_FACT = "scene_file"
+"""The fact that names the file of a scene which stands in place of the recording's own."""
+
+
+def with_scene(session: Session, path: str | Path) -> Session:
+    """The session with the scene of a TOML file in place of its own: nothing of that one is kept.
+
+    A mesh that the scene declares stands in place of the recorded one; a body that declares none keeps it. The fact
+    ``scene_file`` names the file. Raises SceneError: as `read_scene` and `scene_meshes`.
+    """
+    scene = read_scene(path)
+    meshes = {**session.meshes, **scene_meshes(scene, Path(path).parent)}
+    return replace(session, scene=scene, meshes=meshes, facts={**session.facts, SCENE_FACT: Path(path).name})
 
 
 def scene_meshes(scene: Scene, folder: str | Path = ".") -> dict[str, MeshData]:

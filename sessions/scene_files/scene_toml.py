@@ -32,6 +32,14 @@ def parse_scene(text: str, file: str = "scene.toml") -> Scene:
 
     Raises ``SceneError``: file, table and key, and what to do; its ``faults`` are all there are.
     """
+    scene, faults = scene_and_faults(text, file)
+    if faults:
+        raise SceneError(*faults)
+    return scene
+
+
+def scene_and_faults(text: str, file: str) -> tuple[Scene, list[str]]:
+    """What can be read of a scene, defaults in place of what is wrong, and all faults; SceneError: it is no TOML."""
     faults: list[str] = []
     whole = parse_toml(text, file, SceneError, faults)
     head = whole.table("scene") or whole.within({}, "[scene]")
@@ -54,9 +62,7 @@ def parse_scene(text: str, file: str = "scene.toml") -> Scene:
         text=text,
     )
     whole.done()
-    if faults:
-        raise SceneError(*faults)
-    return scene
+    return scene, faults
 
 
 def selected_bodies(selector: str, bodies: tuple[SceneBody, ...]) -> tuple[str, ...]:
