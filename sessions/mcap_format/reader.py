@@ -42,14 +42,15 @@ MISSING = "missing"  # The metadata key that says what a truncated file lacks
 Value = TypeVar("Value")
 
 
-def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
+def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | None = None) -> Session:
     """Read a session file of profile ``vrlab/1``, or any MCAP with ``foxglove.FrameTransforms`` on ``/tf``.
 
     Meshes are checked against their hashes. Frames, hands, live contacts and faster tracks are decoded when asked for.
     A file without the profile has the metadata ``format: foreign`` and ``profile: none`` (or what it calls its own).
 
     ``path``: the file; ``torn``: what to do with a file that was cut short, for example by a crash of the recorder:
-    ``refuse``, or ``keep`` every whole chunk; the metadata key ``missing`` then says what is not there.
+    ``refuse``, or ``keep`` every whole chunk; the metadata key ``missing`` then says what is not there; ``scene``: a
+    scene file that stands in place of the session's own, which is not looked at (`with_scene`).
 
     Raises ``SessionFileError``: the file is missing, empty, damaged, no MCAP, of an unknown version, or has no poses;
     ``TornFileError`` when it was cut short and ``torn`` is ``refuse``.
@@ -66,10 +67,10 @@ def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
     file.catalogue.check_pose_channels()
     if file.catalogue.tear is not None:
         facts[MISSING] = _missing(file)
-    return Session(
+    session = Session(
         McapFrames(file, listed_names(file) if file.own else _scanned_names(file)),
         {name: attached_mesh(file, name, expected) for name, expected in hashes.items()},
-        attached_scene(file),
+        attached_scene(file) if scene is None else Scene(),
         events=part(file, EVENTS),
         intervals=part(file, INTERVALS),
         facts=facts,
@@ -78,6 +79,11 @@ def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
         live_contacts=LazySequence(lambda: part(file, LIVE_CONTACTS)),
         fast_tracks=LazyMapping(file.topics_below(TRACKS_PREFIX), lambda key: part(file, TRACKS_PREFIX + key)),
     )
+    if scene is None:
+        return session
+    from sessions.scene_files.scene_meshes import with_scene
+
+    return with_scene(session, scene)
 
 
 def session_facts(file: McapFile) -> tuple[dict[str, str], dict[str, str]]:
