@@ -44,10 +44,24 @@ def _shown(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table |
     for interval in info["intervals"]:
         what = plain(f"{interval['kind']}  {interval['name']}")
         yield f"  {interval['start']:8.2f} - {interval['end']:8.2f} s  {what}"
+    yield from (f"  {plain(words)}" for words in _streams(info))
     if info["events"]:
         yield "events: " + ", ".join(f"{plain(name)} {count}" for name, count in info["events"].items())
     listed = (f"{key}: {value}" for key, value in info["facts"].items() if verbose or key in SHORT_FACTS)
     yield from (f"[dim]{plain(words)}[/dim]" for words in listed)
+
+
+def _streams(info: dict[str, Any]) -> Iterator[str]:
+    """A line for each participant whose gaze is there, and for each scalar."""
+    for one in info["gaze"]:
+        yield f"gaze of {one['participant']}: {_samples(one)}, {one['valid']:,} valid"
+    for one in info["scalars"]:
+        ends = f"{one['least']:g} to {one['largest']:g} {one['unit']}" if one["least"] is not None else "no number"
+        yield f"scalar {one['name']}: {_samples(one)}, {ends.rstrip()}"
+
+
+def _samples(clock: dict[str, Any]) -> str:
+    return f"{counted(clock['count'], 'sample')} at {clock['rate_hz']:.1f} Hz, {counted(clock['gaps'], 'gap')}"
 
 
 SHORT_FACTS = ("format", "vr_type", "source_file", "conversions", "assumed", "missing")
