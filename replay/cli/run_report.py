@@ -5,8 +5,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import click
-
 from replay.cli.console import DATA_LOSS, OK, People, answer
 from replay.comparison.clusters import by_depth
 from replay.pipeline.run_result import RunResult
@@ -43,8 +41,9 @@ def answer_cited(
     from replay.pipeline.citations import citations
 
     answer(as_json, {**plain, **({"sources": behind} if behind else {})}, shown)
-    for text in () if as_json else (*sentences, *(["\n" + citations(behind)] if behind else [])):
-        click.echo(text)
+    below = [*sentences, *(["\n" + citations(behind)] if behind else [])]
+    if below and not as_json:
+        answer(False, None, lambda: "\n".join(below))
 
 
 def close_run(result: RunResult, people: People) -> int:

@@ -1,6 +1,7 @@
 """What a terminal shows of a run and of an audit: the answers first, then the tables."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -72,8 +73,8 @@ def first_words(result: RunResult) -> Iterator[RenderableType]:
     """Before all else: what is suspicious, what the detectors missed and invented, in one table, and what that took."""
     yield from (line(words, INVENTED) for words in doubts(result))
     for words in headlines(result):
-        text = Text(" ").append(words, style=STYLES[_mark(result)])
-        yield text.append(f"   oracle: {result.oracle}", style="dim")
+        text = Text(words, style=STYLES[_mark(result)])
+        yield text.append(f"  (oracle: {result.oracle})", style="dim")
     if len(result.comparisons) > 1:
         yield terminal(ranking_table(result.summary))
     yield from (line(words, INVENTED) for words in beside(result))
@@ -121,7 +122,7 @@ def answers(results: Sequence[RunResult]) -> Group:
     """
     lines: list[RenderableType] = []
     for result in results:
-        name = [Text(f" {shown(result.session.origin)}")] if len(results) > 1 else []
+        name = [Text(shown(result.session.origin))] if len(results) > 1 else []
         notes = containment_notes(result, result.oracle) if result.comparisons else []
         lines += [Text(), *name, *first_words(result), *(line(f"{note}.", FAINT) for note in notes)]
     return Group(*lines)
@@ -136,7 +137,7 @@ def audit_tables(results: Sequence[RunResult], audit: Mapping[str, Any]) -> list
     ]
     contacts = "contacts: from the first frame of touching to the last, matched one to one"
     frames = pair_frame_table("pair-frames: one pair of bodies in one frame, beside the oracle", audit)
-    return [frames, matched_table(contacts, audit, CONTACT_WORDS_SHORT), cause_table(audit), *times]
+    return [replace(frames, notes=()), matched_table(contacts, audit, CONTACT_WORDS_SHORT), cause_table(audit), *times]
 
 
 def cause_table(audit: Mapping[str, Any]) -> Table:

@@ -91,7 +91,7 @@ def to_do(result: RunResult, label: str, false: Sequence[FalseContact]) -> str:
     for one in false:
         frames[one.cause] += one.frames
     worst = frames.most_common(1)
-    return TO_DO.get(worst[0][0], "see its causes") if worst else "nothing"
+    return TO_DO.get(worst[0][0], "see its causes") if worst else "no action needed"
 
 
 def false_of(result: RunResult) -> dict[str, tuple[FalseContact, ...]]:
@@ -164,7 +164,7 @@ def _contact(result: RunResult, pair: int, one: Episode) -> FocusMoment:
         kinds = (Outcome.MISSED, Outcome.INVENTED, Outcome.HELD)
         missed, invented, held = (int((comparison.outcome[:, pair] == one).sum()) for one in kinds)
         apart = f", {held:,} held and counted apart" if held else ""
-        counts.append(f"- {label}: {counted(missed, 'frame')} missed, {invented:,} invented{apart}")
+        counts.append(f"- {label}: {counted(missed, 'frame')} missed, {invented:,} false{apart}")
     lines = [f"#### {result.assembly.pair_name(pair)}, in the whole session", "", *counts]
     return FocusMoment(
         frame, 0, pair, as_vector(point), "", 0, Outcome.BOTH, one.first, one.last, 0.0, "", "\n".join(lines)

@@ -28,7 +28,7 @@ RANK_HEAD = (
 MAY_LACK = ("undecided", "p99 ms", OF_FRAME, "held: false frames", "held: missed")
 
 AUDIT_MARKS = {
-    "missed": IN_RED, "in part": PARTLY, "frames found": FOUND, "frames missed": PARTLY, "frames invented": INVENTED,
+    "missed": IN_RED, "in part": PARTLY, "frames found": FOUND, "frames missed": PARTLY, "false frames": INVENTED,
     WITHIN: FAINT,
 }  # fmt: skip
 
@@ -89,8 +89,8 @@ def matched_table(title: str, audit: Mapping[str, Any], words: Mapping[str, str]
     found = [figures["episodes"] for figures in audit.values()]
     rows: list[tuple[Cell, ...]] = [(word, *(one[name] for one in found)) for name, word in words.items()]
     rows.append((f"{words['missed']}, of the oracle's", *(percent(one["missed_share"]) for one in found)))
-    for name, word in (("onset_error", "begin late by, ms (worst)"), ("duration_error", "last longer by, ms (worst)")):
-        rows.append((word, *(_spread(one.get(name)) for one in found)))
+    for name, word in (("onset_error", "starts late by"), ("duration_error", "lasts longer by")):
+        rows.append((f"{word}, ms (worst)", *(_spread(one.get(name)) for one in found)))
     return table(title, ("", *audit), rows, notes=(OVER_CONTACTS,))
 
 
@@ -225,7 +225,7 @@ def cost_table(result: RunResult) -> Table:
     if others:
         notes.append(f"other work took {', '.join(others)}: another run may take other times")
     words = ("detector", "how", "longest stage")
-    return table("Time of each detector", head, rows, words=words, whole=("how",), notes=notes)
+    return table("Time of each detector", head, rows, words=words, whole=words, notes=notes)
 
 
 BUSY = 0.05

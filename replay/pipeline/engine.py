@@ -19,7 +19,7 @@ from replay.comparison.compare import FaceRecall, compare, face_recall
 from replay.comparison.contact_duration import ContactDurations, StepRates, contact_durations
 from replay.comparison.episodes import episodes
 from replay.comparison.holding import holdings
-from replay.comparison.look_phases import phase_shares
+from replay.comparison.look_phases import Shares, over_phases
 from replay.comparison.matching import EpisodeMatches, match_episodes
 from replay.comparison.noisy_contacts import in_noise
 from replay.comparison.outcome import Comparison, Episode
@@ -166,12 +166,12 @@ def compute(
         truth = found.get(lineup.oracle, ())
         held = holdings(assembly, session, truth) if lineup.oracle else ()
         comparisons, matches = _compared(runs, lineup.oracle, found, tolerance, held)
-        dwell, phases = None, {}
+        dwell, phases, often = None, dict[str, Shares](), dict[str, float]()
         if lineup.oracle:
             loose, trusted = tuple(one for one in truth if one not in set(held)), runs[lineup.oracle].detection
             dwell = _durations(assembly, trusted, loose, tolerance, seed)
-            asked = {one: phase_shares(runs[one], assembly, trusted, loose, held, tolerance, seed) for one in matches}
-            phases = {label: shares for label, shares in asked.items() if shares}
+            rates = {label: runs[label] for label in matches}
+            phases, often = over_phases(rates, assembly, trusted, loose, held, tolerance, seed)
         missed, causes = examine(comparisons, truth, runs, assembly, again)
     noisy = None
     if blur:
@@ -185,8 +185,8 @@ def compute(
     measured = Measured(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
         oracle=lineup.oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches,
-        face_recall=recall, causes=causes, dwell=dwell, phases=phases, holdings=held, effects=effects,
-        treatment=treatment, noise=noisy, flags=Flags.of(treatment.spans, assembly, session.scene),
+        face_recall=recall, causes=causes, dwell=dwell, phases=phases, at_every_frame=often, holdings=held,
+        effects=effects, treatment=treatment, noise=noisy, flags=Flags.of(treatment.spans, assembly, session.scene),
         detectors={label: run.detector for label, run in runs.items()},
     )  # fmt: skip
     summary = summarise(measured, runs, layout.scan, planned, window=(start, end), seed=seed, tau=tau, began=began)

@@ -70,6 +70,7 @@ class Measured:
     face_recall : label -> face pairs found, where it was asked for and both list faces of instants.
     causes : label -> why each of its misses was missed.
     phases : label -> what a detector of a fixed rate misses and invents in the mean over look phases.
+    at_every_frame : label -> seconds a frame of such a detector where it looks at all of them, asked live.
     holdings : when a pair is a hand and what it holds; contacts there are counted apart.
     dwell : how long each other contact of the oracle lasted; ``None`` without an oracle.
     effects : kind -> what the effect found and took, in running order; empty where the scene declares none.
@@ -90,6 +91,7 @@ class Measured:
     face_recall: Mapping[str, FaceRecall] = field(default_factory=dict)
     causes: Mapping[str, Causes] = field(default_factory=dict)
     phases: Mapping[str, Shares] = field(default_factory=dict)
+    at_every_frame: Mapping[str, float] = field(default_factory=dict)
     holdings: tuple[Episode, ...] = ()
     dwell: ContactDurations | None = None
     effects: Mapping[str, EffectRun] = field(default_factory=dict)

@@ -97,10 +97,10 @@ def _subject(result: RunResult, label: str, number: int) -> Subject:
     if number:
         words, space = entity("audit", label), entity("world", f"missed_by_{label}")
         lanes, faces = entity("audit", label, "lanes"), entity(f"missed_faces_by_{label}")
-    misses = by_depth(result.misses.get(label, ()))
+    misses, counts = by_depth(result.misses.get(label, ())), contact_counts(result, label)
     return Subject(
         label=label,
-        headline=headline(result, label),
+        headline=contact_words(counts, label) if counts.contacts else headline(result, label),
         lanes=audit_lanes(lanes, result.assembly, result.comparisons[label]),
         longest=misses[0].pair if misses else None,
         words=words,

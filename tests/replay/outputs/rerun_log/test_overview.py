@@ -61,14 +61,14 @@ def test_the_lane_of_all_pairs_shows_the_worst_and_numbers_stand_over_misses(dem
     seen = states(read, f"focus/all/2_{SUBJECT}", stamps)
     numbers = {str(one.number) for one in demo.misses[SUBJECT]}
     for frame, word in enumerate(seen):
-        if word in ("both", "invented", ""):
+        if word in ("both", "false", ""):
             codes = (Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH)
             worst = next((OUTCOMES[code][0] for code in codes if (own[frame] == code).any()), "")
             assert word == worst, frame
         else:
             assert word in numbers or "-" in word
     for miss in demo.misses[SUBJECT]:
-        assert seen[miss.first] not in ("both", "invented", "")
+        assert seen[miss.first] not in ("both", "false", "")
 
 
 def test_where_the_list_leads_the_note_speaks_of_the_moment_and_the_eye_looks_at_it(demo, moments, read, stamps):
