@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
+from math import isnan
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from replay.cli.console import DATA_LOSS, OK, People, answer
@@ -100,6 +101,10 @@ def repair_sentences(summary: Mapping[str, Any]) -> list[str]:
 
 
 def run_json(result: RunResult) -> dict[str, Any]:
-    """The summary, the misses, and where the rest lies."""
+    """The summary, the misses, the false contacts, and where the rest lies; null: not measured."""
     misses = {label: [asdict(miss) for miss in found] for label, found in result.misses.items()}
-    return {**result.summary, "misses": misses, "out": None if result.out is None else str(result.out)}
+    false = {
+        label: [asdict(one) | {"gap": None if isnan(one.gap) else one.gap} for one in found]
+        for label, found in result.false.items()
+    }
+    return {**result.summary, "misses": misses, "false": false, "out": None if result.out is None else str(result.out)}

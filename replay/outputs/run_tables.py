@@ -11,6 +11,7 @@ from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.clusters import clusters
 from replay.comparison.contact_counts import contact_counts, held_counts, loose
 from replay.comparison.contact_duration import PHASES
+from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.outputs.tables import CODE, FAINT, FOUND, IN_RED, INVENTED, PARTLY, STRONG, Cell, Marked, Table, table
 from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, bound_words, counted, depth_words, span_words
@@ -171,6 +172,20 @@ def miss_table(title: str, misses: Sequence[Miss], run: object = "RUN") -> Table
         for one in misses
     ]  # fmt: skip
     return table(title, (*SEEN_HEAD, *BETWEEN_HEAD[-2:]), rows, words=5, whole=("miss", "pair"))
+
+
+def false_table(title: str, found: Sequence[FalseContact], label: str, run: object = "RUN") -> Table:
+    """A row per false contact, in the order given; ``label``: of who reports them."""
+    rows = [
+        (
+            Marked(str(one.number), STRONG), f"{one.body_a} - {one.body_b}", one.kind, one.cause,
+            Marked(f"replay view {run} --false {one.number} --by {label}", CODE), f"{one.start:.3f}", one.frames,
+            "" if np.isnan(one.gap) else f"{one.gap * 1e3:.1f}",
+        )
+        for one in found
+    ]  # fmt: skip
+    head = ("false", "pair", "what", "why", "look at it", "at s", "frames", "mm apart")
+    return table(title, head, rows, words=5, whole=("false", "pair"))
 
 
 def with_noise(made: Table, found: Sequence[tuple[RunResult, Miss]]) -> Table:

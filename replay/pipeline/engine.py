@@ -18,6 +18,7 @@ from replay.comparison.causes import examine
 from replay.comparison.compare import FaceRecall, compare, face_recall
 from replay.comparison.contact_duration import ContactDurations, StepRates, contact_durations
 from replay.comparison.episodes import episodes
+from replay.comparison.false_contacts import false_contacts
 from replay.comparison.holding import holdings
 from replay.comparison.look_phases import Shares, over_phases
 from replay.comparison.matching import EpisodeMatches, match_episodes
@@ -173,6 +174,7 @@ def compute(
             rates = {label: runs[label] for label in matches}
             phases, often = over_phases(rates, assembly, trusted, loose, held, tolerance, seed)
         missed, causes = examine(comparisons, truth, runs, assembly, again)
+        false = {label: false_contacts(assembly, one, runs[label].detector) for label, one in comparisons.items()}
     noisy = None
     if blur:
         with progress.stage("noise", len(assembly.motion)) as advance:
@@ -185,7 +187,7 @@ def compute(
     measured = Measured(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
         oracle=lineup.oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches,
-        face_recall=recall, causes=causes, dwell=dwell, phases=phases, at_every_frame=often, holdings=held,
+        face_recall=recall, false=false, causes=causes, dwell=dwell, phases=phases, at_every_frame=often, holdings=held,
         effects=effects, treatment=treatment, noise=noisy, flags=Flags.of(treatment.spans, assembly, session.scene),
         detectors={label: run.detector for label, run in runs.items()},
     )  # fmt: skip

@@ -9,6 +9,7 @@ from cdcore import Detection, Detector
 from replay.comparison.causes import Causes
 from replay.comparison.compare import FaceRecall
 from replay.comparison.contact_duration import ContactDurations
+from replay.comparison.false_contacts import FalseContact
 from replay.comparison.look_phases import Shares
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.noisy_contacts import NoiseResult
@@ -66,6 +67,7 @@ class Measured:
     comparisons : label -> comparison with the oracle.
     episodes : label -> that detection's contact episodes.
     misses : label -> numbered misses, in order of time.
+    false : label -> numbered false contacts, in order of time.
     matches : label -> its episodes matched one to one with the oracle's.
     face_recall : label -> face pairs found, where it was asked for and both list faces of instants.
     causes : label -> why each of its misses was missed.
@@ -87,6 +89,7 @@ class Measured:
     comparisons: Mapping[str, Comparison]
     episodes: Mapping[str, tuple[Episode, ...]]
     misses: Mapping[str, tuple[Miss, ...]]
+    false: Mapping[str, tuple[FalseContact, ...]] = field(default_factory=dict)
     matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)
     face_recall: Mapping[str, FaceRecall] = field(default_factory=dict)
     causes: Mapping[str, Causes] = field(default_factory=dict)

@@ -12,7 +12,6 @@ from replay.base.constants import CAVEAT
 from replay.base.shown import shown
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.clusters import MANY, Cluster, clusters, seen_and_between
-from replay.comparison.false_contacts import FalseContact
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Miss
 from replay.effects.effect_summary import happened_words
@@ -74,10 +73,10 @@ def log_notes(writer: RecordingWriter, path: str, shown: Sequence[Focus], result
 RANK_COLUMNS: Final = ("detector", "missed", "in part", "undecided", "false", "p99 ms", "what to do", "asked")
 
 
-def ranking_text(result: RunResult, false: Mapping[str, Sequence[FalseContact]]) -> str:
+def ranking_text(result: RunResult) -> str:
     """The audited detectors in Markdown, worst first: what is wrong, what to do, and what being right costs."""
     ranks = ranking(result.summary)
-    told = [*(to_do(result, one.label, false[one.label]) for one in ranks[:-1]), "trusted here"]
+    told = [*(to_do(result, one.label) for one in ranks[:-1]), "trusted here"]
     made = ranking_table(result.summary).beside("what to do", told).only(*RANK_COLUMNS)
     # Page and terminal have room for intervals; here they would push out what to do.
     plain = [tuple(text_of(cell).partition(" [")[0] for cell in row[:-1]) + row[-1:] for row in made.rows]

@@ -14,7 +14,7 @@ from replay.api.auditor import audit
 from replay.cli import run_tables as module
 from replay.cli.console import People
 from replay.cli.run_report import close_run, where_to_look
-from replay.cli.run_tables import answers, audit_tables, cause_table, missed_tables, run_tables
+from replay.cli.run_tables import answers, audit_tables, cause_table, fault_tables, run_tables
 from replay.cli.terminal import terminal
 from replay.cli.tradeoff_tables import pareto_table
 from replay.effects.effect_summary import happened_words
@@ -52,7 +52,7 @@ def test_misses_stand_under_their_numbers_never_found_ones_first():
 
 
 def test_long_lists_say_how_much_they_leave_out(monkeypatch):
-    monkeypatch.setattr(module, "MISS_ROWS", 1)
+    monkeypatch.setattr(module, "FAULT_ROWS", 1)
     result = compute(cubes(PLACES), detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
     assert "… and 1 more with --format json" in text(result)
     assert "… and 1 more in misses.parquet" in text(replace(result, out=Path("run")))
@@ -174,22 +174,23 @@ def test_an_audit_lists_every_miss_with_its_cause_in_80_columns():
     names = {"small-beaker": [0] * 12, "hand-left": PLACES["b"]}
     sessions = [replace(cubes(names), origin=f"recordings/{name}.mcap") for name in ("one", "two")]
     found = audit(sessions, detectors="slow=discrete[rate_hz=20],hybrid,it=support.planted_detectors:Undecided")
-    alone = printed(terminal(*missed_tables(found.results[:1])), 80).splitlines()
-    rows = [line.split() for line in alone if "small-beaker - hand-left" in line]
+    alone = printed(terminal(*fault_tables(found.results[:1])), 80).splitlines()
+    rows = [line.split() for line in alone if "small-beaker - hand-left" in line and "held since" not in line]
     misses = found.results[0].misses["slow"]
     assert {(row[0], row[1]) for row in rows} == {(str(miss.number), f"{miss.start:.3f}") for miss in misses}
     assert all(" ".join(row[-2:]) == "between looks" for row in rows) and len(rows) == 2
     assert "missed by hybrid" not in " ".join(alone), "what missed nothing has no list"
     assert "missed by it" not in " ".join(alone), "what was left undecided was not missed"
-    several = [line.split() for line in printed(terminal(*missed_tables(found.results)), 80).splitlines()]
-    assert [row[0] for row in several if row and row[0].endswith(".mcap")].count("two.mcap") == 2
+    several = [line.split() for line in printed(terminal(*fault_tables(found.results)), 80).splitlines()]
+    assert [row[0] for row in several if row and row[0].endswith(".mcap")].count("two.mcap") == 3
 
 
 def test_an_audit_lists_so_many_misses_of_a_detector_over_all_sessions_and_says_how_many_more(monkeypatch):
-    monkeypatch.setattr(module, "MISS_ROWS", 3)
+    monkeypatch.setattr(module, "FAULT_ROWS", 3)
     found = audit([cubes(PLACES)] * 2, detectors="slow=discrete[rate_hz=20]")
-    (table,) = missed_tables(found.results)
-    assert len(table.rows) == 3 and "… and 1 more with --format json" in printed(terminal(table), 80).splitlines()
+    missed, false = fault_tables(found.results)
+    assert len(missed.rows) == 3 and "… and 1 more with --format json" in printed(terminal(missed), 80).splitlines()
+    assert len(false.rows) == 2 and false.title == "false contacts of slow" and not false.notes
 
 
 @pytest.mark.parametrize("state", STATES)
@@ -204,7 +205,11 @@ def test_every_sentence_of_the_terminal_holds_in_every_state(state):
     rows = [line.split() for line in shown.replace("·", "0").splitlines() if line.startswith("a-b ")]
     expected = [["a-b", *map(str, (contacts, whole, parts, *counts))]] if contacts or any(counts) else []
     assert rows == expected
-    assert sum(" a - b " in line for line in shown.splitlines()) == min(len(lost), 20)
+    wrong = [count for _, count, word in stretches(outcome) if word == "false"]
+    assert sum(" a - b " in line for line in shown.splitlines()) == min(len(lost), 20) + len(wrong)
+    listed = shown.partition("false contacts of it")[2].split("\n\n")[0]
+    frames = [int(line.split()[5]) for line in listed.splitlines() if " a - b " in line]
+    assert frames == sorted(wrong, reverse=True) and listed.count("unexplained") == len(wrong)
     assert (f"… and {len(lost) - 20} more with --format json" in shown) == (len(lost) > 20)
     figures = printed(terminal(*audit_tables([result], result.summary["audit"])), 200).replace("·", "0")
     rows = [line.split() for line in figures.splitlines()]

@@ -144,12 +144,12 @@ def timed(result, *p99):
 
 def test_a_pair_without_a_fault_of_its_own_says_what_each_detector_made_of_it():
     result = run("false at both ends")
-    (one,) = moments.key_moments(all_held(result), {"it": ()})
+    (one,) = moments.key_moments(all_held(result))
     assert one.said.splitlines()[0] == "#### a-b, in the whole session"
     assert one.said.endswith("- it: 0 frames missed, 0 false, 6 held and counted apart")
     outcome = np.full_like(result.comparisons["it"].outcome, Outcome.BOTH)
     calm = replace(result, comparisons={"it": replace(result.comparisons["it"], outcome=outcome)})
-    (one,) = moments.key_moments(calm, {"it": ()})
+    (one,) = moments.key_moments(replace(calm, false={"it": ()}))
     assert one.said.endswith("- it: 0 frames missed, 0 false")
 
 
@@ -157,7 +157,7 @@ def all_held(result):
     """As if the one pair were a hand and what it holds."""
     outcome = result.comparisons["it"].outcome
     held = np.where(outcome == Outcome.NEITHER, outcome, np.uint8(Outcome.HELD))
-    return replace(result, comparisons={"it": replace(result.comparisons["it"], outcome=held)})
+    return replace(result, comparisons={"it": replace(result.comparisons["it"], outcome=held)}, false={"it": ()})
 
 
 SCENE = Scene(

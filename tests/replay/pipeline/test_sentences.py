@@ -92,7 +92,7 @@ def audited(oracle, subject):
         noise=None,
         oracle="exact", detections=detections, comparisons={"it": comparison}, episodes=found, face_recall={},
         misses={"it": stretches(comparison, found["exact"])}, causes={}, matches={}, treatment=None, holdings=(),
-        phases={},
+        phases={}, false={},
     )  # fmt: skip
     took = {"name": "x", "live": True, "faces_asked": False, "seconds": {"per_frame_mean": 1e-3}, "contacts": 0}
     run.summary = {
