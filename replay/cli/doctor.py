@@ -58,7 +58,7 @@ def _shown(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterato
     listed = [one for one in findings if verbose or WORDS[one.severity] != "note"]
     if listed:
         made = finding_table(sorted(listed, key=lambda one: -one.severity), "", marks=MARKS)
-        yield made.only("severity", "code", "body", "seconds", "what")
+        yield made.only("code", "severity", "body", "seconds", "what")
     if notes and not verbose:
         codes = ", ".join(f"{code} ({count})" if count > 1 else code for code, count in notes.items())
         yield f"[dim]  notes (-v lists them): {codes}[/dim]"

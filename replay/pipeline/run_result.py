@@ -9,6 +9,7 @@ from cdcore import Detection, Detector
 from replay.comparison.causes import Causes
 from replay.comparison.compare import FaceRecall
 from replay.comparison.contact_duration import ContactDurations
+from replay.comparison.false_contacts import FalseContact
 from replay.comparison.look_phases import Shares
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.noisy_contacts import NoiseResult
@@ -69,10 +70,12 @@ class Measured:
     comparisons : label -> comparison with the oracle.
     episodes : label -> that detection's contact episodes.
     misses : label -> numbered misses, in order of time.
+    false : label -> numbered false contacts, in order of time.
     matches : label -> its episodes matched one to one with the oracle's.
     face_recall : label -> face pairs found, where it was asked for and both list faces of instants.
     causes : label -> why each of its misses was missed.
     phases : label -> what a detector of a fixed rate misses and invents in the mean over look phases.
+    at_every_frame : label -> seconds a frame of such a detector where it looks at all of them, asked live.
     holdings : when a pair is a hand and what it holds; contacts there are counted apart.
     dwell : how long each other contact of the oracle lasted; ``None`` without an oracle.
     effects : kind -> what the effect found and took, in running order; empty where the scene declares none.
@@ -90,10 +93,12 @@ class Measured:
     comparisons: Mapping[str, Comparison]
     episodes: Mapping[str, tuple[Episode, ...]]
     misses: Mapping[str, tuple[Miss, ...]]
+    false: Mapping[str, tuple[FalseContact, ...]] = field(default_factory=dict)
     matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)
     face_recall: Mapping[str, FaceRecall] = field(default_factory=dict)
     causes: Mapping[str, Causes] = field(default_factory=dict)
     phases: Mapping[str, Shares] = field(default_factory=dict)
+    at_every_frame: Mapping[str, float] = field(default_factory=dict)
     holdings: tuple[Episode, ...] = ()
     dwell: ContactDurations | None = None
     effects: Mapping[str, EffectRun] = field(default_factory=dict)
