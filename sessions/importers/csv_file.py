@@ -85,7 +85,7 @@ def _turned_meshes(meshes: Mapping[str, MeshSource], scene: Scene | None, folder
     turned = {name: loaded(mesh) for name, mesh in meshes.items()}
     for body in scene.bodies if scene is not None else ():
         if body.mesh and body.id not in turned:
-            turned[body.id] = load_mesh(folder / body.mesh, body.scale)
+            turned[body.id] = load_mesh(folder / body.mesh, body.scale, body.node)
     return {name: mesh.transformed(HALF_TURN) for name, mesh in turned.items()}
 
 
