@@ -29,7 +29,8 @@ from replay.detection.detector_spec import DetectorSpec, SpecLike, SpecsLike, pa
 from replay.detection.recorded import RECORDED
 from replay.detection.run_detector import Run, face_sets_again, make_detector, run_detector
 from replay.effects.effect_plan import Plan, plan
-from replay.effects.effects_runner import EffectRun, run_effects
+from replay.effects.effects_runner import run_effects
+from replay.effects.recorded import recorded
 from replay.errors import DetectorSpecError, NoiseError
 from replay.pipeline.run_result import Measured, RunResult
 from replay.pipeline.summary import summarise
@@ -178,10 +179,10 @@ def compute(
         with progress.stage("noise", len(assembly.motion)) as advance:
             noisy = in_noise(blur, assembly, session.scene, runs[lineup.oracle], truth, seed, advance)
     recall = _face_recall(comparisons, found, runs, assembly, progress) if faces else {}
-    effects: dict[str, EffectRun] = {}
+    effects = recorded(session, assembly)
     if planned.effects:
         with progress.stage("effects"):
-            effects = run_effects(planned, session, assembly, _believed(planned, runs, lineup.oracle))
+            effects |= run_effects(planned, session, assembly, _believed(planned, runs, lineup.oracle))
     measured = Measured(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
         oracle=lineup.oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches,

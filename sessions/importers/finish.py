@@ -94,9 +94,7 @@ def finished(
     events, intervals = samples.events, samples.intervals
     session = Session.from_tracks(samples.tracks, given, declared, events=events, intervals=intervals, facts=facts)
     contacts, hands = tuple(samples.live_contacts), dict(samples.hands)
-    return replace(
-        session, live_contacts=contacts, hands=hands, gaze=dict(samples.gaze), scalars=dict(samples.scalars)
-    )
+    return replace(session, live_contacts=contacts, hands=hands, gaze=dict(samples.gaze), scalars=dict(samples.scalars))
 
 
 def usable_track(
