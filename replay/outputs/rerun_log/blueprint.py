@@ -14,7 +14,7 @@ from replay.comparison.outcome import Outcome
 from replay.outputs.camera import Eye
 from replay.outputs.rerun_log.columns import SESSION
 from replay.outputs.rerun_log.contacts import contacts_path
-from replay.outputs.rerun_log.effects import EffectViews, effect_views
+from replay.outputs.rerun_log.effects import EffectViews, effect_views, tab_name
 from replay.outputs.rerun_log.findings import finding_lanes, finding_tab, state_view
 from replay.outputs.rerun_log.lanes import noise_lane
 from replay.outputs.rerun_log.overview import SPACE, OverviewLanes
@@ -279,4 +279,5 @@ def _effects(layout: BlueprintInput, views: EffectViews) -> Any:
     rows += [plot(_whole(layout), "/effects", unit or "numbers", paths) for unit, paths in plots]
     words = rrb.TextLogView(origin="/effects", contents=[f"/{path}" for path in views.events], name="What happened")
     left = rrb.Vertical(_room(layout), words, row_shares=[0.68, 0.32])
-    return rrb.Horizontal(left, *([rrb.Vertical(*rows, row_shares=shares)] if rows else []), name="Effects")
+    beside = [rrb.Vertical(*rows, row_shares=shares)] if rows else []
+    return rrb.Horizontal(left, *beside, name=tab_name(layout.result.effects))
