@@ -48,11 +48,11 @@ def command(
     from replay.errors import OutputError
     from sessions import write_session
     from sessions.importers import import_session
+    from sessions.whole_files import check_free
 
-    if out.exists() and not force:
-        raise OutputError(f"{out} exists; name another file, or replace it with --force")
+    check_free(out, OutputError, force=force)
     if kind == "contacts":
-        imported, said = _contacts(sources, session, offset)
+        imported, said = _contacts(sources, session, scene, offset)
     else:
         if scene is not None:
             from sessions.scene_files.scene_toml import read_scene
@@ -68,7 +68,9 @@ def command(
     return 0
 
 
-def _contacts(sources: tuple[Path, ...], session: Path | None, offset: float | None) -> "tuple[Session, list[str]]":
+def _contacts(
+    sources: tuple[Path, ...], session: Path | None, scene: Path | None, offset: float | None
+) -> "tuple[Session, list[str]]":
     """A session with the reported contacts in it, and how well their clock fits."""
     if session is None:
         raise click.UsageError("contacts belong to a session; name it with --session FILE.mcap")
@@ -78,7 +80,7 @@ def _contacts(sources: tuple[Path, ...], session: Path | None, offset: float | N
     from replay.contact_import import import_contacts
     from sessions import read_session
 
-    joined, fit = import_contacts(source, read_session(session), offset=offset)
+    joined, fit = import_contacts(source, read_session(session, scene=scene), offset=offset)
     return joined, [f"{len(joined.live_contacts):,} reports of {source}; {fit}"]
 
 

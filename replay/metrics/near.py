@@ -5,7 +5,7 @@ Distances are between points spread over the surfaces, so they are too long by u
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from cdcore.bounding.sphere import sphere_by_box_centre
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from replay.metrics.hands import frames_at
 from replay.prepare.assembly import Assembly
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 CLOSE_M: Final = 0.010
 """Closer than this is close: a hand or a glass covers it in a tenth of a second."""
@@ -27,8 +30,10 @@ APART_S: Final = 0.5
 
 MOST_POINTS: Final = 20_000
 
-CELL_M: Final = 0.02
-"""Edge of the cubes that points are sorted into; half of a cube's diagonal is less than it."""
+CELL_M: Final = 0.006
+"""Edge of the cubes that points are sorted into: a middle stands for about three points."""
+HALF_DIAGONAL: Final = 0.8661
+"""Of a cube with edge 1, rounded up."""
 
 
 @dataclass(frozen=True)
@@ -75,21 +80,17 @@ class _Cloud:
     """Points of a surface sorted into cubes, so that those far from everything are never moved one by one."""
 
     def __init__(self, points: FloatArray) -> None:
-        cell, own = np.unique(np.floor(points / CELL_M), axis=0, return_inverse=True)
-        order = np.argsort(own, kind="stable")
-        self.points = points[order]
-        self.start = np.searchsorted(own[order], np.arange(len(cell) + 1))
-        self.middle = (cell + 0.5) * CELL_M
+        cell, self._cell = np.unique(np.floor(points / CELL_M), axis=0, return_inverse=True)
+        self.points, self._middle = points, (cell + 0.5) * CELL_M
 
-    def inside(self, turn: FloatArray, move: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        """The moved points inside a box; the cubes' own size is allowed for."""
-        middle = self.middle @ turn.T + move
-        near = ((middle >= low - CELL_M) & (middle <= high + CELL_M)).all(axis=1)
-        if not near.any():
-            return self.points[:0]
-        points = np.concatenate([self.points[self.start[k] : self.start[k + 1]] for k in np.flatnonzero(near)])
-        points = points @ turn.T + move
-        return points[((points >= low) & (points <= high)).all(axis=1)]
+    def least_distance(self, turn: FloatArray, move: FloatArray, tree: "cKDTree", close: float) -> float:
+        """Least distance of a moved point to one of the tree's, inf where it is not below ``close``."""
+        middle, around = self._middle @ turn.T + move, close + HALF_DIAGONAL * CELL_M
+        box = ((middle >= tree.mins - around) & (middle <= tree.maxes + around)).all(axis=1)
+        near = np.zeros(len(middle), dtype=np.bool_)
+        near[box] = np.isfinite(tree.query(middle[box], distance_upper_bound=around)[0])
+        points = self.points[near[self._cell]] @ turn.T + move
+        return float(tree.query(points, distance_upper_bound=close)[0].min(initial=np.inf))
 
 
 def spread_points(body: Body, spacing: float = SPACING_M) -> FloatArray:
@@ -121,15 +122,11 @@ def _distances(
             clouds[body] = _Cloud(spread_points(assembly.bodies[body]))
     if len(clouds[a].points) > len(clouds[b].points):
         a, b = b, a
-    there = clouds[b].points
-    tree, low, high = cKDTree(there), there.min(axis=0) - close, there.max(axis=0) + close
+    tree = cKDTree(clouds[b].points)
     for k in np.flatnonzero(_spheres_near(assembly, a, b, rows, close)).tolist():
-        row = rows[k]
-        turn = motion.rotations[row, b].T @ motion.rotations[row, a]
-        move = motion.rotations[row, b].T @ (motion.translations[row, a] - motion.translations[row, b])
-        points = clouds[a].inside(turn, move, low, high)
-        if len(points):
-            distance[k] = tree.query(points, distance_upper_bound=close)[0].min()
+        back, row = motion.rotations[rows[k], b].T, rows[k]
+        move = back @ (motion.translations[row, a] - motion.translations[row, b])
+        distance[k] = clouds[a].least_distance(back @ motion.rotations[row, a], move, tree, close)
     return distance
 
 

@@ -11,7 +11,7 @@ OUTCOME_WORDS: Final[Mapping[int, str]] = MappingProxyType(
     {
         Outcome.BOTH: "both",
         Outcome.MISSED: "MISSED",
-        Outcome.INVENTED: "invented",
+        Outcome.INVENTED: "false",
         Outcome.WITHIN_TOLERANCE: "within tolerance",
         Outcome.BETWEEN_FRAMES: "between frames",
         Outcome.LEFT_OUT: "left out",
@@ -29,15 +29,15 @@ FRAME_ROWS: Final = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WIT
 
 CONTACT_WORDS: Final = {
     "truth": "contacts by the oracle", "matched": "matched", "missed": "missed whole",
-    "absorbed": "found only as part of a longer one", "excused_truth": "by the oracle, nobody's fault",
-    "found": "contacts reported", "invented": "invented", "pieces": "further pieces of one contact",
-    "excused_found": "reported, nobody's fault", "split": "by the oracle, reported in pieces",
+    "absorbed": "found only as part of a longer one", "excused_truth": "ties, not counted",
+    "found": "contacts reported", "invented": "false", "pieces": "further pieces of one contact",
+    "excused_found": "reported in ties, not counted", "split": "by the oracle, reported in pieces",
     "merged": "reported, that join several",
 }  # fmt: skip
 """Figure of matched contacts -> its words: first what became of the oracle's contacts, then of the detector's."""
 
 CONTACT_WORDS_SHORT: Final = {
-    "truth": "the oracle's", "found": "reported", "matched": "matched", "missed": "missed", "invented": "invented",
+    "truth": "the oracle's", "found": "reported", "matched": "matched", "missed": "missed", "invented": "false",
     "split": "split", "merged": "merged",
 }  # fmt: skip
 """The figures that fit into a terminal, and short words for them."""
@@ -58,7 +58,7 @@ NOTHING_SUSPICIOUS: Final = "Nothing suspicious found"
 
 LANE_LEGEND: Final[Mapping[int, str]] = MappingProxyType(
     {
-        Outcome.MISSED: "red: missed", Outcome.INVENTED: "yellow: invented", Outcome.BOTH: "blue: both",
+        Outcome.MISSED: "red: missed", Outcome.INVENTED: "yellow: false", Outcome.BOTH: "blue: both",
         Outcome.HELD: "green: held", Outcome.BETWEEN_FRAMES: "violet: between frames",
         Outcome.WITHIN_TOLERANCE: "grey: within tolerance", Outcome.LEFT_OUT: "dark: left out",
     }
